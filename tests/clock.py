@@ -1,10 +1,10 @@
-"""A clock that moves when it is asked, so that no test depends on a real one."""
+"""A clock that advances when it is read, so that no test depends on real time."""
 
 from iccm import deadline
 
 
 class Clock:
-    """Moves on by a step whenever it is asked, and counts how often that is."""
+    """Advances by a step at every reading, and counts the readings."""
 
     def __init__(self, monkeypatch):
         self.now, self.asked, self.step = 0.0, 0, 0.0

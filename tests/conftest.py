@@ -1,4 +1,6 @@
-"""Shapes and a way to type a command, for the tests of the command line; reports are held against their schema."""
+"""Fixtures for tests of the command line: shapes, and running commands; all reports are checked against their
+schema.
+"""
 
 import functools
 import json
@@ -25,7 +27,7 @@ SHAPES = {
 
 @functools.cache
 def validator(name):
-    """What holds JSON against `docs/reference/schemas/iccm.NAME.json`."""
+    """A validator for `docs/reference/schemas/iccm.NAME.json`."""
     from jsonschema import Draft202012Validator
 
     return Draft202012Validator(json.loads((SCHEMAS / f"iccm.{name}.json").read_text(encoding="utf-8")))
@@ -33,7 +35,7 @@ def validator(name):
 
 @pytest.fixture(autouse=True)
 def reports_are_valid(monkeypatch):
-    """Every report that a test makes is as its published schema says."""
+    """Check every report made by a test against its published schema."""
     from iccm.io.run import flatten, relayout, report
 
     def checked(make, schema):
@@ -54,7 +56,7 @@ def reports_are_valid(monkeypatch):
 
 @pytest.fixture(autouse=True)
 def own_state(tmp_path_factory, monkeypatch):
-    """What runs remember goes into a folder of each test."""
+    """Keep the state of runs in a separate folder for each test."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
 
 
@@ -68,7 +70,7 @@ def shapes(tmp_path, monkeypatch):
 
 
 class Typed:
-    """A command's exit code, stdout and stderr."""
+    """The exit code, stdout and stderr of a command."""
 
     def __init__(self, code: int, out: str, err: str) -> None:
         self.code, self.out, self.err = code, out, err
@@ -94,7 +96,7 @@ def iccm(capsys):
 
 @pytest.fixture
 def shell():
-    """`shell(line)` runs a line as a user types it, with `iccm` on the path."""
+    """`shell(line)` runs a line in a shell, with `iccm` on the path."""
 
     def run(line: str, **options) -> subprocess.CompletedProcess:
         path = f'PATH="{Path(sys.executable).parent}:$PATH"; export PATH; '

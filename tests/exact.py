@@ -1,7 +1,7 @@
-"""Known conformal maps, and the error of a fit against them.
+"""Known conformal maps, and errors of fits relative to them.
 
-A conformal map has three free real parameters, so the result composed with the exact maps to the disc is compared
-with the Möbius map that fits it best.
+A conformal map has three free real parameters, so the composition of the result with the exact maps to the disc is
+compared with the best Möbius map.
 """
 
 from functools import cache
@@ -16,10 +16,10 @@ NODES, WEIGHTS = 0.5 * (NODES + 1), 0.5 * WEIGHTS
 
 
 class SchwarzChristoffel:
-    """The map of the unit disc onto a polygon, 0 to the point where ∫ starts: A + B ∫ Π (1 - t/p_k)^(α_k - 1) dt."""
+    """The map of the unit disc onto a polygon, with 0 mapped to the start of ∫: A + B ∫ Π (1 - t/p_k)^(α_k - 1) dt."""
 
     def __init__(self, prevertices, angles, corners):
-        """Prevertices on the circle, interior angles over π, and the first two corners."""
+        """Take prevertices on the circle, interior angles over π, and the first two corners."""
         self.p, self.power = np.asarray(prevertices), np.asarray(angles) - 1
         self.shift, self.scale = 0j, 1.0
         first = self.corner(0), self.corner(1)
@@ -33,12 +33,12 @@ class SchwarzChristoffel:
         return self.shift + w * np.sum(WEIGHTS * self.slope(w[..., None] * NODES), axis=-1)
 
     def corner(self, k):
-        """Along the ray to a prevertex, t = p (1 - s²) takes the singularity away."""
+        """Integrate along the ray to a prevertex, where t = p (1 - s²) removes the singularity."""
         integrand = self.slope(self.p[k] * (1 - NODES**2)) * 2 * NODES
         return self.shift + self.p[k] * np.sum(WEIGHTS * integrand)
 
     def inverse(self, z, w):
-        """Newton's method from w."""
+        """Invert by Newton's method from w."""
         for _ in range(50):
             w = w - (self(w) - z) / self.slope(w)
         assert np.abs(self(w) - z).max() < 1e-12 and (np.abs(w) < 1).all()
@@ -53,7 +53,9 @@ def to_square():
 
 @cache
 def to_ell():
-    """Symmetric about the diagonal: one prevertex is free and one is found, so that two sides are equal."""
+    """A map that is symmetric about the diagonal: one prevertex is free, and another is chosen so that two sides are
+    equal.
+    """
     angles = np.array([0.5, 0.5, 0.5, 1.5, 0.5, 0.5])
 
     def prevertices(beta):
@@ -70,7 +72,7 @@ DISC = 0.95 * np.sqrt((np.arange(300) + 0.5) / 300) * np.exp(2.399963j * np.aran
 
 
 def moebius_error(u, w):
-    """Largest distance of points u from the Möbius map of w that fits them, and how far that moves the circle."""
+    """Return the largest distance of points u from the best Möbius map of w, and how far that moves the circle."""
     matrix = np.column_stack([w, np.ones_like(w), -u * w])
     a, b, c = np.linalg.lstsq(matrix, u)[0]
     rim = np.exp(1j * np.arange(0, 6.28, 0.1))
@@ -79,17 +81,19 @@ def moebius_error(u, w):
 
 
 def quadratic(c):
-    """w + c w² on the disc and its inverse: an ellipse-like shape, towards c = 0.5 a cardioid."""
+    """w + c w² on the disc and its inverse: an ellipse-like shape, which tends to a cardioid for c = 0.5."""
     return (lambda w: w + c * w**2), (lambda z: (np.sqrt(1 + 4 * c * z) - 1) / (2 * c))
 
 
 def fair(z):
-    """A polygon of about the area of the smooth curve through z: else its chords alone would err by O(h²)."""
+    """A polygon with about the area of the smooth curve through z: otherwise its chords alone would cause an error of
+    O(h²).
+    """
     return z + (z - 0.5 * (np.roll(z, 1) + np.roll(z, -1))) / 6
 
 
 def smooth_error(c, n, **options):
-    """Disc of n vertices onto the image of a fine one."""
+    """The error of mapping a disc of n vertices onto the image of a fine one."""
     f, back = quadratic(c)
     fit = conformal_fit(fair(circle(n)), fair(f(circle(1000))), vertices=n, tolerance=1e-6, **options)
     assert fit.map.polygon.size <= 1.1 * n
@@ -97,7 +101,9 @@ def smooth_error(c, n, **options):
 
 
 def square_error(n, **options):
-    """Square onto the regular polygon of 4n sides: its difference from the disc is far below the errors."""
+    """The error of mapping a square onto the regular polygon of 4n sides, whose difference from the disc is
+    negligible.
+    """
     fit = conformal_fit(square(), circle(1000), vertices=n, tolerance=1e-6, **options)
     return moebius_error(fit.map(to_square()(DISC)), DISC)
 
@@ -109,5 +115,5 @@ def ell_error(n, **options):
 
 
 def order(errors, ns):
-    """Slope of log error against log n."""
+    """The slope of log error against log n."""
     return -np.polyfit(np.log(ns), np.log(errors), 1)[0]

@@ -1,4 +1,4 @@
-"""A fuzz target: mutated inputs of every kind must be read or refused in one line; never a traceback, hang or crash.
+"""A fuzz target: mutated inputs of every kind must be read, or rejected in one line; never a traceback, hang or crash.
 
     python -m tests.fuzz --count 10000            all kinds, in processes that may die
     python -m tests.fuzz --kind svg --seed 12345  one input again, with its traceback
@@ -38,9 +38,9 @@ import numpy as np
 
 from iccm import InputError
 
-LIMIT = 10  # seconds of the processor that an input may take
-MEMORY = 2 << 30  # bytes that the process may ever hold
-ADDRESSES = 8 << 30  # that it may reserve, which readers of OBJ files do beyond what they hold
+LIMIT = 10  # processor seconds for an input
+MEMORY = 2 << 30  # bytes that the process may hold
+ADDRESSES = 8 << 30  # bytes that it may reserve, which readers of OBJ files do in advance
 
 SVG = b"""<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="0 0 100 80"
 width="10cm">
@@ -70,7 +70,7 @@ DRAWN = b"""<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 40">
 fill-rule="evenodd"/>
 </svg>"""
 PLAIN = re.sub(rb"(?m)^<circle.*\n", b"", DRAWN)
-"""The same shape without pins and strokes, which a mesh could not answer."""
+"""The same shape without pins and strokes, which a mesh could not match."""
 OBJ = b"""# a comment
 mtllib m.mtl
 o sheet
@@ -234,7 +234,7 @@ WORDS += [
 
 
 def png() -> bytes:
-    """A little picture with alpha, made by hand so that no chunk depends on a library."""
+    """A small picture with alpha, written by hand so that no chunk depends on a library."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -254,7 +254,7 @@ def png() -> bytes:
 
 
 def exr() -> bytes:
-    """A little picture of half floats with a header, stored without compression: bytes count from the start."""
+    """A small picture of half floats with a header, uncompressed, so that byte offsets are fixed."""
 
     def entry(name: str, kind: str, value: bytes) -> bytes:
         return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<I", len(value)) + value
@@ -309,7 +309,7 @@ def glb() -> bytes:
 
 
 def gltf() -> bytes:
-    """The same as text, with a material that shows a picture beside it."""
+    """The same as text, with a material that refers to a picture beside it."""
     data = glb()
     (size,) = struct.unpack_from("<I", data, 12)
     scene = json.loads(data[20 : 20 + size])
@@ -322,7 +322,7 @@ def gltf() -> bytes:
 
 
 def shown_glb() -> bytes:
-    """Two triangles with a material that shows a picture in them by a transform, in nodes that scale and turn them."""
+    """Two triangles with a material whose embedded picture is placed by a transform, in nodes that scale and rotate."""
     data, picture = glb(), png()
     (size,) = struct.unpack_from("<I", data, 12)
     scene, held = json.loads(data[20 : 20 + size]), data[28 + size :]
@@ -341,7 +341,7 @@ def shown_glb() -> bytes:
 
 
 def packed_glb(scene: dict, data: bytes) -> bytes:
-    """A GLB of a tree and its one buffer."""
+    """A GLB with a tree and its only buffer."""
     data += bytes(-len(data) % 4)
     scene["buffers"] = [{"byteLength": len(data)}]
     text = json.dumps(scene).encode()
@@ -437,7 +437,7 @@ SEEDS |= {"npz": npz(), "glbnum": shown_glb(), "constraints": json.dumps(CONSTRA
 SEEDS |= {"labelme": json.dumps(LABELME).encode(), "geojson": json.dumps(GEOJSON).encode()}
 SEEDS |= {"jobs": json.dumps(JOBS).encode(), "edit": json.dumps(MESSAGES).encode()}
 MILD = ("npz", "glbnum", "constraints", "labelme", "geojson", "jobs", "edit")
-"""Kinds of which single values are changed, so that most inputs get past the first check."""
+"""Kinds of which single values are changed, so that most inputs pass the first check."""
 SUFFIXES = {"glbnum": "glb", "constraints": "json", "labelme": "json", "jobs": "jsonl", "edit": "json"}
 SUFFIXES |= {"art": "svg", "stmap": "exr", "map": "svg", "flatten": "obj", "relayout": "obj"}
 SLOW = {
@@ -449,11 +449,11 @@ SLOW = {
     "constraints": 8,
     "edit": 8,
     "npz": 2,
-}  # kinds that are solved, not only read: so many times fewer of them
+}  # kinds that are solved, not only read; fewer of them are tried by this factor
 
 
 def mutated(kind: str, seed: int) -> bytes:
-    """The input of a kind and seed."""
+    """Return the input for a kind and seed."""
     rng = random.Random(f"{kind} {seed}")
     data = bytearray(SEEDS[kind])
     for _ in range(rng.choice((1, 1, 2, 3, 6, 12))):
@@ -469,7 +469,7 @@ def mutated(kind: str, seed: int) -> bytes:
 
 
 def mutate(rng: random.Random, data: bytearray) -> None:
-    """One change: bytes, words, numbers, a cut, a copy."""
+    """Make one change: bytes, words, numbers, a cut, or a copy."""
     at = rng.randrange(len(data) + 1)
     to = min(len(data), at + rng.choice((1, 2, 5, 20, 200)))
     way = rng.randrange(7)
@@ -493,7 +493,9 @@ def mutate(rng: random.Random, data: bytearray) -> None:
 
 
 def misdirect(kind: str, rng: random.Random, data: bytearray) -> None:
-    """One change that the format's own reader understands: an index, a reference, a glob, a kind of statement gone."""
+    """Make one change that the format's own reader understands: an index, a reference, a pattern, or a missing
+    statement.
+    """
     way = rng.randrange(3)
     if kind == "glb":
         renumber(rng, data)
@@ -523,7 +525,9 @@ def misdirect(kind: str, rng: random.Random, data: bytearray) -> None:
 
 
 def changed(kind: str, rng: random.Random, data: bytes) -> bytes:
-    """One value of JSON changed, or one of what is packed with it; as it was where it can be read no longer."""
+    """Change one value of JSON, or of what is packed with it; return the data unchanged if it cannot be parsed any
+    more.
+    """
     try:
         if kind == "npz":
             return changed_npz(rng, data)
@@ -539,7 +543,7 @@ def changed(kind: str, rng: random.Random, data: bytes) -> bytes:
 
 
 def odd(rng: random.Random, tree: object) -> object:
-    """JSON with one value replaced by an odd one, left out, put in twice, or changed a little."""
+    """Return JSON with one value replaced by an unusual one, removed, repeated, or changed a little."""
     places = list(inside(tree))
     if not places:
         return rng.choice(ODD)
@@ -559,7 +563,7 @@ def odd(rng: random.Random, tree: object) -> object:
 
 
 def inside(tree: object) -> Iterator[tuple]:
-    """Where each value of JSON stands: what holds it, and its key."""
+    """Yield the container and the key of each value of JSON."""
     keys = tree if isinstance(tree, dict) else range(len(tree)) if isinstance(tree, list) else ()
     for key in list(keys):
         yield tree, key
@@ -567,7 +571,7 @@ def inside(tree: object) -> Iterator[tuple]:
 
 
 def changed_npz(rng: random.Random, data: bytes) -> bytes:
-    """An archive of arrays with one of them changed: its values, the claims of its header, its bytes, its name."""
+    """Change one array of an archive: its values, its header, its bytes, or its name."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     name = rng.choice(["about.npy"] * 8 + sorted(members))
@@ -609,7 +613,7 @@ def changed_npz(rng: random.Random, data: bytes) -> bytes:
 
 
 def changed_glb(rng: random.Random, data: bytes) -> bytes:
-    """A GLB with one number of its JSON, or of its vertices, changed."""
+    """Change one number in the JSON of a GLB, or of its vertices."""
     (size,) = struct.unpack_from("<I", data, 12)
     scene, held = json.loads(data[20 : 20 + size]), bytearray(data[28 + size :])
     if rng.random() < 0.5:
@@ -620,7 +624,7 @@ def changed_glb(rng: random.Random, data: bytes) -> bytes:
 
 
 def swap(rng: random.Random, data: bytearray, places: bytes, words: list, inside: bytes = b"") -> None:
-    """Put another word in one of the places, or of those inside one of them, that patterns match."""
+    """Put another word in one of the places that patterns match, or inside one of them."""
     found = [match.span() for match in re.finditer(places, data)]
     if found and inside:
         low, high = rng.choice(found)
@@ -632,7 +636,7 @@ def swap(rng: random.Random, data: bytearray, places: bytes, words: list, inside
 
 
 def renumber(rng: random.Random, data: bytearray) -> None:
-    """Another number in the JSON of a GLB, its lengths mended."""
+    """Change a number in the JSON of a GLB, and correct its lengths."""
     if len(data) < 20:
         return
     (size,) = struct.unpack_from("<I", data, 12)
@@ -645,7 +649,7 @@ def renumber(rng: random.Random, data: bytearray) -> None:
 
 
 def mend(data: bytearray) -> None:
-    """Right checksums, so that a changed PNG gets past the door."""
+    """Correct the checksums, so that a changed PNG passes the first check."""
     at = 8
     while at + 12 <= len(data):
         (size,) = struct.unpack_from(">I", data, at)
@@ -739,7 +743,7 @@ def read(kind: str, folder: Path, data: bytes) -> None:
 
 
 def through_map(folder: Path) -> None:
-    """Carry a picture through a saved map, which writes that picture and nothing else."""
+    """Carry a picture through a saved map, which must write that picture and nothing else."""
     inner = folder / "in"
     inner.mkdir(exist_ok=True)
     (inner / "t.png").write_bytes(png())
@@ -754,7 +758,7 @@ def through_map(folder: Path) -> None:
 
 @functools.cache
 def edited():  # -> Session, which is slow to import
-    """A session of the editor, with a map."""
+    """Return a session of the editor with a map."""
     from iccm.io.edit import messages
     from iccm.io.edit.session import Session
     from iccm.io.run.job import make
@@ -767,7 +771,7 @@ def edited():  # -> Session, which is slow to import
 
 
 def converse(folder: Path, data: bytes) -> None:
-    """Send messages to the editor as its page would: each is answered, or refused in a line."""
+    """Send messages to the editor like its page: each is answered, or rejected in one line."""
     from iccm.io.edit import messages
     from iccm.io.edit.link import _Link
 
@@ -790,7 +794,7 @@ def converse(folder: Path, data: bytes) -> None:
 
 
 def relayout(folder: Path, name: str, data: bytes) -> None:
-    """Carry a material from one layout to another, one of them changed: nothing of what is beside them comes along."""
+    """Transfer a material from one layout to another, one of which is changed; no file beside them may be included."""
     inner, canary = folder / "in", folder / "canary"
     for path in (inner, canary):
         path.mkdir(exist_ok=True)
@@ -811,7 +815,7 @@ def relayout(folder: Path, name: str, data: bytes) -> None:
 
 
 def command(*typed: str, folder: Path) -> None:
-    """Run a command as it is typed: it ends as it may end, and says what went wrong in one line."""
+    """Run a command as a user would: it must end with a valid exit code, and report errors in one line."""
     from iccm import cli  # in this process, for speed
 
     said = io.StringIO()
@@ -835,7 +839,7 @@ def command(*typed: str, folder: Path) -> None:
 
 
 def carry(path: Path) -> None:
-    """Carry a drawing, and look that it leads nowhere and holds numbers only."""
+    """Carry a drawing, and check that the result has no references to other files, and contains only finite numbers."""
     from iccm.io import artwork
     from iccm.io.shapes import shape
     from iccm.maps.harmonic import HarmonicMap
@@ -857,7 +861,7 @@ def carry(path: Path) -> None:
 
 
 def refusal(kind: str, seed: int, folder: Path) -> str | None:
-    """What is wrong with how an input was met: None when it was read, or refused in one line."""
+    """Return what is wrong with how an input was handled; None if it was read, or rejected in one line."""
     began = time.process_time()
     try:
         read(kind, folder, mutated(kind, seed))
@@ -874,7 +878,7 @@ def refusal(kind: str, seed: int, folder: Path) -> str | None:
 
 
 def child(kind: str, first: int, count: int) -> None:
-    """Go through seeds, telling each before it is tried: what kills the process is the last one told."""
+    """Go through seeds, printing each before it is tried: if the process dies, the last one is the cause."""
     import resource
 
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, ADDRESSES))
@@ -883,7 +887,7 @@ def child(kind: str, first: int, count: int) -> None:
             print(json.dumps({"try": seed}), flush=True)
             signal.setitimer(
                 signal.ITIMER_PROF, LIMIT + 5
-            )  # the default action ends the process, even in compiled code
+            )  # the default action ends the process even in compiled code
             wrong = refusal(kind, seed, Path(folder))
             if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10 > MEMORY:
                 print(json.dumps({"seed": seed, "wrong": f"took more than {MEMORY >> 30} GB"}), flush=True)
@@ -894,7 +898,7 @@ def child(kind: str, first: int, count: int) -> None:
 
 
 def hunt(kind: str, first: int, count: int) -> list[str]:
-    """What went wrong for `count` seeds of a kind: a line each."""
+    """Return what went wrong for `count` seeds of a kind, one line each."""
     found, last = [], first + count
     while first < last:
         command = [
@@ -924,7 +928,7 @@ def hunt(kind: str, first: int, count: int) -> list[str]:
 
 
 def main() -> int:
-    """Hunt, or show one input again."""
+    """Search for errors, or try one input again."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

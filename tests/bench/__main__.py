@@ -1,8 +1,9 @@
-"""All measurements, one after the other: python -m tests.bench [--quick] [NAME ...]. Each runs alone too, with options.
+"""Run all measurements, one after the other: python -m tests.bench [--quick] [NAME ...]. Each can also be run alone,
+with options.
 
-All of it takes about half an hour on two quiet cores; --quick, a third of that, looks at fewer shapes and jobs. What a
-bench prints is shown as it comes, and all of it ends with the goals of speed, met or not; the exit code tells only
-whether every bench came to its end.
+All of them take about half an hour on two idle cores; --quick takes a third of that with fewer shapes and jobs. The
+output of each bench is shown immediately. At the end, all speed goals are listed as met or missed; the exit code only
+reports whether every bench finished.
 """
 
 import contextlib
@@ -30,7 +31,7 @@ ORDER = (  # those with goals first
     "orders",
     "sequences",
 )
-OPTIONS = {  # each alone looks at more
+OPTIONS = {  # a bench run alone measures more
     "balanced": "--pairs 150 --conformal 30 --tight 10",
     "batch": "--jobs 80 --small 10000",
     "holes": "--letters 10 --unequal 5 --drawings 10 --read 50",
@@ -45,12 +46,12 @@ QUICK = {
     "solver": "--pairs 2 --largest 500 --outlines 0",
     "orders": "--others 0",
 }
-LONGEST = 900  # seconds, after which a bench is given up
+LONGEST = 900  # seconds after which a bench is stopped
 STOPPED = "stopped by Ctrl-C"
 
 
 def main(names: list[str]) -> int:
-    """Run the benches that are there; 1 when one failed, 2 when one is unknown."""
+    """Run the requested benches; return 1 if one failed, 2 if one is unknown."""
     options = QUICK if "--quick" in names else OPTIONS
     names = [name for name in names if name != "--quick"]
     there = [name for name in ORDER if (HERE / f"{name}.py").exists()]
@@ -76,8 +77,9 @@ def main(names: list[str]) -> int:
 
 
 def run(name: str, options: list[str], goals: list[str]) -> str:
-    """How a bench ended, in a process of its own: what one measures does not depend on what another has compiled or
-    allocated. Lines of goals are added to `goals`."""
+    """Return how a bench ended. It runs in its own process, so that it does not depend on what others have compiled or
+    allocated. Lines with goals are appended to `goals`.
+    """
     line = [sys.executable, "-u", "-m", f"tests.bench.{name}", *options]
     process = subprocess.Popen(
         line, cwd=HERE.parents[1], stdout=subprocess.PIPE, text=True, start_new_session=True
@@ -103,7 +105,7 @@ def run(name: str, options: list[str], goals: list[str]) -> str:
 
 
 def stop(process: subprocess.Popen) -> None:
-    """End a bench and all that it has started."""
+    """End a bench and all processes that it has started."""
     if hasattr(os, "killpg"):
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)

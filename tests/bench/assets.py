@@ -1,10 +1,9 @@
-"""GLB files as people have them: a drawing onto all of it, and `iccm relayout` to another unwrap, by the file's own
-numbers.
+"""GLB files from the wild: a drawing mapped onto each, and `iccm relayout` to another unwrap, judged independently.
 
-For each textured file of a folder, small ones first: how much of it the plain `iccm map` covers, at what dilatation and
-evenness of scale, and whether triangles are flipped at exit code 0; then its parts are unwrapped anew by xatlas
-(`pip install xatlas`), its materials carried there, and the colours of 20,000 places of its surface compared between
-both files. Reading and sampling of colours share no code with iccm.
+For each textured file of a folder, small ones first: how much of it plain `iccm map` covers, the dilatation and
+uniformity of scale, and whether triangles are flipped although the exit code is 0. Then its parts are unwrapped again
+by xatlas (`pip install xatlas`), its materials are transferred, and the colours of 20,000 points of its surface are
+compared between both files. Files are read and colours sampled without code of iccm.
 
 python -m tests.bench.assets FOLDER [NAME …] [--only map | relayout]
 """
@@ -45,12 +44,12 @@ class File:
     """A GLB file as pygltflib reads it."""
 
     def __init__(self, path: Path) -> None:
-        """Its tree and its bytes."""
+        """Read the file."""
         self.tree = gl.GLTF2().load_binary(str(path))
         self.blob = self.tree.binary_blob() or b""
 
     def values(self, number: int) -> NDArray:
-        """(n, k) of an accessor; numbers that stand for 0 … 1 as these."""
+        """Return (n, k) the values of an accessor; normalized integers are converted to 0 … 1."""
         said = self.tree.accessors[number]
         view, kind, width = (
             self.tree.bufferViews[said.bufferView],
@@ -64,18 +63,18 @@ class File:
 
     @property
     def primitives(self) -> list[gl.Primitive]:
-        """Those of triangles with coordinates."""
+        """The primitives made of triangles with texture coordinates."""
         every = [p for mesh in self.tree.meshes for p in mesh.primitives]
         return [p for p in every if p.mode in (None, 4) and p.attributes.TEXCOORD_0 is not None]
 
     def faces(self, primitive: gl.Primitive) -> NDArray:
-        """(m, 3) vertices."""
+        """Return (m, 3) vertices of the triangles."""
         if primitive.indices is None:
             return np.arange(self.tree.accessors[primitive.attributes.POSITION].count).reshape(-1, 3)
         return self.values(primitive.indices).reshape(-1, 3).astype(np.int64)
 
     def colours(self, primitive: gl.Primitive, which: NDArray, weights: NDArray) -> NDArray:
-        """(p, 3) base colours, 0 … 255, at places of triangles."""
+        """Return (p, 3) base colours, 0 … 255, at points of triangles."""
         material = None if primitive.material is None else self.tree.materials[primitive.material]
         physical = material and material.pbrMetallicRoughness
         if not physical:
@@ -96,7 +95,8 @@ class File:
         data = self.blob[view.byteOffset or 0 :][: view.byteLength]
         pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), float) / 255
         mode = self.tree.materials[primitive.material].alphaMode
-        pixels = pixels[..., :3] * (1.0 if mode in (None, "OPAQUE") else pixels[..., 3:])  # over black
+        # composited over black
+        pixels = pixels[..., :3] * (1.0 if mode in (None, "OPAQUE") else pixels[..., 3:])
         uv = self.values(getattr(primitive.attributes, f"TEXCOORD_{shown.texCoord or 0}"))
         at = np.einsum("pk,pkc->pc", weights, uv[self.faces(primitive)[which]])
         said = (shown.extensions or {}).get("KHR_texture_transform", {})
@@ -134,12 +134,12 @@ def _srgb(values: NDArray) -> NDArray:
 
 
 class Done(NamedTuple):
-    """How a command ended.
+    """The result of a command.
 
     Attributes:
-        code: its exit code; 124: it took too long.
-        said: its last line, or what it said.
-        seconds: of processors.
+        code: its exit code; 124 if it took too long.
+        said: its last line, or its whole output.
+        seconds: processor time.
     """
 
     code: int
@@ -159,14 +159,14 @@ def command(*words: object) -> Done:
 
 
 def unwrapped(path: Path, out: Path) -> None:
-    """The file with a layout of all its parts by xatlas, without textures."""
+    """Write a copy of the file with a layout of all its parts by xatlas, without textures."""
     import xatlas
 
     file, made, blob = File(path), gl.GLTF2(), bytearray()
     atlas, parts = xatlas.Atlas(), file.primitives
     for part in parts:
         points = file.values(part.attributes.POSITION).astype(np.float32)
-        size = max(float(np.ptp(points, axis=0).max()), 1e-30)  # xatlas takes small triangles for points
+        size = max(float(np.ptp(points, axis=0).max()), 1e-30)  # xatlas considers small triangles degenerate
         atlas.add_mesh(1000 / size * points, file.faces(part).astype(np.uint32))
     atlas.generate()
     made.buffers, made.scenes, made.scene = [gl.Buffer()], [gl.Scene(nodes=list(range(len(parts))))], 0
@@ -201,7 +201,7 @@ def unwrapped(path: Path, out: Path) -> None:
 
 
 def _places(tree: gl.GLTF2) -> dict[int, NDArray]:
-    """(4, 4) of the first node that shows each mesh."""
+    """Return the transform (4, 4) of the first node with each mesh."""
     found: dict[int, NDArray] = {}
     waiting = [(root, np.eye(4)) for root in reversed(tree.scenes[tree.scene or 0].nodes)]
     while waiting:
@@ -226,7 +226,7 @@ def _places(tree: gl.GLTF2) -> dict[int, NDArray]:
 
 
 def differences(old: Path, new: Path) -> NDArray:
-    """(p,) of colours at the same places of all parts, whose triangles are in the same order."""
+    """Return (p,) differences of colours at the same points of all parts, whose triangles are in the same order."""
     before, after = File(old), File(new)
     rng, found = np.random.default_rng(0), []
     for a, b in zip(before.primitives, after.primitives, strict=True):
@@ -243,7 +243,7 @@ def differences(old: Path, new: Path) -> NDArray:
 
 
 def mapped(path: Path, folder: Path) -> dict[str, Any]:
-    """What the first command that people type makes of a file: `iccm map drawing.svg file.glb -o out.glb`."""
+    """Measure the first command that users type for a file: `iccm map drawing.svg file.glb -o out.glb`."""
     (folder / "drawing.svg").write_text(DRAWING)
     out, report = folder / "out.glb", folder / "report.json"
     report.unlink(missing_ok=True)
@@ -261,7 +261,7 @@ def mapped(path: Path, folder: Path) -> dict[str, Any]:
 
 
 def carried(path: Path, folder: Path) -> dict[str, Any]:
-    """How far colours are off after a relayout."""
+    """Measure how far colours are off after a relayout."""
     try:
         unwrapped(path, folder / "new.glb")
     except Exception as error:
@@ -272,7 +272,7 @@ def carried(path: Path, folder: Path) -> dict[str, Any]:
 
 
 def textured(path: Path) -> bool:
-    """Whether a GLB file has pictures and coordinates for them; what only has such a name is none."""
+    """Return whether a file really is a GLB with pictures and coordinates for them."""
     with path.open("rb") as file:
         if file.read(8) != b"glTF\2\0\0\0":
             return False
@@ -283,7 +283,7 @@ def textured(path: Path) -> bool:
 
 
 def main() -> None:
-    """Every textured GLB file of a folder, or those named; the sums at the end."""
+    """Measure every textured GLB file of a folder, or those named, and print totals."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -3,7 +3,7 @@
 Run ``python -m tests.bench.attempts [--files FOLDER] [--only N ...] [--markdown TABLE.md]``. Every attempt runs in a
 fresh folder of ordinary files (a photo, icons, a word, meshes). It **works** when it exits with code 0, leaves the
 files it promises and writes no traceback; it **helps** when it ends with exit code 1 or 2 and at most three lines of
-errors, and they or a note name the cure. Everything else **fails**. Files of FOLDER replace the ones made here.
+errors, and they or a note name the cure. Everything else **fails**. Files in FOLDER replace those made here.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""Balanced maps on random pairs of drawings, glyphs, emoji, states and countries: partial beside whole ones.
+"""Balanced maps on random pairs of drawings, glyphs, emoji, states and countries: partial maps beside whole ones.
 
 python -m tests.bench.balanced [--pairs 150] [--seed 1] [--sheet FILE.png]
 """
@@ -26,7 +26,7 @@ HEAD = "p95  K95  left out  uncovered  turn  gap  certified  CPU-s"
 
 @dataclass(frozen=True)
 class Row:
-    """What a fit made of a pair; lengths relative to the target's diagonal, figures over the target's area."""
+    """Figures of the fit of a pair; lengths relative to the target's diagonal, other figures over the target's area."""
 
     p95: float
     K95: float
@@ -46,7 +46,9 @@ class Row:
 
 
 def measured(source: Shape, target: Shape, fit: str) -> tuple[Row | None, iccm.Fit | None, float]:
-    """One fit as `iccm map` makes it, in CPU-seconds of this process without the report's; None without a map."""
+    """Fit a pair as `iccm map` does; return the row, the fit, and CPU-seconds without the report. None without a
+    map.
+    """
     if fit == "auto":
         source, target = (without_holes(shape, lambda note: None) for shape in (source, target))
     start = time.process_time()
@@ -70,7 +72,7 @@ def measured(source: Shape, target: Shape, fit: str) -> tuple[Row | None, iccm.F
 
 
 def wild_pairs(count: int, seed: int, refusals: list[str]) -> list[tuple[Shape, Shape]]:
-    """Random pairs of shapes of the packages of `shapes.WILD`, always the same for one seed."""
+    """Return random pairs of shapes from the packages in `shapes.WILD`, the same for each seed."""
     choice, names = random.Random(seed), sorted(shapes.WILD)
     return [
         (shapes.drawn_shape(choice, refusals, names), shapes.drawn_shape(choice, refusals, names))
@@ -79,12 +81,12 @@ def wild_pairs(count: int, seed: int, refusals: list[str]) -> list[tuple[Shape, 
 
 
 def share(rows: list[Row | None], holds) -> float:
-    """Share of the pairs that have a map for which something holds."""
+    """Return the share of pairs that have a map with a property."""
     return float(np.mean([row is not None and holds(row) for row in rows]))
 
 
 def goals(rows: dict[str, list[Row | None]], seconds: dict[str, list[float]]) -> None:
-    """What was asked of `auto`, with the share of `whole` behind it."""
+    """Print the goals of `auto`, with the share of `whole` for comparison."""
     print("\ngoals of auto: share of the pairs, asked for; whole")
     asked = [
         ("has a map", 1.0, lambda r: True),
@@ -109,7 +111,7 @@ def goals(rows: dict[str, list[Row | None]], seconds: dict[str, list[float]]) ->
 
 
 def quantiles(rows: list[Row | None]) -> None:
-    """A line for each figure."""
+    """Print a line for each figure."""
     found = [row for row in rows if row is not None]
     for name in ("p95", "K95", "left_out", "uncovered", "gap", "seconds"):
         values = [getattr(row, name) for row in found]
@@ -118,7 +120,7 @@ def quantiles(rows: list[Row | None]) -> None:
 
 
 def sheet(found: list[tuple[tuple[Shape, Shape], list[iccm.Fit | None]]], path: Path) -> None:
-    """A contact sheet: source, whole, auto; three pairs in a row."""
+    """Draw a contact sheet: source, whole, auto; three pairs in a row."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

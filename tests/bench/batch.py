@@ -2,9 +2,9 @@
 
 python -m tests.bench.batch [dask | lost | workers | memory …] [--jobs 40] [--small 1000] [--chunks 4]
 
-Throughput is taken between the first result of a run and its last, so that start-up counts on neither side, and in
-chunks by turns, so that other load on the machine strikes both alike. Processor time is that of the command, of its
-workers, and of Dask's scheduler: it hardly depends on the load.
+Throughput is measured between the first and the last result of a run, so that start-up does not count, and in
+alternating chunks, so that other load on the machine affects both equally. Processor time is that of the command, its
+workers, and Dask's scheduler; it hardly depends on the load.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ LOST = "jobs lost with a worker"
 
 
 def drawing(points: np.ndarray) -> str:
-    """An SVG of a polygon in 100 by 100."""
+    """Return an SVG of a polygon on a canvas of 100 by 100."""
     listed = " ".join(f"{z.real:.3f},{z.imag:.3f}" for z in points)
     return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><polygon points="{listed}"/></svg>'
 
 
 def blob(seed: int) -> str:
-    """An SVG with a smooth random shape."""
+    """Return an SVG with a smooth random shape."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0, 2 * np.pi, 80, endpoint=False)
     r = 35 + sum(rng.normal() * 4 / k * np.cos(k * t + rng.uniform(0, 6)) for k in range(2, 6))
@@ -55,7 +55,7 @@ def blob(seed: int) -> str:
 
 
 def jobs(folder: Path, count: int, **more: object) -> Path:
-    """A manifest of `count` different jobs between random shapes, with the usual options."""
+    """Write a manifest of `count` different jobs between random shapes, with usual options."""
     side = int(np.ceil(np.sqrt(count)))
     for n in range(side):
         (folder / f"{n}.svg").write_text(blob(n))
@@ -65,7 +65,7 @@ def jobs(folder: Path, count: int, **more: object) -> Path:
 
 
 def small(folder: Path, count: int) -> Path:
-    """A manifest of jobs that take as little as a job can: a square onto itself, 16 px of a texture of 16 px."""
+    """Write a manifest of the fastest possible jobs: a square onto itself, 16 px, with a texture of 16 px."""
     (folder / "a.svg").write_text(drawing(np.array([0, 100, 100 + 100j, 100j])))
     image_files.write(folder / "t.png", image_files.Image(np.zeros((16, 16, 3), np.uint8)))
     job = {"source": "a.svg", "target": "a.svg", "output": "{number}.png", **SMALL}
@@ -73,7 +73,7 @@ def small(folder: Path, count: int) -> Path:
 
 
 def listed(folder: Path, rows: list[dict]) -> Path:
-    """The manifest of some jobs."""
+    """Write a manifest with these jobs."""
     path = folder / "jobs.jsonl"
     path.write_text("\n".join(map(json.dumps, rows)))
     return path
@@ -81,13 +81,13 @@ def listed(folder: Path, rows: list[dict]) -> Path:
 
 @dataclass(frozen=True)
 class Batch:
-    """What a batch took.
+    """Measurements of a batch.
 
     Attributes:
-        seconds: of the whole command, start-up included.
-        steady: seconds a job between the first result and the last.
-        used: processor time a job, of the same ones.
-        inside: seconds of all jobs, as their results tell them.
+        seconds: of the whole command, including start-up.
+        steady: seconds per job between the first and the last result.
+        used: processor time per job, for the same jobs.
+        inside: total seconds of all jobs, as reported in their results.
         memory: MiB of the command and its workers over time.
     """
 
@@ -99,7 +99,7 @@ class Batch:
 
 
 def run(manifest: Path, *where: str, cluster: Any = None) -> Batch:
-    """Run a manifest on so many workers, or on a cluster."""
+    """Run a manifest on local workers, or on a cluster."""
     root, given = manifest.parent / "out", len(manifest.read_text().splitlines())
     memory, ended, results, start = [], [], [], time.perf_counter()
     with command(manifest, root, *where) as process:
@@ -120,13 +120,13 @@ def run(manifest: Path, *where: str, cluster: Any = None) -> Batch:
 
 
 def command(manifest: Path, root: Path, *where: str) -> subprocess.Popen:
-    """The running `iccm batch`."""
+    """Start `iccm batch`."""
     line = [ICCM, "batch", str(manifest), "--root", str(root), *where, "-q"]
     return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
 
 def processor_time(pid: int, cluster: Any) -> float:
-    """CPU-seconds so far of a command and its workers, or a cluster's, and this process, which is its scheduler."""
+    """Return the CPU-seconds so far of a command and its workers, or of a cluster and this process, its scheduler."""
     command = psutil.Process(pid)
     running = [command, *command.children(recursive=True)]
     if cluster:
@@ -136,7 +136,7 @@ def processor_time(pid: int, cluster: Any) -> float:
 
 
 def watch(pid: int, memory: list[float]) -> None:
-    """Note what a process and those that come from it hold, of what is shared their share, until it ends."""
+    """Record the memory of a process and its descendants until it ends, with shared memory split among them."""
     with contextlib.suppress(psutil.NoSuchProcess):
         process = psutil.Process(pid)
         while process.is_running():
@@ -145,7 +145,7 @@ def watch(pid: int, memory: list[float]) -> None:
 
 
 def held(process: psutil.Process) -> float:
-    """MiB of a process."""
+    """Return the memory of a process in MiB."""
     with contextlib.suppress(psutil.Error):
         found = process.memory_full_info()
         return getattr(found, "pss", found.uss) / 2**20
@@ -154,7 +154,7 @@ def held(process: psutil.Process) -> float:
 
 @contextlib.contextmanager
 def two_workers() -> Iterator[Any]:
-    """A local Dask cluster of two workers."""
+    """Start a local Dask cluster of two workers."""
     from distributed import LocalCluster
 
     quiet = {"dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
@@ -163,10 +163,10 @@ def two_workers() -> Iterator[Any]:
 
 
 def beside(made: Callable[[Path, int], Path], count: int, chunks: int, what: str) -> float:
-    """The time of a Dask cluster of two workers by that of `-j 2`: the median of so many runs of each, by turns."""
+    """Return the time of a Dask cluster of two workers relative to `-j 2`: the median of alternating runs."""
     with tempfile.TemporaryDirectory() as name, two_workers() as cluster:
         ways = {"-j": ("-j", "2"), "dask": ("--dask", cluster.scheduler_address)}
-        run(made(Path(name), 8), *ways["dask"], cluster=cluster)  # workers import
+        run(made(Path(name), 8), *ways["dask"], cluster=cluster)  # lets the workers import
         manifest = made(Path(name), count // chunks)
         rounds = []
         for number in range(chunks):
@@ -183,7 +183,7 @@ def beside(made: Callable[[Path, int], Path], count: int, chunks: int, what: str
 
 
 def dask(given: argparse.Namespace) -> None:
-    """Throughput of small and of usual jobs."""
+    """Measure the throughput of small and of usual jobs."""
     what = f"{given.small} small jobs (a square onto itself, 16 px)"
     goal(f"{DASK}, small jobs", beside(small, given.small, given.chunks, what), 1 / 0.9)
     what = f"{given.jobs} usual jobs (blobs, balanced, 1024²)"
@@ -191,7 +191,7 @@ def dask(given: argparse.Namespace) -> None:
 
 
 def lost(given: argparse.Namespace) -> None:
-    """How many jobs are not done on a Dask cluster one of whose two workers is killed in the midst of them."""
+    """Count the jobs that are not done when one of two workers of a Dask cluster is killed while they run."""
     with tempfile.TemporaryDirectory() as name, two_workers() as cluster:
         manifest, ended = small(Path(name), 100), []
         with command(manifest, Path(name) / "out", "--dask", cluster.scheduler_address) as process:
@@ -205,7 +205,7 @@ def lost(given: argparse.Namespace) -> None:
 
 
 def workers(given: argparse.Namespace) -> None:
-    """Two workers beside one, and beside the same work in one process without a batch."""
+    """Compare two workers with one, and with the same work in one process without a batch."""
     with tempfile.TemporaryDirectory() as name:
         manifest = jobs(Path(name), given.jobs)
         one, two = run(manifest, "-j", "1"), run(manifest, "-j", "2")
@@ -220,7 +220,7 @@ def workers(given: argparse.Namespace) -> None:
 
 
 def alone(manifest: Path) -> float:
-    """Seconds for the same work in one process without a batch, its imports done before."""
+    """Return the seconds for the same work in one process without a batch, not counting imports."""
     code = (
         "import sys, time, pathlib, os\n"
         "os.environ.update(OPENBLAS_NUM_THREADS='1', OMP_NUM_THREADS='1')\n"
@@ -238,7 +238,7 @@ def alone(manifest: Path) -> float:
 
 
 def memory(given: argparse.Namespace) -> None:
-    """Memory of all processes over many small jobs: it should not grow."""
+    """Measure the memory of all processes over many small jobs: it should not grow."""
     with tempfile.TemporaryDirectory() as name:
         found = run(small(Path(name), min(given.small, 2000)), "-j", "2")
     tenths = [max(part) for part in np.array_split(found.memory[len(found.memory) // 10 :], 9) if len(part)]

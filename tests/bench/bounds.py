@@ -1,10 +1,11 @@
-"""Bounds at shares of what maps without bounds reach, and balances, on random pairs.
+"""Bounds on the dilatation, relative to that of maps without bounds, and balances, on random pairs.
 
 python -m tests.bench.bounds [COUNT] [SEED] [balance]
 
-A row a bound: the bound, the least that the outlines' angles allow, what was found, on how much of the target it is
-exceeded, and by how much the 95 % quantile and the energy grew. With `balance` a row a balance: how uneven sizes are,
-the dilatation that 95 % stay below, and how the picture is turned.
+Each row is for one bound: the bound, the smallest possible one at the outlines' angles, the dilatation found, the share
+of the target on which the bound is exceeded, and the increase of the 95 % quantile and of the energy. With `balance`,
+each row is for one balance: the variation of scale, the 95 % quantile of the dilatation, and the rotation of the
+picture.
 """
 
 import sys
@@ -21,7 +22,7 @@ KINDS = (
     "exceeded by the free map on over 5 %",
     "on 1 to 5 %",
     "on less than 1 %",
-)  # of the target
+)  # relative to the target
 BALANCES = 1.0, 2.0, 4.0, 10.0
 
 
@@ -34,7 +35,7 @@ def main(words: list[str] | None = None) -> None:
 
 
 def balances(count: int, seed: int) -> None:
-    """The table of balances."""
+    """Print the table of balances."""
     rows = []
     for (one, source), (two, target) in shapes.pairs(count, seed):
         for balance in BALANCES:
@@ -56,7 +57,7 @@ def balances(count: int, seed: int) -> None:
 
 
 def bounds(count: int, seed: int) -> None:
-    """The table of bounds."""
+    """Print the table of bounds."""
     rows, kinds = [], []
     print("pair, bound: asked, corners, found, over, p95 and energy by the free map's")
     for (one, source), (two, target) in shapes.pairs(count, seed):
@@ -90,7 +91,7 @@ def bounds(count: int, seed: int) -> None:
 
 
 def energy(found) -> float:
-    """The mean energy over the target."""
+    """Return the mean energy over the target."""
     values, inner = found.energies()["total"], found.area > 0
     return float(np.average(values[inner], weights=found.area[inner]))
 

@@ -1,13 +1,13 @@
-"""Drawings of real programs, carried as artwork by the identity and by a bend, compared by rendering.
+"""Drawings of real programs, mapped as artwork by the identity and by a bend, and compared by rendering.
 
 python -m tests.bench.carried [--drawings 30] [--seed 58] [--keep FOLDER]
 
-Random drawings of packages that illustrators publish, as their programs export them (Illustrator, Figma, Sketch,
-Inkscape), fetched by npm. Each is carried as artwork from its canvas onto the same canvas, and onto a bent one, by
-`iccm map` as a user types it. Both are drawn by resvg at 512 pixels. What the identity wrote is compared with the
-drawing itself; what the bend wrote with the drawing rendered at 2048 pixels and carried as a picture by the same map,
-which knows nothing of paths, paints and clips. A pixel differs where no pixel beside it is within 24 of 255 in
-all channels, premultiplied: edges are resampled in one of the two.
+Random drawings from packages of illustrations, as exported by the authors' programs (Illustrator, Figma, Sketch,
+Inkscape), are fetched by npm. Each is mapped as artwork from its canvas onto the same canvas, and onto a bent one, by
+`iccm map` as a user would run it. Both results are rendered by resvg at 512 pixels. The result of the identity is
+compared with the drawing itself. The result of the bend is compared with the drawing rendered at 2048 pixels and warped
+as a picture by the same map, which does not depend on paths, paints and clips. A pixel counts as different if no pixel
+next to it is within 24 of 255 in all premultiplied channels, because edges are resampled in one of the two.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ PACKAGES = {  # pattern of files, licence
     "flag-icons@7.5.0": ("flags/4x3/*.svg", "MIT"),
     "@momentum-design/illustrations@0.2.6": ("dist/svg/*.svg", "MIT"),
 }
-PIXELS, FINE_PIXELS = 512, 2048  # longer side of what is compared, and of the pictures that are bent
+PIXELS, FINE_PIXELS = 512, 2048  # longer side of compared pictures, and of pictures that are bent
 TOLERANCE = 24  # of 255
 MOST_DIFFERENT = 0.01  # of the pixels
-GOAL = 0.95  # of the drawings
-LARGEST_BYTES = 400_000  # of a drawing
+GOAL = 0.95  # share of the drawings
+LARGEST_BYTES = 400_000  # size of a drawing
 BENT = "M0 {a}Q{m} -{a} {w} {a}L{r} {b}Q{m} {c} {l} {b}Z"
 
 
 def bent(box: tuple[float, float, float, float]) -> str:
-    """A canvas whose top bulges and whose sides lean inwards."""
+    """Return a canvas with a bulging top and sides that lean inwards."""
     x, y, w, h = box
     path = BENT.format(a=0.08 * h, m=w / 2, w=w, r=0.93 * w, l=0.04 * w, b=0.95 * h, c=0.8 * h)
     shape = f'<path transform="translate({x} {y})" d="{path}"/>'
@@ -54,7 +54,7 @@ def bent(box: tuple[float, float, float, float]) -> str:
 
 
 def run(*words: str | Path) -> str:
-    """Run the command; what it wrote to stderr."""
+    """Run the command; return what it wrote to stderr."""
     done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, timeout=300)
     if done.returncode not in (0, 1):
         raise RuntimeError(done.stderr.strip().splitlines()[-1][:200])
@@ -62,7 +62,7 @@ def run(*words: str | Path) -> str:
 
 
 def drawn(path: Path, box: tuple[float, float, float, float], longer: int) -> NDArray[np.uint8]:
-    """A drawing, rendered by resvg, premultiplied."""
+    """Render a drawing with resvg, premultiplied."""
     x, y, w, h = box
     size = round(longer * w / max(w, h)), round(longer * h / max(w, h))
     pixels = rendering.render(path, (complex(x, -y - h), complex(x + w, -y)), size).pixels
@@ -70,14 +70,14 @@ def drawn(path: Path, box: tuple[float, float, float, float], longer: int) -> ND
 
 
 def premultiplied(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Colours times alpha, and alpha."""
+    """Return colours times alpha, and alpha."""
     found = pixels.astype(np.float32)
     found[..., :3] *= found[..., 3:] / 255
     return found
 
 
 def different(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> float:
-    """Share of the pixels of one picture that no pixel beside the same place of the other resembles."""
+    """Return the share of pixels of a picture that no pixel near the same place of the other resembles."""
     a, b = premultiplied(one), premultiplied(other)
     kernel = np.ones((3, 3), np.uint8)
     low, high = cv2.erode(b, kernel), cv2.dilate(b, kernel)
@@ -85,7 +85,7 @@ def different(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> float:
 
 
 def carried(path: Path, folder: Path) -> tuple[float, float, str]:
-    """Share of pixels that differ after the identity and after the bend, and the notes of the first."""
+    """Return the shares of pixels that differ after the identity and after the bend, and the notes of the first run."""
     canvas = tree.parse(path.read_bytes()).canvas
     if canvas is None:
         raise RuntimeError("no canvas")
@@ -108,7 +108,7 @@ def carried(path: Path, folder: Path) -> tuple[float, float, str]:
 
 
 def chosen(count: int, seed: int) -> list[Path]:
-    """Random drawings, as many of each package."""
+    """Return random drawings, equally many from each package."""
     choice = random.Random(seed)
     found: list[Path] = []
     sets = []

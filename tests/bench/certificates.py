@@ -1,10 +1,10 @@
-"""Certificates against dense sampling: random harmonic maps, of which it is known how deep their folds reach.
+"""Certificates compared with dense sampling, on random harmonic maps for which the depth of folds is known.
 
     python -m tests.bench.certificates [COUNT]
 
-A map is judged without the certificate's own code: |f_z̄| < |f_z| at thousands of samples on rings at many depths, and
-the images of those rings as polygons. A certificate is false where that finds a fold in the part it covers; a rejection
-is one too many where 99 % of the area are free of folds and less is certified.
+A map is judged without the certificate's code: by |f_z̄| < |f_z| at thousands of samples on rings at many depths, and
+by the images of those rings as polygons. A certificate is false if a fold is found in the part that it covers. A
+rejection is unnecessary if 99 % of the area are free of folds but less is certified.
 """
 
 import sys
@@ -22,7 +22,9 @@ DEPTHS = np.concatenate([[1e-4, 1e-3, 2e-3, 3e-3, 4e-3], np.geomspace(5e-3, 0.9,
 
 
 def drawn(rng: np.random.Generator) -> HarmonicMap:
-    """A random polygon of 6 to 40 vertices, some edges divided, with smooth or rough values on top of a similarity."""
+    """Draw a random polygon of 6 to 40 vertices, some edges divided, with smooth or rough values added to a
+    similarity.
+    """
     polygon = random_polygon(rng, int(rng.integers(6, 41)))
     parts = int(rng.integers(1, 4))
     t = np.arange(parts) / parts
@@ -38,7 +40,7 @@ def drawn(rng: np.random.Generator) -> HarmonicMap:
 
 
 def fold_depth(f: HarmonicMap) -> float:
-    """The largest of DEPTHS at which dense samples find a fold, relative to the inradius; 0 where none do."""
+    """Return the largest of DEPTHS at which dense samples find a fold, relative to the inradius; 0 if there is none."""
     for depth in DEPTHS[::-1]:
         if folded(f, depth):
             return float(depth)
@@ -46,7 +48,7 @@ def fold_depth(f: HarmonicMap) -> float:
 
 
 def folded(f: HarmonicMap, depth: float) -> bool:
-    """Whether dense samples of the part at some depth show that the map is not one-to-one there."""
+    """Return whether dense samples of the part at some depth show that the map is not one-to-one there."""
     inner, _ = moved_in(f.polygon, depth)
     images = []
     for part in shapely.get_parts(inner):
@@ -68,7 +70,7 @@ def folded(f: HarmonicMap, depth: float) -> bool:
 
 
 def moved_in(polygon: np.ndarray, depth: float) -> tuple[shapely.Geometry, float]:
-    """The part at some depth, and its share of the area."""
+    """Return the part at some depth, and its share of the area."""
     outline = shapely.Polygon(np.column_stack([polygon.real, polygon.imag]))
     radius = shapely.maximum_inscribed_circle(outline, tolerance=1e-3 * np.sqrt(outline.area)).length
     inner = outline.buffer(-depth * radius, join_style="mitre")
@@ -76,7 +78,7 @@ def moved_in(polygon: np.ndarray, depth: float) -> tuple[shapely.Geometry, float
 
 
 def measure(count: int = COUNT, seed: int = 16) -> dict[str, float]:
-    """Draw maps, certify them, and count what went wrong."""
+    """Draw maps, certify them, and count the errors."""
     rng = np.random.default_rng(seed)
     false, rejected, injective, seconds = 0, 0, 0, []
     for _ in range(count):

@@ -1,15 +1,14 @@
-"""Our maps beside other people's on the same shapes, as in Fig. 7 of the paper: a table and a picture.
+"""Comparison with other authors' maps on the same shapes, as in Fig. 7 of the paper: a table and a picture.
 
 python -m tests.bench.comparison [--picture]
 
-The others need a boundary correspondence, and get points at equal shares of both outlines, the first of them chosen
-so that the picture turns least; [ESA07] slides from there. Ours need none, but are given the pins and strokes that the
-samples' drawings hold, which the others have no place for; without any, the quasi-conformal map is the conformal one,
-and left out. Distortion is that of the linear maps of the
-triangles of one mesh of the source, each weighted by its area, for all of them: a conformal map has a little more than
-1 there. `gap` is the two-sided Hausdorff distance of the boundary's image to the target, relative to its diagonal: for
-the others of the mesh's boundary, for ours of the map's. A method that holds the boundary's nodes has a gap only
-between them.
+The other methods need a boundary correspondence. They get points at equal shares of both outlines, starting where the
+picture rotates least; [ESA07] slides from there. Ours need none, but use the pins and strokes in the samples' drawings,
+which the others cannot. Without any, the quasi-conformal map equals the conformal one, and is left out. For all
+methods, distortion is that of the linear maps of the triangles of one mesh of the source, weighted by area; a conformal
+map therefore has slightly more than 1. `gap` is the two-sided Hausdorff distance between the image of the boundary and
+the target, relative to its diagonal: for the others of the mesh's boundary, for ours of the map's. A method that fixes
+the boundary's nodes has a gap only between them.
 """
 
 import argparse
@@ -48,7 +47,7 @@ OURS = {
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """A method's map of one mesh, and the figures of the table."""
+    """The map of a mesh by one method, and its figures in the table."""
 
     name: str
     images: np.ndarray
@@ -62,7 +61,9 @@ class Result:
 
 
 def compare(source: Curve, target: Curve, pins: np.ndarray, strokes: list) -> tuple[Mesh, list[Result]]:
-    """All methods on one pair; pins and strokes are given to our maps alone, and pins measured for all."""
+    """Run all methods on one pair; pins and strokes are only given to our maps, and errors at pins are measured for
+    all.
+    """
     mesh = Mesh.of(source)
     wanted = rivals.paired(mesh, target)
     out = []
@@ -90,7 +91,7 @@ def judged(
     seconds: float,
     fit: Fit | None = None,
 ) -> Result:
-    """The figures of one map."""
+    """Return the figures of one map."""
     dilatation, area = rivals.distortion(mesh, images)
     weight = mesh.areas / mesh.areas.sum()
     log = np.log10(np.maximum(np.abs(area), 1e-300))
@@ -109,20 +110,20 @@ def judged(
 
 
 def share(values: np.ndarray, weight: np.ndarray, q: float) -> float:
-    """The value that a share q of the weight does not exceed."""
+    """Return the weighted quantile q of values."""
     order = np.argsort(values)
     return float(values[order][np.searchsorted(np.cumsum(weight[order]), q * weight.sum())])
 
 
 def pin_error(mesh: Mesh, images: np.ndarray, pins: np.ndarray) -> float:
-    """Root mean square distance of the pins' images to their targets; NaN without pins."""
+    """Return the root mean square distance of the pins' images from their targets; NaN without pins."""
     if not pins.size:
         return float("nan")
     return float(np.sqrt(np.mean(np.abs(rivals.interpolated(mesh, images, pins[:, 0]) - pins[:, 1]) ** 2)))
 
 
 def table(results: list[Result]) -> None:
-    """Print one line a method."""
+    """Print one line per method."""
     print(f"{'method':30} gap      distortion 50 % 95 %  area  folds   pins     seconds")
     for r in results:
         pins = "   -   " if np.isnan(r.pins) else f"{r.pins:.1e}"
@@ -133,7 +134,7 @@ def table(results: list[Result]) -> None:
 
 
 def picture(mesh: Mesh, results: list[Result], source: Curve, target: Curve, name: str) -> None:
-    """The source and what each method makes of it."""
+    """Draw the source and the result of each method."""
     low, high = target.box
     figure, panels = pictures.sheet(5, 2, 2.1, 0.35 if (high - low).imag > 0.75 * (high - low).real else -0.5)
     texture, home, away = pictures.board(source), pictures.around(source), pictures.around(target)
@@ -153,7 +154,7 @@ def picture(mesh: Mesh, results: list[Result], source: Curve, target: Curve, nam
 
 
 def main(words: list[str] | None = None) -> None:
-    """Print a table a pair; with --picture also draw that of the gallery."""
+    """Print a table per pair; with --picture, also draw the picture for the gallery."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -162,7 +163,8 @@ def main(words: list[str] | None = None) -> None:
     print(
         "## Comparison (distortion K = σ₁/σ₂, area = log10 spread 5 % to 95 %, pins = rms error; see the module)"
     )
-    iccm.fit(np.exp(2j * np.pi * np.arange(5) / 5), np.array([0, 1, 1 + 1j, 1j]))  # compiles and imports
+    # for compilation and imports
+    iccm.fit(np.exp(2j * np.pi * np.arange(5) / 5), np.array([0, 1, 1 + 1j, 1j]))
     for number, (a, b) in enumerate(CASES):
         source, target = shapes.sample(a), shapes.sample(b)
         pins, strokes = constraints.pair(source, target)

@@ -1,4 +1,4 @@
-"""Pins and strokes met exactly: random ones on random pairs of drawings, the balanced method without them beside.
+"""Exact pins and strokes: random ones on random pairs of drawings, compared with the map without constraints.
 
 python -m tests.bench.constraints [--pairs 16] [--seed 1] [--only KIND] [--share 1.0]
 """
@@ -17,16 +17,17 @@ from iccm.balanced.minimise.energy import energy_of
 
 from . import shapes
 
-PIN_ERROR, OFF_LINE, GAP = 1e-9, 2e-4, 1e-3  # goals, of the diagonal
-TURNED = 120  # degrees by which strokes are turned, at most
-CLEAR = 0.03  # of the diagonal: how far random pins stay from the outlines, and half of it from each other
+PIN_ERROR, OFF_LINE, GAP = 1e-9, 2e-4, 1e-3  # goals, relative to the diagonal
+TURNED = 120  # largest rotation of strokes in degrees
+# relative to the diagonal: distance of random pins from the outlines; half of it from each other
+CLEAR = 0.03
 TRIES = 400
-REDRAWN = 3  # times that constraints are drawn for a pair before the next pair is taken
+REDRAWN = 3  # attempts to draw constraints for a pair before the next pair is taken
 
 
 @dataclass(frozen=True)
 class Case:
-    """A pair of domains and the map without constraints."""
+    """A pair of domains, and the map without constraints."""
 
     name: str
     source: Curve
@@ -37,7 +38,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Row:
-    """What became of a case; the ratios are to the map without constraints."""
+    """Results for a case; ratios are relative to the map without constraints."""
 
     error: float
     gap: float
@@ -51,7 +52,7 @@ class Row:
 
     @property
     def met(self) -> bool:
-        """Whether all is as promised."""
+        """Whether all goals are met."""
         return (
             self.error <= PIN_ERROR
             and self.off <= OFF_LINE
@@ -62,17 +63,17 @@ class Row:
 
 
 def clear(curve: Curve, z: np.ndarray) -> np.ndarray:
-    """Which points are inside and far enough from the outline."""
+    """Return which points are inside and far enough from the outline."""
     return curve.contains(z) & (curve.distances(z) > CLEAR * curve.diagonal)
 
 
 def apart(points: list, z: complex, unit: float) -> bool:
-    """Whether a point is far enough from the others."""
+    """Return whether a point is far enough from the others."""
     return all(abs(z - other) > CLEAR * unit for other in points)
 
 
 def inner(rng, free: iccm.Fit, count: int, low: float, high: float) -> np.ndarray | None:
-    """Pins inside, displaced from where the map without pins has them by shares `low` to `high` of the diagonal."""
+    """Return pins inside, displaced from their unconstrained images by shares `low` to `high` of the diagonal."""
     points, pins = free.interior, []
     for _ in range(TRIES):
         z = complex(rng.choice(points))
@@ -87,7 +88,7 @@ def inner(rng, free: iccm.Fit, count: int, low: float, high: float) -> np.ndarra
 
 
 def outer(rng, free: iccm.Fit, count: int, slide: float) -> np.ndarray | None:
-    """Pins on the outline, slid by up to a share of its length, in order."""
+    """Return pins on the outline, moved along it by up to a share of its length, in order."""
     source, target = free.source, free.target
     for _ in range(TRIES):
         s = np.sort(rng.uniform(0, source.length, count))
@@ -105,14 +106,14 @@ def outer(rng, free: iccm.Fit, count: int, slide: float) -> np.ndarray | None:
 
 
 def some_stuck(one: tuple | None, k: int) -> tuple:
-    """A stroke whose ends slide, or one with pins at them in turn."""
+    """Return a stroke whose ends slide, or with pins at its ends, alternately."""
     if one is None or k % 2:
         return (), [one]
     return np.column_stack([np.asarray(side)[[0, -1]] for side in one]), [one]
 
 
 def stroke(rng, free: iccm.Fit, low: float = 0.15, high: float = 0.4, turned: float = TURNED) -> tuple | None:
-    """A bent stroke and where it should go: its image without constraints, turned, moved and scaled."""
+    """Return a bent stroke and its target: its unconstrained image, rotated, moved and scaled."""
     for _ in range(10 * TRIES):
         length = rng.uniform(low, high) * free.source.diagonal
         t = np.linspace(0, length, 40)
@@ -133,7 +134,7 @@ def stroke(rng, free: iccm.Fit, low: float = 0.15, high: float = 0.4, turned: fl
 
 
 def mixed(rng, free: iccm.Fit, count: int) -> tuple | None:
-    """A stroke, pins inside and on the outline, as far as they fit together."""
+    """Return a stroke and pins inside and on the outline, as far as they are compatible."""
     one = stroke(rng, free, 0.1, 0.25, 30)
     pins = inner(rng, free, 1 + count % 2, 0.03, 0.1), outer(rng, free, 2 + count % 2, 0.05)
     if one is None or any(part is None for part in pins):
@@ -147,8 +148,9 @@ def mixed(rng, free: iccm.Fit, count: int) -> tuple | None:
 
 
 def touching(rng, free: iccm.Fit, k: int) -> tuple:
-    """A stroke from the outline inwards, or across to the outline, and its image without constraints, its ends slid
-    along the outline and its middle moved."""
+    """Return a stroke from the outline inwards, or across the shape, and its unconstrained image with the ends moved
+    along the outline and the middle displaced.
+    """
     source, target, both = free.source, free.target, k % 2
     share = np.linspace(0, 1, 40)
     for _ in range(TRIES // 10):
@@ -168,12 +170,14 @@ def touching(rng, free: iccm.Fit, k: int) -> tuple:
 
 
 def displacement(rng, low: float, high: float) -> complex:
-    """A random vector, its length between two bounds."""
+    """Return a random vector with a length between two bounds."""
     return rng.uniform(low, high) * np.exp(2j * np.pi * rng.uniform())
 
 
 def ray(rng, curve: Curve, across: int) -> np.ndarray | None:
-    """(40,) points from a random one of the outline inwards, all the way `across` or half of it; None if short."""
+    """Return (40,) points from a random point of the outline inwards, all the way `across` or half of it; None if
+    short.
+    """
     s = rng.uniform(0, curve.length)
     foot, ahead = curve.at(np.array([s, s + 1e-6 * curve.length]))
     way = 1j * (ahead - foot) / abs(ahead - foot) * np.exp(1j * rng.uniform(-0.6, 0.6))
@@ -189,8 +193,7 @@ def ray(rng, curve: Curve, across: int) -> np.ndarray | None:
 
 
 def clear_but_for_ends(curve: Curve, z: np.ndarray, both: int) -> bool:
-    """Whether a polyline (n,) leaves the outline at its first point, and at its last if `both`, and keeps clear of it
-    between."""
+    """Return whether a polyline (n,) starts on the outline, ends there if `both`, and stays clear of it in between."""
     away = curve.distances(z)
     steps = np.arange(z.size) / z.size
     far = np.minimum(steps, 1 - steps if both else 1.0)
@@ -208,16 +211,16 @@ KINDS: dict[str, tuple[int, float, Callable]] = {
     "mixed": (40, 0.95, mixed),
     "touching": (32, 0.95, touching),
 }
-"""How many cases of each kind, the share that must be met, and what makes them."""
+"""Number of cases of each kind, the share of constraints that must be met, and the function that makes them."""
 
 
 def free_fits(count: int, seed: int) -> list[Case]:
-    """Random pairs with their maps without constraints."""
+    """Return random pairs with their maps without constraints."""
     found = []
     for source, target in shapes.drawn_pairs(count, seed, []):
         name = f"{shapes.label(source)[:22]} → {shapes.label(target)[:22]}"
         try:
-            iccm.fit(source.curve, target.curve) if not found else None  # compiles
+            iccm.fit(source.curve, target.curve) if not found else None  # for compilation
             start = time.process_time()
             free = iccm.fit(source.curve, target.curve)
         except InputError as error:
@@ -229,8 +232,9 @@ def free_fits(count: int, seed: int) -> list[Case]:
 
 
 def off_line(fit: iccm.Fit) -> float:
-    """The largest distance of strokes' images from their goals, of the diagonal; where ends have pins, of goals from
-    images, too."""
+    """Return the largest distance of strokes' images from their targets, relative to the diagonal; if ends have pins,
+    also of targets from images.
+    """
     worst = 0.0
     for a, b in fit.strokes:
         image = Curve(fit.map(a.at(np.linspace(0, a.length, 400))), closed=False)
@@ -242,12 +246,12 @@ def off_line(fit: iccm.Fit) -> float:
 
 
 def energy(fit: iccm.Fit) -> float:
-    """The energy that is minimised, at q = 1."""
+    """Return the minimised energy at q = 1."""
     return energy_of(fit.map.source, fit.map.image, fit.map.faces)
 
 
 def measured(case: Case, pins: np.ndarray, strokes: list) -> Row:
-    """One fit with constraints."""
+    """Measure a fit with constraints."""
     start = time.process_time()
     fit = iccm.fit(case.source, case.target, pins=pins, strokes=strokes)
     seconds = time.process_time() - start
@@ -266,7 +270,7 @@ def measured(case: Case, pins: np.ndarray, strokes: list) -> Row:
 
 
 def drawn_for(rng, cases: list[Case], make: Callable, k: int) -> tuple | None:
-    """A pair with pins and strokes for it; where none are found, for the next pair."""
+    """Return a pair with pins and strokes for it; if none are found, try the next pair."""
     for pair in range(k, k + len(cases)):
         case = cases[pair % len(cases)]
         for _ in range(REDRAWN):
@@ -277,7 +281,7 @@ def drawn_for(rng, cases: list[Case], make: Callable, k: int) -> tuple | None:
 
 
 def summed_up(rows: list[Row]) -> str:
-    """Medians and the most of what was measured."""
+    """Return medians and maxima of the results."""
     middle = [float(np.median([getattr(row, f) for row in rows])) for f in ("slower", "energy", "p95")]
     return (
         f"CPU × {middle[0]:.2f} in the median (goal 2), most {max(r.seconds for r in rows):.1f} s (goal 20), "
@@ -286,7 +290,7 @@ def summed_up(rows: list[Row]) -> str:
 
 
 def run(kind: str, cases: list[Case], seed: int, share: float) -> list[Row]:
-    """All cases of a kind, a line each, and a summary with the goals."""
+    """Run all cases of a kind; print a line for each, and a summary with the goals."""
     count, least, make = KINDS[kind]
     rng, rows, failed, made = np.random.default_rng(seed), [], 0, 0
     for k in range(max(1, round(count * share))):
@@ -318,7 +322,7 @@ def run(kind: str, cases: list[Case], seed: int, share: float) -> list[Row]:
 
 
 def main() -> None:
-    """See the module."""
+    """Run the bench; see the module."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=int, default=16)
     parser.add_argument("--seed", type=int, default=1)

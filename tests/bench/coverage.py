@@ -1,4 +1,4 @@
-"""What a picture of a result shows of a drawing, measured on pixels: coverage, cracks, holes, and where it lies."""
+"""What a picture of a result shows of a drawing, measured in pixels: coverage, cracks, holes, and its position."""
 
 from dataclasses import dataclass
 
@@ -12,14 +12,14 @@ OPAQUE = 127.5  # alpha from which a pixel counts as painted
 LINES_SHARE = (
     1 / 3
 )  # of its silhouette; what paints less is drawn by lines, and may be taken with its inside filled
-SAME_COVERAGE = 0.02  # readings of a drawing by which coverage differs less cover alike
+SAME_COVERAGE = 0.02  # readings of a drawing whose coverage differs by less are considered equal
 CRACK_RADIUS_PIXELS, CRACK_SIDE_PIXELS = (
     3,
     512,
 )  # of the closing that finds cracks, in a picture of this longer side
-LEAST_PART_SHARE = 0.002  # of the painted area; smaller components are specks
-MOST_BOXES = 40  # the largest components, one of which a picture may show alone
-LEAST_HOLE_PIXELS = 12  # at CRACK_SIDE_PIXELS; smaller holes are not seen
+LEAST_PART_SHARE = 0.002  # relative to the painted area; smaller components are specks
+MOST_BOXES = 40  # components, the largest first, one of which a picture may show alone
+LEAST_HOLE_PIXELS = 12  # at CRACK_SIDE_PIXELS; smaller holes are not visible
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Seen:
     """What a result shows of the target drawing.
 
     Attributes:
-        reading: "drawn", or "filled" where a line drawing is taken with its inside.
+        reading: "drawn", or "filled" if the inside of a line drawing counts as painted.
         covered: share of the target's painted area that the result paints.
         cracks: area of cracks inside the target, relative to the target's painted area.
         spilled: share of the result's painted area that lies outside the target's.
@@ -42,12 +42,12 @@ class Seen:
 
 
 def painted(alpha: NDArray) -> Mask:
-    """The pixels that a picture paints."""
+    """Return the pixels that a picture paints."""
     return alpha > OPAQUE
 
 
 def readings(target: Mask) -> dict[str, Mask]:
-    """The painted area of a drawing: as drawn, and filled where lines alone draw it."""
+    """Return the painted area of a drawing: as drawn, and filled if it consists of lines only."""
     filled = ndimage.binary_fill_holes(target)
     if target.sum() >= LINES_SHARE * filled.sum():
         return {"drawn": target}
@@ -55,12 +55,12 @@ def readings(target: Mask) -> dict[str, Mask]:
 
 
 def seen(target: Mask, result: Mask, outside: float = 0.0) -> Seen:
-    """What a result shows of a target, by the reading of the target that it covers better.
+    """Measure what a result shows of a target, for the reading of the target that it covers better.
 
     Args:
-        target: what the target paints, on the result's canvas.
-        result: what the result paints.
-        outside: pixels that the target paints beyond that canvas, at the same scale; they are not covered.
+        target: painted area of the target, on the result's canvas.
+        result: painted area of the result.
+        outside: pixels painted by the target beyond that canvas, at the same scale; they are not covered.
     """
     shares = {
         name: float((area & result).sum() / max(area.sum() + outside, 1))
@@ -79,12 +79,12 @@ def seen(target: Mask, result: Mask, outside: float = 0.0) -> Seen:
 
 
 def cracks(target: Mask, result: Mask) -> float:
-    """What a closing of the result fills inside the target, relative to the target's painted area."""
+    """Return the area that a closing of the result fills inside the target, relative to the target's painted area."""
     if not target.any():
         return 0.0
     radius = CRACK_RADIUS_PIXELS * max(target.shape) / CRACK_SIDE_PIXELS
     reach = int(np.ceil(radius))
-    # distances to pixels' centres: a pixel of its own size is added on either side by half a pixel
+    # distances are between pixel centres, so half a pixel is added on either side
     wide = np.pad(result, reach + 1)
     grown = ndimage.distance_transform_edt(~wide) <= radius
     closed = ndimage.distance_transform_edt(grown) > radius
@@ -93,12 +93,12 @@ def cracks(target: Mask, result: Mask) -> float:
 
 
 def shown(places: NDArray, visible: Mask, source: Mask) -> float:
-    """Share of the source drawing's painted area that a picture shows.
+    """Return the share of the source drawing's painted area that a picture shows.
 
     Args:
-        places: (height, width, 2) of every pixel the place in the source that it shows: across and up, from 0 to 1.
+        places: (height, width, 2) for each pixel the place in the source that it shows: across and up, from 0 to 1.
         visible: the pixels that show something.
-        source: what the source paints of its canvas.
+        source: painted area of the source on its canvas.
     """
     slopes = []
     for axis in (0, 1):
@@ -106,7 +106,7 @@ def shown(places: NDArray, visible: Mask, source: Mask) -> float:
         ahead[(-1, slice(None)) if axis == 0 else (slice(None), -1)] = False
         steps = np.roll(places, -1, axis) - places
         behind = np.roll(ahead, 1, axis)
-        # a pixel at the edge takes the step from the neighbour that there is
+        # a pixel at the edge uses the step to its only neighbour
         slopes.append(
             np.where(ahead[..., None], steps, np.where(behind[..., None], np.roll(steps, 1, axis), 0))
         )
@@ -119,14 +119,14 @@ def shown(places: NDArray, visible: Mask, source: Mask) -> float:
 
 
 def parts(mask: Mask) -> int:
-    """Components of a painted area that are more than specks."""
+    """Return the number of components of a painted area, without specks."""
     labels, count = ndimage.label(mask, np.ones((3, 3)))
     sizes = ndimage.sum_labels(mask, labels, np.arange(1, count + 1))
     return int((sizes >= LEAST_PART_SHARE * mask.sum()).sum()) if count else 0
 
 
 def extra_holes(target: Mask, result: Mask) -> int:
-    """Enclosed holes of the result in which the target paints more than half."""
+    """Return the number of enclosed holes of the result that the target paints by more than half."""
     holes = ndimage.binary_fill_holes(result) & ~result
     labels, count = ndimage.label(holes)
     if not count:
@@ -139,13 +139,15 @@ def extra_holes(target: Mask, result: Mask) -> int:
 
 
 def agreement(target: Mask, result: Mask) -> float:
-    """How well a result lies on a target, as drawn or filled: intersection by union."""
+    """Return how well a result matches a target, as drawn or filled: intersection over union."""
     areas = (target, ndimage.binary_fill_holes(target))
     return max(float((area & result).sum() / max((area | result).sum(), 1)) for area in areas)
 
 
 def component_boxes(mask: Mask) -> list[tuple[float, float, float, float]]:
-    """Left, top, width and height of all that is painted and of each component, relative to the picture's sides."""
+    """Return left, top, width and height of everything painted and of each component, relative to the picture's
+    sides.
+    """
     labels, _ = ndimage.label(mask, np.ones((3, 3)))
     found = [ndimage.find_objects(mask.astype(int)), ndimage.find_objects(labels)]
     high, wide = mask.shape

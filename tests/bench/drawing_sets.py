@@ -1,6 +1,6 @@
 """Drawings for the bench `drawings`: files of 28 sets that no other bench uses, fetched by npm.
 
-Every drawing is a file as a user has it, and an SVG text that shows the same, for the bench's own rasterizer.
+Each drawing has a file as a user would have it, and an equivalent SVG for the bench's own rasterizer.
 """
 
 import json
@@ -19,14 +19,14 @@ from .rasterizer import Box, rendered
 
 FOLDER = shapes.CACHE / "drawings"
 PICTURE_PIXELS = 512  # longer side of drawings that are written as pictures
-LEAST_PAINTED = 0.004  # of its canvas; a drawing that paints less is taken for empty
+LEAST_PAINTED = 0.004  # relative to its canvas; a drawing that paints less is considered empty
 WORDS = (
     *("A", "B", "Q", "R", "a", "e", "g", "k", "s", "w", "&", "?", "2", "4", "8", "ij", "Oö", "fb"),
     *("Hello", "Sale", "Jazz", "Ahoy!", "Bold 7", "Café", "North", "River", "50%", "Big sky"),
 )
 SIGNS = ("水", "山", "花", "あ", "ふ", "み", "ネコ", "東京", "ありがとう", "祭り")
-LINE_BOX_EMS = 0.8, 1.0  # above the baseline, and in all: the canvas of a word, as our reference has it
-KIN = (  # of one kind, by set and name
+LINE_BOX_EMS = 0.8, 1.0  # above the baseline, and in total: the canvas of a word in our reference
+KIN = (  # drawings of one kind, by set and name
     ("temaki/donut", "flatcolor/doughnut-chart"),
     ("temaki/wheel", "fontisto/flotation-ring"),
     ("temaki/hand", "emojione1/hand-with-fingers-splayed"),
@@ -47,14 +47,14 @@ REGIONS = (
 
 @dataclass(frozen=True)
 class DrawingSet:
-    """Where a set comes from.
+    """Origin of a set of drawings.
 
     Attributes:
-        package: what npm fetches, one or several words.
+        package: npm package, one or several words.
         files: pattern of its files in the package.
         kind: "glyph", "line", "colour", "word", "map" or "photo".
         licence: of the drawings.
-        suffix: of the files that are written; empty where those of the package are used as they are.
+        suffix: of the files that are written; empty if those of the package are used unchanged.
         keep: pattern that names of a collection must match.
     """
 
@@ -74,7 +74,7 @@ SETS = {
     "fontisto": DrawingSet("@iconify-json/fontisto@1.2.1", "icons.json", "glyph", "MIT", ".svg"),
     "weather": DrawingSet("@iconify-json/wi@1.2.1", "icons.json", "glyph", "OFL 1.1", ".svg"),
     "clipart": DrawingSet("@iconify-json/raphael@1.2.1", "icons.json", "glyph", "MIT", ".white.png"),
-    # lines: icons that are drawn by strokes
+    # lines: icons drawn with strokes
     "tabler": DrawingSet("@tabler/icons@3.51.0", "icons/outline/*.svg", "line", "MIT"),
     "feather": DrawingSet("feather-icons@4.29.2", "dist/icons/*.svg", "line", "MIT"),
     "solar": DrawingSet("@iconify-json/solar@1.2.13", "icons.json", "line", "CC BY 4.0", ".svg", "-linear$"),
@@ -95,7 +95,7 @@ SETS = {
     "gravity": DrawingSet("@gravity-ui/illustrations@2.1.1", "svgs/*.svg", "colour", "MIT"),
     "devicon": DrawingSet("devicon@2.17.0", "icons/*/*-original.svg", "colour", "MIT"),
     "flags": DrawingSet("flag-icons@7.5.0", "flags/4x3/*.svg", "colour", "MIT"),
-    # words and letters, named as font.ttf#text=Word
+    # words and letters, specified as font.ttf#text=Word
     "playfair": DrawingSet("@expo-google-fonts/playfair-display@0.4.2", "700Bold/*.ttf", "word", "OFL 1.1"),
     "bangers": DrawingSet("@expo-google-fonts/bangers@0.4.1", "400Regular/*.ttf", "word", "OFL 1.1"),
     "vibes": DrawingSet("@expo-google-fonts/great-vibes@0.4.1", "400Regular/*.ttf", "word", "OFL 1.1"),
@@ -103,7 +103,7 @@ SETS = {
     # maps
     "borders": DrawingSet("world-countries@5.1.0", "data/*.geo.json", "map", "ODbL 1.0"),
     "regions": DrawingSet(" ".join(REGIONS), "*.svg", "map", "CC BY 4.0"),
-    # pictures without alpha, as sources: scikit-image's, public domain or CC0
+    # pictures without alpha, as sources: from scikit-image, public domain or CC0
     "photos": DrawingSet("", "", "photo", "CC0"),
 }
 PHOTOS = ("chelsea", "coffee", "astronaut", "rocket")
@@ -114,9 +114,9 @@ class Drawing:
     """One drawing.
 
     Attributes:
-        spec: what the command line is given.
-        svg: the same as SVG.
-        canvas: left, top, width and height of all of it, in the SVG's units.
+        spec: its name on the command line.
+        svg: an equivalent SVG.
+        canvas: left, top, width and height of its canvas, in the SVG's units.
         part_of: name of its set.
     """
 
@@ -127,7 +127,7 @@ class Drawing:
 
     @property
     def kind(self) -> str:
-        """That of its set."""
+        """The kind of its set."""
         return SETS[self.part_of].kind
 
     @property
@@ -138,10 +138,10 @@ class Drawing:
 
 
 def random_pairs(count: int, seed: int, empty: list[str]) -> list[tuple[Drawing, Drawing]]:
-    """Random pairs of drawings, always the same for one seed.
+    """Return random pairs of drawings, the same for each seed.
 
-    Sets count alike. Photos are sources only. The names of drawings that paint nothing are added to `empty`, and others
-    taken instead.
+    Sets have equal probability. Photos are only sources. Drawings that paint nothing are appended to `empty` and
+    replaced by others.
     """
     choice = random.Random(seed)
     targets = [name for name in SETS if SETS[name].kind != "photo"]
@@ -152,7 +152,7 @@ def random_pairs(count: int, seed: int, empty: list[str]) -> list[tuple[Drawing,
 
 
 def kin_pairs() -> list[tuple[Drawing, Drawing]]:
-    """Letters onto letters, rings onto rings, hands onto hands, countries onto countries: pairs without chance."""
+    """Return fixed pairs: letters onto letters, rings onto rings, hands onto hands, countries onto countries."""
     serif, bold, script = (set_files(name)[0] for name in ("playfair", "bangers", "vibes"))
     letters = [
         *((bold, "A", serif, "R"), (serif, "8", bold, "B"), (bold, "O", serif, "D"), (serif, "P", bold, "e")),
@@ -184,7 +184,7 @@ def kin_pairs() -> list[tuple[Drawing, Drawing]]:
 
 
 def _named(label: str) -> Drawing:
-    """The drawing of a set, named as `set/name`."""
+    """Return the drawing of a set named as `set/name`."""
     part_of, name = label.split("/")
     files = set_files(part_of)
     if files[0].name == "icons.json":
@@ -194,14 +194,14 @@ def _named(label: str) -> Drawing:
 
 
 def _file(path: Path, part_of: str) -> Drawing:
-    """The drawing of an SVG or GeoJSON file."""
+    """Return the drawing of an SVG or GeoJSON file."""
     text = path.read_text(encoding="utf-8")
     svg, canvas = geojson_svg(text) if path.suffix == ".json" else (text, svg_canvas(text))
     return Drawing(str(path), svg, canvas, part_of)
 
 
 def random_drawing(choice: random.Random, names: list[str], empty: list[str]) -> Drawing:
-    """A random drawing of one of these sets."""
+    """Return a random drawing from one of these sets."""
     while True:
         name = choice.choice(names)
         drawing = drawing_of(name, choice)
@@ -211,7 +211,7 @@ def random_drawing(choice: random.Random, names: list[str], empty: list[str]) ->
 
 
 def drawing_of(name: str, choice: random.Random) -> Drawing:
-    """A random drawing of a set."""
+    """Return a random drawing of a set."""
     kind, suffix = SETS[name].kind, SETS[name].suffix
     if kind == "photo":
         return photo(choice.choice(PHOTOS))
@@ -229,7 +229,7 @@ def drawing_of(name: str, choice: random.Random) -> Drawing:
 
 @cache
 def set_files(name: str) -> list[Path]:
-    """The files of a set in its package."""
+    """Return the files of a set in its package."""
     files = []
     for number, spec in enumerate(SETS[name].package.split()):
         package = shapes.fetched(f"drawings/packages/{name}-{number}", spec)
@@ -239,14 +239,14 @@ def set_files(name: str) -> list[Path]:
 
 @cache
 def collection(path: Path, keep: str) -> list[tuple[str, str]]:
-    """Names and SVG texts of the icons of an Iconify collection that it does not hide."""
+    """Return names and SVG texts of the icons of an Iconify collection that are not hidden."""
     found = json.loads(path.read_text(encoding="utf-8"))
     shown = {key for key, icon in found["icons"].items() if not icon.get("hidden")}
     return [(key, svg) for key, svg in shapes.emoji(path) if key in shown and re.search(keep, key)]
 
 
 def written(name: str, key: str, svg: str, suffix: str) -> Path:
-    """The file of a drawing of a collection, written at the first use: SVG, PNG, or PNG on white."""
+    """Return the file of a drawing of a collection, written at first use: SVG, PNG, or PNG on white."""
     path = FOLDER / name / f"{key}{suffix}"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -265,7 +265,7 @@ def written(name: str, key: str, svg: str, suffix: str) -> Path:
 
 
 def svg_canvas(svg: str) -> Box:
-    """The viewBox of an SVG text, or else its size."""
+    """Return the viewBox of an SVG text, else its size."""
     root = ElementTree.fromstring(svg.encode())
     if view := root.get("viewBox"):
         x, y, width, height = (float(word) for word in view.replace(",", " ").split())
@@ -275,7 +275,7 @@ def svg_canvas(svg: str) -> Box:
 
 
 def photo(name: str) -> Drawing:
-    """A photo of scikit-image as a PNG file; it paints its rectangle."""
+    """Return a photo of scikit-image as a PNG file, which paints its rectangle."""
     from PIL import Image
     from skimage import data
 
@@ -289,7 +289,7 @@ def photo(name: str) -> Drawing:
 
 
 def word_svg(font: Path, text: str) -> tuple[str, Box]:
-    """A word, shaped by HarfBuzz, and the box of its line, wider where letters reach out of that."""
+    """Return a word shaped by HarfBuzz, and the box of its line, extended to letters that reach out of it."""
     import uharfbuzz
     from fontTools.misc.transform import Offset
     from fontTools.pens.boundsPen import BoundsPen
@@ -309,7 +309,8 @@ def word_svg(font: Path, text: str) -> tuple[str, Box]:
         pen = SVGPathPen(outlines)
         outlines[names[info.codepoint]].draw(TransformPen(pen, at))
         outlines[names[info.codepoint]].draw(TransformPen(bounds, at))
-        path.append(f'<path d="{pen.getCommands()}"/>')  # one each: glyphs that overlap stay filled
+        # one path each, so that overlapping glyphs stay filled
+        path.append(f'<path d="{pen.getCommands()}"/>')
         pen_x += place.x_advance
     left, bottom, right, top = bounds.bounds
     left, right = min(0, left), max(pen_x, right)
@@ -320,7 +321,7 @@ def word_svg(font: Path, text: str) -> tuple[str, Box]:
 
 
 def geojson_svg(text: str) -> tuple[str, Box]:
-    """All polygons of a GeoJSON file, y up, and their box."""
+    """Return all polygons of a GeoJSON file, y up, and their box."""
     paths, points = [], []
     for rings in _polygons(json.loads(text)):
         flipped = [np.array(ring, float)[:, :2] * (1, -1) for ring in rings]
@@ -333,7 +334,7 @@ def geojson_svg(text: str) -> tuple[str, Box]:
 
 
 def _polygons(tree: dict) -> Iterator[list]:
-    """The polygons of a GeoJSON object."""
+    """Return the polygons of a GeoJSON object."""
     below: dict[str, Callable[[], list]] = {
         "FeatureCollection": lambda: tree["features"],
         "GeometryCollection": lambda: tree["geometries"],

@@ -1,13 +1,13 @@
-"""Whole drawings onto whole drawings, as a user types it, judged by the pictures that are written.
+"""Whole drawings mapped onto whole drawings by the command line, judged by the resulting pictures.
 
 python -m tests.bench.drawings [--pairs 150] [--seed 51] [--sheet FILE.png] [--beside COMMAND] [--kin]
 
 Random pairs of icons, line icons, emoji, illustrations, logos, flags, words, maps and photos of `drawing_sets.SETS`,
-which no other bench uses. Each pair is one run of `iccm map A B -o out.png --size 512 --report r.json` in a process of
-its own. What the picture shows is measured from its alpha and from the target's, drawn by librsvg
-(pip install 'pyvips[binary]'); only stretch, dilatation and certificate are our report's. --beside runs a second
-command on the same pairs, such as the iccm of another release: '/old/bin/iccm map {source} {target}'. Where an arm has
-a label, its results are kept in build/bench/drawings/runs/LABEL, and are not made again.
+which no other bench uses. Each pair is one run of `iccm map A B -o out.png --size 512 --report r.json` in its own
+process. What the picture shows is measured from its alpha and from that of the target, rendered by librsvg (pip install
+'pyvips[binary]'); only stretch, dilatation and certificate are taken from our report. --beside runs a second command on
+the same pairs, such as the iccm of another release: '/old/bin/iccm map {source} {target}'. If an arm has a label, its
+results are kept in build/bench/drawings/runs/LABEL, and not computed again.
 """
 
 from __future__ import annotations
@@ -39,29 +39,29 @@ from .rasterizer import Box, fitted, rendered
 
 SEED = 51
 PIXELS = 512  # longer side of the results
-FINE_PIXELS = 2048  # longer side of the drawings in which components are looked for
+FINE_PIXELS = 2048  # longer side of drawings in which components are searched
 MOST_CPU_SECONDS = 8
-LIMIT_CPU_SECONDS = 120  # after which a run is ended
-ALIKE = 0.1  # of intersections by unions: boxes that differ less explain a picture alike
-PAGE_PAIRS = 18  # of a contact sheet
-AGREES = 0.02  # by how much our report's coverage may differ
+LIMIT_CPU_SECONDS = 120  # after which a run is stopped
+ALIKE = 0.1  # difference of intersection over union below which boxes explain a picture equally well
+PAGE_PAIRS = 18  # on a contact sheet
+AGREES = 0.02  # largest difference to the coverage in our report
 HEAD = f"{'':42} arm  exit covered reads  cracks holes spilled   p95   K95 proof CPU-s ours"
 
 
 @dataclass(frozen=True)
 class Row:
-    """What one run made of a pair.
+    """Results of one run on a pair.
 
     Attributes:
-        code: exit code; 124: ended after LIMIT_CPU_SECONDS.
-        seconds: of the processor, of the whole command.
-        picture: whether one was written.
-        p95, K95, certified, ours: of the report: stretch, dilatation, whether all maps are certified, and `covered`.
-        shown: `shown` of the report.
-        visible: share of the source's painted area that the picture shows, where an STMap was asked for.
-        reading, covered, cracks, spilled, extra_holes: as `coverage.Seen`.
-        placed: whether it is known what of the target's plane the picture shows.
-        said: what was written to stderr.
+        code: exit code; 124 if stopped after LIMIT_CPU_SECONDS.
+        seconds: processor time of the whole command.
+        picture: whether a picture was written.
+        p95, K95, certified, ours: from the report: stretch, dilatation, whether all maps are certified, and `covered`.
+        shown: `shown` in the report.
+        visible: share of the source's painted area that the picture shows, if an STMap was requested.
+        reading, covered, cracks, spilled, extra_holes: as in `coverage.Seen`.
+        placed: whether the box of the target's plane that the picture shows is known.
+        said: output on stderr.
     """
 
     code: int
@@ -97,13 +97,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Arm:
-    """A command that is judged.
+    """A command that is compared.
 
     Attributes:
-        name: of the column.
-        words: the command's.
-        folder: keeps its results.
-        stmap: whether it writes an STMap, too, by which is measured what of the source is seen.
+        name: heading of its column.
+        words: the words of the command.
+        folder: folder for its results.
+        stmap: whether it also writes an STMap, from which the visible part of the source is measured.
     """
 
     name: str
@@ -112,7 +112,7 @@ class Arm:
     stmap: bool = False
 
     def run(self, source: Drawing, target: Drawing) -> tuple[Row, Path]:
-        """The row of a pair and its picture; from the folder where they are there."""
+        """Return the row of a pair and its picture, from the folder if they exist there."""
         key = hashlib.sha256(f"{source.label} {target.label}".encode()).hexdigest()[:16]
         kept, picture = self.folder / f"{key}.json", self.folder / f"{key}.png"
         if not kept.exists():
@@ -153,7 +153,7 @@ class Arm:
 
 
 def with_report(row: Row, report: dict) -> Row:
-    """A row with the figures of our report: of several maps those of the worst."""
+    """Return a row with the figures of our report; with several maps, those of the worst."""
     maps = [report, *report.get("parts", [])]
     return replace(
         row,
@@ -166,7 +166,7 @@ def with_report(row: Row, report: dict) -> Row:
 
 
 def with_picture(row: Row, path: Path, target: Drawing) -> Row:
-    """A row with what its picture shows of the target."""
+    """Return a row with measurements of what its picture shows of the target."""
     with Image.open(path) as opened:
         result = coverage.painted(np.asarray(opened.convert("RGBA"))[..., 3])
     box, placed = shown_box(target, result)
@@ -180,7 +180,7 @@ def with_picture(row: Row, path: Path, target: Drawing) -> Row:
 
 
 def visible_share(places: Path, picture: Path, source: Drawing) -> float:
-    """Share of the source's painted area that a picture shows, by the STMap beside it."""
+    """Return the share of the source's painted area that a picture shows, from the STMap beside it."""
     import OpenImageIO as oiio
 
     pixels = oiio.ImageInput.open(str(places)).read_image()
@@ -190,27 +190,27 @@ def visible_share(places: Path, picture: Path, source: Drawing) -> float:
 
 
 def painted_area(drawing: Drawing, box: Box, size: tuple[int, int]) -> coverage.Mask:
-    """What a drawing paints of a box of its plane, at (width, height) pixels."""
+    """Return what a drawing paints in a box of its plane, at (width, height) pixels."""
     return coverage.painted(rendered(drawing.svg, box, size)[..., 3])
 
 
 def part_count(drawing: Drawing) -> int:
-    """How many components a drawing has at the size of the results."""
+    """Return the number of components of a drawing at the size of the results."""
     return coverage.parts(painted_area(drawing, drawing.canvas, fitted(drawing.canvas, PIXELS)))
 
 
 @cache
 def fine(drawing: Drawing) -> tuple[coverage.Mask, Box]:
-    """All that a drawing paints, finely, and its canvas."""
+    """Return everything that a drawing paints, at high resolution, and its canvas."""
     size = fitted(drawing.canvas, FINE_PIXELS)
     return painted_area(drawing, drawing.canvas, size), drawing.canvas
 
 
 def shown_box(target: Drawing, result: coverage.Mask) -> tuple[Box, bool]:
-    """What of the target's plane a result shows, and whether that is sure.
+    """Return the box of the target's plane that a result shows, and whether it is certain.
 
-    It is the canvas, or the box of all that is painted, or that of a component: the one of the picture's proportions on
-    which the picture lies best. The report is not asked.
+    It is the canvas, the box of everything painted, or that of a component: the box with the picture's proportions that
+    matches the picture best. The report is not used.
     """
     height, width = result.shape
     mask, canvas = fine(target)
@@ -224,18 +224,18 @@ def shown_box(target: Drawing, result: coverage.Mask) -> tuple[Box, bool]:
         return canvas, False
     if len(fits) == 1:
         return fits[0], True
-    # they are in order of size: of those that are about as good the largest is taken, as dots resemble discs
+    # boxes are in order of size; of those that match about equally well the largest is used, since dots resemble discs
     scores = [coverage.agreement(painted_area(target, box, (width, height)), result) for box in fits]
     return next(box for box, score in zip(fits, scores, strict=True) if score > max(scores) - ALIKE), True
 
 
 def share(rows: Sequence[Row], holds: Callable[[Row], bool]) -> float:
-    """Share of the rows for which something holds."""
+    """Return the share of rows with a property."""
     return float(np.mean([holds(row) for row in rows]))
 
 
 def goals(arms: dict[str, list[Row]]) -> None:
-    """What was asked of the first arm, with the second behind it."""
+    """Print the goals of the first arm, with the second for comparison."""
     asked: list[tuple[str, float, Callable[[Row], bool]]] = [
         ("has a picture", 1, lambda r: r.picture),
         ("covered at least .85", 0.92, lambda r: r.covered >= 0.85),
@@ -263,7 +263,7 @@ def goals(arms: dict[str, list[Row]]) -> None:
 
 
 def quantiles(arms: dict[str, list[Row]]) -> None:
-    """Median, 90 % and worst of each figure, arm beside arm."""
+    """Print median, 90 % quantile and worst value of each figure, for each arm."""
     print(f"\nmedian, 10 % worst, worst{'':7}" + "".join(f"{arm:>30}" for arm in arms))
     for name in ("covered", "visible", "cracks", "spilled", "p95", "K95", "seconds"):
         cells = []
@@ -276,7 +276,7 @@ def quantiles(arms: dict[str, list[Row]]) -> None:
 
 
 def by_kind(arms: dict[str, list[Row]], kinds: list[str]) -> None:
-    """Covered by .85 or more by the target's kind."""
+    """Print the share of pairs with coverage of .85 or more, by kind of target."""
     print("\ncovered at least .85, by the target's kind")
     for kind, count in sorted(Counter(kinds).items()):
         cells = [
@@ -287,14 +287,14 @@ def by_kind(arms: dict[str, list[Row]], kinds: list[str]) -> None:
 
 
 def sheets(lines: list[tuple[str, list[NDArray | None], list[str]]], path: Path) -> None:
-    """Contact sheets of PAGE_PAIRS pairs: FILE.png, or FILE-1.png, FILE-2.png, …"""
+    """Write contact sheets of PAGE_PAIRS pairs: FILE.png, or FILE-1.png, FILE-2.png, …"""
     for start in range(0, len(lines), PAGE_PAIRS):
         page = path if len(lines) <= PAGE_PAIRS else path.with_stem(f"{path.stem}-{start // PAGE_PAIRS + 1}")
         sheet(lines[start : start + PAGE_PAIRS], page)
 
 
 def sheet(lines: list[tuple[str, list[NDArray | None], list[str]]], path: Path) -> None:
-    """A contact sheet: pairs three in a row, of each the source, the target and every arm's result."""
+    """Draw a contact sheet: three pairs per row, with source, target and the result of each arm."""
     side, gap, text, across = 150, 4, 14, 3
     cells = max(len(pictures) for _, pictures, _ in lines)
     wide, high = cells * (side + gap) + 2 * gap, side + 2 * text + gap
@@ -319,7 +319,7 @@ def sheet(lines: list[tuple[str, list[NDArray | None], list[str]]], path: Path) 
 
 
 def line_of(number: int, source: Drawing, target: Drawing, found: list[tuple[Row, Path]]) -> tuple:
-    """What the sheet shows of a pair."""
+    """Return the entry of a pair on the sheet."""
     pictures: list[NDArray | None] = [look(source), look(target)]
     captions = ["", ""]
     for row, path in found:
@@ -329,14 +329,14 @@ def line_of(number: int, source: Drawing, target: Drawing, found: list[tuple[Row
 
 
 def look(drawing: Drawing) -> NDArray:
-    """A drawing as a person sees it."""
+    """Return a drawing as a person sees it."""
     if drawing.kind == "photo":
         return np.asarray(Image.open(drawing.spec).convert("RGBA"))
     return rendered(drawing.svg, drawing.canvas, 300)
 
 
 def numbers(text: str) -> set[int]:
-    """The numbers of a list such as 3,7,20-30."""
+    """Return the numbers in a list such as 3,7,20-30."""
     found: set[int] = set()
     for word in text.split(","):
         first, _, last = word.partition("-")
@@ -345,7 +345,7 @@ def numbers(text: str) -> set[int]:
 
 
 def arm(name: str, command: str, label: str | None, scratch: Path, stmap: bool) -> Arm:
-    """An arm of a command line; SOURCE and TARGET are its last words where it does not name them."""
+    """Return an arm for a command line; SOURCE and TARGET are appended if it does not name them."""
     words = shlex.split(command)
     if not any("{source}" in word for word in words):
         words += ["{source}", "{target}"]
@@ -393,7 +393,7 @@ def main(words: list[str] | None = None) -> None:
         for each in arms:
             print(f"{each.name}: {shlex.join(each.words)}")
             if not each.folder.exists():
-                replace(each, folder=Path(scratch) / "first").run(*pairs[0])  # compiles
+                replace(each, folder=Path(scratch) / "first").run(*pairs[0])  # for compilation
                 for file in (Path(scratch) / "first").glob("*"):
                     file.unlink()
         print(HEAD)

@@ -1,10 +1,10 @@
-"""Whether reports say what is in the files: the figures of meshes, computed anew from what is written.
+"""Whether reports are correct: figures of meshes, recomputed from the written files.
 
-For each OBJ file of a folder, small ones first: `iccm map` and `iccm flatten --method` put it onto a disk, `iccm map
---bake` paints its layout with coordinates, `iccm relayout` takes a picture from one layout to another. Every figure of
-the reports that says something of the file is computed by other code: lines read here, signs of fractions, singular
-values by LAPACK, outlines by shapely, texels one triangle after another, derivatives of a baked map by differences of
-its pixels.
+For each OBJ file of a folder, small ones first: `iccm map` and `iccm flatten --method` map it onto a disk, `iccm map
+--bake` fills its layout with coordinates, and `iccm relayout` transfers a picture from one layout to another. Every
+figure in the reports that describes the file is recomputed by other code: a parser of its own, signs by exact
+fractions, singular values by LAPACK, outlines by shapely, texels triangle by triangle, and derivatives of a baked map
+by finite differences of its pixels.
 
 python -m tests.bench.figures FOLDER [NAME …]
 """
@@ -43,7 +43,7 @@ class Written(NamedTuple):
         points: (n, 3).
         uv: (t, 2).
         exact: the coordinates as fractions.
-        faces: of each its vertices, and its coordinates.
+        faces: vertices and coordinates of each face.
     """
 
     points: NDArray
@@ -58,7 +58,7 @@ class Written(NamedTuple):
 
     @property
     def fans(self) -> tuple[NDArray, NDArray]:
-        """(m, 3) vertices and coordinates of triangles."""
+        """Return (m, 3) vertices and coordinates of triangles."""
         both = [
             [each[0], each[k], each[k + 1]]
             for part in (0, 1)
@@ -69,7 +69,7 @@ class Written(NamedTuple):
 
 
 def read(path: Path) -> Written:
-    """An OBJ file."""
+    """Read an OBJ file."""
     points, uv, exact, faces = [], [], [], []
     for line in path.read_text().splitlines():
         word, *rest = line.split() or [""]
@@ -91,7 +91,7 @@ def triangular(path: Path) -> bool:
 
 
 def cut(path: Path, out: Path) -> Path:
-    """An OBJ file with its polygons cut into triangles."""
+    """Write an OBJ file with its polygons split into triangles."""
     lines = []
     for line in path.read_text().splitlines():
         word, *corners = line.split() or [""]
@@ -102,13 +102,13 @@ def cut(path: Path, out: Path) -> Path:
 
 
 def sign(a: tuple, b: tuple, c: tuple) -> int:
-    """Of the area of a triangle."""
+    """Return the sign of a triangle's area."""
     area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     return (area > 0) - (area < 0)
 
 
 def signs(file: Written) -> Figures:
-    """Of triangles; of polygons how many are not convex."""
+    """Count the orientations of triangles; for polygons, those that are not convex."""
     found: Figures = {}
     turns = [
         [sign(*(file.exact[uv[(k + j) % len(uv)]] for j in range(3))) for k in range(len(uv))]
@@ -122,14 +122,14 @@ def signs(file: Written) -> Figures:
 
 
 def quantile(values: NDArray, weights: NDArray, share: float) -> float:
-    """Below which values are on a share of the weight."""
+    """Return the weighted quantile of values."""
     order = np.argsort(values)
     total = np.cumsum(weights[order])
     return float(values[order][min(np.searchsorted(total, share * total[-1]), values.size - 1)])
 
 
 def stretches(planar: NDArray, space: NDArray) -> tuple[NDArray, NDArray]:
-    """(m, 2) singular values of the linear maps of triangles (m, 3, 2) to (m, 3, 3), and whether they are upright."""
+    """Return (m, 2) singular values of the linear maps from triangles (m, 3, 2) to (m, 3, 3), and their orientation."""
     e, d = (np.stack([at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=-1) for at in (space, planar))
     upright = np.linalg.det(d) > 0
     found = np.full((len(d), 2), np.nan)
@@ -138,7 +138,7 @@ def stretches(planar: NDArray, space: NDArray) -> tuple[NDArray, NDArray]:
 
 
 def spreads(planar: NDArray, space: NDArray, *, surface: bool) -> Figures:
-    """The figures of distortion; of areas over the plane's area, or the surface's, whose plane they then are of."""
+    """Return the figures of distortion, weighted by area in the plane, or with `surface` on the surface."""
     singular, upright = stretches(planar, space)
     d = np.stack([planar[:, 1] - planar[:, 0], planar[:, 2] - planar[:, 0]], axis=-1)
     before = np.abs(np.linalg.det(d)) / 2
@@ -161,7 +161,7 @@ def spreads(planar: NDArray, space: NDArray, *, surface: bool) -> Figures:
 
 
 def rim(file: Written, plane: NDArray) -> Figures:
-    """How far the outer ring of coordinates (t, 2) in the plane is from the disk."""
+    """Return how far the outer ring of coordinates (t, 2) is from the disk."""
     half = {(a, b) for _, uv in file.faces for a, b in zip(uv, [*uv[1:], uv[0]])}
     after = {a: b for a, b in half if (b, a) not in half}
     rings = []
@@ -184,7 +184,7 @@ def rim(file: Written, plane: NDArray) -> Figures:
 
 
 def layout(file: Written, size: int) -> Figures:
-    """Of coordinates: charts, triangles, and texels of a square picture that they cover."""
+    """Return figures of coordinates: charts, triangles, and texels that they cover in a square picture."""
     exact, parent = file.exact, list(range(len(file.uv)))
 
     def root(k: int) -> int:
@@ -219,7 +219,9 @@ def layout(file: Written, size: int) -> Figures:
 
 
 def baked(file: Written, picture: Path) -> Figures:
-    """The dilatation of the map that a picture of coordinates was baked by, from differences of its texels."""
+    """Return the dilatation of the map with which a picture of coordinates was baked, from differences of its
+    texels.
+    """
     import OpenImageIO as oiio
 
     values = oiio.ImageBuf(str(picture)).get_pixels(oiio.FLOAT)[::-1].astype(float)
@@ -258,7 +260,7 @@ def baked(file: Written, picture: Path) -> Figures:
 
 
 def said(report: dict[str, Any], name: str) -> float:
-    """A figure of a report by its name; null is infinite."""
+    """Return a figure of a report by its name; null is infinite."""
     value: Any = report
     for word in name.split():
         value = value[word]
@@ -266,7 +268,7 @@ def said(report: dict[str, Any], name: str) -> float:
 
 
 def off(name: str, found: float, told: float) -> bool:
-    """Whether a figure is off by more than a hundredth; of logarithms, of what they are of."""
+    """Return whether a figure is off by more than a hundredth; for logarithms, of the original value."""
     if found == told:
         return False
     if name.startswith("log10"):
@@ -276,7 +278,7 @@ def off(name: str, found: float, told: float) -> bool:
 
 
 def differing(report: dict[str, Any], figures: Figures) -> list[str]:
-    """The figures that a report has otherwise."""
+    """Return the figures that differ in a report."""
     told = {name: said(report, name) for name in figures}
     return [
         f"{name}: {found:.5g}, said {told[name]:.5g}"
@@ -291,7 +293,7 @@ def command(*words: object) -> int:
 
 
 def checked(path: Path, folder: Path) -> Iterator[tuple[str, int, dict[str, Any], Figures]]:
-    """What was run, its exit code, its report, and the figures of what it wrote."""
+    """Yield each command, its exit code, its report, and the figures of its output."""
     disk, out, flat = folder / "disk.svg", folder / "out.obj", folder / "flat.obj"
     disk.write_text(DRAWING)
     _write_places(folder / "places.png")
@@ -357,7 +359,7 @@ def checked(path: Path, folder: Path) -> Iterator[tuple[str, int, dict[str, Any]
 
 
 def main() -> None:
-    """Every OBJ of a folder, or those named."""
+    """Check every OBJ of a folder, or those named."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

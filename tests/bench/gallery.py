@@ -1,6 +1,6 @@
-"""Redoes the experiments of the paper's figures on the project's own shapes: pictures and a table in docs/gallery.
+"""Repeat the experiments of the paper's figures on the project's own shapes: pictures and a table in docs/gallery.
 
-python -m tests.bench.gallery [NAME ...], all figures by default; each is written with its section of the page.
+python -m tests.bench.gallery [NAME ...], by default all figures; each is written with its section of the page.
 """
 
 import json
@@ -43,11 +43,13 @@ from .pictures import (
     title,
 )
 
-Row = tuple[str, str]  # what, and its figures
+Row = tuple[str, str]  # name and figures
 
 
 def figures(fit: Fit) -> dict[str, float]:
-    """Gap, rms error of pins, rms error of strokes, K (95 %), spread of log10 area, depth of the certificate."""
+    """Return gap, rms error of pins, rms error of strokes, K (95 %), spread of log10 area, and depth of the
+    certificate.
+    """
     f_z, f_zbar = fit.map.derivatives(fit.interior)
     log = np.log10(np.maximum(np.abs(area_scale(f_z, f_zbar)), 1e-300))
     report = fit.report()
@@ -63,7 +65,7 @@ def figures(fit: Fit) -> dict[str, float]:
 
 
 def said(fit: Fit, *names: str) -> str:
-    """Some of the figures in words."""
+    """Return some of the figures as text."""
     values = figures(fit)
     words = {
         "pins": "pin error",
@@ -106,7 +108,7 @@ def convergence() -> list[Row]:
 
 
 def energy(axes: Axes, fits: dict[str, Fit], head: str) -> None:
-    """Energy against the iteration."""
+    """Plot the energy against the iteration."""
     for (name, fit), colour in zip(fits.items(), (BLUE, ORANGE, SOFT)):
         values = [step["total"] for step in fit.energies]
         axes.loglog(np.arange(1, len(values)), values[1:], color=colour, lw=2, label=name)
@@ -118,7 +120,7 @@ def energy(axes: Axes, fits: dict[str, Fit], head: str) -> None:
 
 
 def areas(axes: Axes, fit: Fit):
-    """log10 area scale over the source, relative to its median: the points, and what a colour bar needs."""
+    """Plot the log10 area scale over the source, relative to its median; return the points for a colour bar."""
     points = interior_grid(Curve(fit.map.polygon), 8000)
     log = np.log10(np.maximum(np.abs(area_scale(*fit.map.derivatives(points))), 1e-300))
     return points, pictures.field(axes, fit, log - np.median(log), points, (-0.6, 0.6), "RdBu_r")
@@ -178,7 +180,7 @@ def quasiconformal() -> list[Row]:
 
 
 def distortions(figure: Figure, panels: np.ndarray, fit: Fit) -> None:
-    """log10 area (relative to its median) and K over the source; the same colours for every fit."""
+    """Plot log10 area (relative to its median) and K over the source, with the same colours for every fit."""
     values, (points, first) = figures(fit), areas(panels[0], fit)
     spread = np.minimum(dilatation(*fit.map.derivatives(points)), 9)
     drawn = [first, pictures.field(panels[1], fit, spread, points, (1, 2), "YlOrBr")]
@@ -229,7 +231,7 @@ def first_order() -> list[Row]:
 
 
 def run(a: str, b: str, order: int) -> Fit:
-    """100 steps of the paper's method on a pair of samples."""
+    """Run 100 steps of the paper's method on a pair of samples."""
     source, target = shapes.sample(a).curve, shapes.sample(b).curve
     return iccm.fit(source, target, method="paper", order=order, max_iterations=orders.STEPS, decrease=0)
 
@@ -300,7 +302,7 @@ def strokes() -> list[Row]:
 
 
 def _marked(axes: Axes, lines: list[np.ndarray], points: np.ndarray, kind: str) -> None:
-    """Strokes, or pins."""
+    """Draw strokes, or pins."""
     if kind == "pins":
         axes.plot(points.real, points.imag, "o", ms=3, color=MARK, mec="white", mew=0.5)
         return
@@ -309,7 +311,7 @@ def _marked(axes: Axes, lines: list[np.ndarray], points: np.ndarray, kind: str) 
         outline(axes, z, MARK, 1.5, closed=False)
 
 
-TWO = np.array([(0.25, 0.3), (0.75, 0.7)])  # shares of the quills that must meet
+TWO = np.array([(0.25, 0.3), (0.75, 0.7)])  # positions along the quills that must meet
 KINDS = {
     "conformal": {"method": "conformal"},
     "quasi-conformal, 0.01": {"quasi": 0.01},
@@ -372,7 +374,7 @@ def transfer() -> list[Row]:
 
 
 def surfaces(name: str, sample: str, kinds: dict[str, list[str]]) -> list[Row]:
-    """The command of a sample with some options, the plots below each other."""
+    """Run the command of a sample with several sets of options, with the plots below each other."""
     folder = shapes.ROOT / "samples" / sample
     words = shlex.split((folder / "command.txt").read_text(encoding="utf-8"))[1:]
     words = (
@@ -401,7 +403,7 @@ def surfaces(name: str, sample: str, kinds: dict[str, list[str]]) -> list[Row]:
 
 
 def sticker() -> list[Row]:
-    """A sticker of 48 texels, with its edge and with the edge removed."""
+    """Enlarge a sticker of 48 texels, with its antialiased edge and with the edge removed."""
     side, fine = 48, 16
     drawn = Image.new("RGBA", (side * fine, side * fine))
     pen = ImageDraw.Draw(drawn)
@@ -430,7 +432,7 @@ def sticker() -> list[Row]:
 
 
 def ringing() -> list[Row]:
-    """A picture of 48 texels, enlarged ten times: the former cubic filter, and the clamped one."""
+    """Enlarge a picture of 48 texels ten times: the former cubic filter, and the clamped one."""
     side, size = 48, 480
     drawn = Image.new("RGB", (16 * side, 16 * side), (250, 240, 215))
     pen = ImageDraw.Draw(drawn)
@@ -466,7 +468,9 @@ def ringing() -> list[Row]:
 
 
 def mtf50(image: np.ndarray) -> float:
-    """Cycles per texel at which the contrast of the outer circle's edge falls to a half, in linear light."""
+    """Return the cycles per texel at which the contrast of the outer circle's edge falls to one half, in linear
+    light.
+    """
     row, column = np.indices(image.shape[:2]) + 0.5
     radius = np.hypot(row - image.shape[0] / 2, column - image.shape[1] / 2) / 10
     light = (image[..., 1] / 255.0) ** 2.2
@@ -533,7 +537,7 @@ Differences from the paper's figures, and variations:
 
 
 def table(name: str, rows: list[Row], before: str = "") -> list[str]:
-    """The section of a figure in Markdown; what was written by hand above its picture in the section before stays."""
+    """Return the section of a figure in Markdown; text written by hand above its picture is kept."""
     lines = [f"## {(FIGURES[name].__doc__ or '').strip()}", ""]
     written = written_in(before)
     if written:
@@ -545,7 +549,7 @@ def table(name: str, rows: list[Row], before: str = "") -> list[str]:
 
 
 def main(names: list[str]) -> int:
-    """0 when all the figures that were asked for are drawn, 2 when one is unknown."""
+    """Draw figures; return 0 if all were drawn, 2 if one is unknown."""
     unknown = sorted(set(names) - set(FIGURES))
     if unknown:
         print(f"no figure {unknown[0]!r}; there is {', '.join(FIGURES)}", file=sys.stderr)
@@ -561,12 +565,12 @@ def main(names: list[str]) -> int:
 
 
 def written_in(section: str) -> str:
-    """What stands between the heading of a section and its first picture."""
+    """Return the text between the heading of a section and its first picture."""
     return section.partition("\n")[2].partition("![")[0].strip()
 
 
 def sections(page: str) -> dict[str, str]:
-    """The sections of the page as it is, by the figure whose picture comes first in them."""
+    """Return the sections of the present page, by the figure whose picture comes first in them."""
     parts = [f"## {part.strip()}" for part in page.split("\n## ")[1:]]
     shown = {name: f"![{PICTURES.get(name, (name,))[0]}]" for name in FIGURES}
     return {name: part for name, first in shown.items() for part in parts if first in part}

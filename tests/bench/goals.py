@@ -1,9 +1,9 @@
-"""Goals that benches hold figures against: a line each, which `python -m tests.bench` repeats at its end."""
+"""Goals for the figures of benches, one line each, which `python -m tests.bench` repeats at its end."""
 
 from collections.abc import Iterator
 
 MARK = "GOAL"
-GOALS = (  # how the lines begin, in the order in which they are listed
+GOALS = (  # beginnings of the lines, in the order in which they are listed
     "the first run",
     "imports beyond numpy",
     "balanced solve, 50%",
@@ -33,18 +33,18 @@ GOALS = (  # how the lines begin, in the order in which they are listed
 
 
 def goal(name: str, found: float, most: float, unit: str = "") -> None:
-    """Print whether a figure is at most what was aimed at."""
+    """Print whether a figure is at most its goal."""
     met = "met    " if found <= most else "NOT MET"
     print(f"{MARK} {met} {name}: {found:.3g} of at most {most:.3g}{unit and ' ' + unit}", flush=True)
 
 
 def unmeasured(name: str, why: str) -> None:
-    """Print why there is no figure: a peer that is not installed."""
+    """Print why a figure is missing, for example because a peer is not installed."""
     print(f"{MARK} ?       {name}: {why}", flush=True)
 
 
 def listed(said: list[str]) -> Iterator[str]:
-    """Every goal: the lines that were printed for it, or that there were none; then how many are met."""
+    """Yield every goal with the lines printed for it, or that there were none, and the number of goals met."""
     lines, all_of_them = [line.rstrip("\n") for line in said], []
     for name in GOALS:
         own = [line for line in lines if _named(line, name)]

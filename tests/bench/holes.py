@@ -1,9 +1,10 @@
-"""Holes onto holes, by the command line: letters of two fonts with as many counters, a list of pairs, random drawings.
+"""Holes mapped onto holes by the command line: letters of two fonts with equal numbers of counters, a list of pairs,
+and random drawings.
 
 python -m tests.bench.holes [--letters 20] [--unequal 10] [--drawings 30] [--read 200] [--seed 15] [--sheet FILE.png]
 
-The fonts are fetched by npm and read by fontTools; their glyphs become SVG files, and every pair goes through
-`iccm map` with a picture and a report. Figures are over the target's area; `gap` is the largest of all loops, of the
+The fonts are fetched by npm and read by fontTools; their glyphs become SVG files, and each pair is mapped by `iccm map`
+with a picture and a report. Figures are over the target's area; `gap` is the largest of all loops, relative to the
 target's diagonal.
 """
 
@@ -37,7 +38,7 @@ CIRCLE = "M{0} {1}m-{2} 0a{2} {2} 0 1 0 {3} 0a{2} {2} 0 1 0-{3} 0z"
 
 
 def circle(x: float, y: float, radius: float) -> str:
-    """Path data of a circle."""
+    """Return path data of a circle."""
     return CIRCLE.format(x, y, radius, 2 * radius)
 
 
@@ -58,7 +59,7 @@ LISTED = (
 
 @cache
 def glyphs(font: str) -> dict[str, Path]:
-    """The letters of a font as SVG files, by glyph name; those without an outline are left out."""
+    """Return the letters of a font as SVG files, by glyph name, without those that have no outline."""
     package, name = FONTS[font]
     shapes.PACKAGES[font] = package
     opened = TTFont(shapes.package(font) / name)
@@ -79,7 +80,7 @@ def glyphs(font: str) -> dict[str, Path]:
 
 
 def drawing(name: str) -> Path:
-    """A glyph (`font/glyph`) or drawing (`drawn/name`) as a file; others are files already."""
+    """Return a glyph (`font/glyph`) or drawing (`drawn/name`) as a file; other names are files already."""
     if os.path.isabs(name):
         return Path(name)
     kind, _, own = name.partition("/")
@@ -92,7 +93,9 @@ def drawing(name: str) -> Path:
 
 
 def pairs(count: int, seed: int, *, equal: bool = True) -> list[tuple[str, str]]:
-    """Random pairs of glyphs, one of each font, with counters, as many or not as many; the same for one seed."""
+    """Return random pairs of glyphs with counters, one from each font, with equal or different numbers; the same for
+    each seed.
+    """
     choice = random.Random(seed)
     counters = {
         f"{font}/{name}": len(files.read(str(path)).holes)
@@ -110,7 +113,7 @@ def pairs(count: int, seed: int, *, equal: bool = True) -> list[tuple[str, str]]
 
 
 def mapped(source: Path, target: Path, picture: Path) -> tuple[int, dict, float]:
-    """`iccm map` as typed: exit code, report and CPU-seconds of this process."""
+    """Run `iccm map`; return exit code, report and CPU-seconds of this process."""
     start = time.process_time()
     figures = picture.with_suffix(".json")
     figures.unlink(missing_ok=True)
@@ -121,12 +124,12 @@ def mapped(source: Path, target: Path, picture: Path) -> tuple[int, dict, float]
 
 
 def short(name: str) -> str:
-    """A name for the table."""
+    """Return a short name for the table."""
     return "/".join(Path(name).relative_to(shapes.CACHE).parts[::3]) if os.path.isabs(name) else name
 
 
 def refusals(count: int, seed: int) -> None:
-    """Reads random drawings of two packages of emoji, and prints why some are refused."""
+    """Read random drawings from two packages of emoji, and print why some are rejected."""
     choice = random.Random(seed)
     why: Counter[str] = Counter()
     for k in range(count):
@@ -139,7 +142,7 @@ def refusals(count: int, seed: int) -> None:
 
 
 def rows(kind: str, chosen: list[tuple[str, str]]) -> Iterator[Path]:
-    """Maps every pair and prints a line each; the pictures."""
+    """Map each pair and print a line for it; yield the pictures."""
     held = 0
     for source, target in chosen:
         name = " → ".join(map(short, (source, target)))
@@ -165,7 +168,7 @@ def rows(kind: str, chosen: list[tuple[str, str]]) -> Iterator[Path]:
 
 
 def sheet(found: list[Path], path: Path, columns: int = 8, size: int = 200) -> None:
-    """The pictures side by side."""
+    """Draw the pictures side by side."""
     from PIL import Image
 
     page = Image.new("RGB", (columns * size, -(-len(found) // columns) * size), "white")
@@ -177,7 +180,7 @@ def sheet(found: list[Path], path: Path, columns: int = 8, size: int = 200) -> N
 
 
 def main() -> None:
-    """The table, and the pictures if wanted."""
+    """Print the table, and draw the pictures if requested."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--letters", type=int, default=20)
     parser.add_argument("--unequal", type=int, default=10)

@@ -1,11 +1,11 @@
-"""Meshes onto an outline, and onto remeshed copies of themselves by landmarks.
+"""Meshes mapped onto an outline, and onto remeshed copies of themselves by landmarks.
 
 python -m tests.bench.landmarks [onto | copies] [NAME …]     both, of all meshes, by default
 
-onto: stretch, dilatation and folds on the surface of meshes laid onto a heart, beside the map of the conformal
-flattening's outline. copies: the distance in space between a vertex and where it comes from, in diagonals, for a mesh
-and a copy with half the triangles (libigl's qslim), by six landmarks that are far apart, vertices of the mesh and
-points of the copy; closed ones are cut through them.
+onto: stretch, dilatation and folds on the surface of meshes mapped onto a heart, compared with the map of the conformal
+flattening's outline. copies: the distance in space between a vertex and its preimage, relative to the diagonal, for a
+mesh and a copy with half the triangles (libigl's qslim), with six landmarks that are far apart: vertices of the mesh
+and points of the copy. Closed meshes are cut through them.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ LANDMARKS = 6
 
 
 def path_of(name: str) -> Path:
-    """The file of a mesh, fetched if need be."""
+    """Return the file of a mesh, fetched if necessary."""
     folder, file = MESHES[name]
     return (folder if isinstance(folder, Path) else fetched(folder)) / file
 
 
 def far_apart(points: np.ndarray, count: int) -> list[int]:
-    """Points each of which is the farthest from those before."""
+    """Return points by farthest point sampling."""
     found = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
     while len(found) < count:
         away = np.linalg.norm(points[:, None] - points[found], axis=2).min(axis=1)
@@ -67,7 +67,7 @@ def far_apart(points: np.ndarray, count: int) -> list[int]:
 
 
 def onto(names: list[str]) -> None:
-    """Meshes onto a heart."""
+    """Map meshes onto a heart."""
     outline: Curve = icon("heart")
     for name in names:
         layout = mesh_reading.read(str(path_of(name)), cut=True).flattening
@@ -88,7 +88,9 @@ def onto(names: list[str]) -> None:
 
 
 def copies(names: list[str]) -> None:
-    """Meshes onto copies with half the triangles, as `iccm map copy.obj mesh.obj --cut --constraints marks.json`."""
+    """Map meshes onto copies with half the triangles, as `iccm map copy.obj mesh.obj --cut --constraints
+    marks.json`.
+    """
     for name in names:
         with tempfile.TemporaryDirectory() as folder:
             job, count = _written(name, Path(folder))
@@ -113,7 +115,7 @@ def copies(names: list[str]) -> None:
 
 
 def _written(name: str, folder: Path) -> tuple[Job, tuple[int, int]]:
-    """The job for a mesh and its copy, written with their landmarks, and how many triangles both have."""
+    """Write a mesh and its copy with their landmarks; return the job, and the numbers of triangles of both."""
     whole = mesh_reading.mesh_files.read(str(path_of(name))).mesh
     faces = whole.corners[triangulate(whole)].astype(np.int64)
     patch = sound_piece(whole)
@@ -142,7 +144,7 @@ def _halved(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def distances(fit: iccm.Fit, here: Flattening, there: Flattening) -> np.ndarray:
-    """Of the target's vertices from where they come from, in diagonals."""
+    """Return the distances of the target's vertices from their preimages, relative to the diagonal."""
     z = fit.inverse(there.flat)
     face, weights = Locator(here)(np.where(np.isfinite(z), z, 0), 1)
     found = np.einsum("pk,pkc->pc", weights, here.patch.points[here.patch.faces[face]])

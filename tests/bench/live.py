@@ -1,11 +1,11 @@
-"""What it takes to follow a dragged pin in `iccm edit`: all from the page's message to the bytes of its answer.
+"""Time to follow a dragged pin in `iccm edit`: from the page's message to the bytes of the answer.
 
 python -m tests.bench.live [--icons N] [--updates 60] [--seed 1]
 
-Three pairs of samples and one with a mesh, and N random pairs of icons (fetched by npm). One of three pins is dragged
-along a closed way of a tenth of the target's size, in steps of a hundredth; then its end in the source. CPU and
-wall-clock milliseconds, median and 95 %; `full` is what letting go takes, `missed` how many updates did not reach the
-pin; places outside the shape do not count.
+Three pairs of samples, one pair with a mesh, and N random pairs of icons (fetched by npm). One of three pins is dragged
+along a closed path of a tenth of the target's size, in steps of a hundredth; then its end in the source. The table
+shows CPU and wall-clock milliseconds, median and 95 %; `full` is the time after releasing the pin, and `missed` the
+number of updates that did not reach the pin. Places outside the shape do not count.
 """
 
 import argparse
@@ -33,12 +33,12 @@ Pin = list[list[float]]
 
 
 def scene(pins: list[Pin]) -> Scene:
-    """Pins as the page sends them."""
+    """Return pins as the page sends them."""
     return Scene.model_validate({"pins": [{"source": a, "target": b} for a, b in pins]})
 
 
 def place(session: Session, side: int, z: complex) -> list[float]:
-    """A point of a shape's plane as the page sends it."""
+    """Return a point of a shape's plane as the page sends it."""
     surface, shape = session.surfaces[side], (session.source, session.target)[side]
     if surface:
         return surface.places(np.array([z]), PLACE_DIGITS)[0]
@@ -47,7 +47,7 @@ def place(session: Session, side: int, z: complex) -> list[float]:
 
 
 def reached(session: Session, z: complex) -> bool:
-    """Whether a point of the source is in no hole."""
+    """Return whether a point of the source is not in a hole."""
     try:
         session.transfer("source", [tuple(session.source.to_file(z).tolist())])
     except InputError:
@@ -56,7 +56,7 @@ def reached(session: Session, z: complex) -> bool:
 
 
 def spread(session: Session, rng: np.random.Generator) -> list[Pin]:
-    """Pins at random places well inside, where the map sends them."""
+    """Return pins at random places well inside, with the images that the map gives them."""
     curve = session.source.curve
     low, high = curve.box
     found: list[complex] = []
@@ -79,7 +79,7 @@ def spread(session: Session, rng: np.random.Generator) -> list[Pin]:
 
 
 def dragged(session: Session, pins: list[Pin], side: int, updates: int) -> tuple[np.ndarray, int]:
-    """(updates, 2) CPU and wall-clock seconds of each update, and how many did not reach the pin."""
+    """Return (updates, 2) CPU and wall-clock seconds of each update, and how many did not reach the pin."""
     shape = (session.source, session.target)[side]
     size, start = shape.curve.diagonal, shape.at(tuple(pins[0][side]))
     way = np.exp(2j * np.pi * np.arange(updates) / updates) - 1
@@ -91,7 +91,7 @@ def dragged(session: Session, pins: list[Pin], side: int, updates: int) -> tuple
         shown = session.follow(scene(moved))
         if shown.drawn is not None:
             frame(shown.head(0), shown.drawn)
-        if shown.kind != "error":  # the way has left the shape
+        if shown.kind != "error":  # else the path has left the shape
             seconds.append((time.process_time() - cpu, time.perf_counter() - wall))
             missed += not shown.ok
     if not seconds:

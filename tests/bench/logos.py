@@ -1,10 +1,10 @@
-"""Logos, a face and words that must not bend, on other silhouettes: a table, and a sheet to be looked at.
+"""Logos, a face and words that must not bend, on other silhouettes: a table, and a contact sheet.
 
 python -m tests.bench.logos SHEET.png [--count 20] [--seed 1]
 
-Sources are a round badge with a logo of Simple Icons, scikit-image's astronaut, whose face is kept, and a banner with a
-word, in turn; logos, words and fonts are random, and so are the targets, silhouettes of the packages of `shapes.WILD`.
-A logo's region is its convex hull, a word's the box around it.
+Sources are, alternately, a round badge with a logo of Simple Icons, scikit-image's astronaut, whose face is kept, and a
+banner with a word. Logos, words and fonts are random, and so are the targets: silhouettes from the packages in
+`shapes.WILD`. A logo's region is its convex hull, a word's its bounding box.
 """
 
 import argparse
@@ -35,7 +35,7 @@ FONTS = {"lora": "700Bold", "pacifico": "400Regular", "anton": "400Regular"}
 AROUND = np.exp(2j * np.pi * np.arange(60) / 60)
 HEAD = 226 - 103j + 72 * AROUND.real + 86j * AROUND.imag  # of the astronaut, in pixels
 PIXELS = 768
-SHADES = "#f2c14e", "#e8a33d"  # of the stripes behind a logo or a word, which show how it is bent there
+SHADES = "#f2c14e", "#e8a33d"  # stripes behind a logo or a word, which show how it is bent
 
 
 def main(words: list[str] | None = None) -> None:
@@ -77,7 +77,7 @@ def main(words: list[str] | None = None) -> None:
 
 
 def logo(choice: random.Random) -> tuple[str, iccm.Curve, Texture, np.ndarray]:
-    """A logo on a round badge: its name, the source's outline and texture, and the region."""
+    """Return a logo on a round badge: its name, the source's outline and texture, and the region."""
     path = Path(choice.choice(shapes.drawings("simple")))
     drawing = files.drawn(Spec(str(path), None))
     rings = [ring.conj() for outline in drawing.outlines for ring in (outline.z, *outline.holes)]
@@ -88,7 +88,7 @@ def logo(choice: random.Random) -> tuple[str, iccm.Curve, Texture, np.ndarray]:
 
 
 def word(choice: random.Random) -> tuple[str, iccm.Curve, Texture, np.ndarray]:
-    """Likewise a word on a banner."""
+    """Return the same for a word on a banner."""
     text, font = choice.choice(WORDS), choice.choice(sorted(FONTS))
     (file,) = shapes.package(font).glob(f"{FONTS[font]}/*.ttf")
     written = TextPath((0, 0), text, 1, prop=FontProperties(fname=file))
@@ -102,7 +102,7 @@ def word(choice: random.Random) -> tuple[str, iccm.Curve, Texture, np.ndarray]:
 
 
 def face(choice: random.Random) -> tuple[str, iccm.Curve, Texture, np.ndarray]:
-    """Likewise the astronaut's face."""
+    """Return the same for the astronaut's face."""
     from skimage import data
 
     photo = data.astronaut()
@@ -112,7 +112,7 @@ def face(choice: random.Random) -> tuple[str, iccm.Curve, Texture, np.ndarray]:
 
 
 def painted(source: np.ndarray, rings: list[np.ndarray]) -> tuple[iccm.Curve, Texture]:
-    """A source, and its texture: stripes with outlines filled on them."""
+    """Return a source, and its texture: stripes, with outlines filled over them."""
     low, high = iccm.Curve(source).box
     half = 0.5 * max((high - low).real, (high - low).imag)
     figure = Figure(figsize=(1, 1), dpi=PIXELS)
@@ -135,7 +135,7 @@ def painted(source: np.ndarray, rings: list[np.ndarray]) -> tuple[iccm.Curve, Te
 
 
 def points_of(rings: list[np.ndarray]) -> np.ndarray:
-    """(n, 2) the points of rings, each closed."""
+    """Return (n, 2) the points of closed rings."""
     z = np.concatenate([np.append(ring, ring[0]) for ring in rings])
     return np.column_stack([z.real, z.imag])
 

@@ -1,7 +1,7 @@
-"""What very many jobs cost the process that hands them out: python -m tests.bench.many [--jobs 100000]
+"""Cost of very many jobs for the process that distributes them: python -m tests.bench.many [--jobs 100000]
 
-The jobs themselves are trivial: each writes a small file in the same process, so that what is measured is the
-manifest, the journal, memory, and going on from a journal.
+The jobs are trivial: each writes a small file in the same process. So the manifest, the journal, memory, and resuming
+from a journal are measured.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ FIGURES = {
 
 
 class Trivial:
-    """A pool that is done at once."""
+    """A pool whose jobs are done immediately."""
 
     size, ahead, runs_again = 2, 0, False
 
     def together(self, left: int) -> int:
-        """One by one."""
+        """Return 1."""
         return 1
 
     def submit(self, payloads: list[dict]) -> Future:
@@ -58,19 +58,19 @@ class Trivial:
         return future
 
     def abandon(self, futures: list[Future]) -> None:
-        """Nothing runs."""
+        """Do nothing."""
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Do nothing."""
 
 
 def peak() -> float:
-    """MiB that this process has held at most."""
+    """Return the peak memory of this process in MiB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
 
 
 def hand_out(name: str, resume: bool) -> None:
-    """Run a manifest as `iccm batch` does, and print what each part took."""
+    """Run a manifest as `iccm batch` does, and print the time of each part."""
     root, clock = Path(name).parent / "out", [time.process_time()]
     said: dict[str, float] = {"MiB at first": peak()}
 
@@ -93,7 +93,7 @@ def hand_out(name: str, resume: bool) -> None:
 
 
 def table(rows: list[tuple[int, dict[str, float]]], what: str) -> None:
-    """Seconds and memory against the number of jobs."""
+    """Print seconds and memory against the number of jobs."""
     print(f"{what}: CPU-s for manifest, journal, outputs, jobs (ms a job); most MiB after each")
     for count, said in rows:
         parts = ("manifest", "journal", "outputs", "jobs")
@@ -103,7 +103,7 @@ def table(rows: list[tuple[int, dict[str, float]]], what: str) -> None:
 
 
 def main() -> None:
-    """Print the tables, for a tenth and for all."""
+    """Print the tables, for a tenth of the jobs and for all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=100_000)
     given = parser.parse_args()
@@ -122,13 +122,13 @@ def main() -> None:
 
 
 def measured(path: Path, resume: bool) -> dict[str, float]:
-    """What a manifest took, in a process of its own."""
+    """Measure a manifest in its own process."""
     line = [sys.executable, "-c", f"from tests.bench.many import *; hand_out({str(path)!r}, {resume})"]
     return json.loads(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
 
 
 def goals(rows: list[tuple[int, dict[str, float]]], journal: float) -> None:
-    """What ten times as many jobs take, of which a million is ten times more."""
+    """Print the ratio for ten times as many jobs, since a million is ten times more."""
     (few, some), (count, all_of_them) = rows
     spent = [sum(v for k, v in said.items() if k.startswith("s ")) for said in (some, all_of_them)]
     grown = np.log(spent[1] / spent[0]) / np.log(count / few)

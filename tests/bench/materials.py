@@ -1,6 +1,6 @@
-"""`iccm relayout` of GLB files as they are found, their layouts turned by a quarter, so that every texel is known.
+"""`iccm relayout` of GLB files from the wild, with layouts rotated by 90 degrees, so that every texel is known.
 
-Khronos' validator looks at what is written. The files are controllers of WebXR (npm, MIT), fetched once into build.
+Khronos' validator checks the results. The files are WebXR controllers (npm, MIT), fetched once into build.
 
 python -m tests.bench.materials [NAME …]     needs npm and node; a name is a folder and a file: yvr-touch/right
 """
@@ -41,11 +41,11 @@ const validator = require("gltf-validator"), fs = require("fs");
 validator.validateBytes(new Uint8Array(fs.readFileSync(process.argv[2])))
     .then(found => console.log(found.issues.numErrors));
 """
-GOAL, LEVELS = 0.005, 8  # the share of texels that may be off by more than so many of 255
+GOAL, LEVELS = 0.005, 8  # largest share of texels that may be off by more than so many levels of 255
 
 
 def fetched() -> None:
-    """The packages, beside a script that validates."""
+    """Fetch the packages, beside a script that validates."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     (FOLDER / "validate.cjs").write_text(SCRIPT)
     if not PROFILES.is_dir():
@@ -53,7 +53,7 @@ def fetched() -> None:
 
 
 def turned(source: Path, out: Path) -> None:
-    """The file with its layout turned by a quarter, by pygltflib."""
+    """Write a copy of the file with its layout rotated by 90 degrees, by pygltflib."""
     file = gl.GLTF2().load_binary(str(source))
     blob = bytearray(file.binary_blob())
     numbers = {p.attributes.TEXCOORD_0 for mesh in file.meshes for p in mesh.primitives} - {None}
@@ -69,7 +69,7 @@ def turned(source: Path, out: Path) -> None:
 
 
 def pixels(part: gltf.Primitive, info: dict) -> NDArray[np.int64]:
-    """A picture of a material."""
+    """Return a picture of a material."""
     source = part.document.source_of(info["index"])
     assert source is not None
     content = part.document.image(source)
@@ -78,7 +78,7 @@ def pixels(part: gltf.Primitive, info: dict) -> NDArray[np.int64]:
 
 
 def off(old: gltf.Primitive, new: gltf.Primitive, slot: str) -> float:
-    """The share of texels in charts that are off, of all but normals, which turn."""
+    """Return the share of texels in charts that are off; for normals, which are rotated, it is not measured."""
     infos = [dict(gltf_materials.slots(part.material))[slot] for part in (old, new)]
     wanted, made = np.rot90(pixels(old, infos[0]), -1), pixels(new, infos[1])
     uv = new.uv(infos[1])
@@ -90,7 +90,7 @@ def off(old: gltf.Primitive, new: gltf.Primitive, slot: str) -> float:
 
 
 def measured(name: str, folder: Path) -> bool:
-    """Prints a file's line; whether it is as it should be."""
+    """Print a file's line; return whether it is as it should be."""
     source, layout, out = PROFILES / f"{name}.glb", folder / "turned.glb", folder / "out.glb"
     turned(source, layout)
     code = cli.run(["relayout", str(source), str(layout), "-o", str(out), "--force", "-q"])
@@ -109,7 +109,7 @@ def measured(name: str, folder: Path) -> bool:
 
 
 def main() -> None:
-    """The files that were named, or all."""
+    """Measure the named files, or all."""
     fetched()
     with tempfile.TemporaryDirectory() as folder:
         good = [measured(name, Path(folder)) for name in sys.argv[1:] or NAMES]

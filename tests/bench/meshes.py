@@ -1,4 +1,5 @@
-"""Meshes: OBJ files against libigl, all around LSCM against LSCM, a million triangles baked, angles against size.
+"""Meshes: OBJ files compared with libigl, the flattening compared with LSCM, a million triangles baked, and angles
+against mesh size.
 
 python -m tests.bench.meshes [files | flattening | large | repair | baking | angles …] [--rebake MESH PICTURE]
 """
@@ -38,7 +39,7 @@ COMMAND = str(Path(sys.executable).with_name("iccm"))
 
 
 def best(work: Callable, repeats: int = 3) -> tuple[float, float, object]:
-    """Least wall-clock and least processor seconds of some runs after a first one, and the last result."""
+    """Return the least wall-clock and processor seconds of some runs after a first one, and the last result."""
     result = work()
     wall, used = [], []
     for _ in range(repeats):
@@ -50,7 +51,7 @@ def best(work: Callable, repeats: int = 3) -> tuple[float, float, object]:
 
 
 def triangles(n: int, shape=surfaces.wave) -> Mesh:
-    """2 n² triangles of a surface over the square, with its plan as texture coordinates."""
+    """Return 2 n² triangles of a surface over the square, with its plan as texture coordinates."""
     z, quads = surfaces.square_grid(n)
     q = np.array(quads)
     faces = np.stack([q[:, [0, 1, 2]], q[:, [0, 2, 3]]], axis=1).reshape(-1, 3)
@@ -81,7 +82,7 @@ def files() -> None:
 
 
 def flattening() -> None:
-    """A patch of a hundred thousand vertices."""
+    """Flatten a patch of a hundred thousand vertices."""
     mesh = triangles(316)
     checks, _, piece = best(lambda: disk_patch(mesh))
     solve, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
@@ -99,7 +100,7 @@ def flattening() -> None:
 
 
 def large() -> None:
-    """The command on four times the triangles: processor seconds count, which neighbours on a machine change little."""
+    """Run the command on four times the triangles; processor seconds hardly depend on other load of the machine."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         for n in (370, 740):
@@ -127,7 +128,7 @@ def large() -> None:
 
 
 def used(words: list[str]) -> tuple[float, float, float, float]:
-    """Seconds on the wall, of the processor in the program and in the system, and GB at most, of a command."""
+    """Return wall-clock seconds, processor seconds in user and system mode, and peak GB of a command."""
     start = time.perf_counter()
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
@@ -137,7 +138,7 @@ def used(words: list[str]) -> tuple[float, float, float, float]:
 
 
 def repair() -> None:
-    """A patch of a hundred thousand vertices whose free flattening overlaps itself: a winding ramp."""
+    """Flatten a patch of a hundred thousand vertices whose free flattening overlaps itself: a winding ramp."""
     t, r = np.meshgrid(np.linspace(0, 2.6 * np.pi, 447), np.linspace(0.4, 1.8, 224), indexing="ij")
     k = np.arange(t.size).reshape(t.shape)
     quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], axis=-1).reshape(-1)
@@ -153,7 +154,7 @@ def repair() -> None:
 
 
 def baking(size: int = 4096) -> None:
-    """A million triangles into size² texels."""
+    """Bake a million triangles into size² texels."""
     mesh = triangles(708)
     piece = disk_patch(mesh)
     flat = (piece.points[:, 0] + 1j * piece.points[:, 1]).astype(complex)
@@ -176,7 +177,7 @@ def baking(size: int = 4096) -> None:
 
 
 def angles() -> None:
-    """Conformal error of the flattening against the mesh size."""
+    """Print the conformal error of the flattening against the mesh size."""
     for name in ("face", "sail", "wave"):
         errors = []
         for n in (16, 32, 64):
@@ -193,7 +194,7 @@ def angles() -> None:
 
 
 def rebake(mesh: str, picture: str) -> None:
-    """A textured mesh baked into its own layout, through a cut and its flattening; every texel should be as it was."""
+    """Bake a textured mesh into its own layout, through a cut and its flattening; every texel should be unchanged."""
     shape, image = mesh_reading.read(mesh, cut=True), image_files.read(picture)
     same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
@@ -208,7 +209,7 @@ def rebake(mesh: str, picture: str) -> None:
 
 
 def main() -> int:
-    """Everything, or what is named."""
+    """Run all parts, or those named."""
     parts = (files, flattening, large, repair, baking, angles)
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     names = [part.__name__ for part in parts]

@@ -1,8 +1,8 @@
-"""First order against zeroth order (§3.4): iterations to the energy that 100 zeroth-order iterations reach.
+"""First order compared with zeroth order (§3.4): iterations to the energy that 100 zeroth-order iterations reach.
 
 python -m tests.bench.orders [--others 14] [--seed 1]
 
-The pairs are those of the samples, both ways round, and others drawn from all of the samples' shapes.
+The pairs are those of the samples, in both directions, and others drawn from all of the samples' shapes.
 """
 
 import argparse
@@ -32,20 +32,20 @@ SHARE = 3  # of the iterations of the zeroth order: at most a third
 
 
 def energies(source: Curve, target: Curve, order: int, tangential: float = 0.1) -> np.ndarray:
-    """Energy after each iteration, until it no longer falls or STEPS are done."""
+    """Return the energy after each iteration, until it no longer decreases or STEPS are done."""
     options = {"order": order, "tangential": tangential, "max_iterations": STEPS, "decrease": 0.0}
     fit = iccm.fit(source, target, method="paper", **options)
     return np.array([step["total"] for step in fit.energies])
 
 
 def needed(zeroth: np.ndarray, first: np.ndarray) -> int | None:
-    """Iterations of the first order to the energy that the zeroth order ends at; None if it does not get there."""
+    """Return the iterations of the first order to the final energy of the zeroth order; None if it is not reached."""
     there = np.flatnonzero(first <= zeroth[-1])
     return int(there[0]) if there.size else None
 
 
 def chosen(others: int, seed: int) -> list[tuple[str, str]]:
-    """The samples' pairs, both ways round, and others drawn from all of their shapes."""
+    """Return the samples' pairs in both directions, and others drawn from all of their shapes."""
     both = [pair for a, b in PAIRS for pair in ((a, b), (b, a))]
     names = sorted({name for pair in PAIRS for name in pair})
     rest = [pair for pair in itertools.permutations(names, 2) if pair not in both]
@@ -53,7 +53,7 @@ def chosen(others: int, seed: int) -> list[tuple[str, str]]:
 
 
 def compare(pairs: Sequence[tuple[str, str]], lambdas: Sequence[float] = LAMBDAS) -> dict[float, float]:
-    """Print the table; returns the share of pairs, by λ, on which a third of the iterations is enough."""
+    """Print the table; return, by λ, the share of pairs for which a third of the iterations is enough."""
     print(f"## First order: iterations to the energy of {STEPS} zeroth-order iterations (method paper)")
     print(f"{'pair':28} zeroth: energy  iterations | first, by λ: " + "  ".join(f"{v:8g}" for v in lambdas))
     good: dict[float, list[bool]] = {v: [] for v in lambdas}
@@ -81,7 +81,7 @@ def compare(pairs: Sequence[tuple[str, str]], lambdas: Sequence[float] = LAMBDAS
 
 
 def stem(name: str) -> str:
-    """A sample's shape without folder and suffix."""
+    """Return a sample's shape without folder and suffix."""
     return name.rpartition("/")[2].partition(".")[0]
 
 

@@ -1,4 +1,4 @@
-"""Pictures of maps for the gallery: textures through smooth maps and through meshes, and small PNG files."""
+"""Pictures of maps for the gallery: textures through smooth maps and through meshes, as small PNG files."""
 
 import io
 from collections.abc import Sequence
@@ -30,14 +30,14 @@ Box = tuple[complex, complex]
 
 
 def board(curve: Curve, cells: int = 8) -> Texture:
-    """A numbered checkerboard over the square around a shape."""
+    """Return a numbered checkerboard over the square around a shape."""
     low, high = curve.box
     middle, half = (low + high) / 2, 0.5 * max((high - low).real, (high - low).imag) * (1 + 1j)
     return Texture(checkerboard(1024, cells), (middle - half, middle + half))
 
 
 def around(*curves: Curve, margin: float = 0.04) -> Box:
-    """A box around curves, with a margin."""
+    """Return a box around curves, with a margin."""
     z = np.concatenate([c.z for c in curves])
     low, high = Curve(z).box
     edge = margin * abs(high - low) * (1 + 1j)
@@ -45,21 +45,21 @@ def around(*curves: Curve, margin: float = 0.04) -> Box:
 
 
 def canvas(box: Box, pixels: int) -> Canvas:
-    """A raster over a box, `pixels` on its longer side."""
+    """Return a raster over a box, `pixels` on its longer side."""
     size = box[1] - box[0]
     scale = pixels / max(size.real, size.imag)
     return Canvas(max(1, round(size.real * scale)), max(1, round(size.imag * scale)), box)
 
 
 def textured(axes: Axes, fit: Fit, texture: Texture, box: Box, pixels: int = 360) -> None:
-    """The texture through a fit."""
+    """Draw the texture through a fit."""
     shown(axes, warp(fit.map, texture, canvas(box, pixels)).pixels, box)
 
 
 def painted(
     axes: Axes, mesh: Mesh, images: np.ndarray, texture: Texture, box: Box, pixels: int = 360
 ) -> None:
-    """The texture through a map of a mesh, triangle by triangle; what is folded over lies on top."""
+    """Draw the texture through a map of a mesh, triangle by triangle; folded triangles lie on top."""
     raster = canvas(box, 2 * pixels)
     corners = raster.pixels(images)[mesh.triangles]
     owner = np.full((raster.height, raster.width), -1, np.int32)
@@ -87,7 +87,7 @@ def painted(
 
 
 def original(axes: Axes, curve: Curve, texture: Texture, box: Box, pixels: int = 360) -> None:
-    """The texture on the source itself."""
+    """Draw the texture on the source."""
     from iccm import HarmonicMap
 
     still = HarmonicMap(curve.z, curve.z, np.zeros_like(curve.z))
@@ -95,7 +95,7 @@ def original(axes: Axes, curve: Curve, texture: Texture, box: Box, pixels: int =
 
 
 def shown(axes: Axes, pixels: np.ndarray, box: Box) -> None:
-    """A picture at its place in the plane."""
+    """Draw a picture at its place in the plane."""
     extent = (box[0].real, box[1].real, box[0].imag, box[1].imag)
     axes.imshow(pixels, extent=extent, interpolation="antialiased")
     axes.set_xlim(extent[:2])
@@ -106,13 +106,13 @@ def shown(axes: Axes, pixels: np.ndarray, box: Box) -> None:
 
 
 def outline(axes: Axes, z: np.ndarray, colour: str = INK, width: float = 1.0, closed: bool = True, **style):
-    """A curve."""
+    """Draw a curve."""
     z = np.append(z, z[:1]) if closed else z
     axes.plot(z.real, z.imag, color=colour, lw=width, solid_joinstyle="round", **style)
 
 
 def dots(axes: Axes, at: np.ndarray, goal: np.ndarray | None = None) -> None:
-    """Pins: filled where they are, rings where they should be."""
+    """Draw pins: filled at their images, rings at their targets."""
     if goal is not None:
         axes.plot(goal.real, goal.imag, "o", ms=9, mfc="none", mec="white", mew=3)
         axes.plot(goal.real, goal.imag, "o", ms=9, mfc="none", mec=MARK, mew=1.6)
@@ -122,14 +122,14 @@ def dots(axes: Axes, at: np.ndarray, goal: np.ndarray | None = None) -> None:
 def field(
     axes: Axes, fit: Fit, values: np.ndarray, points: np.ndarray, limits: tuple[float, float], cmap: str
 ):
-    """Values at points inside the source as a coloured field over it; returns what a colour bar needs."""
+    """Draw values at points inside the source as a coloured field over it; return the artist for a colour bar."""
     step = np.min(np.diff(np.unique(np.round(points.real, 9))))
     size = 1 + np.round((points - complex(points.real.min(), points.imag.min())) / step)
     grid = np.full((int(size.imag.max()), int(size.real.max())), np.nan)
     grid[size.imag.astype(int) - 1, size.real.astype(int) - 1] = values
     low = complex(points.real.min(), points.imag.min()) - step / 2 * (1 + 1j)
     high = low + step * complex(grid.shape[1], grid.shape[0])
-    # cells outside take the nearest value, and the outline cuts
+    # cells outside take the nearest value, and are clipped at the outline
     near = distance_transform_edt(np.isnan(grid), return_distances=False, return_indices=True)
     grid = np.pad(grid[tuple(near)], 2, mode="edge")
     extent = (low.real - 2 * step, high.real + 2 * step, low.imag - 2 * step, high.imag + 2 * step)
@@ -152,25 +152,25 @@ def field(
 
 
 def strands(axes: Axes, lines: Sequence[np.ndarray], colour: str) -> None:
-    """Thin lines."""
+    """Draw thin lines."""
     points = [np.column_stack([z.real, z.imag]) for z in lines]
     axes.add_collection(LineCollection(points, colors=colour, linewidths=0.8))
 
 
 def sheet(columns: int, rows: int = 1, size: float = 2.6, extra: float = 0.35) -> tuple[Figure, np.ndarray]:
-    """A figure of square panels, without pyplot: no display, no state."""
+    """Return a figure of square panels, without pyplot: no display, no state."""
     figure = Figure(figsize=(columns * size, rows * (size + extra)), layout="constrained")
     FigureCanvasAgg(figure)
     return figure, np.atleast_1d(figure.subplots(rows, columns))
 
 
 def title(axes: Axes, head: str, line: str = "") -> None:
-    """A panel's title, and a quieter second line."""
+    """Set a panel's title, and a second line in grey."""
     axes.set_title(f"{head}\n{line or ' '}", fontsize=9.5, color=INK, linespacing=1.35)
 
 
 def plain(axes: Axes, across: str, up: str) -> None:
-    """A quiet pair of axes."""
+    """Style a pair of axes."""
     axes.set_xlabel(across, fontsize=9)
     axes.set_ylabel(up, fontsize=9)
     axes.tick_params(which="both", labelsize=7)
@@ -179,7 +179,7 @@ def plain(axes: Axes, across: str, up: str) -> None:
 
 
 def save(figure: Figure, name: str, folder: Path = FOLDER, dpi: int = 100) -> Path:
-    """Store a figure as a small PNG of few colours; ValueError where it is larger than MOST_BYTES."""
+    """Store a figure as a small PNG with few colours; raise ValueError if it exceeds MOST_BYTES."""
     raw = io.BytesIO()
     with mpl.rc_context({"font.family": "DejaVu Sans"}):
         figure.savefig(raw, dpi=dpi, metadata={"Software": None}, facecolor="white")

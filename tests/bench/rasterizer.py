@@ -1,4 +1,4 @@
-"""Draw SVG by librsvg, a rasterizer that iccm does not use (pip install 'pyvips[binary]')."""
+"""Rendering of SVG by librsvg, a rasterizer that iccm does not use (pip install 'pyvips[binary]')."""
 
 import re
 
@@ -11,15 +11,15 @@ PLACING = re.compile(r"""\s(?:viewBox|width|height|x|y|preserveAspectRatio)\s*=\
 
 
 def rendered(svg: str, box: Box, pixels: int | tuple[int, int]) -> NDArray[np.uint8]:
-    """Draw a part of an SVG's plane.
+    """Render a part of an SVG's plane.
 
     Args:
         svg: the text of an SVG file.
-        box: what of its plane is shown.
-        pixels: the longer side of the picture, or its width and height.
+        box: the part of its plane to show.
+        pixels: the longer side of the picture, or width and height.
 
     Returns:
-        (height, width, 4) colours and alpha, not premultiplied.
+        (height, width, 4) colours and straight alpha.
     """
     import pyvips
 
@@ -36,6 +36,6 @@ def rendered(svg: str, box: Box, pixels: int | tuple[int, int]) -> NDArray[np.ui
 
 
 def fitted(box: Box, longer_side: int) -> tuple[int, int]:
-    """Width and height of a picture of a box by the longer one."""
+    """Return width and height of a picture of a box, given the longer side."""
     scale = longer_side / max(box[2], box[3])
     return max(1, round(box[2] * scale)), max(1, round(box[3] * scale))

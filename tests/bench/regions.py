@@ -2,10 +2,10 @@
 
 python -m tests.bench.regions [--pairs 60] [--seed 1] [--sheet FILE.png] [--cartograms]
 
-Each source has a disc, a rectangle or a letter of 3 to 20 % of its area at a random place inside (less, where so much
-does not fit in there). A row a pair: figures with the region, and how they compare with those of the whole map without.
-The sheet shows each target with a checkerboard, the region's image outlined. Cartograms are of countries of ten parts
-each, wished areas per area in ratios up to 4, onto the country itself.
+Each source has a disc, a rectangle or a letter with 3 to 20 % of its area at a random place inside (less if there is no
+room). A row for each pair: figures with the region, compared with those of the whole map without it. The sheet shows
+each target with a checkerboard and the outline of the region's image. Cartograms are countries mapped onto themselves
+with ten parts each, whose requested areas have ratios of up to 4.
 """
 
 import argparse
@@ -23,16 +23,16 @@ from iccm.maps.distortion import Distortion, of_triangles
 from iccm.plane import triangle_areas
 from tests.bench import shapes
 
-SHARES = 0.03, 0.2  # of the source's area
+SHARES = 0.03, 0.2  # relative to the source's area
 LETTER = shapely.Polygon([(0, 0), (3, 0), (3, 1), (1, 1), (1, 5), (0, 5)])
 KINDS = {
     "disc": shapely.Point(0, 0).buffer(1),
     "rectangle": shapely.box(0, 0, 1.6, 1),
     "letter": LETTER,
 }
-OFF = 0.012  # of the root of the area, from the outline
-TRIES = 40  # places for one size
-PARTS, MOST_PEOPLE, SIDE = 10, 4, 400  # of a cartogram: regions, people of one by those of another, pixels
+OFF = 0.012  # relative to the root of the area: distance from the outline
+TRIES = 40  # places tried for each size
+PARTS, MOST_PEOPLE, SIDE = 10, 4, 400  # for cartograms: regions, largest ratio of populations, pixels
 
 
 def main(words: list[str] | None = None) -> None:
@@ -48,7 +48,8 @@ def main(words: list[str] | None = None) -> None:
         return
     choice, rows, cells = random.Random(asked.seed), [], []
     pairs = shapes.drawn_pairs(asked.pairs, asked.seed, [], tuple(shapes.WILD))
-    iccm.fit(pairs[0][0].curve, pairs[0][1].curve, rigid=[placed(pairs[0][0].curve, choice)[1]])  # compiles
+    # for compilation
+    iccm.fit(pairs[0][0].curve, pairs[0][1].curve, rigid=[placed(pairs[0][0].curve, choice)[1]])
     print(
         f"seed {asked.seed}; pair, region, share: status, K95, size, p95 of the stretch elsewhere and CPU by without"
     )
@@ -64,7 +65,7 @@ def main(words: list[str] | None = None) -> None:
 
 
 def placed(curve: iccm.Curve, choice: random.Random) -> tuple[str, np.ndarray]:
-    """The kind and the outline of a region."""
+    """Return the kind and the outline of a region."""
     domain = shapely.Polygon(xy_of(curve.z))
     room, share = domain.buffer(-OFF * np.sqrt(domain.area)), choice.uniform(*SHARES)
     kind = choice.choice(sorted(KINDS))
@@ -82,7 +83,7 @@ def placed(curve: iccm.Curve, choice: random.Random) -> tuple[str, np.ndarray]:
 def measured(
     source: iccm.Curve, target: iccm.Curve, region: np.ndarray, name: str
 ) -> tuple[tuple, iccm.Fit | None]:
-    """A row of the table, printed, and the map."""
+    """Print a row of the table; return it, and the map."""
     started = time.process_time()
     plain = iccm.fit(source, target, fit="whole")
     between = time.process_time()
@@ -108,7 +109,7 @@ def measured(
 
 
 def cartograms(count: int, seed: int) -> None:
-    """Whether ten parts of each of some countries have the areas that are wished, printed."""
+    """Print whether ten parts of some countries get the requested areas."""
     choice = np.random.default_rng(seed)
     print(f"seed {seed}; country: farthest off its area, certified, K of 95 %, CPU seconds")
     lands = shapes.countries()
@@ -136,12 +137,12 @@ def cartograms(count: int, seed: int) -> None:
 
 
 def nearest(seats: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """The seat nearest to each place."""
+    """Return the seat nearest to each place."""
     return np.abs(z[..., None] - seats).argmin(axis=-1)
 
 
 def seats_in(curve: iccm.Curve, count: int, choice: np.random.Generator) -> np.ndarray:
-    """The middles of parts of a shape of about one size (Lloyd's algorithm)."""
+    """Return the centres of parts of a shape with about equal size (Lloyd's algorithm)."""
     low, high = curve.box
     z = low + choice.random(20_000) * (high - low).real + 1j * choice.random(20_000) * (high - low).imag
     z = z[curve.contains(z)]
@@ -153,12 +154,12 @@ def seats_in(curve: iccm.Curve, count: int, choice: np.random.Generator) -> np.n
 
 
 def p95(found: Distortion) -> float:
-    """The stretch that 95 % keep to."""
+    """Return the 95 % quantile of the stretch."""
     return found.quantile(found.stretches, 0.95)
 
 
 def summary(rows: list[tuple]) -> None:
-    """The figures of all pairs."""
+    """Print the figures of all pairs."""
     ok, rigid, sound, scale, stretch, cpu = (np.array(column) for column in zip(*rows))
     ok, rigid, sound = (each.astype(bool) for each in (ok, rigid, sound))
     print(
@@ -170,7 +171,7 @@ def summary(rows: list[tuple]) -> None:
 
 
 def draw(cells: list[tuple], path: str, columns: int = 8) -> None:
-    """Targets with a checkerboard, the images of regions outlined."""
+    """Draw targets with a checkerboard and the outlines of the regions' images."""
     from matplotlib.figure import Figure
 
     made = Figure(figsize=(2.4 * columns, 2.6 * -(-len(cells) // columns)), layout="constrained")

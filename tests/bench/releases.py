@@ -1,14 +1,14 @@
-"""How far the map of `iccm edit` jumps when a pin is let go of.
+"""How far the map of `iccm edit` jumps when a pin is released.
 
 python -m tests.bench.releases [--pairs 20] [--drags 10] [--steps 60] [--seed 1]
 
-Random pairs of emoji (fetched by npm), as silhouettes, pinned eye to eye: an emoji's eyes are here its two largest
-parts that are each other's mirror image. Each drag takes one end of one of both pins in equal steps to a random place,
-from the map eye to eye. A jump is what 95 % of the points move when it is let go of, in per cent of the target's
-diagonal; `failed` are releases that end in an error, or in a map that is not as good as asked for, though the one
-that followed had met its pins; `missed` drags that do not end at their place; `eyes` whether the pair is met eye to
-eye before any drag (0 or 1). Milliseconds of an update, at 95 %, and
-seconds of a release, in the mean, are those of processors.
+Random pairs of emoji (fetched by npm) as silhouettes, with pins at their eyes: the two largest parts that are mirror
+images of each other. Each drag moves one end of one or both pins in equal steps to a random place, starting from the
+map from eyes to eyes. A jump is the distance that 95 % of the points move at most on release, in per cent of the
+target's diagonal. `failed` counts releases that end in an error, or in a map that does not meet the requirements
+although the map that followed had met its pins; `missed` counts drags that do not end at their place; `eyes` is whether
+the pair is mapped eye to eye before any drag (0 or 1). The times, 95 % for an update and the mean for a release, are
+processor times.
 """
 
 import argparse
@@ -30,14 +30,15 @@ from iccm.io.shapes import shape as files
 from . import shapes
 from .live import place, scene
 
-EYES = (0.003, 0.08)  # of the silhouette's area: each eye
-ALIKE = 1.2  # times the smaller eye's area: the other one
-LEVEL, APART = 0.02, (0.15, 0.5)  # of the diagonal: how much higher one eye may be, and how far apart
-DEEP = 0.02  # of the diagonal: as close to the outline drags may end
+EYES = (0.003, 0.08)  # relative to the silhouette's area: each eye
+ALIKE = 1.2  # ratio of the eyes' areas
+# relative to the diagonal: difference in height of the eyes, and their distance
+LEVEL, APART = 0.02, (0.15, 0.5)
+DEEP = 0.02  # relative to the diagonal: smallest distance of a drag's end from the outline
 
 
 def eyes(path: str) -> list[complex]:
-    """Both eyes of an emoji, the left one first; none where it has no two parts like eyes."""
+    """Return both eyes of an emoji, the left one first; empty if it has no two parts like eyes."""
     try:
         drawn, parts = files.read(f"{path}#silhouette"), files.read_all(path)
     except InputError:
@@ -61,7 +62,7 @@ def eyes(path: str) -> list[complex]:
 
 
 def pairs(count: int, seed: int) -> Iterator[tuple[str, str, list[list[complex]]]]:
-    """Two drawings, and the pins [eye, eye] of both."""
+    """Yield two drawings, and the pins [eye, eye] of both."""
     choice = random.Random(seed)
     names = [name for name in shapes.drawings("noto") if "skin-tone" not in name]
     for _ in range(count):
@@ -75,7 +76,7 @@ def pairs(count: int, seed: int) -> Iterator[tuple[str, str, list[list[complex]]
 
 
 def inside(session: Session, side: int, rng: np.random.Generator) -> complex:
-    """A random place of a shape."""
+    """Return a random place of a shape."""
     curve = (session.source, session.target)[side].curve
     low, high = curve.box
     while True:
@@ -88,8 +89,9 @@ def inside(session: Session, side: int, rng: np.random.Generator) -> complex:
 def measure(
     session: Session, begin: list[list[complex]], drags: int, steps: int, rng: np.random.Generator
 ) -> tuple[list[float], list[float], list[float], list[str], int, bool]:
-    """Jumps, seconds of updates and of releases, what failed, how many drags were not met, and whether the pins were
-    before them."""
+    """Return jumps, seconds of updates and releases, failures, the number of drags that were missed, and whether the
+    pins were met before.
+    """
     jumps, updates, releases, failed, missed, met = [], [], [], [], 0, True
 
     def sent(ends: list[list[complex]]) -> Scene:

@@ -1,6 +1,6 @@
 """Measurements of resampling: python -m tests.bench.resampling [coordinates quality scaling command batch memory large]
 
-Every figure is a ratio within one run: times on a shared machine mean little by themselves.
+Every figure is a ratio within one run, since times on a shared machine mean little alone.
 """
 
 import json
@@ -32,13 +32,13 @@ VERTICES = 300
 
 
 def shape(n=VERTICES):
-    """A rounded star that fills about half of its canvas."""
+    """Return a rounded star that fills about half of its canvas."""
     s = 2 * np.pi * np.arange(n) / n
     return (1 + 0.3 * np.cos(5 * s)) * np.exp(1j * s)
 
 
 def maps():
-    """A conformal and a harmonic map of that star."""
+    """Return a conformal and a harmonic map of that star."""
     p = shape()
     return {
         "conformal": HarmonicMap(p, p + 0.2 * p**2, 0 * p),
@@ -47,7 +47,7 @@ def maps():
 
 
 def best(work, times=3):
-    """The shortest of some runs, in seconds."""
+    """Return the shortest time of some runs, in seconds."""
     took = []
     for _ in range(times):
         start = time.perf_counter()
@@ -57,7 +57,7 @@ def best(work, times=3):
 
 
 def coordinates(size=4096):
-    """Source points of every pixel: time against cv2.remap and the dense sum, error against the dense sum."""
+    """Measure source points of every pixel: time against cv2.remap and the dense sum, error against the dense sum."""
     picture = np.random.default_rng(0).random((size, size, 4), dtype=np.float32)
     x, y = np.meshgrid(np.arange(size, dtype=np.float32), np.arange(size, dtype=np.float32))
     print(f"## Coordinates of {size}² pixels, {VERTICES} vertices, error asked for 0.05 texel")
@@ -71,7 +71,7 @@ def coordinates(size=4096):
         found = np.zeros((size, size), dtype=np.complex64)
 
         def ours(map=map, canvas=canvas, texel=texel, found=found):
-            fresh = HarmonicMap(map.polygon, map.phi, map.psi)  # whose mesh is not known yet
+            fresh = HarmonicMap(map.polygon, map.phi, map.psi)  # its mesh is not known yet
             raster = preimages.of(fresh, canvas, 0.05 * texel, slopes=False)
             seen = Diagnostics()
             for band in in_order(raster, range(0, canvas.height, BAND_ROWS)):
@@ -101,7 +101,9 @@ def coordinates(size=4096):
 
 
 def held_against_dense(map, raster, canvas, texel, count=20_000):
-    """Errors in texels at random pixels, half of them within 8 of the outline; seconds a pixel of the dense sums."""
+    """Return errors in texels at random pixels, half of them within 8 of the outline, and seconds per pixel of the
+    dense sums.
+    """
     rng, z, w, near = np.random.default_rng(1), [], [], []
     for band in in_order(raster, range(0, canvas.height, BAND_ROWS)):
         inner = band.coverage == 1
@@ -124,7 +126,7 @@ def held_against_dense(map, raster, canvas, texel, count=20_000):
 
 
 def quality():
-    """PSNR against the area averages of an analytic picture pulled back through the same map."""
+    """Measure the PSNR against the area averages of an analytic picture pulled back through the same map."""
     print("## Quality: PSNR in dB against the exact area average of every pixel (8 or more samples a side)")
     kinds = [
         "cv2 linear",
@@ -158,7 +160,9 @@ def quality():
 
 
 def pictures(fastest, slow):
-    """A zone plate whose frequency reaches `fastest` at the rim, and a sum of sinusoids of frequency `slow`."""
+    """Return a zone plate whose frequency reaches `fastest` at the boundary, and a sum of sinusoids of frequency
+    `slow`.
+    """
     yield "zone", lambda z: 0.5 + 0.5 * np.cos(np.pi * fastest / 1.3 * np.abs(z) ** 2)
     yield (
         "sinusoid",
@@ -171,7 +175,7 @@ def pictures(fastest, slow):
 
 
 def compared(map, g, texels, pixels, samples):
-    """PSNR of every method for one picture and one scale."""
+    """Print the PSNR of every method for one picture and one scale."""
     from skimage.transform import warp as skimage_warp
 
     canvas = Canvas(pixels, pixels, BOX)
@@ -212,7 +216,7 @@ def compared(map, g, texels, pixels, samples):
 
 
 def texture_system(texture, z, right, down, inner):
-    """OpenImageIO's own filtering, a point at a time, from a mip-mapped file of the texture."""
+    """Filter with OpenImageIO, point by point, from a mip-mapped file of the texture."""
     import OpenImageIO as oiio
 
     with tempfile.TemporaryDirectory() as folder:
@@ -233,7 +237,7 @@ def texture_system(texture, z, right, down, inner):
 
 
 def scaling(sizes=(1024, 2048, 4096, 8192, 16384)):
-    """The whole warp, streamed into a TIFF, each size in a process of its own."""
+    """Measure the whole warp, streamed into a TIFF, with each size in its own process."""
     print(
         "## Warp of a 2048² 8-bit RGBA texture, streamed into a file: linear in the pixels, bounded in memory"
     )
@@ -253,13 +257,13 @@ def scaling(sizes=(1024, 2048, 4096, 8192, 16384)):
 
 
 def one(size, name=None):
-    """One streamed warp, in this process, of a file's texture or one of 2048²."""
+    """Run one streamed warp in this process, of a file's texture or one of 2048²."""
     noise = np.random.default_rng(0)
     texture = (
         image_files.read(name).pixels if name else noise.integers(0, 256, (2048, 2048, 4), dtype=np.uint8)
     )
     map, canvas = maps()["conformal"], Canvas(size, size, BOX)
-    warp(map, Texture(texture[:64, :64], BOX, 3), Canvas(64, 64, BOX))  # kernels are loaded
+    warp(map, Texture(texture[:64, :64], BOX, 3), Canvas(64, 64, BOX))  # loads the kernels
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
         work = Warp(map, Sampler(Texture(texture, BOX, 3)), canvas)
@@ -270,7 +274,7 @@ def one(size, name=None):
 
 
 def large(size=16384):
-    """A texture as large as the result, from file to file: minutes, and only when asked for."""
+    """Measure a texture as large as the result, from file to file; takes minutes, and only runs when requested."""
     y, x = np.indices((256, size))
     strips = (
         np.stack(
@@ -291,7 +295,7 @@ def large(size=16384):
 
 
 def command(sizes=(1024, 4096)):
-    """`iccm map` from a 1024² texture, start-up included, against gdalwarp -tps and ImageMagick's Shepards."""
+    """Measure `iccm map` with a 1024² texture, including start-up, against gdalwarp -tps and ImageMagick's Shepards."""
     for size in sizes:
         took = commands(size)
         ours = took["iccm map"]
@@ -310,12 +314,12 @@ def command(sizes=(1024, 4096)):
 
 
 def bent(z, by=0.2):
-    """The target that belongs to points of the source."""
+    """Return the target points of points of the source."""
     return z + by * z**2
 
 
 def drawn(path, z):
-    """An SVG file of a polygon about the middle of 1024²."""
+    """Write an SVG file of a polygon about the middle of 1024²."""
     points = " ".join(f"{512 + 360 * v.real:.3f},{512 - 360 * v.imag:.3f}" for v in z)
     path.write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1024 1024"><polygon points="{points}"/></svg>'
@@ -323,7 +327,7 @@ def drawn(path, z):
 
 
 def inputs(path, targets=(0.2,)):
-    """A texture t.png, a source a.svg, and targets b0.svg, … bent by so much; the control points of each."""
+    """Write a texture t.png, a source a.svg, and targets b0.svg, … bent by these amounts; return the control points."""
     noise = np.random.default_rng(0).integers(0, 256, (1024, 1024, 3), dtype=np.uint8)
     image_files.write(path / "t.png", image_files.Image(noise))
     drawn(path / "a.svg", shape(400))
@@ -337,13 +341,13 @@ def inputs(path, targets=(0.2,)):
 
 
 def commands(size):
-    """The shortest wall clock time, and CPU-seconds, of each command on a picture of size²."""
+    """Measure the shortest wall-clock time and CPU-seconds of each command on a picture of size²."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
         (pairs,) = inputs(path)
         ours = [ICCM, "map", f"{path}/a.svg", f"{path}/b0.svg", "--texture", f"{path}/t.png"]
         lines = {"iccm map": [*ours, "-o", f"{path}/o.png", "--force", "--size", f"{size}x{size}", "-q"]}
-        if size > 1024:  # the exact form takes a minute there
+        if size > 1024:  # there the exact form takes a minute
             lines |= gdal(path, pairs, size, forms=("default",))
         else:
             lines |= gdal(path, pairs, size) | magick(path, pairs)
@@ -351,7 +355,7 @@ def commands(size):
 
 
 def batch(count=30, few=2, rounds=2):
-    """Seconds a job of `iccm batch` beyond start-up, two at a time, against gdalwarp's default, two at a time."""
+    """Measure seconds per job of `iccm batch` beyond start-up against gdalwarp's default, both two at a time."""
     print(f"## {count} pairs at 1024², seconds a job beyond start-up, two at a time; {load()}")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
@@ -376,7 +380,7 @@ def batch(count=30, few=2, rounds=2):
 
 
 def batched(path, count):
-    """The command for the first jobs of a batch."""
+    """Return the command for the first jobs of a batch."""
     job = {"source": "a.svg", "texture": "t.png", "size": "1024x1024"}
     rows = [{**job, "target": f"b{k}.svg", "output": f"o{k}.png"} for k in range(count)]
     (path / f"{count}.jsonl").write_text("\n".join(map(json.dumps, rows)))
@@ -384,7 +388,7 @@ def batched(path, count):
 
 
 def memory(size=16384):
-    """The largest resident size of `iccm map` that makes a picture of size²."""
+    """Measure the peak memory of `iccm map` for a picture of size²."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
         inputs(path)
@@ -405,8 +409,9 @@ def memory(size=16384):
 
 
 def side_by_side(lines, rounds=5):
-    """The shortest wall clock time and CPU-seconds of each command, in rounds of all of them, so that other load
-    strikes all alike; peers that fail are left out."""
+    """Return the shortest wall-clock time and CPU-seconds of each command, in rounds of all of them, so that other load
+    affects all equally; peers that fail are left out.
+    """
     took = {name: (float("inf"), float("inf")) for name in lines}
     for _ in range(rounds):
         for name in list(took):
@@ -425,7 +430,9 @@ def side_by_side(lines, rounds=5):
 
 
 def gdal(path, pairs, out, name="g", forms=("default", "-et 0")):
-    """Thin-plate spline by GDAL; -et 0 is its exact form, the default interpolates it. On one thread and on all."""
+    """Return commands for GDAL's thin-plate spline; -et 0 is its exact form, the default interpolates it. On one thread
+    and on all.
+    """
     if not shutil.which("gdalwarp"):
         return {}
     points = [str(v) for a, b, c, d in pairs for v in ("-gcp", a, b, c, 1024 - d)]
@@ -446,7 +453,7 @@ def gdal(path, pairs, out, name="g", forms=("default", "-et 0")):
 
 
 def magick(path, pairs):
-    """Inverse distance weights by ImageMagick, which uses all threads."""
+    """Return commands for ImageMagick's inverse distance weights, which use all threads."""
     tool = shutil.which("magick") or shutil.which("convert")
     if not tool:
         print("ImageMagick is not installed: apt-get install imagemagick")
@@ -457,7 +464,7 @@ def magick(path, pairs):
 
 
 def peak():
-    """Largest resident size of this process so far, GB; getrusage counts that of the process it was forked from too."""
+    """Return the peak memory of this process in GB; getrusage also counts that of the process it was forked from."""
     status = Path("/proc/self/status")
     if status.exists():
         return int(status.read_text().partition("VmHWM:")[2].split()[0]) * 1024e-9
@@ -465,7 +472,7 @@ def peak():
 
 
 def main(asked):
-    """Runs the parts that are named, or all."""
+    """Run the named parts, or all."""
     parts = {"coordinates": coordinates, "quality": quality, "scaling": scaling, "command": command}
     parts |= {"batch": batch, "memory": memory}
     if asked[:1] == ["one"]:

@@ -1,8 +1,8 @@
-"""Other people's maps, rebuilt on a triangulation: what the comparison holds against ours.
+"""Other authors' maps, reimplemented on a triangulation, with which the comparison compares ours.
 
-All of them need a boundary correspondence given to them: vertices and points at equal shares of the two outlines, the
-shift that turns the picture least (`paired`). Each takes a Mesh and the images of its boundary nodes (b,) and
-returns (n,) images.
+All of them need a boundary correspondence: vertices and points at equal shares of the two outlines, with the shift that
+rotates the picture least (`paired`). Each takes a Mesh and the images of its boundary nodes (b,) and returns (n,)
+images.
 """
 
 from dataclasses import dataclass
@@ -21,9 +21,11 @@ from iccm.paper.energies import Basis, Target, closeness, consistency
 from iccm.paper.least_squares import System
 
 SHIFTS = 120
-FLAT = 1e-12  # area of a triangle that is none, relative to the shape's
-ROUNDS = 200  # of local and global steps, as rigid as possible
-PENALTY = 1e4  # of the boundary's distance; from 10 to 1e5 whale → fish's gap goes from 0.2 to 0.015, folds to 1.1 %
+FLAT = 1e-12  # relative to the shape's area: triangles with less are degenerate
+ROUNDS = 200  # of local and global steps of as-rigid-as-possible
+# of the boundary's distance; from 10 to 1e5 the gap of whale → fish decreases from 0.2 to 0.015, and folds grow to 1.1
+# %
+PENALTY = 1e4
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +45,7 @@ class Mesh:
 
     @property
     def rim(self) -> np.ndarray:
-        """Numbers of the boundary nodes."""
+        """Indices of the boundary nodes."""
         return np.arange(self.boundary)
 
     @property
@@ -54,7 +56,9 @@ class Mesh:
 
 
 def paired(mesh: Mesh, target: Curve) -> np.ndarray:
-    """(b,) target points at equal shares of the outlines; the shift at which scaling and moving alone come closest."""
+    """Return (b,) target points at equal shares of the outlines, with the shift at which a similarity without rotation
+    fits best.
+    """
     share = mesh.curve.knots[:-1] / mesh.curve.length
     weight = mesh.curve.lengths + np.roll(mesh.curve.lengths, 1)
     z = mesh.curve.z - np.average(mesh.curve.z, weights=weight)
@@ -66,7 +70,7 @@ def paired(mesh: Mesh, target: Curve) -> np.ndarray:
 
 
 def aligned(mesh: Mesh, images: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """z moved by the similarity that brings the boundary nodes closest to their images."""
+    """Return z moved by the similarity that brings the boundary nodes closest to their images."""
     scale, shift = np.polyfit(mesh.nodes[mesh.rim], images, 1)
     return scale * z + shift
 
@@ -85,7 +89,9 @@ def polygon_harmonic(mesh: Mesh, images: np.ndarray) -> np.ndarray:
 
 
 def interpolated(mesh: Mesh, images: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """(p,) images of points under the piecewise linear map of a mesh; outside it, of the closest point of it."""
+    """Return (p,) images of points under the piecewise linear map of a mesh; for points outside, of the closest
+    point.
+    """
     _, hit, foot = igl.point_mesh_squared_distance(_xyz(z), _xyz(mesh.nodes), mesh.triangles)
     a, b, c = mesh.nodes[mesh.triangles[hit]].T
     p = foot[:, 0] + 1j * foot[:, 1]
@@ -96,15 +102,16 @@ def interpolated(mesh: Mesh, images: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def harmonic(mesh: Mesh, images: np.ndarray) -> np.ndarray:
-    """The piecewise linear harmonic map with given boundary values."""
+    """Return the piecewise linear harmonic map with given boundary values."""
     return _complex(igl.harmonic(_xy(mesh.nodes), mesh.triangles, mesh.rim, _xy(images), 1))
 
 
 def rigid(mesh: Mesh, images: np.ndarray) -> np.ndarray:
-    """[ESA07] As rigid as possible, the boundary sliding: its distance to the target's closest points is penalised.
+    """[ESA07] As rigid as possible with a sliding boundary: its distance to the closest points of the target is
+    penalised.
 
-    M. Eitz, O. Sorkine, M. Alexa, *Sketch based image deformation*, 2007: from the shape brought to the target's place
-    and size, rotations and closest points for the positions, and positions for those, in turn.
+    M. Eitz, O. Sorkine, M. Alexa, *Sketch based image deformation*, 2007: starting from the shape at the target's place
+    and size, it alternates between rotations with closest points, and positions.
     """
     z, target = aligned(mesh, images, mesh.nodes), Curve(images)
     laplacian = -igl.cotmatrix(_xy(z), mesh.triangles).tocoo()
@@ -128,7 +135,7 @@ def rigid(mesh: Mesh, images: np.ndarray) -> np.ndarray:
 
 
 def szego(mesh: Mesh, images: np.ndarray) -> np.ndarray:
-    """[WBCG09] The holomorphic function closest to the boundary values, by Cauchy-Green coordinates."""
+    """[WBCG09] Return the holomorphic function closest to the boundary values, by Cauchy-Green coordinates."""
     polygon = mesh.nodes[mesh.rim]
     basis = Basis(polygon)
     per_edge = 4
@@ -140,7 +147,7 @@ def szego(mesh: Mesh, images: np.ndarray) -> np.ndarray:
 
 
 def angles(mesh: Mesh, images: np.ndarray) -> np.ndarray:
-    """[WG10] The conformal map whose boundary turns like the target's: Im log f' on the boundary, then ∫ f'.
+    """[WG10] Return the conformal map whose boundary turns like the target's: Im log f' on the boundary, then ∫ f'.
 
     O. Weber, C. Gotsman, *Controllable conformal maps for shape deformation and interpolation*, 2010. The end is moved
     by the similarity that brings it closest to the target.
@@ -158,12 +165,14 @@ def angles(mesh: Mesh, images: np.ndarray) -> np.ndarray:
 
 
 def real_form(matrix: np.ndarray) -> np.ndarray:
-    """The real matrix that acts on real and imaginary parts like a complex one."""
+    """Return the real matrix that acts on real and imaginary parts like a complex one."""
     return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])
 
 
 def integrated(mesh: Mesh, slope) -> np.ndarray:
-    """(n,) integral of a function along a tree of edges that starts deep inside; three Gauss points an edge."""
+    """Return (n,) the integral of a function along a tree of edges that starts deep inside, with three Gauss points per
+    edge.
+    """
     a, b = np.concatenate([mesh.triangles[:, [k, (k + 1) % 3]] for k in range(3)]).T
     edges = coo_array((np.ones(a.size), (a, b)), (mesh.nodes.size,) * 2).tocsr()
     root = int(np.argmax(mesh.curve.distances(mesh.nodes)))
@@ -180,13 +189,13 @@ def integrated(mesh: Mesh, slope) -> np.ndarray:
 
 
 def thin_plate(mesh: Mesh, images: np.ndarray) -> np.ndarray:
-    """The thin-plate spline of scikit-image through the boundary nodes."""
+    """Return the thin-plate spline of scikit-image through the boundary nodes."""
     spline = ThinPlateSplineTransform.from_estimate(_xy(mesh.nodes[mesh.rim]), _xy(images))
     return _complex(spline(_xy(mesh.nodes)))
 
 
 def distortion(mesh: Mesh, images: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(t,) conformal distortion σ₁/σ₂ and signed area scale of the linear map of each triangle."""
+    """Return (t,) conformal distortion σ₁/σ₂ and signed area scale of the linear map of each triangle."""
     a, b, c = mesh.nodes[mesh.triangles].T
     p, q = (b - a), (c - a)
     u, v = (images[mesh.triangles[:, k]] - images[mesh.triangles[:, 0]] for k in (1, 2))
@@ -199,7 +208,7 @@ def distortion(mesh: Mesh, images: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def meshed(rim: Curve, inside: np.ndarray) -> Mesh:
-    """A mesh of given boundary vertices and inner points."""
+    """Return a mesh with given boundary vertices and inner points."""
     nodes = np.concatenate([rim.z, inside])
     triangles = Delaunay(_xy(nodes)).simplices.astype(np.int64)
     triangles = triangles[rim.contains(nodes[triangles].mean(axis=1))]
@@ -208,7 +217,7 @@ def meshed(rim: Curve, inside: np.ndarray) -> Mesh:
     triangles[area < 0] = triangles[area < 0][:, ::-1]
     kept = np.abs(area) > FLAT * abs(
         rim.area
-    )  # three neighbours on a straight edge make a triangle of rounding errors
+    )  # three neighbours on a straight edge would make a triangle from rounding errors
     return Mesh(rim, nodes, triangles[kept], rim.z.size)
 
 

@@ -1,11 +1,12 @@
-"""Sequences: how far points inside move from frame to frame, with maps of their own and with maps that go on.
+"""Sequences: how far inner points move from frame to frame, with independent maps and with maps that continue.
 
 python -m tests.bench.sequences [--frames 24]
 
-A flag that waves, a star that grows, a figure whose arm swings, one that walks; each from a disc or a square.
-Of 24 frames: the largest ratio of how far inner points move (95 %) to how far the outline does, as a set and as a
-curve, the second differences of their paths (median, 95 %, largest; of the diagonal), frames that started anew, and CPU
-seconds. Where legs meet, the set of the outline's points moves by the gap between them, the curve by a leg's length.
+A waving flag, a growing star, a figure with a swinging arm, and a walking figure, each mapped from a disc or a square.
+For 24 frames: the largest ratio of the movement of inner points (95 %) to that of the outline, as a set and as a curve;
+the second differences of their paths (median, 95 %, largest, relative to the diagonal); frames solved from scratch; and
+CPU-seconds. Where legs meet, the set of the outline's points moves by the gap between them, but the curve by the length
+of a leg.
 """
 
 import argparse
@@ -20,13 +21,13 @@ import iccm
 from iccm.curve import Curve
 from iccm.io.run.constraints import better
 
-SAMPLES = 300  # of an outline, by which its Fréchet distance is taken
+SAMPLES = 300  # of an outline, to compute its Fréchet distance
 DISC = np.exp(2j * np.pi * np.arange(80) / 80)
 SQUARE = np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
 
 
 def outline(*parts):
-    """The outline of lines with a width, and of other shapes."""
+    """Return the outline of lines with a width, and of other shapes."""
     whole = shapely.union_all([part if isinstance(part, shapely.Polygon) else _limb(*part) for part in parts])
     return shapely.get_coordinates(whole.exterior)[:-1] @ [1, 1j]
 
@@ -36,27 +37,27 @@ def _limb(width, *points):
 
 
 def flag(phase):
-    """A flag in the wind."""
+    """Return a flag in the wind."""
     x = np.linspace(0, 3, 61)
     wave = 0.25 * np.sin(2.2 * x - phase) * x / 3
     return np.concatenate([x + 1j * wave, (x + 1j * (wave + 2))[::-1]])
 
 
 def star(phase):
-    """A star whose points grow."""
+    """Return a star whose points grow."""
     radii = np.where(np.arange(10) % 2, 1, 1 + 1.2 * phase / (2 * np.pi))
     return radii * np.exp(1j * (np.pi / 2 + np.pi * np.arange(10) / 5))
 
 
 def arm(phase):
-    """A body with an arm that swings by 100 degrees and back."""
+    """Return a body with an arm that swings by 100 degrees and back."""
     shoulder, angle = 0.4 + 0.7j, np.radians(-50 + 50 * (1 - np.cos(phase)))
     body = shapely.box(-0.6, -1.5, 0.6, 1.2).buffer(0.15)
     return outline(body, (0.22, 0.3 + 0.7j, shoulder + 1.8 * np.exp(1j * angle)))
 
 
 def walk(phase):
-    """A figure that walks."""
+    """Return a walking figure."""
     parts = [(0.34, 0, 0.05 + 1.4j), (0.33, 0.08 + 2.1j, 0.081 + 2.1j), (0.15, 0.05 + 1.4j, 0.08 + 2.1j)]
     for side in (1, -1):
         thigh, swing = 0.45 * side * np.sin(phase), -0.4 * side * np.sin(phase) + 0.75 * side
@@ -74,7 +75,7 @@ FILMS = {"flag": (DISC, flag), "star": (SQUARE, star), "arm": (DISC, arm), "walk
 
 
 def maps(source, frames, *, follow):
-    """The map of each frame, and how many started anew, as `iccm map --sequence` does."""
+    """Return the map of each frame, and how many were solved from scratch, as in `iccm map --sequence`."""
     fits, anew = [], 0
     for frame in frames:
         if not (follow and fits):
@@ -89,8 +90,9 @@ def maps(source, frames, *, follow):
 
 
 def moved(before, now):
-    """How far an outline moves: the distance of the two as sets (Hausdorff), and as curves (Fréchet), which no
-    continuous map of one onto the other goes below."""
+    """Return how far an outline moves: the Hausdorff distance of both as sets, and the Fréchet distance as curves,
+    which is a lower bound for any continuous map of one onto the other.
+    """
     a, b = Curve.domain(before), Curve.domain(now)
     ends = [(c, d, c.at(np.linspace(0, c.length, 2000))) for c, d in ((a, b), (b, a))]
     apart = max(float(d.distances(z).max()) for _, d, z in ends)
@@ -98,7 +100,7 @@ def moved(before, now):
 
 
 def frechet(a, b):
-    """The discrete Fréchet distance of two closed curves (n,) and (m,), wherever they begin."""
+    """Return the discrete Fréchet distance of two closed curves (n,) and (m,), independent of their first vertices."""
     distances, starts = np.abs(a[:, None] - b), np.arange(b.size)
     row = [np.full(b.size, np.inf) for _ in range(b.size + 2)]  # each for all starts of b
     row[0] = np.zeros(b.size)  # the corner before the first of both
@@ -111,7 +113,7 @@ def frechet(a, b):
 
 
 def main():
-    """Print a line for each film and way."""
+    """Print a line for each film and mode."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, default=24)
     count = parser.parse_args().frames

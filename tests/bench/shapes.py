@@ -36,7 +36,7 @@ DRAWINGS = {  # folders of drawings in the packages
     "openmoji": "color/svg",
 }
 COUNTRIES = 0.3  # share of countries among the shapes of random pairs
-WILD = {  # packages that no constant was chosen on, and where their drawings are
+WILD = {  # packages on which no constant was tuned, with the folders of their drawings
     "phosphor": ("@phosphor-icons/core@2.1.1", "assets/regular/*.svg"),
     "remix": ("remixicon@4.9.1", "icons/*/*.svg"),
     "ionicons": ("ionicons@8.1.0", "dist/svg/*.svg"),
@@ -59,7 +59,7 @@ WIDEST = 100  # degrees; wider outlines (Russia, Antarctica) are torn by the pro
 
 @cache
 def package(name: str) -> Path:
-    """Folder of an unpacked npm package of PACKAGES or WILD; fetched at the first use.
+    """Return the folder of an unpacked npm package of PACKAGES or WILD; it is fetched at first use.
 
     Raises:
         subprocess.CalledProcessError, FileNotFoundError: npm is missing or cannot reach its registry.
@@ -68,7 +68,7 @@ def package(name: str) -> Path:
 
 
 def fetched(name: str, spec: str) -> Path:
-    """Folder of an npm package, unpacked below CACHE / name at the first use.
+    """Return the folder of an npm package, unpacked below CACHE / name at first use.
 
     Raises:
         subprocess.CalledProcessError, FileNotFoundError: npm is missing or cannot reach its registry.
@@ -84,21 +84,21 @@ def fetched(name: str, spec: str) -> Path:
 
 
 def icons() -> dict[str, Path]:
-    """SVG files of the solid icons by name."""
+    """Return SVG files of the solid icons by name."""
     return {path.stem: path for path in sorted((package("icons") / "svgs" / "solid").glob("*.svg"))}
 
 
 def icon(name: str) -> Curve:
-    """The largest outline of an icon; InputError where it is no domain."""
+    """Return the largest outline of an icon; raise InputError if it is not a valid shape."""
     return files.read(str(icons()[name])).curve
 
 
 @cache
 def countries(scale: str = "110m") -> dict[str, Curve]:
-    """The largest outline of each country, longitudes shrunk by the cosine of its latitude.
+    """Return the largest outline of each country, with longitudes shrunk by the cosine of its latitude.
 
     Args:
-        scale: "110m", "50m" or "10m", how fine the atlas is.
+        scale: "110m", "50m" or "10m": the resolution of the atlas.
     """
     text = (package("atlas") / f"countries-{scale}.json").read_text(encoding="utf-8")
     found = {name: max(rings, key=lambda r: abs(Curve(r).area)) for name, rings in rings_of(json.loads(text))}
@@ -106,7 +106,9 @@ def countries(scale: str = "110m") -> dict[str, Curve]:
 
 
 def rings_of(topology: dict) -> list[tuple[str, list[np.ndarray]]]:
-    """Names and outer rings (longitude + i·latitude, in degrees) of the countries of a quantised TopoJSON file."""
+    """Return names and outer rings (longitude + i·latitude, in degrees) of the countries in a quantised TopoJSON
+    file.
+    """
     scale, shift = (np.array(topology["transform"][key]) for key in ("scale", "translate"))
     arcs = [
         (np.cumsum(np.array(arc), axis=0) * scale + shift) @ np.array([1, 1j]) for arc in topology["arcs"]
@@ -127,7 +129,7 @@ def _projected(ring: np.ndarray) -> Curve | None:
     if ring.size < 3 or abs(high - low) > WIDEST:
         return None
     shrunk = np.column_stack([ring.real * np.cos(np.radians((low + high).imag / 2)), ring.imag])
-    # quantised outlines touch themselves: the largest of the parts they enclose is taken
+    # quantised outlines touch themselves: use the largest of the parts that they enclose
     part = max(shapely.get_parts(shapely.Polygon(shrunk).buffer(0)), key=shapely.area, default=None)
     if part is None or part.area < 1:
         return None
@@ -138,7 +140,7 @@ def _projected(ring: np.ndarray) -> Curve | None:
 
 
 def pick(choice: random.Random, scale: str = "110m") -> tuple[str, Curve]:
-    """A random silhouette and its name."""
+    """Return a random silhouette and its name."""
     atlas, drawn = countries(scale), icons()
     while True:
         if choice.random() < COUNTRIES:
@@ -148,28 +150,30 @@ def pick(choice: random.Random, scale: str = "110m") -> tuple[str, Curve]:
         try:
             return name, icon(name)
         except InputError:
-            continue  # no domain: strokes only, or outlines that cross
+            continue  # not a valid shape: strokes only, or outlines that cross
 
 
 def pairs(count: int, seed: int, scale: str = "110m") -> list[tuple[tuple[str, Curve], tuple[str, Curve]]]:
-    """Random pairs of silhouettes, always the same for one seed."""
+    """Return random pairs of silhouettes, the same for each seed."""
     choice = random.Random(seed)
     return [(pick(choice, scale), pick(choice, scale)) for _ in range(count)]
 
 
 @cache
 def drawings(name: str) -> list[str]:
-    """The drawings of a package, as `file` or `file#id`, in order."""
+    """Return the drawings of a package, as `file` or `file#id`, in order."""
     if name in WILD:
         return wild_drawings(name)
-    if name == "svgmaps":  # one drawing, a country by its id
+    if name == "svgmaps":  # one drawing, with one country per id
         world = package(name) / "world.svg"
         return [f"{world}#{key}" for key in sorted(re.findall(r'id="(\w+)"', world.read_text("utf-8")))]
     return [str(path) for path in sorted((package(name) / DRAWINGS[name]).glob("*.svg"))]
 
 
 def wild_drawings(name: str) -> list[str]:
-    """Those of a package of WILD; glyphs, emoji and outlines on a map are written as SVG files at the first use."""
+    """Return the drawings of a package of WILD; glyphs, emoji and outlines on a map are written as SVG files at first
+    use.
+    """
     files = sorted(package(name).glob(WILD[name][1]))
     if files[0].suffix == ".svg":
         return [str(path) for path in files]
@@ -185,7 +189,7 @@ def wild_drawings(name: str) -> list[str]:
 
 
 def glyphs(font: Path) -> Iterator[tuple[str, str]]:
-    """Latin letters, digits and signs of a font as drawings, by their names."""
+    """Yield names and drawings of the Latin letters, digits and signs of a font."""
     from fontTools.pens.svgPathPen import SVGPathPen
     from fontTools.ttLib import TTFont
 
@@ -203,7 +207,7 @@ def glyphs(font: Path) -> Iterator[tuple[str, str]]:
 
 
 def emoji(collection: Path) -> Iterator[tuple[str, str]]:
-    """The drawings of a collection of Iconify, each as its silhouette."""
+    """Yield names and silhouettes of an Iconify collection."""
     found = json.loads(collection.read_text(encoding="utf-8"))
     for key, icon in found["icons"].items():
         width, height = (icon.get(side, found.get(side, 16)) for side in ("width", "height"))
@@ -211,7 +215,7 @@ def emoji(collection: Path) -> Iterator[tuple[str, str]]:
 
 
 def on_maps(atlas: Path) -> Iterator[tuple[str, str]]:
-    """The largest outline of each country or state."""
+    """Yield the largest outline of each country or state."""
     found = rings_of(json.loads(atlas.read_text(encoding="utf-8")))
     for key, rings in found:
         curve = _projected(max(rings, key=lambda r: abs(Curve(r).area)))
@@ -229,8 +233,9 @@ def _svg(view: str, body: str) -> str:
 def drawn_pairs(
     count: int, seed: int, refusals: list[str], packages: Sequence[str] = (*DRAWINGS, "svgmaps")
 ) -> list[tuple[files.Shape, files.Shape]]:
-    """Random pairs of drawings of the packages alike, always the same for one seed; what no shape is read from is
-    added to the refusals, and another drawing taken instead."""
+    """Return random pairs of drawings, with packages equally likely; the same for each seed. Drawings that cannot be
+    read as shapes are appended to the refusals, and replaced by others.
+    """
     choice = random.Random(seed)
     return [
         (drawn_shape(choice, refusals, packages), drawn_shape(choice, refusals, packages))
@@ -239,7 +244,7 @@ def drawn_pairs(
 
 
 def drawn_shape(choice: random.Random, refusals: list[str], packages: Sequence[str]) -> files.Shape:
-    """The shape of a random drawing."""
+    """Return the shape of a random drawing."""
     while True:
         spec = choice.choice(drawings(choice.choice(packages)))
         try:
@@ -249,12 +254,12 @@ def drawn_shape(choice: random.Random, refusals: list[str], packages: Sequence[s
 
 
 def label(shape: files.Shape) -> str:
-    """A short name of a drawing."""
+    """Return a short name of a drawing."""
     path, _, part = shape.spec.partition("#")
     package = Path(path).relative_to(CACHE).parts[0]
     return f"{package}/{part or Path(path).stem}"
 
 
 def sample(name: str) -> files.Shape:
-    """A shape of the project's own, by its path below samples/."""
+    """Return one of the project's own shapes, by its path below samples/."""
     return files.read(str(ROOT / "samples" / name))

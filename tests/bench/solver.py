@@ -1,4 +1,4 @@
-"""The solver on random pairs of real silhouettes, `paper` and `conformal` side by side; time against vertices.
+"""The solver on random pairs of real silhouettes, `paper` and `conformal` compared; time against vertices.
 
 python -m tests.bench.solver [--pairs 40] [--seed 1] [--atlas 110m|50m|10m] [--largest 4000] [--outlines 2]
 """
@@ -17,13 +17,13 @@ from . import shapes
 
 METHODS = ("paper", "conformal")
 DEPTH = 1e-3  # of the certificate, relative to the source's diagonal
-LONG = 5000  # vertices of an outline that counts as long
+LONG = 5000  # vertices above which an outline counts as long
 SIZES = (250, 500, 1000, 2000, 4000)
 
 
 @dataclass(frozen=True)
 class Row:
-    """What one method made of one pair; lengths relative to the target's diagonal."""
+    """Results of one method for one pair; lengths relative to the target's diagonal."""
 
     gap: float
     rms: float
@@ -38,7 +38,7 @@ class Row:
 
 
 def measured(source: Curve, target: Curve, **options) -> Row:
-    """One fit, its time without the report's."""
+    """Measure one fit, without the time for its report."""
     start = time.perf_counter()
     fit = iccm.fit(source, target, **options)
     seconds = time.perf_counter() - start
@@ -59,7 +59,7 @@ def measured(source: Curve, target: Curve, **options) -> Row:
 
 
 def pairs(count: int, seed: int, scale: str) -> dict[str, list[Row]]:
-    """Fit every pair by every method; print a line each, then quantiles."""
+    """Fit every pair with every method; print a line for each, then quantiles."""
     drawn = shapes.pairs(count, seed, scale)
     print(f"## {count} random pairs (seed {seed}), countries at 1:{scale}")
     print("lengths relative to the target's diagonal; area: log10 of the area scale, 5 % to 95 %;")
@@ -67,7 +67,7 @@ def pairs(count: int, seed: int, scale: str) -> dict[str, list[Row]]:
     head = "gap      rms      certified  area  vert  iter  seconds"
     print(f"{'pair':46} method  {head}  status")
     rows: dict[str, list[Row]] = {name: [] for name in METHODS}
-    measured(drawn[0][0][1], drawn[0][1][1])  # compiles and imports
+    measured(drawn[0][0][1], drawn[0][1][1])  # for compilation and imports
     for (a, source), (b, target) in drawn:
         for method in METHODS:
             row = measured(source, target, method=method)
@@ -79,7 +79,7 @@ def pairs(count: int, seed: int, scale: str) -> dict[str, list[Row]]:
 
 
 def line(row: Row) -> str:
-    """The figures of a row in columns."""
+    """Return the figures of a row in columns."""
     proof = f"at {row.depth:.0e}" if row.certified else "no"
     return (
         f"{row.gap:.1e}  {row.rms:.1e}  {proof:9}  {row.spread:4.1f}  {row.vertices:4d}  {row.iterations:4d}"
@@ -88,7 +88,7 @@ def line(row: Row) -> str:
 
 
 def summary(rows: dict[str, list[Row]]) -> None:
-    """Quantiles of both methods, and what was asked of `conformal`."""
+    """Print quantiles of both methods, and the goals of `conformal`."""
     print("\nquantiles (50 %, 90 %, 100 %)")
     for name in ("gap", "rms", "spread", "vertices", "iterations", "seconds"):
         cells = [
@@ -110,17 +110,17 @@ def summary(rows: dict[str, list[Row]]) -> None:
 
 
 def quantile(rows: list[Row], name: str, q: float) -> float:
-    """The smallest value that a share q of the rows does not exceed."""
+    """Return the quantile q of a figure over the rows."""
     return float(np.quantile([getattr(row, name) for row in rows], q, method="inverted_cdf"))
 
 
 def share_certified(rows: list[Row]) -> float:
-    """Share of the rows certified injective at DEPTH or less."""
+    """Return the share of rows certified injective at DEPTH or less."""
     return float(np.mean([row.certified and row.depth <= DEPTH * (1 + 1e-9) for row in rows]))
 
 
 def scaling(largest: int) -> float:
-    """Time against vertices on one pair; the exponent of the power law through the points from 500 vertices up."""
+    """Measure time against vertices on one pair; return the exponent of the power law from 500 vertices up."""
     source = shapes.sample("hexagon-blob/hexagon.svg").curve
     target = shapes.sample("hexagon-blob/blob.svg").curve
     print("\n## Time against vertices, conformal, hexagon → blob, a tolerance that asks for all allowed")
@@ -137,7 +137,7 @@ def scaling(largest: int) -> float:
 
 
 def accuracy(largest: int) -> None:
-    """Errors against known conformal maps, and their order from row to row."""
+    """Print errors against known conformal maps, and the order of convergence from row to row."""
     known = {
         "disc → w + 0.2 w²": lambda n: exact.smooth_error(0.2, n),
         "disc → w + 0.45 w²": lambda n: exact.smooth_error(0.45, n),
@@ -156,7 +156,7 @@ def accuracy(largest: int) -> None:
 
 
 def long_outlines(count: int) -> list[Row]:
-    """The longest country outlines at 1:10m onto a disk, and what was simplified."""
+    """Map the longest country outlines at 1:10m onto a disk, and print how much was simplified."""
     atlas = shapes.countries("10m")
     names = sorted((n for n in atlas if atlas[n].z.size >= LONG), key=lambda n: atlas[n].z.size)[:count]
     disk = np.exp(2j * np.pi * np.arange(64) / 64)

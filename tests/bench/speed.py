@@ -1,6 +1,6 @@
-"""How long things take: python -m tests.bench.speed [first imports growth pixels whole]
+"""Times of various tasks: python -m tests.bench.speed [first imports growth pixels whole]
 
-Times on a shared machine mean little by themselves: the load stands beside them, and ratios are taken within one run.
+Times on a shared machine mean little alone: the load is printed with them, and ratios are taken within one run.
 """
 
 import os
@@ -32,12 +32,12 @@ ICCM = str(Path(sys.executable).parent / "iccm")
 
 
 def load() -> str:
-    """How many processes want to run, as a remark."""
+    """Return the number of processes that are ready to run, as a note."""
     return f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores" if hasattr(os, "getloadavg") else ""
 
 
 def took(line: list[str], **more: str) -> tuple[float, float]:
-    """Wall clock and CPU seconds of a command and its children, whose modules are compiled by the first of them."""
+    """Return wall-clock and CPU seconds of a command and its children; the first run compiles their modules."""
     env = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"} | more
     before, start = os.times(), time.perf_counter()
     subprocess.run(line, env=env, check=True, capture_output=True)
@@ -47,7 +47,7 @@ def took(line: list[str], **more: str) -> tuple[float, float]:
 
 
 def first(times: int = 3) -> None:
-    """The README's first command: medians of some runs."""
+    """Measure the README's first command: medians of some runs."""
     print(f"## The first run: rose → leaf, 1024²; {load()}")
     with tempfile.TemporaryDirectory() as folder:
         job = [ICCM, "map", str(ROSE / "rose.svg"), str(ROSE / "leaf.svg"), "-q", "--force"]
@@ -62,8 +62,9 @@ AGAIN = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_modul
 
 
 def imports() -> None:
-    """Imports of the common path beyond those of NumPy, in CPU-seconds: on a quiet machine what -X importtime tells,
-    and on a busy one not the time of others."""
+    """Measure the imports of the common path beyond those of NumPy, in CPU-seconds, which -X importtime only gives on
+    an idle machine.
+    """
     print(f"## Start-up; {load()}")
     with tempfile.TemporaryDirectory() as folder:
         job = ["map", str(ROSE / "rose.svg"), str(ROSE / "leaf.svg"), "-q", "--size", "64"]
@@ -78,34 +79,35 @@ def imports() -> None:
 
 
 def star(count: int, spikes: int = 5, depth: float = 0.3) -> np.ndarray:
-    """(count,) a rounded star."""
+    """Return (count,) a rounded star."""
     s = 2 * np.pi * np.arange(count) / count
     return (1 + depth * np.cos(spikes * s)) * np.exp(1j * s)
 
 
 def cpu(work) -> float:
-    """CPU-seconds of a piece of work in this process."""
+    """Return the CPU-seconds of some work in this process."""
     start = time.process_time()
     work()
     return time.process_time() - start
 
 
 def both(work) -> tuple[float, float]:
-    """Wall clock and CPU seconds of a piece of work in this process."""
+    """Return wall-clock and CPU seconds of some work in this process."""
     wall, start = time.perf_counter(), time.process_time()
     work()
     return time.perf_counter() - wall, time.process_time() - start
 
 
 def growth() -> None:
-    """Time against the size of the outline, and against the triangles of the last mesh, of whole solves."""
+    """Measure time against the size of the outline, and against the triangles of the last mesh, for whole solutions."""
     print(f"## Growth of balanced solves, CPU-seconds; {load()}\noutline vertices   seconds   exponent")
     iccm.fit(star(50), star(50, 3))
     rows = [(n, cpu(lambda n=n: iccm.fit(star(n), star(n, 3)))) for n in (100, 1000, 10_000, 100_000)]
     table(rows)
     goal("time against outline vertices, exponent from 10,000 to 100,000", exponent(*rows[-2:]), 1)
     print("triangles   seconds   exponent")
-    uneven = Curve(star(400) + 0.2 * np.exp(1j) * star(400) ** 2)  # not symmetric: halves would be solved
+    # asymmetric: otherwise only one half would be solved
+    uneven = Curve(star(400) + 0.2 * np.exp(1j) * star(400) ** 2)
     rows = []
     for wanted in (2000, 6000, 20_000, 60_000, 200_000):
         start = time.process_time()
@@ -118,19 +120,19 @@ def growth() -> None:
 
 
 def table(rows: list[tuple[int, float]]) -> None:
-    """Sizes, seconds, and the exponent from one row to the next."""
+    """Print sizes, seconds, and the exponent from one row to the next."""
     for k, (size, seconds) in enumerate(rows):
         grown = exponent(rows[k - 1], rows[k]) if k else np.nan
         print(f"{size:10} {seconds:10.2f} {grown:10.2f}", flush=True)
 
 
 def exponent(a: tuple[int, float], b: tuple[int, float]) -> float:
-    """The power of the size with which seconds grow from one row to another."""
+    """Return the exponent of the size with which seconds grow from one row to another."""
     return float(np.log(b[1] / a[1]) / np.log(b[0] / a[0]))
 
 
 def scene(size: int, share: float):
-    """A balanced map, and a canvas that shows so much of the target's box."""
+    """Return a balanced map, and a canvas that shows a share of the target's box."""
     fit = iccm.fit(star(300), star(300) + 0.2 * star(300) ** 2, method="balanced")
     image = fit.map.image
     low, high = complex(image.real.min(), image.imag.min()), complex(image.real.max(), image.imag.max())
@@ -139,7 +141,7 @@ def scene(size: int, share: float):
 
 
 def pixels(size: int = 4096) -> None:
-    """Source points of every pixel against cv2.remap, on one thread, in CPU-seconds."""
+    """Compare source points of every pixel with cv2.remap, on one thread, in CPU-seconds."""
     print(f"## Coordinates of {size}² pixels of a triangulated map, one thread; {load()}")
     if cv2 is None:
         without_opencv("coordinates, all inside", "coordinates, with the border")
@@ -171,7 +173,7 @@ def pixels(size: int = 4096) -> None:
 
 
 def whole(size: int = 4096) -> None:
-    """The warp of an 8-bit RGBA picture into a PNG, against cv2.remap and its encoder, wall clock on all cores."""
+    """Compare the warp of an 8-bit RGBA picture into a PNG with cv2.remap and its encoder, wall clock on all cores."""
     print(f"## Warp of {size}² RGBA, 8 bit, into a PNG, on all cores; {load()}")
     names = [f"whole warp by cv2.remap and encode, {kind}" for kind in ("wall clock", "CPU")]
     if cv2 is None:
@@ -212,13 +214,13 @@ def whole(size: int = 4096) -> None:
 
 
 def without_opencv(*names: str) -> None:
-    """Tell that a peer is not there."""
+    """Report that a peer is missing."""
     for name in names:
         unmeasured(name, "cv2 is not installed: pip install opencv-python-headless")
 
 
 def main(asked: list[str]) -> None:
-    """Run the parts that are named, or all."""
+    """Run the named parts, or all."""
     parts = {"first": first, "imports": imports, "growth": growth, "pixels": pixels, "whole": whole}
     for name in asked or parts:
         parts[name]()

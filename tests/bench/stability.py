@@ -1,4 +1,4 @@
-"""Maps that hold still: smooth beside the outline, the same under noise, and always there.
+"""Stability of maps: smooth near the outline, unchanged under noise, and always found.
 
 python -m tests.bench.stability [--seed 1] [--pairs 60] [--constrained 12] [--only PART ...]
 """
@@ -27,10 +27,10 @@ COUNTS = (
     (300, 300),
     (3000, 20_000),
 )
-"""Vertices of a disc or ellipse, and of the same with others."""
-MOVED = 1e-3  # of the diagonal
+"""Numbers of vertices of a disc or ellipse, and of the same shape with others."""
+MOVED = 1e-3  # relative to the diagonal
 LONG = 10.0  # CPU-seconds
-NOISES = (0.0, 2e-3, 1e-2)  # of the diagonal
+NOISES = (0.0, 2e-3, 1e-2)  # relative to the diagonal
 PARTS = ("discs", "rim", "noise", "pins", "holes", "noisy")
 
 Change = Callable[[Complex], Complex]
@@ -38,13 +38,13 @@ Solver = Callable[[Complex, Complex, Change], iccm.Fit]
 
 
 def disc(vertices: int, axis: float, shift: float) -> Curve:
-    """A regular polygon, stretched to an ellipse."""
+    """Return a regular polygon, stretched to an ellipse."""
     t = 2 * np.pi * (np.arange(vertices) + shift) / vertices
     return Curve(axis * np.cos(t) + 1j * np.sin(t))
 
 
 def onto_themselves() -> None:
-    """Discs and ellipses with other vertices: the identity."""
+    """Map discs and ellipses onto themselves with other vertices: the identity."""
     rows = []
     for k, (a, b) in enumerate(COUNTS):
         axis = 1.0 + k % 3
@@ -61,7 +61,7 @@ def onto_themselves() -> None:
 
 
 def roughness(fit: iccm.Fit) -> float:
-    """Root mean square of dτ/ds beside its mean over two edges of the mesh, relative to it."""
+    """Return the root mean square of dτ/ds about its mean over two edges of the mesh, relative to that mean."""
     loop = fit.map.loops[0]
     s, tau = (Curve(w[loop]).knots for w in (fit.map.source, fit.map.image))
     edge = np.sqrt(4 * Curve(fit.map.source[loop]).area / len(fit.map.faces))
@@ -73,7 +73,7 @@ def roughness(fit: iccm.Fit) -> float:
 
 
 def beside_the_outline(pairs: list[tuple[Shape, Shape]]) -> None:
-    """How rough maps are along the outline, and how far the largest stretch is from most."""
+    """Print how rough maps are along the outline, and how far the largest stretch is from that of most points."""
     rows = []
     for source, target in pairs:
         fit = iccm.fit(source.curve, target.curve, fit="whole")
@@ -88,23 +88,25 @@ def beside_the_outline(pairs: list[tuple[Shape, Shape]]) -> None:
 
 
 def shaken(rng: np.random.Generator, share: float = 1e-9) -> Change:
-    """Points moved by a share of the diagonal of what they span."""
+    """Return a function that moves points by a share of the diagonal of their bounding box."""
     return lambda z: z + share * span(z) * np.exp(2j * np.pi * rng.random(z.shape))
 
 
 def rounded(z: Complex) -> Complex:
-    """Points in a box of 512, their coordinates rounded to three decimals, as drawing programs write them."""
+    """Return points scaled to a box of 512 with coordinates rounded to three decimals, as drawing programs write
+    them.
+    """
     scale = 512 / max(np.ptp(z.real), np.ptp(z.imag), 1e-300)
     return np.round(z * scale, 3) / scale
 
 
 def span(z: Complex) -> float:
-    """The diagonal of points' box; that of the unit square for one point."""
+    """Return the diagonal of the bounding box of points; for a single point that of the unit square."""
     return abs(complex(np.ptp(z.real), np.ptp(z.imag))) or 1.0
 
 
 def hold_still(name: str, pairs: list[tuple[Complex, Complex]], solve: Solver, seed: int) -> None:
-    """How far maps move where their outlines move by next to nothing."""
+    """Print how far maps move when their outlines move by next to nothing."""
     for change, what in (
         (shaken(np.random.default_rng(seed)), "noise of 1e-9"),
         (rounded, "3 decimals of 512"),
@@ -123,12 +125,12 @@ def hold_still(name: str, pairs: list[tuple[Complex, Complex]], solve: Solver, s
 
 
 def solved(source: Complex, target: Complex, change: Change) -> iccm.Fit:
-    """The whole map of two outlines that are changed."""
+    """Return the whole map of two outlines after a change."""
     return iccm.fit(Curve.domain(change(source)), Curve.domain(change(target)), fit="whole")
 
 
 def pinned(source: Complex, target: Complex, change: Change) -> iccm.Fit:
-    """The same with three pins of a map without any, its images moved by 2 % of the diagonal."""
+    """Return the same with three pins of an unconstrained map, whose images are moved by 2 % of the diagonal."""
     free = solved(source, target, lambda z: z)
     at = np.argsort(np.abs(free.interior - np.mean(source)))[
         [0, len(free.interior) // 4, len(free.interior) // 2]
@@ -139,7 +141,7 @@ def pinned(source: Complex, target: Complex, change: Change) -> iccm.Fit:
 
 
 def pierced(source: Complex, target: Complex, change: Change) -> iccm.Fit:
-    """The same with a square hole in each, where the outlines are farthest away."""
+    """Return the same with a square hole in each shape, where the outlines are farthest away."""
     import shapely
 
     from iccm.arrays import xy_of
@@ -157,14 +159,14 @@ def pierced(source: Complex, target: Complex, change: Change) -> iccm.Fit:
 
 
 def always_there(pairs: list[tuple[Complex, Complex]], seed: int) -> None:
-    """Outlines with noise on their vertices: a map of each, in time."""
+    """Check that outlines with noise on their vertices have a map within the time limit."""
     rng, lost, slow, worst = np.random.default_rng(seed), 0, 0, 0.0
     for k, pair in enumerate(pairs):
         change = shaken(rng, NOISES[k % len(NOISES)])
         try:
             curves = [Curve.domain(change(z)) for z in pair]
         except InputError:
-            continue  # the noise crosses itself
+            continue  # the noise makes the outline cross itself
         start = time.process_time()
         try:
             iccm.fit(*curves)

@@ -4,7 +4,9 @@ import numpy as np
 
 
 def polar_grid(rings: int, spokes: int) -> tuple[np.ndarray, list[list[int]]]:
-    """Points of the unit disk (complex), the centre first, and its faces: triangles inside, quads around."""
+    """Return points of the unit disk (complex), the centre first, and its faces: triangles inside, quads around
+    them.
+    """
     angle = 2 * np.pi * np.arange(spokes) / spokes
     z = np.concatenate([[0], *(k / rings * np.exp(1j * angle) for k in range(1, rings + 1))])
     faces = [[0, 1 + k, 1 + (k + 1) % spokes] for k in range(spokes)]
@@ -15,7 +17,7 @@ def polar_grid(rings: int, spokes: int) -> tuple[np.ndarray, list[list[int]]]:
 
 
 def square_grid(n: int) -> tuple[np.ndarray, list[list[int]]]:
-    """(n + 1)² points of the square -1 .. 1 (complex) and its n² quads."""
+    """Return (n + 1)² points of the square -1 .. 1 (complex) and its n² quads."""
     t = np.linspace(-1, 1, n + 1)
     z = (t[:, None] + 1j * t[None, :]).ravel()
     k = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
@@ -24,12 +26,12 @@ def square_grid(n: int) -> tuple[np.ndarray, list[list[int]]]:
 
 
 def bump(z: np.ndarray, at: complex, wide: float, high: float) -> np.ndarray:
-    """A bell over the plane; `at` and `wide` may be used with a stretched z."""
+    """Return a bell over the plane; `at` and `wide` may be used with a stretched z."""
     return high * np.exp(-((np.abs(z - at) / wide) ** 2))
 
 
 def face(z: np.ndarray) -> np.ndarray:
-    """(n, 3) points of a face over the unit disk: forehead and cheeks, brow, eyes, nose, lips, chin."""
+    """Return (n, 3) points of a face over the unit disk: forehead and cheeks, brow, eyes, nose, lips, chin."""
     x, y = 0.8 * z.real, z.imag
     p = x + 1j * y
     depth = 0.75 * np.sqrt(np.maximum(1.12 - (x / 0.86) ** 2 - (y / 1.06) ** 2, 0.02))
@@ -46,19 +48,19 @@ def face(z: np.ndarray) -> np.ndarray:
 
 
 def sail(z: np.ndarray) -> np.ndarray:
-    """(n, 3) points of a billowing sail over a rounded quadrilateral."""
+    """Return (n, 3) points of a billowing sail over a rounded quadrilateral."""
     x, y = z.real * (1 - 0.25 * z.imag), z.imag * 1.1 + 0.12 * z.real**2
     depth = 0.55 * np.cos(0.5 * np.pi * z.real) * np.cos(0.42 * np.pi * z.imag) + 0.1 * np.sin(3 * x + y)
     return np.column_stack([x, y, depth])
 
 
 def wave(z: np.ndarray) -> np.ndarray:
-    """(n, 3) points of a wavy sheet over the square."""
+    """Return (n, 3) points of a wavy sheet over the square."""
     return np.column_stack([z.real, z.imag, 0.3 * np.sin(3 * z.real) * np.cos(2 * z.imag)])
 
 
 def write_obj(path, points: np.ndarray, faces: list[list[int]], name: str) -> None:
-    """An OBJ file without texture coordinates."""
+    """Write an OBJ file without texture coordinates."""
     lines = [f"# {name}, made by a formula for iccm", f"o {name}"]
     lines += ["v {:.5f} {:.5f} {:.5f}".format(*p) for p in points]
     lines += ["f " + " ".join(str(v + 1) for v in face) for face in faces]

@@ -1,4 +1,4 @@
-"""Tangents beside MikkTSpace's own code (compiled to WebAssembly, npm's `mikktspace`; fetched once, by npm).
+"""Tangents compared with MikkTSpace's own code (compiled to WebAssembly, npm's `mikktspace`; fetched once by npm).
 
 python -m tests.bench.tangents        needs npm and node
 """
@@ -25,7 +25,7 @@ fs.writeFileSync("out", Buffer.from(found.buffer, found.byteOffset, found.byteLe
 
 
 def fetched() -> None:
-    """The package, beside a script that asks it."""
+    """Fetch the package, beside a script that calls it."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     (FOLDER / "ask.cjs").write_text(SCRIPT)
     if not (FOLDER / "node_modules" / "mikktspace").is_dir():
@@ -33,7 +33,7 @@ def fetched() -> None:
 
 
 def theirs(at: Real, normals: Real, uv: Real) -> Real:
-    """(m, 3, 4) MikkTSpace's tangents of the corners of triangles, and their handedness."""
+    """Return (m, 3, 4) MikkTSpace's tangents at the corners of triangles, with their handedness."""
     parts = [values.astype("<f4").tobytes() for values in (at, normals, uv)]
     (FOLDER / "in").write_bytes(b"".join(parts))
     subprocess.run(["node", "ask.cjs"], cwd=FOLDER, check=True)
@@ -41,7 +41,7 @@ def theirs(at: Real, normals: Real, uv: Real) -> Real:
 
 
 def coordinates(at: Real) -> Real:
-    """(m, 3, 2) around the axis, with a seam, the lower half mirrored."""
+    """Return (m, 3, 2) coordinates around the axis, with a seam and the lower half mirrored."""
     turn = np.arctan2(at[..., 1], at[..., 0]) / (2 * np.pi)
     turn -= np.round(turn - turn[:, :1])
     upper = at[..., 2].mean(axis=1, keepdims=True) > 0
@@ -50,7 +50,7 @@ def coordinates(at: Real) -> Real:
 
 
 def compared(name: str, points: Real, faces: Index, normals: Real) -> None:
-    """Prints the angles between both."""
+    """Print the angles between both."""
     at, own = points[faces], np.arange(faces.size).reshape(-1, 3)
     uv = coordinates(at)
     sheet = Charted(name, points, faces, uv.reshape(-1, 2), own, normals.reshape(-1, 3), own)
@@ -62,7 +62,7 @@ def compared(name: str, points: Real, faces: Index, normals: Real) -> None:
 
 
 def main() -> None:
-    """Smooth and hard normals on four surfaces."""
+    """Compare smooth and hard normals on four surfaces."""
     fetched()
     shapes = {
         "sphere": trimesh.creation.icosphere(3),

@@ -1,5 +1,6 @@
-"""Whole drawings for the gallery: a photo, a word and an icon carried as they are, and random drawings beside what
-mapping their largest outlines gives."""
+"""Whole drawings for the gallery: a photo, a word and an icon mapped as a whole, and random drawings compared with
+mapping their largest outlines.
+"""
 
 import random
 from pathlib import Path
@@ -20,13 +21,13 @@ from . import pictures, shapes
 
 FILES = shapes.ROOT / "docs" / "files"
 LEAF = shapes.ROOT / "samples" / "rose-leaf" / "leaf.svg"
-COLOURS = ("#c0143c", "#d1662b", "#3c8a3f", "#2a78b8", "#6b3fa0")  # of a word's letters
-SEED, PAIRS, COLUMNS = 8, 8, 2  # of random drawings
-SIZE = 300  # pixels of a picture's longer side
+COLOURS = ("#c0143c", "#d1662b", "#3c8a3f", "#2a78b8", "#6b3fa0")  # of the letters of a word
+SEED, PAIRS, COLUMNS = 8, 8, 2  # for random drawings
+SIZE = 300  # longer side of a picture in pixels
 
 
 def teaser() -> list[tuple[str, str]]:
-    """Whole drawings: a photo in a heart, a word in a leaf, a medal in a bell, by `iccm map SOURCE TARGET`."""
+    """Draw a photo in a heart, a word in a leaf and a medal in a bell, by `iccm map SOURCE TARGET`."""
     figure, panels = pictures.sheet(9, 1, 1.45, 0.1)
     rows = []
     with TemporaryDirectory() as folder:
@@ -49,7 +50,7 @@ def teaser() -> list[tuple[str, str]]:
 
 
 def fits() -> list[tuple[str, str]]:
-    """Whole drawings, the default, next to the largest outline of each alone, for random drawings of several parts."""
+    """Draw random drawings of several parts mapped as a whole, the default, and by the largest outline of each only."""
     figure, panels = pictures.sheet(3 * COLUMNS, PAIRS // COLUMNS, 1.6)
     cells, rows, choice = panels.reshape(-1, 3), list[tuple[str, str]](), random.Random(SEED)
     while len(rows) < 2 * PAIRS:
@@ -72,19 +73,21 @@ def fits() -> list[tuple[str, str]]:
 
 
 def shapes_shown() -> tuple[str, ...]:
-    """Packages whose licences let pictures of their drawings be shown here, with the attribution in the gallery."""
+    """Return packages whose licences let pictures of their drawings be shown here, with the attribution in the
+    gallery.
+    """
     from .methods import WILD_FREE
 
     return WILD_FREE
 
 
 def drawing_of(shape: files.Shape):
-    """Everything that a shape's file paints."""
+    """Return everything that a shape's file paints."""
     return files.read(shape.spec, whole=True).drawing
 
 
 def carried(axes: Axes, folder: str, **job) -> Outcome:
-    """Draw what `iccm map` makes of a job, on white."""
+    """Draw the result of `iccm map` for a job on white."""
     path = Path(folder) / "carried.png"
     done = run(Job(output=(str(path),), size=(SIZE,), force=True, **job))
     made = Image.open(path).convert("RGBA")
@@ -94,7 +97,7 @@ def carried(axes: Axes, folder: str, **job) -> Outcome:
 
 
 def silhouette(axes: Axes, spec: str) -> None:
-    """Draw what a file paints, grey."""
+    """Draw in grey what a file paints."""
     target = files.read(spec, whole=True)
     assert target.drawing is not None
     rings = [np.append(ring, ring[:1]) for ring in target.drawing.rings]
@@ -111,7 +114,7 @@ def silhouette(axes: Axes, spec: str) -> None:
 
 
 def spelt(word: str) -> str:
-    """A word in DejaVu Sans, which matplotlib brings, as an SVG with a colour for each letter."""
+    """Return a word in DejaVu Sans, which matplotlib includes, as an SVG with a colour for each letter."""
     letters, across = [], 0.0
     for letter, colour in zip(word, COLOURS):
         rings = TextPath(
@@ -125,7 +128,7 @@ def spelt(word: str) -> str:
 
 
 def said(done: Outcome) -> str:
-    """The figures of a run in words."""
+    """Return the figures of a run as text."""
     report = done.report
     seen = [f"{name} {report[name]:.0%}" for name in ("shown", "covered") if name in report]
     figures = f"p95 stretch {report['stretch']['p95']:.1f}, K95 {report['dilatation']['p95']:.1f}"

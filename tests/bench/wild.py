@@ -1,11 +1,11 @@
-"""Public meshes: a heart carried onto each, judged by the coordinates in the file that was written.
+"""Public meshes: a heart mapped onto each, judged by the coordinates in the written file.
 
 python -m tests.bench.wild FOLDER [NAME …]
 
-For each mesh of a folder, small ones first: the exit code, triangles turned over in any cut of its polygons, the shares
-of its surface whose size is within 2 and 4 times the common one, the 95th percentile of the dilatation, processor
-seconds and memory.
-Signs are those of rational numbers; reading and counting share no code with iccm.
+For each mesh of a folder, small ones first: the exit code, triangles that are flipped for some triangulation of their
+polygon, the shares of its surface whose scale is within a factor of 2 and 4 of the typical one, the 95th percentile of
+the dilatation, processor seconds and memory. Signs are computed with rational numbers; no code for reading and counting
+is shared with iccm.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ HEART = (
     '<path d="M50 90C10 60 5 30 25 15S50 25 50 30 60 0 80 15 90 60 50 90Z"/></svg>'
 )
 SUFFIXES = (".obj", ".off", ".ply", ".stl")
-REVERSED = re.compile(r"flipped (\d+) triangles")  # in the file, and so in what is written
-SLOW, LIMIT = 60, 300  # processor seconds that a mesh may take, and after which it is ended
+REVERSED = re.compile(r"flipped (\d+) triangles")  # in the file, and thus in the result
+SLOW, LIMIT = 60, 300  # processor seconds above which a mesh counts as slow, and at which it is stopped
 
 
 class Figures(NamedTuple):
-    """Of a file with coordinates.
+    """Figures of a file with coordinates.
 
     Attributes:
-        turned: polygons, some cut of which into triangles is turned over or has no area.
-        within: shares of the surface whose size is within 2 and 4 times the common one.
+        turned: polygons for which some triangulation has a triangle that is flipped or has no area.
+        within: shares of the surface whose scale is within a factor of 2 and 4 of the typical one.
         k95: 95th percentile of the dilatation.
     """
 
@@ -50,7 +50,7 @@ class Figures(NamedTuple):
 
 
 def judged(path: Path, before: Path | None = None) -> Figures:
-    """The figures of an OBJ file; faces that have the coordinates of the one `before` are left out."""
+    """Return the figures of an OBJ file; faces with the coordinates of the file `before` are left out."""
     points, texts, polygons = _read(path)
     whole = [min(t for _, t in polygon) >= 0 for polygon in polygons]
     if before and before.suffix.lower() == ".obj":
@@ -64,7 +64,8 @@ def judged(path: Path, before: Path | None = None) -> Figures:
     for number, polygon in enumerate(polygons):
         n = len(polygon)
         fan += [(polygon[0], polygon[k], polygon[k + 1]) for k in range(1, n - 1)]
-        if n <= 4 or _convex(space[[v for v, _ in polygon]]):  # others whoever cuts them looks at
+        # for others, it depends on the triangulation that a program chooses
+        if n <= 4 or _convex(space[[v for v, _ in polygon]]):
             own = [(polygon[k - 1], polygon[k], polygon[(k + 1) % n]) for k in range(n)]
             own = [cut for cut in own if len({tuple(points[v]) for v, _ in cut}) == 3]  # others have no area
             cuts += own
@@ -77,7 +78,7 @@ def judged(path: Path, before: Path | None = None) -> Figures:
 
 
 def _read(path: Path) -> tuple[list[list[float]], list[list[str]], list[list[tuple[int, int]]]]:
-    """Points, texture coordinates, and polygons of both; -1: a corner that has none."""
+    """Return points, texture coordinates, and polygons of both; -1 for a corner without coordinates."""
     points, texts, polygons = [], [], []
     for words in map(str.split, path.read_text(errors="replace").splitlines()):
         if words[:1] == ["v"]:
@@ -104,7 +105,7 @@ def _convex(corners: NDArray) -> bool:
 
 
 def _signs(plane: NDArray, texts: list[list[str]], triangles: NDArray) -> NDArray:
-    """-1, 0 or 1 of each; in rational numbers where rounding could decide."""
+    """Return -1, 0 or 1 for each triangle, by rational numbers where rounding could matter."""
     a, b, c = (plane[triangles[:, k]] for k in range(3))
     p, q = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]), (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     found = np.sign(p - q)
@@ -137,7 +138,7 @@ def _sizes(space: NDArray, plane: NDArray) -> tuple[tuple[float, float], float]:
 
 
 class Done(NamedTuple):
-    """How a command ended: code (124: took too long), what it said, processor seconds, GB at most."""
+    """The result of a command: exit code (124 if it took too long), output, processor seconds, peak GB."""
 
     code: int
     said: list[str]
@@ -162,7 +163,7 @@ def command(*words: object) -> Done:
 
 
 def row(path: Path, folder: Path) -> tuple[str, bool, bool]:
-    """The line of a mesh; whether a map came of it, and whether all is as it should be."""
+    """Return the line of a mesh, whether there is a map, and whether everything is as it should be."""
     drawing, out = folder / "heart.svg", folder / "out.obj"
     drawing.write_text(HEART)
     out.unlink(missing_ok=True)
@@ -186,7 +187,7 @@ def row(path: Path, folder: Path) -> tuple[str, bool, bool]:
 
 
 def main() -> None:
-    """Every mesh of a folder, or those named; the sums at the end."""
+    """Measure every mesh of a folder, or those named, and print totals."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,4 +1,4 @@
-"""`iccm apply` with saved maps: files of every kind, there and back."""
+"""`iccm apply` with saved maps: files of every kind, in both directions."""
 
 import functools
 import json
@@ -18,7 +18,7 @@ QUICK = ("--method", "paper", "--order", "0", "--vertices", "60")
 
 @functools.cache
 def content():
-    """What a file of the map of a square onto a blob holds, both in files with y down."""
+    """The content of the file of a map from a square onto a blob, both in files with y down."""
     run(Job(source="square.svg", target="blob.svg", output=["map.npz"]))
     return Path("map.npz").read_bytes()
 
@@ -41,7 +41,7 @@ def test_info_tells_of_a_map(saved, iccm):
 
 
 def planted(name, **job):
-    """The file of a map with other options in its job."""
+    """Write the file of a map with other options in its job."""
     with np.load(name) as held:
         arrays = dict(held)
     about = json.loads(str(arrays["about"]))
@@ -85,7 +85,7 @@ def test_a_map_says_what_pictures_show(saved, iccm):
 
 
 def there(points):
-    """Points of a file with y down, as the saved map takes them."""
+    """Points of a file with y down, as images of the saved map."""
     w = core.load("map.npz").map(np.array(points) @ [1, -1j])
     return np.column_stack([w.real, -w.imag])
 

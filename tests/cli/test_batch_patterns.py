@@ -1,4 +1,4 @@
-"""Batches without a manifest, and `iccm init`, which begins one."""
+"""Batches without a manifest, and `iccm init`, which writes an example of one."""
 
 import json
 import re
@@ -15,7 +15,7 @@ SMALL = ("--size", "24", "--method", "paper", "--vertices", "40", "-j", "1")
 
 @pytest.fixture
 def icons(shapes):
-    """square.svg, blob.svg and disk.svg, the first two also in icons/, which holds another file."""
+    """square.svg, blob.svg and disk.svg; the first two also in icons/, which contains another file."""
     (shapes / "icons").mkdir()
     for name in ("square.svg", "blob.svg"):
         shutil.copy(name, f"icons/{name}")

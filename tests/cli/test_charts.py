@@ -13,7 +13,7 @@ from iccm.io.shapes import shape
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 200 100">{}</svg>'
 SQUARES = '<path id="{}" d="M10 10h80v80h-80z"/><path id="{}" d="M110 10h80v80h-80z"/>'
-# low corner and size of each sheet's chart: all charts and sheets are squares, so that every map is a similarity
+# lower corner and size of each sheet's chart: charts and sheets are squares, so that every map is a similarity
 PAIR = {"left": ((0.05, 0.1), (0.25, 0.25)), "right": ((0.9, 0.4), (-0.5, 0.5))}
 TILES = {
     "left": ((0.1, 0.1), (0.8, 0.8)),
@@ -28,7 +28,7 @@ ONE = {
 
 
 def write_sheets(path, charts, n=5):
-    """Flat square sheets beside each other, a group and a chart each."""
+    """Write flat square sheets beside each other, with a group and a chart each."""
     y, x = np.mgrid[0:n, 0:n] / (n - 1)
     i = np.arange(n * n).reshape(n, n)
     quads = np.stack([i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]], axis=-1).reshape(-1, 4)
@@ -43,7 +43,7 @@ def write_sheets(path, charts, n=5):
 
 
 def ramp(low=0.0, high=1.0, size=64):
-    """Red grows to the right, green upwards."""
+    """A picture whose red increases to the right, and green upwards."""
     x = np.linspace(low, high, size)[None, :] + np.zeros((size, 1))
     return Image((255 * np.stack([x, 1 - x.T, 0 * x], axis=-1)).round().astype(np.uint8))
 
@@ -64,7 +64,7 @@ def pixels(name):
 
 
 def at(picture, u, v):
-    """The pixel of a picture of the layout, or of its only tile, at such coordinates."""
+    """The pixel of a picture of the layout, or of its only tile, at given coordinates."""
     height, width = picture.shape[:2]
     return picture[int((1 - v) * height), int(u * width)]
 
@@ -77,7 +77,8 @@ def test_a_picture_goes_onto_a_chart_which_may_be_mirrored(sheets, iccm):
         assert iccm("map", "square.svg", spec, *words, "--force", "-o", "o.png").code == 0
         found = pixels("o.png")
         share = (found[..., 3] == 255).mean()
-        assert share == pytest.approx(size[1] ** 2, abs=0.01)  # on the whole layout, however little it takes
+        # of the whole layout, however little of it the chart takes up
+        assert share == pytest.approx(size[1] ** 2, abs=0.01)
         for a, b in ((0.25, 0.25), (0.25, 0.75), (0.75, 0.5)):
             red, green = at(found, low[0] + a * size[0], low[1] + b * size[1])[:2]
             expected = 255 * np.array([0.1 + 0.8 * a, 0.1 + 0.8 * b])  # square.svg leaves a margin
@@ -86,7 +87,7 @@ def test_a_picture_goes_onto_a_chart_which_may_be_mirrored(sheets, iccm):
 
 @pytest.mark.slow
 def test_a_mirrored_chart_gives_its_texture_the_right_way_round(sheets, iccm):
-    """Through the layout and through the flattening the same is seen; so it is through the STMap."""
+    """The layout and the flattening show the same, and so does the STMap."""
     words = ["square.svg", "--texture", "ramp.png", "--size", "64"]
     assert iccm("map", "pair.obj#uv", *words, "-o", "a.png", "--stmap", "m.exr").code == 0
     assert iccm("map", "pair.obj#piece-2", *words, "-o", "b.png").code == 0
@@ -96,7 +97,7 @@ def test_a_mirrored_chart_gives_its_texture_the_right_way_round(sheets, iccm):
     for name in ("b.png", "c.png", "d.png"):
         assert np.abs(pixels(name)[2:-2, 2:-2] - a[2:-2, 2:-2]).max() <= 3, name
     assert at(a, 0.5, 0.5)[:2] == pytest.approx([255 * 0.65, 255 * 0.65], abs=6)
-    assert at(a, 0.1, 0.5)[0] > at(a, 0.9, 0.5)[0] + 100  # u falls to the right
+    assert at(a, 0.1, 0.5)[0] > at(a, 0.9, 0.5)[0] + 100  # u decreases to the right
 
 
 def test_pins_on_a_chart_are_coordinates_or_vertices(sheets, iccm):
@@ -148,7 +149,7 @@ def test_without_names_parts_go_by_place(sheets, iccm):
 
 @pytest.mark.slow
 def test_all_charts_of_a_mesh_onto_those_of_another(sheets, iccm):
-    """Three tiles onto one picture, each chart onto its partner in space; and onto itself nothing changes."""
+    """Three tiles onto one picture, each chart onto its partner in space; a map onto itself changes nothing."""
     image_files.write("skin.1001.png", ramp(0, 0.5))
     image_files.write("skin.1002.png", ramp(0.5, 1))
     image_files.write("skin.1011.png", ramp(1, 1, 32))

@@ -1,4 +1,4 @@
-"""The command line: what it writes, what it says, and how it fails."""
+"""The command line: outputs, messages and errors."""
 
 import json
 import re
@@ -75,7 +75,9 @@ def test_picture_on_stdout(shapes, shell):
 
 
 def test_identity_returns_the_texture_unchanged(shapes, iccm):
-    """No mirror and no half-pixel shift: an asymmetric picture over the whole canvas, a pixel a texel."""
+    """Neither mirrored nor shifted by half a pixel: an asymmetric picture over the whole canvas, one texel per
+    pixel.
+    """
     rng = np.random.default_rng(7)
     pixels = rng.integers(0, 256, (50, 50, 3), dtype=np.uint8)
     image_files.write(shapes / "t.png", image_files.Image(pixels))
@@ -90,7 +92,7 @@ def test_identity_returns_the_texture_unchanged(shapes, iccm):
 
 
 def test_pins_in_file_units_land_where_they_should(shapes, iccm):
-    """A red dot at (30, 40) of the source's file, and nothing else, must come out at (60, 35) of the target's."""
+    """A red dot at (30, 40) in the source's file must appear at (60, 35) of the target's, and nothing else."""
     y, x = np.mgrid[0:100, 0:100] + 0.5
     dot = np.hypot(x - 30, y - 40) < 4
     image_files.write(
@@ -175,7 +177,7 @@ def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, 
     image_files.write(shapes / f"t{suffix}", image_files.Image(pixels, 3, suffix == ".exr", "sRGB"))
     arguments = ("map", "square.svg", "blob.svg", *QUICK, "--texture", f"t{suffix}", "--size", "130x150")
     assert iccm(*arguments, "-o", f"free{suffix}", "--stmap", "free-map.exr").code == 0
-    monkeypatch.setattr(room, "CACHE_MEMORY_SHARE", 0)  # nothing stays in memory
+    monkeypatch.setattr(room, "CACHE_MEMORY_SHARE", 0)  # nothing is kept in memory
     assert iccm(*arguments, "-o", f"bound{suffix}", "--stmap", "map.exr", "--memory", "4G").code == 0
     assert Path(f"bound{suffix}").read_bytes() == Path(f"free{suffix}").read_bytes()
     assert Path("map.exr").read_bytes() == Path("free-map.exr").read_bytes()
@@ -224,7 +226,7 @@ def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
 
 
 def test_what_overlaps_is_told_and_refused_where_that_is_asked_for(shapes, iccm):
-    """The square's ends are rolled into each other: status `overlap`, exit code 1 with --require-injective alone."""
+    """The square's ends are rolled into each other: status `overlap`, and exit code 1 only with --require-injective."""
     (shapes / "bar.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 40"><path d="M5 15H85V25H5Z"/></svg>'
     )
@@ -323,7 +325,7 @@ def test_not_converged_is_exit_code_1_with_the_picture(shapes, iccm):
 
 
 def test_require_injective_turns_a_failed_certificate_into_exit_code_1(shapes, iccm):
-    """A three-lobed target seen from one that is mirrored by its pins cannot be covered one to one."""
+    """A three-lobed target cannot be covered one-to-one by a source that is mirrored by its pins."""
     pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin", "50,30:50,30", "--pin", "50,70:50,70")
     options = (*QUICK, *pins, "--pin-weight", "1000", "--report", "-")
     free = iccm("map", "disk.svg", "disk.svg", *options)

@@ -1,4 +1,4 @@
-"""`iccm doctor`: every requirement of the installed package, and what it says of each."""
+"""`iccm doctor`: every requirement of the installed package, and the messages about it."""
 
 import json
 import subprocess
@@ -17,7 +17,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
 @pytest.fixture
 def findings(iccm):
-    """`findings()` runs `iccm doctor --json`: the exit code, and what was found by its name."""
+    """`findings()` runs `iccm doctor --json` and returns the exit code and the findings by name."""
 
     def run():
         typed = iccm("doctor", "--json")

@@ -1,4 +1,4 @@
-"""`iccm flatten -o`: a name that only a mesh can have is the mesh with its flattening as coordinates."""
+"""`iccm flatten -o`: a name that only fits a mesh receives the mesh with its flattening as coordinates."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ GIVEN = "--method", "lscm"
 
 @pytest.fixture
 def half(shapes):
-    """half.obj and half.glb, half a ball."""
+    """half.obj and half.glb, a hemisphere."""
     ball = trimesh.creation.icosphere(subdivisions=2)
     half = ball.submesh([np.flatnonzero(ball.triangles_center[:, 2] > 0.1)], append=True)
     for name in ("half.obj", "half.glb"):

@@ -1,4 +1,6 @@
-"""What of the target a picture shows, what of the source a texture covers, holes, and pictures that show nothing."""
+"""The part of the target that a picture shows, the part of the source that a texture covers, holes, and blank
+pictures.
+"""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What people are told: help by groups, misspelt commands, a run in two lines, what would be written, wrong files."""
+"""Messages to users: help by groups, misspelt commands, the summary of a run, dry runs, and invalid files."""
 
 import json
 import re
@@ -127,7 +127,7 @@ def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
             shutil.copy("blob.svg", "disk.svg")
             told("no folds")
             assert (shapes / "out.png").read_bytes() != first
-            time.sleep(0.5)  # so that the run has returned its exit code, too
+            time.sleep(0.5)  # so that the run has already returned its exit code
             running.send_signal(signal.SIGINT)
             assert running.wait(30) == 0
         finally:

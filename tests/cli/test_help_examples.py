@@ -1,4 +1,4 @@
-"""The examples that help shows run as they stand there."""
+"""The examples in help texts run as printed."""
 
 import json
 import re
@@ -20,7 +20,7 @@ ELSEWHERE = {
     "completion": "writes into the home folder, see test_help",
     "relayout": "needs meshes with two layouts, see tests/io/run/test_relayout",
 }
-"""Commands whose examples are run by other tests, or cannot be."""
+"""Commands whose examples are run by other tests, or cannot be run."""
 QUICK = ("map", "init", "help", "info")
 
 
@@ -31,7 +31,7 @@ def examples(iccm, command):
 
 @pytest.fixture
 def files(tmp_path, monkeypatch):
-    """A folder, made current, with the files that examples name."""
+    """A folder, made current, with the files that examples use."""
     monkeypatch.chdir(tmp_path)
     for folder in ("rose-leaf", "pins"):
         for path in (ROOT / "samples" / folder).iterdir():

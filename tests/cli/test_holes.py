@@ -1,4 +1,4 @@
-"""Holes from the command line: onto holes, by name, by pins, filled, and where there are more of them in one shape."""
+"""Holes from the command line: onto holes, by name, by pins, filled, and in different numbers."""
 
 import json
 import re
@@ -87,7 +87,7 @@ def test_partners_by_the_names_of_what_is_drawn_in_them(holed, iccm):
     assert sorted(found[0].hole_names) == [("one",), ("two",)]
     named = holes.named_partners(*found, ([0, 1], [0, 1]))
     assert {found[0].hole_names[i] == found[1].hole_names[j] for i, j in named} == {True} and len(named) == 2
-    _, report = mapped(iccm, "a.svg", "b.svg", "--parts", "largest")  # without what is drawn in the holes
+    _, report = mapped(iccm, "a.svg", "b.svg", "--parts", "largest")  # without what is drawn inside the holes
     _, same = mapped(iccm, "eyes.svg", "eyes.svg")
     assert [h["source"] for h in report["holes"]] == [h["source"] for h in same["holes"]][::-1]
 
@@ -136,7 +136,7 @@ def test_holes_are_kept_or_cut_as_is_cheaper_unless_told(holed, iccm):
     done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "auto")
     assert done.code == 0 and report["injective"]["certified"]
     alpha = image_files.read("o.png").pixels[..., 3]
-    assert (alpha[41:59, 56:74] == 0).all()  # transparent either way
+    assert (alpha[41:59, 56:74] == 0).all()  # transparent in both cases
     done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "cut")
     assert done.code == 0 and "holes" not in report
     assert (image_files.read("o.png").pixels[41:59, 56:74, 3] == 0).all()
@@ -162,7 +162,7 @@ def test_other_methods_pass_over_holes(holed, iccm):
 
 
 def head(path):
-    """A dome with two eyes and a mouth, groups of faces around the eyes, and a lid that nothing connects."""
+    """A dome with two eyes and a mouth, groups of faces around the eyes, and a disconnected lid."""
     turn = np.exp(2j * np.pi * np.arange(80) / 80)
     rims = [0.15 * turn[::-4] + eye for eye in (-0.35 + 0.3j, 0.35 + 0.3j)]
     rims.append(0.3 * turn[::-4].real + 0.12j * turn[::-4].imag - 0.4j)

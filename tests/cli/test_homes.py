@@ -1,4 +1,4 @@
-"""Homes that are new, or in which nothing can be written: commands do not depend on caches."""
+"""Home folders that are new or read-only: commands do not depend on caches."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ MAP = ("map", "square.svg", "blob.svg", "--method", "paper", "--vertices", "40",
 
 
 def environment(home):
-    """That of a user whose home this is."""
+    """The environment of a user with this home."""
     kept = {key: value for key, value in os.environ.items() if not key.startswith(("XDG_", "MPL"))}
     return kept | {"HOME": str(home), "USERPROFILE": str(home)}
 
@@ -42,7 +42,7 @@ def test_two_processes_in_a_new_home_at_once(shapes):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="a folder that even root cannot make")
 def test_a_home_that_cannot_be_written(shapes):
-    """Commands work; those that install something there are refused in one line."""
+    """Commands work; those that install something there fail with one line."""
     home = environment("/proc/nobody")
     done = subprocess.run(
         [ICCM, *MAP, "o.png", "--plot", "p.png"], env=home, capture_output=True, text=True, timeout=90

@@ -1,4 +1,4 @@
-"""Trying again: what the same command wrote is replaced without --force, and nothing else is."""
+"""Repeated runs: outputs of the same command are replaced without --force, and nothing else is."""
 
 import os
 import shutil
@@ -14,7 +14,7 @@ def test_what_the_same_shapes_gave_is_replaced(shapes, iccm):
     first = (shapes / "square-blob.png").read_bytes()
     again = iccm(*given, "--size", "30")
     assert again.code == 0 and (shapes / "square-blob.png").read_bytes() != first
-    shutil.copy("disk.svg", "square.svg")  # the drawing was worked on
+    shutil.copy("disk.svg", "square.svg")  # the drawing was edited
     assert iccm(*given).code == 0
 
 

@@ -1,4 +1,4 @@
-"""`iccm morph` as it is typed: frames, animations, drawings, and what is refused."""
+"""`iccm morph` on the command line: frames, animations, drawings, and what is rejected."""
 
 import re
 
@@ -28,7 +28,7 @@ def test_frames_begin_and_end_with_the_shapes(shapes, iccm):
 
 
 def test_the_source_begins_amid_the_targets_canvas(shapes, iccm):
-    """A canvas of 100 by 100 in the middle of one of 40 by 30 that begins elsewhere: 24 of 40 across, 24 of 30 down."""
+    """A canvas of 100 by 100 in the middle of one of 40 by 30 with another origin: 24 of 40 across, 24 of 30 down."""
     (shapes / "small.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="10 20 40 30"><path d="M12 22h36v26h-30z"/></svg>'
     )
@@ -83,14 +83,14 @@ def test_all_parts_of_both_drawings_are_seen_and_what_one_lacks_fades(shapes, ic
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
     done = iccm("morph", "bars.svg", "panes.svg", *QUICK, "--size", "100", "-o", "m-{number}.png")
     assert done.code == 0, done.err
-    bars = [[20, 50, 80], [70, 70, 70]]  # columns and rows of points of each bar
+    bars = [[20, 50, 80], [70, 70, 70]]  # columns and rows of points in each bar
     first, middle, last = (pixels(f"m-{k}.png")[..., 3].astype(int) for k in (1, 2, 3))
     assert first[bars[1], bars[0]].tolist() == [255] * 3 and first[20, 50] == 0 == first[70, 35]
     assert last[[20, 70], [50, 35]].tolist() == [255, 255] and last[45, 50] == 0
     for seen, painted in ((first, 20 * (80 + 60 + 30)), (last, 90 * (35 + 45))):
         assert seen.sum() / 255 == pytest.approx(painted, rel=0.01)
     seen = middle[middle > 0]
-    # half way everything is there: opaque where both paint, half where one does
+    # half way, everything is visible: opaque where both paint, half transparent where one does
     assert (
         np.isin(seen, (255, 127, 128)).mean() > 0.8
         and (middle == 255).any()
@@ -108,7 +108,7 @@ def test_parts_that_match_go_onto_each_other_unless_they_are_joined(shapes, iccm
     done = iccm("morph", "bars.svg", "discs.svg", *QUICK, "-o", "m-{number}.png")
     assert done.code == 0 and "3 parts" in done.err and "--parts joined" in done.err
     alpha = pixels("m-2.png")[..., 3]
-    assert np.isin(alpha, (0, 255)).mean() > 0.85  # nothing fades but for edges
+    assert np.isin(alpha, (0, 255)).mean() > 0.85  # nothing fades except edges
     done = iccm("morph", "bars.svg", "discs.svg", "--parts", "joined", *QUICK, "-o", "j-{number}.png")
     assert done.code == 0 and "3 parts" not in done.err
     largest = iccm("morph", "bars.svg", "discs.svg", "--parts", "largest", *QUICK, "-o", "l-{number}.png")

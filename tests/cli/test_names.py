@@ -1,4 +1,4 @@
-"""Names that both drawings have say what goes where, where nothing else does."""
+"""Names that occur in both drawings determine the map if nothing else does."""
 
 import json
 from pathlib import Path
@@ -18,11 +18,11 @@ RIGHT, LEFT = {"way": 1, "shift": 0}, {"way": -1, "shift": 100}
     ("target", "more", "turned"),
     [
         ("left.svg", (), True),
-        # what the drawing program calls things is no name
+        # names given by the drawing program are ignored
         ("other.svg", (), False),
-        # constraints say more
+        # constraints have precedence
         ("left.svg", ("--pin", "50,30:50,30"), False),
-        # what lies right already needs no start of its own
+        # no start is needed if the map is right already
         ("right.svg", (), False),
     ],
 )

@@ -1,4 +1,6 @@
-"""Names of options: one for each thing, former ones with a notice, those that people try, and hints for the others."""
+"""Names of options: one for each thing, former ones with a notice, aliases that users try, and suggestions for
+others.
+"""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Partial maps onto meshes: a flat one shows what the plain shape would."""
+"""Partial maps onto meshes: a flat mesh shows what the planar shape would."""
 
 import json
 from pathlib import Path

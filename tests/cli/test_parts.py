@@ -1,4 +1,4 @@
-"""--parts all: every shape of a drawing goes to its partner, into one picture, one STMap, one artwork."""
+"""--parts all: every shape of a drawing is mapped to its partner, in one picture, one STMap, one artwork."""
 
 import json
 from pathlib import Path
@@ -83,7 +83,7 @@ def test_targets_that_cover_each_other_are_told_however_quiet_and_the_smaller_li
     assert (
         st[60, 55, 0] > 0.69 and st[60, 75, 0] > 0.69 and st[60, 30, 0] < 0.66
     )  # of `left`, twice, and of `head`
-    assert "cover each other" not in iccm(*ALL, "-o", "p.png").err  # what lies in another is drawn so
+    assert "cover each other" not in iccm(*ALL, "-o", "p.png").err  # a part inside another is meant to be
 
 
 def test_artwork_goes_with_the_part_that_it_lies_in(drawings, iccm):
@@ -134,7 +134,7 @@ def test_one_source_goes_onto_each_part(drawings, iccm):
 
 
 def test_a_pattern_has_one_scale_on_all_parts(drawings, iccm):
-    """A texture that repeats is as fine on the dot as on the letters; one that does not is whole on each."""
+    """A repeated texture has the same scale on the dot as on the letters; any other texture is whole on each."""
     (drawings / "word.svg").write_text(SVG.format(WORD))
     (drawings / "tile.svg").write_text(SVG.format('<rect x="10" y="20" width="80" height="60"/>'))
     image_files.write("tile.png", image_files.Image(np.arange(48, dtype=np.uint8).reshape(4, 4, 3)))
@@ -143,7 +143,7 @@ def test_a_pattern_has_one_scale_on_all_parts(drawings, iccm):
     for edge in ("repeat", "clamp"):
         assert iccm(*each, "--edge", edge, "--stmap", "o.tif", "-o", "o.png", "--force").code == 0
         st = image_files.read("o.tif").pixels
-        # texture area for each pixel in the middle of a letter and of the dot, by finite differences
+        # area of texture per pixel in the middle of a letter and of the dot, by finite differences
         determinants = []
         for row, column in ((180, 100), (340, 200)):
             right = st[row, column + 4, :2] - st[row, column - 4, :2]
@@ -188,7 +188,9 @@ def test_each_goes_in_batches_and_without_pins(drawings, iccm):
 
 
 def test_a_part_without_a_map_is_left_out_told_and_counted(drawings, iccm):
-    """A triangle 1e-5 of its width high has none; the figures of the other part are as they are alone."""
+    """A triangle whose height is 1e-5 of its width has no map; the figures of the other part are as if it were
+    alone.
+    """
     corners = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "v 3 0 0", "v 4 0 0", "v 3.4 1e-5 0"]
     (drawings / "two.obj").write_text("\n".join([*corners, "f 1 2 3", "f 1 3 4", "f 5 6 7"]))
     each = ("map", "square.svg", "two.obj", "--parts", "each")
@@ -280,7 +282,7 @@ def test_one_source_goes_onto_each_element_with_all_of_its_parts(drawings, iccm)
     report = json.loads(Path("r.json").read_text())
     assert [part["target"] for part in report["parts"]] == ["1", "2", "3"] and report["covered"] > 0.99
     pixels = image_files.read("o.png").pixels.astype(int)
-    # from the tittle to the foot of the first letter the texture runs on: the tittle has its upper part alone
+    # the texture continues from the tittle to the foot of the first letter: the tittle has only its upper part
     assert pixels[20:36, 20, 1].min() > 150 and pixels[150, 20, 1] < 60
     assert (np.diff(pixels[64:156, 20, 1]) <= 2).all() and pixels[64, 20, 1] < pixels[38, 20, 1]
     assert (

@@ -1,4 +1,4 @@
-"""--edge, --texture-scale, --texture-offset, --texture-turn: tiles that fill a shape."""
+"""--edge, --texture-scale, --texture-offset, --texture-turn: textures repeated to fill a shape."""
 
 import json
 
@@ -82,7 +82,7 @@ def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):
     assert iccm(*onto, "-o", "o.obj").code == 0
     uv = [line.split()[1:] for line in (tile / "o.obj").read_text().splitlines() if line.startswith("vt ")]
     assert np.ptp(np.array(uv, float), axis=0) == pytest.approx([0.8 / 0.25] * 2, abs=1e-5)
-    assert iccm(*onto, "--bake", "-o", "o.png", "--size", "80").code == 0  # 80 of the canvas' 100 units
+    assert iccm(*onto, "--bake", "-o", "o.png", "--size", "80").code == 0  # 80 of the 100 units of the canvas
     baked = image_files.read("o.png").pixels.astype(int)
     assert np.abs(baked[25:] - baked[:-25]).max() <= 1 and baked.std() > 20
 

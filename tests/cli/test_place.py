@@ -26,7 +26,7 @@ def drawings(shapes):
 
 
 def disc(name):
-    """Width, height and centre of the yellow disc in a picture, in its pixels, and the share that is painted."""
+    """Width, height and centre of the yellow disc in a picture, in pixels, and the share that is painted."""
     pixels = image_files.read(name).pixels.astype(int)
     yellow = (pixels[..., 0] > 200) & (pixels[..., 3] > 128)
     rows, columns = np.nonzero(yellow)

@@ -1,4 +1,4 @@
-"""Plug-ins are installed where programs look for them, whole, and taken away again."""
+"""Plug-ins are installed completely where programs look for them, and removed again."""
 
 import sys
 import tomllib
@@ -12,7 +12,7 @@ from iccm.io import plugins
 
 @pytest.fixture
 def home(tmp_path, monkeypatch):
-    """A user who has neither program."""
+    """A user without either program."""
     for name in (
         "INKSCAPE_PROFILE_DIR",
         "INKSCAPE_COMMAND",

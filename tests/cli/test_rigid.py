@@ -1,4 +1,4 @@
-"""Rigid regions from the command line: elements, drawn ones, masks, lists; what is wrong with them."""
+"""Rigid regions from the command line: elements, drawn ones, masks, lists; and their errors."""
 
 import json
 import re
@@ -50,7 +50,7 @@ def test_a_region_is_given_in_four_ways(drawn, iccm, typed):
     s, t = st[..., 0], 1 - st[..., 1]  # of the source's canvas, from its upper left corner
     inside = (s > 0.3) & (s < 0.5) & (t > 0.44) & (t < 0.56) & (image_files.read("o.tif").pixels[..., 3] == 1)
     step = np.diff(s, axis=1)[inside[:, 1:] & inside[:, :-1]]
-    assert step.size > 50 and np.ptp(step) <= 0.02 * step.mean()  # squares stay squares of one size, upright
+    assert step.size > 50 and np.ptp(step) <= 0.02 * step.mean()  # squares stay upright squares of equal size
     across = np.diff(t, axis=1)[inside[:, 1:] & inside[:, :-1]]
     assert np.abs(across).max() <= 0.02 * step.mean()
 
@@ -90,7 +90,7 @@ def test_brighter_parts_become_larger_and_what_matters_stays(drawn, iccm):
     steps = np.diff(s)
     assert (
         1.4 < steps[:10].mean() / steps[-10:].mean() < 2
-    )  # of 1.1 and 1.9, those of the canvas' ends of the square
+    )  # not 1.1 and 1.9, for the canvas' ends of the square
 
 
 @pytest.mark.parametrize("option", ["--importance", "--size-map"])
@@ -137,7 +137,7 @@ def test_grey_in_a_mask_is_partly_rigid(drawn, iccm):
 
 
 def pipe(n=25, m=17):
-    """A quarter of a pipe as OBJ, with a label in the middle: a group, and a material of another name."""
+    """A quarter of a pipe as OBJ, with a label in the middle: a group, and a material with another name."""
     x, y = np.meshgrid(np.linspace(0, 2, n), np.linspace(0, 1, m), indexing="ij")
     k = 1 + np.arange(n * m).reshape(n, m)
     lines = [f"v {np.cos(a)} {b} {-np.sin(a)}" for a, b in zip(x.ravel(), y.ravel())]
@@ -150,7 +150,7 @@ def pipe(n=25, m=17):
 
 
 def pipe_glb(path):
-    """The same as GLB: one mesh, a primitive for each material; beside it another mesh, which is larger."""
+    """The same as GLB: one mesh with a primitive for each material, beside another, larger mesh."""
     lines = [line.split() for line in pipe().splitlines()]
     points = np.array([line[1:] for line in lines if line[0] == "v"], float)
     faces: list[list] = []
@@ -199,7 +199,7 @@ def test_a_material_of_a_glb_is_a_region_like_that_of_an_obj(drawn, iccm, name):
         assert done.code == 0, done.err
         found += json.loads((drawn / "r.json").read_text())["regions"]
     obj, glb = found
-    for key in ("dilatation", "scale"):  # positions in a GLB are single
+    for key in ("dilatation", "scale"):  # positions in a GLB have single precision
         assert glb[key] == pytest.approx(obj[key], abs=2e-3)
     assert "1 geometry of other meshes" in done.err
 
@@ -219,7 +219,7 @@ def test_a_name_that_a_glb_has_not_is_refused_with_those_that_it_has(drawn, iccm
 def test_nothing_is_bent_on_a_region_of_a_mesh(drawn, iccm, region):
     (drawn / "pipe.obj").write_text(pipe())
     white = np.zeros((100, 100, 3), np.uint8)
-    white[36:62, 34:66] = 255  # of its layout, which lies as it stands
+    white[36:62, 34:66] = 255  # of its layout, which lies unchanged
     image_files.write("whole.png", image_files.Image(white))
     common = ("--texture", "mask.png", "-o", "uv.obj", "--report", "r.json")
     done = iccm("map", "blob.svg", "pipe.obj", "--rigid-target", region, *common)
@@ -235,7 +235,7 @@ def test_nothing_is_bent_on_a_region_of_a_mesh(drawn, iccm, region):
         [corner.split("/")[:2] for corner in line.split()[1:]] for line in lines[label:] if line[0] == "f"
     ]
     corners = np.array(faces, int) - 1
-    # edges in the picture by what they are in space; the label's outermost quads apart, which a mask cuts
+    # edges in the picture relative to those in space; without the label's outermost quads, which the mask cuts
     space, flat = (
         np.linalg.norm(np.diff(p[corners[..., k]][:, [0, 1, 2, 3, 0]], axis=1), axis=2)
         for k, p in enumerate((v, vt[:, :2]))
@@ -285,7 +285,8 @@ def test_an_element_of_a_target_is_kept(drawn, iccm):
         "map", "blob.svg", "rigid-logo.svg", "--rigid-target", "mask.png", "--report", "r.json", "-o", "o.npz"
     )
     assert done.code == 0, done.err
-    regions = json.loads((drawn / "r.json").read_text())["regions"]  # the mask's, and what is drawn as rigid
+    # the mask's region, and those drawn as rigid
+    regions = json.loads((drawn / "r.json").read_text())["regions"]
     assert all(each["of"] == "target" and each["dilatation"] <= 1.02 for each in regions)
     again = load("o.npz").report()["regions"]
     assert again == regions

@@ -1,4 +1,4 @@
-"""What is seen of whole drawings: in reports, on the summary line, in batches, checks and plots."""
+"""How much of whole drawings is seen: in reports, summaries, batches, checks and plots."""
 
 import json
 
@@ -13,7 +13,7 @@ PLATE = '<path d="M0 0L100 3V60H4z"/>'
 
 @pytest.fixture
 def split(shapes, iccm):
-    """A drawing with a slit, mapped onto one without; the files of its picture and of its report."""
+    """A drawing with a slit mapped onto one without; the files of its picture and its report."""
     (shapes / "split.svg").write_text(SVG.format(SPLIT))
     (shapes / "plate.svg").write_text(SVG.format(PLATE))
     (shapes / "run").mkdir()

@@ -1,4 +1,4 @@
-"""`iccm map --sequence`: frames whose maps go on from each other."""
+"""`iccm map --sequence`: frames whose maps continue from each other."""
 
 import json
 from pathlib import Path
@@ -16,7 +16,7 @@ SMALL = ("--size", "24")
 
 @pytest.fixture
 def frames(shapes):
-    """frames/f8.svg to frames/f11.svg: a bar that is lifted at one end."""
+    """frames/f8.svg to frames/f11.svg: a bar that is raised at one end."""
     (shapes / "frames").mkdir()
     for k in range(4):
         bar = f'<path d="M10 60H50L90 {60 - 5 * k}V{80 - 5 * k}L50 80H10Z"/>'
@@ -32,7 +32,7 @@ def test_frames_go_on_from_each_other_and_are_resumed(frames, iccm):
     command = ("map", "square.svg", "frames/*.svg", "--sequence", "-o", "out/{target.stem}.png", *SMALL)
     typed = iccm(*command)
     assert typed.code == 0, typed.err
-    assert told(typed) == [f"square-f{k}: done" for k in (8, 9, 10, 11)]  # by numbers, 8 before 10
+    assert told(typed) == [f"square-f{k}: done" for k in (8, 9, 10, 11)]  # in numerical order, 8 before 10
     maps = [core.load(f"out/f{k}.npz") for k in range(8, 12)]
     z = maps[0].interior
     steps = np.abs(np.diff([fit.map(z) for fit in maps], axis=0))

@@ -1,4 +1,4 @@
-"""Pins as typed, in files and in drawings: soft by default, exact where asked."""
+"""Pins on the command line, in files and in drawings: soft by default, exact on request."""
 
 import json
 
@@ -92,7 +92,7 @@ def test_ends_of_strokes_that_stick_go_with_every_method(iccm, tmp_path, pair, m
 
 
 def sail(folder, name, size):
-    """Write a bent sheet of 9 × 7 vertices, a `size` as large in space."""
+    """Write a bent sheet of 9 × 7 vertices, of a given size in space."""
     lines = []
     for row in range(7):
         for column in range(9):

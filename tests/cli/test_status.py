@@ -1,4 +1,4 @@
-"""The line on a terminal that tells what is under way: in a terminal of its own (a pty)."""
+"""The status line on a terminal, tested with a pseudo-terminal."""
 
 import os
 import re
@@ -17,7 +17,7 @@ WHEEL = Path(__file__).parents[1] / "wheel"
 
 
 def typed(command, **environment):
-    """What a terminal shows of a command, its stdout and stderr, and the exit code."""
+    """What a terminal shows of a command (stdout and stderr), and the exit code."""
     master, slave = pty.openpty()
     process = subprocess.Popen(
         command, stdin=slave, stdout=slave, stderr=slave, env={**os.environ, **environment}, close_fds=True
@@ -33,7 +33,7 @@ def typed(command, **environment):
 def read(end):
     try:
         return os.read(end, 1 << 16)
-    except OSError:  # Linux says so at the end of a terminal
+    except OSError:  # raised by Linux at the end of a terminal
         return b""
 
 
@@ -71,9 +71,9 @@ def test_work_is_shown_with_its_seconds_between_messages(monkeypatch):
         int(m[1]) for f in frames if (m := re.fullmatch(r"\S+ *\|? 3/44, (\d+) s: solve, starts *", f))
     ]
     assert {1, 2, 3} <= set(seconds)
-    assert "note: a note" in frames  # on a line of its own
+    assert "note: a note" in frames  # on a separate line
     after = frames[frames.index("note: a note") + 1 :]
-    assert "3/44" in after[0]  # and the line is back
+    assert "3/44" in after[0]  # the line is back
     assert [f.strip() for f in after if f.strip()][-2:] == ["result", "the end"]
 
 

@@ -1,4 +1,4 @@
-"""Closed streams, and who may speak on stderr."""
+"""Closed standard streams, and what may be written to stderr."""
 
 import json
 import sys
@@ -68,7 +68,7 @@ def test_terminal_controls_in_names_are_written_out(shapes, iccm):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="names of files")
 def test_line_feeds_in_names_do_not_break_messages(shapes, iccm):
-    """Of inputs, of outputs that are reported, in notes, and of jobs in a manifest."""
+    """In names of inputs, of outputs that are reported, in notes, and in jobs of a manifest."""
     (shapes / "a\nerror: b.svg").write_bytes((shapes / "square.svg").read_bytes())
     done = iccm("map", "a\nerror: b.svg", "blob.svg", "-o", "o\n.png", "--size", "32")
     assert done.code == 0 and all(line.isprintable() for line in done.lines)

@@ -1,4 +1,4 @@
-"""--subdivide-rim: chords between written coordinates follow the outline, and nothing else of a mesh changes."""
+"""--subdivide-rim: edges between written coordinates follow the outline, and nothing else of a mesh changes."""
 
 import json
 from pathlib import Path
@@ -34,7 +34,7 @@ def bowl(tmp_path, monkeypatch):
 
 
 def drawn() -> shapely.Polygon:
-    """The outline as the file shows it, upright in a unit square."""
+    """The outline as in its file, y up in a unit square."""
     t = np.linspace(0, 1, 2001)[:, None]
     numbers = ROUND.replace("C", " ").replace("M", "").replace("Z", "").split()
     points = np.array(numbers, float).reshape(-1, 2)
@@ -46,8 +46,9 @@ def drawn() -> shapely.Polygon:
 
 
 def laid_out(path: str) -> tuple[shapely.Geometry, np.ndarray]:
-    """The union of a file's triangles in its coordinates, and their signed areas, by shapely and none of our code but
-    the reader."""
+    """The union of a file's triangles in its coordinates, and their signed areas, computed by shapely; only the reader
+    is ours.
+    """
     mesh = mesh_files.read(path).mesh
     uv = mesh.uv[mesh.uv_corners]
     rings = [uv[a:b] for a, b in zip(mesh.starts, mesh.starts[1:])]
@@ -82,7 +83,7 @@ def test_chords_follow_the_outline_and_the_surface_stays(bowl, iccm, suffix):
     assert holds[1][1] > 20 and holds[0][1] is None
     union, areas = laid_out(f"split.{suffix}" + ("#bowl" if suffix == "obj" else ""))
     assert (areas > 0).all()
-    assert areas.sum() == pytest.approx(union.area, rel=1e-5)  # nothing lies on anything else
+    assert areas.sum() == pytest.approx(union.area, rel=1e-5)  # no triangle lies on another
     outline = drawn()
     diagonal = np.hypot(*np.ptp(shapely.get_coordinates(outline), axis=0))
     away = shapely.hausdorff_distance(union.exterior, outline.exterior, 0.05) / diagonal
@@ -98,7 +99,7 @@ def test_what_vertices_have_is_interpolated_and_other_parts_stay(bowl, iccm):
     found = mesh_files.read("out.obj#bowl").mesh
     x, y, z = found.points[np.unique(found.corners)].T
     assert np.abs(np.linalg.norm(found.normals, axis=1) - 1).max() < 1e-6
-    assert z.max() <= 0.6 + 1e-9 and (z >= 0.3 * (x**2 + y**2) - 1e-9).all()  # chords of a bowl lie above it
+    assert z.max() <= 0.6 + 1e-9 and (z >= 0.3 * (x**2 + y**2) - 1e-9).all()  # edges of a bowl lie above it
     lines = Path("out.obj").read_text().splitlines()
     colours = np.array([line.split()[1:] for line in lines if line.startswith("v ")], float)
     own = colours[colours[:, 0] < 5]

@@ -1,4 +1,4 @@
-"""What differs between systems and shells: modules that only POSIX has, little memory, pipes, completion."""
+"""Differences between systems and shells: modules that only POSIX has, little memory, pipes, completion."""
 
 import json
 import os
@@ -73,7 +73,7 @@ def test_names_of_files_are_completed(shapes, typed):
 
 
 def typed_in_bash(line, wanted):
-    """What an interactive bash shows, with iccm's completion, after a line is typed that ends with a tab."""
+    """What an interactive bash with iccm's completion shows after a line that ends with a tab."""
     import pty
     import select
 

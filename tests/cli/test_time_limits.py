@@ -1,6 +1,6 @@
-"""A limit on time for commands on meshes: outputs appear whole, or a line names what took long and nothing is written.
+"""Time limits for commands on meshes: outputs are complete, or a message names the limit and nothing is written.
 
-The clock moves when it is asked, so that no result depends on the machine.
+The clock advances when it is read, so that no result depends on the machine.
 """
 
 from pathlib import Path

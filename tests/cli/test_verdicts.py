@@ -1,4 +1,4 @@
-"""A map that folds or misses its outline is never passed off as good, whatever method made it and however quiet."""
+"""A map that folds or misses its outline is never reported as good, for any method and verbosity."""
 
 import json
 from pathlib import Path
@@ -12,7 +12,7 @@ from iccm.maps.summary import in_short
 
 FILES = Path(__file__).parents[2] / "docs" / "files"
 LIMB = np.array([0, 4, 4 + 1j, 1.2 + 1j, 1.2 + 3j, 0.2 + 3j, 0.2 + 1j, 1j])
-"""An asymmetric outline that the paper's method folds."""
+"""An asymmetric outline on which the paper's method folds."""
 
 
 def test_a_folded_map_is_a_failure_and_no_quiet_hides_where(tmp_path, iccm):

@@ -1,4 +1,4 @@
-"""Messages on a terminal are broken at words; names that somebody may copy stay whole."""
+"""Messages on a terminal are wrapped at words; names that users may copy are not broken."""
 
 import sys
 

@@ -1,14 +1,14 @@
-"""Call the core, and the same in plain Python."""
+"""Compare functions of the core with the same functions in plain Python."""
 
 
 def both(monkeypatch, module, plain, work):
-    """What work() returns with a module's functions of the core, and with plain ones instead.
+    """Return the results of work() with a module's functions of the core, and with plain ones instead.
 
     Args:
         monkeypatch: pytest's.
-        module: that calls the core.
-        plain: by the name that each has in the module, a function that is called the same way.
-        work: without arguments.
+        module: the module that calls the core.
+        plain: functions by the names that they replace in the module, with the same signatures.
+        work: a function without arguments.
     """
     compiled = work()
     calls = set()

@@ -59,7 +59,7 @@ def test_every_function_that_is_exported_is_declared():
 
 
 def test_records_are_the_structs_in_c():
-    """Members come first, then functions if there are any."""
+    """Data members come first, then functions if there are any."""
     declared()  # imports all of them
     text = "\n".join(path.read_text() for ending in ("*.h", "*.cpp") for path in CORE.rglob(ending))
     text = " ".join(re.sub("//.*", "", text).split())
@@ -90,7 +90,7 @@ def test_a_record_checks_its_members():
 
 def test_every_library_has_every_function():
     names = {re.search(r"iccm_\w+", prototype)[0] for prototype in exported()}
-    library()  # brings those of a checkout up to date
+    library()  # updates those of a source checkout
     libraries = list(FOLDER.glob("core*.*"))
     assert libraries
     for path in libraries:

@@ -1,4 +1,4 @@
-"""How the core is compiled and packed: with the system's compiler, with ziglang's, for other platforms."""
+"""How the core is compiled and packaged: with the system's compiler, with ziglang's, and for other platforms."""
 
 import base64
 import ctypes
@@ -19,14 +19,14 @@ COMPILERS = ("c++", "g++", "clang++", "cc", "gcc", "clang", "zig")
 
 @pytest.fixture
 def core(monkeypatch):
-    """Modules of the folder core, by name."""
+    """Modules in the folder core, by name."""
     monkeypatch.syspath_prepend(str(ROOT / "core"))
     return importlib.import_module
 
 
 @pytest.fixture
 def no_compilers(tmp_path):
-    """A PATH whose folders are copies of today's, as links, without compilers."""
+    """A PATH whose folders are copies of the current ones, as links, without compilers."""
     folder = tmp_path / "bin"
     folder.mkdir()
     for directory in os.environ["PATH"].split(os.pathsep):
@@ -122,7 +122,7 @@ def test_a_wheel_of_another_platform_has_its_libraries_and_tags(core, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(900)  # ziglang is unpacked, and compiles what it needs at the first time
+@pytest.mark.timeout(900)  # ziglang is unpacked, and compiles its own parts at first use
 def test_a_wheel_is_built_without_a_compiler(no_compilers, tmp_path):
     tree = tmp_path / "tree"
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)

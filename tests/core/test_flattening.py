@@ -1,4 +1,4 @@
-"""Half-edge collapses and the way back, against the same in plain Python."""
+"""Half-edge collapses and their reversal, compared with the same in plain Python."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ BENT = np.array([0, 3 + 0.2j, 2.8 + 1.9j, 1.1 + 0.7j, 0.9 + 2.5j, -0.3 + 1.4j])
 
 
 def surface(seed):
-    """A bumpy surface and a layout of it that has no folds: (n, 3) points, (m, 3) faces and (n,) positions."""
+    """A bumpy surface and a layout of it without folds: (n, 3) points, (m, 3) faces and (n,) positions."""
     rng = np.random.default_rng(seed)
     z, faces, _ = irregular(BENT, 0.25, seed)
     height = 0.3 * np.sin(2 * z.real + 1) + 0.2 * z.imag**2 + 0.01 * rng.standard_normal(z.size)
@@ -43,13 +43,15 @@ def test_collapses(monkeypatch, seed):
 
 @pytest.mark.parametrize(("seed", "theta", "bent"), [(0, 1.0, 0.05), (0, 1.0, 0.2), (1, 1.7, 0.08)])
 def test_vertices_come_back(monkeypatch, seed, theta, bent):
-    """To within rounding that Newton's steps pass on: powers and bisectors are computed by other functions.
+    """Up to rounding errors that Newton's steps propagate: powers and bisectors are computed by other functions.
+
+    In a layout that is bent too much, the coarse triangles themselves fold.
 
     In a layout that is bent too much the coarse triangles themselves fold.
     """
     points, faces, z = surface(seed)
     _, removed = coarsening.coarser(points, faces, z, z.size // 8)
-    # another layout of the coarse triangles, in which the places that vertices had are not always visible
+    # another layout of the coarse triangles, in which the former positions of vertices are not always visible
     other_layout = z + bent * np.sin(9 * z.imag) * (1 + 0.5j)
     start = np.where(np.isin(np.arange(z.size), removed.vertex), np.nan, other_layout)
 

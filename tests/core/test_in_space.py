@@ -1,4 +1,4 @@
-"""The energy of a map onto a surface in space, against the same in plain Python: equal to the last bit."""
+"""The energy of a map onto a surface in space, compared with plain Python: equal to the last bit."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def scattered(count):
 
 @pytest.fixture(scope="module")
 def ground():
-    """A bumpy surface over scattered points; walks start anywhere."""
+    """A bumpy surface over scattered points, where walks may start anywhere."""
     flat, faces = scattered(60)
     points = np.column_stack([flat.real, flat.imag, 0.4 * np.sin(3 * flat.real + 1) * np.cos(4 * flat.imag)])
     grid = RNG.integers(0, len(faces), (GRID, GRID)).astype(np.int32)

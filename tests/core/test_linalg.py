@@ -1,4 +1,4 @@
-"""Kernels of sparse factorisations, against the same in plain Python: the same whole numbers."""
+"""Kernels of sparse factorisations, compared with plain Python: the same whole numbers."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ def mesh(count: int, seed: int):
 
 
 def with_reference(monkeypatch, module, name, plain, work):
-    """What work() returns with the compiled kernel, and with the plain one, which is called the same way."""
+    """Return the results of work() with the compiled kernel, and with the plain one, which has the same signature."""
     compiled = work()
     calls = []
 

@@ -1,4 +1,4 @@
-"""Kernels of maps, against the same in plain Python."""
+"""Kernels of maps, compared with plain Python."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def refine(z, n, room, faces, across, count, triangle_room, stack, stack_room, t
 @pytest.mark.parametrize("h", [0.3, 0.15])
 def test_refinement_mends_thin_triangles(monkeypatch, h):
     z, faces, _ = irregular(BENT, h, seed=4)
-    # most triangles that come from stretched ones are thin
+    # triangles that come from stretched ones are usually thin
     z = z.real + 0.15j * z.imag
 
     def work():
@@ -76,7 +76,7 @@ def test_nearest_segments_are_those_of_a_look_at_all():
     start, w = draw(150, 1.0), draw(400, 2.0)
     along = draw(150, 0.2)
     along[7] = 0
-    start[30], along[30] = start[20], along[20]  # of equals the first
+    start[30], along[30] = start[20], along[20]  # the first of equal ones
     w[:20], w[20:23] = start[:20], (np.nan, complex(0, np.inf), 1e6)
     segment, part = buckets.nearest_segments(w, start, start + along)
     along = (start + along) - start
@@ -94,7 +94,7 @@ def test_nearest_segments_are_those_of_a_look_at_all():
 
 
 def bent_patches(seed):
-    """Corners (m, 3), bulges (m, 3) and edges of patches of a plane, some of which are straight."""
+    """Corners (m, 3), curvature vectors (m, 3) and edges of patches of a plane, some of which are straight."""
     rng = np.random.default_rng(seed)
     z, faces, _ = irregular(BENT, 0.4, seed)
     edges = adjacency.edges_of(faces)

@@ -1,4 +1,4 @@
-"""Linear algebra on one thread, whatever the variables say, and as before afterwards."""
+"""Linear algebra on one thread whatever the variables say, and restored afterwards."""
 
 import os
 import subprocess

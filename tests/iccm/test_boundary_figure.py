@@ -1,4 +1,4 @@
-"""How far the image of the boundary is from the target: as true as the densest sampling says."""
+"""The distance of the boundary's image from the target, as accurate as the densest sampling."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -17,7 +17,7 @@ SHAPES = {"arrow": arrow(), "ell": ell(), "star": star(), "blob": blob(), "squar
 
 
 def densest(a, b):
-    """Both ways, from 10,000 points of each."""
+    """The Hausdorff distance in both directions, from 10,000 points of each."""
     rings = [shapely.LinearRing(xy_of(z)) for z in (a, b)]
     points = [boundary_samples(z, max(2, 10_000 // z.size)) for z in (a, b)]
     away = [shapely.distance(shapely.points(xy_of(z)), ring) for z, ring in zip(points, reversed(rings))]
@@ -42,7 +42,7 @@ def test_an_outline_with_more_vertices_is_no_farther():
 def test_the_figure_of_a_map_is_that_of_its_whole_boundary(method):
     fit = iccm.fit(arrow(), 2 * pear(), method=method, **({"fit": "whole"} if method == "balanced" else {}))
     z, u = fit.map.polygon, np.linspace(0, 1, 80, False)
-    close = u**4 / (u**4 + (1 - u) ** 4)  # to the vertices, where a harmonic map is like z log z
+    close = u**4 / (u**4 + (1 - u) ** 4)  # denser at the vertices, where a harmonic map is like z log z
     image = fit.map((z[:, None] + (np.roll(z, -1) - z)[:, None] * close).ravel())
     truth = densest(image, fit.target.z) / fit.diagonal
     assert fit.boundary["hausdorff"] == pytest.approx(truth, rel=0.02, abs=2e-4)
@@ -51,7 +51,7 @@ def test_the_figure_of_a_map_is_that_of_its_whole_boundary(method):
 
 
 def test_between_samples_the_papers_image_is_seen():
-    """On few vertices it leaves the target between them, where two samples an edge saw nothing."""
+    """With few vertices it leaves the target between them, which two samples per edge did not detect."""
     fit = iccm.fit(square(), arrow(), method="paper", literal=True)
     at_samples = np.abs(fit.map(square()) - fit.target.at(fit.target.closest(fit.map(square())))).max()
     assert at_samples < 1e-9 and fit.boundary["hausdorff"] > 0.1

@@ -1,4 +1,4 @@
-"""Nearest segments, against a look at all of them."""
+"""Nearest segments, compared with a search through all of them."""
 
 import numpy as np
 import pytest

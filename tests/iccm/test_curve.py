@@ -84,7 +84,7 @@ def test_an_open_curve_has_one_edge_less_and_its_own_reversal():
 
 
 def brute_distance(curve, w):
-    """Distances to all edges, by projection, the least of each point."""
+    """Distances of points to the nearest of all edges, by projection."""
     a, e = curve.z[: curve.edges.size], curve.edges
     t = np.clip(((w[:, None] - a) * e.conj()).real / np.abs(e) ** 2, 0, 1)
     return np.abs(a + t * e - w[:, None]).min(axis=1)
@@ -117,7 +117,7 @@ def test_the_diameter_of_a_domain(shape):
 
 
 def test_the_distance_of_outlines_is_that_of_the_farthest_point_of_either():
-    """The tip of a limb that only one of them has, whichever comes first."""
+    """The tip of a protrusion that only one of them has, in either order."""
     plain = Curve(ell())
     limb = Curve(np.insert(ell(), 1, [1.2, 1.2 - 0.7j, 1.3 - 0.7j, 1.3]))
     for a, b in ((plain, limb), (limb, plain)):

@@ -1,4 +1,4 @@
-"""A limit on time: the best map so far, or a line; nothing where there is time enough."""
+"""Time limits: the best map so far, or one line; no effect if there is enough time."""
 
 import numpy as np
 import pytest
@@ -89,8 +89,9 @@ PROBLEMS = {
 
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_ended_searches_with_surfaces_or_constraints_give_a_map_or_a_line(clock, name):
-    """A map is the best one so far: it does not fold, and is not passed off as finished. A region is rigid, or there
-    is a line: maps from before it was are not results."""
+    """A map is the best one so far: it does not fold, and is not reported as finished. A region is rigid, or there is
+    an error: maps from before it was are not results.
+    """
     source, target, options = PROBLEMS[name]()
     with deadline.limited(1.0):
         iccm.fit(source, target, **options)

@@ -1,4 +1,4 @@
-"""The tables of fits and of capabilities: what they say is what the solver does, and what menus show."""
+"""The tables of fits and capabilities agree with the solver and with menus."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What `fit`, `deform` and `transfer` take for shapes, points and pictures, and what they give back."""
+"""What `fit`, `deform` and `transfer` accept for shapes, points and pictures, and what they return."""
 
 import threading
 
@@ -33,7 +33,7 @@ def plain():
 
 
 class Row:
-    """As a row of a GeoDataFrame, without GeoPandas."""
+    """A stand-in for a row of a GeoDataFrame, without GeoPandas."""
 
     def __init__(self, polygon):
         self.__geo_interface__ = {"type": "Feature", "geometry": shapely.geometry.mapping(polygon)}
@@ -128,19 +128,19 @@ def test_pins_strokes_and_regions_are_in_the_same_axes():
 
 def test_contours_of_scikit_image_are_upright():
     picture = np.zeros((60, 80), bool)
-    picture[10:50, 10:30] = picture[10:25, 10:70] = True  # a flag, its pole at the left
+    picture[10:50, 10:30] = picture[10:25, 10:70] = True  # a flag with its pole on the left
     contour = max(skimage.measure.find_contours(picture.astype(float), 0.5), key=len)
     fit = iccm.fit(contour, contour * 2, axes="image")
     places = np.array([[15.0, 60.0], [45.0, 20.0]])
     assert np.abs(fit.map(places) - 2 * places).max() < 0.1
     row, column = np.array(
         [[45.0, 60.0], [15.0, 60.0]]
-    )  # below the flag nothing is mapped, in it something is
+    )  # nothing is mapped below the flag, but something is inside it
     assert np.isnan(fit.map(np.array([row, column]))).any(axis=1).tolist() == [True, False]
 
 
 def test_the_way_back_has_a_value_everywhere_inside_the_target():
-    """What is not covered takes that of the nearest point: scikit-image shows no holes in the target."""
+    """Uncovered points take the value of the nearest point: scikit-image shows no holes in the target."""
     source = 40 + 30 * arrow()
     target = 50 + 30 * pear()
     fit = iccm.fit(source + 8j, target + 10j, fit="contain", axes="screen")
@@ -171,7 +171,7 @@ def test_values_come_back_bit_for_bit(method):
     assert np.array_equal(bent.source.z, source)
 
 
-# Floats that a round trip through other coordinates would not bring back: neighbours of thirds and tenths, beside 1e6.
+# floats that a round trip through other coordinates would not restore: neighbours of thirds and tenths, beside 1e6
 AWKWARD = np.nextafter(np.array([0, 0.1 + 0.2, 1 / 3, 2 / 7, 1 / 9]), 1)
 OUTLINE = (
     np.array([0, 7, 7 + 2j, 3 + 2j, 3 + 5j, 5j]) / 3 + AWKWARD[[0, 1, 2, 3, 4, 1]] * (1e-3 + 1e-3j) + 1e6

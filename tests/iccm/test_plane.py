@@ -1,4 +1,4 @@
-"""Identities of areas and similarities, and exact signs beside fractions."""
+"""Identities for areas and similarities, and exact signs compared with fractions."""
 
 import hypothesis.extra.numpy as arrays
 import numpy as np
@@ -65,7 +65,7 @@ def test_a_polygon_has_the_area_of_its_fan_from_any_point(z, apex):
 
 
 def _area(z):
-    """GEOS's, whose shoelace does not mind crossings."""
+    """GEOS's area, whose shoelace formula permits crossings."""
     return shapely.Polygon(xy_of(z)).area
 
 

@@ -1,4 +1,4 @@
-"""Regions of many parts: the same as GEOS makes of them as wholes."""
+"""Regions of many parts: equal to GEOS's results for the whole."""
 
 import numpy as np
 import pytest
@@ -74,7 +74,7 @@ def test_offsets_end_when_the_time_is_over(monkeypatch):
 
 
 def test_small_regions_are_offset_as_large_ones_are(monkeypatch):
-    """Whether GEOS is given all parts of a region at once, or one by one; regions of one part and of touching parts."""
+    """Whether GEOS gets all parts of a region at once, or one by one; for regions of one part and of touching parts."""
     touching = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1, 0, 2, 3)])
     regions = np.array([RING, touching, shapely.MultiPolygon([RING, ISLAND, FAR])], dtype=object)
     at_once = {distance: offset_each(regions, distance, join_style="mitre") for distance in (0.3, -0.1)}

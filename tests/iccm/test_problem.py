@@ -1,4 +1,4 @@
-"""Options: which method they choose, and that none is without effect."""
+"""Options: which method they select, and that none is without effect."""
 
 import inspect
 from typing import get_type_hints

@@ -1,4 +1,4 @@
-"""Progress: who hears what, and that every method tells what it is at."""
+"""Progress: who receives reports, and that every method reports what it does."""
 
 import threading
 

@@ -1,4 +1,4 @@
-"""Textures carried by one call: arrays in, arrays out, as the command does it."""
+"""Textures transferred by one call on arrays, equal to the result of the command."""
 
 import importlib
 
@@ -29,7 +29,7 @@ def test_what_the_package_promises_is_there():
         assert not isinstance(getattr(iccm, name), type(iccm)), f"{name} is a module"
     importlib.reload(iccm)
     assert callable(iccm.transfer)
-    assert callable(iccm.transfer)  # a module of the same name would take its place after the first use
+    assert callable(iccm.transfer)  # a module of the same name would replace it after the first use
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32])
@@ -84,7 +84,7 @@ def test_grey_with_alpha_is_not_two_colours():
     pixels = iccm.transfer(texture, SQUARE, DOUBLED, size=64).pixels
     assert pixels.shape == (64, 64, 2) and pixels[32, 8].tolist() == [200, 255] and pixels[32, 56, 1] == 0
     seen = pixels[pixels[..., 1] > 8]
-    assert seen[:, 0].min() >= 198  # what is transparent has no colour
+    assert seen[:, 0].min() >= 198  # transparent pixels have no colour
 
 
 def test_the_command_makes_the_same_picture(tmp_path):

@@ -1,4 +1,4 @@
-"""Maps as transforms: with scikit-image, turned round, composed, as STMaps; their distortion and their figure."""
+"""Maps as transforms: with scikit-image, inverted, composed, as STMaps; their distortion and their figure."""
 
 import numpy as np
 import pytest

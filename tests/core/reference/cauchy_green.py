@@ -5,13 +5,13 @@ import math
 
 import numpy as np
 
-ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π is one the point lies on
+ON_EDGE = 1e-9  # radians: an edge seen under an angle this close to -π contains the point
 ROUNDING = 4e-16
-MOST_SLACK = 0.5  # radians, that the two may amount to
+MOST_SLACK = 0.5  # largest amount of both in radians
 
 
 def edge_log(a, b, edge):
-    """log(b / a), accurate when the edge b - a is short against a."""
+    """Return log(b / a), accurate if the edge b - a is short relative to a."""
     a2 = max(a.real * a.real + a.imag * a.imag, 1e-300)
     re = (edge.real * a.real + edge.imag * a.imag) / a2
     im = (edge.imag * a.real - edge.real * a.imag) / a2
@@ -26,7 +26,9 @@ def edge_log(a, b, edge):
 
 
 def _limit(polygon, z, e):
-    """L_e = log(B_{e+1} / B_e) of one edge; on it the limit from inside, of imaginary part +π; 0 at its ends."""
+    """Return L_e = log(B_{e+1} / B_e) of one edge; on the edge, the limit from inside with imaginary part +π; 0 at its
+    ends.
+    """
     start, end = polygon[e] - z, polygon[(e + 1) % polygon.size] - z
     if start == 0 or end == 0:
         return 0j
@@ -39,14 +41,15 @@ def _limit(polygon, z, e):
 
 
 def _at_vertex(polygon, j):
-    """What the edges j - 1 and j add up to at vertex j: log(B_{j+1} / B_{j-1}) with imaginary part in (0, 2π); the
-    principal value is wrong at convex vertices."""
+    """Return the sum of the edges j - 1 and j at vertex j: log(B_{j+1} / B_{j-1}) with imaginary part in (0, 2π); the
+    principal value is wrong at convex vertices.
+    """
     pair = cmath.log((polygon[(j + 1) % polygon.size] - polygon[j]) / (polygon[j - 1] - polygon[j]))
     return pair if pair.imag > 0 else pair + 2j * math.pi
 
 
 def _edge_logs(polygon, z, out):
-    """L_e of one point; at vertex j the pair of edges (j - 1, j) holds 0 and what they add up to."""
+    """Compute L_e for one point; at vertex j, the edges j - 1 and j have 0 and the sum of both."""
     at = -1
     for e in range(polygon.size):
         out[e] = _limit(polygon, z, e)
@@ -57,7 +60,7 @@ def _edge_logs(polygon, z, out):
 
 
 def _edge_weights(polygon, z, out):
-    """L_e / (2πi A_e) of one point: what both the coordinates and their derivatives are made of."""
+    """Compute L_e / (2πi A_e) for one point, from which both the coordinates and their derivatives are formed."""
     _edge_logs(polygon, z, out)
     for e in range(polygon.size):
         out[e] /= 2j * math.pi * (polygon[(e + 1) % polygon.size] - polygon[e])

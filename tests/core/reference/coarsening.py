@@ -1,16 +1,16 @@
-"""Half-edge collapses, and the way back."""
+"""Half-edge collapses, and their reversal."""
 
 import numpy as np
 
 from .flips import cross, dot, set_row, twice_area
 
-DEGREE = 12  # triangles around a vertex that is taken out, at most: twice as many as usual
-THIN = 0.2  # of an equilateral triangle's area over its squared sides: none thinner is made
-SMALL = 0.01  # of the energy: gain of a step that ends Newton's method
+DEGREE = 12  # triangles around a removed vertex at most: twice the usual number
+THIN = 0.2  # relative to an equilateral triangle's ratio of area to squared sides: no thinner ones are made
+SMALL = 0.01  # relative to the energy: gain of a step at which Newton's method ends
 
 
 def power(base, exponent):
-    """base ** exponent, without a logarithm for the exponents that are met most."""
+    """Return base ** exponent, without a logarithm for the most frequent exponents."""
     if exponent == 1.0:
         return base
     if exponent == 2.0:
@@ -21,7 +21,7 @@ def power(base, exponent):
 
 
 def density_derivatives(p, d, theta, q, share):
-    """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
+    """Return W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
     inverse = 1 / d
     area, area1, area2 = 0.5 * (d + inverse), 0.5 * (1 - inverse * inverse), inverse * inverse * inverse
     grown, less = power(area, theta), 1 / area
@@ -50,7 +50,7 @@ def density_derivatives(p, d, theta, q, share):
 
 
 def _roundness(points, a, b, c):
-    """Area over the sum of squared sides, 1 for an equilateral triangle in space."""
+    """Return area over the sum of squared sides, normalised to 1 for an equilateral triangle in space."""
     square, x, y = 0.0, np.empty(3), np.empty(3)
     for k in range(3):
         x[k], y[k] = points[b, k] - points[a, k], points[c, k] - points[a, k]
@@ -60,11 +60,12 @@ def _roundness(points, a, b, c):
 
 
 def _ring(faces, around, v, ring):
-    """Fills in the neighbours of v in order, counter-clockwise; how many, negative on the boundary, 0 if none is such.
+    """Write the neighbours of v in counter-clockwise order; return their number, negative on the boundary, 0 for a
+    non-manifold vertex.
 
     Args:
         faces: (m, 3) triangles.
-        around: (d,) those of v.
+        around: (d,) triangles at v.
         v: a vertex.
         ring: (DEGREE + 1,) written.
     """
@@ -97,15 +98,15 @@ def _ring(faces, around, v, ring):
 
 
 def _round(faces, points, z, starts, around, blocked, most, vertex, into, triangle, weights, ends, edges):
-    """Takes vertices out that are no neighbours; how many. Faces that go get a first corner of -1.
+    """Remove vertices that are not neighbours; return their number. Removed faces get a first corner of -1.
 
     Args:
         faces: (m, 3) changed.
         points: (n, 3) in space.
         z: (n,) layout.
-        starts: (n + 1,) where the triangles of each vertex begin in `around`.
-        around: (3m,) triangles of the vertices.
+        around: (3m,) triangles at the vertices.
         blocked: (n,) vertices that stay, written.
+        most: largest number of vertices to remove.
         most: how many may go.
         vertex, into, triangle, weights, ends, edges: of `Removed`, written.
     """
@@ -117,7 +118,7 @@ def _round(faces, points, z, starts, around, blocked, most, vertex, into, triang
         star = around[starts[v] : starts[v + 1]]
         size = _ring(faces, star, v, ring)
         open_, size = size < 0, abs(size)
-        # the neighbour onto which it goes with the roundest triangles left, none turned over
+        # choose the neighbour for which the remaining triangles are roundest and none is flipped
         best, into_ = THIN, -1
         for i in range(0, size, size - 1 if open_ else 1):
             w, worst = ring[i], 1.0
@@ -129,7 +130,7 @@ def _round(faces, points, z, starts, around, blocked, most, vertex, into, triang
                 best, into_ = worst, w
         if into_ < 0:
             continue
-        # where it lies in these, to be put back: in the triangle that it is farthest inside
+        # its position in these, to restore it: in the triangle that it is farthest inside
         w, inside, end = into_, -np.inf, ends[number]
         vertex[number], into[number] = v, w
         for j in range(d):
@@ -158,7 +159,9 @@ def _round(faces, points, z, starts, around, blocked, most, vertex, into, triang
 
 
 def _bisector(edges, w, u):
-    """Half the way between the first and the last of the other vertices around a hole as seen from w, on its rim."""
+    """Return the bisector of the first and the last of the other vertices around a hole, seen from w on its
+    boundary.
+    """
     first, angle = edges[0, 0], 0.0
     for e in range(len(edges)):
         if edges[e, 0] == w:
@@ -171,7 +174,7 @@ def _bisector(edges, w, u):
 
 
 def _room(edges, u, a, way):
-    """The share of a way from a up to which it faces all edges from the left; 0 if it does not even begin so."""
+    """Return the share of a path from a to u up to which all edges are seen from the left; 0 if none at the start."""
     share = np.inf
     for e in range(len(edges)):
         x, y = u[edges[e, 0]] - a, u[edges[e, 1]] - a
@@ -184,7 +187,9 @@ def _room(edges, u, a, way):
 
 
 def _pull(points, edges, v, u, theta):
-    """The energy of the triangles around v, its gradient by the place of v, and its Hessian's entries xx, yy, xy."""
+    """Return the energy of the triangles around v, its gradient in the position of v, and the Hessian's entries xx, yy,
+    xy.
+    """
     energy, slope, xx, yy, xy = 0.0, 0j, 0.0, 0.0, 0.0
     for e in range(len(edges)):
         b, c = edges[e, 0], edges[e, 1]
@@ -216,7 +221,7 @@ def _pull(points, edges, v, u, theta):
 
 
 def _settle(points, edges, v, u, theta):
-    """Moves v by Newton's method to where the triangles around it have least energy, until a step gains little."""
+    """Move v by Newton's method to the position of least energy of its triangles, until a step gains little."""
     energy, slope, xx, yy, xy = _pull(points, edges, v, u, theta)
     while True:
         square = xx * yy - xy * xy
@@ -235,7 +240,11 @@ def _settle(points, edges, v, u, theta):
 
 
 def put_back(vertex, into, corners, weights, starts, edges, points, theta, u):
-    """Fills in the positions u (n,) of vertices that were taken out, the last one first; False where one has none.
+    """Compute the positions u (n,) of removed vertices, the last one first; return False if one has none.
+
+    The whole hole is visible from the vertex onto which the removed one was collapsed. So there is room: on the path to
+    the former position, or else along the bisector. From there each vertex moves to the position of least energy of its
+    triangles.
 
     A hole is seen whole from the vertex that its own was drawn into. So there is room, if not on the way to where it
     was, then along the bisector. From there each goes where the triangles around it have least energy.

@@ -1,28 +1,28 @@
-"""Triangulations under edit."""
+"""Triangulations that are being edited."""
 
 
 def cross(a, b):
-    """The determinant of two vectors of the plane, complex numbers."""
+    """Return the determinant of two vectors of the plane, complex numbers."""
     return a.real * b.imag - a.imag * b.real
 
 
 def dot(a, b):
-    """The scalar product of two vectors of the plane, complex numbers."""
+    """Return the scalar product of two vectors of the plane, complex numbers."""
     return a.real * b.real + a.imag * b.imag
 
 
 def twice_area(z, a, b, c):
-    """Twice the signed area of the triangle of vertices a, b, c of z."""
+    """Return twice the signed area of the triangle of vertices a, b, c of z."""
     return cross(z[b] - z[a], z[c] - z[a])
 
 
 def set_row(table, row, first, second, third):
-    """Writes the three numbers of a row; no tuple, whose assignment compiles slowly."""
+    """Write the three numbers of a row, without a tuple, whose assignment compiles slowly."""
     table[row, 0], table[row, 1], table[row, 2] = first, second, third
 
 
 def relink(across, t, old, new):
-    """Tells triangle t, unless it is -1, that its neighbour old is now new."""
+    """Replace the neighbour `old` of triangle t by `new`, unless t is -1."""
     if t >= 0:
         for k in range(3):
             if across[t, k] == old:
@@ -31,7 +31,7 @@ def relink(across, t, old, new):
 
 
 def opposite(faces, u, b, c):
-    """The place in triangle u of the vertex that is neither b nor c."""
+    """Return the corner of triangle u that is neither b nor c."""
     for k in range(3):
         if faces[u, k] != b and faces[u, k] != c:
             return k
@@ -39,13 +39,13 @@ def opposite(faces, u, b, c):
 
 
 def write(faces, across, t, a, b, c, beyond_a, beyond_b, beyond_c):
-    """Writes a triangle and its neighbours."""
+    """Write a triangle and its neighbours."""
     faces[t, 0], faces[t, 1], faces[t, 2] = a, b, c
     across[t, 0], across[t, 1], across[t, 2] = beyond_a, beyond_b, beyond_c
 
 
 def flip(faces, across, t, k):
-    """Replaces the edge opposite corner k of t by the other diagonal of the two triangles beside it."""
+    """Replace the edge opposite corner k of t by the other diagonal of its two triangles."""
     u = across[t, k]
     a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
     j = opposite(faces, u, b, c)
@@ -59,7 +59,7 @@ def flip(faces, across, t, k):
 
 
 def push(stack, t):
-    """Puts a triangle on the stack, whose first entry counts what is on it, unless it is full."""
+    """Push a triangle onto the stack, unless it is full; the first entry is its size."""
     if stack[0] + 1 < stack.size:
         stack[0] += 1
         stack[stack[0]] = t

@@ -14,7 +14,7 @@ def _place_on(places, z, weights):
 
 
 def _normalise(vector):
-    """Divides a vector (3,) by its length, which is returned."""
+    """Divide a vector (3,) by its length; return the length."""
     squares = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]
     length = max(np.sqrt(squares), 1e-300)
     for c in range(3):
@@ -23,14 +23,14 @@ def _normalise(vector):
 
 
 def _land(surface, u):
-    """Fills in where vertices with places u (n,) are in space."""
+    """Compute the positions in space of vertices with places u (n,)."""
     places, points, slopes = surface.ground.places, surface.ground.points, surface.ground.slopes
     for v in range(u.size):
         here = surface.points[v]
         t = _place_on(places, u[v], here)
         a, b, c = places.faces[t, 0], places.faces[t, 1], places.faces[t, 2]
         shares = here[0], here[1], here[2]
-        # 0 but where the place is beside the surface, which goes on linearly there
+        # 0 unless the place is beside the surface, which is extended linearly there
         beside = u[v] - shares[0] * places.flat[a] - shares[1] * places.flat[b] - shares[2] * places.flat[c]
         for k in range(3):
             here[k] = shares[0] * points[a, k] + shares[1] * points[b, k] + shares[2] * points[c, k]
@@ -39,7 +39,7 @@ def _land(surface, u):
 
 
 def _lay(surface, u):
-    """Fills in the images of triangles laid flat, the first corner at 0 and the second on the x axis."""
+    """Compute the images of triangles in their own plane, with the first corner at 0 and the second on the x axis."""
     corners, points, laid = surface.layout.corners, surface.points, surface.laid
     for t in range(corners.shape[0]):
         a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
@@ -60,7 +60,7 @@ def _lay(surface, u):
 
 
 def total_in_space(rest, surface, u, objective):
-    """The energy of images u (n,), without the curves'; infinite where a triangle is folded in the layout."""
+    """Return the energy of images u (n,), without that of curves; infinite if a triangle is folded in the layout."""
     energy = total(surface.layout, u, surface.barrier)
     if energy == np.inf:
         return energy
@@ -70,7 +70,7 @@ def total_in_space(rest, surface, u, objective):
 
 
 def _fill_jacobians(surface, t, jacobians):
-    """Fills in the derivatives of triangle t's laid corners by their places in the layout."""
+    """Compute the derivatives of triangle t's corners in its plane by their places in the layout."""
     for k in range(3):
         slopes = surface.ground.slopes[surface.on[surface.layout.corners[t, k]]]
         for i in range(2):
@@ -84,8 +84,9 @@ def _fill_jacobians(surface, t, jacobians):
 
 
 def assemble_in_space(rest, surface, u, objective, matrix, gradient):
-    """The same; fills in the gradient and the projected Hessian, second derivatives of the surface left out, so that it
-    stays positive."""
+    """Compute the energy, its gradient and the projected Hessian; second derivatives of the surface are omitted, so
+    that it stays positive.
+    """
     _land(surface, u)
     _lay(surface, u)
     energy = assemble(surface.layout, u, surface.barrier, matrix, gradient)
@@ -96,7 +97,7 @@ def assemble_in_space(rest, surface, u, objective, matrix, gradient):
         _fill_jacobians(surface, t, jacobians)
         pair = 0
         for k in range(3):
-            # Jₖᵀ g for the gradient g at a laid corner, Jₖᵀ B Jₗ for the block B of two
+            # Jₖᵀ g for the gradient g at a corner, Jₖᵀ B Jₗ for the block B of two
             first, slope = jacobians[k], surface.slopes[3 * t + k]
             x, y = complex(first[0, 0], first[0, 1]), complex(first[1, 0], first[1, 1])
             gradient[corners[t, k]] += slope.real * x + slope.imag * y

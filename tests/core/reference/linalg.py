@@ -1,4 +1,4 @@
-"""Ordering and fronts."""
+"""Elimination order and fronts."""
 
 import numpy as np
 
@@ -6,19 +6,19 @@ LEAST_FRONT_VERTICES, MOST_ZEROS_SHARE = 4, 0.2
 
 
 def fill(starts, around, corners, order, ends, members):
-    """Fills in the columns of the factor for an order; False where there is too little room.
+    """Compute the columns of the factor for an order; return False if there is not enough room.
 
     Args:
         starts: (n + 1,) where the triangles of each vertex begin in `around`.
-        around: (3m,) triangles of the vertices.
-        corners: (3m,) of the triangles.
-        order: (n,) vertices as they are eliminated.
+        around: (3m,) triangles at the vertices.
+        corners: (3m,) vertices of the triangles.
+        order: (n,) vertices in order of elimination.
         ends: (n + 1,) where each column begins in `members`, written.
         members: vertices of the columns, written.
     """
     n = order.size
     rank, marked = np.empty(n, np.int64), np.full(n, -1)
-    child, sibling = np.full(n, -1), np.full(n, -1)  # of columns: each is part of that of its first row
+    child, sibling = np.full(n, -1), np.full(n, -1)  # of columns: each is contained in that of its first row
     for c in range(n):
         rank[order[c]] = c
     for c in range(n):
@@ -44,29 +44,29 @@ def fill(starts, around, corners, order, ends, members):
 
 
 def _enter(v, ring, after, before):
-    """Puts a vertex first into a ring."""
+    """Insert a vertex at the front of a ring."""
     first = after[ring]
     before[first], after[v], before[v], after[ring] = v, first, ring, v
 
 
 def _leave(v, after, before):
-    """Takes it out."""
+    """Remove a vertex from its ring."""
     after[before[v]], before[after[v]] = after[v], before[v]
 
 
 def minimum_degree(starts, around, count, degree, after, before, members, first, size, marked, order):
-    """Eliminates the vertices one by one; False where there is too little room.
+    """Eliminate the vertices one by one; return False if there is not enough room.
 
     Args:
         starts: (n + 1,) where the elements of each vertex begin in `around`.
-        around: (3m,) elements of the vertices, at first the triangles.
-        count: (n,) how many elements each vertex has.
-        degree: (n,) of the vertices, at first the number of triangles, n at most.
-        after: (2n + 1,) the next in a ring of vertices of one degree d and of n + d; at first itself.
-        before: the one before.
-        members: vertices of the elements, at first of the triangles; the columns of the factor are appended.
+        around: (3m,) elements at the vertices, initially the triangles.
+        count: (n,) number of elements at each vertex.
+        degree: (n,) of the vertices, initially the number of triangles, at most n.
+        after: (2n + 1,) successor in a ring of vertices with the same degree d, or of the head n + d; initially itself.
+        before: the predecessor.
+        members: vertices of the elements, initially of the triangles; the columns of the factor are appended.
         first: (m + n + 1,) where each element begins in `members`.
-        size: (m + n,) of the elements; 0: part of a later one.
+        size: (m + n,) of the elements; 0 if part of a later one.
         marked: (n,) zeros.
         order: (n,) the order, written.
     """
@@ -85,7 +85,7 @@ def minimum_degree(starts, around, count, degree, after, before, members, first,
         order[new - m] = pivot
         stamp += 1
         marked[pivot] = stamp
-        # the elements of the pivot become one, of all their vertices
+        # the elements of the pivot are merged into one with all their vertices
         for p in range(starts[pivot], starts[pivot] + count[pivot]):
             e = around[p]
             for j in range(first[e], first[e] + size[e]):
@@ -98,7 +98,7 @@ def minimum_degree(starts, around, count, degree, after, before, members, first,
         for c in range(first[new], end):
             v = members[c]
             _leave(v, after, before)
-            # its elements are those that are left and the new one; how many vertices these have is its degree
+            # its elements are those that remain and the new one; the number of their vertices is its degree
             kept, wide = starts[v], 0
             stamp += 1
             for p in range(starts[v], starts[v] + count[v]):
@@ -120,14 +120,14 @@ def minimum_degree(starts, around, count, degree, after, before, members, first,
 
 
 def supernodes(parents, counts, size, free, old, zeros, place, starts, last):
-    """Fills in an order in which children come right before their parents, and its fronts; how many there are.
+    """Compute an order in which children come right before their parents, and its fronts; return their number.
 
     Args:
-        parents: (n,) of the columns in the elimination tree; n: none.
+        parents: (n,) of the columns in the elimination tree; n for none.
         counts: (n,) rows of each column below the diagonal.
         size: (n + 1,) ones, written: the columns of each subtree.
-        free: (n + 1,) of n, written: the place after the last one that each subtree has left.
-        old, zeros: (n,) written: the columns in their new order, and the zeros of each front.
+        free: (n + 1,) initially n, written: end of the places that each subtree still has.
+        old, zeros: (n,) written: the columns in their new order, and the number of zeros in each front.
         place: (n,) the new place of each column, written.
         starts: (n + 1,) where each front begins, written.
         last: (n,) the old place of the last column of each front, written.
@@ -135,7 +135,7 @@ def supernodes(parents, counts, size, free, old, zeros, place, starts, last):
     n = parents.size
     for c in range(n):
         size[parents[c]] += size[c]
-    # postorder: each column takes the last place that its parent's subtree has left, its own subtree the ones before
+    # postorder: each column takes the last free place of its parent's subtree, and its own subtree those before
     for c in range(n - 1, -1, -1):
         free[c] = free[parents[c]] - 1
         place[c], old[free[c]] = free[c], c
@@ -148,7 +148,7 @@ def supernodes(parents, counts, size, free, old, zeros, place, starts, last):
         zeros[number - 1] = 0
         while number > 1 and parents[last[number - 2]] == last[number - 1]:
             above, below = number - 1, number - 2
-            # joined with the child's front right before it, a front would store `empty` zeros, and save an update
+            # merged with the child's front right before it, a front would store `empty` zeros, and save an update
             more = at + 1 - starts[above]
             fewer = starts[above] - starts[below]
             empty = zeros[above] + zeros[below] + fewer * (more + counts[c] - counts[last[below]])

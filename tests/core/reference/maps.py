@@ -1,4 +1,4 @@
-"""Patches, sheets of folded maps, and bounds of harmonic ones."""
+"""Patches, sheets of folded maps, and bounds for harmonic maps."""
 
 import math
 
@@ -6,12 +6,12 @@ import numpy as np
 
 STEPS = 12
 BESIDE = 0.05
-SHRINK = 0.7  # of the bulges of a triangle that does not keep them
-ROUNDS = 40  # of shrinking; 0.7^40 = 6e-7 is as good as linear, which is what is left takes
+SHRINK = 0.7  # factor for the curvature of triangles that would fold
+ROUNDS = 40  # of shrinking; 0.7^40 = 6e-7 is as good as linear, which is used for the rest
 
 
 def _locate(control, boxes, grid, z, rounding, patch, place):
-    """Writes the patch and the place of each point that has one."""
+    """Write the patch and the position in it for each point that has one."""
     for i in range(z.size):
         x, y = z[i].real, z[i].imag
         column, row = _bucket(x - grid.low.real, grid.size), _bucket(y - grid.low.imag, grid.size)
@@ -32,13 +32,17 @@ def _locate(control, boxes, grid, z, rounding, patch, place):
 
 
 def _bucket(x, size):
-    """Number of a bucket; -1 for NaN."""
+    """Return the index of a bucket; -1 for NaN."""
     n = np.floor(x / size)
     return np.int64(n) if abs(n) < 1e9 else np.int64(-1)
 
 
 def solve(c, z):
-    """Parameters L_1 and L_2 of a point on a patch (6,), and how far outside they lie in units of the plane.
+    """Return the parameters L_1 and L_2 of a point on a patch (6,), and its distance outside, in units of the plane.
+
+    Uses Newton's method from the straight triangle's solution. If a thin patch is bent by many times its width, the
+    quadratic has a second solution outside, so steps start within BESIDE of the triangle; if the method does not
+    converge, the point is outside at infinite distance.
 
     Newton's method from the straight triangle's solution. Where a needle of a patch is bent by many times its width,
     the quadratic has a second solution outside, so steps start within BESIDE of the triangle; where the method does
@@ -62,7 +66,7 @@ def solve(c, z):
 
 
 def _pulled_in(l1, l2):
-    """Parameters with no barycentric coordinate below -BESIDE."""
+    """Return parameters with no barycentric coordinate below -BESIDE."""
     l0 = max(1 - l1 - l2, -BESIDE)
     l1, l2 = max(l1, -BESIDE), max(l2, -BESIDE)
     total = l0 + l1 + l2
@@ -70,7 +74,7 @@ def _pulled_in(l1, l2):
 
 
 def _step(c, u, v, r0, l1, l2):
-    """The step of Newton's method from given parameters."""
+    """Return the step of Newton's method from given parameters."""
     l0 = 1 - l1 - l2
     r = r0 - (l1 * u + l2 * v + 2 * (l1 * l2 * c[3] + l2 * l0 * c[4] + l0 * l1 * c[5]))
     a = u + 2 * ((l0 - l1) * c[5] + l2 * (c[3] - c[4]))
@@ -98,7 +102,7 @@ def _evaluate(patches, corners, triangle, place, start, stop, out):
 
 
 def _shrink(corners, most, flat, sides, bulge):
-    """Shrinks bulges of triangles that are not flat, in place, until all deviate by at most `most` (m,)."""
+    """Shrink the curvature of triangles that are not flat, in place, until all deviate by at most `most` (m,)."""
     near, touched, rounds, go = np.ones(bulge.size, np.bool_), np.zeros(bulge.size, np.bool_), 0, True
     while go:
         go, rounds = False, rounds + 1
@@ -115,7 +119,9 @@ def _shrink(corners, most, flat, sides, bulge):
 
 
 def _deviation(corners, d0, d1, d2):
-    """How far, relative to its triangle's derivative, a patch's is from it at most: at a corner, since it is linear."""
+    """Return the largest deviation of a patch's derivative from its triangle's, relative to that; it is attained at a
+    corner, since the derivative is linear.
+    """
     x, y, z = corners
     u, v = y - x, z - x
     worst = 0.0
@@ -123,7 +129,7 @@ def _deviation(corners, d0, d1, d2):
         p, q = (
             du * v.conjugate() - dv * u.conjugate(),
             dv * u - du * v,
-        )  # of the linear map that takes u to du, v to dv
+        )  # for the linear map that takes u to du, v to dv
         worst = max(worst, abs(p) + abs(q))
     return worst / (2 * abs(_cross(u, v)))
 
@@ -133,16 +139,18 @@ def _cross(a, b):
 
 
 def _flood(widest, beside, clearance, label, following, last, count, reached):
-    """Writes how wide the way to each triangle is, where there is one from the first of `widest`, the triangles with
-    most room first: sheets grow together, and what joins the first one's is reached over the triangle that joins it.
+    """Compute the width of the widest path from the first triangle of `widest` to each triangle, by Kruskal's method.
+
+    Triangles are added in order of clearance. Sheets grow together; the triangle that connects a sheet with that of the
+    first triangle determines its width.
 
     Args:
         widest: (k,) the triangles.
-        beside: (m, 3) the triangles beside each.
-        clearance: (m,) how much room there is.
-        label, following, last, count: (m,) written: the sheet of each, the next triangle of it, the last of each sheet,
-            and how many it has.
-        reached: (m,) less than nothing; written.
+        beside: (m, 3) the neighbours of each.
+        clearance: (m,) the clearance of each.
+        label, following, last, count: (m,) written: the sheet of each triangle, the next triangle of the sheet, the
+            last triangle and the number of triangles of each sheet.
+        reached: (m,) initially negative; written.
     """
     for t in range(label.size):
         label[t] = -1
@@ -155,7 +163,7 @@ def _flood(widest, beside, clearance, label, following, last, count, reached):
             if u < 0 or label[u] < 0 or label[u] == label[t]:
                 continue
             a, b = label[t], label[u]
-            if b == widest[0] or (a != widest[0] and count[b] > count[a]):  # the smaller one is relabelled
+            if b == widest[0] or (a != widest[0] and count[b] > count[a]):  # the smaller sheet is relabelled
                 a, b = b, a
             first = a == widest[0]
             following[last[a]], last[a], count[a] = b, last[b], count[a] + count[b]
@@ -179,8 +187,9 @@ def _bends(faces, w, z_w, z_wbar, out):
 
 
 def _bounds(polygon, edge, rise, middle, half, at, out):
-    """For each piece: |Φ″| + |Ψ″| in its middle, R of both, what is added up in f_z and f_z̄, and whether a vertex lies
-    on it; `at` (m, p) are the derivatives of the densities' maps there."""
+    """Compute for each piece |Φ″| + |Ψ″| at its centre, R of both, the sums in f_z and f_z̄, and whether a vertex lies
+    on it; `at` (m, p) are the derivatives of the densities' maps there.
+    """
     n, both = polygon.size, rise.shape[0] > 1
     for p in range(middle.size):
         m, r = middle[p], half[p]
@@ -194,7 +203,7 @@ def _bounds(polygon, edge, rise, middle, half, at, out):
             if not min(far_a, far_b) > r:
                 error = 1.0
                 break
-            # `bent` is ρ_j of the formulas above: less the slope in the middle, which adds nothing to Φ″
+            # `bent` is ρ_j in the formulas above, without the slope at the centre, which adds nothing to Φ″
             inverse = 1 / (a * b)
             bent = rise[0, j] - at[0, p] * edge[j]
             second0 += bent * inverse

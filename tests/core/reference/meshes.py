@@ -4,7 +4,7 @@ import numpy as np
 
 
 def evaluate(coefficients, corners, owner, at, first, shape, z, zx, zy):
-    """An affine function a triangle at the texels they own, a texel that came in from the other side put back there."""
+    """Evaluate an affine function per triangle at its texels; texels that wrap around are moved back first."""
     height, width = shape
     for i in range(owner.size):
         t = owner[i]
@@ -15,7 +15,9 @@ def evaluate(coefficients, corners, owner, at, first, shape, z, zx, zy):
 
 
 def beside(a, b, c, x, size):
-    """The place x, moved by multiples of `size` unless it lies among three others or half a texel beside them."""
+    """Return the place x, moved by multiples of `size` unless it lies between three others or within half a texel of
+    them.
+    """
     low, high = min(a, b, c) - 0.5, max(a, b, c) + 0.5
     if x < low:
         x += size * np.ceil((low - x) / size)
@@ -37,20 +39,23 @@ def affine(corners, values, out):
 
 
 def edges(tri, sign, a, b, c):
-    """Coefficients of the three edge functions a x + b y + c of a triangle in `sign` turn: positive inside."""
+    """Compute the coefficients of the three edge functions a x + b y + c of a triangle with orientation `sign`,
+    positive inside.
+    """
     for k in range(3):
         p, q = k, (k + 1) % 3
         if sign < 0:
             p, q = q, p
         a[k] = tri[p, 1] - tri[q, 1]
         b[k] = tri[q, 0] - tri[p, 0]
-        # anchored on the same end for both triangles of an edge: they compute the same number, opposite in sign
+        # anchored at the same end for both triangles of an edge, so that they compute the same number with opposite
+        # sign
         u = p if (tri[p, 0], tri[p, 1]) < (tri[q, 0], tri[q, 1]) else q
         c[k] = -(a[k] * tri[u, 0] + b[k] * tri[u, 1])
 
 
 def span(tri, axis, start, stop, grow, wrap):
-    """The texels first .. last - 1 whose centres can lie in the triangle along one axis, grown by `grow`."""
+    """Return the texels first .. last - 1 whose centres can lie in the triangle along one axis, grown by `grow`."""
     low, high = min(tri[0, axis], tri[1, axis], tri[2, axis]), max(tri[0, axis], tri[1, axis], tri[2, axis])
     first, last = int(np.ceil(low - 0.5 - grow)), int(np.floor(high - 0.5 + grow)) + 1
     if not wrap:
@@ -65,12 +70,14 @@ def turn(tri):
 
 
 def inside(e, a, b):
-    """Whether a point with edge function e is in: on an edge, only if that is a left or a top one."""
+    """Return whether a point with edge function e is inside: on an edge, only if that is a left or a top one."""
     return e > 0 or (e == 0 and (a > 0 or (a == 0 and b > 0)))
 
 
 def set_up(tri, width, top, bottom, grow, wrap, a, b, c):
-    """Edge functions of a triangle into a, b, c, and the columns x0 .. x1 - 1 and rows y0 .. y1 - 1 to look at.
+    """Compute the edge functions a, b, c of a triangle, and the columns x0 .. x1 - 1 and rows y0 .. y1 - 1 to scan.
+
+    Unless triangles wrap around, rows are among top .. bottom - 1 and columns on the grid.
 
     Unless what lies outside comes in on the other side, rows are among top .. bottom - 1 and columns on the grid.
     """
@@ -84,7 +91,7 @@ def set_up(tri, width, top, bottom, grow, wrap, a, b, c):
 
 
 def fill(corners, owner, top, bottom, wrap):
-    """Give the texels of rows top .. bottom - 1 to triangles; how many times one lies in a further triangle."""
+    """Assign the texels of rows top .. bottom - 1 to triangles; return how often one lies in a further triangle."""
     height, width = owner.shape
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
     overlaps = 0
@@ -110,7 +117,9 @@ def fill(corners, owner, top, bottom, wrap):
 
 
 def touch(corners, chosen, owner, centre, nearest, wrap):
-    """Give texels without a centre in any triangle to the triangle of `chosen` that enters their square the most."""
+    """Assign texels whose centre is in no triangle to the triangle of `chosen` that enters their square the
+    farthest.
+    """
     height, width = owner.shape
     a, b, c = np.empty(3), np.empty(3), np.empty(3)
     for t in chosen:
@@ -134,7 +143,7 @@ def touch(corners, chosen, owner, centre, nearest, wrap):
 
 
 def nearest(corners, slopes, owner, depth):
-    """Each sample's triangle nearest to the viewer."""
+    """Return the triangle nearest to the viewer for each sample."""
     height, width = owner.shape
     for t in range(corners.shape[0]):
         tri = corners[t]
@@ -174,13 +183,15 @@ def cross(o, a, b):
 
 
 def walk(flat, faces, twin, z, start, triangle, weights):
-    """Fills in the triangles of points, and the barycentric coordinates there."""
+    """Compute the triangles of points, and their barycentric coordinates."""
     for i in range(z.size):
         triangle[i] = walk_to(flat, faces, twin, z[i], start[i], weights[i])
 
 
 def walk_to(flat, faces, twin, z, t, weights):
-    """Crosses the edge that the point lies farthest beyond until it lies beyond none, or a border stops the walk."""
+    """Walk across the edge that the point lies farthest beyond until it lies beyond none, or a boundary stops the
+    walk.
+    """
     steps = 0
     while True:
         a, b, c = flat[faces[t, 0]], flat[faces[t, 1]], flat[faces[t, 2]]
@@ -199,7 +210,7 @@ def walk_to(flat, faces, twin, z, t, weights):
 
 
 def clamped(a, b, c, z, w, out):
-    """Barycentric coordinates of the triangle's point nearest to z, given z's own."""
+    """Return the barycentric coordinates of the triangle's point nearest to z, given those of z."""
     out[0], out[1], out[2] = w
     if min(w[0], w[1], w[2]) >= 0:
         return

@@ -1,26 +1,28 @@
-"""Triangulating polygons."""
+"""Triangulation of polygons."""
 
 import numpy as np
 
 from .flips import cross, dot, flip, opposite, push, relink, set_row, twice_area
 
-FLAT_EAR = 1e-13  # of the squared edges: an ear with less area is three points on a line but for rounding
-ON_EDGE = 1e-11  # twice the area, of a domain of area one, below which a new point counts as on an edge
-ROUNDING = 1e-13  # relative, of the in-circle determinant
-THIN = 1e-14  # twice the area, of a domain of area one, that a flip may leave
-MOST_FLIPS = 2_000_000  # a bound that no mesh comes near
-LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement no longer settles
+# relative to the squared edges: an ear with less area is three collinear points up to rounding
+FLAT_EAR = 1e-13
+ON_EDGE = 1e-11  # twice the area, for a domain of area one, below which a new point counts as on an edge
+ROUNDING = 1e-13  # relative error of the in-circle determinant
+THIN = 1e-14  # twice the area, for a domain of area one, that a flip may leave
+MOST_FLIPS = 2_000_000  # a limit that no mesh comes near
+LEAST_ANGLE = 25.0  # degrees; thinner triangles get a point. Above 28 the refinement does not converge
 LEAST_SINE2 = float(np.sin(np.radians(LEAST_ANGLE)) ** 2)
-ENCROACHED = -0.3  # cosine under which an edge of the outline may be seen from a new point: found by trial
-ROUNDS = 60  # of refinement; 8 are the most that icons needed
-MOST_RECOVERIES = 60  # sweeps of flips for one edge of a line; a few are the most that strokes needed
-ON_LINE = 1e-15  # distance, in a domain of area one, at which three vertices are on a line
+# cosine below which an edge of the outline may be seen from a new point; found by experiment
+ENCROACHED = -0.3
+ROUNDS = 60  # of refinement; icons need up to 8
+MOST_RECOVERIES = 60  # sweeps of flips for an edge of a line; strokes need a few at most
+ON_LINE = 1e-15  # distance, in a domain of area one, below which a vertex counts as on a line
 THIN_FLIP = 1e-13  # twice the area that a flip for an edge of a line may leave
-FARTHEST_WALK = 200  # triangles from a bad one to its circumcentre
+FARTHEST_WALK = 200  # triangles between a bad one and its circumcentre
 
 
 def in_circle(z, a, b, c, d):
-    """Whether d lies inside the circle of the counter-clockwise triangle a, b, c by more than rounding."""
+    """Return whether d lies inside the circumcircle of the counter-clockwise triangle a, b, c by more than rounding."""
     u, v, w = z[a] - z[d], z[b] - z[d], z[c] - z[d]
     first, second, third = (
         dot(u, u) * cross(v, w),
@@ -31,7 +33,7 @@ def in_circle(z, a, b, c, d):
 
 
 def _is_ear(z, before, i, after, following):
-    """Whether the corner i of the remaining polygon can be cut off."""
+    """Return whether the corner i of the remaining polygon can be cut off."""
     a, b, c = z[before], z[i], z[after]
     size = dot(b - a, b - a) + dot(c - b, c - b)
     if cross(b - a, c - b) <= FLAT_EAR * size:
@@ -47,17 +49,17 @@ def _is_ear(z, before, i, after, following):
 
 
 def _join(across, u, k, t):
-    """Tells triangle u, unless it is -1, that t is opposite its corner k."""
+    """Set t as the neighbour opposite corner k of triangle u, unless u is -1."""
     if u >= 0:
         across[u, k] = t
 
 
 def clip_ears(z, following, before, beyond, side, faces, across):
-    """Triangulates the simple counter-clockwise polygon z (n,); the number of triangles, or -1 where it fails.
+    """Triangulate the simple counter-clockwise polygon z (n,); return the number of triangles, or -1 on failure.
 
-    `across` must hold -1 everywhere; the arrays before it (n,) are written.
+    `across` must be filled with -1; the arrays before it (n,) are written.
 
-    Meisters, *Polygons have ears*, 1975. Every remaining edge remembers the triangle on its other side.
+    Meisters, *Polygons have ears*, 1975. For each remaining edge, the triangle on its other side is stored.
     """
     count = z.size
     for v in range(count):  # array expressions compile slowly
@@ -91,20 +93,20 @@ def clip_ears(z, following, before, beyond, side, faces, across):
 
 
 def is_constrained(links, a, b):
-    """Whether vertices a and b are the ends of an edge that every mesh must keep."""
+    """Return whether vertices a and b are the ends of an edge that must be kept."""
     return a < links.size and b < links.size and (links[a] == b or links[b] == a)
 
 
 def legalise(z, faces, across, stack, fixed, links):
-    """Lawson's flips, from the triangles on the stack on, until all edges are Delaunay.
+    """Flip edges (Lawson), beginning with the triangles on the stack, until all are Delaunay.
 
     Args:
         z: (n,) vertices.
         faces: (t, 3) triangles.
         across: (t, 3) their neighbours.
-        stack: triangles to look at, after their number; emptied.
-        fixed: no flip may join two vertices below this number; 0 allows every flip.
-        links: (c,) the vertex to which each of the first c is joined by an edge that stays, -1 for none.
+        stack: triangles to inspect, after their number; emptied.
+        fixed: no flip may join two vertices below this index; 0 allows every flip.
+        links: (c,) the vertex to which each of the first c is joined by an edge that is kept, -1 for none.
     """
     for _ in range(MOST_FLIPS):
         if stack[0] == 0:
@@ -127,14 +129,14 @@ def legalise(z, faces, across, stack, fixed, links):
 
 
 def _limit(x, y, sizes):
-    """The area limit at a point."""
+    """Return the area limit at a point."""
     i = min(max(int((x - sizes.corner.real) / sizes.side), 0), sizes.areas.shape[0] - 1)
     j = min(max(int((y - sizes.corner.imag) / sizes.side), 0), sizes.areas.shape[1] - 1)
     return sizes.areas[i, j]
 
 
 def _circumcentre(a, b, c):
-    """The circumcentre of a triangle and the square of its circumradius."""
+    """Return the circumcentre of a triangle and the square of its circumradius."""
     u, v = a - c, b - c
     uu, vv, half = dot(u, u), dot(v, v), 0.5 / cross(u, v)
     offset = complex((v.imag * uu - u.imag * vv) * half, (u.real * vv - v.real * uu) * half)
@@ -142,8 +144,9 @@ def _circumcentre(a, b, c):
 
 
 def _walk(z, faces, across, t, point, links):
-    """The triangle that holds a point, going there straight from t; -1 where that leaves the polygon or crosses a
-    line."""
+    """Walk straight from t to the triangle that contains a point; return -1 if that leaves the polygon or crosses a
+    line.
+    """
     for _ in range(FARTHEST_WALK):
         next_one = t
         for k in range(3):
@@ -159,8 +162,9 @@ def _walk(z, faces, across, t, point, links):
 
 
 def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
-    """Whether the vertex new, inside t, sees an edge of the outline or of a line in its cavity under too wide an
-    angle."""
+    """Return whether the vertex new, inside t, sees an edge of the outline or of a line in its cavity under too large
+    an angle.
+    """
     cavity[0], mark[t] = t, stamp
     count, at = 1, 0
     while at < count:
@@ -182,7 +186,7 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
 
 
 def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
-    """Puts the vertex new into triangle t; False where it lies on an edge."""
+    """Insert the vertex new into triangle t; return False if it lies on an edge."""
     a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
     if min(twice_area(z, a, b, new), twice_area(z, b, c, new), twice_area(z, c, a, new)) < ON_EDGE:
         return False
@@ -204,7 +208,7 @@ def _insert(z, faces, across, t, new, triangles, stack, fixed, links):
 
 
 def _defect(z, faces, t, sizes, only_large):
-    """Whether triangle t is too large or too thin, and the point that would mend it."""
+    """Return whether triangle t is too large or too thin, and the point to insert."""
     a, b, c = z[faces[t, 0]], z[faces[t, 1]], z[faces[t, 2]]
     centre, radius2 = _circumcentre(a, b, c)
     whole = a + b + c
@@ -215,9 +219,9 @@ def _defect(z, faces, t, sizes, only_large):
 
 
 def _refine(z, vertices, faces, across, triangles, stack, fixed, links, mark, cavity, sizes):
-    """Inserts circumcentres, of large triangles first, until none is left that can be mended.
+    """Insert circumcentres, of large triangles first, until no triangle can be improved.
 
-    `mark` holds a zero for each triangle that there is room for, `cavity` has room for the triangles of a cavity.
+    `mark` has a zero for each possible triangle, `cavity` has room for the triangles of a cavity.
     """
     for t in range(triangles):
         push(stack, t)
@@ -244,7 +248,7 @@ def _refine(z, vertices, faces, across, triangles, stack, fixed, links, mark, ca
 
 
 def _split(z, new, faces, across, t, k, triangles, stack, outline, links):
-    """Splits the inner edge opposite corner k of t at the vertex new, which lies on it."""
+    """Split the inner edge opposite corner k of t at the vertex new, which lies on it."""
     u = across[t, k]
     a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
     j = opposite(faces, u, b, c)
@@ -270,8 +274,10 @@ def _split(z, new, faces, across, t, k, triangles, stack, outline, links):
 
 
 def _refine_and_split(z, given, faces, across, triangles, stack, fixed, links, mark, cavity, sizes):
-    """Refines the mesh, then splits inner edges that join two of the first `given` vertices, but for those of lines,
-    until there are none. One kernel, which compiles faster than two."""
+    """Refine the mesh, then split inner edges that join two of the first `given` vertices, except for those of lines.
+
+    One kernel compiles faster than two.
+    """
     vertices, triangles = _refine(
         z, given, faces, across, triangles, stack, fixed, links, mark, cavity, sizes
     )
@@ -298,7 +304,7 @@ def _refine_and_split(z, given, faces, across, triangles, stack, fixed, links, m
 
 
 def _holder(z, faces, triangles, point):
-    """The triangle that holds a point: the one of whose sides it is farthest inside."""
+    """Return the triangle that contains a point: the one for which the point is farthest inside."""
     best, holder = -np.inf, 0
     for t in range(triangles):
         inside = np.inf
@@ -311,7 +317,7 @@ def _holder(z, faces, triangles, point):
 
 
 def _insert_given(z, border, given, faces, across, triangles, stack, links):
-    """Inserts the given vertices and recovers the edges between them; the number of triangles, or -1."""
+    """Insert the given vertices and recover the edges between them; return the number of triangles, or -1."""
     nothing = links[:0]
     for t in range(triangles):
         push(stack, t)
@@ -321,7 +327,7 @@ def _insert_given(z, border, given, faces, across, triangles, stack, links):
         if _insert(z, faces, across, t, new, triangles, stack, 0, nothing):
             triangles += 2
             continue
-        # it lies on a side, or all but: the one with which it spans the least area is split
+        # it lies on a side, or nearly so: the side with which it spans the least area is split
         best, side = np.inf, -1
         for k in range(3):
             area = twice_area(z, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3], new)
@@ -341,8 +347,10 @@ def _insert_given(z, border, given, faces, across, triangles, stack, links):
 
 
 def _carve(faces, across, triangles, first, last, links, stack):
-    """Takes out the triangles inside the holes, whose rims are the vertices from first to last, each linked to the
-    next one with the hole on the right; how many are left."""
+    """Remove the triangles inside the holes; return the number of the others.
+
+    The vertices from first to last form the holes' boundaries, each linked to the next one with the hole on the right.
+    """
     dead = np.zeros(triangles, np.bool_)
     stack[0] = 0
     for t in range(triangles):
@@ -361,7 +369,7 @@ def _carve(faces, across, triangles, first, last, links, stack):
             dead[u] = True
             push(stack, u)
     place, left = np.empty(triangles + 1, np.int64), 0
-    place[triangles] = -1  # that of no triangle, whose number is -1
+    place[triangles] = -1  # entry for the missing neighbour, -1
     for t in range(triangles):
         place[t] = -1 if dead[t] else left
         left += 0 if dead[t] else 1
@@ -377,14 +385,14 @@ def _carve(faces, across, triangles, first, last, links, stack):
 
 
 def _side(z, p, q, v):
-    """On which side of the line from p to q the vertex v lies: 1, -1, or 0 where rounding decides."""
+    """Return the side of the line from p to q on which the vertex v lies: 1, -1, or 0 if rounding decides."""
     ahead, to = z[q] - z[p], z[v] - z[p]
     area = cross(ahead, to)
     return 0 if abs(area) <= ON_LINE * (abs(ahead) + abs(to)) else 1 if area > 0 else -1
 
 
 def recover(z, faces, across, triangles, v, w, links):
-    """Flips edges that cross the one from v to w until that is in the mesh; False where it cannot be."""
+    """Flip edges that cross the one from v to w until that is in the mesh; return False if that fails."""
     for _ in range(MOST_RECOVERIES):
         crossing = False
         for t in range(triangles):

@@ -13,7 +13,7 @@ REGULAR, SHORT, LONG, DAMPED = 1e-9, 0.1, 0.5, 1e-4
 
 
 def _assemble(system, matrix, gradient, front, values, place, panel, tall):
-    """Adds a front's part of the matrix and of the gradient to its columns, and fills in where its rows are."""
+    """Add a front's part of the matrix and of the gradient to its columns, and record the positions of its rows."""
     fronts = system.fronts
     first, end = fronts.starts[front], fronts.starts[front + 1]
     for c in range(first, end):
@@ -34,7 +34,7 @@ def _assemble(system, matrix, gradient, front, values, place, panel, tall):
 
 
 def _extend_add(fronts, child, values, place, source, panel, tall, own, update):
-    """Adds what a child has left to the columns and the rest of its parent's front."""
+    """Add a child's update to the columns and the update of its parent's front."""
     beyond = fronts.beyond[fronts.beyond_starts[child] : fronts.beyond_starts[child + 1]]
     size = 2 * beyond.size + 1
     for p in range(beyond.size):
@@ -52,12 +52,14 @@ def _extend_add(fronts, child, values, place, source, panel, tall, own, update):
 
 
 def _column(panel, tall, own, update, c):
-    """Where the diagonal entry of a front's column c is: among its own ones, or in what it leaves to its parent."""
+    """Return the position of the diagonal entry of a front's column c: among its own columns, or in its update."""
     return panel + c * (tall + 1) if c < own else update + (c - own) * (tall - own + 1)
 
 
 def _rank_8(values, block, begin, panel, tall, own, update):
-    """Subtracts from the lower triangle of all columns from `begin` on the eight at `block` times themselves."""
+    """Subtract the product of the eight columns at `block` with themselves from the lower triangle of all columns from
+    `begin`.
+    """
     for c in range(begin, tall - 1):
         goal, at, count = _column(panel, tall, own, update, c), block + c, tall - c
         x = values[goal : goal + count]
@@ -77,7 +79,7 @@ def _rank_8(values, block, begin, panel, tall, own, update):
 
 
 def _rank_2(values, block, begin, panel, tall, own, update):
-    """As `_rank_8`, two of them; four by themselves take as long as twice two."""
+    """Do the same as `_rank_8` for two columns; four at once take as long as twice two."""
     for c in range(begin, tall - 1):
         goal, at, count = _column(panel, tall, own, update, c), block + c, tall - c
         x = values[goal : goal + count]
@@ -89,7 +91,7 @@ def _rank_2(values, block, begin, panel, tall, own, update):
 
 
 def _eliminate(values, panel, tall, own, update):
-    """Eliminates the `own` columns of a front; False where they are not positive definite."""
+    """Eliminate the `own` columns of a front; return False if they are not positive definite."""
     begin = 0
     while begin < own:
         wide = 8 if own - begin >= 8 else 2
@@ -116,11 +118,11 @@ def _eliminate(values, panel, tall, own, update):
 
 
 def factorise(system, matrix, gradient, factor):
-    """Fills in the factor of a matrix and what `downhill` needs of a gradient; False where the matrix is not positive
+    """Compute the factor of a matrix and forward-substitute a gradient; return False if the matrix is not positive
     definite.
 
     Args:
-        system: its pattern.
+        system: the pattern of the matrix.
         matrix: (e, 4) blocks xx, xy, yx, yy of the upper triangle.
         gradient: (n,) complex, x + iy of each vertex.
         factor: written.
@@ -137,14 +139,14 @@ def factorise(system, matrix, gradient, factor):
         values[panel : panel + own * tall] = 0.0
         values[update : update + rest * rest] = 0.0
         _assemble(system, matrix, gradient, front, values, place, panel, tall)
-        # in postorder the updates of a front's children are on top of the stack
+        # in postorder, the updates of a front's children are on top of the stack
         while top > 0 and fronts.parents[waiting[top - 1]] == front:
             top -= 1
             _extend_add(fronts, waiting[top], values, place, sources[top], panel, tall, own, update)
         if not _eliminate(values, panel, tall, own, update):
             return False
         goal = sources[top]
-        # its own moves down over those that are taken up
+        # its own update moves down over those that have been added
         if goal < update:
             goals, left = values[goal : goal + rest * rest], values[update : update + rest * rest]
             for i in range(rest * rest):
@@ -157,7 +159,7 @@ def factorise(system, matrix, gradient, factor):
 
 
 def forward_substitute(system, gradient, factor):
-    """Puts another gradient g (n,) in the place of the one that was factorised with H: L⁻¹ g."""
+    """Replace the gradient that was factorised with H by another gradient g (n,): compute L⁻¹ g."""
     fronts, values, left = system.fronts, factor.values, factor.left
     for row in range(system.order.size):
         g = gradient[system.order[row]]
@@ -182,7 +184,7 @@ def forward_substitute(system, gradient, factor):
 
 
 def back_substitute(system, factor, step):
-    """Fills in the step -H⁻¹ g (n,), complex, for the factor of H and g: the x with Lᵀ x + L⁻¹ g = 0."""
+    """Compute the step -H⁻¹ g (n,), complex, for the factor of H and g: the x with Lᵀ x + L⁻¹ g = 0."""
     fronts, part, values = system.fronts, factor.part, factor.values
     for front in range(fronts.parents.size - 1, -1, -1):
         first, end = fronts.starts[front], fronts.starts[front + 1]
@@ -208,22 +210,22 @@ def back_substitute(system, factor, step):
 
 
 def cross(a, b):
-    """The determinant of two vectors of the plane, complex numbers."""
+    """Return the determinant of two vectors of the plane, complex numbers."""
     return a.real * b.imag - a.imag * b.real
 
 
 def dot(a, b):
-    """The scalar product of two vectors of the plane, complex numbers."""
+    """Return the scalar product of two vectors of the plane, complex numbers."""
     return a.real * b.real + a.imag * b.imag
 
 
 def twice_area(z, a, b, c):
-    """Twice the signed area of the triangle of vertices a, b, c of z."""
+    """Return twice the signed area of the triangle of vertices a, b, c of z."""
     return cross(z[b] - z[a], z[c] - z[a])
 
 
 def located(knots, s):
-    """The edge of a closed polyline that holds arclength s, and the arclength from that edge's start.
+    """Return the edge of a closed polyline that contains arclength s, and the arclength from that edge's start.
 
     Args:
         knots: (e + 1,) arclengths of the vertices, from 0 to the length.
@@ -242,13 +244,13 @@ def located(knots, s):
 
 
 def move(start, step, share, result):
-    """Fills in start + share · step; a loop, since array expressions compile slowly."""
+    """Compute start + share · step, in a loop, since array expressions compile slowly."""
     for v in range(start.size):
         result[v] = start[v] + share * step[v]
 
 
 def power(base, exponent):
-    """base ** exponent, without a logarithm for the exponents that are met most."""
+    """Return base ** exponent, without a logarithm for the most frequent exponents."""
     if exponent == 1.0:
         return base
     if exponent == 2.0:
@@ -259,13 +261,15 @@ def power(base, exponent):
 
 
 def density(p, d, theta, q, share):
-    """W at one triangle with d > 0; the image's area counts by its share, ½ where map and inverse are alike."""
+    """Return W for one triangle with d > 0; the image's area has the weight `share`, ½ if map and inverse count
+    equally.
+    """
     core = p / d * power(0.5 * (d + 1 / d), theta)
     return core * power(core, q - 1) * (1 - share + share * d)
 
 
 def density_derivatives(p, d, theta, q, share):
-    """W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
+    """Return W and its derivatives W_p, W_d, W_pp, W_pd, W_dd."""
     inverse = 1 / d
     area, area1, area2 = 0.5 * (d + inverse), 0.5 * (1 - inverse * inverse), inverse * inverse * inverse
     grown, less = power(area, theta), 1 / area
@@ -294,8 +298,11 @@ def density_derivatives(p, d, theta, q, share):
 
 
 def void_derivatives(p, d, forward):
-    """The density of a void, with the derivatives of `density_derivatives`: d + VOID p/d, the area of its image and a
-    barrier; by the inverse map, whose p and d these are if not `forward`, the same."""
+    """Return the density of a virtual triangle, with the derivatives of `density_derivatives`.
+
+    It is d + VOID p/d, the area of its image and a barrier; if not `forward`, the same for the inverse map, whose p and
+    d are given.
+    """
     if not forward:
         return 1 + VOID * p, VOID, 0.0, 0.0, 0.0, 0.0
     shape = VOID / d
@@ -303,7 +310,7 @@ def void_derivatives(p, d, forward):
 
 
 def untangling_derivatives(p, d, epsilon):
-    """A density that is finite for folded triangles, with the derivatives of `density_derivatives`.
+    """Return a density that is finite for folded triangles, with the derivatives of `density_derivatives`.
 
     (p + ½ (1 + d²)/2·2) / (1 + ½) with d in the denominators replaced by (d + √(ε² + d²))/2 (Garanzha et al.,
     *Foldover-free maps in 50 lines of code*, 2021).
@@ -326,7 +333,7 @@ def untangling_derivatives(p, d, epsilon):
 
 
 def hat_gradients(corners, z, gradients, areas):
-    """Fills in the Wirtinger gradients of the hat functions and the areas of the source's triangles.
+    """Compute the Wirtinger gradients of the hat functions and the areas of the source's triangles.
 
     Args:
         corners: (m, 3) triangles of either orientation.
@@ -345,7 +352,7 @@ def hat_gradients(corners, z, gradients, areas):
 
 
 def wirtinger(corners, gradients, u, t):
-    """f_z and f_z̄ on triangle t."""
+    """Return f_z and f_z̄ on triangle t."""
     a, b = 0j, 0j
     for k in range(3):
         value, alpha = u[corners[t, k]], gradients[t, k]
@@ -355,7 +362,7 @@ def wirtinger(corners, gradients, u, t):
 
 
 def total(rest, u, objective):
-    """The energy of the images u (n,); infinite where a triangle is folded, unless epsilon > 0 (untangling)."""
+    """Return the energy of the images u (n,); infinite if a triangle is folded, unless epsilon > 0 (untangling)."""
     theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
     corners, gradients, weights = rest.corners, rest.gradients, rest.weights
     energy = 0.0
@@ -377,7 +384,7 @@ def total(rest, u, objective):
 
 
 def least_determinant(rest, u):
-    """The smallest determinant of all triangles."""
+    """Return the smallest determinant of all triangles."""
     least = np.inf
     for t in range(rest.corners.shape[0]):
         a, b = wirtinger(rest.corners, rest.gradients, u, t)
@@ -386,7 +393,9 @@ def least_determinant(rest, u):
 
 
 def _projected(first, second, coupling):
-    """The matrix [[first, coupling], [coupling, second]] with negative eigenvalues set to zero: its three entries."""
+    """Return the three entries of the matrix [[first, coupling], [coupling, second]] with negative eigenvalues set to
+    zero.
+    """
     middle, determinant = 0.5 * (first + second), first * second - coupling * coupling
     if middle >= 0 and determinant >= 0:
         return first, second, coupling
@@ -398,7 +407,7 @@ def _projected(first, second, coupling):
 
 
 def _add(matrix, slot, r, s, x, y, a, b):
-    """Adds the block r aᵀ + s bᵀ + (i x)(i a)ᵀ + (i y)(i b)ᵀ of complex numbers taken as vectors."""
+    """Add the block r aᵀ + s bᵀ + (i x)(i a)ᵀ + (i y)(i b)ᵀ of complex numbers regarded as vectors."""
     matrix[slot, 0] += r.real * a.real + s.real * b.real + x.imag * a.imag + y.imag * b.imag
     matrix[slot, 1] += r.real * a.imag + s.real * b.imag - x.imag * a.real - y.imag * b.real
     matrix[slot, 2] += r.imag * a.real + s.imag * b.real - x.real * a.imag - y.real * b.imag
@@ -406,12 +415,12 @@ def _add(matrix, slot, r, s, x, y, a, b):
 
 
 def assemble(rest, u, objective, matrix, gradient):
-    """The energy at u; fills in its gradient and projected Hessian.
+    """Return the energy at u; compute its gradient and projected Hessian.
 
     Args:
         rest: triangles at rest.
         u: (n,) images, without folds unless epsilon > 0.
-        objective: what is minimised.
+        objective: the energy to minimise.
         matrix: (e, 4) blocks of the upper triangle, written.
         gradient: (n,) complex, x + iy, written.
     """
@@ -438,11 +447,11 @@ def assemble(rest, u, objective, matrix, gradient):
             w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(aa + bb, aa - bb, theta, q, share)
         energy += weight * w
         size_a, size_b = np.sqrt(aa), np.sqrt(bb)
-        # directions of a and b; any do where one vanishes, since the derivatives along them do then
+        # directions of a and b; if one vanishes, any direction will do, since the derivatives along it vanish, too
         unit_a = a * (1 / size_a) if size_a > 1e-140 else 1 + 0j
         unit_b = b * (1 / size_b) if size_b > 1e-140 else 1 + 0j
-        # the chain rule for |a| and |b|, p = |a|² + |b|² and d = |a|² - |b|²: slopes over |a| and |b|, which are
-        # the tangential eigenvalues too, then the 2 × 2 block of the radial directions
+        # the chain rule for |a| and |b|, p = |a|² + |b|² and d = |a|² - |b|²: slopes over |a| and |b|, which are also
+        # the tangential eigenvalues, then the 2 × 2 block of the radial directions
         along_a, along_b = 2 * weight * (w_p + w_d), 2 * weight * (w_p - w_d)
         radial_a, radial_b, both = _projected(
             along_a + 4 * weight * (w_pp + 2 * w_pd + w_dd) * aa,
@@ -451,7 +460,8 @@ def assemble(rest, u, objective, matrix, gradient):
         )
         around_a, around_b = max(along_a, 0.0), max(along_b, 0.0)
         along_a, along_b = along_a * size_a, along_b * size_b
-        # by the corners' values: a = Σ α u and b = Σ ᾱ u take the eigenvectors to multiples of the hats' gradients
+        # in terms of the corners' values: a = Σ α u and b = Σ ᾱ u map the eigenvectors to multiples of the hats'
+        # gradients
         pair = 0
         for k in range(3):
             alpha = gradients[t, k]
@@ -467,13 +477,13 @@ def assemble(rest, u, objective, matrix, gradient):
 
 
 def rail_of(rails, v):
-    """The rail of constrained vertex v."""
+    """Return the curve of constrained vertex v."""
     a, b = rails.starts[rails.own[v]], rails.starts[rails.own[v] + 1]
     return Rail(rails.knots[a[0] : b[0]], rails.vertices[a[1] : b[1]], rails.corners[a[2] : b[2]])
 
 
 def point_at(rail, s):
-    """The point at arclength s."""
+    """Return the point at arclength s."""
     edge, along = located(rail.knots, s)
     share = min(along / (rail.knots[edge + 1] - rail.knots[edge]), 1.0)
     end = rail.vertices[(edge + 1) % rail.vertices.size]
@@ -481,14 +491,14 @@ def point_at(rail, s):
 
 
 def tangent(rail, s):
-    """The unit tangent at arclength s."""
+    """Return the unit tangent at arclength s."""
     edge, _ = located(rail.knots, s)
     step = rail.vertices[(edge + 1) % rail.vertices.size] - rail.vertices[edge]
     return step * (1 / abs(step))
 
 
 def way_to_corners(rail, s):
-    """Whether s is on a corner, and the distances (negative, positive) to the corners behind and ahead."""
+    """Return whether s is on a corner, and the distances (negative, positive) to the corners behind and ahead."""
     length, corners = rail.knots[-1], rail.corners
     count = corners.size
     if count == 0:
@@ -496,7 +506,7 @@ def way_to_corners(rail, s):
     near = SAME_PLACE * length
     s -= np.floor(s / length) * length
     k, end = 0, count
-    while k < end:  # the first corner not before s: a bisection, since NumPy's compiles slowly
+    while k < end:  # the first corner not before s, by a bisection, since NumPy's compiles slowly
         middle = (k + end) // 2
         if corners[middle] < s - near:
             k = middle + 1
@@ -510,12 +520,12 @@ def way_to_corners(rail, s):
 
 
 def gap_ahead(border, tau, v):
-    """Arclength from outline vertex v to the next one."""
+    """Return the arclength from outline vertex v to the next one."""
     return tau[border.following[v]] - tau[v] + border.laps[v]
 
 
 def border_energy(border, tau):
-    """The outline's energy; infinite where two vertices have changed places."""
+    """Return the outline's energy; infinite if two vertices have changed places."""
     energy = 0.0
     for v in range(tau.size):
         gap, span = gap_ahead(border, tau, v), border.spans[v]
@@ -526,7 +536,7 @@ def border_energy(border, tau):
 
 
 def border_derivatives(border, tau, slope, curvature):
-    """Fills in the derivative by each τ and the second derivative by each gap."""
+    """Compute the derivative by each τ and the second derivative by each gap."""
     for v in range(tau.size):
         slope[v] = 0.0
     for v in range(tau.size):
@@ -538,10 +548,11 @@ def border_derivatives(border, tau, slope, curvature):
 
 
 def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high):
-    """Fills in where each constrained vertex may slide: a unit tangent, 0 to stay, and the limits of its step.
+    """Compute the directions in which constrained vertices may slide: a unit tangent, or 0 to stay, and limits of the
+    step.
 
     Args:
-        rails: what they slide on.
+        rails: the curves that they slide on.
         tau: (c,) arclengths.
         kinds: (c,) HELD, SLIDING or FREE.
         gradient: (n,) of the energy in the plane.
@@ -578,12 +589,12 @@ def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
 
 
 def restrict(system, kinds, directions, matrix):
-    """Rewrites the blocks of constrained vertices: first unknown along the direction, the missing ones 1.
+    """Rewrite the blocks of constrained vertices: the first unknown is along the direction, missing ones have 1.
 
-    Args:
+    system: the pattern.
         system: pattern.
         kinds: (c,) of the first c vertices; FREE ones keep their blocks.
-        directions: (c,) of these vertices; 0 holds one.
+        directions: (c,) of these vertices; 0 for a fixed one.
         matrix: (e, 4), changed in place.
     """
     count = directions.size
@@ -608,7 +619,7 @@ def restrict(system, kinds, directions, matrix):
 
 
 def stiffen(system, border, directions, curvature, matrix):
-    """Adds the outline's second derivatives to a restricted matrix."""
+    """Add the outline's second derivatives to a restricted matrix."""
     for v in range(directions.size):
         w = border.following[v]
         if directions[v] != 0:
@@ -620,7 +631,7 @@ def stiffen(system, border, directions, curvature, matrix):
 
 
 def _remaining(kinds, goals, u, way):
-    """Fills in the way (n,) of held vertices to their goals; whether there is any."""
+    """Compute the displacements (n,) of fixed vertices to their goals; return whether there are any."""
     moving = False
     for v in range(way.size):
         way[v] = 0j
@@ -631,7 +642,7 @@ def _remaining(kinds, goals, u, way):
 
 
 def add_product(system, matrix, way, gradient):
-    """Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex."""
+    """Add the matrix times the displacements (n,) to the gradient (n,), both x + iy of each vertex."""
     for k in range(system.order.size):
         row = system.order[k]
         for p in range(system.starts[k], system.starts[k + 1]):
@@ -649,28 +660,30 @@ def add_product(system, matrix, way, gradient):
 
 
 def along_directions(kinds, directions, gradient):
-    """Rewrites the gradient of constrained vertices along their directions, 0 where they are held."""
+    """Rewrite the gradient of constrained vertices along their directions, 0 for fixed ones."""
     for v in range(directions.size):
         if kinds[v] != FREE:
             gradient[v] = complex(dot(gradient[v], directions[v]), 0.0)
 
 
 def constrain(pattern, constraints, u, tau, space):
-    """Rewrites the derivatives by all vertices' places as those by what may change: places of free vertices, and
-    arclengths along curves; whether held vertices have a way to go to their goals.
+    """Rewrite the derivatives by all vertices' positions as those by the free variables.
+
+    These are positions of free vertices, and arclengths along curves. Returns whether fixed vertices have to move to
+    their goals.
 
     Args:
         pattern: of the Hessian.
-        constraints: what holds the first c vertices.
+        constraints: the constraints of the first c vertices.
         u: (n,) positions.
         tau: (c,) arclengths.
-        space: matrix and gradient are rewritten, and what a step along the curves needs is filled in.
+        space: matrix and gradient are rewritten, and what a step along the curves needs is computed.
     """
     matrix, gradient, slope, directions = space.matrix, space.gradient, space.slope, space.directions
     rails, border, kinds = constraints.rails, constraints.border, constraints.kinds
     border_derivatives(border, tau, slope, space.curvature)
     choose_directions(rails, tau, kinds, gradient, slope, directions, space.low, space.high)
-    # the whole way of held vertices is imposed: the others' gradient is that at its end, g + H way
+    # the whole displacement of fixed vertices is imposed: the others' gradient is that at its end, g + H way
     moving = _remaining(kinds, constraints.goals, u, space.way)
     if moving:
         add_product(pattern, matrix, space.way, gradient)
@@ -684,8 +697,9 @@ def constrain(pattern, constraints, u, tau, space):
 
 
 def release(constraints, space):
-    """Rewrites the step of constrained vertices as one in the plane, and fills in their steps along curves; those on a
-    corner do not leave it to the wrong side."""
+    """Rewrite the step of constrained vertices as one in the plane, and compute their steps along curves; vertices on a
+    corner do not leave it to the wrong side.
+    """
     step, slide = space.step, space.slide
     for v in range(slide.size):
         if constraints.kinds[v] == FREE:
@@ -700,7 +714,7 @@ def release(constraints, space):
 
 
 def gap_limit(border, tau, slide, most):
-    """The largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
+    """Return the largest share of the step, at most `most`, that keeps the outline's vertices well in order."""
     for v in range(tau.size):
         closing = slide[v] - slide[border.following[v]]
         if closing > 0:
@@ -709,7 +723,7 @@ def gap_limit(border, tau, slide, most):
 
 
 def moved(constraints, u, tau, t, space):
-    """Fills in where a share t of the step leads, new_u and new_tau; a whole one takes held vertices to their goals."""
+    """Compute new_u and new_tau after a share t of the step; a whole step takes fixed vertices to their goals."""
     new_u, new_tau = space.new_u, space.new_tau
     move(u, space.step, t, new_u)
     for v in range(tau.size):
@@ -722,7 +736,7 @@ def moved(constraints, u, tau, t, space):
 
 
 def _moment(upright, u):
-    """S."""
+    """Return the moment S."""
     found = 0j
     for v in range(u.size):
         found += upright.moments[v] * u[v]
@@ -730,12 +744,12 @@ def _moment(upright, u):
 
 
 def rotation_cost(weight, cosine):
-    """What a turn of this cosine multiplies the energy by, at q = 1."""
+    """Return the factor of the energy for a rotation with this cosine, at q = 1."""
     return 1 + 0.5 * weight * (1 - cosine)
 
 
 def rotation_factor(upright, u, q):
-    """What the energy of images u (n,) is multiplied by; infinite where they have no turn."""
+    """Return the factor for the energy of images u (n,); infinite if they have no mean rotation."""
     if upright.weight == 0:
         return 1.0
     moment = _moment(upright, u)
@@ -744,19 +758,20 @@ def rotation_factor(upright, u, q):
 
 
 def rotation_derivatives(upright, u, q, turning):
-    """First and second derivative of the factor's logarithm by the turn; fills in the turn's gradient.
+    """Return the first and second derivative of the factor's logarithm by the rotation; compute the rotation's
+    gradient.
 
     Args:
         upright: the cost.
         u: (n,) images.
         q: power.
-        turning: (n,) complex, x + iy, written: the derivative of the turn by each vertex.
+        turning: (n,) complex, x + iy, written: the derivative of the rotation by each vertex.
 
     Returns:
-        The first derivative, and the second one where it is positive, else 0.
+        The first derivative, and the second one if it is positive, else 0.
     """
     moment = _moment(upright, u)
-    if moment == 0:  # a map so squeezed that rounding leaves it no turn
+    if moment == 0:  # a map so squeezed that its rotation is lost in rounding
         for v in range(u.size):
             turning[v] = 0j
         return 0.0, 0.0
@@ -771,7 +786,7 @@ def rotation_derivatives(upright, u, q, turning):
 
 
 def bend_step(turning, answer, curvature, step):
-    """The step -H⁻¹g made the one for H + c t tᵀ, t being the turn's gradient (Sherman and Morrison).
+    """Turn the step -H⁻¹g into the one for H + c t tᵀ, where t is the rotation's gradient (Sherman and Morrison).
 
     Args:
         turning: (n,) t.
@@ -789,7 +804,7 @@ def bend_step(turning, answer, curvature, step):
 
 
 def largest_step(faces, u, step):
-    """The smallest positive t at which a triangle of u + t · step has no area; 1e9 if there is none."""
+    """Return the smallest positive t at which a triangle of u + t · step has no area; 1e9 if there is none."""
     best = 1e9
     for t in range(faces.shape[0]):
         a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
@@ -804,14 +819,14 @@ def largest_step(faces, u, step):
         for root in (
             r / quadratic,
             area / r,
-        ):  # infinite or NaN where a coefficient vanishes: no comparison holds
+        ):  # infinite or NaN if a coefficient vanishes: no comparison holds
             if 0 < root < best:
                 best = root
     return best
 
 
 def regularise(system, matrix, share):
-    """Adds a share of the mean diagonal to it."""
+    """Add a share of the mean diagonal to it."""
     mean = 0.0
     for slot in system.diagonal:
         mean += 0.5 * (matrix[slot, 0] + matrix[slot, 3])
@@ -822,17 +837,17 @@ def regularise(system, matrix, share):
 
 
 def descend(system, objective, surface, u, tau, steps, tolerance):
-    """Newton steps until two of them gain less than `tolerance` of the energy each, or held vertices are stuck on
-    the way to their goals; changes u and tau in place.
+    """Take Newton steps until two of them gain less than `tolerance` of the energy each, or fixed vertices are stuck on
+    the way to their goals; u and tau are changed in place.
 
     Args:
-        system: the mesh and what holds it.
-        objective: what is minimised.
-        surface: in space, to which the map goes (`in_space.SurfaceMap`); None for the plane.
-        u: (n,) positions on the side that moves, without folds unless epsilon > 0, sliding vertices on their rails at
+        system: the mesh and its constraints.
+        objective: the energy to minimise.
+        surface: the surface in space that the map goes to (`in_space.SurfaceMap`); None for the plane.
+        u: (n,) positions on the moving side, without folds unless epsilon > 0, with sliding vertices on their curves at
             tau.
         tau: (c,) arclengths of the constrained vertices, increasing along each curve.
-        steps: the most there may be.
+        steps: largest number of steps.
         tolerance: relative decrease that counts as none.
 
     Returns:
@@ -846,7 +861,7 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
     for done in range(steps):
         energy = assemble(rest, u, objective, matrix, gradient)
         energy += border_energy(border, tau)
-        if upright.weight > 0:  # energy and derivatives are those of the product by its second factor
+        if upright.weight > 0:  # energy and derivatives are those of the product with its second factor
             slope, curvature = rotation_derivatives(upright, u, objective.q, turning)
             for v in range(u.size):
                 gradient[v] += energy * slope * turning[v]
@@ -912,7 +927,9 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
 
 
 def quadratic_step(system, u, tau):
-    """Goes to the least of a quadratic energy whose derivatives are in the workspace; changes u and tau in place."""
+    """Go to the minimum of a quadratic energy whose derivatives are in the workspace; u and tau are changed in
+    place.
+    """
     pattern, constraints, space = system.pattern, system.constraints, system.workspace
     constrain(pattern, constraints, u, tau, space)
     regularise(pattern, space.matrix, REGULAR)

@@ -1,4 +1,4 @@
-"""Flips that lower a map's energy."""
+"""Edge flips that decrease a map's energy."""
 
 import numpy as np
 
@@ -9,17 +9,17 @@ GAIN, THIN = 1e-6, 1e-14
 
 
 def flip_to_lower_energy(z, u, faces, across, stack, fixed, border, links, theta, q, share):
-    """Flips edges, from the triangles on the stack on, while that lowers the energy.
+    """Flip edges, beginning with the triangles on the stack, as long as that decreases the energy.
 
     Args:
         z: (n,) vertices.
         u: (n,) their images.
         faces: (t, 3) triangles, written.
         across: (t, 3) their neighbours, written.
-        stack: triangles to look at, after their number; emptied.
-        fixed: (t,) triangles that stay.
-        border: how many vertices are on outlines.
-        links: (c,) the vertex to which each of the first c is joined by an edge that stays.
+        stack: triangles to inspect, after their number; emptied.
+        fixed: (t,) triangles that are not changed.
+        border: number of vertices on outlines.
+        links: (c,) the vertex to which each of the first c is joined by an edge that is kept.
         theta, q, share: of the density.
     """
     while stack[0] > 0:
@@ -47,7 +47,7 @@ def joined(links, a, b):
 
 
 def energy(z, u, a, b, c, theta, q, share):
-    """The energy of a triangle; infinite where it, or its image, is turned over or has next to no area."""
+    """Return the energy of a triangle; infinite if it or its image is flipped or has almost no area."""
     area, image = twice_area(z, a, b, c), twice_area(u, a, b, c)
     if area <= THIN or image <= THIN:
         return np.inf

@@ -1,4 +1,4 @@
-"""The passes over an OBJ file; `data` is an array of int64, whose sums do not overflow as those of bytes do."""
+"""The passes over an OBJ file; `data` is an array of int64, whose sums do not overflow like those of bytes."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ POWERS = 10.0 ** np.arange(23)
 
 
 def _skip_blanks(data, k):
-    """The next byte that is no blank; a continued line's end is a blank."""
+    """Return the next byte that is not blank; the end of a continued line counts as blank."""
     n = data.size
     while k < n:
         c = data[k]
@@ -33,7 +33,7 @@ def _token_end(data, k):
 
 
 def _next_line(data, k):
-    """The byte after the logical line that byte k lies on."""
+    """Return the byte after the logical line that contains byte k."""
     n = data.size
     while k < n:
         if data[k] == BACKSLASH:
@@ -51,7 +51,7 @@ def _at_end(data, k):
 
 
 def _kind(data, k, end):
-    """What the line whose keyword is data[k:end] is."""
+    """Return the kind of the line whose keyword is data[k:end]."""
     size = end - k
     first = data[k]
     if size == 1:
@@ -72,7 +72,7 @@ def _kind(data, k, end):
 
 
 def count(data):
-    """Numbers of v, vt, vn, f lines, of statements (o, g, usemtl, mtllib) and of face corners."""
+    """Return the numbers of v, vt, vn and f lines, of statements (o, g, usemtl, mtllib) and of face corners."""
     lines = np.zeros(6, np.int64)
     corners, k = 0, 0
     while k < data.size:
@@ -91,7 +91,7 @@ def count(data):
 
 
 def _number(data, k, end):
-    """(value, exact) of the decimal number in data[k:end]; not exact means: leave it to the C library."""
+    """Return (value, exact) of the decimal number in data[k:end]; if not exact, it is left to the C library."""
     negative = data[k] == MINUS
     if negative or data[k] == PLUS:
         k += 1
@@ -126,7 +126,7 @@ def _number(data, k, end):
 
 
 def _integer(data, k, end):
-    """(value, good) of the whole number in data[k:end]."""
+    """Return (value, good) of the whole number in data[k:end]."""
     sign = 1
     if k < end and (data[k] == MINUS or data[k] == PLUS):
         sign = -1 if data[k] == MINUS else 1
@@ -159,7 +159,7 @@ def _numbers(data, k, row, least, slow, base, found):
 
 
 def _resolve(data, k, end, seen):
-    """Zero-based index written in data[k:end] when `seen` elements stand before it. ABSENT when empty."""
+    """Return the zero-based index written in data[k:end] when `seen` elements precede it; ABSENT if empty."""
     if k == end:
         return ABSENT, True
     index, good = _integer(data, k, end)
@@ -216,7 +216,7 @@ def fill(
             enough, found_vt = _numbers(data, _skip_blanks(data, end), vt[i], 1, slow_vt, 2 * i, found_vt)
             if not enough:
                 return FEW_NUMBERS, line, 0, 0, 0
-        elif kind == NORMAL:  # too few numbers: those that are missing stay 0
+        elif kind == NORMAL:  # too few numbers: missing ones stay 0
             _, found_vn = _numbers(data, _skip_blanks(data, end), vn[i], 3, slow_vn, 3 * i, found_vn)
         elif kind == STATEMENT:
             statement_at[i] = line

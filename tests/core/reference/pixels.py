@@ -9,13 +9,13 @@ FILLED, TOUCHED = 1, 2
 
 
 def cover(low, high, sign, area, turns, out, inside):
-    """Fills in both, row by row, so that what is added up stays in the processor's cache.
+    """Compute both row by row, so that the sums stay in the processor's cache.
 
     Args:
         low, high: (s,) lower and upper ends of the segments, *y down*.
         sign: (s,) 1, or -1 where a segment runs from its upper end to the lower.
-        area: (width + 2,) zeros; differences along a row of the signed area.
-        turns: (width + 1,) zeros; and of the winding number of the pixels' centres.
+        area: (width + 2,) zeros; differences of the signed area along a row.
+        turns: (width + 1,) zeros; the same for the winding number of the pixels' centres.
         out, inside: (rows, width), written; `inside` may have no rows.
     """
     width, whether = out.shape[1], inside.shape[0] > 0
@@ -29,7 +29,7 @@ def cover(low, high, sign, area, turns, out, inside):
                 total += area[j]
                 turn += turns[j]
                 area[j], turns[j] = 0.0, 0
-                value = abs(total)  # what is round-off from nothing or from all becomes 0 or 1
+                value = abs(total)  # values that are 0 or 1 up to rounding become exact
                 value = 0.0 if value < NOTHING else (1.0 if value > 1 - NOTHING else value)
             out[i, j] = value
             if whether:
@@ -38,7 +38,7 @@ def cover(low, high, sign, area, turns, out, inside):
 
 
 def add(a, b, sign, i, area, turns, width):
-    """Adds what the segment from a up to b does to row i."""
+    """Add the contribution of the segment from a up to b to row i."""
     slope = (b.real - a.real) / (b.imag - a.imag)
     y0, y1 = max(a.imag, float(i)), min(b.imag, i + 1.0)
     if a.imag <= i + 0.5 < b.imag:
@@ -51,7 +51,7 @@ def add(a, b, sign, i, area, turns, width):
 
 
 def spread(out, x0, x1, height, width):
-    """Spreads `height` over the pixels that a piece of a segment within one row passes, x0 <= x1.
+    """Distribute `height` over the pixels that a piece of a segment within one row passes, x0 <= x1.
 
     A pixel left of the piece gets nothing, one right of it all of `height`: the running sum of `out` is the area.
     """
@@ -69,7 +69,7 @@ def spread(out, x0, x1, height, width):
         return
     density = height / (x1 - x0)
     out[0] += density * (lo - x0)
-    before = 0.0  # what pixels so far have in total, of this piece
+    before = 0.0  # total of this piece in the pixels so far
     for j in range(int(lo), min(math.ceil(hi), width)):
         l0, l1 = max(lo, j), min(hi, j + 1)
         done = density * (l1 - lo)
@@ -82,21 +82,24 @@ def spread(out, x0, x1, height, width):
 
 
 def fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
-    """Writes the pixels whose centres lie in the chosen triangles, corners with pixel centres at whole numbers; NaN
-    elsewhere. Row by row, since what is written is more than the processor's cache holds of a band.
+    """Write the pixels whose centres lie in the chosen triangles; NaN elsewhere.
+
+    Corners are given with pixel centres at whole numbers. Works row by row, since a band of the output exceeds the
+    processor's cache.
 
     Args:
-        corners: (m, 3) of all triangles.
-        powers: (m, 6) see there.
+        powers: (m, 6) coefficients of the patches.
         chosen: (t,) the triangles that may touch the band.
-        reach: (t, 2) their least and greatest y.
-        row: where the band begins.
+        chosen: (t,) the triangles that may touch the band.
+        row: first row of the band.
         covered: (rows, width) area of each pixel.
-        z, right, down: (rows, width), written; the last two may have no rows.
+        covered: (rows, width) area of each pixel.
+        state: (rows, width), EMPTY; written: FILLED, or TOUCHED for a pixel that is partly covered but whose centre is
+            not.
         state: (rows, width), EMPTY; written: FILLED, or TOUCHED where a pixel without a centre is covered in part.
 
     Returns:
-        How many are FILLED.
+        The number of FILLED pixels.
     """
     rows, width = z.shape
     slopes = right.shape[0] > 0
@@ -111,7 +114,7 @@ def fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
             first, last = span(c, line, width)
             if first >= last:
                 continue
-            # along a row the quadratic patch is start + slope x + k[3] x², its derivatives are linear
+            # along a row, the quadratic patch is start + slope x + k[3] x², and its derivatives are linear
             y = line - c[0].imag
             x0 = first - c[0].real
             start = k[0] + y * (k[2] + y * k[5])
@@ -143,11 +146,11 @@ def fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
 
 
 def span(c, y, width):
-    """The pixels first .. last - 1 of the line at y that lie in a triangle."""
+    """Return the pixels first .. last - 1 of the line at y that lie in a triangle."""
     low, high = np.inf, -np.inf
     for k in range(3):
         p, q = c[k], c[(k + 1) % 3]
-        if p.imag > q.imag:  # the same way for both triangles of a side
+        if p.imag > q.imag:  # in the same direction for both triangles of a side
             p, q = q, p
         if p.imag <= y < q.imag:
             x = p.real + (y - p.imag) * ((q.real - p.real) / (q.imag - p.imag))

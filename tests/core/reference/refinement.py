@@ -5,11 +5,11 @@ import numpy as np
 from .flips import flip, opposite, push, relink, write
 
 SWEEPS, WALK = 30, 1000
-FALL = 1 - 1e-6  # of the roughness, in a flip
+FALL = 1 - 1e-6  # factor of the roughness that a flip must achieve
 
 
 def _numbered(faces, across):
-    """The edges of triangles, as `Edges` lists them."""
+    """Return the edges of triangles, as `Edges` lists them."""
     m = len(faces)
     ends, sides, count = np.empty((3 * m, 2), np.int64), np.empty((m, 3), np.int64), 0
     rim, beside, corner, around = (
@@ -41,14 +41,14 @@ def _square(a):
 
 
 def _roughness(z, a, b, c):
-    """The sum of a triangle's squared sides by twice its area; infinite where it is not counter-clockwise."""
+    """Return the sum of a triangle's squared sides over twice its area; infinite if it is not counter-clockwise."""
     u, v = z[b] - z[a], z[c] - z[a]
     area = _cross(u, v)
     return (_square(u) + _square(v) + _square(v - u)) / area if area > 0 else np.inf
 
 
 def _flip_all(z, faces, across, stack):
-    """Flips, from the triangles on the stack on, until none makes the triangulation less rough."""
+    """Flip edges, beginning with the triangles on the stack, until no flip decreases the roughness."""
     while stack[0] > 0:
         t = stack[stack[0]]
         stack[0] -= 1
@@ -68,7 +68,7 @@ def _flip_all(z, faces, across, stack):
 
 
 def _longest(z, faces, t):
-    """The corner opposite to a triangle's longest side, and the square of that."""
+    """Return the corner opposite to a triangle's longest side, and the square of that side."""
     side, longest = 0, -1.0
     for k in range(3):
         square = _square(z[faces[t, (k + 1) % 3]] - z[faces[t, (k + 2) % 3]])
@@ -78,7 +78,7 @@ def _longest(z, faces, t):
 
 
 def _cut(z, new, faces, across, t, k, m, stack):
-    """Cuts the side opposite to corner k of t at the vertex new; the number of triangles, m before."""
+    """Split the side opposite to corner k of t at the vertex new; return the number of triangles, m before."""
     u = across[t, k]
     a, b, c = faces[t, k], faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]
     beyond_ca, beyond_ab = across[t, (k + 1) % 3], across[t, (k + 2) % 3]
@@ -104,9 +104,12 @@ def _cut(z, new, faces, across, t, k, m, stack):
 
 
 def _terminal(z, faces, across, t):
-    """The side to cut, as a triangle and the corner opposite: going from t across longest sides, the one that is the
-    longest of both its triangles, or the polygon's. Where the polygon has the second longest of either triangle, that:
-    vertices inside would come closer and closer to it."""
+    """Return the side to split, as a triangle and the opposite corner.
+
+    Going from t across longest sides, it is the side that is the longest of both its triangles, or one of the polygon.
+    If the second longest side of either triangle belongs to the polygon, that is split: otherwise vertices inside would
+    come closer and closer to it.
+    """
     k, longest = _longest(z, faces, t)
     for _ in range(WALK):
         u = across[t, k]
@@ -127,8 +130,9 @@ def _terminal(z, faces, across, t):
 
 
 def _mend(z, n, faces, m, across, stack, thin, tiniest2):
-    """Flips all that is on the stack, then adds vertices until no triangle is thin that numbers tell from others, or
-    until there is no room; the numbers of vertices and triangles."""
+    """Flip edges on the stack, then add vertices until no triangle is thin, up to rounding, or until there is no room;
+    return the numbers of vertices and triangles.
+    """
     _flip_all(z, faces, across, stack)
     for _ in range(SWEEPS):
         before = n
@@ -148,7 +152,7 @@ def _mend(z, n, faces, m, across, stack, thin, tiniest2):
 
 
 def _by_counting(key, order, count):
-    """`order` sorted by key[order], numbers below `count`; equal ones stay in order."""
+    """Return `order` sorted stably by key[order], with numbers below `count`."""
     place, out = np.zeros(count + 1, np.int64), np.empty(order.size, np.int64)
     for k in key:
         place[k + 1] += 1

@@ -1,4 +1,4 @@
-"""`--balance`: the more areas count, the more even they are, and the picture stays as it is turned."""
+"""`--balance`: the larger it is, the more uniform the areas, while the rotation of the picture is kept."""
 
 from itertools import pairwise
 
@@ -61,7 +61,7 @@ def test_corners_that_allow_no_less_are_told_and_the_rest_meets_the_bound():
 
 
 def test_angles_onto_angles():
-    """Two right isosceles triangles that are flattened at two corners, a right angle onto a straight one."""
+    """Two right isosceles triangles that are flattened at two corners: a right angle onto a straight one."""
     z, u = np.array([0, 1, 1 + 1j, 1j]), np.array([0, 1, 0.5 + 0.5j, 1j])
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     map = TriangulatedMap(z, u, faces, (np.arange(4),))

@@ -1,4 +1,4 @@
-"""Boundary pairs: ordered, through corners and anchors, spaced."""
+"""Boundary pairs: in order, through corners and anchors, and well spaced."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_a_shape_matches_itself_elastically():
 
 
 def gain(score, i, j, a, b):
-    """Of one step from (i, j), the score of the samples that it passes over its own length."""
+    """The score of a step from (i, j): the sum over the samples that it passes, over its length."""
     count, size = max(a, b), len(score)
     passed = [score[i + m * a // count, (j + m * b // count) % size] for m in range(count)]
     return np.mean(passed) * np.sqrt(a * b)

@@ -1,4 +1,4 @@
-"""Which of many coarse maps goes on."""
+"""Which of many coarse maps is refined."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Pins and strokes of the balanced method are met, whatever it takes short of a fold."""
+"""Pins and strokes of the balanced method are met at any cost short of a fold."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ STROKE = (np.array([0.2 + 0.5j, 0.5 + 0.6j, 0.8 + 0.5j]), np.array([0.4 + 1.6j, 
 
 
 def reach(fit):
-    """Shares of the target stroke's length at which the ends of the image are."""
+    """The positions of the image's ends, relative to the target stroke's length."""
     a, b = fit.strokes[0]
     return b.closest(fit.map(a.z[[0, -1]])) / b.length
 
@@ -103,7 +103,7 @@ def test_a_short_stroke_keeps_its_length_on_a_long_straight_one():
 
 
 def test_ends_slide_past_corners_of_the_target():
-    """On an arc of fifteen points a third as long again; the shape is its own mirror image, and so is the map."""
+    """On an arc of fifteen points, longer by a third; the shape is its own mirror image, and so is the map."""
     arc = 0.5 + 0.3j + 0.4 * np.exp(1j * np.linspace(2.9, np.pi - 2.9, 15))
     fit = iccm.fit(SQUARE, SQUARE, strokes=[(np.array([0.35 + 0.6j, 0.65 + 0.6j]), arc)])
     first, last = reach(fit)
@@ -113,7 +113,7 @@ def test_ends_slide_past_corners_of_the_target():
 
 @pytest.mark.parametrize("fresh", [True, False])
 def test_a_map_goes_on_from_an_earlier_one(fresh):
-    """On the same mesh where the pins are the same points of the source, on another where they are not."""
+    """On the same mesh if the pins are the same points of the source, else on another."""
     pins = np.array([(0.3 + 0.3j, 0.3 + 0.5j), (0.7 + 0.3j, 1.5 + 0.4j), (0.5, 1 + 0j)])
     first = iccm.fit(SQUARE, ELL, exact_pins=True, pins=pins[1:] if fresh else pins)
     moved = pins + np.array([[0, 0.05 + 0.03j], [0, 0.1], [0, 0]])
@@ -366,7 +366,7 @@ def test_a_stroke_that_would_have_to_pass_pins_is_told_as_not_met():
 
 
 def test_no_smaller_triangles_are_tried_for_a_map_that_pins_make_useless(monkeypatch):
-    """A square on a strip, 200 times as long as wide: one coarse search in each direction, where no fine mesh holds."""
+    """A square onto a strip, 200 times as long as wide: one coarse search in each direction, and no fine mesh."""
     searches = []
     coarse_map = multilevel.coarse_map
 

@@ -17,7 +17,7 @@ CORNERS = np.array([0.2 + 0.2j, 1.8 + 0.2j, 1.8 + 1.8j, 0.2 + 1.8j])
 
 
 def bent(angle):
-    """Pins of the bar's ends, the right one where a bar of the same length bent to an arc has it."""
+    """Pins at the bar's ends, the right one at its place on a bar of the same length bent to an arc."""
     radius = LENGTH / np.radians(angle)
     x, y = ENDS[2:].real, ENDS[2:].imag - 0.5
     ring = (radius - y) * np.exp(1j * x / radius)
@@ -25,7 +25,7 @@ def bent(angle):
 
 
 def turned(line):
-    """Degrees by which a polyline turns from its first edge to its last."""
+    """The total angle in degrees by which a polyline turns."""
     steps = np.diff(line)
     return np.degrees(np.sum(np.angle(steps[1:] / steps[:-1])))
 
@@ -35,7 +35,7 @@ def error(fit):
 
 
 def as_rigid_as_possible(fit, pins):
-    """The same mesh moved by the same pins by libigl's local-global iterations."""
+    """The same mesh deformed with the same pins by libigl's local-global iterations."""
     z, faces = fit.map.source, fit.map.faces
     held = np.array([np.argmin(np.abs(z - pin)) for pin in pins[:, 0]], np.int32)
     data = igl.ARAPData()
@@ -126,7 +126,7 @@ def test_strokes_are_met():
 
 
 def test_ends_of_strokes_slide_unless_they_have_pins():
-    """Onto an angle half as long again: the bar keeps its length, and its middle goes to the corner."""
+    """Onto an angle, longer by half: the bar keeps its length, and its middle goes to the corner."""
     stroke = (np.array([0.5 + 0.5j, 5.5 + 0.5j]), np.array([-1 + 0.5j, 3 + 2.5j, 7 + 0.5j]))
     fit = iccm.deform(BAR, strokes=[stroke])
     image = fit.map(Curve(stroke[0], closed=False).at(np.linspace(0, 5, 201)))
@@ -164,7 +164,7 @@ def test_two_points_may_come_to_one_place():
 
 
 def test_where_it_overlaps_what_is_farther_from_the_first_pin_is_shown():
-    """The bar's ends one over the other: of two triangles that cover the same point the later one is seen."""
+    """With the bar's ends one over the other: of two triangles that cover the same point, the later one is visible."""
     pins = np.array([(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.2 + 0.5j), (3 + 0.5j, 3 + 2j)])
     for order in ([0, 1, 2], [1, 0, 2]):
         fit = iccm.deform(BAR, pins=pins[order])
@@ -216,7 +216,7 @@ def test_mistakes_are_named(options, said):
 
 
 def test_a_shape_with_a_round_outline_keeps_its_parts():
-    """A pear's top is pulled up; its bottom, held by three pins, stays as it is."""
+    """A pear's top is pulled up; its bottom, held by three pins, does not move."""
     outline = pear()
     pins = [(0.3 - 0.2j, 0.3 - 0.2j), (-0.3 - 0.2j, -0.3 - 0.2j), (0j, 0j), (0.5 + 0.1j, 0.6 + 0.3j)]
     fit = iccm.deform(outline, pins=pins)

@@ -28,7 +28,7 @@ def assembled(u, theta=1.0, q=1.0, epsilon=0.0):
 
 
 def times(matrix, w):
-    """The symmetric block matrix times a vector of the plane for each vertex."""
+    """The product of the symmetric block matrix with a plane vector per vertex."""
     rows = np.repeat(np.arange(w.size), np.diff(SYSTEM.starts))
     blocks, at = matrix.reshape(-1, 2, 2), np.argsort(SYSTEM.position)
     x = np.stack([w.real, w.imag], axis=1)[at]
@@ -88,7 +88,7 @@ def test_the_gradient_is_that_of_the_energy(theta, q, epsilon):
 
 @pytest.mark.parametrize(("theta", "q"), [(1.0, 1.0), (1.0, 3.0), (2.0, 4.0)])
 def test_the_hessian_is_that_of_the_gradient_where_nothing_is_projected(theta, q):
-    u = 1.3 * Z.real + 1.2j * Z.imag  # stretched in both directions: every eigenvalue is positive
+    u = 1.3 * Z.real + 1.2j * Z.imag  # stretched in both directions: all eigenvalues are positive
     _, _, matrix = assembled(u, theta, q)
     rng = np.random.default_rng(4)
     way = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
@@ -118,7 +118,7 @@ def test_the_gradient_by_the_sources_area_alone():
 
 
 def test_the_stretch_of_a_share_counts_both_areas():
-    """Two halves of a source, one of which is three times as large as the other in the image."""
+    """Two halves of a source, one of which has three times the area of the other in the image."""
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     z = np.array([0, 4, 4 + 2j, 2j]) / np.sqrt(8)
     u = np.array([0, 4, 4 + 2j, 6j]) / 4
@@ -129,7 +129,7 @@ def test_the_stretch_of_a_share_counts_both_areas():
 
 @pytest.mark.parametrize("theta", [0.3, 1.0, 2.5])
 def test_the_figures_of_a_map_show_the_energy_that_is_minimised(theta):
-    """The report's energies, written in NumPy, and the solver's density, half of it by the source's area."""
+    """The report's energies, computed by NumPy, and the solver's density, half of it weighted by the source's area."""
     f_z, f_zbar, areas = derivatives(Z, BENT, FACES)
     images = areas * (np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2)
     scale = float(np.sqrt(images.sum() / areas.sum()))

@@ -1,4 +1,4 @@
-"""Importance and sizes over the source: what is even changes nothing, distortion and areas go where they are sent."""
+"""Importance and sizes over the source: constant ones change nothing; others move distortion and areas as requested."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_distortion_leaves_what_matters():
 
 def test_halves_of_a_bar_come_to_have_the_areas_asked_for():
     sizes = np.ones((4, 400))
-    sizes[:, 200:] = np.sqrt(3)  # of the area, three quarters
+    sizes[:, 200:] = np.sqrt(3)  # three quarters of the area
     shares = []
     for balance in (1.0, 8.0):
         fit = iccm.fit(BAR, BAR, size_map=sizes, balance=balance)

@@ -1,4 +1,4 @@
-"""Maps between domains with holes: each outline goes to its partner, whatever their number, place and turn."""
+"""Maps between domains with holes: each outline is mapped to its partner, for any number, position and rotation."""
 
 from dataclasses import replace
 
@@ -123,7 +123,7 @@ def test_holes_without_a_partner_all_but_vanish():
         for w in (solution.map.source, solution.map.image)
     ]
     assert shares[0] == pytest.approx(0.115, abs=2e-3)
-    assert shares[1] / shares[0] < 0.05  # a void of 2 % is at rest (VOID)
+    assert shares[1] / shares[0] < 0.05  # a virtual triangle with 2 % is at rest (VOID)
     slit = solved(DISC, OFF)
     (loop,) = slit.map.loops[1:]
     assert slit.partners == ((-1, 0),) and 0 < -Curve(slit.map.source[loop]).area < 0.013 * DISC[0].area
@@ -229,7 +229,7 @@ def test_holes_that_cannot_be_are_told(wrong, said):
 
 
 def crooked(width=0.08, turns=1.8):
-    """A spiral bar with a square hole near each end: no start along the outlines alone takes it anywhere."""
+    """A spiral bar with a square hole near each end, for which no start along the outlines alone succeeds."""
     t = np.linspace(0.25, 1, 60)
     middle = t * np.exp(2j * np.pi * turns * t)
     normal = 1j * np.gradient(middle) / np.abs(np.gradient(middle))
@@ -288,7 +288,7 @@ def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):
     assert again.report()["injective"]["certified"]
     same = len(source[1]) >= len(
         target[1]
-    )  # what fills surplus holes of the target is not in the earlier map
+    )  # what fills surplus holes of the target is not part of the earlier map
     assert (again.map.source.size == first.map.source.size) == same
 
 
@@ -312,7 +312,7 @@ def test_a_loop_is_the_hole_that_it_follows_though_less_closely_than_the_map_its
 
 
 def test_a_hole_that_opens_from_a_slit_has_every_kink_of_its_outline():
-    """Held against shapely's distance, with triangles far larger than the hole's edges."""
+    """Compared with shapely's distance, with triangles far larger than the hole's edges."""
     round_hole = 0.5 * np.exp(2j * np.pi * np.arange(90) / 90)
     given = domain(STEPS, round_hole)
     found = solved(DISC, given)

@@ -1,4 +1,4 @@
-"""The coarse map that follows pins: it meets them, folds nowhere, and goes on from where it was."""
+"""The coarse map that follows pins: it meets them, has no folds, and continues from its last state."""
 
 import numpy as np
 import pytest
@@ -130,7 +130,8 @@ def test_a_drag_waits_for_a_new_mesh_and_lags_behind_without_folds(side):
     _, live, pins = begun()
     faces = live.state.faces
     pins = pins + 0j
-    pins[1, side] -= 0.9 * (pins[1, side] - pins[2, side])  # too close to the other one to get there at once
+    # too close to the other one to be reached immediately
+    pins[1, side] -= 0.9 * (pins[1, side] - pins[2, side])
     steps = 0
     while steps < STEPS_PER_MESH - 1:
         live, steps = live.moved(pins, dragged=True), steps + 1
@@ -179,7 +180,7 @@ def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on(more, side
     seen = sound(live, pins)
     rested = iccm.fit(shapes.pear(), shapes.blob(), exact_pins=True, pins=pins, start=live.start, **hole)
     assert rested.status.ok
-    before, after = (xy_of(getattr(map, side)) for map in (seen, rested.map))  # where a hole is filled
+    before, after = (xy_of(getattr(map, side)) for map in (seen, rested.map))  # if a hole is filled
     away = cKDTree(before).query(after)[0]
     assert away.max() < 1e-6 * fit.diagonal and len(before) == len(after)
     z = fit.interior

@@ -1,4 +1,4 @@
-"""The mesher: what it covers, keeps and avoids."""
+"""The mesher: what it covers, preserves and avoids."""
 
 import numpy as np
 import pytest

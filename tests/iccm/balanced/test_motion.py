@@ -1,4 +1,4 @@
-"""Maps carried along as outlines move."""
+"""Maps that are moved along with their outlines."""
 
 from itertools import pairwise
 
@@ -34,7 +34,7 @@ def test_a_limb_that_moves_is_followed():
     before, now = figure(0), figure(8)
     tip = before.z.real.argmax()
     found = now.at(match_outlines(before, now))
-    assert abs(found[tip] - now.z[now.z.real.argmax()]) < 0.22  # half the arm's width
+    assert abs(found[tip] - now.z[now.z.real.argmax()]) < 0.22  # half the width of the arm
     assert np.abs(found - before.z).max() < 1.2 * np.radians(8) * 2.1  # no farther than the arm swings
 
 
@@ -42,9 +42,10 @@ def test_harmonic_functions_lie_between_what_they_are_on_the_border():
     map = iccm.fit(DISC, 2 * DISC).map
     border = np.concatenate(map.loops)
     given = np.where(np.isin(np.arange(map.source.size), border), 1 + 2j, 0)
-    assert np.abs(harmonic(map.source, map.faces, border, given) - (1 + 2j)).max() < 1e-12  # shifts are exact
+    # translations are exact
+    assert np.abs(harmonic(map.source, map.faces, border, given) - (1 + 2j)).max() < 1e-12
     found = harmonic(map.source, map.faces, border, np.where(given != 0, map.source**2, 0))
-    assert np.abs(found - map.source**2).max() < 0.1  # z² is harmonic; weights are floored
+    assert np.abs(found - map.source**2).max() < 0.1  # z² is harmonic; the weights are clamped from below
     assert np.abs(found).max() <= np.abs(map.source[border] ** 2).max() + 1e-12
 
 
@@ -79,6 +80,6 @@ def test_an_outline_is_reshaped_where_limbs_part_and_moved_where_they_swing():
         return Curve.domain(shapely.get_coordinates(whole.exterior)[:-1] @ [1, 1j])
 
     closed, ajar, apart = figure(0.38), figure(0.42), figure(0.5)
-    assert is_reshaped(closed, ajar) and is_reshaped(ajar, closed)  # by .02, and the crotch by 2
+    assert is_reshaped(closed, ajar) and is_reshaped(ajar, closed)  # by .02, while the crotch moves by 2
     assert not is_reshaped(ajar, apart) and not is_reshaped(ajar, ajar)
     assert not is_reshaped(closed, Curve(1.1 * np.exp(0.2j) * closed.z))

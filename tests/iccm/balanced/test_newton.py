@@ -110,7 +110,8 @@ def test_newton_only_goes_down_and_never_folds():
         assert (np.diff(state.pairs.tau) > 0).all()
         assert np.abs(state.u[: state.border] - ELL.curve.at(state.pairs.tau)).max() < 1e-9
     gains = -np.diff(energies)
-    assert (gains >= -1e-12).all() and gains[0] > 0.01 and gains[-1] < 1e-6  # quadratic at the end
+    # quadratic convergence at the end
+    assert (gains >= -1e-12).all() and gains[0] > 0.01 and gains[-1] < 1e-6
 
 
 def test_a_wide_box_is_not_worse_than_the_affine_map():

@@ -1,4 +1,4 @@
-"""Outlines that slide on the last mesh, and are split at their vertices afterwards."""
+"""Outlines that slide on the last mesh, and are then split at their vertices."""
 
 import numpy as np
 import pytest

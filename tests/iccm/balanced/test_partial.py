@@ -1,4 +1,4 @@
-"""Partial maps: bays filled, holes passed over, and what is said of them."""
+"""Partial maps: concavities filled, holes ignored, and the notes about them."""
 
 import re
 
@@ -54,7 +54,7 @@ def test_a_shape_with_its_bays_is_its_hull_but_for_shallow_ones(curve):
 
 
 def test_an_edge_along_the_hull_begins_no_bay():
-    """The feet of a U lie on its hull; its only bay is the one between them."""
+    """The feet of a U lie on its hull; its only concavity is the one between them."""
     filled = fill_hull(unit(U))
     assert [bay.size for bay in filled.bays] == [4]
     assert fill_hull(unit(SQUARE)).bays == () == fill_hull(unit(DISC)).bays
@@ -71,7 +71,7 @@ def test_half_a_shape_gets_half_the_bays(curve):
 
 
 def test_a_void_counts_the_area_of_its_image():
-    """But for a barrier, of whatever shape the image is; by the inverse map, of the source's vertices, the same."""
+    """Apart from a barrier, for any form of the image; for the inverse map, that of the source's vertices."""
     z, faces = np.array([0, 1, 0.2 + 1j]), np.array([[0, 1, 2]])
     u = np.array([0.1j, 0.9, 1.3 + 0.7j])
     gradients, areas = geometry(z, faces)
@@ -109,7 +109,7 @@ def test_all_of_the_source_is_shown_and_the_map_is_less_stretched(name):
     assert 1 - shown.area / polygon(target).area == pytest.approx(report["uncovered"], abs=1e-3)
     assert polygon(target).buffer(1e-3).contains(shown)
     assert abs(Curve(fit.map.polygon).area) == pytest.approx(source.area, rel=1e-3)
-    assert report["boundary"]["hausdorff"] < 5e-4  # of the outline with bays filled
+    assert report["boundary"]["hausdorff"] < 5e-4  # of the outline with concavities filled
 
 
 @pytest.mark.slow
@@ -163,14 +163,14 @@ def test_what_may_be_lost_is_bounded():
 @pytest.mark.slow
 def test_what_may_be_lost_is_bounded_on_the_last_mesh_too(monkeypatch):
     free = iccm.fit(U, SQUARE)
-    monkeypatch.setattr(multilevel, "is_within", lambda *given: True)  # a search that takes it for less
+    monkeypatch.setattr(multilevel, "is_within", lambda *given: True)  # a search that is satisfied with less
     assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
 
 
 @pytest.mark.slow
 def test_pins_are_met_by_partial_maps():
     pins = np.array([[-2.5 + 4j, 0.5 + 3j], [2.5 + 4j, 3.5 + 2.5j]])
-    assert not iccm.fit(U, SQUARE, exact_pins=True, pins=pins).is_partial  # unless it is asked for
+    assert not iccm.fit(U, SQUARE, exact_pins=True, pins=pins).is_partial  # unless requested
     fit = iccm.fit(U, SQUARE, exact_pins=True, pins=pins, fit="contain")
     assert fit.filled is not None and fit.certificate.certified
     assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
@@ -195,7 +195,7 @@ def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial
 
 
 def test_holes_are_passed_over_where_that_costs_less():
-    """A hole at the left end of a block does not go to one at the right end of another."""
+    """A hole at the left end of a block is not mapped to one at the right end of another."""
     block = Curve.domain(np.array([-4 - 1j, 4 - 1j, 4 + 1j, -4 + 1j]))
     wedge = Curve.domain(np.array([-4 - 1j, 4 - 1j, 3.5 + 1j, -4 + 1j]))
     holes = {"source_holes": [0.5 * STEPS - 3], "target_holes": [0.5 * STEPS + 3]}
@@ -207,7 +207,7 @@ def test_holes_are_passed_over_where_that_costs_less():
     assert any("ignores 1 hole of the source and 1 hole of the target" in note for note in free.notes)
     assert (
         abs(free.report()["turn"]) < 5 < abs(kept.report()["turn"])
-    )  # upside down the holes go onto each other
+    )  # upside down, the holes are mapped onto each other
 
 
 def test_bad_words_are_refused():
@@ -236,7 +236,7 @@ def test_a_hole_beyond_the_map_has_no_outline_in_it():
 
 
 def test_mouths_lie_outside_also_behind_a_spit():
-    """A coast that bulges beyond the chord from the root of a spit: its mouth is parted there."""
+    """A coast that bulges beyond the chord from the root of a spit: its mouth is split there."""
     spit = [10, 10.5 + 4j, 10.4 + 4j, 10 + 1j]
     outline = Curve(0.1 * np.array([0, *spit, 6 + 2j, 6 + 3j, 10.15 + 3.5j, 6 + 4.5j, 6 + 9j, 10 + 10j, 10j]))
     filled = fill_hull(outline)

@@ -1,4 +1,4 @@
-"""Balanced maps are the same numbers on other processors."""
+"""Balanced maps are identical on other processors."""
 
 import os
 import subprocess
@@ -23,7 +23,9 @@ print(hashlib.sha256(iccm.fit(iccm.Curve(flower), iccm.Curve([0, 3, 3 + 2j, 2j])
     library().iccm_runtime_x86_64_level() < 3, reason="the core has one variant for this processor"
 )
 def test_a_processor_without_fused_products_makes_the_same_map():
-    """The core is that of the first x86-64 processors; NumPy's and OpenBLAS' loops are those of old ones too."""
+    """The core is the variant for the first x86-64 processors; NumPy's and OpenBLAS' loops are those for old ones,
+    too.
+    """
     old = {
         "ICCM_CORE": "x86-64",
         "OPENBLAS_CORETYPE": "Prescott",

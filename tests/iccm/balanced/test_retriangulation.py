@@ -1,4 +1,4 @@
-"""Edges of a map's triangulation flipped where that lowers its energy."""
+"""Edge flips in a map's triangulation that decrease its energy."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ def square_onto_bar() -> DiscreteMap:
 
 
 def flips(state: DiscreteMap) -> list[np.ndarray]:
-    """The triangulations that one flip of an inner edge that does not join two vertices of the outline gives."""
+    """The triangulations after one flip of an inner edge that does not join two vertices of the outline."""
     faces, found = state.faces.tolist(), []
     beyond = {(tri[k], tri[k - 2]): (t, tri[k - 1]) for t, tri in enumerate(faces) for k in range(3)}
     for (b, c), (t, a) in beyond.items():
@@ -52,7 +52,7 @@ def test_no_flip_of_one_edge_is_left_that_lowers_the_energy(q):
 
 
 def energy_at(state: DiscreteMap, faces, q: float) -> float:
-    """The energy of triangles, by singular values."""
+    """The energy of triangles, from singular values."""
     total = 0.0
     for z, u in zip(state.z[faces], state.u[faces]):
         (e, f), (g, h) = [[w[1] - w[0], w[2] - w[0]] for w in (z, u)]

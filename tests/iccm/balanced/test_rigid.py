@@ -1,4 +1,4 @@
-"""Rigid regions: moved by similarities, whatever surrounds them; the density that makes them so; what is refused."""
+"""Rigid regions: moved by similarities in any surroundings; their density; and what is rejected."""
 
 import re
 from pathlib import Path
@@ -34,7 +34,7 @@ INSIDE = np.array([-0.3 - 0.7j, 0.7 - 0.7j, -0.2 + 0.7j, -0.2 - 0.2j, 0.3 - 0.65
 
 
 def similarity_of(fit, z=INSIDE):
-    """The similarity that the map is on points, which it is to 1 % of how far these are apart."""
+    """The similarity that the map is on points, to 1 % of their extent."""
     w = fit.map(z)
     found = Similarity.fit(z, w)
     assert np.abs(found(z) - w).max() <= 0.01 * abs(found.factor) * np.abs(z - z.mean()).max()
@@ -54,7 +54,7 @@ def test_a_region_moves_by_an_upright_similarity_of_the_mean_scale(kept):
     assert abs(region["turn"]) < 1
     free = iccm.fit(SQUARE, STAR)
     away = np.abs(Similarity.fit(INSIDE, free.map(INSIDE))(INSIDE) - free.map(INSIDE)).max()
-    assert away > 0.05 and "regions" not in free.report()  # it is the region that makes it so
+    assert away > 0.05 and "regions" not in free.report()  # it is due to the region
 
 
 def test_nothing_folds_and_the_outline_is_met(kept):
@@ -102,7 +102,7 @@ def test_what_finds_no_room_is_smaller_and_told():
     assert fit.boundary["hausdorff"] <= 1e-3 and fit.certificate.share == 1
     factor = similarity_of(fit, star.z[::2]).factor
     mean = np.sqrt(arc.area / medal.area)
-    assert factor.real < 0.95 * mean and abs(factor.imag) < 0.02 * mean  # upright all the same
+    assert factor.real < 0.95 * mean and abs(factor.imag) < 0.02 * mean  # still upright
 
 
 def test_what_reaches_the_outline_is_kept_off_it():
@@ -186,7 +186,7 @@ def test_bones_of_a_leg_keep_their_form_and_the_knee_bends(held):
     thigh, shin = (similarity_of(fit, BONE + shift + 0.02 * (1.3 + 0.5j - BONE)).factor for shift in (0, 3.4))
     assert [abs(thigh), abs(shin)] == pytest.approx([1, 1], abs=0.02)
     assert 60 < np.degrees(abs(np.angle(shin / thigh))) < 120
-    if held == 2:  # two pins in a bone
+    if held == 2:  # two pins in a rigid region
         assert thigh == pytest.approx(1, abs=0.02)
 
 
@@ -220,7 +220,7 @@ def test_a_region_that_leaves_no_room_beside_it_is_made_smaller():
 
 @pytest.mark.parametrize("angle", np.linspace(0.0, 1.5, 7))
 def test_where_there_is_room_for_a_region_it_is_inside(angle):
-    """Between the points of the grid that places are looked for on, too."""
+    """Including places between the points of the grid on which places are searched."""
     turned = np.exp(1j * angle) * np.array([0, 20, 20 + 1j, 1j])
     domain, box = shapely.Polygon(xy_of(turned)), np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
     share, place = room_for(0.7 * box, domain, complex(turned.mean()))
@@ -228,7 +228,8 @@ def test_where_there_is_room_for_a_region_it_is_inside(angle):
 
 
 def test_a_region_goes_where_there_is_room_for_it():
-    # a bar onto a ball with a handle: the map without the disc has it in the handle, which is too narrow for it
+    # a bar onto a ball with a handle: without constraints the disc is mapped into the handle, which is too narrow for
+    # it
     bar = np.array([0, 8, 8 + 1.2j, 1.2j])
     ball = 1.6 * np.exp(1j * np.linspace(np.pi - 0.2, -np.pi + 0.2, 40)[::-1])
     handle = np.array([-8 + 0.32j, -8 - 0.32j])

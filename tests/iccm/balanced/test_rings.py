@@ -1,4 +1,4 @@
-"""Rings opened by a seam."""
+"""Rings opened by a cut."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def test_a_cut_takes_next_to_nothing_of_the_ring():
 
 
 def test_a_cut_does_not_leave_the_ring():
-    """From the tip of the arm the hole is beyond the bay."""
+    """Seen from the tip of the arm, the hole is beyond the concavity."""
     arm = Curve.domain(np.array([0, 6, 6 + 6j, 5 + 6j, 5 + 3j, 3j]))
     hole = Curve(np.array([1 + 1j, 1 + 2j, 2 + 2j, 2 + 1j]))
     tip = arm.knots[np.flatnonzero(arm.z == 5 + 6j)[0]]
@@ -64,7 +64,7 @@ def test_a_ring_stays_closed_where_its_hole_costs_little():
     fit = iccm.fit(OUTER, OUTER, source_holes=[0.8 + HOLE.z])
     assert fit.voids.any() and not any("seam" in note for note in fit.notes)
     shown = fit.map.faces[~fit.voids]
-    energy = Energy().between(fit.map.source, fit.map.image, shown)  # what fills the hole has next to no area
+    energy = Energy().between(fit.map.source, fit.map.image, shown)  # what fills the hole has almost no area
     assert price_of(fit, Settings()) == pytest.approx(energy, rel=0.05) and energy < 1.5
 
 

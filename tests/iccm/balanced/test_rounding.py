@@ -1,4 +1,4 @@
-"""Outlines on a grid while a map is looked for, and maps that hold still under noise."""
+"""Outlines rounded to a grid during the search, and maps that are stable under noise."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_outlines_that_would_touch_stay_as_they_are():
 
 @pytest.mark.parametrize("pins", [None, PINS[:1], PINS], ids=["free", "pin", "pins"])
 def test_noise_does_not_move_a_map(pins):
-    """Neither with pins, nor where what is rounded are vertices of the drawing: these are met exactly."""
+    """Neither with pins, nor if the vertices of the drawing are rounded themselves: these are met exactly."""
     shapes = SQUARE, ell()
     before = iccm.fit(*shapes, exact_pins=True, pins=pins)
     after = iccm.fit(*map(shaken, shapes), exact_pins=True, pins=None if pins is None else shaken(pins))
@@ -53,7 +53,7 @@ def test_noise_does_not_move_a_map(pins):
 
 
 def strip(width):
-    """Two triangles on the grid, the middle of the long sides between given vertices."""
+    """Two triangles on the grid, with the middle of the long sides between given vertices."""
     z = on_grid(np.array([0, 0.5, 1, 1 + 1j * width, 0.5 + 1j * width, 1j * width]))
     return z, np.array([[0, 1, 5], [1, 4, 5], [1, 2, 4], [2, 3, 4]])
 
@@ -70,7 +70,7 @@ def test_a_boundary_is_put_back_vertex_by_vertex():
 
 @pytest.mark.parametrize(("height", "stay"), [(0.5, []), (0.3, [0, 1])])
 def test_outlines_stay_where_they_would_fold_and_pins_are_put_back(height, stay):
-    """A vertex inside is closer to the boundary than this moves; a pin is in the way of nothing."""
+    """A vertex inside is closer to the boundary than this moves; pins do not matter."""
     z = np.append(SQUARE, [0.5 + height * GRID_SPACING * 1j, 0.5 + 0.5j])
     faces = np.array([[0, 1, 4], [1, 5, 4], [0, 4, 5], [1, 2, 5], [2, 3, 5], [3, 0, 5]])
     given, pin = SQUARE + 0.4 * GRID_SPACING * 1j, 0.5 + 0.5j + 0.3 * GRID_SPACING

@@ -1,4 +1,4 @@
-"""Soft pins: springs of patches, their derivatives and limits, and the maps that they make."""
+"""Soft pins: springs for patches, their derivatives and limits, and the resulting maps."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -25,7 +25,7 @@ DIAGONAL = 195.0
 
 
 def triangles(count, seed=3):
-    """A Delaunay mesh of scattered points of a square, and a smooth image of it without folds."""
+    """A Delaunay mesh of scattered points in a square, and a smooth image of it without folds."""
     from scipy.spatial import Delaunay
 
     rng = np.random.default_rng(seed)
@@ -210,7 +210,9 @@ def test_noise_in_the_outline_hardly_moves_a_deformation():
 
 
 def test_deformations_converge_as_meshes_are_refined(monkeypatch):
-    """Of maps onto a target only the outline's own correspondence would be measured, which depends on its vertices."""
+    """For maps onto a target, this would only measure the correspondence of the outlines, which depends on their
+    vertices.
+    """
     settings_of = balanced.settings_of
 
     def steps(**options):
@@ -237,14 +239,14 @@ def test_radii_leave_room():
     assert close == pytest.approx([9 * RADIUS_PIN_DISTANCES] * 2)
     deformed = choose_radii(
         source, None, ((), ()), np.array([[0, 5], [40j, 5]], complex)
-    )  # one place for both
+    )  # the same place for both
     assert deformed == pytest.approx([RADIUS_SHARE * size] * 2)
 
 
 def test_a_pin_far_from_its_place_is_told_by_the_status():
     corners = np.array(
         [[-20, -30j], [20, 30j], [-25j, 25], [25j, -25]]
-    )  # of a square: a mirror, not a rotation
+    )  # of a square: a reflection, not a rotation
     mirrored = corners.copy()
     mirrored[:, 1] = corners[:, 0].conj() * 1j
     pins = [iccm.Pin(*pin, tolerance=1.0) for pin in mirrored]
@@ -289,7 +291,7 @@ LINE = np.array([-0.5 - 0.1j, 0, 0.5 + 0.05j])
 
 
 def dilatations_along(fit, line):
-    """Those of a map at points around a polyline."""
+    """Dilatations of a map at points around a polyline."""
     share = np.linspace(0, 1, 100)
     z = np.interp(share, np.linspace(0, 1, line.size), line.real) + 1j * np.interp(
         share, np.linspace(0, 1, line.size), line.imag
@@ -364,7 +366,7 @@ def test_a_saved_map_knows_how_its_pins_hold(tmp_path):
 
 @dataclass
 class Pulled:
-    """A map after some rounds of stiffer springs, which stands for the misses and the energy that it has."""
+    """Stands for a map after some rounds of stiffer springs, by the errors and the energy that it has."""
 
     misses: list[float]
     values: list[float]

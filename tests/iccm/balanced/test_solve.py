@@ -1,4 +1,4 @@
-"""The solver as a whole: identities, invariants, and what every map must be."""
+"""The solver as a whole: identities, invariants, and what must hold for every map."""
 
 from dataclasses import replace
 
@@ -44,7 +44,7 @@ def free():
 
 
 def difference(first, second, place, image):
-    """The largest distance of second's map from first's, seen in the other coordinates, of the image's size."""
+    """The largest distance of the second map from the first in the other coordinates, relative to the image's size."""
     found = interpolate(second.map.source, second.map.faces, second.map.image, place(first.map.source))
     return np.abs(found - image(first.map.image)).max() / np.ptp(second.map.image.real)
 
@@ -60,7 +60,7 @@ def check(solution, source, target, tolerance=5e-4):
 
 
 def largest(solution):
-    """The largest dilatation and the largest stretch, areas taken as one."""
+    """The largest dilatation and the largest stretch, with areas normalised."""
     z, u = (
         w / np.sqrt(triangle_areas(w[solution.map.faces]).sum())
         for w in (solution.map.source, solution.map.image)
@@ -96,7 +96,7 @@ def test_a_shape_onto_a_similar_copy_is_the_similarity():
 
 
 def test_a_turned_copy_is_found_by_the_search_as_well():
-    """Or what costs less: a little energy for a little less of a turn."""
+    """Or a map with lower cost: slightly more energy for a slightly smaller rotation."""
     found = solve(FLAG, Curve.domain(FLAG.z * np.exp(0.5j)), SMALL)
     costs = [
         energy * (1 + 0.5 * UPRIGHT * (1 - np.cos(turn)))
@@ -144,7 +144,7 @@ def test_symmetric_shapes_have_a_symmetric_map_without_turn(source, target):
 
 
 def test_symmetric_shapes_have_another_map_where_a_symmetric_one_is_dear():
-    """The stem of a T onto the gap of an arch: it goes into one of the legs."""
+    """The stem of a T onto the gap of an arch: it is mapped into one of the legs."""
     stem = Curve.domain(np.array([-0.2 - 1j, 0.2 - 1j, 0.2, 1, 1 + 0.5j, -1 + 0.5j, -1, -0.2]))
     arch = Curve.domain(
         np.array([-1 - 1j, -0.5 - 1j, -0.5 - 0.3j, 0.5 - 0.3j, 0.5 - 1j, 1 - 1j, 1 + 0.6j, -1 + 0.6j])
@@ -173,7 +173,7 @@ def test_the_turn_asked_for_is_made():
 @pytest.mark.parametrize("fit", ["auto", "contain", "cover"])
 @pytest.mark.parametrize("turn", [0, 45, 90])
 def test_a_turn_asked_for_is_kept_or_told(fit, turn):
-    """A flag onto itself turned by a right angle, in whole or in part."""
+    """A flag onto itself, rotated by a right angle, in whole or in part."""
     found = iccm.fit(FLAG, 1j * FLAG.z, turn=turn, fit=fit)
     told = [note for note in found.notes if "rotated by" in note]
     away = abs(found.distortion.turn - turn)
@@ -185,7 +185,7 @@ def test_a_turn_asked_for_is_kept_or_told(fit, turn):
 
 @pytest.mark.parametrize("asked", [None, "any", 0, 90])
 def test_pins_that_turn_a_picture_otherwise_than_asked_are_told(asked):
-    """A flag turned by 40 degrees, with pins that turn with it."""
+    """A flag rotated by 40 degrees, with pins that agree with the rotation."""
     pins = np.array([0.6 + 1j, 2 + 1j])
     turned = np.exp(1j * np.radians(40))
     found = iccm.fit(FLAG, FLAG.z * turned, pins=np.stack([pins, pins * turned], axis=1), turn=asked)
@@ -208,7 +208,7 @@ def test_bounds_are_met_or_it_is_said_how_nearly():
 
 
 def test_a_bound_at_corners_is_met_where_the_outlines_slide():
-    """Beside a corner of a pentagon, on a circle of sixty short edges."""
+    """Near a corner of a pentagon, on a circle of sixty short edges."""
     pentagon = Curve.domain(np.array([0.24 - 1.4j, 1.1 - 1.84j, 1.8 - 1.2j, 1.6 - 0.3j, 0.4 - 0.2j]))
     free, held = (solve(pentagon, DISC, replace(SMALL, max_stretch=most)) for most in (None, 1.75))
     assert largest(free)[1] > 2 and held.reached and largest(held)[1] <= 1.75
@@ -269,7 +269,7 @@ def test_a_spiral_onto_a_star_by_way_of_a_disc():
 
 
 def test_a_block_onto_a_spiral_starts_from_the_inverse():
-    """The harmonic map into a spiral folds beyond repair, that out of it does not."""
+    """The harmonic map into a spiral folds beyond repair; the one out of it does not."""
     curves = (Curve((c.z - c.z.mean()) / np.sqrt(c.area)) for c in (SQUARE, spiral(3)))
     level = Level.of(
         UnitProblem(*curves, WITHOUT_ROTATION), 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST
@@ -328,19 +328,19 @@ def test_failure_is_an_error_that_says_why(monkeypatch):
 
 @pytest.mark.parametrize("height", [100, 137])
 def test_a_square_onto_a_rectangle_is_symmetric(height):
-    """Both halves are the same, left and right, above and below, and nothing is turned."""
+    """Left and right halves are the same, as are upper and lower ones, and nothing is rotated."""
     square, rectangle = np.array([0, 1, 1 + 1j, 1j]), np.array([0, 160, 160 + 1j * height, 1j * height])
     fit = iccm.fit(square, rectangle)
     x, y = np.meshgrid(np.linspace(0.05, 0.95, 9), np.linspace(0.05, 0.95, 9))
     at, diagonal = fit.map(x + 1j * y), abs(rectangle[2])
     across, over = fit.map(1 - x + 1j * y), fit.map(x + 1j * (1 - y))
-    assert np.abs(across - (160 - at.conj())).max() < 1e-3 * diagonal  # the gap that was asked for
+    assert np.abs(across - (160 - at.conj())).max() < 1e-3 * diagonal  # the requested gap
     assert np.abs(over - (at.conj() + 1j * height)).max() < 1e-3 * diagonal
     assert abs(fit.report()["turn"]) < 0.1
 
 
 def test_a_turn_that_was_not_asked_for_is_told():
-    """A lying bar onto a standing one: upright would cost far more, and the picture ends on its side."""
+    """A lying bar onto a standing one: upright would cost far more, and the picture ends up on its side."""
     bar = np.array([-3 - 0.3j, 3 - 0.3j, 3 + 0.3j, -3 + 0.3j])
     standing = 1j * bar + np.array([0, 0, 0, 0.1j])
     told, free, asked = (iccm.fit(bar, standing, turn=turn) for turn in (0.0, "any", 90.0))
@@ -352,7 +352,7 @@ def test_a_turn_that_was_not_asked_for_is_told():
 
 
 def test_the_message_names_the_figure_that_misses():
-    """A map whose own outline leaves out some of the source is not one whose image misses the target."""
+    """A map whose own outline leaves out some of the source differs from one whose image misses the target."""
     fit = iccm.fit(SQUARE, DISC)
     assert "source" not in fit.boundary
     spike = Curve.domain(np.array([-1 - 1j, 1 - 1j, 1 - 0.001j, 1.02, 1 + 0.001j, 1 + 1j, -1 + 1j]))

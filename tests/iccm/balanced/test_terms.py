@@ -1,4 +1,4 @@
-"""Further terms of the energy: derivatives, what they do to maps, and what goes wrong in them."""
+"""Further terms of the energy: derivatives, effects on maps, and errors in terms."""
 
 from dataclasses import dataclass, replace
 
@@ -77,7 +77,7 @@ def assembled(u, weight=0.3):
 
 
 def dense(matrix):
-    """(2n, 2n) the matrix of blocks of the upper triangle, by the vertices' numbers."""
+    """The matrix (2n, 2n) given by blocks of the upper triangle, in the order of the vertices."""
     n = Z.size
     found = np.zeros((n, 2, n, 2))
     rows = np.repeat(np.arange(n), np.diff(PATTERN.starts))
@@ -99,7 +99,7 @@ def test_the_gradient_is_that_of_the_sum():
 
 
 def test_blocks_of_the_matrix_are_those_of_all_pairs_of_a_stencil():
-    """Where all residuals vanish, Gauss and Newton's Hessian is the Hessian, the derivative of the gradient."""
+    """If all residuals vanish, the Gauss-Newton Hessian is the Hessian, the derivative of the gradient."""
     u = (1.1 + 0.2j) * Z
     _, _, matrix = assembled(u)
     hessian = dense(matrix)

@@ -1,4 +1,4 @@
-"""Shapes of wire: their maps are found on meshes as small as those of other shapes, in as few starts."""
+"""Thin shapes: their maps are found on meshes no larger than those of other shapes, with as few starts."""
 
 import numpy as np
 import pytest
@@ -8,12 +8,12 @@ from iccm.balanced.model import discrete_map
 
 SQUARE = np.array([5 + 5j, 95 + 5j, 95 + 95j, 5 + 95j])
 DART = np.array([0, 50 + 49.9j, 100, 50 + 50j]).conj()[::-1]
-"""An arrowhead: a thousandth as wide as it is long, and its bay 500 times as large as itself."""
+"""An arrowhead, a thousandth as wide as it is long, with a concavity 500 times its area."""
 
 
 @pytest.fixture
 def untangled(monkeypatch):
-    """The number of vertices of each mesh that folds were undone on."""
+    """The number of vertices of each mesh on which folds were removed."""
     sizes: list[int] = []
     untangle = discrete_map.untangle
 

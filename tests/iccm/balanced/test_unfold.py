@@ -1,4 +1,4 @@
-"""Folds of coordinates undone where they are."""
+"""Local removal of folds in coordinates."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def test_folds_are_undone_where_they_are_and_those_that_cannot_be_stay():
     bad[4 * 25 + 4] += 1.7  # within reach
     stuck = 20 * 25 + 20
     bad[stuck] += 1.7
-    held[stuck] = True  # and its neighbours: nothing can be done
+    held[stuck] = True  # and its neighbours: it cannot be repaired
     held[np.unique(faces[(faces == stuck).any(axis=1)])] = True
     found = unfold_on(bad, faces, held, points, 1e-6)
     folded = faces[triangle_heights(found[faces]) <= 1e-6]

@@ -1,4 +1,4 @@
-"""What a map costs more because it turns the picture."""
+"""The additional cost of a map that rotates the picture."""
 
 from dataclasses import replace
 
@@ -80,7 +80,7 @@ def test_another_gradient_is_eliminated_as_the_first_one():
 
 
 def test_newton_lowers_the_cost_of_the_turn():
-    """Two blobs between which any turn costs nearly the same energy: the map turns back."""
+    """Two blobs between which every rotation costs nearly the same energy: the map rotates back."""
     turned = []
     for upright in (0.0, 3.0):
         level = Level.of(UnitProblem(PEAR, BLOB, Energy(upright=upright)), 0.1, 0.0, 6e-4, 20.0, smooth=True)

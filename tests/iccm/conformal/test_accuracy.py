@@ -1,4 +1,4 @@
-"""The conformal method against known conformal maps: error against vertices, and its order."""
+"""The conformal method compared with known conformal maps: error against vertices, and order of convergence."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_the_ell_onto_the_disc():
 
 @pytest.mark.slow
 def test_a_thousand_vertices():
-    """1e-6 where boundaries are smooth, a few of it at the near cusp and with corners on both sides."""
+    """1e-6 for smooth boundaries, a few times that for the near cusp and for corners on both sides."""
     assert smooth_error(0.2, 960)[0] < 1.5e-6
     assert smooth_error(0.45, 960)[0] < 5e-6
     assert square_error(960)[0] < 1.5e-6

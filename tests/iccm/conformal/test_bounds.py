@@ -1,4 +1,4 @@
-"""Outlines that used to take all memory: slits of hardly any width, countries of ten thousand vertices."""
+"""Outlines that used to exhaust memory: very narrow slits, countries with ten thousand vertices."""
 
 import subprocess
 import sys
@@ -21,7 +21,7 @@ def slit(width):
 
 
 def coast(vertices, seed=0):
-    """A closed fractal coast: midpoints moved at random, by less on every level; kept simple by its small moves."""
+    """A closed fractal coast: midpoints are moved at random, less on every level, so that it remains simple."""
     rng = np.random.default_rng(seed)
     z = np.exp(2j * np.pi * np.arange(6) / 6)
     while z.size < vertices:
@@ -67,7 +67,7 @@ def test_every_panel_is_an_edge_and_the_rest_is_delaunay():
 
 
 def cotangents(nodes, faces, panels):
-    """Sums of the cotangents opposite to the edges that are no panels: negative where an edge is not Delaunay."""
+    """Sums of the cotangents opposite to the edges that are not panels; negative for edges that are not Delaunay."""
     keys, values = [], []
     for k in range(3):
         apex, b, c = (faces[:, (k + j) % 3] for j in range(3))
@@ -152,7 +152,9 @@ def test_a_country_of_ten_thousand_vertices_takes_no_more_than_four_gigabytes(na
 
 
 def test_nodes_on_an_edge_make_no_triangle():
-    """An upright edge, whose nodes rounding leaves in a triangle of no area, made the stiffness matrix singular."""
+    """Rounding put the nodes of a vertical edge into a triangle without area, which made the stiffness matrix
+    singular.
+    """
     circle = np.exp(2j * np.pi * (np.arange(120) + 0.5) / 120)
     curve = Curve(circle / abs(circle[0]))
     measure = HarmonicMeasure(curve, panels.graded(curve, 0.05, np.empty(0)))

@@ -26,7 +26,7 @@ def freely(method):
 
 
 def as_pins(count=12):
-    """The stroke as pins at equal shares of the lengths."""
+    """The stroke as pins at equal arclengths."""
     s = np.linspace(0, 1, count)
     return np.column_stack([ARM.at(s * ARM.length), GOAL.at(s * GOAL.length)])
 
@@ -36,7 +36,7 @@ def misses(fit):
 
 
 def area_spread(fit):
-    """log10 of the area scale, from its 5th to its 95th percentile."""
+    """The range of log10 area scale from its 5th to its 95th percentile."""
     area = fit.report()["log10_area"]
     return area["p95"] - area["p05"]
 
@@ -70,8 +70,9 @@ def test_a_deformation_without_constraints_is_refused():
 
 @pytest.mark.parametrize("kind", ["pins", "strokes"])
 def test_the_start_of_a_quasiconformal_map_is_conformal(kind):
-    """From a start that is half antiholomorphic the paper's method does not find the target again; nor does it from
-    one that meets a dozen pins in a row (§3.1), which swings between them."""
+    """From a start that is half antiholomorphic, the paper's method does not find the target again; nor from one that
+    meets a dozen pins in a row (§3.1), which oscillates between them.
+    """
     constraints = {"pins": as_pins(4)} if kind == "pins" else {"strokes": [(ARM, GOAL)]}
     fit = iccm.fit(SOURCE, TARGET, quasi=0.1, **constraints, **METHODS["paper"])
     assert fit.report()["boundary"]["rms"] < 0.02
@@ -121,7 +122,7 @@ def test_a_lone_pin_is_met_and_the_boundary_too(method, pins):
 
 
 def test_the_start_from_a_lone_pin_is_upright():
-    """No pin turns the picture unless it asks for it: the fitted similarity keeps the scale it is given."""
+    """A pin does not rotate the picture unless requested: the fitted similarity keeps the given scale."""
     assert similarity(np.array([2j]), np.array([1 + 1j]), 0.5) == (0.5, 1 + 0j)
     assert similarity(np.array([], complex), np.array([], complex), 1j) == (1j, 0)
     assert similarity(np.array([1, 1], complex), np.array([2, 4], complex), 1) == (1, 2)
@@ -159,7 +160,7 @@ def test_quasiconformal_lowers_pin_error_and_area_distortion(method):
 
 
 def test_a_quasiconformal_deformation_lowers_area_distortion():
-    """Fig. 8: at the same pins, which both meet."""
+    """Fig. 8: with the same pins, which both meet."""
     conformal, quasi = (deform(SOURCE, pins=THREE, smoothness=1e-6, quasi=q) for q in (None, 1e-5))
     assert misses(conformal).max() < 1e-3 and misses(quasi).max() < 1e-3
     assert area_spread(quasi) < 0.8 * area_spread(conformal)
@@ -177,7 +178,7 @@ STROKE_JOBS = {
     "paper": lambda **k: iccm.fit(SOURCE, TARGET, **METHODS["paper"], **k),
     "paper, first order": lambda **k: iccm.fit(SOURCE, TARGET, **METHODS["paper"], order=1, **k),
     "conformal": lambda **k: iccm.fit(SOURCE, TARGET, method="conformal", **k),
-    # closest points let a stroke contract along its target without end, so the iterations are counted
+    # closest points let a stroke contract along its target without end, so the number of iterations is fixed
     "deform": lambda **k: deform(SOURCE, max_iterations=100, **k),
 }
 
@@ -185,7 +186,7 @@ STROKE_JOBS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("job", STROKE_JOBS)
 def test_strokes_distort_areas_less_than_the_same_points_pinned(job):
-    """Fig. 5 of the paper: points may slide along a stroke, so a conformal map meets it with less distortion."""
+    """Fig. 5 of the paper: points may slide along a stroke, so that a conformal map meets it with less distortion."""
     stroked = STROKE_JOBS[job](strokes=[(ARM, GOAL)])
     pinned = STROKE_JOBS[job](pins=as_pins())
     assert area_spread(stroked) < 0.95 * area_spread(pinned)
@@ -223,7 +224,7 @@ def test_a_stroke_and_a_pin_together():
 
 
 def test_errors_of_constraints_on_the_outline_are_those_of_the_nearest_point_of_the_map():
-    """The map's polygon cuts a fine outline's corners, and a map says nothing outside its polygon."""
+    """The map's polygon cuts corners of a fine outline, and a map is not defined outside its polygon."""
     circle = np.exp(2j * np.pi * np.arange(400) / 400)
     stroke = circle[1:4], 2 * circle[1:4]
     fit = deform(circle, pins=[[1, 2], [circle[201], 2 * circle[201]]], strokes=[stroke], vertices=40)

@@ -1,4 +1,4 @@
-"""Harmonic measure by finite elements against Poisson's kernel, Fourier series and symmetry."""
+"""Harmonic measure by finite elements, compared with Poisson's kernel, Fourier series and symmetry."""
 
 import numpy as np
 import pytest
@@ -22,13 +22,13 @@ def measure(curve):
 
 
 def place(h, mass):
-    """Where the measure is seen from, by the mean value property of z itself."""
+    """The point from which the measure is seen, by the mean value property of z."""
     middles = h.curve.at(h.ends + 0.5 * h.lengths)
     return complex(mass @ middles)
 
 
 def poisson(a, n):
-    """Harmonic measure of the n even arcs of the unit circle seen from a, by the disc's automorphism."""
+    """Harmonic measure of the n equal arcs of the unit circle seen from a, by the disc's automorphism."""
     u = np.exp(2j * np.pi * np.arange(n + 1) / n)
     return np.diff(np.unwrap(np.angle((u - a) / (1 - np.conj(a) * u)))) / (2 * np.pi)
 
@@ -40,7 +40,7 @@ def test_the_disc_has_poissons_kernel():
         errors = []
         for wish, mass in zip(wishes, h.masses(wishes)):
             a = place(h, mass)
-            assert abs(a - wish) < 0.25  # the node of the triangulation closest to the wish
+            assert abs(a - wish) < 0.25  # the node of the triangulation closest to it
             assert mass.sum() == pytest.approx(1, abs=1e-12) and (mass > 0).all()
             errors.append(np.abs(np.cumsum(mass) - np.cumsum(poisson(a, n))).max())
         worst.append(max(errors))
@@ -82,14 +82,14 @@ def test_symmetric_shapes_have_symmetric_measures():
 
 @pytest.mark.parametrize("length", [4, 12, 20])
 def test_the_end_of_a_corridor_is_sharp_however_unlikely(length):
-    """Seen along a corridor of width 1 from a distance d its end has the measure 4/π exp(-πd), to a relative error."""
+    """Seen from a distance d along a corridor of width 1, its end has the measure 4/π exp(-πd), to a relative error."""
     hall = np.array(
         [-2 - 2j, 2 - 2j, 2 - 0.5j, 2 + length - 0.5j, 2 + length + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j]
     )
     h = measure(Curve(hall))
     mass = h.masses(np.array([0j]))[0]
     s, middle = h.curve.knots, h.ends + 0.5 * h.lengths
-    # from the hall the corridor's walls beyond depth d take a share that falls by exp(-π) a unit
+    # seen from the hall, the corridor's walls beyond depth d have a share that decreases by exp(-π) per unit
     beyond = [mass[(middle > s[2] + d) & (middle < s[5] - d)].sum() for d in (1.5, length - 0.5)]
     assert np.log(beyond[0] / beyond[1]) == pytest.approx(np.pi * (length - 2), rel=0.02, abs=0.1)
     assert (mass > 0).all()
@@ -126,7 +126,7 @@ def test_turn_and_arclength_are_inverse_and_increasing():
 
 
 def test_the_riemann_map_to_the_disc():
-    """Between unit circles it is the identity, up to where it is seen from and the turn of its first vertex."""
+    """Between unit circles it is the identity, up to the point it is seen from and the rotation of its first vertex."""
     h = measure(Curve(circle(200)))
     view = View.of(h, np.array([0.3 + 0.1j]))[0]
     z = inside(circle(), 30)
@@ -149,7 +149,7 @@ def test_moebius_maps_of_the_circle(p):
 @pytest.mark.parametrize("p", [(0.4, -0.3, 0.7), (0, 0, 2), (-0.2, 0.9, -1)])
 def test_the_distortion_is_the_variance_of_the_log_of_the_derivative(p):
     h = measure(Curve(circle(200)))
-    disc = Coarse(h, h.lengths / h.curve.length)  # as seen from its middle
+    disc = Coarse(h, h.lengths / h.curve.length)  # seen from its centre
     m = Moebius.of(np.array(p))
     turn, step = np.linspace(0, 1, 20_000, endpoint=False), 1e-6
     there = m.inverse(turn)

@@ -1,4 +1,4 @@
-"""Conformal: the target is reached, what is promised of the result holds, whatever way the input is given."""
+"""The conformal method: the target is reached, its guarantees hold, and the form of the input does not matter."""
 
 from functools import cache
 from pathlib import Path
@@ -33,7 +33,7 @@ def fitted(name):
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_the_target_is_reached_one_to_one(name):
-    """Also from both sides: every part of the target is covered, where the paper's method leaves limbs out."""
+    """Also in the other direction: every part of the target is covered, where the paper's method omits protrusions."""
     fit = fitted(name)
     report = fit.report()
     assert report["boundary"]["hausdorff"] < 1e-3 and report["boundary"]["rms"] < 2e-4
@@ -80,7 +80,7 @@ def test_a_long_outline_is_simplified_and_that_is_told():
 
 
 def test_crowding_is_told_and_never_nan():
-    """The far end of a corridor of twenty widths is out of reach of double precision."""
+    """The far end of a corridor of length twenty widths is out of reach in double precision."""
     hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
     fit = conformal_fit(circle(60), hall)
     report = fit.report()
@@ -91,13 +91,13 @@ def test_crowding_is_told_and_never_nan():
 
 @pytest.mark.slow
 def test_a_limb_too_crowded_to_map_is_still_part_of_the_domain():
-    """All its vertices are kept, though their images coincide: without them the source would be another shape."""
+    """All its vertices are kept although their images coincide: without them, the source would be another shape."""
     hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
     fit = conformal_fit(hall, circle(60))
     assert np.abs(fit.map.polygon[:, None] - hall).min(axis=0).max() < 1e-9
     assert fit.ended is Status.REACHED and fit.report()["injective"]["certified"]
     assert any(note.startswith("crowding") for note in fit.notes)
-    assert fit.status is Status.FOLDED  # where the limb is neither crowded away nor resolved
+    assert fit.status is Status.FOLDED  # where the protrusion is neither omitted nor resolved
     assert any(note.startswith("folds: ") for note in fit.report()["notes"])
 
 
@@ -118,7 +118,7 @@ def test_a_target_is_not_reached_by_a_map_that_folds(ratio):
 
 
 def test_a_shape_far_from_the_origin_loses_only_its_digits():
-    """As with metres of a national grid: the same map, to the rounding of the coordinates."""
+    """As with metres in a national grid: the same map, up to the rounding of the coordinates."""
     z, far = inside(pear(), 60, 0.02), 4e5 + 5e6j
     fit = conformal_fit(pear() + far, arrow() - far)
     near = fitted("smooth to corners")
@@ -142,7 +142,7 @@ def test_a_similar_shape_gives_the_similarity():
 
 @pytest.mark.parametrize(("n", "m", "phase"), [(60, 97, 0.1), (200, 61, 0.1), (60, 97, 1.0)])
 def test_a_disc_onto_a_disc_stands_upright(n, m, phase):
-    """Any turn is as good, wherever the vertices are: the picture stays as it is looked at."""
+    """Every rotation is equally good, wherever the vertices are: the picture is not rotated."""
     fit = conformal_fit(circle(n), 2 * circle(m) * np.exp(1j * phase))
     z = inside(circle())
     turn = np.vdot(z, fit.map(z))
@@ -159,7 +159,9 @@ def test_a_turned_hexagon_follows_the_nearest_corner(turn):
 
 
 def test_upright_counts_more_than_a_little_distortion_and_less_than_much():
-    """A blunt arrow upside down: with hardly a head it stays upright, with a sharp one it follows the shape."""
+    """An upside-down blunt arrow: with a small head it is not rotated, with a pronounced one the map follows the
+    shape.
+    """
 
     def arrow_up(head):
         return np.array([-1 - 1.2j, 1 - 1.2j, 1 + 1j, head * 1j + 1j, -1 + 1j])
@@ -172,7 +174,7 @@ def test_upright_counts_more_than_a_little_distortion_and_less_than_much():
 
 
 def difference(name, source, target, pre=lambda z: z, post=lambda w: w):
-    """The largest difference between the map of a pair and that of the pair moved, relative."""
+    """The largest relative difference between the map of a pair and that of the moved pair."""
     z = inside(PAIRS[name][0], 60, 0.02)
     moved = conformal_fit(source, target)
     return np.abs(post(moved.map(pre(z))) - fitted(name).map(z)).max() / fitted(name).diagonal
@@ -190,7 +192,7 @@ def test_the_start_vertex_does_not_matter(name):
 
 @pytest.mark.parametrize("shape", [ell(5), circle(24), star(60), square(4)])
 def test_the_start_vertex_changes_no_byte_of_symmetric_shapes(shape):
-    """Which of their vertices is farthest from the middle is decided by rounding."""
+    """Rounding decides which of their vertices is farthest from the centre."""
     fit, moved = conformal_fit(shape, pear()), conformal_fit(np.roll(shape, 5), np.roll(pear(), 7))
     assert moved.map.polygon.tobytes() == fit.map.polygon.tobytes()
     assert moved.map.phi.tobytes() == fit.map.phi.tobytes()
@@ -212,7 +214,7 @@ def test_mirrored_shapes_have_the_mirrored_map(name):
 def test_scaling_and_shifting_commute(name):
     source, target = PAIRS[name]
     assert difference(name, 1000 * source, 1e-3 * target, lambda z: 1000 * z, lambda w: 1000 * w) < 1e-6
-    # Farther away rounding of the input, 1e-10, may choose another one of two starts that are equally good.
+    # farther away, rounding of the input by 1e-10 may select another of two equally good starts
     assert difference(name, source + 1e4, target - 1e4j, lambda z: z + 1e4, lambda w: w + 1e4j) < 1e-6
 
 
@@ -237,7 +239,7 @@ def test_the_inverse_composed_with_the_map_is_the_identity():
 
 
 def test_pins_turn_a_symmetric_pair():
-    """Any turn of a disc is as good; pins say which one is wanted."""
+    """Every rotation of a disc is equally good; pins determine it."""
     turn = np.exp(2.5j)
     z = np.array([0.5, 0.5j, -0.4 + 0.3j])
     fit = conformal_fit(circle(80), circle(80), pins=np.column_stack([z, turn * z]))
@@ -317,7 +319,7 @@ def test_a_circle_map_stays_increasing_however_its_images_are_moved(size):
 
 
 def test_the_images_that_newton_found_are_the_next_correspondence():
-    """Strains leave the target's corners alone: without this their vertices are placed beside them for ever."""
+    """Strains do not move the target's corners: without this, their vertices would always be placed beside them."""
     found = []
 
     def watched(c, state):
@@ -338,7 +340,7 @@ def test_the_images_that_newton_found_are_the_next_correspondence():
 
 @pytest.mark.slow
 def test_the_first_example_of_the_readme_is_met():
-    """A leaf with forty teeth: their corners are met too."""
+    """A leaf with forty teeth, whose corners are met, too."""
     from iccm.io.shapes import shape as shapes
 
     rose, leaf = (

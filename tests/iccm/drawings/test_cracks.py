@@ -1,4 +1,4 @@
-"""Cracks of results, against a raster of this test's own."""
+"""Cracks of results, compared with this test's own raster."""
 
 import numpy as np
 import pytest
@@ -20,9 +20,9 @@ PLATE = shapely.union(shapely.Point(10, 4).buffer(3), shapely.box(9, 1.5, 16, 6)
 
 
 def counted(target, shown):
-    """The share of a target that closing what is shown fills, by distances between pixels' centres.
+    """The share of a target that a closing of the visible area fills, by distances between pixel centres.
 
-    `shown` says of points of the target's plane whether something is seen there.
+    `shown` returns whether something is visible at points of the target's plane.
     """
     left, low, right, high = target.bounds
     step = max(right - left, high - low) / SIDE
@@ -68,7 +68,7 @@ def test_cracks_that_are_seen_are_noted():
     two = shapely.MultiPolygon([shapely.box(0, 0, 4.97, 6), shapely.box(5.03, 0, 10, 6)])
     whole = shapely.box(0, 0, 20, 12.5)
     cracked, painted = (iccm.fit(two, whole, fit="frame", opaque=opaque) for opaque in (False, True))
-    assert cracked.report()["cracks"] == pytest.approx(0.006, abs=0.0025)  # a pixel more or less
+    assert cracked.report()["cracks"] == pytest.approx(0.006, abs=0.0025)  # up to a pixel
     assert any("cracks" in note.lower() for note in cracked.report()["notes"])
     assert "cracks" in cracked.summary().lower()
     assert painted.report()["cracks"] == 0 and "cracks" not in painted.summary().lower()

@@ -1,4 +1,4 @@
-"""Whole drawings: frames, what a map shows of two drawings, its cost, and maps by way of frames."""
+"""Whole drawings: frames, what a map shows of two drawings, its cost, and maps by means of frames."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ RING = shapely.Polygon([(0, 0), (7, 0), (7, 5), (0, 4)], [[(2, 1), (2, 3), (4, 3
 
 
 def two_triangles(z):
-    """A rectangle's corners as a mesh of two triangles."""
+    """The corners of a rectangle as a mesh of two triangles."""
     return np.asarray(z, dtype=complex), np.array([[0, 1, 2], [0, 2, 3]])
 
 
@@ -123,7 +123,7 @@ def test_what_is_seen_by_counting_areas():
     u = 3 * z + 1j
     source, target = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 1, 9, 7))
     found = seen(z, u, faces, source, target, covering=None, subdivision=40)
-    assert found.energy == pytest.approx(1, abs=1e-12)  # a similarity, whatever is seen of it
+    assert found.energy == pytest.approx(1, abs=1e-12)  # a similarity, whatever part of it is visible
     assert found.hidden == pytest.approx(1 / 4, abs=0.01) and found.bare == pytest.approx(0, abs=0.01)
     left = Region(shapely.box(0, 0, 1, 2))
     found = seen(z, u, faces, left, target, covering=left, subdivision=40)
@@ -135,11 +135,11 @@ def test_the_energy_of_what_is_seen_is_that_of_a_stretch():
     u = 3 * z.real + 1j * z.imag
     regions = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 0, 12, 2))
     found = seen(z, u, faces, *regions, covering=None)
-    assert found.energy == pytest.approx((3 + 1 / 3) / 2)  # areas are even: (K + 1/K) / 2
+    assert found.energy == pytest.approx((3 + 1 / 3) / 2)  # areas are uniform: (K + 1/K) / 2
 
 
 def test_the_energy_weighs_both_drawings_areas_alike():
-    """Half of the source is kept as it is, half becomes three times as large."""
+    """Half of the source is unchanged, half becomes three times as large."""
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = np.array([0, 4, 4 + 2j, 6j])
     quadrangle = shapely.Polygon([(0, 0), (4, 0), (4, 2), (0, 6)])
@@ -170,7 +170,9 @@ def test_parts_are_paired_by_place():
 
 
 def test_a_part_goes_to_the_place_of_its_own_unless_sizes_differ_too_much():
-    """Where the areas of parts on the same side differ by seven, place decides: in half diagonals of each drawing."""
+    """If the areas of parts on the same side differ by a factor of seven, position decides, in half diagonals of each
+    drawing.
+    """
     large, small = shapely.box(0, 0, 2.72, 2.72), shapely.box(4.5, 0.86, 5.5, 1.86)
     mirrored = [shapely.transform(part, lambda xy: [5.5, 0] + xy * [-1, 1]) for part in (large, small)]
     assert pair_by_place([large, small], mirrored) == [(0, 1), (1, 0)]
@@ -199,7 +201,7 @@ def test_all_parts_of_both_drawings_are_mapped_and_certified():
     assert fit.status.ok and report["injective"]["certified"]
     assert report["covered"] == pytest.approx(1, abs=1e-3) and 0.5 < report["shown"] <= 1
     bare = iccm.fit(BARS, goal, opaque=False)
-    assert bare.covered < 1  # gaps of the source are seen where the texture does not cover them
+    assert bare.covered < 1  # gaps of the source are visible where the texture does not cover them
 
 
 def test_one_part_without_gaps_is_mapped_as_its_outline():
@@ -293,7 +295,7 @@ def test_a_region_of_many_parts_contains_what_its_parts_contain(count):
 
 
 def test_a_drawing_of_very_many_parts_has_fewer_frames(monkeypatch):
-    """The tightest one that joins all parts stays, and so does the hull."""
+    """The tightest one that joins all parts is kept, and so is the hull."""
     rng = np.random.default_rng(3)
     places = [(5 * k % 35 + rng.random(), k // 7 * 4 + rng.random()) for k in range(30)]
     painted = shapely.MultiPolygon([shapely.box(x, y, x + 2, y + 1.5) for x, y in places])

@@ -31,7 +31,7 @@ def is_similar(fit, inner):
             HOOK,
             moved(HOOK, iccm.plane.Similarity(0.5, -9j)),
             0.5,
-        ),  # not convex: no smaller copy lies about a point
+        ),  # not convex: no smaller copy contains a given point
         (shapely.Point(0, 0).buffer(1, 64), SHIELD, shapely.maximum_inscribed_circle(SHIELD, 1e-3).length),
     ],
 )
@@ -98,7 +98,7 @@ def test_inside_all_is_shown_and_keeps_its_proportions():
     copy = moved(WORD, largest_copy(fit.drawings[0].tightest.outline.polygon, SHIELD))
     assert report["shown"] == pytest.approx(1, abs=1e-3)
     assert fit.covered == pytest.approx(shapely.convex_hull(copy).area / SHIELD.area, abs=0.1)
-    assert not any("bare" in note for note in report["notes"])  # that is what was asked for
+    assert not any("bare" in note for note in report["notes"])  # as requested
 
 
 def test_slice_covers_all_and_keeps_its_proportions():
@@ -106,7 +106,7 @@ def test_slice_covers_all_and_keeps_its_proportions():
     assert is_similar(fit, SIGN)
     assert fit.covered == pytest.approx(1, abs=1e-6) and fit.shown < 0.6
     scale = np.sqrt(SHIELD.area / fit.source.area)
-    assert scale == pytest.approx(10 / 3, rel=2e-3)  # the height decides
+    assert scale == pytest.approx(10 / 3, rel=2e-3)  # the height is decisive
     assert not any("hidden" in note for note in fit.report()["notes"])
 
 

@@ -1,4 +1,4 @@
-"""The charts of a mesh's own layout as flattenings."""
+"""Charts of a mesh's own layout as flattenings."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from iccm.meshes.mesh import Mesh
 
 
 def sheet(n, low, size, x0=0.0, folded=None):
-    """Points, coordinates and quads of a sheet over a rectangle of the layout; `folded` turns u back beyond a place."""
+    """Points, coordinates and quads of a sheet over a rectangle of the layout; `folded` reverses u beyond a place."""
     y, x = np.mgrid[0:n, 0:n] / (n - 1)
     points = np.stack([x0 + x, y, 0.1 * x * y], axis=-1).reshape(-1, 3)
     across = x.ravel() if folded is None else np.where(x.ravel() > folded, 2 * folded - x.ravel(), x.ravel())
@@ -20,7 +20,7 @@ def sheet(n, low, size, x0=0.0, folded=None):
 
 
 def mesh_of(*sheets, split=False):
-    """One mesh of several sheets; `split` gives every corner a point and a coordinate of its own."""
+    """One mesh of several sheets; `split` gives every corner its own point and coordinate."""
     points, uv, faces, first = [], [], [], 0
     for p, t, q in sheets:
         points.append(p)
@@ -63,13 +63,13 @@ def test_a_layout_that_folds_back_is_two_charts_one_of_them_mirrored():
 
 def test_tiles_and_proportions():
     atlas = Atlas.of(mesh_of(sheet(3, (2.1, 1.1), (0.5, 0.5)), sheet(3, (0.9, 0.2), (0.3, 0.5))))
-    assert [atlas.tile(k) for k in (1, 2)] == [2 + 1j, 1]  # that of its middle
+    assert [atlas.tile(k) for k in (1, 2)] == [2 + 1j, 1]  # the tile of its centre
     low, high = atlas.chart(1, 2.0).flattening.boundary.box
     assert np.allclose([low, high], [4.2 + 1.1j, 5.2 + 1.6j])
 
 
 def test_an_outline_that_touches_itself_is_drawn_apart_by_a_hair():
-    """Without its middle, and a corner that touches the middle's: as charts around a leg of a model are."""
+    """Without its middle, and a corner that touches the middle's, as in charts around a leg of a model."""
     points, uv, quads = sheet(4, (0, 0), (1, 1))
     mesh = mesh_of((points, uv, quads[[k for k in range(9) if k not in (4, 8)]]))
     laid = Atlas.of(mesh).chart(1).flattening
@@ -91,7 +91,7 @@ def test_a_sliver_that_is_folded_back_is_turned_and_a_larger_fold_is_not():
 
 
 def test_a_chart_that_overlaps_itself_is_refused():
-    """A strip wound up more than once around: no triangle is turned, yet it lies on itself."""
+    """A strip wound around more than once: no triangle is flipped, yet it overlaps itself."""
     n, t = 40, np.linspace(0, 3 * np.pi, 40)
     points = np.concatenate([np.stack([t, 0 * t + y, 0 * t], axis=-1) for y in (0, 1)])
     uv = np.concatenate([0.5 + r * np.stack([np.cos(t), -np.sin(t)], axis=-1) for r in (0.2, 0.4)])

@@ -1,4 +1,4 @@
-"""Layouts by Newton: their energy, their limits, and what they must never do."""
+"""Layouts by Newton's method: their energy, limits, and invariants."""
 
 import itertools
 from dataclasses import replace
@@ -23,7 +23,7 @@ from tests.triangulations import hull
 
 
 def grid(n, m, place):
-    """A patch of n × m points of the unit square, carried to space by `place(x, y)`."""
+    """A patch of n × m points of the unit square, mapped to space by `place(x, y)`."""
     x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, m), indexing="ij")
     k = np.arange(n * m).reshape(n, m)
     a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
@@ -40,7 +40,7 @@ def dome(x, y):
 
 
 def sphere(n=24, m=16):
-    """A closed sphere of triangles, its points slightly shaken so that nothing is symmetric."""
+    """A closed triangulated sphere, with points slightly perturbed so that nothing is symmetric."""
     u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, np.pi * np.arange(1, m) / m, indexing="ij")
     points = np.stack([np.cos(u) * np.sin(v), np.cos(v), np.sin(u) * np.sin(v)], axis=-1).reshape(-1, 3)
     points = np.vstack([points, [0, 1, 0], [0, -1, 0]])
@@ -49,7 +49,7 @@ def sphere(n=24, m=16):
 
 
 def winding(turns, n=90, m=9):
-    """A ramp that winds around an axis: laid flat it covers a ring `turns` times."""
+    """A ramp that winds around an axis: flattened, it covers a ring `turns` times."""
     return grid(
         n,
         m,
@@ -113,7 +113,7 @@ def test_a_conformal_layout_of_a_cut_surface_has_less_spread_of_areas_than_least
 
 
 def tube(around=16, along=25, length=6.0):
-    """An open cylinder of radius 1 and its two loops: only that it closes keeps it from the plane."""
+    """An open cylinder of radius 1 and its two loops, which is developable but closed."""
     u, v = np.meshgrid(2 * np.pi * np.arange(around) / around, np.linspace(0, length, along), indexing="ij")
     points = np.column_stack([np.cos(u).ravel(), v.ravel(), -np.sin(u).ravel()])
     k = np.arange(around * along).reshape(around, along)
@@ -123,11 +123,11 @@ def tube(around=16, along=25, length=6.0):
 
 
 def box(n=3):
-    """A closed cube of side 2, each face n × n squares: all that keeps it from the plane are its eight corners."""
+    """A closed cube of side 2, with n × n squares on each face, which is developable except for its eight corners."""
     x = np.linspace(-1, 1, n + 1)
     grids = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
     points = grids[np.abs(grids).max(axis=1) == 1]
-    # on a sphere for the hull alone, so that it has every point as a vertex
+    # on a sphere only for the hull, so that every point is a vertex of it
     return Mesh.triangles("box", points, hull(points / np.linalg.norm(points, axis=1, keepdims=True)))
 
 
@@ -233,7 +233,7 @@ def test_a_scaffold_holds_what_free_newton_would_let_overlap():
 
 
 def test_a_layout_that_leaves_a_scaffold_no_room_stays(monkeypatch):
-    """GEOS does not triangulate beside an outline that almost touches itself."""
+    """GEOS does not triangulate next to an outline that almost touches itself."""
     patch = disk_patch(grid(4, 4, dome))
     sheet, start = surface(patch.points, patch.faces), tutte.convex(patch, patch.loops[0])
     monkeypatch.setattr(scaffold, "_triangles", lambda polygon: np.empty(0, object))
@@ -256,7 +256,7 @@ def test_faces_without_area_are_laid_out_by_newton_and_refused_by_least_squares(
 
 
 def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
-    """A mesh whose faces are mixed up goes on for ever without getting better."""
+    """A mesh with shuffled faces would continue forever without improving."""
     layout = flatten(disk_patch(grid(4, 4, dome)))
     taken = []
 
@@ -273,7 +273,7 @@ def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
 
 
 def annulus_cut_open():
-    """A dome with a hole, laid out without folds."""
+    """A dome with a hole, flattened without folds."""
     mesh = grid(40, 40, dome)
     middle = np.abs(mesh.points[mesh.corners.reshape(-1, 3)].mean(axis=1)[:, :2] - 0.5).max(axis=1)
     patch = disk_patch(Mesh.triangles("ring", mesh.points, mesh.corners.reshape(-1, 3)[middle > 0.2]))
@@ -323,7 +323,7 @@ def test_vertices_come_back_without_folds_whatever_became_of_their_triangles():
 
 @pytest.mark.parametrize("theta", [1.0, 0.1])
 def test_the_pull_on_a_vertex_is_the_slope_of_the_energy_of_the_whole(theta):
-    """By the plain version of the core's, which tests/core compares with it."""
+    """Compared with the plain version of the core's functions, which tests/core compares with the core."""
     patch, z = annulus_cut_open()
     unit = patch.points / np.sqrt(patch.areas.sum())
     sheet = surface(patch.points, patch.faces)
@@ -356,7 +356,7 @@ def test_the_way_by_coarser_triangulations_leads_where_newton_leads(monkeypatch)
 def test_a_coarser_layout_is_the_same_at_the_vertices_that_are_left():
     patch, z = annulus_cut_open()
     layout = Flattening(patch, z, patch.loops[0], "balanced")
-    assert coarsening.coarser_layout(layout, z.size + 1) is None  # of a small surface there is none
+    assert coarsening.coarser_layout(layout, z.size + 1) is None  # there is none for a small surface
     found, kept = coarsening.coarser_layout(layout, z.size)
     assert kept.size < 0.5 * z.size and len(found.patch.loops) == 2 and overlap(found) is None
     assert np.array_equal(found.patch.points, patch.points[kept]) and np.array_equal(found.flat, z[kept])
@@ -379,7 +379,7 @@ def test_ways_of_a_seam_that_it_does_without_are_left_out(monkeypatch):
     _, _, alone = method._with_seam(start, True)
     rim, ends, asked = np.concatenate(patch.loops), seams.ends, []
     beside = patch.faces[np.isin(patch.faces, rim).sum(axis=1) == 1]
-    short = int(np.setdiff1d(beside, rim)[0])  # next to the seam: a way there helps little
+    short = int(np.setdiff1d(beside, rim)[0])  # next to the seam: a cut there helps little
 
     def first_the_short_one(result, joins):
         asked.append(result)

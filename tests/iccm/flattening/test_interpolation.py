@@ -1,4 +1,4 @@
-"""Shapes between two: ends exact, stretch a geometric mean, no folds, the same on the way back."""
+"""Interpolated shapes: exact ends, stretch as geometric mean, no folds, and the same in reverse."""
 
 from dataclasses import replace
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Polygons that programs cut in other ways than iccm does."""
+"""Polygons that other programs triangulate differently."""
 
 from itertools import combinations
 
@@ -34,7 +34,7 @@ def test_a_quad_that_a_vertex_makes_concave_is_opened_and_counts_until_then():
     assert concave(as_uv(found), patch) == 0
     assert np.flatnonzero(found != flat).size == 1
     place = dict(zip(patch.vertex, found))
-    for quad in QUADS:  # by hand: every three corners turn as the whole
+    for quad in QUADS:  # by hand: all triples of corners have the orientation of the whole
         for p, q, r in combinations([place[k] for k in quad], 3):
             assert ((q - p).conj() * (r - p)).imag > 0
 
@@ -53,7 +53,7 @@ def test_fans_are_those_of_quads_and_of_polygons_that_are_convex_in_space():
     "height, room, moved", [(1e-3, 0, [7, 8]), (0, 1e-3, [1, 2, 3, 4, 5, 7, 8]), (0, 1e-5, [])]
 )
 def test_what_a_chord_cuts_off_is_tucked_in_beyond_it(height, room, moved):
-    """A cap on a square, whose outline leaves it a thousandth of its height, or none: it is drawn out by that."""
+    """A cap on a square whose outline leaves it a thousandth of its height, or nothing: it is extended by that."""
     arc = np.exp(1j * np.linspace(0, np.pi, 7))
     cap = np.concatenate([arc, [0.2 + 0.4j, -0.2 + 0.4j]])
     below = np.array([1, -1, -1 - 2j, 1 - 2j, -0.5 - 1j, 0.5 - 1j, 0.1 - 0.4j, -0.1 - 1.5j])

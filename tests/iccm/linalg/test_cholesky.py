@@ -1,4 +1,4 @@
-"""The block factorisation against dense linear algebra."""
+"""The block factorisation, compared with dense linear algebra."""
 
 import numpy as np
 import pytest

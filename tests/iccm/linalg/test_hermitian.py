@@ -1,4 +1,4 @@
-"""Large Hermitian systems, against dense ones and libigl."""
+"""Large Hermitian systems, compared with dense ones and libigl."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The minimum degree ordering, against elimination done on sets."""
+"""The minimum degree ordering, compared with elimination on sets."""
 
 import itertools
 
@@ -14,7 +14,7 @@ def mesh(count: int, seed: int = 0):
 
 
 def columns_by_sets(faces, order):
-    """The columns of the factor, by eliminating one vertex after the other from the graph itself."""
+    """The columns of the factor, by eliminating one vertex after the other from the graph."""
     near = [set() for _ in order]
     for face in faces.tolist():
         for v in face:
@@ -43,7 +43,7 @@ def test_columns_are_those_of_the_factor(route, count):
 def test_vertices_of_least_degree_go_first():
     faces = mesh(60)
     left = {v: set(faces[(faces == v).any(axis=1)].ravel().tolist()) - {v} for v in range(60)}
-    updated = set()  # of the others the number of triangles stands for the degree
+    updated = set()  # for others, the number of triangles is used as the degree
     for v in ordering._by_quotient_graph(faces, 60).order.tolist():
         column = left.pop(v)
         if v in updated:
@@ -69,7 +69,7 @@ def test_a_long_factor_gets_more_room(monkeypatch):
 
 
 def test_triangles_may_overlap_and_be_more_than_there_are_vertices():
-    """Every three of eight vertices: 21 triangles at each, where a surface has seven at most."""
+    """Every three of eight vertices: 21 triangles at each vertex, while a surface has at most seven."""
     faces = np.array(list(itertools.combinations(range(8), 3)))
     found = ordering.minimum_degree(faces, 8)
     assert sorted(found.order) == list(range(8))

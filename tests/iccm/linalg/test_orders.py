@@ -1,4 +1,4 @@
-"""Both factorisations, in all orders, against SciPy's on random meshes."""
+"""Both factorisations, in all orders, compared with SciPy's on random meshes."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def by_blocks(faces, matrix, right):
 @pytest.mark.parametrize("large", [0, 10**9])
 @pytest.mark.parametrize(("count", "seed"), [(3, 0), (5, 1), (60, 2), (700, 3), (2500, 4)])
 def test_solutions_are_scipys(count, seed, large, monkeypatch):
-    monkeypatch.setattr(ordering, "LARGE_VERTEX_COUNT", large)  # beyond, SuperLU finds the order
+    monkeypatch.setattr(ordering, "LARGE_VERTEX_COUNT", large)  # for more, SuperLU finds the order
     points, faces, matrix = mesh(count, seed)
     right = np.exp(1j * np.arange(count)) * np.arange(1, count + 1)
     wanted = expected(matrix, right)

@@ -1,4 +1,4 @@
-"""Triangulated maps made of harmonic ones: the error that is promised, held against the exact map and its inverse."""
+"""Triangulated approximations of harmonic maps: the guaranteed error, compared with the exact map and its inverse."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from iccm.maps.inverse import inverse
 from iccm.maps.refinement import THIN_RATIO, Triangulation
 from tests.shapes import blob, circle, ell, inside, pear, random_polygon, square, star
 
-MOST, USUAL = 0.05, 0.02  # texels of 1024², of all points and of 99 %
+MOST, USUAL = 0.05, 0.02  # texels of 1024², for all points and for 99 %
 THIN_BAR = np.array([-1 - 0.04j, 1 - 0.04j, 1 + 0.04j, -1 + 0.04j])
 BENT_BAR = np.array([0, 2, 2 + 0.1j, 0.1 + 0.1j, 0.1 + 2j, 2j])
 
@@ -42,7 +42,7 @@ def texels(z):
 
 
 def newton(map, w, z):
-    """Exact preimages close to z, on whichever sheet."""
+    """Exact preimages close to z, on any sheet."""
     for _ in range(4):
         f, f_z, f_zbar = map.jet(z)
         off, size = w - f, np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2
@@ -100,7 +100,7 @@ def test_one_is_kept_for_each_error_and_does_not_depend_on_those_asked_before():
 
 
 def test_of_sheets_over_each_other_those_from_the_widest_place_are_seen():
-    """z + c z² turns around where |1 + 2 c z| = 0: one cusp passed, a loop of the outline lies over the inside."""
+    """z + c z² reverses where |1 + 2 c z| = 0: beyond one cusp, a loop of the outline lies over the inside."""
     p = circle(400)
     map = triangulated(HarmonicMap(p, p + 0.6 * p**2, 0 * p))
     z = 0.5 * np.exp(1j * np.linspace(0, 1, 20))

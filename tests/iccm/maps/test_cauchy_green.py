@@ -17,7 +17,7 @@ NUMBER = {"allow_nan": False, "allow_infinity": False}
 
 @st.composite
 def polygons(draw):
-    """Simple polygons around 0, of 3 to 14 vertices, convex and reflex."""
+    """Simple polygons around 0 with 3 to 14 convex and reflex vertices."""
     n = draw(st.integers(3, 14))
     radii = draw(st.lists(st.floats(0.15, 1.0, **NUMBER), min_size=n, max_size=n))
     jitter = draw(st.lists(st.floats(-0.2, 0.2, **NUMBER), min_size=n, max_size=n))
@@ -25,7 +25,7 @@ def polygons(draw):
 
 
 def places(polygon, t):
-    """Vertices, points of the edges, and points inside a polygon that is a star around 0."""
+    """Vertices, points of the edges, and points inside a polygon that is star-shaped around 0."""
     on_edges = polygon + t * (np.roll(polygon, -1) - polygon)
     return np.concatenate([polygon, on_edges, 0.9 * on_edges, t * polygon])
 
@@ -52,7 +52,7 @@ def test_identities_far_from_the_origin(polygon, t, direction):
 @given(polygons(), st.floats(0.05, 0.95), st.floats(0, 6.28))
 @settings(max_examples=60, deadline=None)
 def test_identities_with_a_tiny_edge(polygon, t, direction):
-    """A vertex is doubled at a distance of 1e-9; points sit on the tiny edge, its ends and beside it."""
+    """A vertex is doubled at a distance of 1e-9; points are on the tiny edge, at its ends and beside it."""
     along = polygon[1] - polygon[0]
     tiny = np.insert(polygon, 1, polygon[0] + 1e-9 * along / abs(along))
     near = tiny[0] + (tiny[1] - tiny[0]) * t
@@ -126,7 +126,9 @@ FUNCTIONS = {
 @pytest.mark.parametrize("shape", [ell, lambda n: refined(star(16), n)], ids=["ell", "star"])
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_analytic_functions_are_reproduced_with_second_order(name, shape):
-    """Linear interpolation on edges of length h errs by O(h²): halving h quarters the error at points inside."""
+    """Linear interpolation on edges of length h has an error of O(h²): halving h quarters the error at points
+    inside.
+    """
     f, z = FUNCTIONS[name], inside(shape(1))
     errors = []
     for per_edge in (8, 16, 32):
@@ -137,7 +139,7 @@ def test_analytic_functions_are_reproduced_with_second_order(name, shape):
 
 
 def peak_memory(work):
-    """Bytes allocated at the most while `work` runs."""
+    """The largest number of bytes allocated while `work` runs."""
     tracemalloc.start()
     try:
         work()
@@ -151,7 +153,7 @@ def spiral(n):
 
 
 def test_memory_of_many_points_is_bounded():
-    """10,000 points × 1,000 vertices: the matrix is 160 MB; what comes on top is a few blocks."""
+    """10,000 points × 1,000 vertices: the matrix is 160 MB; in addition there are only a few blocks."""
     polygon, z = circle(1000), spiral(10_000)
     assert peak_memory(lambda: cauchy_green.coordinates(polygon, z)) < 700e6
 
@@ -205,7 +207,7 @@ def test_dilatation_is_one_where_conformal_and_infinite_where_folded():
 
 
 def test_a_short_edge_keeps_its_digits():
-    """Two vertices a rounding apart carry values far apart: the sum keeps its digits all the same."""
+    """Two vertices that differ by rounding have very different values; the sum keeps its digits."""
     a, b = 80 + 3j, 80 + 3j + 64 * np.spacing(80.0) * (1 + 1j)
     polygon = np.array([a, b, 79 + 5j, 77 + 4j, 78 + 2j])
     values = np.array([0, 1, 1.5 + 2j, 2j, -1])

@@ -51,7 +51,7 @@ def test_energies_grow_with_areas_and_with_their_inverses(balance):
 
 
 def two_sizes(w):
-    """The left nine tenths of the target come from a strip three times as narrow as they are, the rest is as it is."""
+    """The left nine tenths of the target come from a strip three times as narrow; the rest is unchanged."""
     return np.minimum(w.real, 0.9) / 3 + np.maximum(w.real - 0.9, 0) + 1j * w.imag
 
 
@@ -98,7 +98,7 @@ def test_folds_are_infinite_and_do_not_spoil_the_rest():
 
 @pytest.mark.parametrize("side", ["source", "target"])
 def test_what_all_but_folds_counts_on_the_side_that_it_is_large_on(side):
-    """A strip squeezed 1000 times across is much of one side, and nothing of the other."""
+    """A strip squeezed by 1000 is much of one side, and nothing of the other."""
     singular = np.array([[1, 1e-3], [1, 1]]) if side == "source" else np.array([[1e3, 1], [1, 1]])
     determinant, area = singular.prod(axis=1), np.array([1.0, 9.0])
     area = area * determinant if side == "source" else area

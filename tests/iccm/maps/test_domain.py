@@ -1,4 +1,4 @@
-"""Where a map is defined: inside, on the boundary, and as far outside as its polygon stands for the outline."""
+"""Where a map is defined: inside, on the boundary, and as far outside as its polygon approximates the outline."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from tests.shapes import arrow, blob, conformal_fit, inside, pear, star
 
 
 def outside(f, away):
-    """Points beside the middles of the polygon's edges, outside by a share of its diagonal."""
+    """Points next to the midpoints of the polygon's edges, outside by a share of its diagonal."""
     curve = f.outline
     return curve.sample(1) + away * curve.diagonal * curve.normals
 
@@ -44,7 +44,7 @@ def test_the_given_vertices_are_on_the_map_however_it_was_simplified(method, n):
 
 
 def test_the_gap_of_the_outline_as_given_is_told():
-    """A notch that the map's polygon leaves out is missed by the image, though the polygon's image is not."""
+    """A notch that the map's polygon omits is missed by the image, though the polygon's image is not."""
     notch = np.insert(arrow(), 1, [1, 1.1 + 0.4j, 1.2])
     whole = conformal_fit(arrow(), arrow())
     fit = type(whole)(whole.map, whole.ended, [], iccm.Curve.domain(notch), whole.target, whole.pins, [])

@@ -64,7 +64,9 @@ def test_zeros_of_the_derivative_are_counted(power):
 
 
 def test_zeros_close_to_the_boundary_are_counted_where_they_are():
-    """f' = 1 + 1.04 z has its zero at -0.96, 0.04 inside: counted at a depth of 0.03 of the inradius, not at 0.15."""
+    """f' = 1 + 1.04 z has its zero at -0.96, 0.04 inside: it is counted at a depth of 0.03 of the inradius, but not at
+    0.15.
+    """
     f = map_of(circle(800), lambda z: z + 0.52 * z**2)
     assert at_depth(f, 0.03).zeros == 1 and at_depth(f, 0.15).zeros == 0
     assert not at_depth(f, 0.03).certified and at_depth(f, 0.15).certified
@@ -74,7 +76,9 @@ def test_zeros_close_to_the_boundary_are_counted_where_they_are():
 
 
 def test_a_fold_between_coarse_samples_is_seen():
-    """A zero of f' close to the middle of a long edge, where the polygon has no vertex: samples are added there."""
+    """With a zero of f' close to the middle of a long edge, where the polygon has no vertex: samples are added
+    there.
+    """
     zero = -0.98j
     f = map_of(square(40), lambda z: (z - zero) ** 2)
     coarse = at_depth(HarmonicMap(f.polygon, f.phi, f.psi), 1e-3)
@@ -91,11 +95,11 @@ def test_without_an_inside_nothing_is_certified():
     found = at_depth(map_of(square(4), lambda z: z), 1.1)
     assert not found.certified and found.obstacle == "at depth 1.1e+00: no part of the source lies deeper"
     thin = map_of(np.array([0, 1, 1 + 1e-3j, 1e-3j]), lambda z: z)
-    assert certify(thin).share > 0.999  # whatever the proportions, depths are relative to what is there
+    assert certify(thin).share > 0.999  # depths are relative to the inradius, whatever the proportions
 
 
 def test_parts_that_fall_apart_must_not_overlap():
-    """A dumbbell loses its neck when moved inwards; halves with one image are seen."""
+    """A dumbbell loses its neck when moved inwards; halves with the same image are detected."""
     right = np.array([1 - 0.05j, 1 - 1j, 3 - 1j, 3 + 1j, 1 + 1j, 1 + 0.05j])
     dumbbell = refined(np.concatenate([right, -right]), 20)
     apart = map_of(dumbbell, lambda z: z)
@@ -106,7 +110,7 @@ def test_parts_that_fall_apart_must_not_overlap():
 
 
 def test_an_accepted_map_has_no_two_points_with_one_image():
-    """The certificate against its meaning: distances shrink by a bounded factor only."""
+    """The certificate compared with its meaning: distances shrink by a bounded factor only."""
     f = map_of(*INJECTIVE["harmonic"])
     z = inside(f.polygon, 100, 0.02)
     w = f(z)
@@ -138,7 +142,7 @@ def test_what_stands_in_the_way_is_said():
 
 
 def random_map(seed, n=24, strength=0.25):
-    """A harmonic map of a random polygon whose values at the vertices are random on top of a similarity."""
+    """A harmonic map of a random polygon, with random values at the vertices added to a similarity."""
     rng = np.random.default_rng(seed)
     polygon = random_polygon(rng, n)
     noise = rng.normal(size=(2, n)) + 1j * rng.normal(size=(2, n))
@@ -146,7 +150,7 @@ def random_map(seed, n=24, strength=0.25):
 
 
 def folds(f, depth):
-    """Whether dense samples of the part at some depth have a place where the map turns around, or two of one image."""
+    """Whether dense samples of the part at some depth include a reversed orientation, or two points with one image."""
     inner = inner_rings(f.polygon, depth)
     for ring in inner:
         f_z, f_zbar = f.derivatives(refined(ring, max(8, 3000 // ring.size)))
@@ -170,7 +174,7 @@ def test_no_random_map_is_certified_where_dense_samples_find_a_fold(seed):
 
 
 def test_a_fold_between_samples_of_a_harmonic_map_is_seen():
-    """Once certified: |f_z̄/f_z| is up to 1.27 between samples at which it is 0.9."""
+    """It was once certified: |f_z̄/f_z| is up to 1.27 between samples at which it is 0.9."""
     data = np.load(Path(__file__).parent / "folded-between.npz")
     f = HarmonicMap(data["P"], data["phi"], data["psi"])
     found = certify(f)
@@ -191,4 +195,4 @@ def test_derivatives_and_images_stay_within_their_bounds(name):
         assert (np.abs(tangent - pieces.tangent) <= pieces.spread).all()
         chord = pieces.image + t * (pieces.image[pieces.following] - pieces.image)
         assert (np.abs(w - chord) <= pieces.bulge).all()
-    assert np.median(pieces.spread / np.abs(pieces.tangent)) < 0.5  # and the bounds are of use
+    assert np.median(pieces.spread / np.abs(pieces.tangent)) < 0.5  # and the bounds are useful

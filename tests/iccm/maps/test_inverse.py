@@ -1,4 +1,4 @@
-"""Jets and the exact inverse, against the sums of the paper and against analytic maps."""
+"""Jets and the exact inverse, compared with the sums of the paper and with analytic maps."""
 
 import numpy as np
 import pytest
@@ -107,7 +107,7 @@ def test_threads_do_not_change_the_bytes(map):
 
 
 def test_where_the_map_is_nearly_flat_the_inverse_is_right_or_nan():
-    """Beside sharp corners, where f' falls to 1e-6 and |r| of 1e-9 of the image may be 1e-3 of the source."""
+    """Near sharp corners, where f' decreases to 1e-6, and an error of 1e-9 in the image may be 1e-3 in the source."""
     fit = conformal_fit(arrow(), pear())
     p = fit.map.polygon
     z = np.concatenate(

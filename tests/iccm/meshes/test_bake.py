@@ -1,4 +1,4 @@
-"""Baking: which texel belongs to whom, and what colour it gets."""
+"""Baking: the triangle of each texel, and its colour."""
 
 import numpy as np
 import pytest
@@ -117,7 +117,7 @@ def test_borders_of_charts():
     tetrahedron = Triangles(np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]), 4)
     assert not open_edges(tetrahedron.faces, tetrahedron.twin).any()
     torn = tetrahedron.faces.copy()
-    torn[3, 0] = 4  # the last triangle has a coordinate of its own at vertex 1
+    torn[3, 0] = 4  # the last triangle has its own coordinate at vertex 1
     assert open_edges(torn, tetrahedron.twin).tolist() == [True, True, False, True]
     fan = Triangles(tetrahedron.faces[:3], 4)
     assert open_edges(fan.faces, fan.twin).tolist() == [True, True, True]
@@ -178,12 +178,13 @@ def baked(mesh, size=64, texture=None, pull=None, kind="colour", **options):
 
 @pytest.mark.parametrize("cells", [2, 8, 32])
 def test_baking_into_the_preimages_gives_the_texture_back(cells):
-    """UVs at f⁻¹ of the vertices: the atlas is the source's square again, up to the mesh being piecewise linear."""
+    """UVs at f⁻¹ of the vertices: the atlas is the source's square again, except that the mesh is piecewise linear."""
     (pixels, report), charts = baked(square_grid(cells, g), 64)
     expected = smooth_texture(64)
     assert charts.owners.centre.all()
     bend = 0.3 / 8 * 2 / cells**2  # |g''| e² / 8 on a diagonal e
-    assert np.abs(pixels[..., :2] - expected[..., :2]).max() < bend + 5e-4  # g's harmonic map is off by 4e-5
+    # the harmonic approximation of g is off by 4e-5
+    assert np.abs(pixels[..., :2] - expected[..., :2]).max() < bend + 5e-4
     assert report["outside_distance"] < 0.01
 
 
@@ -196,7 +197,7 @@ def test_interpolated_and_solved_texels_agree():
 
 
 class Recorder(Texture):
-    """A texture that notes the derivatives that it is asked with."""
+    """A texture that records the derivatives of requested samples."""
 
     def __init__(self, *given, **options):
         super().__init__(*given, **options)
@@ -209,7 +210,7 @@ class Recorder(Texture):
 
 @pytest.mark.parametrize("max_error", [1e-9, 10.0])
 def test_texels_have_the_footprint_of_their_inverse_under_a_sheared_map(max_error):
-    """Where coordinates are the preimages, a texel is a texel of the source again, whatever the map does between."""
+    """If the coordinates are the preimages, a texel is a texel of the source again, for any map in between."""
     phi, psi = 2 * SQUARE + 0.1 * SQUARE**2, (0.3 + 0.5j) * SQUARE.conj()
     sheared = HarmonicMap(SQUARE, phi, psi)
     texture = Recorder(smooth_texture(), (0, 1 + 1j), transfer="linear")
@@ -226,7 +227,8 @@ def test_an_oblong_picture_has_a_scale_of_its_own_in_each_direction():
     uv, faces = np.array([[0, 0], [1, 0], [1, 1], [0, 0.75]]), np.array([[0, 1, 2], [0, 2, 3]])
     grid = layout("grid", uv, faces, Triangles(faces, 4).twin, 48, 16)
     assert grid.shape == (16, 48)
-    assert grid.corners.tolist() == [[[0, 16], [48, 16], [48, 0]], [[0, 16], [48, 0], [0, 4]]]  # y is down
+    # y points down
+    assert grid.corners.tolist() == [[[0, 16], [48, 16], [48, 0]], [[0, 16], [48, 0], [0, 4]]]
     assert grid.owners.owner[15, 47] == 0 and grid.owners.owner[8, 1] == 1 and grid.owners.owner[1, 1] == -1
 
 
@@ -236,7 +238,8 @@ def test_mirrored_and_shifted_charts_show_the_same_colours():
     flip = replace_uv(mesh, lambda uv: np.column_stack([1 - uv[:, 0], uv[:, 1]]))
     (mirrored, report), _ = baked(flip, max_error=1e-9)
     assert report["mirrored_triangles"] == 72
-    assert np.abs(mirrored[:, ::-1] - plain).max() < 1e-3  # on an edge either triangle may give the footprint
+    # on an edge, either triangle may determine the footprint
+    assert np.abs(mirrored[:, ::-1] - plain).max() < 1e-3
     (shifted, report), _ = baked(replace_uv(mesh, lambda uv: uv + np.array([2, -1])), max_error=1e-9)
     assert report["outside_triangles"] == 72
     assert np.abs(shifted - plain).max() < 1e-3
@@ -295,13 +298,13 @@ FLAT = np.array([128, 128, 255], np.uint8)
 
 
 def stored(n, down=False):
-    """Normals (..., 3) as bytes, 128 being zero."""
+    """Normals (..., 3) as bytes, with 128 for zero."""
     n = np.asarray(n, float) * ([1, -1, 1] if down else [1, 1, 1])
     return np.rint(n / np.linalg.norm(n, axis=-1, keepdims=True) * 127 + 128).astype(np.uint8)
 
 
 def one_normal(n, down=False):
-    """A texture that is the same normal everywhere, numbers rather than colours."""
+    """A texture with the same normal everywhere, as data rather than colours."""
     pixels = np.broadcast_to(stored(n, down), (16, 16, 3)).copy()
     return Texture(pixels, (0, 1 + 1j), transfer="linear")
 
@@ -312,7 +315,8 @@ def one_normal(n, down=False):
     ("place", "matrix"),
     [
         (lambda uv: uv, [[1, 0], [0, 1]]),
-        (lambda uv: np.column_stack([1 - uv[:, 1], uv[:, 0]]), [[0, -1], [1, 0]]),  # a quarter to the left
+        # rotated by 90 degrees to the left
+        (lambda uv: np.column_stack([1 - uv[:, 1], uv[:, 0]]), [[0, -1], [1, 0]]),
         (lambda uv: np.column_stack([1 - uv[:, 0], uv[:, 1]]), [[-1, 0], [0, 1]]),  # mirrored
         (lambda uv: uv[:, ::-1], [[0, 1], [1, 0]]),
         (
@@ -323,7 +327,9 @@ def one_normal(n, down=False):
     ids=["same", "turned", "mirrored", "transposed", "sheared"],
 )
 def test_normals_are_seen_in_the_frame_of_the_chart(place, matrix, down, error):
-    """On the surface the frame is where u grows and, square to it, the side where v grows."""
+    """On the surface, the frame is the direction in which u increases and, perpendicular to it, the side where v
+    does.
+    """
     n = np.array([0.6, 0.3, 0.74])
     mesh = replace_uv(square_grid(4), place)
     identity = ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
@@ -336,7 +342,7 @@ def test_normals_are_seen_in_the_frame_of_the_chart(place, matrix, down, error):
 
 
 def test_normals_turn_with_the_map_that_brought_them():
-    """The map's angle is that of its derivative; a flat normal stays flat to the bit."""
+    """The map's angle is that of its derivative; a flat normal stays exactly flat."""
     mesh, n = square_grid(6, g), np.array([0.6, 0.3, 0.74])
     chart = replace_uv(mesh, lambda uv: square_of(mesh.points[:, :2]))
     (out, _), charts = baked(chart, 64, one_normal(n), kind="normal", padding=0, max_error=1e-9)
@@ -351,7 +357,7 @@ def test_normals_turn_with_the_map_that_brought_them():
     off = np.abs(out[y, x].astype(int) - expected).max(axis=1)
     deep = (np.abs(z.real - 0.5) < 0.45) & (
         np.abs(z.imag - 0.5) < 0.45
-    )  # at the rim the polygon is not the curve
+    )  # at the boundary the polygon differs from the curve
     assert off[deep].max() <= 1
     assert off.max() <= 5
     (level, _), _ = baked(chart, 64, one_normal([0, 0, 1]), kind="normal", padding=-1)
@@ -378,7 +384,7 @@ def square_of(xy):
     ids=["turned", "mirrored"],
 )
 def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matrix):
-    """The source's own chart is turned or mirrored on the surface, the target's is not."""
+    """The source's own chart is rotated or mirrored on the surface, the target's is not."""
     mesh, n = square_grid(4), np.array([0.6, 0.3, 0.74])
     found = flatten(disk_patch(mesh))
     object.__setattr__(found, "flat", found.flat + (mesh.points[0, :2] @ [1, 1j] - found.flat[0]))
@@ -399,6 +405,6 @@ def test_normals_need_three_channels():
 
 
 def test_a_triangle_as_wide_as_the_picture_keeps_its_last_column():
-    """The one at the right rim is not taken for one that came in from the left."""
+    """The triangle at the right border is not mistaken for one that wrapped around from the left."""
     (out, _), _ = baked(square_grid(1), 8, pull=ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE)))
     assert np.abs(out[:, :, 0] - (np.arange(8) + 0.5) / 8).max() < 0.01

@@ -1,4 +1,4 @@
-"""Flattening: conformal maps that are known, with the order of convergence; cuts; repairs."""
+"""Flattening: known conformal maps with the order of convergence; cuts; repairs."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def saddle(z):
 
 
 def bumpy(z):
-    """A surface of revolution z = 0.4 exp(-4 r²), r the radius in space, over its conformal radius."""
+    """A surface of revolution z = 0.4 exp(-4 r²), where r is the radius in space, over its conformal radius."""
     r = np.linspace(1e-9, 1, 4001)
     slope = -3.2 * r * np.exp(-4 * r**2)
     extra = (np.sqrt(1 + slope**2) - 1) / r  # d log rho = sqrt(1 + h'²) dr / r
@@ -76,7 +76,7 @@ def test_lscm_keeps_angles_within_the_discretisation_error(make):
 
 
 def grid_mesh(n, m, place, name="grid"):
-    """Quads over n × m points of the unit square, carried to space by `place(x, y)`."""
+    """Quads over n × m points of the unit square, mapped to space by `place(x, y)`."""
     x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, m), indexing="ij")
     number = np.arange(n * m).reshape(n, m)
     quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(
@@ -141,7 +141,7 @@ def test_a_loop_that_is_not_there_is_refused(loop):
 
 
 def ramp(name="ramp"):
-    """More than a full turn of a winding ramp: laid flat it must overlap itself."""
+    """More than a full turn of a winding ramp: flattened it must overlap itself."""
     angle = 2.4 * np.pi
     return grid_mesh(
         61,
@@ -176,7 +176,7 @@ def test_tuttes_map_is_one_to_one_even_with_a_hole():
 
 
 def test_a_hole_turned_inside_out_is_an_overlap():
-    """Joukowski's map z + 1/z turns no triangle of a ring around the unit circle over, and covers an ellipse twice."""
+    """Joukowski's map z + 1/z flips no triangle of a ring around the unit circle, and covers an ellipse twice."""
     radii, spokes = [0.4, 0.7, 1, 1.5, 3], 24
     z = np.concatenate([r * np.exp(2j * np.pi * np.arange(spokes) / spokes) for r in radii])
     k = np.arange(spokes * (len(radii) - 1)).reshape(-1, spokes)
@@ -239,7 +239,7 @@ def test_the_seam_grows_until_areas_are_even():
 
 
 def closed_bag(points, faces, z):
-    """The bag closed by a fan."""
+    """The bag closed by a fan of triangles."""
     rim = np.flatnonzero(np.abs(z) > 1 - 1e-9)
     rim = rim[np.argsort(np.angle(z[rim]))]
     lid = np.column_stack([np.roll(rim, -1), rim, np.full(rim.size, len(points))])
@@ -288,7 +288,7 @@ def test_a_cut_without_loops_leaves_one_disk_without_holes():
 
 
 def whole_patch(mesh):
-    """The patch before it is opened."""
+    """The patch before it is cut open."""
     import iccm.meshes.disk_patch as module
 
     seen = []

@@ -1,4 +1,4 @@
-"""Meshes that cannot be used: one line that names the first element at fault, whatever the format. And repairs."""
+"""Unusable meshes: one line with the first invalid element, for every format. And repairs."""
 
 import struct
 import subprocess
@@ -107,7 +107,7 @@ def test_a_vertex_where_the_surface_touches_itself_is_split():
     patch = disk_patch(bow_tie())
     assert patch.notes == ("split at 1 vertex where the surface touches itself",)
     assert (patch.vertex == 0).sum() == 2
-    assert len(patch.loops) == 2  # what was inside and outside of the tie is one boundary now
+    assert len(patch.loops) == 2  # the inside and the outside of the bow tie have a common boundary now
 
 
 def sheet(n, height):
@@ -129,7 +129,7 @@ def with_wall(points, faces, seam, top):
 
 
 def test_a_surface_with_a_fin_stays_whole():
-    """It is bent at the fin, so that neither of its halves goes on into it as evenly as into the other."""
+    """It is bent at the fin, so that its halves continue into each other less smoothly than into the fin."""
     points, faces, k = sheet(8, lambda x, y: 0.4 * np.abs(x - 0.5))
     seam = k[4]
     joined = Joined.of(Mesh.triangles("fin", *with_wall(points, faces, seam, points[seam] + [0, 0, 0.3])))
@@ -154,7 +154,7 @@ def ball(n=8):
 
 
 def test_what_could_not_be_flattened_whole_stays_apart():
-    """A ball with a wall inside: its halves can be flattened, together they are closed."""
+    """A ball with a wall inside: its halves can be flattened separately, but together they are closed."""
     points, faces = ball()
     edge = np.flatnonzero(np.abs(points[:, 2]) < 1e-9)
     edge = edge[np.argsort(np.arctan2(points[edge, 1], points[edge, 0]))]
@@ -185,7 +185,7 @@ def test_boxes_that_share_an_edge_are_what_each_is_alone():
         assert len(disk_patch(joined, piece=piece, cut=True).loops) == 1
 
 
-FLAWED = {  # what is told, and how many triangles are flattened
+FLAWED = {  # the message, and how many triangles are flattened
     "repeated index": (SQUARE + "f 1 2 3\nf 1 3 3\n", None, 1),
     "a quad that is a triangle": (SQUARE + "f 1 2 3 3\nf 1 3 4\n", None, 2),
     "no area": (SQUARE.replace("1 1 0", "2 0 0") + "f 1 2 4\nf 2 3 4\nf 1 3 2\n", None, 3),
@@ -284,7 +284,7 @@ def test_of_cells_the_surface_is_taken():
 
 
 def globe(rows, columns):
-    """Quads; each pole is a row of vertices, and the date line two columns of them."""
+    """Quads; each pole is a row of vertices, and the date line consists of two columns."""
     v, u = (
         np.pi * np.arange(rows + 1)[:, None] / rows,
         2 * np.pi * (np.arange(columns + 1) % columns) / columns,
@@ -416,7 +416,7 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 @pytest.mark.filterwarnings("default")
 def test_libraries_say_nothing_of_broken_files(name, tmp_path):
-    """In a process of its own, where nothing has silenced them."""
+    """In a separate process, in which nothing has silenced them."""
     (tmp_path / name).write_bytes(BROKEN[name])
     program = (
         "import sys\nfrom iccm.io.shapes import mesh_reading\nfrom iccm.errors import InputError\n"
@@ -483,7 +483,7 @@ def test_a_file_of_200_megabytes_cut_in_the_middle(where, message, tmp_path):
 
 
 def gear(count):
-    """A polygon of many corners of which no fan is a triangulation."""
+    """A polygon of many corners for which no fan is a valid triangulation."""
     t = 2 * np.pi * np.arange(count) / count
     z = (1 + 0.2 * np.sign(np.sin(40 * t + 0.01))) * np.exp(1j * t)
     return np.column_stack([z.real, z.imag, 0.1 * z.real])
@@ -539,11 +539,11 @@ def test_an_odd_form_of_a_format_is_read(case, tmp_path):
 
 @pytest.mark.parametrize("joined", [True, False])
 def test_two_quads_take_no_diagonal_twice(joined):
-    """Two quads around a vertex that only they have: the shorter diagonals of both are one edge."""
+    """Two quads around a vertex that only they have: the shorter diagonals of both are the same edge."""
     points = np.array([[0, 0, 0.5], [0, -1, 0], [0, 1, 0], [3, 0, 0], [-3, 0, 0]])
     corners = np.array([0, 1, 3, 2, 4, 1, 0, 2])
     mesh = Mesh("ridge", points, corners, np.array([0, 4, 8]))
-    if not joined:  # each quad has vertices of its own, which coincide
+    if not joined:  # each quad has its own vertices, which coincide
         mesh = Mesh("ridge", points[corners], np.arange(8), np.array([0, 4, 8]))
     faces = corners[triangulate(mesh)]
     sides = np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)

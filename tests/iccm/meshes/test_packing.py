@@ -1,4 +1,4 @@
-"""Charts packed into a region: apart, inside, at one scale, and not wastefully."""
+"""Charts packed into a region: separate, inside, at one scale, and without wasting space."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from iccm.meshes.packing import GRID_CELLS_ACROSS, pack
 
 
 def chart(rng, size):
-    """A star-shaped polygon as a fan of triangles about its last vertex."""
+    """A star-shaped polygon as a fan of triangles around its last vertex."""
     angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     radius = 1 + 0.35 * np.sin(3 * angle + rng.uniform(0, 6)) + 0.15 * np.cos(5 * angle)
     rim = size * radius * (1.7 * np.cos(angle) + 1j * np.sin(angle)) * np.exp(1j * rng.uniform(0, 6))
@@ -65,7 +65,7 @@ def test_copies_take_different_places():
 
 
 def test_a_long_chart_lies_diagonally_nowhere():
-    """Its smallest rectangle is upright after packing, so that it wastes no room."""
+    """Its smallest rectangle is upright after packing, so that it wastes no space."""
     strip = np.array([0, 10, 10 + 1j, 1j]) * np.exp(0.6j)
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     packing = pack([(strip, faces)] * 4, shapely.box(0, 0, 1, 1), margin=2, rotates=True)

@@ -1,4 +1,4 @@
-"""Textures carried between two layouts of a surface, against the colours that the surface has by formula."""
+"""Textures transferred between two layouts of a surface, compared with the surface's colours by formula."""
 
 import json
 
@@ -15,7 +15,7 @@ MIDDLE = np.array([0.5, 0.5])
 
 
 def grid(n):
-    """x and y of a grid over the unit square and its quads."""
+    """The quads of a grid over the unit square, with x and y."""
     x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
     k = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     return x.ravel(), y.ravel(), np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
@@ -34,7 +34,7 @@ def upright(x, y):
 
 
 def turned(angle, mirrored=False, bent=0.0):
-    """Another layout: shrunk, turned by radians, perhaps mirrored and bent."""
+    """Another layout: shrunk, rotated by radians, and possibly mirrored and bent."""
 
     def layout(x, y):
         c, s = np.cos(angle), np.sin(angle)
@@ -56,14 +56,14 @@ def write(path, layout, n=16, height=hill, shuffled=False):
 
 
 def colour(x, y):
-    """(…, 3) in 0..255 of the surface over x, y."""
+    """Colours (…, 3) in 0..255 of the surface over x, y."""
     return 255 * np.stack(
         [0.5 + 0.4 * np.sin(9 * x), 0.5 + 0.4 * np.cos(7 * y), 0.5 + 0.3 * np.sin(5 * x + 6 * y)], -1
     )
 
 
 def texels():
-    """u and v of the middles of a picture's texels."""
+    """u and v of the centres of a picture's texels."""
     t = (np.arange(N) + 0.5) / N
     return np.meshgrid(t, 1 - t)
 
@@ -75,7 +75,7 @@ def old_texture(path):
 
 
 def brute_force(layout, n):
-    """What the picture of another layout has to be, NaN outside: matplotlib finds where each texel lies."""
+    """The picture expected in another layout, NaN outside: matplotlib finds the triangle of each texel."""
     x, y, quads = grid(n)
     uv = layout(x, y)
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
@@ -166,7 +166,7 @@ def test_what_lies_nowhere_near_is_refused(there, iccm):
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("kind", ["normal", "normal-down"])
 def test_normals_turn_with_the_tangents(there, iccm, kind, mirrored):
-    """On a plane the tangents are the layouts' own directions."""
+    """On a plane, the tangents are the layouts' own directions."""
     angle, up = 0.7, 1 if kind == "normal" else -1
     write(there / "flat.obj", upright, height=plane)
     write(there / "new.obj", turned(angle, mirrored), height=plane)

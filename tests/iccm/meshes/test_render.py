@@ -1,4 +1,4 @@
-"""Pictures of surfaces: which way is up, and edges without a fringe."""
+"""Rendered surfaces: orientation, and edges without a fringe."""
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def test_what_is_up_on_the_surface_is_up_in_the_picture():
 
 
 def test_edges_have_the_colour_of_the_inside():
-    """A flat surface has one colour, of which edge pixels show a part."""
+    """A flat surface has a single colour, which edge pixels contain partially."""
     made = render(POINTS, FACES, np.zeros((2, 3, 2)), None, 80, FRONT)
     edge, inside = (made[..., 3] > 0) & (made[..., 3] < 255), made[..., 3] == 255
     assert edge.sum() > 50 and np.ptp(made[inside][:, :3], axis=0).max() <= 1

@@ -1,4 +1,4 @@
-"""Linear maps of the plane by two complex numbers, against matrices."""
+"""Linear maps of the plane given by two complex numbers, compared with matrices."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Algorithm 1 of the paper: energies, how it ends, invariance, bad input."""
+"""Algorithm 1 of the paper: energies, termination, invariance, invalid input."""
 
 import re
 
@@ -46,7 +46,7 @@ def test_the_energy_never_increases(job, order):
 
 @pytest.mark.parametrize("name", JOBS)
 def test_both_halves_of_each_step_lower_the_energy(name):
-    """Zeroth order, by hand: the global step at fixed targets, the local step at a fixed map."""
+    """Zeroth order, by hand: the global step with fixed targets, and the local step with a fixed map."""
     constraints = {k: v for k, v in JOBS[name].items() if k in ("pins", "strokes")}
     rest = {k: v for k, v in JOBS[name].items() if k not in constraints}
     problem = NormalisedProblem.of(Problem.of(pear(), arrow(), **constraints), as_begun=True)
@@ -90,7 +90,7 @@ def test_how_it_ends_is_told():
 
 
 def test_a_step_that_does_not_lower_the_energy_is_undone():
-    """A system whose local step answers with ever farther targets: the map stays where it was."""
+    """A system whose local step returns ever more distant targets: the map does not move."""
 
     class Hostile(System):
         def energies(self, x, targets):
@@ -119,7 +119,7 @@ def test_a_shape_onto_itself_is_the_identity():
 @pytest.mark.parametrize("vertices", [None, "source"])
 @pytest.mark.parametrize("start", [0, 7, 30])
 def test_a_drop_onto_itself_is_the_identity_wherever_its_outline_starts(start, vertices):
-    """Its one corner, where resampling starts, need not be the outline's first vertex."""
+    """Its only corner, where resampling starts, need not be the outline's first vertex."""
     drop = np.roll(teardrop(), -start)
     fit = iccm.fit(drop, drop, method="paper", vertices=vertices)
     z = inside(drop)
@@ -127,7 +127,7 @@ def test_a_drop_onto_itself_is_the_identity_wherever_its_outline_starts(start, v
 
 
 def teardrop(n=60):
-    """Smooth but for a corner at 1."""
+    """Smooth except for a corner at 1."""
     t = 2 * np.pi * np.arange(n) / n
     return np.cos(t) + 1j * np.sin(t) * np.sin(t / 2)
 
@@ -143,7 +143,7 @@ def test_the_sources_own_vertices_are_taken_as_they_are():
 
 
 def test_the_start_minimises_the_energy_of_the_pins():
-    """§3.1: pins that can be met are met, and where two contradict each other, their mean is."""
+    """§3.1: pins that can be met are met; for contradictory ones, their mean is."""
     pins = np.array([[0.2, 1], [-0.3 + 0.2j, 2 + 0.5j], [0.1 - 0.4j, 0.3j], [0.5, 0.5], [0.5, 0.9]])
     for strokes in ([], STROKES):
         problem = NormalisedProblem.of(Problem.of(pear(), arrow(), pins, strokes), as_begun=True)
@@ -157,7 +157,7 @@ def test_the_start_minimises_the_energy_of_the_pins():
 
 @pytest.mark.parametrize("harmonic", [False, True])
 def test_a_corner_moved_a_little_moves_the_deformation_a_little(harmonic):
-    """The two halves of a harmonic map bend each for itself: in one row they cancelled as the frame turned."""
+    """The two halves of a harmonic map bend separately: in one row they cancelled as the frame rotated."""
     hexagon = circle(6)
     moved = hexagon * (1 + np.array([0, 0, 1e-6, 0, 0, 0]))
     pins = [[-0.5, -0.5], [0.5, 0.5], [0.3j, 0.3 + 0.5j]]
@@ -203,13 +203,13 @@ def test_a_mirror_image_gives_the_mirrored_map():
     source, target, z = pear(), arrow(), inside(pear())
     fit = iccm.fit(source, target, **PAPER)
     mirrored = iccm.fit(source.conj(), target.conj(), **PAPER)
-    # mirroring turns the outline round; both keep their first vertex, so the arclength start is the mirrored one
+    # mirroring reverses the outline; both keep their first vertex, so the start of arclength is the mirrored one
     assert np.abs(mirrored.map(z.conj()) - fit.map(z).conj()).max() < 1e-8
 
 
 @pytest.mark.parametrize("order", [0, 1])
 def test_reversing_the_vertices_changes_nothing(job, order):
-    """The other way from the same first vertex; where an outline starts does matter to the paper's start."""
+    """In reverse from the same first vertex; the paper's start does depend on where an outline begins."""
     source, target = pear(), arrow()
     z = inside(source)
     fit = iccm.fit(source, target, **job, order=order)
@@ -230,7 +230,7 @@ def test_curves_and_arrays_are_the_same_input():
 
 
 def test_first_order_needs_a_third_of_the_iterations_for_the_same_energy():
-    """§3.4, on four pairs of five at least: the two orders do not always end in the same local minimum."""
+    """§3.4, for at least four of five pairs: the two orders do not always end in the same local minimum."""
     pairs = [(pear(), blob()), (pear(), arrow()), (star(), circle(60)), (ell(4), square()), (blob(), arrow())]
     caught_up = []
     for source, target in pairs:
@@ -341,7 +341,7 @@ def test_a_tolerance_of_zero_is_refused():
 
 
 def test_an_outline_of_very_many_vertices_is_mapped():
-    """All of them are corners of its convex hull: their distances in pairs would take 37 GB."""
+    """All of them are corners of its convex hull: their pairwise distances would take 37 GB."""
     fit = iccm.fit(square(), np.exp(2j * np.pi * np.arange(50_000) / 50_000), method="conformal")
     assert fit.status.ok and "simplified from 50000" in fit.notes[0]
 

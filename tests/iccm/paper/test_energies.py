@@ -1,4 +1,6 @@
-"""Every energy's matrix against its definition, evaluated by Gauss quadrature of Cauchy integrals on random input."""
+"""Every energy's matrix compared with its definition, evaluated by Gauss quadrature of Cauchy integrals on random
+input.
+"""
 
 import numpy as np
 import pytest
@@ -48,7 +50,7 @@ class Setting:
         self.conjugate = CauchyIntegral(self.polygon.z, self.psi.conj())
 
     def along(self, z, edge):
-        """f, f_z, f_z̄ and the second derivatives ∂²Φ, conj(∂²conj Ψ) by quadrature."""
+        """Compute f, f_z, f_z̄ and the second derivatives ∂²Φ, conj(∂²conj Ψ) by quadrature."""
         a = list(self.holomorphic.along(z, edge))
         b = [part.conj() for part in self.conjugate.along(z, edge)]
         return a[0] + b[0], a[1], b[1], a[2], b[2]
@@ -101,7 +103,7 @@ def test_quasiconformal_energy_is_the_square_of_f_zbar():
 
 
 def test_smoothness_is_the_square_of_the_second_derivatives(setting):
-    """At interior points both are well defined; Φ″ and Ψ″ count each for itself."""
+    """At interior points both are well defined; Φ″ and Ψ″ count separately."""
     z = inside(setting.polygon.z, 12)
     measure = np.full(z.size, 1 / z.size)
     term = smoothness(setting.basis, z, measure, 0.2)
@@ -118,7 +120,7 @@ def test_smoothness_on_the_boundary_is_the_square_of_the_second_derivatives(sett
 
 
 def test_consistency_is_what_the_coordinates_do_not_reproduce(setting):
-    """Values just inside the vertices against the coefficients there, Φ and Ψ each for itself."""
+    """Values just inside the vertices compared with the coefficients there, separately for Φ and Ψ."""
     n = setting.polygon.z.size
     share = setting.rng.uniform(0.5, 1.5, n) / n
     term = consistency(setting.basis, share, 0.4)
@@ -132,7 +134,7 @@ def test_consistency_is_what_the_coordinates_do_not_reproduce(setting):
 
 
 def at_vertex(integral, z, value):
-    """The Cauchy integral just inside a vertex, with its value there subtracted: the quotient stays bounded."""
+    """The Cauchy integral just inside a vertex, with its value there subtracted, so that the quotient stays bounded."""
     return value + np.sum((integral.g - value) * integral.dw / (2j * np.pi * (integral.w - z)))
 
 
@@ -197,8 +199,9 @@ def test_all_terms_of_a_problem_are_assembled_with_their_weights():
 
 
 def test_the_papers_weights_are_sums_in_the_coordinates_as_given():
-    """E = ‖C f̂ - ŵ‖² + β‖C_P f̂ - v̂‖² + ‖conj(D) ψ‖² + α‖D2 f̂‖², each sample counting one, over the target's
-    radius squared."""
+    """E = ‖C f̂ - ŵ‖² + β‖C_P f̂ - v̂‖² + ‖conj(D) ψ‖² + α‖D2 f̂‖², with weight one for each sample, relative to the
+    squared radius of the target.
+    """
     source, target = 30 * arrow() + 5, 7 * square()
     given = Problem.of(source, target, pins=[[35 + 15j, 1], [65 + 15j, 2]])
     problem = NormalisedProblem.of(given, as_begun=True)

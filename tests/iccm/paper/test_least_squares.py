@@ -1,4 +1,4 @@
-"""The weighted system: its solution is the minimum of the energy as the terms define it."""
+"""The weighted system: its solution is the minimum of the energy defined by the terms."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def everything(order, quasi, consistency=1e-3):
 
 
 def energy(system, targets, x):
-    """The energy of §3.4 and §4.1 row by row: Eq. 13 weighed to be |miss|² along normals."""
+    """The energy of §3.4 and §4.1 row by row: Eq. 13 weighted so that it is |error|² along normals."""
     total = 0.0
     for term, target in zip(system.terms, targets):
         miss = term.matrix @ x - target.points
@@ -58,7 +58,7 @@ def energy(system, targets, x):
 @pytest.mark.parametrize("quasi", [False, True], ids=["conformal", "harmonic"])
 @pytest.mark.parametrize("order", [0, 1])
 def test_the_gradient_of_the_energy_vanishes_at_the_solution(order, quasi):
-    """Central differences in each real and imaginary coefficient; the energy is quadratic, so they are exact."""
+    """Central differences in each real and imaginary coefficient, which are exact because the energy is quadratic."""
     system, targets = everything(order, quasi)
     assert any(t.normals is not None for t in targets) == (order == 1)
     x = system.solve(targets)
@@ -88,7 +88,7 @@ def test_no_direction_lowers_the_energy(order):
 
 
 def test_the_solution_is_that_of_a_general_minimiser():
-    """The first-order energy as real least squares, by scipy's lsq_linear on rows written out one by one."""
+    """The first-order energy as real least squares, solved by scipy's lsq_linear on explicit rows."""
     system, targets = everything(1, False)
     rows, right = [], []
     for term, target in zip(system.terms, targets):
@@ -110,7 +110,7 @@ def test_the_solution_is_that_of_a_general_minimiser():
 
 @pytest.mark.parametrize("order", [0, 1])
 def test_where_several_are_as_good_the_closest_to_the_last_is_taken(order):
-    """One pin leaves all but one direction of the coefficients free: they stay as they were."""
+    """One pin determines only one direction of the coefficients: the others are unchanged."""
     basis = Basis(pear(20))
     z = inside(pear(20), 1)
     row = basis.positions(z)[0]
@@ -135,7 +135,7 @@ def test_energies_are_summed_by_name():
 
 
 def test_only_right_hand_sides_change_between_solves():
-    """Solving is linear in the targets of zeroth order: the matrix was factored once."""
+    """Solving is linear in the targets of zeroth order: the matrix is factorised once."""
     system, a = everything(0, True)
     b = [Target(t.points * 1j + 0.3) for t in a]
     both = [Target(s.points + t.points) for s, t in zip(a, b)]
@@ -153,7 +153,9 @@ def test_without_enough_equations_the_least_coefficients_are_taken():
 
 
 def test_coincident_rows_do_not_spoil_the_solution():
-    """Two hundred copies of one sample and directions the coordinates hardly carry: still finite and exact."""
+    """Two hundred copies of one sample, and directions that the coordinates hardly determine: still finite and
+    exact.
+    """
     polygon = Curve(random_polygon(np.random.default_rng(1), 40))
     basis = Basis(polygon.z)
     z = np.concatenate([polygon.sample(4), np.repeat(polygon.sample(1)[:1], 200)])
@@ -164,7 +166,7 @@ def test_coincident_rows_do_not_spoil_the_solution():
 
 
 def test_first_order_lets_the_boundary_slide_along_the_target():
-    """Points of a line that moved along it: the zeroth order pulls them back, the first by its share λ."""
+    """Points on a line that moved along it: the zeroth order pulls them back, the first by its share λ."""
     polygon = Curve(arrow())
     basis = Basis(polygon.z)
     line = Curve(np.array([-10, 10], complex), closed=False)

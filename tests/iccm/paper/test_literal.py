@@ -1,4 +1,4 @@
-"""`--literal`: Algorithm 1 as the paper writes it, beside an implementation of its equations that shares no code."""
+"""`--literal`: Algorithm 1 as published, compared with an independent implementation of its equations."""
 
 from itertools import pairwise
 
@@ -21,8 +21,11 @@ PAIRS = {
 
 
 def coordinates(polygon, points, power=0):
-    """(p, n) C_j of Appendix A, or D_j; of C the limit from inside at vertices, where log(B_{j+1} / B_j) and
-    log(B_j / B_{j-1}) add up to one whose angle is between 0 and 2π."""
+    """Return (p, n) C_j of Appendix A, or D_j.
+
+    C has the limit from inside at vertices, where log(B_{j+1} / B_j) and log(B_j / B_{j-1}) add up to a logarithm with
+    angle between 0 and 2π.
+    """
     n, out = polygon.size, np.zeros((points.size, polygon.size), complex)
     for k, z in enumerate(points):
         b = polygon - z
@@ -43,13 +46,15 @@ def coordinates(polygon, points, power=0):
 
 
 def inner_log(ratio):
-    """The logarithm, on an edge its limit from inside."""
+    """Return the logarithm; on an edge, its limit from inside."""
     found = np.log(ratio)
     return found + 2j * np.pi if found.imag < 1e-9 - np.pi else found
 
 
 def closest(polygon, w, closed=True):
-    """Closest points of a polygon to points w (p,), and unit vectors along the offsets there, or across the edge."""
+    """Return closest points of a polygon to points w (p,), and unit vectors along the offsets, or perpendicular to the
+    edge.
+    """
     start, along = polygon, np.roll(polygon, -1) - polygon
     if not closed:
         start, along = start[:-1], along[:-1]
@@ -64,7 +69,7 @@ def closest(polygon, w, closed=True):
 
 
 def by_arclength(source, samples, target):
-    """ŵ⁰ (§2.2): the target's points at the samples' shares of the source's length, vertex 0 to vertex 0."""
+    """Return ŵ⁰ (§2.2): the target's points at the samples' shares of the source's length, vertex 0 to vertex 0."""
     lengths = [np.append(0, np.cumsum(np.abs(np.roll(z, -1) - z))) for z in (samples, target)]
     share, knots = lengths[0][:-1] / lengths[0][-1], lengths[1] / lengths[1][-1]
     ring = np.append(target, target[0])
@@ -72,8 +77,11 @@ def by_arclength(source, samples, target):
 
 
 def published(source, samples, target, order, quasi):
-    """The coefficients of Algorithm 1 after each global step: ‖C f̂ - ŵ‖², or ‖Re(conj(N) (C f̂ - ŵ))‖² + λ‖C f̂ - ŵ‖²
-    (Eq. 13), and ‖conj(D) ψ̂‖² (Eq. 10), as real least squares in Re φ̂, Im φ̂, Re ψ̂, Im ψ̂."""
+    """Return the coefficients of Algorithm 1 after each global step.
+
+    Minimises ‖C f̂ - ŵ‖², or ‖Re(conj(N) (C f̂ - ŵ))‖² + λ‖C f̂ - ŵ‖² (Eq. 13), and ‖conj(D) ψ̂‖² (Eq. 10), as real
+    least squares in Re φ̂, Im φ̂, Re ψ̂, Im ψ̂.
+    """
     both = values(source, samples, quasi)
     rows, right = [], []
     if quasi:
@@ -91,7 +99,7 @@ def published(source, samples, target, order, quasi):
 
 
 def distance(matrix, w, order, normal):
-    """The rows and the right side of ‖M x - w‖², or of Eq. 13; without normals of its second part."""
+    """Return the rows and the right side of ‖M x - w‖², or of Eq. 13; without normals of its second part."""
     share = np.sqrt(LAMBDA) if order else 1
     if not order or normal is None:
         return share * matrix, share * apart(w)
@@ -104,7 +112,7 @@ def least(system, aim):
 
 
 def values(source, z, quasi):
-    """(2p, 2n or 4n) the real matrix of f at z, C φ̂ or C φ̂ + conj(C) ψ̂ (Eq. 8)."""
+    """Return (2p, 2n or 4n) the real matrix of f at z, C φ̂ or C φ̂ + conj(C) ψ̂ (Eq. 8)."""
     c = coordinates(source, z)
     return np.hstack([real_rows(c), real_rows(c.conj())]) if quasi else real_rows(c)
 
@@ -148,8 +156,11 @@ def test_each_step_is_that_of_the_equations(name, order, quasi, per_edge):
 @pytest.mark.parametrize("quasi", [False, True])
 @pytest.mark.parametrize("order", [0, 1])
 def test_pins_and_strokes_are_those_of_the_equations(order, quasi):
-    """β‖C_P f̂ - v̂‖² (§3.1) and γ‖C_sk f̂ - t̂‖² (§3.3, the first order as Eq. 13): each step from the map before it.
-    Of the first, by the constraints alone, the paper leaves open which of many it is."""
+    """β‖C_P f̂ - v̂‖² (§3.1) and γ‖C_sk f̂ - t̂‖² (§3.3, the first order as Eq. 13): each step starts from the previous
+    map.
+
+    For the first step, by the constraints alone, the paper does not specify which of many solutions is used.
+    """
     source, target = PAIRS["smooth"]
     pins = np.array([[0.3 + 0.2j, 7.9 + 0.5j], [-0.4j, 7 - 1j]])
     drawn = np.array([-0.6 + 0.1j, -0.2 + 0.3j]), np.array([5.2, 5.8 + 0.9j, 6.4 + 1j])
@@ -188,7 +199,7 @@ def test_what_literal_means_leaves_no_choice():
 
 
 def test_steps_are_whole():
-    """One that raises the energy is taken, and ends the run; unless it is literal it is halved."""
+    """A step that raises the energy is taken, and ends the run; without --literal, it is halved."""
     options = {"method": "paper", "order": 1, "vertices": "source", "samples_per_edge": 2}
     halved = [each["total"] for each in iccm.fit(square(3), ell(3), **options).energies]
     assert np.all(np.diff(halved) <= 0)

@@ -1,4 +1,4 @@
-"""Rasters in the plane that are longer than wide, with pixels that are not square."""
+"""Rasters in the plane with unequal sides and pixels that are not square."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def test_a_canvas_about_a_box_has_square_pixels_and_shows_all_of_it():
 def test_pixel_centres_are_amid_their_pixels():
     assert OBLONG.step == (2, 0.5)
     assert OBLONG.centre(1, 2) == 6 + 3.25j
-    assert OBLONG.centre(0, 1, size=2) == 7 + 3.5j  # amid the second block of 2 by 2 pixels
+    assert OBLONG.centre(0, 1, size=2) == 7 + 3.5j  # in the middle of the second block of 2 by 2 pixels
     assert np.array_equal(OBLONG.centres(3), [[2 + 2.25j, 4 + 2.25j, 6 + 2.25j, 8 + 2.25j, 10 + 2.25j]])
 
 

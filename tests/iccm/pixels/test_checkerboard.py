@@ -1,4 +1,4 @@
-"""The numbered checkerboard: what its digits tell, and at every size."""
+"""The numbered checkerboard: its digits, at every size."""
 
 import subprocess
 import sys
@@ -23,7 +23,7 @@ def test_each_digit_tells_itself_and_a_mirror():
 
 
 def test_a_line_covers_its_length_times_its_thickness():
-    """The stem of the 4 stands alone at its foot: a row of it is as wide as the line is thick."""
+    """The stem of the 4 is separate at its foot: its width in a row is the line's thickness."""
     rows = _drawn("4", 200.0).sum(axis=1)
     assert rows[int(0.99 * rows.size) - 45] == pytest.approx(0.22 * 200, rel=0.02)
     assert len(STROKES) == 10

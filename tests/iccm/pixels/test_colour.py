@@ -1,4 +1,4 @@
-"""Stored pixels and linear light, compared with numbers worked out by hand."""
+"""Stored pixels and linear light, compared with values computed by hand."""
 
 import numpy as np
 import pytest

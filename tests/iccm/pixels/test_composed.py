@@ -1,4 +1,4 @@
-"""Several maps as one: a pixel shows the first part that covers it, no seams where parts meet, holes stay empty."""
+"""Several maps as one: a pixel shows the first part that covers it; no seams where parts meet; holes stay empty."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ SQUARE = np.array([0, 1, 1 + 1j, 1j])
 
 
 def square(size, to, shift):
-    """A map of the unit square onto one of another size and place; its source lies elsewhere."""
+    """A map of the unit square onto one of another size and place, whose source lies elsewhere."""
     return map_of(irregular(SQUARE, 0.3), lambda w: w + shift).moved(image=(size, 0, to))
 
 

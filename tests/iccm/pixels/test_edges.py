@@ -1,4 +1,4 @@
-"""What lies outside a texture: again the texture, as it is or mirrored, without a seam at any scale."""
+"""Repeated or mirrored textures beyond their edges, without a seam at any scale."""
 
 import numpy as np
 import pytest

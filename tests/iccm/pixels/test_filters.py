@@ -1,4 +1,4 @@
-"""Filters against their definition, worked out in double precision with NumPy's singular values."""
+"""Filters compared with their definition, evaluated in double precision with NumPy's singular values."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import pytest
 from iccm.pixels import filters, pyramid
 
 # constants of core/pixels/filters.h
-LONGEST = 8.0  # over the shortest axis of a kernel, beyond which that is widened
-MOST = 232  # rows and columns of a kernel that there is room for
+LONGEST = 8.0  # relative to the shortest axis of a kernel: beyond this, that axis is widened
+MOST = 232  # largest number of rows and columns of a kernel
 
 
 KERNELS = {
@@ -18,7 +18,7 @@ KERNELS = {
 
 
 def axes(turn):
-    """S, no axis of which is under one texel or an eighth of the longest; that of a point where it is not finite."""
+    """S, with no axis below one texel or an eighth of the longest; that of a point if it is not finite."""
     matrix = turn.reshape(2, 2)
     if not np.isfinite(matrix).all():
         return np.eye(2)
@@ -28,7 +28,7 @@ def axes(turn):
 
 
 def defined(tex, level, place, stretch, name):
-    """The mean of a level's texels around a place, weighed by k(u) k(v), (u, v) = S⁻¹ d."""
+    """The mean of a level's texels around a place, weighted by k(u) k(v), (u, v) = S⁻¹ d."""
     size, h, w = tex.size[level], tex.height[level], tex.width[level]
     held = tex.base if level == 0 else tex.texels[tex.start[level] :][: h * w].reshape(h, w, -1)
     radius, kernel = KERNELS[name]
@@ -66,7 +66,7 @@ def test_a_filter_is_what_it_is_defined_to_be(name, channels, edge, shape):
 
 
 def test_the_longest_kernel_has_room():
-    """Axes of 32 and 4 texels: the most before a level is left, and the smallest level has no next one."""
+    """Axes of 32 and 4 texels: the largest before a level is left, while the smallest level has no next one."""
     tex = pyramid.compact(
         np.full((300, 300, 1), 200, np.uint8), np.linspace(0, 1, 256, dtype=np.float32)[:, None], -1, 0
     )
@@ -116,7 +116,7 @@ def stripes(height, width, wavelength, lean):
 @pytest.mark.parametrize("edge", list(pyramid.EDGES.values()))
 @pytest.mark.parametrize("stored", [False, True])
 def test_a_picture_that_is_shrunk_keeps_the_range_of_its_texels(edge, stored):
-    """The reductions that a clamped kernel reads keep it, too, however many there are between."""
+    """The reductions that a clamped kernel reads keep it, too, for any number of levels in between."""
     texels = stripes(512, 384, 41.3, 0.4)
     table = np.linspace(0, 1, 256, dtype=np.float32)[:, None]
     low, high = (pyramid.ready(np.full((1, 1, 1), v, np.uint8), table, -1).item() for v in (100, 200))
@@ -134,7 +134,7 @@ def test_a_picture_that_is_shrunk_keeps_the_range_of_its_texels(edge, stored):
 
 
 def contrast(clamped, factor, wavelength):
-    """The modulation transfer at a wavelength, in pixels of a picture that is shrunk by a factor."""
+    """The modulation transfer at a wavelength, in pixels of a picture reduced by a factor."""
     i, j = np.mgrid[:512, :512]
     across, down = 2 * np.pi / (factor * wavelength) * np.array([np.cos(0.3), np.sin(0.3)])
     wave = 0.5 + 0.2 * np.sin(across * j + down * i)

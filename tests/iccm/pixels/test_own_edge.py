@@ -14,7 +14,7 @@ BOX = (0j, N * (1 + 1j))
 
 
 def sticker(opacity: float = 1.0) -> np.ndarray:
-    """(N, N, 4) a disk with colours that vary, as a renderer draws it: 8-bit, straight."""
+    """A disk (N, N, 4) with varying colours, as a renderer draws it: 8 bits, straight alpha."""
     out = np.zeros((N, N, 4), np.uint8)
     out[..., 0], out[..., 1] = np.mgrid[:N, :N] * 8
     out[..., 3] = np.rint(255 * opacity * coverage_box(DISK, 0, N, N)[::-1])
@@ -29,7 +29,7 @@ def test_alpha_is_that_of_the_inside_up_to_the_outline_and_beyond(opacity):
     assert (made[..., 3] == round(255 * opacity)).all()
     kept = pixels[..., 3] >= 128 * opacity  # what is covered by half keeps its colour
     assert np.array_equal(made[kept, :3], pixels[kept, :3])
-    beyond = ~kept & (np.hypot(*(np.mgrid[:N, :N] - 15.5)) < 14)  # others take that of the nearest
+    beyond = ~kept & (np.hypot(*(np.mgrid[:N, :N] - 15.5)) < 14)  # others take the colour of the nearest
     ramp = 8 * np.moveaxis(np.mgrid[:N, :N], 0, 2)
     assert np.abs(made[beyond, :2].astype(int) - ramp[beyond]).max() <= 16
 
@@ -56,7 +56,7 @@ def _faded(x, y):
 @pytest.mark.parametrize(
     "alpha",
     [
-        _faded,  # crosses one half at the outline, but no edge
+        _faded,  # crosses one half at the outline, but is not an edge
         lambda x, y: np.clip(0.5 + x / 2, 0, 1),  # an edge elsewhere
         lambda x, y: np.random.default_rng(0).random(x.shape),
         lambda x, y: np.clip(9 - np.hypot(x, y), 0, 1),  # a disk well inside
@@ -80,7 +80,7 @@ def test_holes_of_the_source_count_as_outlines():
 
 
 def test_the_outline_of_an_oblong_texture_is_found():
-    """20 rows of 50 texels, each of which is 2 wide and 1 high."""
+    """20 rows of 50 texels, each 2 wide and 1 high."""
     texels = 31 + 10.4j + 7.7 * np.exp(2j * np.pi * np.arange(200) / 200)  # y down
     outline = 2 * texels.real + 1j * (20 - texels.imag)
     pixels = np.full((20, 50, 4), 90, np.uint8)
@@ -96,7 +96,7 @@ def test_a_float_texture_keeps_how_transparent_it_is():
 
 
 def test_what_is_transparent_up_to_the_outline_lends_no_colour():
-    """Alpha is drawn out along the outline, too, over texels that are transparent, and black."""
+    """Alpha is extended along the outline, too, over texels that are transparent and black."""
     pixels = sticker()
     pixels[pixels[..., 3] > 0, :3] = 200
     pixels[20:] = 0

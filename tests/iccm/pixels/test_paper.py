@@ -1,4 +1,4 @@
-"""Paper below drawings: where it is seen, and what colour it has."""
+"""Paper below drawings: where it is visible, and its colour."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ BOX = (0j, 5 + 3j)
 
 
 def drawing(colour, dtype=np.uint8, associated=False):
-    """3 rows of 5 pixels: the first two columns are painted, the third half, the rest not at all."""
+    """3 rows of 5 pixels: the first two columns are painted, the third by half, the rest not at all."""
     largest = np.iinfo(dtype).max if np.dtype(dtype).kind == "u" else 1
     pixels = np.zeros((3, 5, len(colour) + 1))
     pixels[:, :3, :-1] = colour

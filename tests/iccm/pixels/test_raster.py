@@ -1,4 +1,4 @@
-"""Operations on whole rasters, against brute force and other libraries."""
+"""Operations on whole rasters, compared with brute force and other libraries."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""STMaps of oblong textures and canvases: what s and t mean, and the way back."""
+"""STMaps of oblong textures and canvases: the meaning of s and t, and the inverse."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_a_stored_map_has_its_coverage_and_slopes():
     band = Stored(st, 2.0).band(0)
     assert band.coverage[0, 0] == 0.25 and band.coverage[3, 5] == 0 and band.coverage[1, 1] == 1
     assert np.isnan(band.z[3, 5]) and band.z[1, 2] == pytest.approx(0.6 + 0.7j)
-    assert band.right[1:3, :5] == pytest.approx(np.full((2, 5), 0.2))  # s times the aspect
+    assert band.right[1:3, :5] == pytest.approx(np.full((2, 5), 0.2))  # s times the aspect ratio
     assert band.down[:3, 1:5] == pytest.approx(np.full((3, 4), -0.2j))
 
 

@@ -1,11 +1,11 @@
-"""A picture's place in the plane, where it is longer than wide, rotated, or there again beyond its edges."""
+"""A picture's place in the plane, with unequal sides, rotated, or repeated beyond its edges."""
 
 import numpy as np
 import pytest
 
 from iccm.pixels.texture import Places, Texture, Wrapped, wrapped
 
-OBLONG = Texture(np.zeros((20, 60, 3), np.uint8), (1 + 1j, 7 + 5j))  # 10 texels a unit across, 5 down
+OBLONG = Texture(np.zeros((20, 60, 3), np.uint8), (1 + 1j, 7 + 5j))  # 10 texels per unit across, 5 down
 
 
 def places(texture, z, right, down):

@@ -1,4 +1,4 @@
-"""Pictures as notebooks show them, read again by another library."""
+"""Pictures as notebooks show them, read by another library."""
 
 from io import BytesIO
 

@@ -1,4 +1,4 @@
-"""Pixels of triangulated maps: each is what the inverse says at its centre, none is missing, threads change nothing."""
+"""Pixels of triangulated maps: each equals the inverse at its centre, none is missing, and threads change nothing."""
 
 from dataclasses import replace
 
@@ -77,7 +77,7 @@ def test_every_pixel_is_the_inverse_at_its_centre(map, canvas):
     for slope, exact in ((right, across), (down, below)):
         error = np.abs(slope - exact)
         assert error[ask & off_sides].max(initial=0) < 1e-6 * size
-        assert error[ask].max() < 0.3 * size  # on a side of two triangles either's will do
+        assert error[ask].max() < 0.3 * size  # on a side of two triangles, either one's is acceptable
     assert np.isnan(z[~within & clear & (covered == 0)]).all()
     assert abs(inside - within.sum()) <= (~clear).sum()
     assert inside + edge == np.isfinite(z).sum()
@@ -109,7 +109,7 @@ def test_touched_pixels_take_the_nearest_boundary_point():
 
 
 def test_slopes_are_the_changes_from_pixel_to_pixel():
-    """No mirror, no turn, no shift: against differences of pixels."""
+    """Neither mirrored, rotated nor shifted: compared with differences of pixels."""
     map = MAPS["scattered"]()
     z, right, down, *_ = whole(map, Canvas(400, 300, BOX))
     across, below = 0.5 * (z[:, 2:] - z[:, :-2]), 0.5 * (z[2:] - z[:-2])
@@ -119,7 +119,7 @@ def test_slopes_are_the_changes_from_pixel_to_pixel():
 
 
 def test_a_gap_between_neighbours_would_show(map):
-    """The count of pixels inside is that of the outline's winding numbers, whatever the triangles."""
+    """The number of pixels inside agrees with the outline's winding numbers, for any triangles."""
     for seed in range(5):
         shift = complex(*np.random.default_rng(seed).uniform(-0.1, 0.1, 2))
         canvas = Canvas(97, 103, (BOX[0] + shift, BOX[1] + shift))

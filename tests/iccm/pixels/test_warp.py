@@ -1,4 +1,4 @@
-"""Warping: the identity, places to the pixel, filters against truth, edges, formats of pixels, threads."""
+"""Warping: the identity, exact positions, filters, edges, pixel formats, threads."""
 
 from dataclasses import replace
 
@@ -58,7 +58,7 @@ def test_identity_returns_the_texture(dtype, filter):
 
 
 def test_an_edge_of_a_magnified_picture_has_no_ring():
-    """No colour is darker or lighter than the two that meet; numbers keep the overshoot of the cubic."""
+    """No colour is darker or lighter than the two that meet; data keep the overshoot of the cubic filter."""
     picture = np.full((20, 20, 3), (46, 42, 50), np.uint8)
     picture[:, 10:] = 255, 240, 214
     placed, canvas = Texture(picture, BOX), Canvas(320, 320, BOX)
@@ -169,8 +169,8 @@ def test_shrinking_averages_in_linear_light():
 
 
 def test_an_ellipse_is_averaged_along_its_long_axis_only():
-    """Stripes across the squeezed direction vanish, stripes along it stay."""
-    p, k = SQUARE, 0.875  # f = (z + k conj z) / (1 + k): x stays, y shrinks 15 times
+    """Stripes across the squeezed direction vanish, stripes along it remain."""
+    p, k = SQUARE, 0.875  # x is unchanged, y shrinks 15 times
     map = HarmonicMap(p, p / (1 + k), k * p.conj() / (1 + k))
     x = np.indices((300, 300))
     lasting = (np.sin(x[1] * 2 * np.pi / 12) * 0.5 + 0.5)[..., None].astype(np.float32)
@@ -305,7 +305,7 @@ def test_what_is_asked_wrongly_is_told():
 
 
 def test_normals_turn_with_the_map():
-    """A slope to the right becomes a slope upwards under a turn by 90 degrees, whichever way y is stored."""
+    """A slope to the right becomes a slope upwards under a rotation by 90 degrees, for either direction of stored y."""
     flat = np.broadcast_to(np.array([128, 128, 255], np.uint8), (40, 40, 3)).copy()
     slope = np.broadcast_to(np.array([218, 128, 218], np.uint8), (40, 40, 3)).copy()
     turn, box = conformal(lambda z: 1j * z, SQUARE), (-1 - 1j, 1 + 1j)
@@ -419,7 +419,7 @@ def test_a_texture_turned_by_90_degrees_is_read_in_squares(monkeypatch):
 
 
 class Halved:
-    """A kind of map of its own: w = z / 2 on the square, everywhere 2 w."""
+    """A custom kind of map: w = z / 2 on the square, everywhere 2 w."""
 
     def preimages(self, canvas, tolerance, slopes):
         return Doubling(canvas).band
@@ -462,7 +462,7 @@ def test_padding_reaches_as_far_as_asked_and_leaves_what_is_known(method, channe
 
 
 def test_push_pull_interpolates_between_what_is_known():
-    """Two pixels are known; reduced, they are two opposite corners of 2 by 2, the others of which are their mean."""
+    """Two pixels are known; reduced, they are two opposite corners of 2 by 2, and the others are their mean."""
     pixels, known = np.full((4, 4, 1), 99, np.float32), np.zeros((4, 4), bool)
     pixels[0, 0], pixels[3, 3], known[[0, 3], [0, 3]] = 8, 0, True
     pad(pixels, known, -1)

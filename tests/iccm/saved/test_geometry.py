@@ -1,4 +1,4 @@
-"""Points, lines and polygons carried: against maps known in closed form."""
+"""Points, lines and polygons carried by maps that are known in closed form."""
 
 from itertools import pairwise
 
@@ -30,7 +30,7 @@ def test_lines_stay_within_the_tolerance_of_their_images(tolerance):
     t = np.linspace(0, 1, 20001)
     true = bent(np.concatenate([a + t * (b - a) for a, b in pairwise(line)]))
     off = shapely.distance(shapely.LineString(xy_of(found)), shapely.points(xy_of(true))).max()
-    assert tolerance / 50 < off <= tolerance  # no closer than asked, for no more points than needed
+    assert tolerance / 50 < off <= tolerance  # no closer than requested, and with no more points than needed
     assert np.isin(bent(line), found).all()
 
 
@@ -58,7 +58,7 @@ def test_polygons_are_simple_and_keep_their_holes_and_areas():
     made = shapely.Polygon(xy_of(rings[0]), [xy_of(ring) for ring in rings[1:]])
 
     def area(low, high):
-        """Of the image of a square: ∫ |f'|² over it, |f'|² = 5 exp(2x - 4y)."""
+        """Return the area of the image of a square: ∫ |f'|² over it, |f'|² = 5 exp(2x - 4y)."""
         return 5 * (np.exp(2 * high) - np.exp(2 * low)) / 2 * (np.exp(-4 * low) - np.exp(-4 * high)) / 4
 
     assert (

@@ -1,4 +1,4 @@
-"""Saved maps: what comes back is what was saved, bit for bit, and what is no sound map is refused in a line."""
+"""Saved maps: they are restored bit for bit, and invalid files are rejected in one line."""
 
 import json
 import re
@@ -70,7 +70,7 @@ def test_the_reader_of_the_page_evaluates_the_map(bent, saved, monkeypatch, caps
 
 
 def changed(path, **arrays):
-    """The file with other arrays; None takes one out."""
+    """Write the file with other arrays; None removes one."""
     with np.load(path) as held:
         found = {**held, **arrays}
     np.savez(path, **{name: values for name, values in found.items() if values is not None})
@@ -129,7 +129,7 @@ def test_files_from_before_there_were_rigid_regions_are_read(saved):
 
 
 def rewritten(path, name, content, method=zipfile.ZIP_DEFLATED):
-    """The file with other bytes in the place of one member; `content` makes them of the old ones."""
+    """Write the file with other bytes for one member; `content` makes them from the old ones."""
     with zipfile.ZipFile(path) as archive:
         members = {entry: archive.read(entry) for entry in archive.namelist()}
     old = members.pop(f"{name}.npy")
@@ -140,7 +140,7 @@ def rewritten(path, name, content, method=zipfile.ZIP_DEFLATED):
 
 
 def header(shape, descr="<c16", version=1):
-    """That of an array in NumPy's format."""
+    """The header of an array in NumPy's format."""
     text = f"{{'descr': {descr!r}, 'fortran_order': False, 'shape': {shape!r}, }}\n".encode()
     return b"\x93NUMPY" + bytes([version, 0]) + len(text).to_bytes(2, "little") + text
 

@@ -1,4 +1,4 @@
-"""Whether new texture coordinates are one-to-one, by exact signs: also where a hole is a slit."""
+"""Whether new texture coordinates are one-to-one, by exact signs, even if a hole is a slit."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ INNER = np.array([2 + 2j, 4 + 2j, 4 + 3j, 2 + 3j])
 
 
 def frame(inner):
-    """A frame of eight triangles around a hole, whose corners are drawn at `inner`; with its layout."""
+    """A frame of eight triangles around a hole whose corners are at `inner`, with its layout."""
     flat = np.concatenate([OUTER, INNER])
     quads = [(k, (k + 1) % 4, 4 + (k + 1) % 4, 4 + k) for k in range(4)]
     faces = np.array([half for a, b, c, d in quads for half in ((a, b, c), (a, c, d))])
@@ -31,7 +31,7 @@ def frame(inner):
         (INNER, True),
         (np.array([2 + 2j, 4 + 2j, 4 + 2.5j, 2 + 2.5j]), True),
         (np.array([2 + 2.5j, 3 + 2.5j, 4 + 2.5j, 3 + 2.5j]), True),  # a slit
-        (np.array([2 + 3j, 4 + 3j, 4 + 2j, 2 + 2j]), False),  # turned over
+        (np.array([2 + 3j, 4 + 3j, 4 + 2j, 2 + 2j]), False),  # flipped
         (INNER + 3, False),  # outside
     ],
 )

@@ -1,4 +1,4 @@
-"""Meshes of the same connectivity in any order."""
+"""Meshes with the same connectivity in any order."""
 
 import numpy as np
 import pytest

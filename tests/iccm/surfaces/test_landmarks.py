@@ -1,4 +1,4 @@
-"""Meshes of one surface onto each other: the way back is known. What stands out of them is not lost; seams agree."""
+"""Meshes of the same surface mapped onto each other, with a known inverse; protrusions are not lost, and cuts agree."""
 
 from dataclasses import replace
 from itertools import pairwise, permutations
@@ -41,7 +41,7 @@ HORNS = np.array([0.45, -0.25 + 0.4j, -0.3 - 0.35j])
 
 
 def horned(n, seed):
-    """A disc out of which three horns stand, on about n points spread by chance."""
+    """A disc with three horns, on about n points at random places."""
     rng = np.random.default_rng(seed)
     z = np.sqrt(rng.uniform(0, 0.97, n)) * np.exp(2j * np.pi * rng.uniform(size=n))
     around = HORNS[rng.integers(3, size=n)] + 0.17 * (rng.standard_normal(n) + 1j * rng.standard_normal(n))
@@ -63,7 +63,7 @@ def capsule(n, long=3.0):
 
 
 def away(fit, here, there):
-    """Distances in space, relative to the diagonal, of the target's vertices from where they come from."""
+    """Distances in space, relative to the diagonal, of the target's vertices from their preimages."""
     z = fit.inverse(there.flat)
     face, weights = Locator(here)(z, 1)
     came = np.einsum("pk,pkc->pc", weights, here.patch.points[here.patch.faces[face]])
@@ -72,7 +72,7 @@ def away(fit, here, there):
 
 
 def on_rim(layout, step):
-    """Every step-th of the points on the rim, in order."""
+    """Every step-th point of the boundary, in order."""
     return layout.flat[np.argsort(layout.patch.vertex)[-80::step]]
 
 
@@ -81,7 +81,7 @@ LIMBS /= np.linalg.norm(LIMBS, axis=1, keepdims=True)
 
 
 def limbed(n):
-    """A closed surface out of which six limbs stand."""
+    """A closed surface with six protrusions."""
     unit = spiral_points(n)
     far = np.linalg.norm(unit[:, None] - LIMBS, axis=2)
     return Mesh.triangles(
@@ -90,7 +90,7 @@ def limbed(n):
 
 
 def written(mesh, path):
-    """The path of a mesh as a file."""
+    """Write a mesh to a file, and return its path."""
     path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in mesh.points.tolist()))
     with path.open("a") as file:
         file.writelines(f"f {a} {b} {c}\n" for a, b, c in (mesh.corners.reshape(-1, 3) + 1).tolist())
@@ -112,7 +112,7 @@ def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
     fit = iccm.fit(here.domain, there.domain, pins=marks)
     assert fit.status is Status.REACHED
     apart = away(fit, *fit.layouts)
-    assert np.median(apart) < 0.008  # 0.0165 with seams along the edges, and no more triangles
+    assert np.median(apart) < 0.008  # 0.0165 with cuts along the edges, and no more triangles
     assert np.quantile(apart, 0.95) < 0.035
 
 
@@ -131,7 +131,7 @@ def test_distances_are_geodesic(n):
 
 
 def test_distances_on_flat_triangles_are_those_in_the_plane():
-    """Of a cube whose triangles were halved before."""
+    """For a cube whose triangles were halved before."""
     x, y, z = np.indices((2, 2, 2)).reshape(3, -1)
     corners = np.column_stack([x, y, z]).astype(float)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -148,7 +148,7 @@ def test_distances_on_flat_triangles_are_those_in_the_plane():
 
 
 def subdivided():
-    """A polyhedron with its triangles halved twice; libigl's exact geodesics from vertex 28 never end."""
+    """A polyhedron with its triangles halved twice, on which libigl's exact geodesics from vertex 28 never end."""
     corners = [
         (-1, 1, 2),
         (-1, 2, -1),
@@ -207,7 +207,7 @@ def test_horns_go_onto_horns_without_landmarks_on_them():
 
 @pytest.fixture(scope="module")
 def shaken():
-    """A map of a surface onto a copy, on its own triangles, its inner vertices away from where they belong."""
+    """A map of a surface onto a copy on its own triangles, with inner vertices displaced."""
     here, there = (even_layout(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
     frames = [frame_of(each.boundary) for each in (here, there)]
     curves = [unit_curve(frame, each.boundary) for frame, each in zip(frames, (here, there))]
@@ -283,7 +283,7 @@ def test_seams_take_an_order_in_which_they_are_the_same_on_both():
         stops.append(nearest(sound_piece(mesh), points))
     wholes = sound_piece(coarse), sound_piece(fine)
     numbers = np.array(stops).T
-    assert seams._unlikeness(*wholes, numbers) > 0.15  # a turn around the axis
+    assert seams._unlikeness(*wholes, numbers) > 0.15  # a rotation around the axis
     order = seams.agreed_orders(*wholes, numbers)[0]
     assert sorted(order) == [0, 1, 2, 3]
     assert seams._unlikeness(*wholes, numbers[order]) < 0.05

@@ -1,4 +1,4 @@
-"""Soft pins on surfaces: their patches are those of the surface, whatever the layout and the mesh."""
+"""Soft pins on surfaces: their patches are those of the surface, for any layout and mesh."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,9 @@ GOALS = np.array([-0.1 + 0.25j, 0.45 + 0.1j])
 
 
 def layout_of(count, places=PLACES, halvings=0):
-    """Return a layout of the hill with `count` points a side, its edges halved so often, and where places are in it."""
+    """Return a layout of the hill with `count` points a side, with its edges halved several times, and the positions of
+    places in it.
+    """
     mesh = grid(count, count + 4, hill)
     points, faces = mesh.points, mesh.corners.reshape(-1, 3)
     for _ in range(halvings):
@@ -69,7 +71,7 @@ def test_a_patch_of_a_surface_does_not_depend_on_its_layout():
     ]
     images = [fit.map(each.flat) for fit, each in zip(found, (layout, bent))]
     away = np.abs(images[0] - images[1])
-    assert np.median(away) < 2e-3 and away.max() < 0.03  # the outline's edges are as long as 0.1
+    assert np.median(away) < 2e-3 and away.max() < 0.03  # the outline's edges are 0.1 long
     assert found[1].softness.radii == pytest.approx(
         radius * derivative, rel=0.05
     )  # of a triangle, not of a point

@@ -1,4 +1,4 @@
-"""Maps of surfaces: known ones, the same by other ways, and what the layout must not change."""
+"""Maps of surfaces: known ones, equivalent computations, and independence of the layout."""
 
 import itertools
 from dataclasses import replace
@@ -29,7 +29,7 @@ from tests.triangulations import hull
 
 
 def grid(n, m, place, name="grid"):
-    """A mesh of n × m points of the unit square, carried to space by `place(x, y)`."""
+    """A mesh of n × m points of the unit square, mapped to space by `place(x, y)`."""
     x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, m), indexing="ij")
     k = np.arange(n * m).reshape(n, m)
     a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
@@ -71,7 +71,7 @@ def circle(n=160):
 
 
 def warped(layout):
-    """The same surface laid out unevenly, by an analytic map of the plane."""
+    """The same surface with another layout, by an analytic map of the plane."""
     z = layout.flat / np.abs(layout.flat).max()
     flat = z + 0.3 * z**2
     assert overlap(replace(layout, flat=flat)) is None
@@ -91,7 +91,7 @@ def test_a_metric_is_that_of_the_surface():
     found = LaidMetric.of(squeezed, frame).over(triangles)
     major, minor = np.abs(found.a) + np.abs(found.b), np.abs(found.a) - np.abs(found.b)
     np.testing.assert_allclose(major / minor, 3, rtol=1e-9)
-    np.testing.assert_allclose(major * minor, 1, rtol=1e-9)  # both areas are taken as one
+    np.testing.assert_allclose(major * minor, 1, rtol=1e-9)  # both areas are normalised
 
 
 def test_a_metric_in_a_mirror_is_mirrored():
@@ -172,7 +172,7 @@ def radial(angle, theta, q, n=400):
 
     def stretches(logs):
         r = np.append(0, np.cumsum(np.exp(logs)))
-        r = r / r[-1] * 2**0.5  # of area 2π, as the cap
+        r = r / r[-1] * 2**0.5  # of area 2π, like the cap
         return np.diff(r) / step, 0.5 * (r[1:] + r[:-1]) / ring
 
     def energy(logs):
@@ -217,7 +217,9 @@ def test_texture_coordinates_fold_nowhere_and_the_triangles_are_the_surface_s_ow
 
 @pytest.mark.parametrize("seed", [3, 9, 12])
 def test_what_a_corner_of_the_outline_cuts_off_is_given_room(seed):
-    """From one side of a square to the next a coarse mesh's edge passes the corner, and inner vertices behind it."""
+    """From one side of a square to the next, a coarse mesh's edge cuts off the corner, with inner vertices behind
+    it.
+    """
     rng = np.random.default_rng(seed)
     inside = np.sqrt(rng.uniform(size=120)) * np.exp(2j * np.pi * rng.uniform(size=120)) * 0.999
     z = np.concatenate([inside, np.exp(2j * np.pi * np.sort(rng.uniform(size=25)))])
@@ -399,7 +401,7 @@ def test_a_surface_goes_onto_shapes_with_bays_and_from_them_as_its_outline_would
     u = np.array([0, 3, 3 + 3j, 2 + 3j, 2 + 1j, 1 + 1j, 1 + 3j, 3j])
     plain = iccm.fit(rectangle(1, 1), u, fit="cover")
     flat = flatten(disk_patch(grid(15, 15, lambda x, y: (x, y, 0 * x))))
-    for layout in (flat, warped(flat)):  # wherever it lies in the plane, it is the same surface
+    for layout in (flat, warped(flat)):  # for any layout it is the same surface
         fit = iccm.fit(layout, u, fit="cover")
         assert fit.status.ok and fit.report()["injective"]["certified"] and fit.filled is not None
         assert fit.uncovered == pytest.approx(0, abs=1e-3)
@@ -420,7 +422,7 @@ def test_rigid_regions_of_a_surface_have_pins_and_are_refused():
     fit = iccm.fit(layout, circle(), rigid=[disc], pins=pins)
     (region,) = fit.rigid
     assert fit.status.ok and region.is_rigid and np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
-    assert region.turn == pytest.approx(90, abs=1)  # as the pins say, and so is its size
+    assert region.turn == pytest.approx(90, abs=1)  # as the pins determine, and so is its size
     assert region.scale == pytest.approx(0.1 / (0.06 * size) * np.sqrt(2 / Curve(circle()).area), rel=0.02)
     for region, told in (
         (0.01 * disc + 9 * size, "no triangle"),

@@ -1,4 +1,4 @@
-"""The certificate holds for maps that are one-to-one, and for no other, however small the fold."""
+"""The certificate holds exactly for maps that are one-to-one, however small the fold."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ def test_maps_that_are_one_to_one_are_certified():
 @settings(max_examples=60, deadline=None)
 @given(st.data(), st.sampled_from(["source", "image"]), st.floats(-16, 0).map(lambda e: 10**e))
 def test_no_fold_is_too_small(data, plane, depth):
-    """An inner vertex is moved over the far side of one of its triangles, or exactly onto it."""
+    """An inner vertex is moved beyond the far side of one of its triangles, or exactly onto it."""
     map = map_of(irregular(SQUARE, 0.25), wavy)
     face = data.draw(st.integers(0, len(map.faces) - 1))
     inner = [k for k in range(3) if map.faces[face, k] not in map.loops[0]]
@@ -51,7 +51,7 @@ def test_no_fold_is_too_small(data, plane, depth):
 def test_a_triangle_without_area_is_a_fold():
     z, faces, loops = lattice(4)
     w = z.copy()
-    w[6] = 0.125 + 0.375j  # an inner vertex onto the side across from it, which is exact in binary
+    w[6] = 0.125 + 0.375j  # an inner vertex onto the opposite side, which is exact in binary
     assert sum(exact_turn(*w[face]) == 0 for face in faces) > 0
     for source, image in ((z, w), (w, z)):
         found = TriangulatedMap(source, image, faces, loops).injectivity
@@ -60,7 +60,7 @@ def test_a_triangle_without_area_is_a_fold():
 
 
 def wound(n, turns):
-    """A disc's triangles around a vertex that they go around several times: all positive."""
+    """Triangles of a disc around a vertex that they surround several times: all are positive."""
     w = np.concatenate([[0], np.exp(2j * np.pi * turns * np.arange(n) / n)])
     faces = np.stack([np.zeros(n, int), 1 + np.arange(n), 1 + (np.arange(n) + 1) % n], axis=1)
     return w, faces, (1 + np.arange(n),)
@@ -77,7 +77,7 @@ def test_two_sheets_are_rejected_though_all_triangles_are_positive():
 
 
 def test_a_crossing_outline_is_rejected():
-    """A strip bent to more than a ring: its ends overlap."""
+    """A strip bent beyond a full ring: its ends overlap."""
     w, faces, loops = irregular(np.array([0, 8, 8 + 1j, 1j]), 0.25)
     for angle, certified in ((6.2, True), (6.5, False)):
         bent = (2 - w.imag) * np.exp(1j * w.real / 8 * angle)
@@ -130,7 +130,7 @@ def test_outlines_by_exact_signs():
     st.booleans(),
 )
 def test_a_vertex_moved_through_an_edge_is_seen(radii, depth, k, through):
-    """A spike from a far vertex to an edge across, short of it or through it by any depth."""
+    """A spike from a far vertex to an opposite edge, short of it or through it by any depth."""
     loop = radial(radii, np.zeros(len(radii)))
     a, b = loop[k], loop[(k + 1) % loop.size]
     tip = 0.5 * (a + b) + (-1 if through else 1) * depth * 1j * (b - a)
@@ -159,7 +159,7 @@ def test_patches_said_to_be_positive_are(seed, size):
     assert np.all((a.conj() * b).imag > 0)
     assert np.array_equal(
         sure, bernstein(corners, bulge).min(axis=0) > 0
-    )  # nothing is near enough to be doubted
+    )  # nothing is near enough to be uncertain
 
 
 def test_a_bulge_too_large_is_rejected():

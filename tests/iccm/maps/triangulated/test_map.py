@@ -1,4 +1,4 @@
-"""Triangulated maps: exact where they can be, inverse to themselves, smooth across edges."""
+"""Triangulated maps: exact where possible, consistent with their inverse, smooth across edges."""
 
 import pickle
 from dataclasses import replace
@@ -131,7 +131,7 @@ def scrambled(n):
 
 
 def jumps(map):
-    """How much the inverse's derivatives jump at the middles of inner edges."""
+    """The jumps of the inverse's derivatives at the midpoints of inner edges."""
     sides = map.edges.sides
     first, second = np.full((2, len(map.edges.ends), 2), np.nan + 0j)
     for k in range(3):
@@ -139,7 +139,7 @@ def jumps(map):
         jet = np.stack(map.jet_at(np.arange(len(sides)), middle)[1:], axis=1)
         new = np.isnan(first[sides[:, k], 0])
         first[sides[new, k]] = jet[new]
-        second[sides[:, k]] = jet  # of two sides with the same number k the last one wins
+        second[sides[:, k]] = jet  # of two sides with the same number k the last one is used
         second[sides[~new, k]] = jet[~new]
     inner = np.setdiff1d(np.arange(len(first)), map.edges.rim)
     return np.abs(first - second)[inner].sum(axis=1)
@@ -161,7 +161,7 @@ def test_patches_keep_their_bounds(map):
 
 
 def deviation(corners, bulge):
-    """How far, relative to its triangle's derivative, a patch's is from it at most."""
+    """The largest deviation of a patch's derivative from its triangle's, relative to that."""
     (x, y, z), (a, b) = corners.T, tangents(corners, bulge)
     u, v, worst = y - x, z - x, np.zeros(len(corners))
     for along, across in zip(a, b):
@@ -261,7 +261,7 @@ def test_turning_a_plane_over_is_refused():
 
 
 def test_the_most_bent_patches_are_inverted():
-    """Needles whose derivative deviates by up to MOST_DEVIATION."""
+    """Thin triangles whose derivative deviates by up to MOST_DEVIATION."""
     rng = np.random.default_rng(1)
     n = 60_000
     height = 10 ** rng.uniform(-6, 0, n)
