@@ -75,7 +75,7 @@ def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) ->
     """Run the job again whenever an input changes, with a time limit for each run."""
     with deadline.limited(seconds):
         code, seen = _run(given, own)
-    given["force"], own["open"] = True, False  # its own files are replaced, and viewers update by themselves
+    given["force"], own["open"] = True, False  # its own files are replaced, and viewers update automatically
     logs.log.info(f"watching {', '.join(seen)}; press Ctrl-C to stop")
     try:
         while True:

@@ -19,7 +19,7 @@ LEAST_LIMIT_BYTES = 5 << 28
 """Bytes of address space below which libraries abort the process while loading, or when they write a picture."""
 STREAMS = ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w"))
 GRACE_SECONDS = 1.2
-"""Seconds in which a run may end by itself; between calls of compiled code that takes milliseconds."""
+"""Seconds in which a run may end on its own; between calls of compiled code that takes milliseconds."""
 _state = {"patient": False}
 
 

@@ -64,7 +64,7 @@ class Bounded(memory.Memory):
     def release(self) -> None:
         """Let the system release the resident pages of the scratch file."""
         for pages in self._maps:
-            if hasattr(pages, "madvise"):  # Windows, which has no madvise, releases them by itself
+            if hasattr(pages, "madvise"):  # Windows, which has no madvise, releases them automatically
                 pages.madvise(mmap.MADV_DONTNEED)
 
     def threads(self, asked: int | None, each: int, what: str) -> int | None:

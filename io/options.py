@@ -46,7 +46,7 @@ class Option:
         required: whether it must be given.
         flag: its value if it is given without one.
         brief: the text in the short help, if `help` says more.
-        basic: whether the short help of a command with many options includes it; options of its own class are always
+        basic: whether the short help of a command with many options includes it; those of its class are always
             included.
         aliases: other names that users try, each with a template for the value; they are not listed.
         old: former names, which work until the next major version, with a notice.

@@ -161,7 +161,7 @@ def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
 
 
 def _with_own_pictures(begun: Run) -> Run:
-    """Use both drawings as their own pictures if one of them has colours of its own and the other can be rendered.
+    """Use both drawings as their own pictures if one of them has its own colours and the other can be rendered.
 
     A plain black drawing is then shown in black, not with a checkerboard.
     """

@@ -72,7 +72,7 @@ def is_own_picture(job: Job, source: Shape) -> bool:
 
 
 def shows_itself(job: Job, source: Shape) -> bool:
-    """Return whether the texture is the drawing that is the source: because it has colours of its own, or because
+    """Return whether the texture is the drawing that is the source: because it has its own colours, or because
     --texture names its file.
     """
     if source.is_mesh:
@@ -114,7 +114,7 @@ def notes_on_lines(job: Job, source: Shape, fit: Fit) -> list[str]:
 
 
 def drawing_of(job: Job, source: Shape) -> Path | None:
-    """Return the SVG that is rendered as the texture: --texture, or the source if it has colours of its own."""
+    """Return the SVG that is rendered as the texture: --texture, or the source if it has its own colours."""
     name = job.texture or next((path for path in own_pictures(job, source) if not source.is_mesh), None)
     if name is None or isinstance(name, bytes):
         return None
