@@ -1,4 +1,4 @@
-"""A raster in the plane, and bands of its rows with where their pixels come from."""
+"""A raster in the plane, and bands of its rows with the source points of their pixels."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex
 
-BAND_ROWS = 128  # rows that are worked on at a time (by hand)
-LONGER_SIDE_PIXELS = 1024  # of a picture, in pixels, unless stated otherwise
+BAND_ROWS = 128  # rows processed at a time (by hand)
+LONGER_SIDE_PIXELS = 1024  # default length of a picture's longer side in pixels
 
 
 def proportional(longer: int, extent: complex) -> tuple[int, int]:
-    """Width and height in pixels of what has the extent's proportions, from its longer side."""
+    """Return width and height in pixels with the proportions of an extent, given the longer side."""
     scale = longer / max(extent.real, extent.imag)
     return max(1, round(extent.real * scale)), max(1, round(extent.imag * scale))
 
 
 @dataclass(frozen=True)
 class Canvas:
-    """width × height pixels over a box (lower left, upper right) of the plane, row 0 on top."""
+    """A raster of width × height pixels over a box (lower left, upper right) of the plane, row 0 at the top."""
 
     width: int
     height: int
@@ -28,7 +28,7 @@ class Canvas:
 
     @classmethod
     def about(cls, width: int, height: int, box: Box) -> "Canvas":
-        """Square pixels that show a box, which grows about its middle to the proportions of width and height."""
+        """Create a canvas of square pixels over a box, enlarged about its middle to the pixels' proportions."""
         low, high = box
         scale = max((high - low).real / width, (high - low).imag / height)
         middle, half = (low + high) / 2, scale * complex(width, height) / 2
@@ -36,37 +36,35 @@ class Canvas:
 
     @property
     def step(self) -> tuple[float, float]:
-        """Width and height of a pixel."""
+        """Width and height of a pixel in the plane."""
         size = self.box[1] - self.box[0]
         return size.real / self.width, size.imag / self.height
 
     def centres(self, row: int = 0, rows: int | None = None) -> Complex:
-        """Return (rows, width) pixel centres of a band of rows."""
+        """Return (rows, width) centres of the pixels in a band of rows; in all rows by default."""
         rows = self.height - row if rows is None else rows
         return self.centre(np.arange(row, row + rows)[:, None], np.arange(self.width))
 
     def centre(self, row, column, size: int = 1):
-        """Return the point of the plane in the centre of the blocks of size × size pixels at such rows and columns of
-        blocks.
-        """
+        """Return the centres of blocks of size × size pixels in the plane; rows and columns count blocks."""
         dx, dy = self.step
         low, high = self.box
         return low.real + (column + 0.5) * size * dx + 1j * (high.imag - (row + 0.5) * size * dy)
 
     def pixels(self, w: Complex) -> Complex:
-        """Return points of the plane in pixel units, x right, y down."""
+        """Convert points of the plane to pixel units, x right, y down."""
         dx, dy = self.step
         return (w.real - self.box[0].real) / dx + 1j * (self.box[1].imag - w.imag) / dy
 
 
 @dataclass
 class Diagnostics:
-    """What became of the pixels of a raster.
+    """Counts of pixels by how their source point was found.
 
     Attributes:
         inside: pixels whose centre is in the image of the source.
         edge: pixels outside that the image touches; they show the nearest boundary point.
-        fallback: pixels inside where a map that folds shows only its back; they show the nearest boundary point.
+        fallback: pixels inside where a map with folds shows only its back; they show the nearest boundary point.
     """
 
     inside: int = 0
@@ -74,26 +72,26 @@ class Diagnostics:
     fallback: int = 0
 
     def add(self, other: "Diagnostics") -> None:
-        """Add the counts of another part of the raster."""
+        """Add the counts of another part of the raster, in place."""
         for name, value in vars(other).items():
             setattr(self, name, getattr(self, name) + value)
 
     def as_dict(self) -> dict[str, int]:
-        """For reports."""
+        """Return the counts by name, for reports."""
         return dict(vars(self))
 
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """Rows [row, row + rows) of a raster: where its pixels come from, and how they are stretched.
+    """Rows [row, row + rows) of a raster: source points of their pixels, and derivatives.
 
     Attributes:
         row: the first row.
-        coverage: (rows, width) covered area of each pixel.
-        z: (rows, width) their points in the source; NaN where nothing is covered.
-        right, down: (rows, width) how z changes from a pixel to the next on the right and to the next one below.
-        diagnostics: what became of the pixels.
-        mixed: what else is seen where two maps share a pixel.
+        coverage: (rows, width) covered share of each pixel.
+        z: (rows, width) source point of each pixel; NaN where it is not covered.
+        right, down: (rows, width) changes of z to the next pixel on the right, and to the next one below.
+        diagnostics: counts of pixels.
+        mixed: second source points, where two maps share a pixel.
     """
 
     row: int
@@ -106,12 +104,12 @@ class Band:
 
 
 class Mixed(NamedTuple):
-    """Pixels of a band that show two places of the source.
+    """Pixels of a band that show two source points.
 
     Attributes:
-        at: (k,) their numbers, row by row.
-        share: (k,) of the covered area that belongs to the other place.
-        z, right, down: (k,) the other place, as in `Band`.
+        at: (k,) flat indices of the pixels.
+        share: (k,) share of the covered area that belongs to the second point.
+        z, right, down: (k,) the second point and its derivatives, as in `Band`.
     """
 
     at: NDArray[np.intp]

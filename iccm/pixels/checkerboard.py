@@ -1,4 +1,4 @@
-"""A test picture that reports where a texel came from: numbered cells whose hue and lightness say the place."""
+"""A test picture of numbered cells, whose hue and lightness encode the position."""
 
 import colorsys
 from collections.abc import Sequence
@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 
 def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
-    """Return (size, size, 3) sRGB picture of cells × cells numbered squares, 0 at the top left, row by row.
+    """Return a (size, size, 3) sRGB picture of cells × cells squares, numbered row by row from 0 at the top left.
 
-    Digits show a mirror or a turn at once; hue runs along x and lightness along y, so that a place is known by colour.
+    Digits make reflections and rotations visible. Hue varies with x and lightness with y, so that colours identify
+    positions.
 
     >>> checkerboard(64, cells=4).shape
     (64, 64, 3)
@@ -39,7 +40,7 @@ def _cell(i: int, j: int, cells: int) -> list[int]:
 
 
 def _number(out: NDArray[np.uint8], text: str, x: float, y: float, cell: float, light: int) -> None:
-    """Write text centred at (x, y), dark on light cells and light on dark ones."""
+    """Write text centred at (x, y), dark on light cells and light on dark ones, in place."""
     digits = [_drawn(digit, DIGIT_HEIGHT_CELLS * cell) for digit in text]
     mask = np.concatenate(digits, axis=1)
     top, left = round(y - mask.shape[0] / 2), round(x - mask.shape[1] / 2)
@@ -50,13 +51,19 @@ def _number(out: NDArray[np.uint8], text: str, x: float, y: float, cell: float, 
 
 
 def _arc(x: float, y: float, width: float, height: float, start: int, end: int) -> list[tuple[float, float]]:
-    """Return points of an ellipse's arc around (x, y), by its half axes; degrees from the right downwards."""
+    """Return points on an elliptical arc about (x, y), given half axes; degrees run clockwise from the right."""
     angles = np.radians(np.linspace(start, end, 1 + (end - start) // 15))
     return list(zip(x + width * np.cos(angles), y + height * np.sin(angles)))
 
 
-DIGIT_HEIGHT_CELLS, DIGIT_WIDTH_HEIGHTS = 0.27, 0.68  # of digits' strokes, by the cell; by that height
-STROKE_WIDTH_HEIGHTS, GAP_HEIGHTS = 0.22, 0.24  # how thick they are, and how far apart, by their height
+DIGIT_HEIGHT_CELLS, DIGIT_WIDTH_HEIGHTS = (
+    0.27,
+    0.68,
+)  # of digits: height relative to the cell, width relative to the height
+STROKE_WIDTH_HEIGHTS, GAP_HEIGHTS = (
+    0.22,
+    0.24,
+)  # thickness of strokes and gap between digits, relative to the height
 STROKES: tuple[Sequence[Sequence[tuple[float, float]]], ...] = (
     [_arc(0.5, 0.5, 0.5, 0.5, 0, 360)],
     [[(0.1, 0.2), (0.55, 0), (0.55, 1)], [(0.1, 1), (1, 1)]],
@@ -69,12 +76,12 @@ STROKES: tuple[Sequence[Sequence[tuple[float, float]]], ...] = (
     [_arc(0.5, 0.23, 0.44, 0.23, 0, 360), _arc(0.5, 0.74, 0.53, 0.26, 0, 360)],
     [_arc(0.5, 0.32, 0.5, 0.32, 0, 360), _arc(0.1, 0.32, 0.9, 0.68, 0, 90)],
 )
-"""The digits: lines in a box of one by one, y down."""
+"""The digits as polylines in the unit square, y down."""
 
 
 @cache
 def _drawn(digit: str, height: float) -> NDArray[np.float32]:
-    """Return (rows, columns) how much of each pixel a digit covers, with the gap to its neighbours."""
+    """Return (rows, columns) coverage of pixels by a digit, including the gap to its neighbours."""
     rows, columns = (
         round((1 + 2 * STROKE_WIDTH_HEIGHTS) * height),
         round((DIGIT_WIDTH_HEIGHTS + STROKE_WIDTH_HEIGHTS + GAP_HEIGHTS) * height),

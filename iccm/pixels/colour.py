@@ -1,4 +1,4 @@
-"""Between stored pixels and what filters need: linear light, premultiplied, float."""
+"""Conversion between stored pixels and the values for filters: linear light, premultiplied, float."""
 
 from functools import cache
 
@@ -12,17 +12,17 @@ HALF = np.finfo(np.float16).max
 _encode_bytes = function("""int64_t iccm_pixels_encode_bytes(
     const float *values, int64_t count, int64_t c, int64_t alpha, const double *edges, const uint8_t *start,
     uint8_t *out)""")
-TABLE_CELLS = 4096  # cells of the table from linear light to sRGB bytes, narrower than any byte's share
+TABLE_CELLS = 4096  # cells of the table from linear light to sRGB bytes, narrower than the range of any byte
 
 
 def linear_from_srgb(v):
-    """IEC 61966-2-1 decoding, odd-symmetric for negative values."""
+    """Decode sRGB (IEC 61966-2-1), extended to negative values as an odd function."""
     a = np.abs(v)
     return np.copysign(np.where(a <= 0.04045, a / 12.92, ((a + 0.055) / 1.055) ** 2.4), v)
 
 
 def srgb_from_linear(v):
-    """IEC 61966-2-1 encoding, the inverse of `linear_from_srgb`."""
+    """Encode sRGB (IEC 61966-2-1); inverse of `linear_from_srgb`."""
     a = np.abs(v)
     return np.copysign(np.where(a <= 0.0031308, a * 12.92, 1.055 * a ** (1 / 2.4) - 0.055), v)
 
@@ -34,14 +34,14 @@ def _table(levels: int, srgb: bool) -> Float:
 
 
 def decode(pixels: NDArray, alpha: int, *, srgb: bool, associated: bool, premultiply: bool) -> Float:
-    """Return (h, w, c) pixels as float32 in linear light, premultiplied when asked. Integers become 0..1.
+    """Return (h, w, c) pixels as float32 in linear light; integers are scaled to 0..1.
 
     Args:
         pixels: uint8, uint16, float16 or float32.
-        alpha: index of the alpha channel or -1; it is never decoded.
+        alpha: index of the alpha channel, or -1; it is only scaled.
         srgb: whether the other channels are sRGB-encoded.
-        associated: whether they are premultiplied already.
-        premultiply: whether the result shall be.
+        associated: whether they are premultiplied.
+        premultiply: whether the result is to be premultiplied.
     """
     if alpha >= 0 and associated and srgb:  # the encoding applies to the colour itself
         straight = _scaled(_numbers(pixels), alpha, divide=True)
@@ -63,8 +63,14 @@ def decode(pixels: NDArray, alpha: int, *, srgb: bool, associated: bool, premult
 
 
 def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated: bool = False) -> NDArray:
-    """Return the stored form of (h, w, c) linear values, premultiplied if `associated`; integers are rounded and
-    clipped.
+    """Encode (h, w, c) linear values for storage; integers are rounded and clipped.
+
+    Args:
+        values: the values, premultiplied if `associated`.
+        dtype: type of the result.
+        alpha: index of the alpha channel, or -1.
+        srgb: whether to encode the other channels as sRGB.
+        associated: whether the result is premultiplied.
     """
     if srgb and associated and alpha >= 0:
         straight = _scaled(values, alpha, divide=True)
@@ -82,7 +88,7 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
         v = np.clip(values[..., k], 0, 1) if top else values[..., k]
         if srgb and k != alpha:
             v = srgb_from_linear(v)
-        if dtype == np.float16:  # a filter may overshoot what half holds
+        if dtype == np.float16:  # a filter may overshoot the range of half floats
             v = np.where(np.isinf(v), v, np.clip(v, -HALF, HALF))
         out[..., k] = np.rint(v * top) if top else v
     return out
@@ -90,15 +96,19 @@ def encode(values: Float, dtype: np.dtype, alpha: int, *, srgb: bool, associated
 
 @cache
 def byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Linear values at which sRGB bytes 0 .. 255 begin (and infinity), and the byte where each of TABLE_CELLS cells
-    starts, in none of which begins more than one other."""
+    """Return tables for encoding sRGB bytes.
+
+    Returns:
+        (257,) linear values at which the bytes 0 .. 255 begin, and infinity; and (TABLE_CELLS + 1,) the byte at the start of
+        each of TABLE_CELLS cells, each of which contains at most one such value.
+    """
     edges = linear_from_srgb((np.arange(256) - 0.5) / 255)
     start = np.searchsorted(edges, np.arange(TABLE_CELLS + 1) / TABLE_CELLS, side="right") - 1
     return np.append(edges, np.inf), start.astype(np.uint8)
 
 
 def tables(dtype: np.dtype, channels: int, alpha: int, *, srgb: bool) -> Float:
-    """Return (levels, channels) the linear value of every unsigned integer, by channel."""
+    """Return (levels, channels) linear values of all unsigned integers of a type, by channel."""
     levels = np.iinfo(dtype).max + 1
     return np.column_stack([_table(levels, srgb and k != alpha) for k in range(channels)])
 
@@ -113,7 +123,7 @@ def _colours(values: NDArray, alpha: int) -> list[int]:
 
 
 def _scaled(values: Float, alpha: int, *, divide: bool) -> Float:
-    """Colours times alpha, or divided by it where it is not zero."""
+    """Multiply colours by alpha, or divide them by it where it is not zero."""
     a = values[..., alpha : alpha + 1]
     colours = _colours(values, alpha)
     out = values.copy()

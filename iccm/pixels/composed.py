@@ -1,4 +1,4 @@
-"""Maps made of others: several as one, each of a part of the source onto a part of the target; one without holes."""
+"""Maps composed of others: several parts as one map, mirrored maps, and maps cut at outlines or holes."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,18 +15,18 @@ from .coverage import coverage
 
 
 class Several:
-    """Maps in the place of one, for pictures and STMaps. Where parts lie over each other the first one is seen.
+    """Several maps as one, for pictures and STMaps; where parts overlap, the first one is visible.
 
     Args:
         maps: source → target, of any kind.
-        boxes: the bounding box of each one's image.
+        boxes: the bounding box of each map's image.
     """
 
     def __init__(self, maps: Sequence[preimages.AnyMap], boxes: Sequence[Box]):
         self.maps, self.boxes = maps, boxes
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """Return as `preimages.Mapping` has it."""
+        """See `preimages.Mapping`."""
         sources = [preimages.of(map, canvas, tolerance, slopes) for map in self.maps]
         corners = canvas.pixels(np.array(self.boxes))
         rows = [(float(high.imag) - 1, float(low.imag) + 1) for low, high in corners]
@@ -36,10 +36,16 @@ class Several:
 def _band_of_several(
     parts: Sequence[preimages.Bands], rows: Sequence[tuple[float, float]], canvas: Canvas, row: int
 ) -> Band:
-    """Return the band that starts at a row; `rows` are the first and the last that the image of each part may touch.
+    """Return the band that starts at a row.
 
-    A pixel shows the first part that covers half of it, or else the one that covers most; what is seen of another
-    one there is mixed in, the first part lying over the others. Counts are of all parts, hidden ones included.
+    A pixel shows the first part that covers half of it, or else the one that covers most. The visible share of another
+    part is mixed in, with earlier parts on top of later ones. Diagnostics count all parts, including hidden ones.
+
+    Args:
+        parts: preimages of each map.
+        rows: first and last row that the image of each part may touch.
+        canvas: the raster.
+        row: the first row of the band.
     """
     shape = min(BAND_ROWS, canvas.height - row), canvas.width
     nothing = complex(np.nan, np.nan)
@@ -64,8 +70,9 @@ def _band_of_several(
 
 
 def _mixed(above: Band, below: Band, shown: NDArray[np.bool_], at: NDArray[np.intp]) -> Mixed:
-    """Return what is seen, at pixels that two parts cover, of the one that is not shown; `shown` is where the lower one
-    is.
+    """Return the second source points of pixels `at` that two parts cover.
+
+    `shown` marks the pixels whose first source point is in the lower part.
     """
     upper, lower = (band.coverage.ravel()[at] for band in (above, below))
     lower = np.minimum(lower, 1 - upper)
@@ -76,25 +83,25 @@ def _mixed(above: Band, below: Band, shown: NDArray[np.bool_], at: NDArray[np.in
 
 
 class Reflected:
-    """A map between mirror images of planes in the place of one between the planes, for pictures and STMaps.
+    """A map between reflected planes as a map between the original planes, for pictures and STMaps.
 
     Args:
         map: source → target, of any kind.
-        source, target: abscissa of the line about which each plane is mirrored; None where it is not.
+        source, target: abscissa of the line about which each plane is reflected; None where it is not.
     """
 
     def __init__(self, map: preimages.AnyMap, source: float | None, target: float | None):
         self.map, self.source, self.target = map, source, target
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """Return as `preimages.Mapping` has it."""
+        """See `preimages.Mapping`."""
         seen = replace(canvas, box=reflected(canvas.box, self.target))
         whole = preimages.of(self.map, seen, tolerance, slopes)
         return partial(_reflected_band, whole, self.source, self.target is not None)
 
 
 def reflected(box: Box, line: float | None) -> Box:
-    """Return the mirror image of a box about a vertical line, or itself."""
+    """Return the mirror image of a box about a vertical line; the box itself without a line."""
     low, high = box
     if line is None:
         return box
@@ -102,9 +109,7 @@ def reflected(box: Box, line: float | None) -> Box:
 
 
 def _reflected_band(whole: preimages.Bands, line: float | None, turned: bool, row: int) -> Band:
-    """Return the band that starts at a row, the source mirrored about a line, if there is one, and the canvas if
-    `turned`.
-    """
+    """Return the band that starts at a row; reflect the source about `line` if given, and the canvas if `turned`."""
     band = whole(row)
     z, right, down, covered = band.z, band.right, band.down, band.coverage
     if turned:
@@ -116,30 +121,30 @@ def _reflected_band(whole: preimages.Bands, line: float | None, turned: bool, ro
 
 
 class Cut:
-    """A map in the place of one, for pictures and STMaps, of which only what a drawing paints is shown.
+    """A map restricted to the area that a drawing paints, for pictures and STMaps.
 
     Args:
         map: source → target, of any kind.
-        rings: the boundaries of what is painted in the target's plane, closed polylines: those of parts
-            counter-clockwise, those of their holes clockwise.
+        rings: boundaries of the painted area in the target's plane, closed polylines: those of parts
+            counter-clockwise, those of holes clockwise.
     """
 
     def __init__(self, map: preimages.AnyMap, rings: Sequence[Complex]):
         self.map, self.rings = map, rings
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """Return as `preimages.Mapping` has it."""
+        """See `preimages.Mapping`."""
         whole = preimages.of(self.map, canvas, tolerance, slopes)
         loops = [(canvas.pixels(ring), polygon_area(ring) > 0) for ring in self.rings]
         return partial(_cut_band, whole, loops)
 
 
 def _cut_band(whole: preimages.Bands, loops: Sequence[tuple[Complex, bool]], row: int) -> Band:
-    """Return the band that starts at a row, no pixel of it covered more than by the loops, given in pixels.
+    """Return the band that starts at a row, with coverage limited by loops in pixel units.
 
-    Parts do not overlap each other and holes lie in parts, so the covered area of a pixel is the sum over parts minus
-    that over holes. The map's own coverage is not multiplied by it: where both outlines are one, an edge pixel that is
-    half covered by both stays half covered.
+    Parts do not overlap and holes lie in parts, so the painted share of a pixel is the sum over parts minus that over
+    holes. Coverage is the minimum of this and the map's own, not the product: where both outlines coincide, an edge
+    pixel half covered by both stays half covered.
     """
     band = whole(row)
     rows, width = band.coverage.shape
@@ -158,24 +163,24 @@ def _cut_band(whole: preimages.Bands, loops: Sequence[tuple[Complex, bool]], row
 
 
 class Holed:
-    """A map in the place of one, for pictures and STMaps, without what it takes into holes.
+    """A map without what it maps into holes of the target, for pictures and STMaps.
 
     Args:
         map: source → target, of any kind.
-        holes: closed polylines of the target's plane.
+        holes: closed polylines in the target's plane.
     """
 
     def __init__(self, map: preimages.AnyMap, holes: Sequence[Complex]):
         self.map, self.holes = map, holes
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """Return as `preimages.Mapping` has it."""
+        """See `preimages.Mapping`."""
         whole = preimages.of(self.map, canvas, tolerance, slopes)
         return partial(_holed_band, whole, [canvas.pixels(hole) for hole in self.holes])
 
 
 def _holed_band(whole: preimages.Bands, loops: Sequence[Complex], row: int) -> Band:
-    """Return the band that starts at a row, without what is in holes, given in pixels."""
+    """Return the band that starts at a row, without the pixels in holes, which are given in pixel units."""
     band = whole(row)
     rows, width = band.coverage.shape
     for loop in loops:

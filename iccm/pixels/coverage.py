@@ -1,4 +1,4 @@
-"""Exact coverage of pixels by a closed polyline, row band by row band, in double precision."""
+"""Exact coverage of pixels by a closed polyline, one band of rows at a time, in double precision."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,30 +12,30 @@ _cover = function("""int64_t iccm_pixels_cover(
 
 
 def coverage(loop: Complex, row: int, rows: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return how much of each pixel a closed polyline covers, and which pixel centres it surrounds.
+    """Return the share of each pixel that a closed polyline covers, and which pixel centres it encloses.
 
     Args:
-        loop: (k,) points in pixel units, x right, *y down*, pixel (i, j) being the square [j, j+1] × [i, i+1].
+        loop: (k,) points in pixel units, x right, *y down*; pixel (i, j) is the square [j, j+1] × [i, i+1].
         row, rows: the band of rows [row, row + rows).
-        width: pixels a row.
+        width: pixels per row.
 
     Returns:
         (rows, width) covered area in [0, 1] (winding numbers add up and are clipped), and (rows, width) whether the
-        winding number of the centre is not zero. Both ignore the loop's direction.
+        winding number of the centre is not zero. Neither depends on the loop's direction.
     """
     inside = np.empty((rows, width), dtype=np.bool_)
     return _coverage(loop, row, rows, width, inside), inside
 
 
 def coverage_box(loop: Complex, row: int, rows: int, width: int) -> NDArray[np.float32]:
-    """Return the first that `coverage` gives."""
+    """Return only the covered area that `coverage` computes."""
     return _coverage(loop, row, rows, width, np.empty((0, width), dtype=np.bool_))
 
 
 def _coverage(
     loop: Complex, row: int, rows: int, width: int, inside: NDArray[np.bool_]
 ) -> NDArray[np.float32]:
-    """Return the covered area; fills in `inside`, unless it has no rows."""
+    """Return the covered area; fills `inside` unless it has no rows."""
     start = loop.astype(np.complex128) - 1j * row
     end = np.roll(start, -1)
     falls = start.imag > end.imag

@@ -1,12 +1,12 @@
-"""Reading a picture at points with the footprint that a map gives a pixel: a mip pyramid and a stretched kernel.
+"""Read a picture with the footprint that a map gives each pixel: a mip pyramid and an anisotropic kernel.
 
-A pixel's footprint in the texture is the ellipse of J, d(texel) / d(pixel). The kernel is k(u) k(v) with
-(u, v) = S⁻¹ d, S being the symmetric square root of J Jᵀ with no axis under one texel. So it is the plain separable
+A pixel's footprint in the texture is the ellipse of the Jacobian J = d(texel) / d(pixel). The kernel is k(u) k(v) with
+(u, v) = S⁻¹ d, where S is the symmetric square root of J Jᵀ with no axis below one texel. So it is the usual separable
 kernel where the texture is magnified, a wider one where a conformal map shrinks it, a sheared one under a
-quasi-conformal map, and changes continuously between these. Wide kernels read a smaller level of the pyramid.
+quasiconformal map, and it changes continuously between these. Wide kernels read a coarser level of the pyramid.
 
-Negative lobes make a kernel sharp and let it overshoot: a dark edge gets a darker ring. Colours are clamped to the
-range of the texels that the kernel reads, channel by channel, which leaves the slope of an edge as steep as it was.
+Negative lobes make a kernel sharp, but let it overshoot: a dark edge gets a darker ring. Colours are therefore clamped,
+channel by channel, to the range of the texels that the kernel reads, which does not make edges less steep.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ _paint = function("""int64_t iccm_pixels_paint(
     const Pyramid *picture, const Complex *z, const Complex64 *right, const Complex64 *down, const float *covered,
     int64_t rows, int64_t width, int64_t first, int64_t last, const double *corner, int64_t kernel, bool clamped,
     int64_t alpha, const double *edges, const uint8_t *start, uint8_t *out)""")
-LANE_NUMBERS = 4  # numbers that are written at a time, beyond the last pixel's channels
+LANE_NUMBERS = 4  # numbers written at a time, possibly beyond the last pixel's channels
 NEAREST, LINEAR, CUBIC, LANCZOS, SPLINE = 0, 1, 2, 3, 4
 FILTERS = {"nearest": NEAREST, "linear": LINEAR, "cubic": CUBIC, "lanczos": LANCZOS, "spline": SPLINE}
 
@@ -47,17 +47,17 @@ def paint(
     alpha: int,
     out: NDArray[np.uint8],
 ) -> None:
-    """Write sRGB bytes of a band's pixels that are covered, in some of its columns.
+    """Write sRGB bytes of the covered pixels of a band, in some of its columns.
 
     Args:
         tex: the picture.
         band: the pixels.
-        columns: the first, and the one after the last.
-        at: the picture's corner in the source's plane.
-        kind: of FILTERS, but for NEAREST and SPLINE.
-        clamped: whether each channel stays between the least and the greatest of the texels that the kernel reads.
-        alpha: the channel that is, or the number of channels: one is appended.
-        out: (rows, width, c), or one channel more, written where anything is covered.
+        columns: the first column, and the one after the last.
+        at: position of the picture's corner in the source's plane, and its scale, see `Texture.corner`.
+        kind: one of FILTERS except NEAREST and SPLINE.
+        clamped: whether to clamp each channel to the range of the texels that the kernel reads.
+        alpha: index of the alpha channel; the number of channels if one is to be appended.
+        out: (rows, width, c), or one channel more; written where pixels are covered.
     """
     z, covered = np.ascontiguousarray(band.z, np.complex128), np.ascontiguousarray(band.coverage, np.float32)
     right, down = (np.ascontiguousarray(slope, np.complex64) for slope in (band.right, band.down))
@@ -68,14 +68,14 @@ def paint(
 
 
 def read(tex: Pyramid, xy: Real, turn: Real, kind: int, clamped: bool = False) -> Float:
-    """Filter a picture at places.
+    """Filter a picture at points.
 
     Args:
         tex: the picture.
         xy: (p, 2) texel coordinates, x right, y down, the first texel's centre at 0.5.
         turn: (p, 4) their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy.
-        kind: of FILTERS.
-        clamped: as for `paint`; for kernels.
+        kind: one of FILTERS.
+        clamped: as for `paint`; ignored by NEAREST and SPLINE.
 
     Returns:
         (p, c) values.

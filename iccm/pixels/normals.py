@@ -1,4 +1,4 @@
-"""Tangent-space normals under a map: they turn with it, and are mirrored where it is."""
+"""Tangent-space normals under a map: they are rotated and reflected with it."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +14,16 @@ def rotate(
     up: bool,
     mirrored: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float32]:
-    """Return normals turned in the plane by the angle of a complex number and made unit again.
+    """Rotate normals about z by the angle of a complex number, and normalize them.
 
-    In integers the middle value, 128 of 255, is exactly zero, so that a flat surface stays flat.
+    For integers the middle value, 128 of 255, is exactly zero, so that a flat surface stays flat.
 
     Args:
         stored: (p, 3) normals as 0..1.
-        turn: (p,) not zero.
-        dtype: of the picture they come from and go to.
+        turn: (p,) complex numbers with the angles; not zero.
+        dtype: type of the picture before and after.
         up: whether y is stored upwards.
-        mirrored: (p,) those whose y is then turned about.
+        mirrored: (p,) normals whose y is then negated.
     """
     top = 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
     middle, span = (0.5, 0.5) if top == 1 else ((top + 1) / 2 / top, (top - 1) / 2 / top)

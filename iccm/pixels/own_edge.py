@@ -1,7 +1,7 @@
-"""Textures whose alpha ends at the source's outline: their own antialiased edge is taken off.
+"""Textures whose alpha ends at the source's outline: remove this antialiased edge.
 
-Such an edge is as wide as a texel, and a map that magnifies stretches it to a fade of many pixels. The target's own
-coverage is the edge of the result, so alpha continues beyond the outline as it is inside, and so do the colours.
+The edge is a texel wide, and a map that magnifies stretches it to a fade of many pixels. The result gets its edge from
+the target's coverage instead, so alpha and colours of the inside are extended beyond the outline.
 """
 
 from collections.abc import Sequence
@@ -16,21 +16,23 @@ from .padding import pad
 from .raster import dilated, eroded
 from .texture import Texture
 
-REACH_TEXELS = 2  # texels that a cubic filter reads to either side, and an antialiased edge is wide
-NO_ALPHA_SHARE = 0.1  # of the alpha inside: so little counts as nothing (by hand: lossy pictures have some)
-BYTES_PER_TEXEL = 64  # that each texel takes on the way (by hand)
+REACH_TEXELS = 2  # texels: radius of a cubic filter, and width of an antialiased edge
+NO_ALPHA_SHARE = (
+    0.1  # of the alpha inside: less counts as nothing, since lossy pictures have some noise (by hand)
+)
+BYTES_PER_TEXEL = 64  # working memory per texel (by hand)
 
 
 def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
-    """Return the texture with its inside bled beyond the outlines, if they are where its alpha ends; else as it is.
+    """Extend a texture's inside beyond the outlines, if its alpha ends there; otherwise return it unchanged.
 
-    They are if along most of them alpha all but ends: more than a texel and at most REACH_TEXELS outside, it is under
-    NO_ALPHA_SHARE of the greatest inside. Texels outside change, and the alpha of those inside that fade towards the
+    Alpha ends at the outlines if along most of them, more than a texel and at most REACH_TEXELS texels outside, it is less
+    than NO_ALPHA_SHARE of its maximum inside. Texels outside are changed, and the alpha of those inside that fade towards the
     outline.
 
     Args:
-        texture: with an alpha channel, or it stays as it is.
-        outlines: the closed outlines of the source and of its holes, in its plane.
+        texture: the texture; unchanged if it has no alpha channel.
+        outlines: closed outlines of the source and of its holes, in its plane.
     """
     pixels, channel = texture.pixels, texture.alpha
     if channel < 0 or not outlines:
@@ -48,7 +50,7 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
         return texture
     fading = inside & dilated(falls, REACH_TEXELS)
     full = np.where(fading, _risen(alpha, inside), alpha)
-    known = inside & (alpha > 0) & (2 * alpha >= full)  # beyond the alpha's edge a colour says little
+    known = inside & (alpha > 0) & (2 * alpha >= full)  # colours are unreliable where alpha fades
     wanted = fading & ~known | ~inside
     crop = (slice(REACH_TEXELS, -REACH_TEXELS), slice(REACH_TEXELS, -REACH_TEXELS))
     inside, full, known, wanted = (each[crop] for each in (inside, full, known, wanted))
@@ -64,9 +66,11 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
 
 
 def _bleed(pixels: NDArray, channels: list[int], known: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> None:
-    """Fill wanted texels of channels from the nearest known one that is finite there, in place."""
+    """Fill wanted texels from the nearest known texel that is finite, channel by channel, in place."""
     values = np.ascontiguousarray(pixels[..., channels])
-    if values.dtype.kind != "f" or np.isfinite(values).all():  # the nearest texel is the same in each channel
+    if (
+        values.dtype.kind != "f" or np.isfinite(values).all()
+    ):  # the nearest texel is the same for all channels
         pad(values, known, -1, "nearest")
     else:
         finite = np.isfinite(values)
@@ -77,7 +81,7 @@ def _bleed(pixels: NDArray, channels: list[int], known: NDArray[np.bool_], wante
 
 
 def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
-    """Return (h, w) the texels whose centres an odd number of outlines surround."""
+    """Mark (h, w) the texels whose centres are enclosed by an odd number of outlines."""
     left, top, across, down = texture.corner
     height, width = texture.pixels.shape[:2]
     inside = np.zeros((height, width), np.bool_)
@@ -87,12 +91,12 @@ def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
 
 
 def _framed(values: NDArray) -> NDArray:
-    """With nothing around."""
+    """Pad values with zeros by REACH_TEXELS texels."""
     return np.pad(values, REACH_TEXELS)
 
 
 def _risen(alpha: NDArray[np.float32], inside: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Alpha that does not fall towards the outline in the outermost REACH_TEXELS + 1 rows of texels."""
+    """Return alpha without a decrease towards the outline in the outermost REACH_TEXELS + 1 rows of texels."""
     rows = [inside]
     for _ in range(REACH_TEXELS + 1):
         rows.append(eroded(rows[-1]))

@@ -1,4 +1,4 @@
-"""Colours beyond the outline, so that mip-maps and bilinear reads of the result do not pick up the background."""
+"""Extend colours beyond the outline, so that mipmaps and bilinear filters do not pick up the background."""
 
 from typing import NamedTuple
 
@@ -13,9 +13,9 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
 
     Args:
         pixels: (h, w, c) of any type.
-        known: (h, w) which of them hold a colour.
-        reach: how many pixels to go, -1 for the whole picture.
-        method: "push-pull" (smooth: averages of ever larger neighbourhoods) or "nearest" (the nearest known pixel).
+        known: (h, w) marks the pixels that have a colour.
+        reach: distance in pixels up to which to fill, -1 for the whole picture.
+        method: "push-pull" (smooth, averages of increasing neighbourhoods) or "nearest" (the nearest known pixel).
     """
     if known.all() or not known.any() or reach == 0:
         return
@@ -32,24 +32,24 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
 
 
 def _spread(pixels: NDArray, known: NDArray[np.bool_], wanted: NDArray[np.bool_], reach: int) -> None:
-    """Give wanted pixels the colour of the nearest known one."""
+    """Fill wanted pixels with the colour of the nearest known pixel, in place."""
     source, away = nearest(known)
     fill = np.flatnonzero(wanted & ((away <= reach) | (reach < 0)))
     flat = pixels.reshape(-1, pixels.shape[2])
     flat[fill] = flat[source.ravel()[fill]]
-    if not np.may_share_memory(flat, pixels):  # of an array that is not contiguous it is a copy
+    if not np.may_share_memory(flat, pixels):  # reshape copies arrays that are not contiguous
         pixels[...] = flat.reshape(pixels.shape)
 
 
 class _Level(NamedTuple):
-    """How much is known at one resolution: (h, w) from 0 to 1, and at the next lower one (h/2, w/2) as a sum."""
+    """Weights (h, w) of known values at one resolution, from 0 to 1, and their sums (h/2, w/2) at the next one."""
 
     weight: NDArray
     mass: NDArray | None
 
 
 def _levels(weight: NDArray) -> list[_Level]:
-    """Return the levels of a pyramid, the finest first, down to one at which everything is known."""
+    """Return the levels of a pyramid, finest first, down to one at which everything is known."""
     levels = []
     while weight.min() < 1 and max(weight.shape) > 1:
         mass = _sums_of_four(weight)
@@ -59,7 +59,10 @@ def _levels(weight: NDArray) -> list[_Level]:
 
 
 def _push_pull(value: NDArray, levels: list[_Level]) -> NDArray:
-    """Gortler, Grzeszczuk, Szeliski, Cohen, *The Lumigraph* (1996), §3.4: averages down, interpolation back up."""
+    """Fill values by push-pull (Gortler, Grzeszczuk, Szeliski, Cohen, *The Lumigraph* (1996), §3.4).
+
+    Averages are computed down the pyramid and interpolated back up.
+    """
     weight, mass = levels[0]
     if mass is None:
         return value
@@ -72,7 +75,7 @@ def _push_pull(value: NDArray, levels: list[_Level]) -> NDArray:
 
 
 def _sums_of_four(values: NDArray) -> NDArray:
-    """Return the sums of squares of two by two values (h, w); beyond the last row and column are zeros."""
+    """Return the sums of blocks of two by two values (h, w), padded with zeros."""
     h, w = values.shape
     even = np.pad(values, [(0, h % 2), (0, w % 2)]) if h % 2 or w % 2 else values
     return even[0::2, 0::2] + even[0::2, 1::2] + even[1::2, 0::2] + even[1::2, 1::2]

@@ -1,4 +1,4 @@
-"""Paper below a drawing that is a texture: a colour where the drawing itself paints nothing."""
+"""A background for drawings used as textures: a paper colour where the drawing is transparent."""
 
 from dataclasses import replace
 
@@ -9,28 +9,28 @@ from .colour import Float, decode, encode
 from .texture import Texture
 
 INK_SHARE = 0.15
-"""Of the drawing's own mean colour in the colour of the paper, at least: enough to tell it from white if the drawing is
-dark."""
+"""Least share of the drawing's mean colour in the colour of the paper: enough to distinguish it from white if the
+drawing is dark."""
 PAPER_CONTRAST_RATIO = 1.25
-"""Between paper and white, so that the target's form is seen on a white page. Of a light drawing, paper halves the
-contrast (in logarithms) between the drawing and white, if that is less."""
+"""Contrast of the paper with white, so that the target's shape is visible on a white page. For a light drawing, paper
+has half the drawing's contrast with white (in logarithms), if that is less."""
 LEAST_CONTRAST_RATIO = 1.3
-"""Between a drawing and white (WCAG 2.2: from 1 to 21): one that contrasts less is drawn for a dark page."""
+"""Contrast with white (WCAG 2.2: from 1 to 21) below which a drawing is meant for a dark page."""
 LEVELS_TRIED = 100
-"""Of ink in paper that are compared: neighbours differ by less than can be seen."""
+"""Number of shares of ink in the paper that are compared; neighbours differ by less than is visible."""
 LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
 
 
 def on_paper(texture: Texture) -> Texture:
     """Return a texture with paper where it is transparent, opaque everywhere.
 
-    The paper has a tint of the drawing's own mean colour: light, yet not white, or almost black where the drawing is as
-    light as white. Both are mixed as drawing programs do, in the stored encoding.
+    The paper is tinted with the drawing's mean colour: light, but not white, or almost black where the drawing itself
+    is nearly white. Colours are mixed in the stored encoding, as drawing programs do.
 
     Parameters
     ----------
     texture
-        Grey or RGB colours with an alpha channel; others are returned as they are.
+        Grey or RGB colours with an alpha channel; a texture without alpha is returned as it is.
 
     Examples
     --------
@@ -54,7 +54,7 @@ def on_paper(texture: Texture) -> Texture:
 
 
 def _paper(mean: Float, is_srgb: bool) -> Float:
-    """Return the colour of the paper (c,) below a drawing of a mean colour (c,)."""
+    """Return the colour (c,) of the paper for a drawing with a mean colour (c,)."""
     contrast = _contrast_with_white(mean[None], is_srgb)[0]
     if contrast < LEAST_CONTRAST_RATIO:
         return (INK_SHARE * mean).astype(np.float32)
@@ -66,7 +66,7 @@ def _paper(mean: Float, is_srgb: bool) -> Float:
 
 
 def _contrast_with_white(colours: Float | Real, is_srgb: bool) -> Float:
-    """Return the contrast (n,) of colours (n, c) with white (WCAG 2.2)."""
+    """Return the contrast ratios (n,) of colours (n, c) with white (WCAG 2.2)."""
     light = decode(colours[None].astype(np.float32), -1, srgb=is_srgb, associated=False, premultiply=False)
     count = colours.shape[1]
     weights = np.array(LUMINANCE_WEIGHTS) if count == 3 else np.full(count, 1 / count)

@@ -1,4 +1,4 @@
-"""Source points of the pixels of a canvas: `of` a map of any kind, in bands of rows."""
+"""Source points of a canvas's pixels for maps of any kind, in bands of rows."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -10,34 +10,34 @@ from ..maps.triangulated.map import TriangulatedMap
 from .canvas import Band, Canvas
 from .triangulated_preimages import TriangulatedPreimages
 
-USUAL_ERROR_TEXELS = 0.05
-"""The error of source points asked for that ERROR_TEXELS of a triangulated map keeps, in the same units."""
-OUTLINE_ERROR_PIXELS = 0.01
-"""Pixels, that the outline may be off: less than one of 255 levels of coverage takes."""
+USUAL_ERROR_TEXELS = (
+    0.05  # requested error of source points at which triangulated maps are made with ERROR_TEXELS, same units
+)
+OUTLINE_ERROR_PIXELS = 0.01  # pixels: error of the outline, less than one of 255 levels of coverage
 
 
 Bands = Callable[[int], Band]
-"""From a row to the band of `canvas.BAND` rows that starts there: where their pixels come from. Threads may ask."""
+"""A function from a row to the band of `canvas.BAND` rows that starts there; it must be thread-safe."""
 
 
 class Mapping(Protocol):
-    """A map of another kind: it knows itself where pixels come from."""
+    """A map of another kind, which computes its own preimages."""
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> Bands:
-        """Arguments as for `of`."""
+        """Return preimages of pixels; arguments as for `of`."""
 
 
 AnyMap = HarmonicMap | TriangulatedMap | Mapping
 
 
 def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Bands:
-    """Return where the pixels of a canvas come from under a map.
+    """Return the source points of a canvas's pixels under a map.
 
     Args:
         map: source → target.
         canvas: the pixels, in the target's plane.
-        tolerance: accuracy of the source points asked for, in units of the source.
-        slopes: whether the bands' `right` and `down` are wanted.
+        tolerance: requested accuracy of the source points, in units of the source.
+        slopes: whether the bands need `right` and `down`.
     """
     if isinstance(map, HarmonicMap):
         edge = outline(map, OUTLINE_ERROR_PIXELS * min(canvas.step))

@@ -1,4 +1,4 @@
-"""Pyramids that filters read: reductions by powers of two, and the coefficients of a spline."""
+"""Mip pyramids for filters: reductions by powers of two, and spline coefficients."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -19,28 +19,32 @@ _halve = function("""int64_t iccm_pixels_halve(
     float *out)""")
 _decode = function("""int64_t iccm_pixels_decode(
     const uint8_t *pixels, int64_t bytes, int64_t count, int64_t c, const float *table, int64_t alpha, float *out)""")
-FRAME_TEXELS = 12
-"""Texels around a spline's coefficients: the spline's pole to this power is 0.43 ** 12 = 4e-5."""
+FRAME_TEXELS = (
+    12  # texels around a spline's coefficients: the pole of the spline to this power is 0.43 ** 12 = 4e-5
+)
 CLAMP, CLEAR, REPEAT, MIRROR = 0, 1, 2, 3
 EDGES = {"clamp": CLAMP, "transparent": CLEAR, "repeat": REPEAT, "mirror": MIRROR}
 STRIP_VALUES, LEAST_ROWS = 1 << 20, 64
-"""Numbers of a picture, and rows of a wide one, that are worked on at a time (by hand)."""
-HALO_ROWS = (0, 6, 20)  # rows around them that so many reductions by two reach: 6 + 2 · 6, in whole fours
+"""Numbers of a picture, and least number of rows, that are processed at a time (by hand)."""
+HALO_ROWS = (
+    0,
+    6,
+    20,
+)  # rows above and below needed for so many halvings: 6, and 6 + 2 · 6 rounded up to a multiple of 4
 
 
 class Pyramid(NamedTuple):
     """A picture and its reductions by powers of two.
 
     Attributes:
-        base: (h, w, c) the picture, ready to be filtered, or as stored in integers.
-        decode: (levels, c) what stored integers mean, channel by channel; empty if the picture is ready.
-        alpha: the channel that the others are to be multiplied by when they are decoded, or -1.
-        texels: (t, c) the reductions, ready, row after row.
-        size: (l,) how many texels of the picture a level's texel is wide; 1 is the picture itself.
-        start, height, width: (l,) where a level begins in `texels`, and its size.
-        edge: one of EDGES, what lies outside.
-        spline: (h + 2 FRAME_TEXELS, w + 2 FRAME_TEXELS, c) coefficients of the quintic spline through the picture, or
-            nothing.
+        base: (h, w, c) the picture, either ready to be filtered, or stored integers.
+        decode: (levels, c) value of each stored integer, by channel; empty if the picture is ready.
+        alpha: channel by which others are multiplied when they are decoded, or -1.
+        texels: (t, c) the reductions, ready to be filtered, row after row.
+        size: (l,) size of each level's texels in texels of the picture; 1 is the picture itself.
+        start, height, width: (l,) offset of each level in `texels`, and its size.
+        edge: one of EDGES, how the picture continues outside.
+        spline: (h + 2 FRAME_TEXELS, w + 2 FRAME_TEXELS, c) coefficients of the quintic spline through the picture, or empty.
     """
 
     base: NDArray
@@ -56,7 +60,7 @@ class Pyramid(NamedTuple):
 
     @property
     def picture(self) -> Record:
-        """What functions of the core take."""
+        """The record for functions of the core."""
         levels = np.column_stack([self.size, self.start, self.height, self.width])
         base, channels = self.base, self.base.shape[2]
         return Picture(
@@ -75,15 +79,15 @@ def pyramid(
     spline: bool = False,
     clamped: bool = False,
 ) -> Pyramid:
-    """Return what a filter reads of an (h, w, c) picture that is ready: linear and premultiplied.
+    """Build the pyramid of an (h, w, c) picture that is ready to be filtered: linear and premultiplied.
 
     Args:
         picture: the picture.
         edge: one of EDGES.
-        memory: where the reductions are kept.
-        threads: never change the result.
-        reduced, spline: whether the filter reads reductions, and the spline.
-        clamped: whether reductions stay within the range of the texels that they are made of.
+        memory: where to allocate the reductions.
+        threads: number of threads; it does not affect the result.
+        reduced, spline: whether the filter needs reductions, and the spline.
+        clamped: whether to keep reductions within the range of the texels that they are made of.
     """
     c = picture.shape[2]
     smooth = _coefficients(picture, edge) if spline else np.empty((0, 0, c), dtype=np.float32)
@@ -103,15 +107,15 @@ def compact(
     reduced: bool = True,
     clamped: bool = False,
 ) -> Pyramid:
-    """Return the same of a large picture that stays as it is stored, in unsigned integers.
+    """Build the pyramid of a large picture that stays in its stored form of unsigned integers.
 
-    Its first reduction is by four, so that all of them together take a third of the memory of 8-bit pixels; a spline
-    gives way to the cubic.
+    The first reduction is by four, so that all reductions together take a third of the memory of 8-bit pixels. There is
+    no spline; the cubic kernel is used instead.
 
     Args:
         pixels: (h, w, c) uint8 or uint16.
-        decode: (levels, c) the linear value of every integer, by channel.
-        alpha: the channel to premultiply by, or -1.
+        decode: (levels, c) linear value of each integer, by channel.
+        alpha: channel to premultiply by, or -1.
         edge, memory, threads, reduced, clamped: as for `pyramid`.
     """
     spline = np.empty((0, 0, pixels.shape[2]), dtype=np.float32)
@@ -124,7 +128,7 @@ def compact(
 
 
 def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
-    """Return (h, w, c) stored integers decoded and premultiplied; arguments as for `compact`."""
+    """Decode and premultiply (h, w, c) stored integers; arguments as for `compact`."""
     height, width, channels = pixels.shape
     out = np.empty(pixels.shape, dtype=np.float32)
     stored = np.ascontiguousarray(pixels)
@@ -134,7 +138,7 @@ def ready(pixels: NDArray, decode: Float, alpha: int) -> Float:
 
 
 def strip_rows(width: int, channels: int) -> int:
-    """Return how many rows of a picture are worked on at a time."""
+    """Return the number of rows of a picture that are processed at a time."""
     return max(LEAST_ROWS, STRIP_VALUES // max(1, width * channels) // 8 * 8)
 
 
@@ -147,13 +151,16 @@ def _reductions(
     memory: Memory | None,
     threads: int | None,
 ) -> tuple[Float, list[Float], list[int]]:
-    """Return all reductions' texels, the reductions as views of them, and by how much each is reduced.
+    """Compute the reductions of a picture.
 
     Args:
         shape: (h, w, c) of the picture.
-        read: gives rows of it.
-        halvings: before the first reduction; later ones are halves of those before. None at all for 0.
+        read: returns rows of it.
+        halvings: number of halvings to the first reduction; later ones halve the one before. 0 for no reductions.
         edge, clamped, memory, threads: as for `pyramid`.
+
+    Returns:
+        Texels of all reductions, the reductions as views of them, and the factor of each reduction.
     """
     (h, w, c), memory = shape, memory or Memory()
     sizes: list[int] = []
@@ -179,7 +186,7 @@ def _shrink(
     memory: Memory,
     threads: int | None,
 ) -> None:
-    """Halves a picture both ways, once or twice, some rows at a time."""
+    """Halve a picture in both directions, once or twice, some rows at a time; writes `out`."""
     by = 1 << halvings
 
     def strip(rows: slice) -> None:
@@ -209,10 +216,10 @@ def _stacked(base, decode, alpha, levels: tuple[Float, list[Float], list[int]], 
 
 
 def _reduced(a: Float, edge: int, clamped: bool = False) -> Float:
-    """Halve (h, w, c) both ways with a Lanczos-windowed half-band kernel of 12 taps.
+    """Halve (h, w, c) in both directions with a Lanczos-windowed half-band kernel of 12 taps.
 
-    If `clamped`, the kernel's negative lobes do not take a colour out of the range of the texels that are read. The
-    filters clamp to the range of a level's texels, which is that of the picture only if every level keeps it.
+    If `clamped`, results stay within the range of the texels that the kernel reads, in spite of its negative lobes.
+    Filters clamp to the range of a level's texels, which is within that of the picture only if all levels are clamped.
     """
     x = (np.arange(6) + 0.5) / 2
     side = np.sinc(x) * np.sinc(x / 3)
@@ -225,7 +232,7 @@ def _reduced(a: Float, edge: int, clamped: bool = False) -> Float:
 
 
 def _repeated(rows: NDArray[np.int64], height: int, edge: int) -> NDArray[np.int64]:
-    """Return the rows of a picture that stand for those with any numbers, where it is there again beyond its edges."""
+    """Map row numbers outside a picture to its rows, by repetition or mirroring."""
     if edge == REPEAT:
         return rows % height
     rows = rows % (2 * height)
@@ -233,7 +240,7 @@ def _repeated(rows: NDArray[np.int64], height: int, edge: int) -> NDArray[np.int
 
 
 def _coefficients(picture: Float, edge: int) -> Float:
-    """Quintic B-spline coefficients (Unser 1999) of the picture in a frame of what lies outside."""
+    """Return quintic B-spline coefficients (Unser 1999) of the picture, extended by FRAME_TEXELS texels on each side."""
     from scipy.ndimage import spline_filter1d
 
     framed = _framed(picture, [(FRAME_TEXELS, FRAME_TEXELS), (FRAME_TEXELS, FRAME_TEXELS), (0, 0)], edge)

@@ -1,6 +1,6 @@
-"""Operations on whole rasters: distances, neighbourhoods, other resolutions, connected pieces.
+"""Operations on whole rasters: distance transforms, morphology, resampling, connected components.
 
-SciPy and Pillow are imported where they are used: jobs that need none of this start without them.
+SciPy and Pillow are imported where they are used, since many jobs need neither.
 """
 
 from dataclasses import dataclass
@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 Float = NDArray[np.float32]
 
 BAND_ROWS = 256  # rows of a result that are computed at a time
-NARROW_SIGMA_PIXELS = 4.0
-"""Pixels: standard deviation from twice which on a Gaussian is applied at a lower resolution."""
+NARROW_SIGMA_PIXELS = (
+    4.0  # pixels: Gaussians of at least twice this standard deviation are applied at a lower resolution
+)
 
 _nearest_known = function(
     """int64_t iccm_pixels_nearest_known(
@@ -28,10 +29,10 @@ _nearest_known = function(
 
 
 class Nearest(NamedTuple):
-    """The nearest pixel of a set to each pixel of a raster.
+    """The nearest pixel of a set for each pixel of a raster.
 
     Attributes:
-        numbers: (h, w) of the nearest pixel, row by row; -1 if the set is empty.
+        numbers: (h, w) flat index of the nearest pixel; -1 if the set is empty.
         distances: (h, w) in pixels; infinite if the set is empty.
     """
 
@@ -40,10 +41,10 @@ class Nearest(NamedTuple):
 
 
 def nearest(known: NDArray[np.bool_]) -> Nearest:
-    """Find the nearest pixel of a set to each pixel of a raster, exactly.
+    """Find the nearest pixel of a set for each pixel of a raster (exact Euclidean distance transform).
 
     Args:
-        known: (h, w) which pixels are in the set.
+        known: (h, w) marks the pixels of the set.
     """
     height, width = known.shape
     numbers, distances = np.empty((height, width), np.int32), np.empty((height, width), np.float32)
@@ -52,22 +53,22 @@ def nearest(known: NDArray[np.bool_]) -> Nearest:
 
 
 def depths(mask: NDArray[np.bool_]) -> Float:
-    """Return the distances (h, w) in pixels from those that are not in a mask; infinite where all are in it."""
+    """Return distances (h, w) in pixels to the nearest pixel outside a mask; infinite if there is none."""
     return nearest(~mask).distances
 
 
 def dilated(values: NDArray, reach: int = 1) -> NDArray:
-    """Return the greatest value (h, w) within so many pixels, in both directions; flags as well as numbers."""
+    """Return the maximum (h, w) over squares that extend `reach` pixels in each direction; also for flags."""
     return _extreme(values, reach, np.maximum)
 
 
 def eroded(values: NDArray, reach: int = 1) -> NDArray:
-    """Return the least value (h, w) within so many pixels, in both directions; flags as well as numbers."""
+    """Return the minimum (h, w) over squares that extend `reach` pixels in each direction; also for flags."""
     return _extreme(values, reach, np.minimum)
 
 
 def _extreme(values: NDArray, reach: int, chosen: np.ufunc) -> NDArray:
-    """Return the extreme value in a square: first within columns, then within rows."""
+    """Return the extreme value in a square, first within columns, then within rows."""
     height, width = values.shape
     within_columns = values.copy()
     for step in range(1, min(reach, height - 1) + 1):
@@ -81,19 +82,17 @@ def _extreme(values: NDArray, reach: int, chosen: np.ufunc) -> NDArray:
 
 
 def resized_by_area(pixels: NDArray, size: tuple[int, int]) -> NDArray:
-    """Return pixels (h, w, c) or (h, w) at a lower resolution, each the mean of exactly the area that it covers.
+    """Downsample pixels (h, w, c) or (h, w) by exact area averaging.
 
     Args:
         pixels: of any type.
-        size: width and height.
+        size: width and height of the result, at most those of the pixels.
     """
     height, width = pixels.shape[:2]
     by_row, by_column = _area_shares(height, size[1]), _area_shares(width, size[0])
     channels = pixels.reshape(height, width, -1)
     found = np.empty((size[1], size[0], channels.shape[2]), pixels.dtype)
-    for start in range(
-        0, size[1], BAND_ROWS
-    ):  # of a large picture single precision has room for some rows only
+    for start in range(0, size[1], BAND_ROWS):  # by bands, to limit the memory for intermediate floats
         shares = by_row[start : start + BAND_ROWS]
         used = slice(int(shares.indices.min()), int(shares.indices.max()) + 1)
         rows = shares[:, used] @ channels[used].reshape(used.stop - used.start, -1).astype(np.float32)
@@ -104,7 +103,7 @@ def resized_by_area(pixels: NDArray, size: tuple[int, int]) -> NDArray:
 
 
 def _area_shares(count: int, kept: int) -> "csr_array":
-    """Return the shares (kept, count) of pixels of a line in those that replace them, of `kept` <= `count` in all."""
+    """Return (kept, count) shares of each pixel of a line in the `kept` <= `count` pixels that replace it."""
     from scipy.sparse import csr_array
 
     edges = np.arange(kept + 1) * (count / kept)
@@ -119,11 +118,11 @@ def _area_shares(count: int, kept: int) -> "csr_array":
 
 
 def resized_linearly(pixels: NDArray, size: tuple[int, int]) -> Float:
-    """Return values (h, w) at a higher resolution, interpolated linearly between the middles of pixels.
+    """Upsample values (h, w) by linear interpolation between pixel centres.
 
     Args:
         pixels: numbers.
-        size: width and height.
+        size: width and height of the result.
     """
     from PIL import Image
 
@@ -132,9 +131,9 @@ def resized_linearly(pixels: NDArray, size: tuple[int, int]) -> Float:
 
 
 def doubled(values: Float) -> Float:
-    """Return values (h, w) at twice the resolution, interpolated linearly between the middles of pixels.
+    """Upsample values (h, w) by two, by linear interpolation between pixel centres.
 
-    The same as `resized_linearly`, faster.
+    This is a faster special case of `resized_linearly`.
     """
     height, width = values.shape
     rows = np.empty((2 * height, width), np.float32)
@@ -145,7 +144,7 @@ def doubled(values: Float) -> Float:
 
 
 def _interpolate(values: Float, before: Float, after: Float) -> None:
-    """Fill in what is a quarter of a pixel before and after the middle of each of the rows of `values` (h, w)."""
+    """Interpolate a quarter of a pixel before and after the centre of each row of `values` (h, w), in place."""
     main = 0.75 * values
     before[1:], after[:-1] = values[:-1], values[1:]
     before[:1], after[-1:] = values[:1], values[-1:]
@@ -158,8 +157,8 @@ def _interpolate(values: Float, before: Float, after: Float) -> None:
 def blurred(pixels: NDArray, sigma: float) -> Float:
     """Return pixels (h, w, c) or (h, w) convolved with a Gaussian, mirrored at the sides.
 
-    Wide ones are applied at a lower resolution, at which they are NARROW_SIGMA_PIXELS pixels wide: they would hide the
-    rest.
+    Wide Gaussians are applied at a lower resolution, where they are NARROW_SIGMA_PIXELS pixels wide; they remove finer detail
+    anyway.
 
     Args:
         pixels: of any type.
@@ -181,12 +180,12 @@ def blurred(pixels: NDArray, sigma: float) -> Float:
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """The connected pieces of a mask.
+    """The connected components of a mask.
 
     Attributes:
-        labels: (h, w) the piece that each pixel is in, from 1 on; 0 for none.
-        sizes: (p,) pixels.
-        boxes: (p, 4) first row, first column, and the rows and columns after the last.
+        labels: (h, w) component of each pixel, from 1; 0 for none.
+        sizes: (p,) number of pixels.
+        boxes: (p, 4) first row, first column, and the row and column after the last.
     """
 
     labels: NDArray[Any]
@@ -195,25 +194,25 @@ class Pieces:
 
     @property
     def count(self) -> int:
-        """How many there are."""
+        """Number of components."""
         return len(self.sizes)
 
     @property
     def extents(self) -> Index:
-        """(p, 2) rows and columns that each spans."""
+        """(p, 2) height and width of each component's bounding box."""
         return self.boxes[:, 2:] - self.boxes[:, :2]
 
     def where(self, chosen: Flags) -> NDArray[np.bool_]:
-        """Return the pixels (h, w) of chosen pieces (p,)."""
+        """Mark the pixels (h, w) of chosen components (p,)."""
         return np.append(False, chosen)[self.labels]
 
 
 def pieces(mask: NDArray[np.bool_], *, diagonally: bool) -> Pieces:
-    """Find the connected pieces of a mask (h, w).
+    """Find the connected components of a mask (h, w).
 
     Args:
-        mask: pixels in the pieces.
-        diagonally: whether pixels that only share a corner are connected.
+        mask: marks the pixels.
+        diagonally: whether pixels that share only a corner are connected.
     """
     from scipy import ndimage
 

@@ -1,4 +1,4 @@
-"""A texture made ready to be filtered at scattered places with their footprints, and stored pixels made of that."""
+"""Filter a texture at scattered points with their footprints, and encode the results like stored pixels."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,29 +17,28 @@ from .normals import rotate
 from .texture import Places, Texture, check_kind, mend, strip_bytes
 
 LARGE_VALUES = 1 << 27
-"""Numbers in a texture from which it is not turned into floats: half a gigabyte of them (by hand)."""
-SLICE_POINTS = 1 << 15  # points that are filtered at a time (by hand)
+"""Number of values of a texture from which it is not converted to floats: they would take half a gigabyte (by hand)."""
+SLICE_POINTS = 1 << 15  # points filtered at a time (by hand)
 KINDS = ("colour", "data", "normal", "normal-down")
 
 
 class Sampler:
-    """A texture ready for a filter: decoded and reduced, or as it is stored when that would take too much memory.
+    """A texture prepared for a filter: decoded and reduced, or in its stored form if that would take too much memory.
 
     Args:
         texture: the texture.
         filter: "nearest", "linear", "cubic" (Catmull-Rom; colours are clamped to the range of the texels it reads),
             "lanczos", "spline" (quintic, for smooth pictures that are enlarged; cubic where they are shrunk), or "auto"
             (cubic).
-        kind: "colour" (filtered in linear light, premultiplied), "data" (numbers, filtered as they are), or "normal"
-            and "normal-down" (tangent-space normals with y up or down, turned and mirrored as the output's directions
-            lie in the texture, and renormalised).
-        edge: outside the texture its edge continues ("clamp"), nothing is there ("transparent"), or the texture is
-        there
-            again ("repeat"), mirrored each time ("mirror").
-        outlines: of the source and its holes; colours whose alpha ends there lose that edge (`own_edge`), unless there
-            is not a memory for it: then `faded` is true.
-        memory: where the large arrays are kept.
-        threads: as many as there are processors by default; the result does not depend on it.
+        kind: "colour" (filtered in linear light, premultiplied), "data" (filtered as stored), or "normal" and
+            "normal-down" (tangent-space normals with y up or down; rotated and reflected by the texture's orientation
+            in the output, and normalized).
+        edge: what is outside the texture: its edge pixels ("clamp"), nothing ("transparent"), or the texture again
+            ("repeat"), mirrored each time ("mirror").
+        outlines: of the source and its holes. If the texture's alpha ends there, this edge is removed (`own_edge`),
+            unless there is not enough memory: then `faded` is true.
+        memory: where to allocate large arrays.
+        threads: number of threads, by default that of processors; it does not affect the result.
 
     Raises:
         InputError: an unknown filter, kind, edge or transfer; normals without three channels.
@@ -78,12 +77,12 @@ class Sampler:
 
     @property
     def channels(self) -> int:
-        """Of the texture."""
+        """Number of channels of the texture."""
         return self.texture.pixels.shape[2]
 
     @property
     def dtype(self) -> np.dtype:
-        """Of the texture's pixels."""
+        """Type of the texture's pixels."""
         return self.texture.pixels.dtype
 
     def _bleed(self, outlines: Sequence[Complex]) -> None:
@@ -134,12 +133,12 @@ class Sampler:
         )
 
     def __call__(self, places: Callable[[slice], Places], count: int, threads: int | None = None) -> NDArray:
-        """Return (count, c) pixels as the texture stores them.
+        """Return (count, c) pixels in the texture's stored form.
 
         Args:
-            places: takes a slice of the points to where they lie.
+            places: returns the places in the texture of a slice of the points.
             count: number of points.
-            threads: as many as there are processors by default.
+            threads: number of threads, by default that of processors.
         """
         out = np.empty((count, self.channels), self.dtype)
 
@@ -151,7 +150,7 @@ class Sampler:
         return out
 
     def values(self, at: Places) -> Float:
-        """Return (p, c) filtered values in linear light, normals turned."""
+        """Return (p, c) filtered values in linear light; normals are rotated."""
         values = filters.read(self.pyramid, at.xy, at.turn, self.filter, self.clamped)
         if self.kind.startswith("normal"):
             assert at.right is not None
@@ -164,21 +163,23 @@ class Sampler:
 
     @property
     def paints(self) -> bool:
-        """Whether `paint` knows this kind of pictures: sRGB bytes, read by a kernel."""
+        """Whether `paint` supports the texture and filter: sRGB bytes, read by a kernel."""
         kernel = self.filter not in (filters.NEAREST, filters.SPLINE) and self.texture.turn == 1
         return self.srgb and self.dtype == np.uint8 and not self.texture.associated and kernel
 
     def paint(self, band: Band, columns: tuple[int, int], out: NDArray[np.uint8]) -> None:
-        """Pixels of some columns of a band, whose points lie in the texture's plane, at once; the same as `values` and
-        `stored` make."""
+        """Filter and encode some columns of a band in one pass, for points in the plane of the texture.
+
+        The result is the same as that of `values` and `stored`; it is written to `out`.
+        """
         alpha = self.texture.alpha if self.texture.alpha >= 0 else self.channels
         corner, kind = self.texture.corner, self.filter
         filters.paint(self.pyramid, band, columns, corner, kind, self.clamped, alpha, out)
 
     def stored(self, values: Float, cover: Float | None = None) -> NDArray:
-        """Return (p, c) filtered values, which may be changed, unpremultiplied and encoded.
+        """Return (p, c) filtered values unpremultiplied and encoded; `values` may be overwritten.
 
-        With (p,) coverage alpha is multiplied by it; an alpha channel is appended where the texture has none.
+        Alpha is multiplied by the coverage (p,) if given; an alpha channel is appended if the texture has none.
         """
         alpha, associated = self.texture.alpha, self.texture.associated
         colours = [k for k in range(self.channels) if k != alpha]
@@ -193,6 +194,6 @@ class Sampler:
 
 
 def put(out: NDArray, at: NDArray[np.intp], pixels: NDArray) -> None:
-    """out[at] = pixels of (n, c) contiguous arrays, several times as fast."""
+    """Compute out[at] = pixels for (n, c) contiguous arrays, several times as fast."""
     pixel = np.dtype((np.void, pixels.itemsize * pixels.shape[1]))
     np.put(out.view(pixel), at, pixels.view(pixel))

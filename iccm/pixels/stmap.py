@@ -1,9 +1,9 @@
-"""Maps as pictures: where in a texture each pixel comes from.
+"""Maps stored as pictures (STMaps): for each pixel the place in a texture.
 
 The convention is that of Nuke's STMap and Fusion's UV map: red is s, from 0 at the left edge of the texture to 1 at its
-right edge, green is t, from 0 at the *bottom* edge to 1 at the top edge, so the first texel's centre is at half a
-texel. OpenImageIO's `st_warp` counts t from the top: give it `flip_t`. Alpha holds the coverage; where it is 0, s and t
-say nothing and are 0.
+right edge; green is t, from 0 at the *bottom* edge to 1 at the top edge. So the first texel's centre is at half a
+texel. OpenImageIO's `st_warp` counts t from the top: use its `flip_t`. Alpha is the coverage; where it is 0, s and t
+are meaningless and set to 0.
 """
 
 from collections.abc import Iterator
@@ -25,8 +25,8 @@ from .texture import Placing, Texture
 JUMP_PICTURE_SHARE, STEEPER_RATIO = (
     1 / 512,
     4,
-)  # of the picture, and times the step on the other side: what is a seam (by hand)
-FINEST_TEXELS_ACROSS = 16384  # texels across: the accuracy that suits any picture (by hand)
+)  # of the picture, and relative to the step on the other side: larger steps are seams
+FINEST_TEXELS_ACROSS = 16384  # texels across: accuracy sufficient for any picture (by hand)
 
 
 def stmap(
@@ -43,12 +43,12 @@ def stmap(
 
     Args:
         map: source → target.
-        box: what of the source's plane the texture will cover.
+        box: the part of the source's plane that the texture will cover.
         canvas: the raster, in the target's plane.
-        placing: where points of the source's plane lie in a texture of one texel, instead of by the box.
-        max_error: of s and t, in texels of a texture that is `texels` across.
-        texels: see there.
-        threads: as many as there are processors by default; the result does not depend on it.
+        placing: places points of the source's plane in a texture of one texel, instead of `box`.
+        max_error: of s and t, in texels of a texture with `texels` texels across.
+        texels: see `max_error`.
+        threads: number of threads, by default that of processors; it does not affect the result.
 
     Yields:
         (rows, W, 4) s, t, 0, coverage.
@@ -70,37 +70,37 @@ def stmap(
 
 
 def flat(box: Box, turn: complex = 1) -> Texture:
-    """Return a texture of one texel that covers a box of the plane, turned about its middle."""
+    """Return a texture of one texel that covers a box of the plane, rotated about its middle by `turn`."""
     return Texture(np.zeros((1, 1, 1), np.uint8), box, turn=turn)
 
 
 def st_of(placing: Placing, z: Complex) -> Real:
-    """Return (p, 2) s and t of points of the source's plane, by where they lie in a texture of one texel."""
+    """Return (p, 2) s and t of points of the source's plane, given their places in a texture of one texel."""
     still = np.zeros(z.size, complex)
     xy = placing.places(z, still, still).xy
     return np.column_stack([xy[:, 0], 1 - xy[:, 1]])
 
 
 def point_of(lying: Texture, st: Real) -> Complex:
-    """Return (p,) points of the source's plane from s and t (p, 2): the other way round, in a texture that lies
-    flat.
-    """
+    """Return (p,) points of the source's plane for s and t (p, 2); inverse of `st_of` for a texture in that plane."""
     low, size = lying.box[0], lying.box[1] - lying.box[0]
     z, middle = low + st[:, 0] * size.real + 1j * st[:, 1] * size.imag, low + size / 2
     return middle + (z - middle) * lying.turn
 
 
 def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
-    """Return the map whose STMap this is: on the triangles between pixel centres, but where one is empty or a seam
-    runs. Up to a pixel outside of them the nearest point counts, farther out there is none.
+    """Return the map that an STMap stores.
+
+    It is linear on triangles between pixel centres, except where pixels are empty or at seams. Up to a pixel outside
+    the triangles, points are replaced by the nearest point inside; farther out the map is undefined.
 
     Args:
         st: (H, W, c) as for `Stored`; it may be mirrored.
-        box: what of the source's plane s and t from 0 to 1 cover.
+        box: the part of the source's plane that s and t from 0 to 1 cover.
         canvas: H × W pixels in the target's plane.
 
     Raises:
-        InputError: no three pixels beside each other say where they come from.
+        InputError: there are no three adjacent pixels with source points.
     """
     stored, size = Stored(st, 1.0), box[1] - box[0]
     bands = [stored.band(row) for row in range(0, canvas.height, BAND_ROWS)]
@@ -131,7 +131,7 @@ def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
 
 
 def _torn(z: Complex, slope: Complex, axis: int) -> Flags:
-    """Return whether a seam runs between a pixel and the next along an axis, by their slopes along it."""
+    """Mark seams between pixels and the next ones along an axis, given the slopes along it."""
     usual = np.abs(slope)
     first, last = (np.take(usual, range(k, z.shape[axis] - 1 + k), axis) for k in (0, 1))
     step = np.abs(np.diff(z, axis=axis))
@@ -139,11 +139,11 @@ def _torn(z: Complex, slope: Complex, axis: int) -> Flags:
 
 
 class Stored:
-    """An STMap in the place of a map: (H, W, c) with s, t in the first two channels and alpha, if any, last.
+    """An STMap that is used as a map: (H, W, c) with s, t in the first two channels and alpha, if any, in the fourth.
 
     Args:
-        st: the map's pixels; without a fourth channel, pixels where s and t are both 0 or not finite are empty.
-        aspect: width over height of the texture, whose box then is (0, aspect + 1j).
+        st: the pixels; without a fourth channel, pixels with s and t both 0 or not finite are empty.
+        aspect: width / height of the texture, whose box is (0, aspect + 1j).
     """
 
     def __init__(self, st: NDArray, aspect: float):
@@ -152,11 +152,11 @@ class Stored:
         self.box = (0j, complex(aspect, 1))
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """Its own bands: it knows no other canvas, and nothing more accurate."""
+        """Return its own bands; other canvases are not supported, and accuracy cannot be increased."""
         return self.band
 
     def band(self, row: int) -> Band:
-        """Return the band that starts at the given row."""
+        """Return the band that starts at a row."""
         last = min(row + BAND_ROWS, self.canvas.height)
         first, end = max(row - 1, 0), min(last + 1, self.canvas.height)
         st = self.st[first:end].astype(np.float64)
@@ -171,13 +171,15 @@ class Stored:
 
 
 def _slope(z: NDArray[np.complex128], axis: int) -> NDArray[np.complex128]:
-    """Change from a pixel to the next along an axis: central, or one-sided where a neighbour is unknown, or 0."""
+    """Return changes to the next pixel along an axis: central differences, one-sided ones at unknown pixels, or 0."""
     pad = [(1, 1) if k == axis else (0, 0) for k in range(2)]
     wide = np.diff(np.pad(z, pad, constant_values=np.nan), axis=axis)
     n = z.shape[axis]
     before, after = np.take(wide, range(n), axis), np.take(wide, range(1, n + 1), axis)
     out = np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
     low, high = np.minimum(np.abs(before), np.abs(after)), np.maximum(np.abs(before), np.abs(after))
-    seam = (high > JUMP_PICTURE_SHARE) & (high > STEEPER_RATIO * low)  # one of the two is to another chart
+    seam = (high > JUMP_PICTURE_SHARE) & (
+        high > STEEPER_RATIO * low
+    )  # one of the neighbours belongs to another chart
     out = np.where(seam, np.where(np.abs(before) < np.abs(after), before, after), out)
     return np.nan_to_num(out, nan=0.0)

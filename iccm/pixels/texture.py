@@ -1,4 +1,4 @@
-"""A picture with its place in the plane."""
+"""Pictures placed in the plane."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -18,14 +18,14 @@ _place = function("""int64_t iccm_pixels_place(
     const Complex *z, const Complex *right, const Complex *down, int64_t count, const double *corner,
     double *xy, double *turn)""")
 Corner = tuple[float, float, float, float]
-MENDING_BYTES_PER_TEXEL = 48  # bytes that each texel takes on the way where some are not finite (by hand)
+MENDING_BYTES_PER_TEXEL = 48  # working memory in bytes per texel where some are not finite (by hand)
 
 
 def check_kind(kind: str, channels: int, name: str = "the picture") -> None:
-    """Refuse normals without three channels; `name` is the picture's.
+    """Refuse normals without three channels; `name` is used in the message.
 
     Raises:
-        InputError: saying how many there are.
+        InputError: there are fewer channels.
     """
     if kind.startswith("normal") and channels < 3:
         raise InputError(
@@ -34,21 +34,21 @@ def check_kind(kind: str, channels: int, name: str = "the picture") -> None:
 
 
 def strip_bytes(height: int, width: int, channels: int) -> int:
-    """Bytes that a thread takes to prepare rows of a texture."""
+    """Return the working memory in bytes with which a thread prepares rows of a texture."""
     return 16 * min(height, strip_rows(width, channels)) * width * channels
 
 
 def mend(picture: Float, alpha: int = -1, memory: Memory | None = None, threads: int | None = None) -> None:
-    """Take out what is not finite, so that a filter does not spread it: texels around it stand for it.
+    """Replace texels that are not finite by texels around them, so that filters do not spread them.
 
     Args:
-        picture: (h, w, c) ready to be filtered; changed in place, channel by channel, where it is not finite.
-        alpha: the channel that the others are premultiplied by, or -1; where it is 0 they become 0.
-        memory: says whether there is room for that.
-        threads: never change the result.
+        picture: (h, w, c) ready to be filtered; changed in place.
+        alpha: channel by which the others are premultiplied, or -1; where it is 0 they become 0.
+        memory: limits the memory used.
+        threads: number of threads; it does not affect the result.
 
     Raises:
-        InputError: there is no room.
+        InputError: there is not enough memory.
     """
     memory, clean = memory or Memory(), list[bool]()
 
@@ -72,13 +72,13 @@ def mend(picture: Float, alpha: int = -1, memory: Memory | None = None, threads:
 
 
 class Places(NamedTuple):
-    """Where points lie in a texture.
+    """Places of points in a texture.
 
     Attributes:
         xy: (p, 2) texel coordinates, x right, y down.
         turn: (p, 4) their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy.
-        right, down: (p,) directions of the output's x and y on the textured surface, for normals: 1 is where the
-            texture's x goes, 1j is square to it on the side where its upward y goes.
+        right, down: (p,) for normals, directions of the output's x and y on the textured surface: 1 is the direction of
+            the texture's x, 1j is perpendicular to it on the side of the texture's upward y.
     """
 
     xy: Real
@@ -88,26 +88,28 @@ class Places(NamedTuple):
 
 
 class Placing(Protocol):
-    """Where points of the source's plane lie in a texture: one that lies flat in it, or that of a mesh."""
+    """Places points of the source's plane in a texture that lies in this plane, or on a mesh."""
 
     @property
     def scale(self) -> tuple[float, float]:
-        """Texels a unit of the source's plane, across and down."""
+        """Texels per unit of the source's plane, across and down."""
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """Return places of points z (p,), given their derivatives (p,) by the output's x and y."""
+        """Return the places of points z (p,), given their derivatives (p,) by the output's x and y."""
 
 
-ROUNDED_TEXELS = 1e-6  # texels beyond the texture's edge that are still on it (by hand: above round-off)
+ROUNDED_TEXELS = (
+    1e-6  # texels: points closer than this to the texture's edge count as inside (by hand, above rounding)
+)
 
 
 Wrap = tuple[str, str]
-"""What lies beside a picture, and what above and below: "repeat", "mirror" or "clamp" (its edge continues)."""
+"""How a picture continues horizontally and vertically: "repeat", "mirror" or "clamp" (its edge pixels)."""
 REPEAT: Wrap = ("repeat", "repeat")
 
 
 def wrapped(at: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Places:
-    """Return places in a picture of this width and height of those beyond its edges."""
+    """Map places beyond the edges of a picture of this size (width, height) into it."""
     xy, turn = at.xy.copy(), at.turn.copy()
     for k, (extent, how) in enumerate(zip(size, wrap)):
         beyond = np.flatnonzero((xy[:, k] < -ROUNDED_TEXELS) | (xy[:, k] > extent + ROUNDED_TEXELS))
@@ -123,33 +125,33 @@ def wrapped(at: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Place
 
 @dataclass(frozen=True, eq=False)
 class Wrapped:
-    """A texture that lies flat in the source's plane, and continues beyond its edges as `wrap` says."""
+    """A texture in the source's plane that continues beyond its edges according to `wrap`."""
 
     texture: "Texture"
     wrap: Wrap = REPEAT
 
     @property
     def scale(self) -> tuple[float, float]:
-        """As `Placing.scale`."""
+        """See `Placing.scale`."""
         return self.texture.scale
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """Return as `Placing.places`."""
+        """See `Placing.places`."""
         height, width = self.texture.pixels.shape[:2]
         return wrapped(self.texture.places(z, right, down), (width, height), self.wrap)
 
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """Pixels with their placement in the plane.
+    """Pixels placed in the plane.
 
     Attributes:
-        pixels: (h, w, c) uint8, uint16, float16 or float32, row 0 on top.
+        pixels: (h, w, c) uint8, uint16, float16 or float32, row 0 at the top.
         box: lower left and upper right corner of the picture, in the source's plane.
         alpha: index of the alpha channel, or -1.
-        transfer: "srgb" or "linear", how the colour channels are encoded.
+        transfer: "srgb" or "linear", the encoding of the colour channels.
         associated: whether they are premultiplied by alpha.
-        turn: of modulus 1, by which the picture is turned about the middle of its box.
+        turn: unit complex number by which the picture is rotated about the middle of its box.
     """
 
     pixels: NDArray
@@ -161,17 +163,17 @@ class Texture:
 
     @property
     def scale(self) -> tuple[float, float]:
-        """Texels a unit of the source's plane, across and down."""
+        """Texels per unit of the source's plane, across and down."""
         size = self.box[1] - self.box[0]
         return self.pixels.shape[1] / size.real, self.pixels.shape[0] / size.imag
 
     @property
     def corner(self) -> Corner:
-        """The upper left corner's x and y in the source's plane, were it not turned, and the scale."""
+        """x and y of the upper left corner in the source's plane, without the rotation, and the scale."""
         return (self.box[0].real, self.box[1].imag, *self.scale)
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """Return as `Placing.places`."""
+        """See `Placing.places`."""
         xy, turn = np.empty((z.size, 2)), np.empty((z.size, 4))
         if self.turn != 1:
             back = np.complex64(self.turn.conjugate())
@@ -181,6 +183,6 @@ class Texture:
         return Places(xy, turn, right, down)
 
     def turned_back(self, z: Complex) -> Complex:
-        """Return where points of the source's plane would lie, were the picture not turned."""
+        """Rotate points of the source's plane back to where they would be if the picture were not rotated."""
         middle = (self.box[0] + self.box[1]) / 2
         return middle + (z - middle) * self.turn.conjugate()

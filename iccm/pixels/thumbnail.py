@@ -1,4 +1,4 @@
-"""Pictures as notebooks show them: PNG, 8 bits a channel."""
+"""Pictures for notebooks: PNG with 8 bits per channel."""
 
 import io
 
@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 LARGEST_SIDE_PIXELS = 640
-"""Pixels of the longer side: larger pictures are thinned out, since a notebook keeps what it shows."""
+"""Pixels of the longer side; larger pictures are subsampled, since a notebook stores what it shows."""
 
 
 def png(pixels: NDArray) -> bytes:
-    """Return a PNG of (h, w, c) pixels, integers or floats of 0..1, of grey or colours with or without alpha."""
+    """Return a PNG of (h, w, c) pixels, integers or floats of 0..1; grey or RGB, with or without alpha."""
     from PIL import Image
 
     step = max(1, -(-max(pixels.shape[:2]) // LARGEST_SIDE_PIXELS))

@@ -1,7 +1,8 @@
-"""The inverse of a triangulated map on the pixels of a canvas, band by band: scanlines over the quadratic patches.
+"""The inverse of a triangulated map at the pixels of a canvas, by bands: scanline rasterization of quadratic patches.
 
-A row's line of centres meets each triangle between two of its sides. Where it meets a side is worked out once the same
-way for both triangles, so that the spans of neighbours abut: every centre inside belongs to one triangle.
+The line through a row's pixel centres meets each triangle between two of its sides. The intersection with a side is
+computed in the same way for both triangles, so that neighbouring spans abut exactly: every centre inside belongs to one
+triangle.
 """
 
 import ctypes
@@ -17,23 +18,27 @@ from ..native import function
 from .canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from .coverage import coverage, coverage_box
 
-EMPTY, FILLED, TOUCHED = 0, 1, 2  # states of a pixel; the last: only the outline comes near its centre
+EMPTY, FILLED, TOUCHED = (
+    0,
+    1,
+    2,
+)  # states of a pixel; TOUCHED: covered by the image, but its centre is outside
 _fill = function("""int64_t iccm_pixels_fill(
     const Complex *corners, const Complex *powers, const int64_t *chosen, const double *reach, int64_t count,
     int64_t row, int64_t rows, int64_t width, const float *covered, Complex *z, Complex64 *right, Complex64 *down,
     bool slopes, uint8_t *state)""")
-BYTES_PER_PIXEL = 33  # of a pixel: 16 for z, 8 for right and for down, and its state
+BYTES_PER_PIXEL = 33  # per pixel: 16 for z, 8 for right, 8 for down, 1 for the state
 
 
 @dataclass(eq=False)
 class TriangulatedPreimages:
-    """Where the pixels of a canvas come from under a triangulated map: exact, whatever is asked for.
+    """Source points of a canvas's pixels under a triangulated map; exact, whatever tolerance is requested.
 
     Attributes:
         map: source to target.
         canvas: the pixels, in the target's plane.
-        slopes: whether the bands' `right` and `down` are wanted; else they are NaN.
-        outline: what covers pixels; None for the triangles' own boundary.
+        slopes: whether the bands need `right` and `down`; else they are NaN.
+        outline: determines the coverage of pixels; None for the triangles' own boundary.
     """
 
     map: TriangulatedMap
@@ -42,12 +47,12 @@ class TriangulatedPreimages:
     outline: Complex | None = None
 
     def __post_init__(self) -> None:
-        # Everything that bands share is made before threads ask for it.
+        # Shared data are computed here, before threads use them.
         loops = [self.map.image[loop] for loop in self.map.loops] if self.outline is None else [self.outline]
         self.loop = self.canvas.pixels(_joined(loops))
         drawn: slice | Index = slice(None)
         if self.map.seen is not None:
-            drawn = np.arange(self.map.seen)[::-1]  # what lies on top is drawn last
+            drawn = np.arange(self.map.seen)[::-1]  # triangles on top are drawn last
         centres = self.canvas.pixels(self.map.corners[drawn]) - 0.5 * (1 + 1j)
         self.corners = np.ascontiguousarray(centres, np.complex128)
         self.powers = powers(self.corners, self.map.patches[drawn])
@@ -55,7 +60,7 @@ class TriangulatedPreimages:
         self.top, self.bottom = (f(centres.imag, axis=1) for f in (np.min, np.max))
 
     def band(self, row: int) -> Band:
-        """Return the band that starts at the given row."""
+        """Return the band that starts at a row."""
         rows, width = min(BAND_ROWS, self.canvas.height - row), self.canvas.width
         area = coverage_box(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
@@ -77,8 +82,11 @@ class TriangulatedPreimages:
         return band
 
     def _unfold(self, band: Band, state: NDArray[np.uint8]) -> None:
-        """Of a map that folds, what lies over as much of its back is not inside, and its back alone is, with nothing to
-        show there: the nearest boundary point stands for it."""
+        """Correct a band of a map with folds by winding numbers.
+
+        Pixels where front and back cancel are outside. Pixels where only the back is visible are inside, and show the
+        nearest boundary point.
+        """
         inside = coverage(self.loop, band.row, *state.shape)[1]
         back = inside & (state != FILLED)
         state[~inside & (state == FILLED)] = EMPTY
@@ -86,10 +94,10 @@ class TriangulatedPreimages:
         band.z[state == EMPTY] = complex(np.nan, np.nan)
         lost = int(back.sum())
         band.diagnostics.inside, band.diagnostics.fallback = int(inside.sum()), lost
-        band.diagnostics.edge -= lost  # which are not of the outline
+        band.diagnostics.edge -= lost  # they are not at the outline
 
     def _touch(self, band: Band, at: NDArray[np.intp]) -> None:
-        """Pixels that the outline touches: the nearest boundary point stands for them."""
+        """Set the source points of pixels `at` that the outline touches to the nearest boundary points."""
         if not at.size:
             return
         low, high = self.canvas.box
@@ -107,13 +115,13 @@ class TriangulatedPreimages:
 
 
 class Blocks:
-    """Memory for bands, used again when nobody holds a band's arrays any more.
+    """A pool of memory for bands; a block is reused when no array refers to it any more.
 
-    Pages fresh from the system cost about as much as filling them. NumPy asks for large ones, which plain buffers are
-    not made of.
+    Fresh pages from the system cost about as much as filling them. NumPy requests them for large arrays, so these
+    blocks are plain buffers.
 
     Args:
-        width: pixels a row.
+        width: pixels per row.
     """
 
     def __init__(self, width: int):
@@ -121,13 +129,13 @@ class Blocks:
         self.free: list[ctypes.Array] = []
 
     def arrays(self, rows: int, width: int) -> tuple[Complex, NDArray, NDArray, NDArray[np.uint8]]:
-        """z, right, down, and the states, all to be written, (rows, width) each."""
+        """Return uninitialized arrays z, right, down and states, (rows, width) each."""
         try:
             memory = self.free.pop()
         except IndexError:
             memory = (ctypes.c_ubyte * self.size).from_buffer(np.empty(self.size, np.uint8))  # type: ignore[arg-type]
         shape, count = (rows, width), rows * width
-        # Its own base is not an array, so that it is the base of all its views, and dies with the last of them.
+        # `block` has no array as its base; so it is the base of all views, and dies with the last of them.
         block: NDArray[np.uint8] = np.frombuffer(memory, np.uint8, BYTES_PER_PIXEL * count)  # type: ignore[call-overload]
         weakref.finalize(block, self.free.append, memory).atexit = False
         z, right, down, state = np.split(block, [16 * count, 24 * count, 32 * count])
@@ -136,17 +144,17 @@ class Blocks:
 
 
 def _joined(loops: list[Complex]) -> Complex:
-    """Return one closed polyline through all loops: to each hole there is a way, and back, which covers nothing."""
+    """Join loops to one closed polyline; the paths to each hole and back coincide, and cover nothing."""
     start = loops[0][:1]
     parts = [np.concatenate([start, hole, hole[:1]]) for hole in loops[1:]]
     return np.concatenate([loops[0], *parts])
 
 
 def powers(corners: Complex, patches: Complex) -> Complex:
-    """Return (m, 6) coefficients of 1, x, y, x², xy, y² of each patch, x and y being counted from its first corner.
+    """Return (m, 6) coefficients of 1, x, y, x², xy, y² of each patch, with x and y relative to its first corner.
 
     Args:
-        corners: (m, 3) in the plane of x and y, of either turn.
+        corners: (m, 3) in the plane of x and y, in either orientation.
         patches: (m, 6) values at the corners and bulges of the sides opposite to them.
     """
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -158,7 +166,7 @@ def powers(corners: Complex, patches: Complex) -> Complex:
     x, y = (l1[k] * (z1 - z0 + 2 * d2) + l2[k] * (z2 - z0 + 2 * d1) for k in (0, 1))
 
     def second(i: int, j: int) -> Complex:
-        """Coefficient of the product of coordinates i and j."""
+        """Return the coefficient of the product of coordinates i and j."""
         pairs = ((l1, l2, d0), (l2, l0, d1), (l0, l1, d2))
         return sum((a[i] * b[j] + (a[j] * b[i] if i != j else 0)) * (2 * d) for a, b, d in pairs)
 
