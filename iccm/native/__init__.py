@@ -1,7 +1,7 @@
-"""The compiled core: C++ kernels of the folder `core/`, called through a plain C interface.
+"""The compiled core: C++ kernels in the folder `core/`, called through a plain C interface.
 
-library   finds and loads the shared library that fits the processor
-binding   declares functions and structs of it for Python, and functions that it calls
+library   finds and loads the shared library for the processor
+binding   declares its functions, structs and callbacks for Python
 """
 
 from .binding import Record, array_at, callback, function, record

@@ -1,21 +1,21 @@
 """Declare functions of the core for Python.
 
-A declaration is the prototype of the function, word by word as it is in C++:
+A declaration is the prototype of the function, exactly as in C++:
 
     _fill = function("int64_t iccm_linalg_fill(const int64_t *starts, Complex *z, int64_t n, double share)")
 
-The function then takes NumPy arrays for pointers and Python numbers for the others. That an array has the type of the
-declaration, is contiguous in C's order and, unless `const`, writable is checked at every call, which takes less than a
-microsecond for an array; the functions themselves trust sizes and indices, which whoever calls them hands over right.
+The function then accepts NumPy arrays for pointers, and Python numbers for scalars. Every call checks that an array has
+the declared type, is C-contiguous and, unless `const`, writable; this takes less than a microsecond per array. Sizes
+and indices are not checked; the caller is responsible for them.
 
-Arrays that go together are declared as a record, a struct of the core, member by member in its order. A record checks
-its arrays once, when it is made, and keeps them:
+Related arrays are declared as a record, a struct of the core, with its members in order. A record checks its arrays
+once, when it is created, and keeps references to them:
 
     Rails = record("struct Rails { const double *knots; const Complex *vertices; int64_t size; }")
     _length = function("double iccm_example_length(const Rails *rails)")
     _length(Rails(knots, vertices, vertices.size))
 
-What the core calls back is declared as a type, too; a member of that type takes an object of it, or None for null:
+Callbacks of the core are declared as types, too; a member of that type accepts an object of it, or None for null:
 
     Total = callback("double Total(const Complex *u)")
     total = Total(lambda u: float(np.abs(array_at(u, n, np.complex128)).sum()))
@@ -56,7 +56,7 @@ PROTOTYPE = re.compile(r"(?P<returns>\w+) (?P<name>iccm_\w+)\((?P<arguments>[^)]
 CALLBACK = re.compile(r"(?P<returns>\w+) (?P<name>\w+)\((?P<arguments>[^)]*)\)", re.ASCII)
 ARGUMENT = re.compile(r"(?P<const>const )?(?P<type>\w+) (?P<pointer>\*?)(?P<name>\w+)", re.ASCII)
 OUT_OF_MEMORY = -(2**63)
-"""What a function returns that found no memory, as `iccm::OUT_OF_MEMORY` in core.h."""
+"""Return value of functions that could not allocate memory; `iccm::OUT_OF_MEMORY` in core.h."""
 
 
 class Function:
@@ -78,8 +78,8 @@ class Function:
         """Call the function.
 
         Raises:
-            ctypes.ArgumentError: an array of another type, not contiguous, or read-only where it is written.
-            MemoryError: it needs memory for its work, and there is none.
+            ctypes.ArgumentError: an array has the wrong type, is not contiguous, or is read-only but would be written.
+            MemoryError: the function could not allocate memory.
         """
         result = self._entry(*args)
         if result == OUT_OF_MEMORY:
@@ -88,7 +88,7 @@ class Function:
 
     @cached_property
     def _entry(self) -> Any:
-        entry = library()[self.name]  # a separate object, unlike the attribute
+        entry = library()[self.name]  # indexing returns a new object each time, unlike attribute access
         entry.argtypes = [_argument(text) for text in self._arguments]
         entry.restype = SCALARS[self._returns]
         return entry
@@ -100,10 +100,10 @@ def function(prototype: str) -> Function:
 
 
 class Record(ctypes.Structure):
-    """A struct of the core, made from its members in their order: NumPy arrays, numbers and other records.
+    """A struct of the core, created from its members in order: NumPy arrays, numbers and other records.
 
     Raises:
-        TypeError: an array of another type, not contiguous, or read-only where it is written.
+        TypeError: an array has the wrong type, is not contiguous, or is read-only but would be written.
     """
 
     declaration: str
@@ -117,13 +117,13 @@ class Record(ctypes.Structure):
 
 
 RECORDS: dict[str, type[Record]] = {}
-"""The records that are declared, by name."""
+"""Declared records by name."""
 CALLBACKS: dict[str, Any] = {}
-"""The types of functions that the core calls, by name."""
+"""Types of declared callbacks by name."""
 
 
 def record(declaration: str) -> type[Record]:
-    """Declare a struct of the core, word by word as in C++; see `Record`."""
+    """Declare a struct of the core, exactly as in C++; see `Record`."""
     declaration = " ".join(declaration.split())
     found = STRUCT.fullmatch(declaration)
     if found is None:
@@ -154,9 +154,9 @@ def record(declaration: str) -> type[Record]:
 
 
 def callback(declaration: str) -> Any:
-    """Declare the type of a function that the core calls: numbers, and addresses for arrays (see `array_at`).
+    """Declare the type of a callback of the core; its arguments are numbers, and addresses of arrays (see `array_at`).
 
-    It must not raise: ctypes would continue with a result of 0.
+    A callback must not raise: ctypes would ignore the exception and return 0.
     """
     found = CALLBACK.fullmatch(" ".join(declaration.split()))
     if found is None:
@@ -173,7 +173,7 @@ def callback(declaration: str) -> Any:
 
 
 def array_at(address: int, size: int, dtype: type) -> np.ndarray:
-    """Return the array of the core at an address, without a copy: it is valid while the core's function runs."""
+    """Return the core's array at an address without a copy; it is valid only while the core's function runs."""
     kind = np.dtype(dtype)
     memory: Any = (ctypes.c_char * (size * kind.itemsize)).from_address(address)
     return np.frombuffer(memory, kind)
@@ -198,7 +198,7 @@ def _address_of(converter: Any) -> Callable[[Any], int]:
 
 
 def _argument(text: str) -> Any:
-    """Return what ctypes converts an argument with."""
+    """Return the ctypes converter of an argument."""
     found = ARGUMENT.fullmatch(text)
     if found is None:
         raise ValueError(f"not an argument of a function of the core: {text}")
@@ -210,19 +210,19 @@ def _argument(text: str) -> Any:
 
 
 def _array(found: re.Match[str]) -> Any:
-    """Return what ctypes converts an array with."""
+    """Return the ctypes converter of an array."""
     dtype = np.dtype(ARRAYS[found["type"]])
     return _constant(found["name"], dtype) if found["const"] else _written(found["name"], dtype)
 
 
 Bytes: Any = ctypes.c_char * 0
 ADDRESS: Callable[[Any], Any] = Bytes.from_buffer
-"""An object at the address of a contiguous, writable array: five times as fast as NumPy's own `ctypes` attribute."""
+"""Returns an object at the address of a contiguous, writable array; five times as fast as NumPy's `ctypes`."""
 
 
 def _written(name: str, dtype: np.dtype) -> Any:
     class Written:
-        """An array that is read and written."""
+        """Converter of an array that is read and written."""
 
         @staticmethod
         def from_param(array: Any) -> Any:
@@ -238,7 +238,7 @@ def _written(name: str, dtype: np.dtype) -> Any:
 
 def _constant(name: str, dtype: np.dtype) -> Any:
     class Constant:
-        """An array that is only read."""
+        """Converter of an array that is only read."""
 
         @staticmethod
         def from_param(array: Any) -> Any:

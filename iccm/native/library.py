@@ -1,7 +1,7 @@
 """Find and load the shared library of the core that fits the processor.
 
-A checkout that is installed as editable compiles the core anew when a source changed since: a library that is older
-than the declarations in Python could read memory that is not its own.
+In an editable installation, the core is compiled anew if its sources have changed: a library that does not match the
+declarations in Python could access invalid memory.
 """
 
 import ctypes
@@ -16,7 +16,7 @@ from ..errors import IccmError
 
 FOLDER = Path(__file__).resolve().parent / "lib"
 VARIANT = "ICCM_CORE"
-"""The environment variable that names a variant, such as x86-64 (tests and comparisons)."""
+"""Environment variable with the name of a variant, such as x86-64, for tests and comparisons."""
 ENDING = {"Darwin": ".dylib", "Windows": ".dll"}.get(platform.system(), ".so")
 
 
@@ -56,7 +56,7 @@ def _load(name: str) -> ctypes.CDLL:
 
 
 def _refresh() -> None:
-    """Compile the core where it is older than its sources, in a checkout; an installed package holds none of them."""
+    """Compile the core in a checkout if it is older than its sources; an installed package has no sources."""
     core = FOLDER.parents[2] / "core"
     if not (core / "include" / "iccm" / "core.h").is_file():
         return

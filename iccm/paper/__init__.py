@@ -1,4 +1,4 @@
-"""`--method paper`: Segall, Ben-Chen, *Iterative Closest Conformal Maps between Planar Domains*, SGP 2016, published.
+"""`--method paper`: Segall, Ben-Chen, *Iterative Closest Conformal Maps between Planar Domains*, SGP 2016.
 
 | paper | where |
 |---|---|
@@ -14,7 +14,7 @@
 | §4.1: one least squares system | `least_squares.System`, `algorithm1.assemble` |
 
 normalised     problems in coordinates in which both shapes have radius one
-algorithm1     local and global steps until the energy no longer falls; deformation
+algorithm1     local and global steps until the energy converges; deformation
 initial        initial maps
 energies       the energies, each a matrix, a weight and a target
 least_squares  one weighted system of all energies

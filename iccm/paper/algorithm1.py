@@ -1,4 +1,4 @@
-"""Algorithm 1 of the paper: closest points, then the map closest to them (§2, §3.4, §4.1)."""
+"""Algorithm 1 of the paper: alternate closest points and the map closest to them (§2, §3.4, §4.1)."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,20 +20,20 @@ from .energies import Basis, Target, Term, closeness, consistency, points, quasi
 from .least_squares import System
 from .normalised import NormalisedProblem, measure_of
 
-PAPER_VERTICES = 200  # evenly spaced (by hand)
-LEAST_DECREASE = 1e-4  # relative, of an iteration that ends the run (by hand)
-SAMPLES_PER_EDGE = 4  # of each edge (by hand)
-STROKE_SAMPLES = 50  # of each stroke (by hand)
+PAPER_VERTICES = 200  # default number of evenly spaced vertices (by hand)
+LEAST_DECREASE = 1e-4  # relative decrease of the energy below which iteration stops (by hand)
+SAMPLES_PER_EDGE = 4  # default number of samples of each edge (by hand)
+STROKE_SAMPLES = 50  # samples of each stroke (by hand)
 UNITS = {
     "quasiconformal": -2,
     "smoothness": -4,
-}  # powers of the source's length in an energy over its target's²
+}  # power of the source's length in each energy, relative to the square of the target's length
 STEP_HALVINGS = 6  # of a first-order step that does not lower the energy
 
 
 @on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
-    """Return the map onto a target: Algorithm 1, from arclength or from the constraints."""
+    """Solve for the map onto a target by Algorithm 1, starting from arclength or from the constraints."""
     normalised = NormalisedProblem.of(problem, as_begun=True)
     polygon, s, basis, system = _discretised(normalised, settings)
     targets = first_targets(normalised, settings, system, polygon, s, basis)
@@ -43,7 +43,7 @@ def solve(problem: Problem, settings: Options) -> Fit:
 
 @on_one_thread
 def deform(problem: Problem, settings: Options) -> Fit:
-    """Return the map without a target, by the constraints alone (§3.3)."""
+    """Solve for the map without a target, from the constraints alone (§3.3)."""
     normalised = NormalisedProblem.of(problem, as_begun=True)
     polygon, _, basis, system = _discretised(normalised, settings)
     x, energies, status = iterate(system, initial.from_constraints(normalised, basis, polygon), settings)
@@ -51,7 +51,7 @@ def deform(problem: Problem, settings: Options) -> Fit:
 
 
 def _discretised(problem: NormalisedProblem, settings: Options) -> tuple[Curve, Real, Basis, System]:
-    """Return the polygon, the source's arclengths at its vertices, its functions and the system of all energies."""
+    """Return the polygon, the source's arclengths at its vertices, the basis functions, and the system of energies."""
     polygon, s = discretise(problem.source, "source" if settings.literal else settings.vertices)
     basis = Basis(polygon.z, settings.quasi is not None)
     terms = assemble(problem, settings, basis, polygon)
@@ -60,8 +60,12 @@ def _discretised(problem: NormalisedProblem, settings: Options) -> tuple[Curve, 
 
 
 def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
-    """Return the map's polygon, and the source's arclengths (n,) at its vertices: about as many as asked for, evenly
-    between the corners, or the source's own ("source"), as in the paper.
+    """Return the map's polygon, and the source's arclengths (n,) at its vertices.
+
+    Args:
+        source: outline of the source.
+        vertices: approximate number of vertices, spaced evenly between corners; or "source" for the source's own, as in
+            the paper.
 
     Raises:
         InputError: the source has too many vertices.
@@ -79,8 +83,9 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
 def assemble(
     problem: NormalisedProblem, settings: Options, basis: Basis, polygon: Curve, share: Real | None = None
 ) -> list[Term]:
-    """Return all energies of a problem (paper §4.1); `share` weighs the vertices, by their part of the source's length
-    if None.
+    """Return all energies of a problem (paper §4.1).
+
+    `share` (n,) are the weights of the vertices, by default their shares of the boundary's length.
     """
     if share is None:
         share = (polygon.lengths + np.roll(polygon.lengths, 1)) / (2 * polygon.length)
@@ -108,7 +113,7 @@ def assemble(
 
 
 def samples_of_edge(settings: Options) -> Real:
-    """Return (k,) where on each edge the samples of the boundary lie, as shares of it."""
+    """Return (k,) positions of the boundary samples on each edge, as shares of the edge."""
     if settings.literal:
         count = settings.samples_per_edge or 1
         return np.arange(count) / count
@@ -117,8 +122,9 @@ def samples_of_edge(settings: Options) -> Real:
 
 
 def literal(terms: list[Term], radius: float) -> list[Term]:
-    """Return the energies as the paper writes them: sums over samples, each of which counts one, in the coordinates as
-    given, where the source's radius is `radius` (the target's is in all energies alike).
+    """Scale the energies as the paper defines them: sums over samples in the original coordinates.
+
+    `radius` is the source's radius in these coordinates; that of the target is a common factor of all energies.
     """
     return [
         replace(t, weight=t.weight * radius ** UNITS.get(t.name, 0), measure=np.ones_like(t.measure))
@@ -129,7 +135,7 @@ def literal(terms: list[Term], radius: float) -> list[Term]:
 def first_targets(
     problem: NormalisedProblem, settings: Options, system: System, polygon: Curve, s: Real, basis: Basis
 ) -> list[Target]:
-    """ŵ⁰: by arclength, or closest points to the image under the constraints alone (§3.1); never with normals."""
+    """Return ŵ⁰: by arclength, or closest points of the map from the constraints (§3.1); without normals."""
     if problem.pins.size or problem.strokes:
         guess = system.targets(initial.from_constraints(problem, basis, polygon))
     else:
@@ -140,10 +146,10 @@ def first_targets(
 
 
 def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, list[dict[str, float]], Status]:
-    """Algorithm 1: closest points, then the map closest to them, until the energy settles.
+    """Run Algorithm 1 until the energy converges; return coefficients, energies of all iterations, and the status.
 
-    Energies are those of the map against its own closest points, which no step of zeroth order increases; a step of
-    first order is halved until it lowers the energy, or taken whole (`literal`).
+    Energies compare the map with its own closest points. No zeroth-order step increases them. A first-order step is
+    halved until it lowers the energy, or taken unchanged (`literal`).
     """
     targets = system.targets(x)
     energies = [system.energies(x, targets)]
@@ -162,8 +168,9 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
 
 
 def _descend(system: System, x: Complex, targets: list[Target], most: float):
-    """Return one global step and the local step after it; the old state where no part of the step has at most this
-    energy.
+    """Take a global step, halved until the energy is at most `most`, and the local step after it.
+
+    Returns the old state where no such step is found.
     """
     step = system.solve(targets, x) - x
     for halving in range(STEP_HALVINGS):
@@ -182,7 +189,7 @@ def finish(
     status: Status,
     notes: Sequence[str] = (),
 ) -> Fit:
-    """Return the result that a map of the user's plane is for a problem."""
+    """Return the result of a problem, given its map in the user's plane."""
     return Fit(
         map, status, energies, problem.source, problem.target, problem.pins, problem.strokes, list(notes)
     )

@@ -1,4 +1,4 @@
-"""Initial maps: by arclength (paper §2.2), and from the constraints alone (§3.1)."""
+"""Initial maps: by arclength (paper §2.2), or from the constraints alone (§3.1)."""
 
 from dataclasses import replace
 
@@ -12,16 +12,20 @@ from .energies import Basis, Target, Term, fixed, points, smoothness
 from .least_squares import System
 from .normalised import NormalisedProblem, measure_of
 
-LEAST_SHRINKAGE_RATIO = 0.05
-"""A fitted similarity that shrinks the shape below this share of its size says nothing."""
+LEAST_SHRINKAGE_RATIO = 0.05  # a fitted similarity with a smaller scale is not meaningful
 PIN_RANK_SHARE = 1e-6
-"""Singular values of the pins' coordinates below this share of the largest: as good as one place."""
+"""Relative to the largest singular value of the pins' coordinates: smaller ones mean that pins coincide."""
 
 
 def arclength(problem: NormalisedProblem, t: Real, s: Real) -> Complex:
-    """ŵ⁰: the target's points at the source samples' shares of the boundary, the first vertex of one outline to the
-    first of the other; samples lie at shares t (k,) of each edge, and s (n,) are the source's arclengths at the
-    polygon's vertices, of which none need be its first.
+    """Return ŵ⁰: points of the target at the same shares of the boundary's length as the samples of the source.
+
+    The first vertex of the source's outline corresponds to that of the target's.
+
+    Args:
+        problem: the problem, with a target.
+        t: (k,) positions of the samples on each edge, as shares of the edge.
+        s: (n,) the source's arclengths at the polygon's vertices, which may start anywhere.
     """
     assert problem.target is not None
     ahead = np.diff(np.append(s, s[0] + problem.source.length))
@@ -30,8 +34,11 @@ def arclength(problem: NormalisedProblem, t: Real, s: Real) -> Complex:
 
 
 def from_constraints(problem: NormalisedProblem, basis: Basis, polygon: Curve) -> Complex:
-    """Coefficients of the map that minimises the pins' energy (§3.1), which leaves most of it free: of those the one
-    closest to a similarity, that is smooth and meets strokes by arclength."""
+    """Return the coefficients of the map that minimizes the pins' energy (§3.1).
+
+    The energy does not determine the map. Among its minima, this is the one closest to a similarity, smooth, and
+    mapping strokes by arclength.
+    """
     source, target = constraint_points(problem)
     source = polygon.pulled_in(source)
     scale, shift = similarity(source, target, problem.upright)
@@ -49,9 +56,7 @@ def from_constraints(problem: NormalisedProblem, basis: Basis, polygon: Curve) -
 
 
 def least_norm(matrix: Complex, right: Complex) -> tuple[Complex, Complex]:
-    """Return the least x (n,) that minimises ‖M x - right‖ for M (k, n), k < n, and a basis (n, n - rank) of what M
-    does not see.
-    """
+    """Return the least-norm minimum (n,) of ‖M x - right‖ for M (k, n), and a basis (n, n - rank) of M's kernel; k < n."""
     if not right.size:
         return np.zeros(matrix.shape[1], complex), np.eye(matrix.shape[1], dtype=complex)
     u, s, vh = scipy.linalg.svd(matrix, lapack_driver="gesvd")
@@ -61,7 +66,7 @@ def least_norm(matrix: Complex, right: Complex) -> tuple[Complex, Complex]:
 
 
 def constraint_points(problem: NormalisedProblem, count: int = 20) -> tuple[Complex, Complex]:
-    """Pins first, then strokes as `count` pins each at equal shares of their lengths."""
+    """Return pins and their images, followed by `count` points at equal shares of the length of each stroke."""
     share = np.linspace(0, 1, count)
     source = [problem.pins[:, 0], *(a.at(share * a.length) for a, _ in problem.strokes)]
     target = [problem.pins[:, 1], *(b.at(share * b.length) for _, b in problem.strokes)]
@@ -69,7 +74,7 @@ def constraint_points(problem: NormalisedProblem, count: int = 20) -> tuple[Comp
 
 
 def similarity(source: Complex, target: Complex, least: complex) -> tuple[complex, complex]:
-    """Least squares similarity z ↦ scale · z + shift; where the points do not fix one, the one of scale `least`."""
+    """Return scale and shift of the least squares similarity; its scale is `least` if points do not determine it."""
     if not source.size:
         return least, 0j
     apart = float(np.sum(np.abs(source - source.mean()) ** 2)) > 1e-12

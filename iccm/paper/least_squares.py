@@ -1,4 +1,4 @@
-"""One weighted least squares system of all terms (paper §4.1): factored once, solved for many targets."""
+"""One weighted least squares system of all terms (paper §4.1): factorized once, solved for many targets."""
 
 from collections.abc import Sequence
 
@@ -8,21 +8,21 @@ import scipy.linalg
 from ..arrays import Complex
 from .energies import Target, Term
 
-RANK_CUT_SHARE = 1e-10  # singular values below this share of the largest carry rounding only
+RANK_CUT_SHARE = 1e-10  # relative to the largest singular value: smaller ones come from rounding
 
 
 class System:
-    """min_x Σ_terms E(x) for targets that change and matrices that do not.
+    """The problem min_x Σ_terms E(x) for changing targets and fixed matrices.
 
     Terms whose target has normals N get the first-order distance of Eq. 13, ν |Re(conj(N)(M x - w))|² + λ |M x - w|².
-    In the paper ν is 1. With ν = 1 - λ it has the value and the gradient of |M x - w|² where M x - w lies along N, as
-    it does at closest points, so that the balance with the other terms stays what it is. The singular value
-    decomposition of everything of zeroth order, x = V S⁻¹ y, makes the remaining Gram matrix I plus a positive one, so
-    that its Cholesky factorisation is safe where that of C*C would not be.
+    The paper uses ν = 1. With ν = 1 - λ, it has the value and gradient of |M x - w|² where M x - w is parallel to N, as
+    at closest points, so that the balance with other terms is kept. With the singular value decomposition of the
+    zeroth-order part, x = V S⁻¹ y, the remaining Gram matrix is I plus a positive semidefinite one, so that its
+    Cholesky factorization is stable where that of C*C would not be.
     """
 
     def __init__(self, terms: Sequence[Term], tangential: float = 1.0, normal: float | None = None):
-        """Factor the terms; `tangential` is λ, 1 for the zeroth order, `normal` ν, by default 1 - λ."""
+        """Factorize the terms; `tangential` is λ, 1 for the zeroth order; `normal` is ν, by default 1 - λ."""
         self.terms = list(terms)
         self.tangential = tangential
         self.normal = 1 - tangential if normal is None else normal
@@ -34,11 +34,11 @@ class System:
         self.back = vh[:rank].conj().T / s[:rank]
 
     def targets(self, x: Complex) -> list[Target]:
-        """Return the local step: where each term pulls the image of x."""
+        """Return the local step: the target of each term for the image of x."""
         return [t.follow(t.matrix @ x) for t in self.terms]
 
     def energies(self, x: Complex, targets: Sequence[Target]) -> dict[str, float]:
-        """Energy of each name at given targets, and their `total`."""
+        """Return the energy of each name for given targets, and their `total`."""
         out: dict[str, float] = {}
         for term, target in zip(self.terms, targets):
             out[term.name] = out.get(term.name, 0.0) + term.energy(x, target)
@@ -46,9 +46,7 @@ class System:
         return out
 
     def solve(self, targets: Sequence[Target], x: Complex | None = None) -> Complex:
-        """Return the global step: coefficients of least energy for given targets, those closest to x where several are
-        as good.
-        """
+        """Return the global step: coefficients of least energy for given targets; if not unique, those closest to x."""
         if x is not None:
             rest = [Target(t.points - m.matrix @ x, t.normals) for m, t in zip(self.terms, targets)]
             return x + self.solve(rest)
@@ -58,8 +56,10 @@ class System:
         return self.back @ y
 
     def _first_order(self, y: Complex, targets: Sequence[Target]) -> Complex:
-        """Add |Re(conj(N)(M x - w))|² to the whitened zeroth-order system, which is real-linear only: 2k real
-        unknowns."""
+        """Add |Re(conj(N)(M x - w))|² to the whitened zeroth-order system.
+
+        It is only real-linear, and has 2k real unknowns.
+        """
         rows, right = [], []
         for term, u, target in zip(self.terms, self.left, targets):
             if target.normals is None:

@@ -1,7 +1,7 @@
 """Problems in coordinates in which both shapes have radius one about their centroids.
 
-The paper's and the conformal method solve in these: weights and lengths then depend neither on the size of the shapes
-nor on how they lie in the plane.
+The paper's and the conformal method solve in these coordinates, so that weights and lengths depend neither on the size
+of the shapes nor on their position and rotation.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from ..maps.harmonic import HarmonicMap
 from ..plane import Similarity
 from ..problem import Problem, from_known
 
-SYMMETRIC_MOMENT = 1e-6  # third moment of a boundary of radius one below which its sign is rounding
+SYMMETRIC_MOMENT = 1e-6  # third moment of a boundary of radius one below which its sign is due to rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,8 @@ class NormalisedProblem:
         target: outline of the target.
         pins: (k, 2) points of the source and their images.
         strokes: polylines in the source and their images.
-        source_frame: takes the user's coordinates of the source to these.
-        target_frame: takes those of the target, or of the deformed source, to these.
+        source_frame: similarity from the user's coordinates of the source to these.
+        target_frame: the same for the target, or for the deformed source.
     """
 
     source: Curve
@@ -39,12 +39,12 @@ class NormalisedProblem:
 
     @classmethod
     def of(cls, problem: Problem, *, as_begun: bool = False) -> "NormalisedProblem":
-        """Return a problem in its frames.
+        """Transform a problem to its frames.
 
         Args:
             problem: in the user's coordinates.
-            as_begun: whether outlines keep their first vertices, from which the paper's initial map counts arclengths;
-                otherwise they begin where it does not depend on the input.
+            as_begun: whether outlines keep their first vertices, from which the paper's initial map measures
+                arclengths; otherwise the first vertices are chosen independently of the input's.
         """
         source, target = problem.source, problem.target
         if not as_begun:
@@ -57,7 +57,7 @@ class NormalisedProblem:
         return cls(_in_frame(source_frame, source), goal, pins, strokes, source_frame, target_frame)
 
     def mirrored(self) -> "NormalisedProblem":
-        """Return the same problem seen in a mirror."""
+        """Return the reflected problem."""
         strokes = [(Curve(a.z.conj(), False), Curve(b.z.conj(), False)) for a, b in self.strokes]
         return NormalisedProblem(
             _mirror(self.source),
@@ -70,8 +70,10 @@ class NormalisedProblem:
 
     @property
     def handedness(self) -> float:
-        """A number that changes sign in a mirror: the third moment of the source's boundary across its axis, or the
-        target's."""
+        """A number whose sign changes under reflection.
+
+        It is the third moment of the source's boundary about its axis, or of the target's if that is zero.
+        """
         moments = [
             float(c.lengths @ (c.z + 0.5 * c.edges).imag ** 3) for c in (self.source, self.target) if c
         ]
@@ -79,24 +81,24 @@ class NormalisedProblem:
 
     @property
     def upright(self) -> complex:
-        """The factor by which frames are multiplied in a similarity that does not rotate the user's picture."""
+        """The rotation between the frames in a similarity that does not rotate the user's picture, of modulus one."""
         rotation = self.target_frame.factor / self.source_frame.factor
         return rotation / abs(rotation)
 
     def in_plane(self, polygon: Complex, phi: Complex, psi: Complex) -> HarmonicMap:
-        """Return a map of the frames as a map of the user's plane: constants go to φ alone, since Σ C = 1."""
+        """Transform a map between the frames to the user's planes; constants go only to φ, since Σ C = 1."""
         z = self.source_frame.pull_back(polygon)
         slack = overhang(Curve(z), self.source_frame.pull_back(self.source.z))
         return HarmonicMap(z, self.target_frame.pull_back(phi), psi / self.target_frame.factor, slack)
 
 
 def frame_of(curve: Curve) -> Similarity:
-    """Return the similarity that takes the centroid of a boundary to 0 and the vertex farthest from it to 1.
+    """Return the similarity that maps a boundary's centroid to 0 and the vertex farthest from it to 1.
 
-    It rotates with the shape, so that what is computed in it does not depend on how the shape lies in the plane.
+    It is equivariant, so that results in this frame do not depend on the shape's position and rotation.
     """
     middle = 0.5 * (curve.z[: curve.edges.size] + np.roll(curve.z, -1)[: curve.edges.size])
-    # measured from a vertex, so that a shape far from the origin keeps its digits
+    # relative to a vertex, to avoid cancellation far from the origin
     centre = curve.z[0] + complex(np.average(middle - curve.z[0], weights=curve.lengths))
     farthest = curve.z[np.argmax(np.abs(curve.z - centre))]
     return Similarity(complex(1 / (farthest - centre)), centre=complex(centre))
@@ -111,12 +113,11 @@ def _mirror(curve: Curve) -> Curve:
 
 
 def overhang(polygon: Curve, outline: Complex) -> float:
-    """Return how far the outline that a polygon stands for lies outside of it, at its vertices and three places
-    between."""
+    """Return how far an outline lies outside the polygon that approximates it, at samples of its edges."""
     z = boundary_samples(outline)
     return float(np.abs(polygon.pulled_in(z) - z).max()) * (1 + 1e-9)
 
 
 def measure_of(curve: Curve, per_edge: int) -> Real:
-    """Return (e · per_edge,) share of the curve's length that each sample of `curve.sample(per_edge)` stands for."""
+    """Return (e · per_edge,) share of the curve's length that each sample of `curve.sample(per_edge)` represents."""
     return np.repeat(curve.lengths / (per_edge * curve.length), per_edge)

@@ -26,9 +26,9 @@ BYTES_PER_TEXEL = 64  # working memory per texel (by hand)
 def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
     """Extend a texture's inside beyond the outlines, if its alpha ends there; otherwise return it unchanged.
 
-    Alpha ends at the outlines if along most of them, more than a texel and at most REACH_TEXELS texels outside, it is less
-    than NO_ALPHA_SHARE of its maximum inside. Texels outside are changed, and the alpha of those inside that fade towards the
-    outline.
+    Alpha ends at the outlines if along most of them, more than a texel and at most REACH_TEXELS outside, it is less
+    than NO_ALPHA_SHARE of its maximum inside. Texels outside are changed, and the alpha of those inside that fade
+    towards the outline.
 
     Args:
         texture: the texture; unchanged if it has no alpha channel.
@@ -91,7 +91,7 @@ def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
 
 
 def _framed(values: NDArray) -> NDArray:
-    """Pad values with zeros by REACH_TEXELS texels."""
+    """Pad values with zeros by REACH_TEXELS."""
     return np.pad(values, REACH_TEXELS)
 
 

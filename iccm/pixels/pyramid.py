@@ -44,7 +44,8 @@ class Pyramid(NamedTuple):
         size: (l,) size of each level's texels in texels of the picture; 1 is the picture itself.
         start, height, width: (l,) offset of each level in `texels`, and its size.
         edge: one of EDGES, how the picture continues outside.
-        spline: (h + 2 FRAME_TEXELS, w + 2 FRAME_TEXELS, c) coefficients of the quintic spline through the picture, or empty.
+        spline: (h + 2 FRAME_TEXELS, w + 2 FRAME_TEXELS, c) coefficients of the quintic spline through the picture, or
+        empty.
     """
 
     base: NDArray
@@ -240,7 +241,7 @@ def _repeated(rows: NDArray[np.int64], height: int, edge: int) -> NDArray[np.int
 
 
 def _coefficients(picture: Float, edge: int) -> Float:
-    """Return quintic B-spline coefficients (Unser 1999) of the picture, extended by FRAME_TEXELS texels on each side."""
+    """Return quintic B-spline coefficients (Unser 1999) of the picture, extended by FRAME_TEXELS on each side."""
     from scipy.ndimage import spline_filter1d
 
     framed = _framed(picture, [(FRAME_TEXELS, FRAME_TEXELS), (FRAME_TEXELS, FRAME_TEXELS), (0, 0)], edge)

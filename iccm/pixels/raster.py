@@ -157,7 +157,7 @@ def _interpolate(values: Float, before: Float, after: Float) -> None:
 def blurred(pixels: NDArray, sigma: float) -> Float:
     """Return pixels (h, w, c) or (h, w) convolved with a Gaussian, mirrored at the sides.
 
-    Wide Gaussians are applied at a lower resolution, where they are NARROW_SIGMA_PIXELS pixels wide; they remove finer detail
+    Wide Gaussians are applied at a lower resolution, where they are NARROW_SIGMA_PIXELS wide; they remove finer detail
     anyway.
 
     Args:

@@ -1,4 +1,4 @@
-"""Carries a texture through a map: the inverse at every pixel, filtered by its Jacobian, smooth at the outline."""
+"""Warp a texture by a map: the inverse at every pixel, filtered by its Jacobian, antialiased at the outline."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,22 +20,22 @@ __all__ = ["Box", "Canvas", "Sampler", "Texture", "Warp", "Warped", "padded", "w
 
 ACROSS = SLICE_POINTS // BAND_ROWS  # columns of a band that are filtered at a time
 BYTES_PER_PIXEL, BYTES_PER_SAMPLE = 96, 1024
-"""Bytes that each pixel of a band, and of those filtered at a time, takes: arrays counted."""
+"""Working memory in bytes per pixel of a band, and per pixel that is being filtered (sum of the arrays)."""
 
 
 def band_bytes(width: int) -> int:
-    """Bytes that a thread takes to make rows of a picture."""
+    """Return the working memory in bytes with which a thread makes a band of a picture."""
     return width * BAND_ROWS * BYTES_PER_PIXEL + SLICE_POINTS * BYTES_PER_SAMPLE
 
 
 def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
-    """Bytes that `whole` takes with padding."""
+    """Return the working memory in bytes of `whole` with padding."""
     return height * width * (4 * channels * itemsize + 32)
 
 
 @dataclass(frozen=True, eq=False)
 class Warped:
-    """A warped picture: (H, W, c) pixels of the texture's type, the index of its alpha channel, and what happened."""
+    """A warped picture: (H, W, c) pixels of the texture's type, index of the alpha channel, and counts of pixels."""
 
     pixels: NDArray
     alpha: int
@@ -57,22 +57,23 @@ def warp(
     max_error: float = 0.05,
     threads: int | None = None,
 ) -> Warped:
-    """Return the texture seen through the map.
+    """Warp a texture by a map.
 
     Args:
-        map: source → target, or a stored one.
-        texture: placed in the source's plane; a stored map's `box` is where it goes.
-        canvas: the raster to make, in the target's plane; the stored map's own.
+        map: source → target, or a stored map.
+        texture: placed in the source's plane; for a stored map, in its `box`.
+        canvas: the raster of the result, in the target's plane; for a stored map, its own raster.
         filter, kind, edge: as for `Sampler`.
         placing: as for `Warp`.
-        antialias: whether alpha holds the coverage of outline pixels; else it is all or nothing.
-        padding: pixels to extend the colours beyond the outline (alpha stays), -1 for all. Needs straight alpha.
-        fill: how, "push-pull" (smooth) or "nearest".
+        antialias: whether alpha is the coverage of pixels; otherwise it is all or nothing.
+        padding: pixels by which colours are extended beyond the outline (alpha is kept), -1 for all. Needs straight
+            alpha.
+        fill: method of padding, "push-pull" (smooth) or "nearest".
         max_error: of the texture coordinates, in texels.
-        threads: as many as there are processors by default; the result does not depend on it.
+        threads: number of threads, by default that of processors; it does not affect the result.
 
     Returns:
-        Pixels of the texture's type; an alpha channel is appended when the texture has none.
+        Pixels of the texture's type; an alpha channel is appended if the texture has none.
 
     Raises:
         InputError: an unknown filter, kind or edge; normals without three channels; padding of associated alpha.
@@ -89,7 +90,7 @@ def whole(
     fill: str = "push-pull",
     threads: int | None = None,
 ) -> Warped:
-    """Return all of a warp's pixels at once; arguments as for `warp`."""
+    """Return all pixels of a warp at once; arguments as for `warp`."""
     out = np.zeros((job.canvas.height, job.canvas.width, job.channels), dtype=job.dtype)
     row = 0
     for block in job.blocks(threads):
@@ -106,9 +107,7 @@ def whole(
 
 
 def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
-    """Return (h, w, c) straight pixels, their colours extended where the channel `alpha` is 0; arguments as for
-    `warp`.
-    """
+    """Return (h, w, c) straight pixels with colours extended to where the channel `alpha` is 0; see `warp`."""
     if fill not in ("push-pull", "nearest"):
         raise InputError(f"fill {fill!r}: must be push-pull or nearest")
     from .padding import pad
@@ -121,13 +120,13 @@ def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
 
 
 class Warp:
-    """A warp made ready: everything that is not one band's own.
+    """A warp prepared for its bands.
 
     Args:
         map: source → target, of any kind; or an STMap.
         sampler: the texture.
         canvas, antialias, max_error: as in `warp`.
-        placing: where points of the source's plane lie in the texture, if it does not lie flat there.
+        placing: places points of the source's plane in the texture, if the texture is not in this plane.
     """
 
     def __init__(
@@ -146,7 +145,7 @@ class Warp:
         self.channels = sampler.channels + (texture.alpha < 0)
         self.alpha = texture.alpha if texture.alpha >= 0 else sampler.channels
         self.diagnostics = Diagnostics()
-        # A texture that a transform shrinks to a point is met anywhere: an error of a pixel is none.
+        # The scale is infinite if a transform shrinks the texture to a point; then an error of a pixel does not matter.
         largest = abs(complex(*canvas.step))
         scale = max(*self.placing.scale, max_error / largest)
         self.preimages = preimages.of(map, canvas, max_error / scale)
@@ -167,18 +166,20 @@ class Warp:
             yield block
 
     def _finish(self, band: Band) -> NDArray:
-        """Return stored pixels of a band; zero where nothing is."""
+        """Return the stored pixels of a band; zero where nothing is covered."""
         out = np.zeros((*band.coverage.shape, self.channels), dtype=self.dtype)
         simple = self.sampler.paints and self.placing is self.sampler.texture
         paint = self.sampler.paint if simple and self.antialias and band.mixed is None else self._put
         width = out.shape[1]
-        for first in range(0, width, ACROSS):  # squares: little of the texture is read, however it turns
+        for first in range(
+            0, width, ACROSS
+        ):  # square blocks read a compact part of the texture in any orientation
             paint(band, (first, min(first + ACROSS, width)), out)
             self.sampler.memory.release()
         return out
 
     def _put(self, band: Band, columns: tuple[int, int], out: NDArray) -> None:
-        """Pixels of some columns of a band, of any kind."""
+        """Write the pixels of some columns of a band, for all kinds of textures."""
         cover = band.coverage[:, slice(*columns)]
         i, j = np.nonzero(cover)
         part, share = i * out.shape[1] + columns[0] + j, cover[i, j]
@@ -187,8 +188,9 @@ class Warp:
         put(out.reshape(-1, self.channels), part, self.sampler.stored(self._values(band, part), share))
 
     def _values(self, band: Band, at: NDArray[np.intp]) -> NDArray:
-        """Return filtered values of the band's pixels numbered `at`; two places that are seen in one are mixed, if
-        colours may be.
+        """Return filtered values of the band's pixels with flat indices `at`.
+
+        Pixels that show two source points are mixed, if values of this kind can be mixed.
         """
         z, right, down = band.z.ravel()[at], band.right.ravel()[at], band.down.ravel()[at]
         values = self.sampler.values(self._places(z, right, down))
@@ -202,7 +204,7 @@ class Warp:
         return values
 
     def _places(self, z: Complex, right: NDArray[np.complex64], down: NDArray[np.complex64]) -> Places:
-        """Return where points of the source's plane lie in the texture; normals turn by the map's angle."""
+        """Return the places of source points in the texture; normals are rotated by the map's angle."""
         places = self.placing.places(z, right, down)
         if not self.sampler.kind.startswith("normal"):
             return places

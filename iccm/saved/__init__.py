@@ -1,6 +1,6 @@
-"""Maps that are kept: their files, their inverses, and what goes through them besides pictures.
+"""Saved maps: their files, their inverses, and mapping of geometry.
 
-map_file  a file of a map: written, read, checked
-inverted  the inverse of a map in the place of a map
-geometry  points, lines and polygons carried through a map
+map_file  reading, writing and validation of map files
+inverted  the inverse of a map, used as a map
+geometry  points, lines and polygons mapped by a map
 """

@@ -1,6 +1,6 @@
-"""Points, lines and polygons through a map: lines are refined until they are near their true image, polygons simple.
+"""Map points, lines and polygons: lines are refined to follow their true image, polygons stay simple.
 
-What lies outside the domain by more than the map takes for its outline is cut off, and counted.
+Geometry outside the domain, beyond the accuracy of its outline, is cut off and counted.
 """
 
 from collections import Counter
@@ -15,10 +15,14 @@ import shapely
 from ..arrays import Complex, Real, complex_of, xy_of
 from ..curve import polygon_of
 
-MOST_HALVINGS = 30  # halvings of a segment: to the 1e-9th of it
-LONGEST_PIECE_SHARE = 1 / 16  # of the domain's size: longer pieces of a segment are looked at on their own
-FINER_ROUNDS = 8  # times the tolerance is halved for polygons whose images are not simple
-CHORD_SAMPLES = np.array([0.25, 0.5, 0.75])  # of a piece: where its image is held against its chord
+MOST_HALVINGS = 30  # halvings of a segment at most: to 1e-9 of it
+LONGEST_PIECE_SHARE = (
+    1 / 16
+)  # of the domain's size: longer segments are first split into pieces of this length
+FINER_ROUNDS = 8  # times that the tolerance is halved for polygons whose images are not simple
+CHORD_SAMPLES = np.array(
+    [0.25, 0.5, 0.75]
+)  # parameters on a piece at which its image is compared with its chord
 
 Rings = list[Complex]
 Item = TypeVar("Item")
@@ -26,14 +30,14 @@ Item = TypeVar("Item")
 
 @dataclass(eq=False)
 class Carrier:
-    """A map ready to carry points, lines and polygons.
+    """Maps points, lines and polygons.
 
     Attributes:
-        map: complex points (p,) to complex points, NaN where there is none.
+        map: complex points (p,) to complex points, NaN outside the domain.
         rims: the boundaries of its domain, the outer one first.
-        near: how far outside points count as on the boundary.
-        tolerance: how far the image of a line may be from the true one, in units of the image.
-        counts: what was outside, cut, or repaired, by kind.
+        near: distance outside the boundary up to which points count as on it.
+        tolerance: allowed deviation of a line's image from the true one, in units of the image.
+        counts: counts of geometry that was outside, cut, or repaired, by kind.
     """
 
     map: Callable[[Complex], Complex]
@@ -49,13 +53,13 @@ class Carrier:
         shapely.prepare(self._reach)
 
     def points(self, z: Complex) -> Complex:
-        """Return (p,) images, NaN outside."""
+        """Return images (p,) of points, NaN outside."""
         w = self.map(z)
         self.counts["points outside"] += int(np.isnan(w[np.isfinite(z)]).sum())
         return w
 
     def lines(self, lines: Sequence[Complex]) -> list[list[Complex]]:
-        """For each polyline (k,) the images of its pieces inside, none where all of it is outside."""
+        """Return for each polyline (k,) the images of its pieces inside the domain; none where all of it is outside."""
         parts = []
         for line in lines:
             shape = shapely.LineString(xy_of(line))
@@ -67,7 +71,10 @@ class Carrier:
         return _grouped(self._images(_flat(parts), self.tolerance), parts)
 
     def polygons(self, polygons: Sequence[Rings]) -> list[list[Rings]]:
-        """For each polygon, an outer ring (k,) and those of its holes, the images of its parts inside, all simple."""
+        """Return for each polygon, a list of its rings (k,) with the outer one first, the images of its parts inside.
+
+        All results are simple.
+        """
         parts = []
         for polygon in map(_polygon, polygons):
             self.counts["polygons repaired"] += not polygon.is_valid
@@ -79,8 +86,9 @@ class Carrier:
         return [_flat(group) for group in _grouped(images, parts)]
 
     def _simple(self, polygons: Sequence[Rings]) -> list[list[Rings]]:
-        """Return the image of each polygon inside, refined further where it is not simple; what still is not falls
-        apart.
+        """Return the image of each polygon, refined further if it is not simple.
+
+        Images that never become simple are split into simple parts.
         """
         found: dict[int, Any] = {}
         tolerance, todo = self.tolerance, list(range(len(polygons)))
@@ -94,13 +102,13 @@ class Carrier:
         return [[_rings(part) for part in _parts(found[k], "Polygon")] for k in range(len(polygons))]
 
     def _images(self, lines: Sequence[Complex], tolerance: float) -> list[Complex]:
-        """Return the images of polylines inside: those of their vertices, and as many points between as are needed."""
+        """Return the images of polylines inside the domain, with as many additional points as the tolerance needs."""
         if not lines:
             return []
         last = np.cumsum([line.size for line in lines]) - 1
         z = np.concatenate(lines)
         w = self.map(z)
-        heads = np.delete(np.arange(z.size), last)  # of the segments
+        heads = np.delete(np.arange(z.size), last)  # first points of the segments
         owner, low, points = self._refined(z, w, heads, tolerance / 2)
         owner, low = np.append(owner, np.arange(heads.size)), np.append(low, np.full(heads.size, 2.0))
         order = np.lexsort([low, owner])
@@ -114,8 +122,10 @@ class Carrier:
         return np.split(points[kept], np.searchsorted(line[kept], np.arange(1, len(lines))))
 
     def _refined(self, z: Complex, w: Complex, heads: Any, tolerance: float) -> tuple[Any, Real, Complex]:
-        """Pieces of segments whose images are straight to a tolerance: segment, parameter and image of each one's
-        beginning."""
+        """Split segments until the images of the pieces are straight to a tolerance.
+
+        Returns the segment, and parameter and image of the beginning, of each piece.
+        """
         begin, step = z[heads], z[heads + 1] - z[heads]
         count = np.maximum(1, np.ceil(np.abs(step) / self._piece)).astype(int)
         owner = np.repeat(np.arange(heads.size), count)
@@ -142,7 +152,7 @@ class Carrier:
 
 
 def _off(points: Complex, a: Complex, b: Complex) -> Real:
-    """Return (p,) the largest distance of points (p, k) from the segments a to b (p,)."""
+    """Return (p,) largest distances of points (p, k) from the segments a to b (p,)."""
     step = (b - a)[:, None]
     away = points - a[:, None]
     part = np.clip((away * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
@@ -150,7 +160,7 @@ def _off(points: Complex, a: Complex, b: Complex) -> Real:
 
 
 def _thinned(owner: Any, points: Complex, tolerance: float) -> tuple[Any, Complex]:
-    """Return the polylines of segments, points by owner, without points that a tolerance does not need."""
+    """Simplify the polylines of segments, given by points and their owners, within a tolerance."""
     counts = np.bincount(owner)
     many = counts[owner] > 2
     many &= ~np.isin(owner, owner[np.isnan(points)])
@@ -172,7 +182,7 @@ def _polygon(rings: Sequence[Complex]) -> shapely.Polygon:
 
 
 def _rings(polygon: shapely.Polygon) -> Rings:
-    """Return the rings of a polygon, the outer one first; none repeats its first point."""
+    """Return the rings of a polygon without repeated points, the outer one first."""
     return [_z(ring)[:-1] for ring in (polygon.exterior, *polygon.interiors)]
 
 
@@ -181,7 +191,7 @@ def _z(line: Any) -> Complex:
 
 
 def _parts(shape: Any, kind: str) -> list[Any]:
-    """Return the parts of a geometry that are of a kind, and not empty."""
+    """Return the non-empty parts of a geometry that have the given type."""
     found = shapely.get_parts(shapely.line_merge(shape) if kind == "LineString" else shape)
     nested = [part for each in found for part in shapely.get_parts(each)]
     return [part for part in nested if part.geom_type == kind and not part.is_empty]
@@ -192,6 +202,6 @@ def _flat(groups: Iterable[Iterable[Item]]) -> list[Item]:
 
 
 def _grouped(items: Sequence[Item], groups: Sequence[Sequence[Any]]) -> list[list[Item]]:
-    """Items in groups of the same sizes as others."""
+    """Split a list into groups of the same sizes as `groups`."""
     rest = iter(items)
     return [list(islice(rest, len(group))) for group in groups]

@@ -1,4 +1,4 @@
-"""The inverse of a map in the place of a map: pictures and drawings from the target back to the source."""
+"""The inverse of a map, used as a map: for pictures and drawings from the target back to the source."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -23,34 +23,33 @@ class Inverted:
     map: TriangulatedMap
 
     def __call__(self, w: Complex) -> Complex:
-        """f⁻¹ at points of any shape, NaN where there is none."""
+        """Return f⁻¹ at points of any shape, NaN outside its domain."""
         return self.map.inverse(w)
 
     def jet(self, w: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """f⁻¹ and its derivatives by w and w̄ at points of any shape."""
+        """Return f⁻¹ and its derivatives by w and w̄ at points of any shape."""
         return self.map.inverse_jet(w, threads)
 
     @property
     def rims(self) -> list[Complex]:
-        """Vertices of the boundaries of what it maps, the outer one first."""
+        """Vertices of its domain's boundaries, the outer one first."""
         return [self.map.image[loop] for loop in self.map.loops]
 
     @property
     def diagonal(self) -> float:
-        """Length of the diagonal of the bounding box of what it maps."""
+        """Length of the diagonal of its domain's bounding box."""
         return self.map.image_diagonal
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> Bands:
-        """Return as `preimages.Mapping` has it: where the map itself takes the centres of pixels, exact whatever the
-        tolerance.
-        """
+        """See `preimages.Mapping`; source points are images of the map itself, exact whatever the tolerance."""
         loops = [canvas.pixels(rim) for rim in self.map.rims]
         return partial(_band, self.map, canvas, loops)
 
 
 def _band(map: TriangulatedMap, canvas: Canvas, loops: list[Complex], row: int) -> Band:
-    """Return the band that starts at a row, of a canvas in whose pixels the source's boundaries are `loops`; of what is
-    only touched the nearest boundary point counts.
+    """Return the band that starts at a row; `loops` are the source's boundaries in pixels.
+
+    Pixels that are only touched show the nearest boundary point.
     """
     rows = min(BAND_ROWS, canvas.height - row)
     area, inside = coverage(loops[0], row, rows, canvas.width)

@@ -1,7 +1,7 @@
-"""Maps in files: an archive of NumPy arrays (.npz), described in docs/reference/map-file.md.
+"""Map files: archives of NumPy arrays (.npz), described in docs/reference/map-file.md.
 
-What is read is not trusted: nothing is unpickled, the size of an array is compared with that of its file before memory
-is taken for it, and every value is checked against what the map needs of it.
+Files are not trusted: nothing is unpickled, the size of an array is compared with that of its file before memory is
+allocated, and every value that the map relies on is validated.
 """
 
 import json
@@ -28,35 +28,35 @@ from ..plane import bounding_box, triangle_areas
 
 FORMAT = "iccm.map/1"
 MOST_BYTES = 1 << 30
-"""Of what an archive holds: maps have about 100 bytes a vertex."""
+"""Limit on the uncompressed size of an archive; maps have about 100 bytes per vertex."""
 MOST_COORDINATE = 1e100
-"""The largest number in an array: products of a few of them stay finite."""
+"""Largest number in an array, so that products of a few of them are finite."""
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""Those that NumPy writes."""
+"""Compression methods that NumPy writes."""
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-"""Readers of an array's header by the version of its format."""
+"""Functions that read an array's header, by the version of NumPy's format."""
 ARRAYS = {"pins": ("complex128", 2, 2), "hole_partners": ("int32", 2, 2)}
 RINGS = (
     *("stroke_sources", "stroke_targets", "source_holes", "target_holes"),
     *("passed_source_holes", "passed_target_holes", "filled", "rigid"),
     *("source_drawing", "target_drawing"),
 )
-"""What a result holds beside the map: type, dimensions and columns of arrays, and lists of points (see `Fit`)."""
+"""Data of a result besides the map (see `Fit`): arrays by type, dimensions and columns; and lists of rings."""
 DRAWING_RINGS = ("source_drawing", "target_drawing")
-"""The rings of whole drawings, filled by the even-odd rule; empty where the map is one of outlines."""
-LATER = ("rigid", *DRAWING_RINGS)  # that files of this format need not have
+"""Rings of whole drawings, filled by the even-odd rule; empty if the map is between outlines."""
+LATER = ("rigid", *DRAWING_RINGS)  # added later, so that files of this format may lack them
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """What is known of one of the two planes beside the outline.
+    """Data of the source's or the target's plane.
 
     Attributes:
         outline: (p,) vertices of the shape's outline, y up; None where there is none.
         box: lower left and upper right corner of its canvas.
-        down: whether the file that it was read from has y down: its points are then x - iy.
-        holes: the outlines of the shape's holes.
-        name: of the file, as it was given.
+        down: whether its file has y down; points in the file's coordinates are then the conjugates.
+        holes: outlines of the shape's holes.
+        name: of its file, as given by the user.
     """
 
     outline: Complex | None
@@ -67,26 +67,26 @@ class Plane:
 
     @classmethod
     def of(cls, outline: Complex, holes: Sequence[Curve]) -> "Plane":
-        """Return that of an outline given as an array: y up, its box the canvas."""
+        """Create the plane of an outline given as an array: y up, with its bounding box as the canvas."""
         return cls(outline, bounding_box(outline), holes=[hole.z for hole in holes])
 
     def turned(self, z: Complex) -> Complex:
-        """Return points x + iy in the file's units as points of the plane, and the other way round."""
+        """Convert points x + iy between the file's coordinates and those of the plane, in either direction."""
         return z.conj() if self.down else z
 
 
 @dataclass(frozen=True, eq=False)
 class MapFile:
-    """What a file of a map holds.
+    """The content of a map file.
 
     Attributes:
         map: source → target.
-        planes: those of source and target.
+        planes: of source and target.
         arrays: those of ARRAYS, by name.
         rings: those of RINGS, by name.
-        about: what JSON can hold, by name. Of what is read these have the type that is said here, if they are there:
-            `ended`, a text; `notes`, a list of texts; `energies`, a list of numbers by name; `rigid`, a list of counts
-            above 0; `rigid_of_target`, a truth value; `job`, values by name.
+        about: JSON data by name. When read, these have the given type if present: `ended`, a string; `notes`, a list of
+            strings; `energies`, a list of numbers by name; `rigid`, a list of positive integers; `rigid_of_target`, a
+            boolean; `job`, values by name.
     """
 
     map: AnyMap
@@ -96,7 +96,7 @@ class MapFile:
     about: Mapping[str, Any]
 
     def write(self, path: str | PathLike) -> None:
-        """Write the archive; the same map gives the same bytes."""
+        """Write the archive; equal maps give equal bytes."""
         found: dict[str, Any] = {"format": FORMAT}
         names = {"names": [plane.name for plane in self.planes]}
         found["about"] = json.dumps({**self.about, **names}, ensure_ascii=False)
@@ -110,7 +110,7 @@ class MapFile:
             found |= _joined(name, rings)
         for name, (dtype, _, columns) in ARRAYS.items():
             found[name] = np.asarray(self.arrays[name], dtype).reshape(-1, columns)
-        with open(path, "wb") as file:  # by its name NumPy would add a suffix
+        with open(path, "wb") as file:  # given a path, NumPy would add a suffix
             np.savez_compressed(file, **found)
 
 
@@ -133,16 +133,16 @@ def _harmonic(map: HarmonicMap) -> dict[str, Any]:
 
 
 def _joined(name: str, rings: Sequence[Complex]) -> dict[str, Any]:
-    """Rings as one array, and where each ends in it."""
+    """Return rings as one array, and the end of each in it, by name."""
     ends = np.cumsum([ring.size for ring in rings], dtype=np.int32)
     return {name: np.concatenate([np.empty(0, complex), *rings]), f"{name}_ends": ends}
 
 
 def read(path: str | PathLike) -> MapFile:
-    """Return what a file holds that `MapFile.write` wrote.
+    """Read a file written by `MapFile.write`.
 
     Raises:
-        InputError: it is missing, no such file, of another version, or what it holds is not a map.
+        InputError: the file is missing, has another format or version, or does not contain a valid map.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -170,7 +170,7 @@ def read(path: str | PathLike) -> MapFile:
 
 
 class _Archive:
-    """The arrays of an archive, each read and checked as it is asked for."""
+    """The arrays of an archive, read and validated on demand."""
 
     def __init__(self, archive: zipfile.ZipFile):
         self.archive = archive
@@ -194,7 +194,7 @@ class _Archive:
         return MapFile(map, (planes[0], planes[1]), arrays, rings, about)
 
     def about(self) -> dict[str, Any]:
-        """Return what the archive says beside its arrays, each value of the type that `MapFile` states."""
+        """Return the JSON data, with the types that `MapFile` documents."""
         about = json.loads(self.text("about"))
         if not isinstance(about, dict):
             raise InputError("about: not a JSON object")
@@ -220,7 +220,7 @@ class _Archive:
         return about
 
     def lacks(self, name: str) -> bool:
-        """Return whether the file is from before there was such a thing."""
+        """Return whether the file lacks an array that was added to the format later."""
         return name in LATER and name not in self
 
     def triangulated(self) -> TriangulatedMap:
@@ -276,7 +276,7 @@ class _Archive:
         return found
 
     def rings(self, name: str) -> list[Complex]:
-        """List of points, by their ends in one array."""
+        """Return a list of rings, stored as one array and their ends."""
         found = self.split(name, self.array(name, "complex128"))
         least = 2 if name.startswith("stroke") else 3
         if any(ring.size < least for ring in found):
@@ -293,7 +293,7 @@ class _Archive:
         return self.array(name, "int32", 2 if columns else 1, columns).astype(np.int64)
 
     def array(self, name: str, dtype: str, dimensions: int = 1, columns: int = 0) -> Any:
-        """Return an array of a kind and shape, all of it finite and none of it larger than MOST_COORDINATE."""
+        """Return an array of a type and shape; all numbers are finite and at most MOST_COORDINATE."""
         found = self.member(name)
         fits = found.dtype == dtype and found.ndim == dimensions
         if not fits or (columns and found.shape[1] != columns):
@@ -309,11 +309,11 @@ class _Archive:
         if name not in self or (found := self.member(name)).dtype.kind != "U" or found.ndim:
             raise InputError(f"{name}: not text")
         text = str(found)
-        text.encode()  # lone surrogates can be neither printed nor written
+        text.encode()  # refuse lone surrogates, which cannot be printed or written
         return text
 
     def member(self, name: str) -> Any:
-        """Return an array as it is stored; its size is that of its file."""
+        """Return an array as it is stored, after checking that its size is that of its file."""
         if name not in self:
             raise InputError(f"{name}: missing")
         entry = self.archive.getinfo(f"{name}.npy")
@@ -324,15 +324,15 @@ class _Archive:
 
 
 def _read_array(file: Any, size: int) -> Any:
-    """Return the array in a file of `size` bytes in NumPy's format (NEP 1), which must be as long as its header says.
+    """Read an array from a file of `size` bytes in NumPy's format (NEP 1), whose header must match this size.
 
     Raises:
-        InputError: it is not, or holds Python objects.
+        InputError: it does not match, or the array contains Python objects.
     """
     counted = _Counted(file)
     try:
         shape, by_columns, dtype = HEADERS[npy.read_magic(counted)](counted)
-    except Exception as error:  # whatever NumPy's parser of headers stumbles over: the file is at fault
+    except Exception as error:  # whatever exception NumPy's header parser raises, the file is at fault
         raise InputError("not an array in NumPy's format 1.0 or 2.0") from error
     if dtype.hasobject or not dtype.itemsize or min(shape, default=0) < 0:
         raise InputError("contains Python objects, or values without a size")
@@ -342,25 +342,25 @@ def _read_array(file: Any, size: int) -> Any:
     data = file.read(left)
     if len(data) != left:
         raise EOFError("truncated")
-    array = np.frombuffer(data, dtype).copy()  # of bytes it would be read-only
+    array = np.frombuffer(data, dtype).copy()  # frombuffer returns a read-only array
     return array.reshape(shape[::-1]).T if by_columns else array.reshape(shape)
 
 
 class _Counted:
-    """A file that counts the bytes that are read of it."""
+    """A file that counts the bytes read from it."""
 
     def __init__(self, file: BinaryIO):
         self.file, self.count = file, 0
 
     def read(self, size: int = -1) -> bytes:
-        """Return as of the file."""
+        """Read from the file."""
         data = self.file.read(size)
         self.count += len(data)
         return data
 
 
 def _are(values: Any, *types: type) -> TypeGuard[list[Any]]:
-    """Return whether something is a list of values of some types; a truth value is not a number."""
+    """Return whether something is a list of values of the given types; booleans do not count as numbers."""
     return isinstance(values, list) and all(
         isinstance(value, types) and not isinstance(value, bool) for value in values
     )
