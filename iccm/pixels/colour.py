@@ -99,8 +99,8 @@ def byte_edges() -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
     """Return tables for encoding sRGB bytes.
 
     Returns:
-        (257,) linear values at which the bytes 0 .. 255 begin, and infinity; and (TABLE_CELLS + 1,) the byte at the start of
-        each of TABLE_CELLS cells, each of which contains at most one such value.
+        (257,) linear values at which the bytes 0 .. 255 begin, and infinity; and (TABLE_CELLS + 1,) the byte at
+        the start of each of TABLE_CELLS cells, each of which contains at most one such value.
     """
     edges = linear_from_srgb((np.arange(256) - 0.5) / 255)
     start = np.searchsorted(edges, np.arange(TABLE_CELLS + 1) / TABLE_CELLS, side="right") - 1
