@@ -56,7 +56,7 @@ def from_constraints(problem: NormalisedProblem, basis: Basis, polygon: Curve) -
 
 
 def least_norm(matrix: Complex, right: Complex) -> tuple[Complex, Complex]:
-    """Return the least-norm minimum (n,) of ‖M x - right‖, and a basis (n, n - rank) of the kernel of M (k, n), k < n."""
+    """Return the least-norm minimum (n,) of ‖M x - right‖, and a basis (n, n - rank) of the kernel of M (k, n)."""
     if not right.size:
         return np.zeros(matrix.shape[1], complex), np.eye(matrix.shape[1], dtype=complex)
     u, s, vh = scipy.linalg.svd(matrix, lapack_driver="gesvd")
