@@ -10,44 +10,44 @@ from ..arrays import Complex, Real
 from ..maps import cauchy_green
 from .harmonic_measure import Circle, HarmonicMeasure
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-COARSE_PANELS = 150  # panels of a boundary while parameters are searched
+# Values were chosen by hand unless a comment gives a reason.
+COARSE_PANELS = 150  # panels of a boundary during the search of parameters
 TURN = 2 * np.pi
-PANELS_PER_KNOT = 3  # panels of either shape
+PANELS_PER_KNOT = 3  # distance of knots in panels of either shape
 MOST_KNOTS = 500
-CLOSEST_TURNS = 1e-14  # knots, in turns
+CLOSEST_TURNS = 1e-14  # least distance of knots, in turns
 LAPS = np.array([-1, 0, 1])[:, None]
 
 
 @dataclass(frozen=True)
 class Moebius:
-    """m(u) = exp(iρ) (u - b) / (1 - conj(b) u) on the circle, in turns; lifted and increasing."""
+    """The Möbius map m(u) = exp(iρ) (u - b) / (1 - conj(b) u) on the circle, in turns; lifted and increasing."""
 
     b: complex
     rho: float | Real
 
     def __call__(self, turn: Real) -> Real:
-        """Image of boundary points."""
+        """Return the images of boundary points."""
         return turn + (self.rho - 2 * np.angle(1 - np.conj(self.b) * np.exp(1j * TURN * turn))) / TURN
 
     def inverse(self, turn: Real) -> Real:
-        """Preimage of boundary points."""
+        """Return the preimages of boundary points."""
         angle = TURN * turn - self.rho
         return (angle - 2 * np.angle(1 + np.conj(self.b) * np.exp(1j * angle))) / TURN
 
     def inside(self, u: Complex) -> Complex:
-        """Image of points of the disc."""
+        """Return the images of points of the disc."""
         return np.exp(1j * self.rho) * (u - self.b) / (1 - np.conj(self.b) * u)
 
     @classmethod
     def of(cls, p: Real) -> "Moebius":
-        """From unbounded parameters: the hyperbolic vector of b, and ρ."""
+        """Return the map with unbounded parameters: the hyperbolic vector of b, and ρ."""
         q = complex(p[0], p[1])
         return cls(np.tanh(abs(q)) * np.exp(1j * np.angle(q)), float(p[2]))
 
 
 class Coarse:
-    """A boundary as the unit circle in a few panels: enough to compare the distortion of Möbius maps, and fast."""
+    """A boundary as the unit circle with few panels: enough to compare the distortion of Möbius maps, and fast."""
 
     def __init__(self, measure: HarmonicMeasure, mass: Real):
         """Join neighbouring panels."""
@@ -65,15 +65,15 @@ class Coarse:
         self._places, self.places = measure.curve.at(self.knots), measure.curve.at(self._centres)
 
     def arclength(self, turn: Real) -> Real:
-        """s(F), within one lap."""
+        """Return s(F), within one lap."""
         return np.interp(turn - np.floor(turn), self.turns, self.knots)
 
     def place(self, turn: Real) -> Complex:
-        """Place on the boundary at s(F), linear inside panels."""
+        """Return the point of the boundary at s(F), linear inside panels."""
         return np.interp(turn - np.floor(turn), self.turns, self._places)
 
     def density(self, turn: Real) -> Real:
-        """log dF/ds at s(F)."""
+        """Return log dF/ds at s(F)."""
         return np.interp(self.arclength(turn), self._centres, self.log_density)
 
 
@@ -97,12 +97,12 @@ class View:
 
     @cached_property
     def coarse(self) -> Coarse:
-        """The same in a few panels."""
+        """The boundary as the unit circle with few panels."""
         return Coarse(self.measure, self.mass)
 
     def disc(self, z: Complex) -> Complex:
-        """Return images of points inside under the Riemann map to the disc: the Cauchy integral of its boundary
-        values.
+        """Return the images of points inside under the Riemann map to the disc: the Cauchy integral of its
+        boundary values.
         """
         values = np.exp(1j * TURN * self.circle.turns[:-1])
         return cauchy_green.coordinates(self.measure.z, z) @ values
@@ -118,11 +118,11 @@ class Correspondence:
     distortion: float
 
     def forward(self, s: Real) -> Real:
-        """Target arclength at source arclengths, lifted and increasing."""
+        """Return the target arclengths at source arclengths, lifted and increasing."""
         return self.target.circle.arclength(self.between(self.source.circle.turn(s)))
 
     def backward(self, tau: Real) -> Real:
-        """Source arclength at target arclengths, lifted and increasing."""
+        """Return the source arclengths at target arclengths, lifted and increasing."""
         return self.source.circle.arclength(self.between.inverse(self.target.circle.turn(tau)))
 
 
@@ -130,7 +130,7 @@ class CircleMap:
     """An increasing map of the circle onto itself, in turns: monotone cubic between knots."""
 
     def __init__(self, a: Real, b: Real):
-        """From increasing knots a and their images b, each within one lap."""
+        """Interpolate increasing knots a and their images b, each within one lap."""
         keep = _apart(a, b)
         self.a, self.b = a[keep], b[keep]
         long = (self.a + LAPS).ravel(), (self.b + LAPS).ravel()
@@ -150,12 +150,12 @@ class CircleMap:
         return cls(a[keep], b[keep])
 
     def __call__(self, turn: Real) -> Real:
-        """Image of boundary points."""
+        """Return the images of boundary points."""
         lap = np.floor(turn - self.a[0])
         return lap + self._forward(turn - lap)
 
     def inverse(self, turn: Real) -> Real:
-        """Preimage of boundary points."""
+        """Return the preimages of boundary points."""
         lap = np.floor(turn - self.b[0])
         return lap + self._backward(turn - lap)
 
@@ -165,7 +165,7 @@ class CircleMap:
         return np.diff(np.append(self.b, self.b[0] + 1))
 
     def hats(self, turn: Real) -> Real:
-        """Return (p, k) piecewise linear basis at points."""
+        """Return (p, k) the piecewise linear basis functions at points."""
         ends = np.append(self.a, self.a[0] + 1)
         x = turn - np.floor(turn - self.a[0])
         k = np.clip(np.searchsorted(ends, x, side="right") - 1, 0, self.a.size - 1)
@@ -177,18 +177,18 @@ class CircleMap:
         return out
 
     def strained(self, strain: Real, shift: float) -> "CircleMap":
-        """Return each gap grown by its strain (never turned around) and all knots moved by a shift."""
+        """Return the map with each gap scaled by its strain (without changing sign), and all knots shifted."""
         gaps = self.gaps * np.where(strain > -0.5, 1 + strain, 0.5 * np.exp(np.clip(2 * strain + 1, -5, 0)))
         gaps /= gaps.sum()
         return CircleMap(self.a, self.b[0] + shift + np.concatenate([[0.0], np.cumsum(gaps[:-1])]))
 
     def shifted(self, turn: Real, by: Real) -> "CircleMap":
-        """Return images moved by amounts that are given at some points, linear between them."""
+        """Return the map with images moved by amounts that are given at some points, and linear between them."""
         return CircleMap(self.a, np.maximum.accumulate(self.b + np.interp(self.a, turn, by, period=1.0)))
 
 
 def _apart(a: Real, b: Real) -> list[int]:
-    """Return indices of knots that double precision distinguishes, on both circles."""
+    """Return the indices of knots that are distinct in double precision on both circles."""
     keep = [0]
     for k in range(1, a.size):
         if a[k] - a[keep[-1]] > CLOSEST_TURNS and b[k] - b[keep[-1]] > CLOSEST_TURNS:

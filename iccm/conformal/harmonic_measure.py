@@ -1,12 +1,10 @@
 """Harmonic measure of a domain by finite elements: the boundary values of the Riemann map to the disc.
 
 The harmonic measure of a boundary arc seen from a point a is the probability that a Brownian path from a first
-leaves through it; times 2π
-it is the angle of the arc's image on the unit circle. On a Delaunay triangulation the stiffness matrix is an M-matrix,
-so that no digits cancel: masses of 1e-50 in a deep fjord are as sharp, relatively, as those next to a.
-Boundary integral
-equations with the free-space logarithm (Symm) are more accurate at the same cost, but only absolutely, which
-crowding forbids.
+leaves the domain through it; times 2π it is the angle of the arc's image on the unit circle. On a Delaunay
+triangulation the stiffness matrix is an M-matrix, so that there is no cancellation: masses of 1e-50 in a deep
+fjord have the same relative accuracy as those close to a. Boundary integral equations with the free-space
+logarithm (Symm) are more accurate at the same cost, but only absolutely, which is insufficient with crowding.
 """
 
 import numpy as np
@@ -21,12 +19,12 @@ from ..plane import longer_side
 from . import triangulation
 from .panels import CORNER
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+# Values were chosen by hand unless a comment gives a reason.
 GROWTH_PER_DISTANCE = 0.35  # growth of the element size with the distance from the boundary
-SHAKE_CELL_SHARE = 0.1  # of the points, relative to their cell
+SHAKE_CELL_SHARE = 0.1  # random displacement of the points, relative to their cell
 PANEL_SUBDIVISIONS = 6  # of a panel, for interpolation
 REPAIR_ROUNDS = 3
-"""Rounds of splitting panels that are not edges of the Delaunay triangulation; each adds at most as many."""
+"""Rounds of splitting panels that are not edges of the Delaunay triangulation."""
 
 
 class HarmonicMeasure:
@@ -34,7 +32,8 @@ class HarmonicMeasure:
 
     Attributes:
         curve: the boundary.
-        ends: (p,) arclengths at which panels start; those asked for, and more where the triangulation needed them.
+        ends: (p,) arclengths at which panels start: the given ones, and more where the triangulation needs
+            them.
         z: (p,) panel ends.
         lengths: (p,) panel lengths.
     """
@@ -42,9 +41,10 @@ class HarmonicMeasure:
     def __init__(self, curve: Curve, ends: Real):
         """Triangulate the inside and factor its stiffness matrix.
 
-        Where a panel is not an edge of the Delaunay triangulation, some node lies close to it: it is halved, a few
-        times. Two sides of a slit outside that is much narrower than its panels would have to be divided without end:
-        there the triangulation is constrained. All of its inner edges are Delaunay then too, as an M-matrix needs.
+        If a panel is not an edge of the Delaunay triangulation, some node is close to it; it is then halved, a
+        few times. The two sides of an exterior slit that is much narrower than its panels would have to be
+        divided without end; there the triangulation is constrained. All of its inner edges are still Delaunay,
+        as an M-matrix requires.
 
         Raises:
             TooThinError: the outline has slits or spikes too thin for double precision.
@@ -76,16 +76,16 @@ class HarmonicMeasure:
         self._outflow = -stiffness[boundary][:, free]
 
     def masses(self, centres: Complex) -> Real:
-        """Return (c, p) positive masses of the panels, seen from the nodes closest to the centres; each row sums to
-        one.
+        """Return (c, p) positive masses of the panels, seen from the nodes closest to the centres; each row
+        sums to one.
         """
         source = np.zeros((self._factors.shape[0], centres.size))
         source[self._corner[self._tree.query(xy_of(centres))[1]], np.arange(centres.size)] = 1.0
         flux = (self._outflow @ self._factors.solve(source)).T
         ends, middles = flux[:, : self.ends.size], np.maximum(flux[:, self.ends.size :], 1e-300)
         before = np.roll(middles, 1, axis=1)
-        # the flux at an end belongs to the panels on both sides, a quarter of their middles' each where the
-        # density is even
+        # the flux at an end is shared by the panels on both sides; for uniform density it is a quarter of that
+        # at their midpoints
         ends = np.clip(ends, -0.2 * np.minimum(middles, before), 0.5 * (middles + before))
         share = ends * middles / (middles + before)
         mass = np.maximum(middles + share + np.roll(ends - share, -1, axis=1), 1e-300)
@@ -93,11 +93,12 @@ class HarmonicMeasure:
 
 
 class Circle:
-    """A boundary as the unit circle seen from one centre: arclength s ↔ turns F, both lifted to the line, both
-    increasing."""
+    """A boundary as the unit circle seen from one centre: arclength s ↔ turns F, both lifted to the line and
+    increasing.
+    """
 
     def __init__(self, measure: HarmonicMeasure, mass: Real):
-        """From the masses of the panels."""
+        """Compute the turns from the masses of the panels."""
         self.length = measure.curve.length
         self.lengths, self.mass = measure.lengths, mass
         turns = np.concatenate([[0.0], np.cumsum(mass)])
@@ -107,7 +108,7 @@ class Circle:
         self._subdivide(power, falling)
 
     def _subdivide(self, power: Real, falling: np.ndarray) -> None:
-        """Fill a table finer than the panels: monotone cubic inside them, a power law in those that touch a corner."""
+        """Fill a table finer than the panels: monotone cubic inside them, a power law in those at a corner."""
         parts = np.where(power == 1, PANEL_SUBDIVISIONS, 1)
         panel = np.repeat(np.arange(parts.size), parts)
         t = (np.arange(panel.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[panel]
@@ -119,26 +120,27 @@ class Circle:
         self._power, self._falling = power[panel], falling[panel]
 
     def turn(self, s: Real) -> Real:
-        """F(s)."""
+        """Return F(s)."""
         lap = np.floor((s - self.knots[0]) / self.length)
         k, t = _place(self._table_s, s - lap * self.length)
         bent = self._bend(t, k, self._power[k])
         return lap + self._table_turn[k] + (self._table_turn[k + 1] - self._table_turn[k]) * bent
 
     def arclength(self, turn: Real) -> Real:
-        """s(F)."""
+        """Return s(F)."""
         lap = np.floor(turn)
         k, t = _place(self._table_turn, turn - lap)
         bent = self._bend(t, k, 1 / self._power[k])
         return lap * self.length + self._table_s[k] + (self._table_s[k + 1] - self._table_s[k]) * bent
 
     def _bend(self, t: Real, k: np.ndarray, power: Real) -> Real:
-        """t to a power, counted from the end of panel k that is a corner."""
+        """Return t to a power, measured from the end of panel k that is a corner."""
         return np.where(self._falling[k], 1 - (1 - t) ** power, t**power)
 
 
 def corner_powers(measure: HarmonicMeasure) -> tuple[Real, np.ndarray]:
-    """Exponents π/angle with which the harmonic measure grows from a corner, for the panels that touch one, else 1.
+    """Return the exponents π/angle of the harmonic measure's growth from a corner, for panels at a corner, else
+    1.
 
     Returns:
         (p,) exponents, and whether the corner is at the panel's end rather than at its start.
@@ -153,14 +155,14 @@ def corner_powers(measure: HarmonicMeasure) -> tuple[Real, np.ndarray]:
 
 
 def _place(knots: Real, x: Real) -> tuple[np.ndarray, Real]:
-    """Interval of increasing knots that holds x, and the position in it, in [0, 1]."""
+    """Return the interval of increasing knots that contains x, and the position in it, in [0, 1]."""
     k = np.clip(np.searchsorted(knots, x, side="right") - 1, 0, knots.size - 2)
     return k, np.clip((x - knots[k]) / np.maximum(knots[k + 1] - knots[k], 1e-300), 0.0, 1.0)
 
 
 def inner_points(curve: Curve, ends: Real) -> Complex:
-    """Return points for a graded triangulation: centres of the leaves of a quadtree whose cells grow away from the
-    panels.
+    """Return points for a graded triangulation: centres of the leaves of a quadtree, with cells that grow away
+    from the panels.
     """
     z = curve.at(ends)
     panel = np.abs(np.roll(z, -1) - z)
@@ -172,7 +174,8 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
     x = np.arange(lo.real + side / 2, hi.real + side / 2, side)
     y = np.arange(lo.imag + side / 2, hi.imag + side / 2, side)
     cells, leaves = (x[:, None] + 1j * y[None, :]).ravel(), []
-    shake = np.random.default_rng(0)  # no four points on a circle, whose triangulation rounding would decide
+    # Avoids four points on a circle, whose triangulation would depend on rounding.
+    shake = np.random.default_rng(0)
     while cells.size:
         distance, k = tree.query(xy_of(cells), k=4)
         split = side > (sizes[k] + GROWTH_PER_DISTANCE * distance).min(axis=1)
@@ -191,11 +194,12 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
 
 
 def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
-    """Quadratic elements: the stiffness matrix on vertices and edge middles, and the middles' indices of the panels.
+    """Return the stiffness matrix of quadratic elements on vertices and edge midpoints, and the indices of the
+    panels' midpoints.
 
     With S_ij the linear elements' integrals of grad λ_i · grad λ_j (minus half a cotangent off the diagonal),
-    the quadratic ones are
-    K_ii = S_ii, K_ij = -S_ij/3, K_i,ij = 4/3 S_ij, K_ij,ij = 8/3 (S_ii + S_jj + S_ij), K_ij,jk = 8/3 S_ik.
+    the quadratic ones are K_ii = S_ii, K_ij = -S_ij/3, K_i,ij = 4/3 S_ij, K_ij,ij = 8/3 (S_ii + S_jj + S_ij),
+    K_ij,jk = 8/3 S_ik.
     """
     middle, count = _edge_numbers(triangles, panels, nodes.size)
     s = np.empty((3, 3, len(triangles)))
@@ -222,8 +226,9 @@ def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
 
 
 def _edge_numbers(triangles: np.ndarray, panels: int, nodes: int) -> tuple[np.ndarray, int]:
-    """Return (t, 3) numbers, after the nodes', of the edges opposite to a triangle's vertices, and their count; panels
-    come first.
+    """Return (t, 3) numbers, after the nodes', of the edges opposite to a triangle's vertices, and their count.
+
+    Panels come first.
     """
     keys = np.stack(
         [triangulation.keys(triangles[:, (k + 1) % 3], triangles[:, (k + 2) % 3], nodes) for k in range(3)],

@@ -1,14 +1,16 @@
-"""The conformal method: a global start, boundary vertices where the map needs them, Newton's method, a measured gap.
+"""The conformal method: a global start, boundary vertices where they are needed, Newton's method, a measured
+gap.
 
-What goes past the paper's limits (local minima, missed protrusions, folds near the boundary):
+It overcomes limits of the paper's algorithm (local minima, missed protrusions, folds near the boundary):
 
-1. harmonic measure of both domains gives the boundary correspondence of a conformal map, its three free parameters
-   chosen for the least distortion or by the pins (`measure`, `normalise`);
-2. vertices are placed so that the interpolation error is even, on the source's corners and at the preimages of the
-   target's detail alike (`vertices`);
-3. Newton's method makes the boundary values those of a holomorphic map (`riemann_hilbert`);
-4. the gap is measured, the vertices placed anew from the better correspondence, until it is within the tolerance;
-5. pins, strokes and quasi-conformal terms are then added by the first-order iteration of §3.4.
+1. The harmonic measures of both domains give the boundary correspondence of a conformal map; its three free
+parameters are determined by least distortion or by pins (`measure`, `normalise`).
+2. Vertices are placed with an even interpolation error, both at the source's corners and at the preimages of
+the target's detail (`vertices`).
+3. Newton's method makes the boundary values those of a holomorphic map (`riemann_hilbert`).
+4. The gap is measured, and vertices are placed anew from the improved correspondence, until the gap is within
+the tolerance.
+5. Pins, strokes and quasi-conformal terms are then added by the first-order iteration of §3.4.
 """
 
 from collections.abc import Callable
@@ -40,38 +42,45 @@ from .riemann_hilbert import newton, shares
 from .triangulation import TooThinError
 from .vertices import Allowance, around_corners, clean, radius_along
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+# Values were chosen by hand unless a comment gives a reason.
 LONGEST_PANEL_RADII = 0.05  # longest panel of the harmonic measure, in radii, at COARSEST_SHARE
 CORNER_PANEL_RADII = 1e-3  # panel length at corners, in radii, at COARSEST_SHARE
 COARSEST_SHARE, FINEST_SHARE = 1e-3, 1e-6
-"""Tolerances: between them panels shrink with the fourth root, at corners with the power 2/3."""
+"""Tolerances between which panels shrink with the fourth root of the tolerance, at corners with its power 2/3."""
 LEAST_CORNER_PANEL_SHARE = 1e-6
-LARGEST_IMAGE_SHARE = 0.01  # of a panel at a corner, relative to the diagonal of the other shape
+# Largest image of a panel at a corner, relative to the diagonal of the other shape.
+LARGEST_IMAGE_SHARE = 0.01
 MOST_DEEPENINGS = 3
-SIMPLIFIED_FROM_VERTICES = 1000  # vertices of an outline before it is simplified
+SIMPLIFIED_FROM_VERTICES = 1000  # outlines with more vertices are simplified
 HAIR_WIDTH_SHARE, HAIR_AREA_SHARE = 1e-7, 1e-4
-"""Half the width of a hair, by the diagonal; what leaving hairs out may change, of the area."""
-SIMPLIFIED_TOLERANCE_SHARE = 0.2  # by this share of the tolerance
+"""Half the width of a hair relative to the diagonal, and the largest relative change of the area by removing
+hairs.
+"""
+SIMPLIFIED_TOLERANCE_SHARE = 0.2  # tolerance of that simplification, relative to the tolerance
 FIRST_ERROR_TOLERANCES = 0.6
-"""Of the interpolation between vertices, as a share of the tolerance; halved from round to round."""
+"""Allowed interpolation error relative to the tolerance in the first round; it is halved in each round."""
 LEAST_ERROR_SHARE = 1e-7  # relative to the diagonal
 POLYGON_ROUNDS = 4
-RELAXATION_STEPS = 8  # steps of a round
+RELAXATION_STEPS = 8  # most relaxation steps in a round
 MOST_SLIDES = 3
 WORTHWHILE_GAP_RATIO = 0.8  # a round that leaves more than this share of the gap is the last
 FOLD_POWER = 0.25
-"""A residual above the error allowed hints at folds: such maps count as worse, by this power of it."""
+"""A residual above the allowed error is a sign of folds: the gap of such maps is multiplied by this power of it."""
 MOST_VERTICES = 1500  # of the polygon
-MOST_PANELS = 20_000  # of a boundary: 1.5 GB and half a minute, where usual are hundreds
+MOST_PANELS = 20_000  # of a boundary: these take 1.5 GB and half a minute; hundreds are usual
 CONSISTENCY_SHARE = 1e-3
-SETTLED_DECREASE = 2e-3  # relative decrease of the energy at which constraints count as met
+SETTLED_DECREASE = 2e-3  # relative decrease of the energy at which constraints have converged
 LEAST_DISTANCE_ULPS = 16  # least distance of vertices in the user's coordinates, in units of the last place
-CROWDED_MEASURE = 1e-14  # harmonic measure, below which the places on the source are not distinguished
+CROWDED_MEASURE = 1e-14  # harmonic measure below which places on the source cannot be distinguished
 
 
 @on_one_thread
 def solve(problem: Problem, settings: Options) -> Fit:
-    """See `iccm.fit`. Solved from a canonical vertex and hand, so that the result does not depend on the input's."""
+    """Solve a problem by the conformal method, see `iccm.fit`.
+
+    It is solved from a canonical vertex and orientation, so that the result does not depend on those of the
+    input.
+    """
     normalised = NormalisedProblem.of(problem)
     if normalised.handedness < 0:
         polygon, phi, psi, *rest = _solve(normalised.mirrored(), settings)
@@ -79,18 +88,18 @@ def solve(problem: Problem, settings: Options) -> Fit:
     else:
         polygon, phi, psi, *rest = _solve(normalised, settings)
     fit = finish(problem, normalised.in_plane(polygon, phi, psi), *rest)
-    # judged as it is reported: in the user's coordinates, against the target as it was given
+    # judge the map as it is reported: in the user's coordinates, against the given target
     if fit.ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
         return replace(fit, ended=Status.REACHED)
     return fit
 
 
 def _solve(problem: NormalisedProblem, settings: Options):
-    """Polygon, φ, ψ, energies, status and notes, in the unit frames."""
+    """Return the polygon, φ, ψ, energies, status and notes, in the unit frames."""
     assert problem.target is not None
     source, notes = from_farthest(problem.source), list[str]()
     if settings.vertices == "source":
-        discretise(source, "source")  # refuses too many
+        discretise(source, "source")  # raises if there are too many
     else:
         source, notes = simplify(source, settings.tolerance, "source")
     target, more = simplify(from_farthest(problem.target), settings.tolerance, "target")
@@ -117,7 +126,7 @@ def _solve(problem: NormalisedProblem, settings: Options):
 
 
 def distinct_vertices(z: Complex) -> list[int]:
-    """Return indices of vertices that the rounding of the user's coordinates leaves apart from the one before."""
+    """Return the indices of vertices that remain distinct after rounding in the user's coordinates."""
     least = LEAST_DISTANCE_ULPS * np.spacing(np.abs(z).max())
     keep = [0]
     for k in range(1, z.size):
@@ -127,12 +136,12 @@ def distinct_vertices(z: Complex) -> list[int]:
 
 
 def simplify(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str]]:
-    """Return a long outline without the detail far below the tolerance, and a note that says so."""
+    """Return a long outline without details far below the tolerance, and a note about that."""
     if curve.z.size <= SIMPLIFIED_FROM_VERTICES:
         return curve, []
     for share in (
         SIMPLIFIED_TOLERANCE_SHARE * tolerance * 2.0 ** np.arange(24)
-    ):  # to the end: more would take hours and all memory
+    ):  # until it is short enough: more vertices would take hours and all memory
         ring = curve.polygon.simplify(share * curve.diameter)
         z = complex_of(shapely.get_coordinates(ring.exterior)[:-1])
         if z.size <= MOST_VERTICES // 2:
@@ -144,10 +153,13 @@ def simplify(curve: Curve, tolerance: float, name: str) -> tuple[Curve, list[str
 
 
 def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
-    """Return an outline without slits and spikes of no width, as of a path that goes a way and back; and a note on it.
+    """Remove slits and spikes without width from an outline, such as a path that goes forth and back.
+
+    Returns:
+        The outline, and a note if something was removed.
 
     Raises:
-        TooThinError: more would be lost than hairs.
+        TooThinError: more than hairs would be lost.
     """
     width, sharp = HAIR_WIDTH_SHARE * curve.diagonal, {"join_style": "mitre"}
     shape = curve.polygon
@@ -165,7 +177,7 @@ def without_hairs(curve: Curve, name: str) -> tuple[Curve, list[str]]:
 
 
 def from_farthest(curve: Curve) -> Curve:
-    """Return the closed curve of a frame, started at its vertex farthest from 0."""
+    """Return the closed curve started at the vertex farthest from 0."""
     return Curve(np.roll(curve.z, -int(np.argmax(np.abs(curve.z)))))
 
 
@@ -173,8 +185,8 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
     """Return the boundary correspondence of the conformal map to start from.
 
     Args:
-        problem: for its pins and strokes.
-        source, target: the boundaries, perhaps simplified.
+        problem: contains the pins and strokes.
+        source, target: the boundaries, possibly simplified.
         fineness: the tolerance relative to COARSEST_SHARE, at most one.
     """
     spacing = LONGEST_PANEL_RADII * fineness**0.25
@@ -199,8 +211,8 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
 
 
 def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
-    """Return the harmonic measure of a boundary on panels graded towards its corners, longer where they would be too
-    many.
+    """Return the harmonic measure of a boundary on panels graded towards its corners, with longer panels if
+    there are too many.
     """
     progress.tell("harmonic measure")
     ends = graded(curve, spacing, sharp)
@@ -211,14 +223,14 @@ def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
 
 
 def at_corners(curve: Curve, most: float) -> Real:
-    """Return (c,) panel lengths at the corners: as asked for, less beside short edges."""
+    """Return (c,) panel lengths at the corners: at most `most`, less at short edges."""
     beside = np.minimum(curve.lengths, np.roll(curve.lengths, 1))[corners(curve)]
     share = np.clip(curve.z.size / 2000, 0.1, 0.5)  # a thousand corners cannot all be graded finely
     return np.minimum(share * beside, most)
 
 
 def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve) -> Real:
-    """Panel lengths at the corners, shorter where the other side of the correspondence blows a corner's panels up."""
+    """Return the panel lengths at corners, shortened where the correspondence enlarges a corner's panels too much."""
     s = curve.knots[:-1][corners(curve)]
     extent = np.maximum(to(s + sharp) - to(s), to(s) - to(s - sharp)) / other.diagonal
     shrink = np.clip((LARGEST_IMAGE_SHARE / np.maximum(extent, 1e-9)) ** 1.5, 1e-2, 1.0)
@@ -226,8 +238,8 @@ def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: 
 
 
 def crowding(c: Correspondence) -> dict[str, str]:
-    """Note, by "source" and "target", where parts of one boundary meet less of the other's than double precision can
-    distinguish.
+    """Return notes, keyed by "source" and "target", if parts of one boundary correspond to parts of the other
+    that double precision cannot resolve.
     """
     there = np.diff(c.between.inverse(c.target.circle.turns))
     here = np.diff(c.between(c.source.circle.turns))
@@ -242,7 +254,7 @@ def crowding(c: Correspondence) -> dict[str, str]:
 
 
 def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[str, float]]]:
-    """Vertices and their images: relax, slide, measure, until the gap is within the tolerance.
+    """Compute vertices and their images: relax, slide, measure, until the gap is within the tolerance.
 
     Returns:
         The best state, and the energies of each step.
@@ -278,7 +290,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
 
 
 def pairs(c: Correspondence) -> tuple[Real, Real]:
-    """Return the correspondence at the panels' ends and middles of both shapes and around their corners."""
+    """Return the correspondence at the panels' ends and midpoints of both shapes, and around their corners."""
     ends = [np.concatenate([m.ends, m.ends + 0.5 * m.lengths]) for m in (c.source.measure, c.target.measure)]
     source, target = c.source.measure.curve, c.target.measure.curve
     s = np.concatenate([ends[0], np.mod(around_corners(source), source.length)])
@@ -287,7 +299,9 @@ def pairs(c: Correspondence) -> tuple[Real, Real]:
 
 
 def gap_of(state: State) -> float:
-    """Two-sided Hausdorff distance of the image of the boundary to the target, relative to its diameter."""
+    """Return the two-sided Hausdorff distance of the image of the boundary from the target, relative to its
+    diameter.
+    """
     polygon = state.source.at(state.s)
     image = HarmonicMap(polygon, state.phi, np.zeros_like(polygon))(boundary_samples(polygon, 2))
     return hausdorff(Curve(image), state.target) / state.target.diameter
@@ -296,10 +310,10 @@ def gap_of(state: State) -> float:
 def improve(
     problem: NormalisedProblem, settings: Options, basis: Basis, polygon: Curve, weights: Real, x: np.ndarray
 ):
-    """Constraints and quasi-conformal freedom, by local and global steps from the conformal map.
+    """Add constraints and quasi-conformal freedom, by local and global steps from the conformal map.
 
-    Steps of first order need fewer iterations, but with ψ free they end in worse minima (measured), so there the
-    default is zeroth order.
+    Steps of first order need fewer iterations, but with ψ free they end in worse minima (measured), so that
+    zeroth order is the default then.
     """
     order = settings.order if settings.order is not None else int(settings.quasi is None)
     mu = CONSISTENCY_SHARE if settings.consistency is None else settings.consistency

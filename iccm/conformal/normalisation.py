@@ -1,6 +1,7 @@
-"""The choice among conformal maps: three real parameters, taken for the least distortion or by pins.
+"""The choice of one conformal map: three real parameters, determined by least distortion or by pins.
 
-With both boundaries seen as unit circles, every conformal map of one domain onto the other is a Möbius map of the disc,
+With both boundaries as unit circles, every conformal map of one domain onto the other is a Möbius map of the
+disc,
 
     m(u) = exp(iρ) (u - b) / (1 - conj(b) u),
 
@@ -22,31 +23,38 @@ from .correspondence import TURN, Coarse, Correspondence, Moebius, View
 from .harmonic_measure import HarmonicMeasure
 from .panels import thickness
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+# Values were chosen by hand unless a comment gives a reason.
 CENTRES_TRIED = 8
-CLEARANCE_SHARE = 0.25  # least clearance of a centre, relative to the largest
+CLEARANCE_SHARE = 0.25  # least clearance of a centre, relative to the largest clearance
 ROTATIONS_TRIED = 16
 POLISHED_CANDIDATES = 6
-FAR_HYPERBOLIC_DISTANCE = 1.5  # hyperbolic distance from a centre, beyond which another one sees better
+# Hyperbolic distance from a centre beyond which another centre resolves better.
+FAR_HYPERBOLIC_DISTANCE = 1.5
 SIMPLEX = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.2]])
 ROUGH_SEARCH = {"maxfev": 250, "xatol": 1e-2, "fatol": 1e-3}
 FINE_SEARCH = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7}
-NEARLY_BEST_RATIO = 1.05  # candidates this close to the least are polished to the end
+NEARLY_BEST_RATIO = 1.05  # relative cost up to which candidates are refined until convergence
 APART_CIRCLE_DISTANCE = 0.25
-"""Mean distance on the unit circle between the places of candidates that are different."""
-UPRIGHT = np.radians(30)  # turns that do not count, and so do not decide between neighbouring optima
+"""Mean distance on the unit circle above which candidates count as different."""
+UPRIGHT = np.radians(30)  # smaller rotations are free, and so do not decide between neighbouring optima
 UPSIDE_DOWN_RATIO = 1.5
-"""A map that turns the picture upside down is as good as one that distorts so much more."""
-LEAST_ROTATION_GAIN_RADIANS = 0.05  # radians that a turn must be less by, to be worth it
-SAME_DISTORTION = 3e-3  # distortions that differ by less are the same
+"""An upside-down map is as good as an upright one with this times the distortion."""
+# Least reduction of the rotation, in radians, that is accepted as an improvement.
+LEAST_ROTATION_GAIN_RADIANS = 0.05
+SAME_DISTORTION = 3e-3  # distortions that differ by less are equal
 RIGHT_ANGLE_DISTORTION = 0.05
-"""Distortion that a turn by a right angle is worth on its own, which decides between equals."""
-SAME_SCORE = 1e-6  # scores that differ by less are the same: the first is taken
+"""Cost of a rotation by 90°, which decides between maps with equal distortion."""
+SAME_SCORE = 1e-6  # scores that differ by less are equal; the first is chosen
 
 
 def centres(curve: Curve, spacing: float) -> Complex:
-    """Up to CENTRES_TRIED points spread over the medial axis, the widest place first: each sees its surroundings
-    sharply."""
+    """Return up to CENTRES_TRIED points spread over the medial axis, the widest place first.
+
+    Each resolves the harmonic measure of its surroundings well.
+
+    Raises:
+        InputError: the outline is too thin.
+    """
     edge, z, radius = thickness(curve, spacing)
     middle = z - radius * curve.normals[edge]
     inside = curve.contains(middle)
@@ -66,11 +74,15 @@ def centres(curve: Curve, spacing: float) -> Complex:
 
 
 def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
-    """Variance of log|f'| over both boundaries, each weighted by its own arclength: zero exactly for similarities.
+    """Return the variance of log|f'| over both boundaries, weighted by arclength; it is zero exactly for
+    similarities.
 
-    One number, or with m.rho of shape (r, 1) those of r rotations.
+    Args:
+        source: boundary of the source.
+        target: boundary of the target.
+        m: the map between the circles; with m.rho of shape (r, 1), the result has r values.
     """
-    # Moebius.__call__ and .inverse, whose quotients give log|m'| too
+    # as in Moebius.__call__ and .inverse, whose quotients are also needed for log|m'|
     shrunk = np.log1p(-(abs(m.b) ** 2))
     forward = 1 - np.conj(m.b) * source.units
     back = 1 + np.conj(m.b) * np.exp(-1j * m.rho) * target.units
@@ -88,7 +100,7 @@ def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
 
 
 def charged_distortion(distortion: Real, cosine: Real) -> Real:
-    """Distortion, and more by the cosine of the angle that the picture is turned by: it is looked at upright."""
+    """Return the distortion with the cost of a rotation, given by its cosine: pictures should be upright."""
     beyond = np.maximum(np.cos(UPRIGHT) - cosine, 0) / (np.cos(UPRIGHT) + 1)
     return distortion * (1 + (UPSIDE_DOWN_RATIO - 1) * beyond) + RIGHT_ANGLE_DISTORTION * (1 - cosine)
 
@@ -96,11 +108,13 @@ def charged_distortion(distortion: Real, cosine: Real) -> Real:
 def search(
     source: HarmonicMeasure, target: HarmonicMeasure, pins: Complex | None = None, upright: complex = 1.0
 ) -> Correspondence:
-    """Return the correspondence of least distortion, or with pins the one that meets them best and then distorts least.
+    """Return the correspondence with the least distortion; with pins, the one that meets them best with the
+    least distortion.
 
-    Every pair of centres and rotations is tried, the best are polished over all three parameters. Of maps that distort
-    about as much the one that turns the least from `upright` is taken, and none that turns where any turn is as good,
-    as between discs. Pins choose alone.
+    Every pair of centres is tried with several rotations, and the best candidates are refined over all three
+    parameters. Of maps with about the same distortion, the one with the least rotation from `upright` is
+    chosen, in particular if the distortion does not depend on the rotation, as between discs. With pins,
+    rotation is ignored.
     """
     views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
     wish = Wish(pins if pins is not None and pins.size else None, upright)
@@ -117,7 +131,7 @@ def search(
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A Möbius map between two views, by its parameters; its cost, and its score among others, less being better."""
+    """A Möbius map between two views, with its parameters, its cost, and its score in comparisons; less is better."""
 
     score: float
     cost: float
@@ -127,19 +141,19 @@ class Candidate:
 
     @property
     def correspondence(self) -> Correspondence:
-        """What it makes of the boundaries."""
+        """The boundary correspondence of the map."""
         return Correspondence(self.source, self.target, Moebius.of(self.p), self.cost)
 
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """What a correspondence is chosen by: pins, else distortion and the turn from `upright`."""
+    """Criteria for the choice of a correspondence: pins, else distortion and the rotation from `upright`."""
 
     pins: Complex | None
     upright: complex
 
     def rotations(self, a: View, b: View) -> list[Candidate]:
-        """Rotations of the circle, all round."""
+        """Return candidates with evenly spaced rotations of the circle."""
         rho = TURN * np.arange(ROTATIONS_TRIED) / ROTATIONS_TRIED
         m = Moebius(0, rho[:, None])
         costs = self.cost(a, b)(m)
@@ -150,7 +164,7 @@ class Wish:
         ]
 
     def polished(self, t: Candidate, ends: dict[str, float], turn: float = 0.0) -> Candidate:
-        """Return the least cost that is found from a candidate, `turn` being the price of a turn by a right angle."""
+        """Minimise the cost from a candidate; `turn` is the cost of a rotation by 90°."""
         a, b, cost = t.source, t.target, self.cost(t.source, t.target)
 
         def objective(p: Real) -> float:
@@ -164,12 +178,14 @@ class Wish:
         return Candidate(float(self.score(a, b, m, found)), float(found), a, b, p)
 
     def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
-        """Return a candidate polished to the end, from the centres that see it best unless that leads elsewhere."""
+        """Return a candidate refined until convergence, from the centres that resolve it best unless that leads
+        elsewhere.
+        """
         polished = self.polished(_seen_well(t, views), FINE_SEARCH)
         return polished if polished.cost <= NEARLY_BEST_RATIO * t.cost else self.polished(t, FINE_SEARCH)
 
     def stood(self, t: Candidate) -> Candidate:
-        """Return a candidate turned upright, if any turn is as good, as between discs."""
+        """Return a candidate rotated upright, if the distortion does not depend on the rotation, as between discs."""
         if self.pins is not None or (turned := self._turned(t)) < LEAST_ROTATION_GAIN_RADIANS:
             return t
         up = self.polished(t, FINE_SEARCH, turn=RIGHT_ANGLE_DISTORTION)
@@ -180,23 +196,25 @@ class Wish:
         )
 
     def _turned(self, t: Candidate) -> float:
-        """Radians from the upright."""
+        """Return the angle from upright, in radians."""
         return float(np.arccos(np.clip(self.cosine(t.source, t.target, Moebius.of(t.p)), -1, 1)))
 
     def score(self, a: View, b: View, m: Moebius, cost: Real) -> Real:
-        """Of maps with their costs."""
+        """Return the scores of maps with given costs."""
         if self.pins is not None:
             return cost
         return charged_distortion(cost, self.cosine(a, b, m))
 
     def cosine(self, a: View, b: View, m: Moebius) -> Real:
-        """Of the angle by which a map turns the boundary about its middle, from the upright; m as for `distortion`."""
+        """Return the cosine of the mean rotation of the boundary from upright; m as for `distortion`."""
         z, w = a.coarse, b.coarse
         moment = w.place(m(z.middles)) @ (z.weight * (self.upright * z.places).conj())
         return moment.real / np.maximum(np.abs(moment), 1e-300)
 
     def cost(self, a: View, b: View) -> Callable[[Moebius], Real]:
-        """Distortion of a Möbius map, plus the distance by which it misses the pins where there are any."""
+        """Return the cost as a function of the Möbius map: the distortion, plus the distances from pins if
+        there are any.
+        """
         pins = self.pins
         if pins is None:
             return lambda m: distortion(a.coarse, b.coarse, m)
@@ -213,7 +231,7 @@ class Wish:
 
 
 def _distinct(tried: list[Candidate]) -> list[Candidate]:
-    """Return the best candidates, no two of which send the boundary to nearly the same places."""
+    """Return the best candidates, no two of which map the boundary to nearly the same places."""
     chosen: list[Candidate] = []
     places: list[Complex] = []
     for t in tried:
@@ -229,9 +247,9 @@ def _distinct(tried: list[Candidate]) -> list[Candidate]:
 
 
 def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
-    """About the same map, seen from the two centres between which it is closest to a rotation.
+    """Return about the same map, with the two centres between which it is closest to a rotation.
 
-    Polishing may lead far from the centres it began at, where they see everything crowded in one place.
+    Refinement may lead far away from the initial centres, from which everything is crowded in one place.
     """
     if np.hypot(*t.p[:2]) <= FAR_HYPERBOLIC_DISTANCE:
         return t

@@ -1,4 +1,4 @@
-"""Dividing a boundary into panels: small at corners and where the domain is thin."""
+"""Divide a boundary into panels, small at corners and where the domain is thin."""
 
 from functools import cache
 
@@ -7,25 +7,26 @@ import numpy as np
 from ..arrays import Complex, Real
 from ..curve import Curve
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+# Values were chosen by hand unless a comment gives a reason.
 CORNER = np.radians(
     12
-)  # a vertex that turns by more is a corner: densities and derivatives are singular there
+)  # a vertex with a larger angle is a corner, where densities and derivatives are singular
 GROWTH_PER_DISTANCE = 0.4  # growth of the panel length with the distance from a corner
-PAIRS_AT_ONCE = 1 << 21  # of samples that are looked at at a time: 0.1 GB
-THICKNESS_SHARE = 0.35  # longest panel relative to the local thickness
+PAIRS_AT_ONCE = 1 << 21  # of samples that are processed at a time: 0.1 GB
+THICKNESS_SHARE = 0.35  # longest panel, relative to the local thickness
 
 
 def corners(curve: Curve, least: float = CORNER) -> np.ndarray:
-    """Return indices of the vertices that turn by more than `least`, in radians."""
+    """Return the indices of the vertices at which the curve bends by more than `least`, in radians."""
     return np.flatnonzero(np.abs(np.angle(curve.edges / np.roll(curve.edges, 1))) > least)
 
 
 def thickness(curve: Curve, per_length: float) -> tuple[np.ndarray, Complex, Real]:
-    """Radius of the largest disc inside that touches the boundary at sample points (the shrinking ball at them).
+    """Return the radius of the largest inner disc that touches the boundary, at sample points (the shrinking
+    ball method).
 
     Returns:
-        Edge index, point and radius of each sample; samples are about `per_length` apart, at least one an edge.
+        Edge, point and radius of each sample; samples are about `per_length` apart, with at least one per edge.
     """
     counts = np.maximum(1, np.ceil(curve.lengths / per_length)).astype(int)
     edge = np.repeat(np.arange(counts.size), counts)
@@ -37,7 +38,7 @@ def thickness(curve: Curve, per_length: float) -> tuple[np.ndarray, Complex, Rea
 
 
 def _touching(curve: Curve, edge: np.ndarray, z: Complex, first: int, end: int) -> Real:
-    """`thickness` at some of the samples."""
+    """Return the result of `thickness` for some of the samples."""
     mine = edge[first:end]
     d = z[None, :] - z[first:end, None]
     ahead = -(curve.normals[mine].conj()[:, None] * d).real
@@ -46,7 +47,7 @@ def _touching(curve: Curve, edge: np.ndarray, z: Complex, first: int, end: int) 
 
 
 def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
-    """Arclengths of panel ends, all vertices of the curve among them.
+    """Return the arclengths of panel ends, including all vertices of the curve.
 
     Args:
         curve: the boundary.
@@ -54,8 +55,8 @@ def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
         at_corners: (c,) panel length at each of `corners(curve)`.
 
     Returns:
-        (p,) increasing arclengths; the division of an edge does not depend on where the curve starts or which
-        way it runs.
+        (p,) increasing arclengths; the division of an edge does not depend on the first vertex or the direction
+        of the curve.
     """
     where = curve.z[corners(curve)]
     edge, z, radius = thickness(curve, longest)
@@ -78,8 +79,8 @@ def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
 
 @cache
 def _positions(samples: int) -> Real:
-    """Return places on an edge at which the panel length is asked for: even ones, and ever closer ones towards both
-    ends.
+    """Return the positions on an edge at which the panel length is evaluated: even ones, and ones that
+    accumulate at both ends.
     """
     ends = np.concatenate([[0.0], np.geomspace(1e-12, 0.5, 80)])
     return np.unique(np.concatenate([np.linspace(0, 1, 4 * samples + 1), ends, 1 - ends]))

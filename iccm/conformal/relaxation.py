@@ -1,11 +1,10 @@
 """The relaxation of a boundary correspondence that makes it conformal (a Riemann-Hilbert problem).
 
-Values w_j on the target are the boundary values of a holomorphic map exactly when the coordinates reproduce them,
-D w = 0: the consistency energy with the closeness held at zero. Its unknowns are n real numbers instead of
-the 2n of Eq. 13 (R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005).
-Here they are
-the relative strains of the map between the two circles of harmonic measure. That map is smooth at the corners of both
-shapes, and the vertices are placed anew on the correspondence after each step.
+Values w_j on the target are the boundary values of a holomorphic map exactly if the coordinates reproduce them,
+D w = 0. This is the consistency energy with the closeness held at zero, with n real unknowns instead of the 2n
+of Eq. 13 (R. Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005). The
+unknowns here are the relative strains of the map between the two circles of harmonic measure. That map is
+smooth at the corners of both shapes, and vertices are placed anew on the correspondence after each step.
 """
 
 from collections.abc import Callable
@@ -20,15 +19,15 @@ from .correspondence import CircleMap, Correspondence
 from .riemann_hilbert import LEAST_DAMPING, consistency, interpolate_means, shares, stretches
 from .vertices import Allowance, place
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-ENOUGH_ERROR_SHARE = 0.6  # residual, relative to the error allowed
+# Values were chosen by hand unless a comment gives a reason.
+ENOUGH_ERROR_SHARE = 0.6  # residual relative to the allowed error at which relaxation ends
 ROUGH_SLOPE = 0.5
-"""Relative change of dw/dturn from vertex to vertex, from which on a vertex loses its weight."""
-FADE_POWER = 4  # power by which it does
+"""Relative change of dw/dturn between neighbouring vertices above which a vertex loses its weight."""
+FADE_POWER = 4  # power with which the weight decreases
 QUOTIENT_STEP_SPACINGS = 0.05
 """Step of the difference quotients along the target, relative to the vertices' spacing."""
-MOST_STEP_STRAIN = 1.0  # of one step
-PRIOR_WEIGHT = 0.1  # strain that is thought likely, squared and inverted, relative to the residual
+MOST_STEP_STRAIN = 1.0  # largest strain in one step
+PRIOR_WEIGHT = 0.1  # inverse of the expected squared strain, relative to the residual
 FIRST_DAMPING = 1e-3
 MOST_DAMPING = 1e3
 SLOW_RESIDUAL_SHARE = 0.9  # stop when a step leaves more than this share of the residual
@@ -36,13 +35,13 @@ SLOW_RESIDUAL_SHARE = 0.9  # stop when a step leaves more than this share of the
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Vertices on a correspondence, and how far their values are from those of a holomorphic map.
+    """Vertices on a correspondence, and the distance of their values from those of a holomorphic map.
 
     Attributes:
         s, tau: (n,) arclengths of the vertices and of their images.
         defect: (n, n) matrix C_v - I.
         residual: (n,) defect · T(τ).
-        weight: (n,) square roots of the vertices' shares, over the error allowed there.
+        weight: (n,) square roots of the vertices' shares, over the allowed error there.
     """
 
     source: Curve
@@ -55,7 +54,7 @@ class State:
 
     @classmethod
     def of(cls, source: Curve, target: Curve, s: Real, tau: Real, allowed: Allowance) -> "State":
-        """From vertices."""
+        """Return the state of vertices."""
         defect = consistency(source.at(s))
         weight = np.sqrt(shares(source, s, target, tau)) / allowed(s, stretches(s, source, tau, target))
         return cls(source, target, s, tau, defect, defect @ target.at(tau), weight)
@@ -72,12 +71,12 @@ class State:
 
     @property
     def norm(self) -> float:
-        """Root mean square of the residual, relative to the error allowed."""
+        """Root mean square of the residual, relative to the allowed error."""
         return float(np.linalg.norm(self.weight * self.residual))
 
 
 def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> State:
-    """Vertices placed on a correspondence."""
+    """Place vertices on a correspondence."""
     source, target = c.source.measure.curve, c.target.measure.curve
     fine_s, fine_tau = pairs(c)
     s, tau = place(fine_s, fine_tau, source, target, allowed, most)
@@ -85,33 +84,33 @@ def lay(c: Correspondence, pairs: Callable, allowed: Allowance, most: int) -> St
 
 
 def follow(c: Correspondence, state: State) -> Correspondence:
-    """Return the correspondence brought to where Newton's method moved the vertices' images.
+    """Return the correspondence adapted to the vertices' images after Newton's method.
 
-    Steps leave the target's corners where they are (`relaxation_step`); this moves them.
+    Relaxation steps do not move the target's corners (`relaxation_step`); this does.
     """
     between, turn = circle_map(c), c.source.circle.turn(state.s)
     return replace(c, between=between.shifted(turn, c.target.circle.turn(state.tau) - between(turn)))
 
 
 def circle_map(c: Correspondence) -> CircleMap:
-    """Return the map between the circles with knots, made from a Möbius map where it is one."""
+    """Return the map between the circles with knots, converted from a Möbius map if it is one."""
     return c.between if isinstance(c.between, CircleMap) else CircleMap.of(c)
 
 
 def relax(
     c: Correspondence, pairs: Callable, allowed: Allowance, most: int, steps: int
 ) -> tuple[Correspondence, list[State]]:
-    """Strain the map between the circles until the boundary values are holomorphic, as far as its knots can tell.
+    """Strain the map between the circles until the boundary values are holomorphic, as far as its knots permit.
 
     Args:
-        c: the correspondence to start from, between the circles a CircleMap.
-        pairs: gives a fine sequence of corresponding arclengths of a correspondence.
-        allowed: error allowed at each place.
-        most: vertices at most.
-        steps: Levenberg-Marquardt steps at most.
+        c: the correspondence to start from; the map between its circles is a CircleMap.
+        pairs: returns a fine sequence of corresponding arclengths of a correspondence.
+        allowed: allowed error at each place.
+        most: most vertices.
+        steps: most Levenberg-Marquardt steps.
 
     Returns:
-        The correspondence reached and the states on the way, the last one its own.
+        The final correspondence, and the states after each step; the last one belongs to it.
     """
     states, damping = [lay(c, pairs, allowed, most)], FIRST_DAMPING
     for _ in range(steps):
@@ -137,11 +136,11 @@ def relax(
 
 
 def relaxation_step(c: Correspondence, state: State) -> Callable[[float], tuple[Real, float]]:
-    """Return the step in the strains of the circle map's gaps and its shift, as a function of the damping.
+    """Return the step in the strains of the circle map's gaps and in its shift, as a function of the damping.
 
-    A strain is the relative change of a gap: the corners' clusters of knots then move along with their
-    surroundings at no cost. At the target's corners dw/dturn is singular: the vertices that crowd there would hold the
-    corner where it is, though they are placed anew after the step; so they have no weight in it.
+    A strain is the relative change of a gap, so that clusters of knots at corners move with their surroundings
+    at no cost. At the target's corners, dw/dturn is singular: the vertices that accumulate there would hold the
+    corner in place, although they are placed anew after the step. Therefore they have no weight.
     """
     between = circle_map(c)
     turn = c.source.circle.turn(state.s)
@@ -155,8 +154,8 @@ def relaxation_step(c: Correspondence, state: State) -> Callable[[float], tuple[
     rough = np.minimum(np.maximum.reduce([change, np.roll(change, 1), np.roll(change, -1)]), 1e30)
     weight = state.weight / (1 + (rough / ROUGH_SLOPE) ** FADE_POWER)
     moved = (weight[:, None] * state.defect * slope) @ between.hats(turn)
-    tail = np.cumsum(moved[:, ::-1], axis=1)[:, ::-1]  # what moving all knots from k on does
-    drift = moved @ (between.b - between.b[0])  # the gaps keep their sum
+    tail = np.cumsum(moved[:, ::-1], axis=1)[:, ::-1]  # effect of moving all knots from k on
+    drift = moved @ (between.b - between.b[0])  # the sum of the gaps is constant
     columns = (np.hstack([tail[:, 1:], np.zeros((tail.shape[0], 1))]) - drift[:, None]) * between.gaps
     columns = np.hstack([columns, tail[:, :1]])
     scale = np.linalg.norm(columns, axis=0)

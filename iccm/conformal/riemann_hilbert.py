@@ -1,10 +1,10 @@
 """Newton's method for the boundary correspondence of a conformal map.
 
 Let τ_j be the target arclength of source vertex j. The values T(τ_j) are the boundary values of a holomorphic
-map when D T(τ) = 0, where D = (C - ½I)(I + P) - ½I corrects the paper's C - I for linear interpolation (`consistency`):
-the consistency energy with the closeness held at zero. Its unknowns are n real numbers instead of the 2n of Eq. 13,
-with the target's tangents in the place of its normals (a Riemann-Hilbert problem; R. Wegmann, *Methods for numerical
-conformal mapping*, Handbook of Complex Analysis 2, 2005).
+map if D T(τ) = 0, where D = (C - ½I)(I + P) - ½I corrects the paper's C - I for linear interpolation
+(`consistency`). This is the consistency energy with the closeness held at zero. It has n real unknowns instead
+of the 2n of Eq. 13, and the target's tangents take the place of its normals (a Riemann-Hilbert problem; R.
+Wegmann, *Methods for numerical conformal mapping*, Handbook of Complex Analysis 2, 2005).
 """
 
 from collections.abc import Callable
@@ -18,23 +18,24 @@ from ..maps import cauchy_green
 from .panels import CORNER
 from .vertices import Allowance
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-LEAST_DAMPING = 1e-6  # relative; picks the least change among the three real parameters that are free
+# Values were chosen by hand unless a comment gives a reason.
+LEAST_DAMPING = 1e-6  # relative; selects the least change in the three free real parameters
 MOST_DAMPING = 1e2
 STALLED_RESIDUAL_SHARE = 0.98  # stop when a step leaves more than this share of the residual
-ROUNDING_DIAGONAL_SHARE = 1e-13  # of the largest diagonal entry: columns below it carry rounding only
+# Relative to the largest diagonal entry: smaller columns are rounding errors.
+ROUNDING_DIAGONAL_SHARE = 1e-13
 RAISE = 1 / 6  # derived: see `interpolate_means`
-SHORTEST_GAP_SHARE = 1e-15  # gap, relative to the length of the boundary
+SHORTEST_GAP_SHARE = 1e-15  # least gap, relative to the length of the boundary
 
 
 def cyclic_gaps(s: Real, length: float) -> Real:
-    """Return (n,) steps from each arclength to the next, the last to the first one lap on."""
+    """Return (n,) the steps from each arclength to the next; the last one to the first, one lap later."""
     return np.diff(np.append(s, s[0] + length))
 
 
 def shares(source: Curve, s: Real, target: Curve, tau: Real) -> Real:
-    """Return (n,) quadrature weights from both sides, ½(ds/|S| + dτ/|T|): a protrusion counts even where its preimage
-    is tiny.
+    """Return (n,) quadrature weights from both sides, ½(ds/|S| + dτ/|T|): a protrusion counts even if its
+    preimage is tiny.
     """
     parts = [cyclic_gaps(s, source.length) / source.length, cyclic_gaps(tau, target.length) / target.length]
     gaps = 0.5 * (parts[0] + parts[1])
@@ -42,16 +43,18 @@ def shares(source: Curve, s: Real, target: Curve, tau: Real) -> Real:
 
 
 def stretches(s: Real, source: Curve, tau: Real, target: Curve) -> Real:
-    """Return (n,) growth of lengths at the vertices, dτ/ds."""
+    """Return (n,) the scale of lengths at the vertices, dτ/ds."""
     ds, dtau = cyclic_gaps(s, source.length), cyclic_gaps(tau, target.length)
     return (dtau + np.roll(dtau, 1)) / (ds + np.roll(ds, 1))
 
 
 def interpolate_means(w: Complex, z: Complex) -> Complex:
-    """Return values φ for linear interpolation whose mean on every edge is that of the holomorphic function through w.
+    """Return values φ whose linear interpolation has the mean, on every edge, of the holomorphic function with
+    values w.
 
-    Linear interpolation errs by w'' Δz²/12 on the average. Vertices raised by a sixth of their distance from the linear
-    function through their neighbours make up for it, so that maps of smooth boundaries err by O(h³), not O(h²).
+    The mean error of linear interpolation is w'' Δz²/12. Raising vertices by a sixth of their distance from the
+    linear function through their neighbours compensates it, so that the error for smooth boundaries is O(h³),
+    not O(h²).
 
     Args:
         w: (n,) values at the vertices.
@@ -62,12 +65,13 @@ def interpolate_means(w: Complex, z: Complex) -> Complex:
 
 
 def consistency(z: Complex) -> Complex:
-    """Return (n, n) matrix D = (C - ½I)(I + P) - ½I: D w = 0 for the boundary values w of a holomorphic map at vertices
-    z.
+    """Return the (n, n) matrix D = (C - ½I)(I + P) - ½I, with D w = 0 for the boundary values w of holomorphic
+    maps.
 
-    C holds the Cauchy coordinates of the vertices, and φ = (I + P) w are the values of `interpolate_means`. Their
-    linear interpolation errs by an oscillation without mean, of which one half is holomorphic: at vertices the
-    coordinates give C φ = ½ (w + φ), to third order. The paper's (C - I) w = 0 would hold to second order.
+    C contains the Cauchy coordinates of the vertices z, and φ = (I + P) w are the values of
+    `interpolate_means`. The error of their linear interpolation oscillates with mean zero, and half of it is
+    holomorphic: at vertices the coordinates give C φ = ½ (w + φ), to third order. The paper's (C - I) w = 0
+    would hold to second order.
     """
     matrix = cauchy_green.coordinates(z, z)
     matrix[np.diag_indices_from(matrix)] -= 0.5
@@ -80,8 +84,9 @@ def consistency(z: Complex) -> Complex:
 
 
 def _neighbours(z: Complex) -> tuple[Complex, Complex]:
-    """Return a sixth of the weights of the vertices before and after in linear interpolation; zero at corners, where w
-    is not smooth.
+    """Return a sixth of the weights of the previous and the next vertex in linear interpolation.
+
+    They are zero at corners, where w is not smooth.
     """
     ahead = np.roll(z, -1) - z
     back = np.roll(ahead, 1)
@@ -99,8 +104,8 @@ def newton(
         s: (n,) increasing arclengths of the polygon's vertices.
         target: the target boundary.
         tau: (n,) increasing arclengths of their images, lifted.
-        iterations: most steps; fewer where the residual stops falling.
-        allowed: the error allowed at each place, by which residuals are divided.
+        iterations: most steps; fewer if the residual stops decreasing.
+        allowed: allowed error at each place, by which residuals are divided.
 
     Returns:
         τ, and the defect D T(τ) at the vertices.
@@ -118,7 +123,8 @@ def newton(
             found = defect @ target.at(trial)
             tried.append((float(np.linalg.norm(q * found)), damping, trial, found))
             if len(tried) > 1 and tried[-2][0] < min(before, tried[-1][0]):
-                break  # the first damping that helps may hardly help: steps that are put in order are other steps
+                # The first damping that helps may hardly help, since restoring the order changes the step.
+                break
             damping *= 10
         after, damping, trial, found = min(tried, key=lambda t: t[0])
         if after >= before:
@@ -130,8 +136,9 @@ def newton(
 
 
 def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real) -> Callable[[float], Real]:
-    """Levenberg-Marquardt steps of ‖q D T(τ)‖² in τ, scaled by the local spacing, as a function of the
-    damping."""
+    """Return the Levenberg-Marquardt step of ‖q D T(τ)‖² in τ, scaled by the local spacing, as a function of
+    the damping.
+    """
     edge, _ = target.locate(tau)
     gaps = cyclic_gaps(tau, target.length)
     scale = 0.5 * (gaps + np.roll(gaps, 1))
@@ -149,7 +156,7 @@ def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real
 
 
 def keep_order(tau: Real, step: Real, length: float) -> Real:
-    """τ + step with every gap kept positive: a gap shrinks exponentially where the step would turn it around."""
+    """Return τ + step with positive gaps: where a gap would become negative, it shrinks exponentially instead."""
     gaps = np.maximum(cyclic_gaps(tau, length), SHORTEST_GAP_SHARE * length)
     change = (np.roll(step, -1) - step) / gaps
     gaps = gaps * np.where(change > -0.5, 1 + change, 0.5 * np.exp(np.clip(2 * change + 1, -5, 0)))

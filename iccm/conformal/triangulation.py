@@ -1,4 +1,4 @@
-"""Triangulations of a domain's inside of which given panels of its boundary are edges."""
+"""Triangulations of a domain's inside with given boundary panels as edges."""
 
 from typing import NamedTuple
 
@@ -13,18 +13,20 @@ from ..errors import InputError
 from ..plane import triangle_areas
 
 FLAT_AREA_SHARE = 1e-12
-"""Twice the area, by the square of the longest edge: rounding leaves less between nodes on a line."""
+"""Twice the area over the squared longest edge: triangles of collinear nodes have less, due to rounding."""
 
 
 class TooThinError(InputError):
-    """Rounding decides what is inside of an outline."""
+    """The inside of an outline cannot be determined because of rounding."""
 
     def __init__(self) -> None:
         super().__init__("an outline has parts too thin to be triangulated; simplify it, or make it wider")
 
 
 class PlaneMesh(NamedTuple):
-    """Counter-clockwise triangles (t, 3), and those beyond the edges opposite to their vertices (t, 3), -1 for none."""
+    """Counter-clockwise triangles (t, 3), and those across the edges opposite to their vertices (t, 3), -1 for
+    none.
+    """
 
     faces: Index
     across: Index
@@ -37,22 +39,23 @@ def delaunay(nodes: Complex) -> PlaneMesh:
 
 
 def missing(mesh: PlaneMesh, panels: int, nodes: int) -> Flags:
-    """Return (panels,) whether a panel, from each of the first nodes to the next, is not an edge."""
+    """Return (panels,) whether a panel, from each of the first nodes to the next, is missing among the edges."""
     present = [keys(mesh.faces[:, k], mesh.faces[:, (k + 1) % 3], nodes) for k in range(3)]
     start = np.arange(panels)
     return ~np.isin(keys(start, (start + 1) % panels, nodes), np.concatenate(present))
 
 
 def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
-    """Return the triangulation with all panels as edges, and all others Delaunay but for them (Sloan 1993).
+    """Return the triangulation with all panels as edges, and with all other edges Delaunay subject to that
+    (Sloan 1993).
 
     Args:
         nodes: (n,) nodes, the panels' ends first and in order.
         mesh: their Delaunay triangulation.
-        lacking: (panels,) the panels that are none of its edges.
+        lacking: (panels,) the panels that are not among its edges.
 
     Raises:
-        TooThinError: rounding decides which edges cross.
+        TooThinError: crossings of edges cannot be determined because of rounding.
     """
     faces, across = mesh.faces.copy(), mesh.across.copy()
     following = (np.arange(lacking.size) + 1) % lacking.size
@@ -69,8 +72,8 @@ def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
 
 
 def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:
-    """Return (m, 3) the triangles inside a closed curve, without those of three nodes on one of its edges, which are
-    none.
+    """Return (m, 3) the triangles inside a closed curve, without degenerate ones with three nodes on one of its
+    edges.
     """
     a, b, c = nodes[mesh.faces].T
     longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])
@@ -79,5 +82,5 @@ def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:
 
 
 def keys(a: Index, b: Index, nodes: int) -> Index:
-    """Return one number for each unordered pair of nodes."""
+    """Return one key for each unordered pair of nodes."""
     return np.minimum(a, b).astype(np.int64) * nodes + np.maximum(a, b)

@@ -1,10 +1,8 @@
-"""Boundary vertices where the map needs them: chosen so that linear interpolation between them errs evenly.
+"""Boundary vertices chosen such that the error of linear interpolation between them is even.
 
-Cauchy-Green coordinates take the map as linear on every edge of the source polygon. With w(s) the image of the
-boundary, an edge of
-length ℓ errs by |w''| ℓ²/8, so vertices of density √(|w''| / 8ε) keep the error near ε everywhere: at corners,
-in thin places
-and at the preimages of the target's own detail alike.
+Cauchy-Green coordinates interpolate the map linearly on every edge of the source polygon. If w(s) is the image
+of the boundary, the error on an edge of length ℓ is |w''| ℓ²/8, so that vertices of density √(|w''| / 8ε) keep
+it near ε everywhere: at corners, in thin places, and at the preimages of the target's detail.
 """
 
 from collections.abc import Callable
@@ -16,16 +14,18 @@ from ..arrays import Complex, Real
 from ..curve import Curve
 from .panels import corners, thickness
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-ERROR_THICKNESS_SHARE = 0.05  # allowed error relative to the image of the local thickness
-CLOSEST_LENGTH_SHARE = 1e-14  # closest arclengths, relative to the length of the boundary
+# Values were chosen by hand unless a comment gives a reason.
+ERROR_THICKNESS_SHARE = 0.05  # allowed error, relative to the image of the local thickness
+CLOSEST_LENGTH_SHARE = 1e-14  # least distance of arclengths, relative to the length of the boundary
 OFFSETS = np.geomspace(
     1e-6, 0.03, 22
-)  # of the points around a corner, relative to the length of the boundary
+)  # offsets of the points around a corner, relative to the length of the boundary
 
 
 def clean(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, Real]:
-    """Pairs in increasing order of both, modulo one lap, without those closer than double precision distinguishes."""
+    """Return pairs in increasing order of both arclengths, within one lap, without those that coincide in
+    double precision.
+    """
     lap = np.floor(s / source.length)
     s, tau = s - lap * source.length, tau - lap * target.length
     order = np.lexsort((tau, s))
@@ -45,7 +45,7 @@ def clean(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, Real]
 
 
 def around_corners(curve: Curve) -> Real:
-    """Arclengths of the vertices of a curve and of points ever closer to its corners."""
+    """Return the arclengths of a curve's vertices, and of points that accumulate at its corners."""
     sharp = curve.knots[:-1][corners(curve)]
     steps = curve.length * np.concatenate([-OFFSETS, OFFSETS])
     return np.concatenate([curve.knots[:-1], (sharp[:, None] + steps).ravel()])
@@ -60,10 +60,11 @@ def radius_along(curve: Curve, spacing: float) -> Callable[[Real], Real]:
 
 @dataclass(frozen=True, eq=False)
 class Allowance:
-    """The error allowed at places of the source: an absolute one, and no more than a share of the local image size.
+    """The allowed error at places of the source: an absolute error, limited to a share of the local size of the
+    image.
 
-    Where the map shrinks the source a lot (the end of a protrusion, a sharp corner) an absolute error alone would
-    fold it.
+    Where the map shrinks the source a lot (the end of a protrusion, a sharp corner), an absolute error alone
+    would permit folds.
     """
 
     radius: Callable[[Real], Real]
@@ -71,15 +72,14 @@ class Allowance:
     least: float
 
     def __call__(self, s: Real, stretch: Real) -> Real:
-        """Return allowed error at arclengths s, where lengths grow by `stretch`."""
+        """Return the allowed error at arclengths s, where lengths are scaled by `stretch`."""
         return np.clip(ERROR_THICKNESS_SHARE * stretch * self.radius(s), self.least, self.error)
 
 
 def place(
     s: Real, tau: Real, source: Curve, target: Curve, allowed: Allowance, most: int
 ) -> tuple[Real, Real]:
-    """Vertices for an interpolation error of about what is allowed, from a fine correspondence; the source's
-    own are kept.
+    """Place vertices with an interpolation error of about the allowed size; the source's own vertices are kept.
 
     Args:
         s: (p,) increasing arclengths of the source.
@@ -87,7 +87,7 @@ def place(
         source: the source boundary.
         target: the target boundary.
         allowed: error in the target's units.
-        most: about the most vertices; the error is larger where it would take more.
+        most: approximate limit on the number of vertices; the error is larger if more would be needed.
 
     Returns:
         (n,) arclengths on both.
@@ -105,13 +105,13 @@ def place(
         inner = np.interp(a + (b - a) * np.arange(1, count) / count, work, x)
         out.append(np.concatenate([[first], inner]))
     placed = np.concatenate(out)
-    # the source's vertices stay where their images can't be distinguished: without them it would be another domain
+    # the source's vertices are kept even if their images coincide: without them it would be another domain
     placed = placed[np.diff(placed, prepend=-np.inf) > CLOSEST_LENGTH_SHARE * source.length]
     return placed, np.interp(placed, x, y)
 
 
 def _work(x: Real, w: Complex, allowed: Allowance) -> Real:
-    """Cumulative density of vertices along x: √(|w''| / 8ε), no more than one vertex for each given point."""
+    """Return the cumulative density of vertices along x, √(|w''| / 8ε), at most one vertex per given point."""
     slope = np.diff(w) / np.diff(x)
     middle = 0.5 * (x[1:] + x[:-1])
     stretch = np.abs(slope)

@@ -1,11 +1,13 @@
 """Sparse Cholesky factors of symmetric matrices with a 2 × 2 block for every vertex and every edge of a mesh.
 
-The multifrontal method (Duff and Reid, *The Multifrontal Solution of Indefinite Sparse Symmetric Linear Equations*,
-1983; Liu, SIAM Review 1992): what takes time is dense. The vertices are ordered and the pattern of the factor is found
-once a mesh (`ordering`, `fronts`), and every Newton step only fills in numbers. A vertex that may move along one
-direction only, or not at all, keeps its block: the missing unknown has a one on the diagonal.
+The multifrontal method (Duff and Reid, *The Multifrontal Solution of Indefinite Sparse Symmetric Linear
+Equations*, 1983; Liu, SIAM Review 1992) does nearly all work on dense blocks. The vertices are ordered and the
+pattern of the factor is computed once per mesh (`ordering`, `fronts`); each Newton step only fills in numbers.
+A vertex that may move in one direction only, or not at all, keeps its block: the missing unknown has a one on
+the diagonal.
 
-Of [[H, g], [gᵀ, ·]] the factor's last row is (L⁻¹ g)ᵀ: with it as one more row of every front, half of solving is done.
+The last row of the factor of [[H, g], [gᵀ, ·]] is (L⁻¹ g)ᵀ. With it as an additional row of every front, the
+factorisation also does the forward substitution.
 """
 
 from collections.abc import Sequence
@@ -52,13 +54,13 @@ class BlockPattern:
     Attributes:
         position: (n,) row of each vertex in the order of elimination.
         order: (n,) the vertex of each row.
-        starts: (n + 1,) where each row of the upper triangle begins in `columns`.
-        columns: (e,) its block columns, ascending: the diagonal comes first.
+        starts: (n + 1,) index in `columns` of the first entry of each row of the upper triangle.
+        columns: (e,) its block columns, ascending, starting with the diagonal.
         corners: (m, 3) vertices of the triangles in ascending position.
         slots: (m, 6) entries in `columns` of the pairs 00, 01, 02, 11, 12, 22 of a triangle's corners.
         diagonal: (n,) the entry of each vertex with itself.
-        ahead: (b,) the entry of each outline vertex with the next one.
-        fronts: of the factor.
+        ahead: (b,) the entry of each boundary vertex with the next one.
+        fronts: the fronts of the factor.
     """
 
     position: Index
@@ -72,7 +74,11 @@ class BlockPattern:
     fronts: Fronts
 
     def entries(self, tails: Index, heads: Index) -> Index:
-        """Return the entries in `columns` of pairs (k,) of vertices, each the same for both orders."""
+        """Return the entries in `columns` of pairs (k,) of vertices, in either order.
+
+        Raises:
+            ValueError: a pair has no block.
+        """
         n = self.position.size
         keys = np.repeat(np.arange(n), np.diff(self.starts)) * n + self.columns
         ends = np.sort([self.position[tails], self.position[heads]], axis=0)
@@ -84,7 +90,7 @@ class BlockPattern:
 
     @cached_property
     def record(self) -> Record:
-        """For the core."""
+        """The record for the core."""
         fronts = self.fronts
         dense = FrontsRecord(
             fronts.starts,
@@ -108,15 +114,15 @@ class BlockPattern:
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """A factor L of a matrix H = L Lᵀ and L⁻¹ g, and room for what makes and applies them.
+    """A factor L of a matrix H = L Lᵀ, the vector L⁻¹ g, and work arrays.
 
     Attributes:
-        values: (room,) columns of the fronts, and what waits for their parents.
-        place: (n,) where the rows of a front are in it.
-        waiting: (f,) fronts whose parents have not come yet, a stack.
-        sources: (f + 1,) where what each of them has left begins in `values`.
+        values: (room,) columns of the fronts, and updates for their parents.
+        place: (n,) position of each row in the current front.
+        waiting: (f,) stack of fronts whose parents have not been processed.
+        sources: (f + 1,) where the update of each of them begins in `values`.
         part: (2n + 1,) the rows of a front in a solution.
-        left: (2n,) of a gradient, while it is eliminated.
+        left: (2n,) a gradient during its elimination.
     """
 
     values: Real
@@ -128,12 +134,12 @@ class Factor:
 
     @cached_property
     def record(self) -> Record:
-        """For the core."""
+        """The record for the core."""
         return FactorRecord(self.values, self.place, self.waiting, self.sources, self.part, self.left)
 
     @classmethod
     def of(cls, system: BlockPattern) -> "Factor":
-        """Room for the factors of matrices with a pattern."""
+        """Allocate a factor for matrices with a pattern."""
         n, number = system.position.size, system.fronts.parents.size
         place, waiting, sources = (np.empty(size, np.int64) for size in (n, number, number + 1))
         part, left = np.empty(2 * n + 1), np.empty(2 * n)
@@ -145,9 +151,9 @@ def system_of(faces: Index, following: Index, count: int, stencils: Sequence[Ind
 
     Args:
         faces: triangles.
-        following: (b,) the next outline vertex of each of the first b vertices.
-        count: of vertices.
-        stencils: (k, s) further sets of vertices all of whose pairs have blocks.
+        following: (b,) the next vertex, on the boundary, of each of the first b vertices.
+        count: number of vertices.
+        stencils: (k, s) further sets of vertices for all pairs of which there are blocks.
     """
     more = _pairs_of(stencils)
     cliques = np.concatenate([faces, np.column_stack([more, more[:, 1]])]) if len(more) else faces
@@ -175,7 +181,7 @@ def system_of(faces: Index, following: Index, count: int, stencils: Sequence[Ind
 
 
 def _pairs_of(stencils: Sequence[Index]) -> Index:
-    """Return (p, 2) all pairs of different vertices of stencils (k, s)."""
+    """Return (p, 2) all pairs of distinct vertices of stencils (k, s)."""
     if not stencils:
         return np.empty((0, 2), np.int64)
     pairs = [np.empty((0, 2), np.int64)]
@@ -187,25 +193,25 @@ def _pairs_of(stencils: Sequence[Index]) -> Index:
 
 
 def factorise(pattern: BlockPattern, matrix: Real, gradient: Complex, factor: Factor) -> bool:
-    """Factorise a matrix, and do what half of solving with a gradient takes.
+    """Factorise a matrix, and do the forward substitution for a gradient.
 
     Args:
         pattern: of the matrix.
         matrix: (e, 4) blocks xx, xy, yx, yy of the upper triangle.
-        gradient: (n,) complex, x + iy of each vertex.
+        gradient: (n,) complex, x + iy for each vertex.
         factor: written.
 
     Returns:
-        False where the matrix is not positive definite.
+        False if the matrix is not positive definite.
     """
     return bool(_factorise(pattern.record, matrix, gradient, factor.record))
 
 
 def forward_substitute(pattern: BlockPattern, gradient: Complex, factor: Factor) -> None:
-    """Put L⁻¹ g of another gradient g (n,) in the place of the one that was factorised with the matrix."""
+    """Replace L⁻¹ g in the factor by that of another gradient g (n,)."""
     _forward_substitute(pattern.record, gradient, factor.record)
 
 
 def back_substitute(pattern: BlockPattern, factor: Factor, step: Complex) -> None:
-    """Fill in the step -H⁻¹ g (n,), complex, for the factor of H and g."""
+    """Fill in the step -H⁻¹ g (n,), complex, for the factor of H and L⁻¹ g."""
     _back_substitute(pattern.record, factor.record, step)

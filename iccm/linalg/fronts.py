@@ -1,8 +1,8 @@
 """The dense blocks of a sparse Cholesky factor.
 
-Columns that follow each other and have nearly the same rows are one *front*, a dense trapezoid: a relaxed supernode
-(Ashcraft and Grimes, *The Influence of Relaxed Supernode Partitions on the Multifrontal Method*, ACM Transactions on
-Mathematical Software 15, 1989). It stores some zeros, which costs no more than skipping them.
+Consecutive columns with nearly the same rows are merged into one *front*, a dense trapezoid: a relaxed
+supernode (Ashcraft and Grimes, *The Influence of Relaxed Supernode Partitions on the Multifrontal Method*, ACM
+Transactions on Mathematical Software 15, 1989). It stores some zeros, which costs no more than skipping them.
 """
 
 from typing import NamedTuple
@@ -14,8 +14,10 @@ from ..native import function
 from .ordering import Elimination
 
 LEAST_FRONT_VERTICES = 4
-"""Vertices that a front has at least, if it has a child next to it to take up; 2 to 8 take as long."""
-MOST_ZEROS_SHARE = 0.2  # share of a front that may be zeros; .1 to .4 take as long within 5 %
+"""Least number of vertices of a front, if it has an adjacent child to merge; values from 2 to 8 take the same
+time.
+"""
+MOST_ZEROS_SHARE = 0.2  # largest share of zeros in a front; the time for 0.1 to 0.4 differs by less than 5 %
 
 _supernodes = function(
     """int64_t iccm_linalg_supernodes(
@@ -25,15 +27,15 @@ _supernodes = function(
 
 
 class Fronts(NamedTuple):
-    """The fronts of one mesh's matrices, in the order in which they are eliminated, children before parents.
+    """The fronts of one mesh's matrices in the order of elimination, children before parents.
 
     Attributes:
-        starts: (f + 1,) where each begins among the vertices in their order.
+        starts: (f + 1,) the first vertex of each, in the order of elimination.
         beyond_starts: (f + 1,) where each begins in `beyond`.
-        beyond: later vertices that each is coupled to, ascending.
-        parents: (f,) the front that each adds to; f: none.
-        panels: (f + 1,) where the columns of each begin in the factor, 2 (k + b) + 1 rows of 2 k columns.
-        room: numbers that the factor takes, with what is waiting for parents.
+        beyond: later vertices to which each is coupled, ascending.
+        parents: (f,) the front to which each adds its update; f if there is none.
+        panels: (f + 1,) where the columns of each begin in the factor: 2 (k + b) + 1 rows of 2 k columns.
+        room: number of entries of the factor, including updates that wait for parents.
     """
 
     starts: Index
@@ -45,9 +47,7 @@ class Fronts(NamedTuple):
 
 
 def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
-    """Return the vertices (n,) in an order of elimination with the same factor, in which fronts are contiguous; and
-    these.
-    """
+    """Return an order of elimination (n,) with the same factor, in which fronts are contiguous, and the fronts."""
     n, ends = found.order.size, found.ends
     counts, rows = np.diff(ends), np.empty(found.order.size, np.int64)
     rows[found.order] = np.arange(n)
@@ -89,7 +89,7 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
 
 
 def _waiting(wide: Index, parents: Index) -> int:
-    """Return the most numbers that wait for parents, with those of the front under way."""
+    """Return the largest number of entries that wait for parents, including those of the current front."""
     squares = (2 * wide + 1) ** 2
     taken = np.bincount(parents, squares, wide.size + 1)[:-1].astype(np.int64)
     before = np.append(0, np.cumsum(squares - taken))[:-1]

@@ -1,12 +1,13 @@
-"""Hermitian systems over large surfaces, a complex unknown for each vertex: a multifrontal factorisation on BLAS.
+"""Hermitian systems over large surfaces, with one complex unknown per vertex: a multifrontal factorisation on
+BLAS.
 
-Liu, *The Multifrontal Method for Sparse Matrix Solution*, SIAM Review 1992, in the order of `nested_dissection`. What
-counts is done by dense products of matrices, so that twice the vertices take little more than twice the time up to
-millions. Between fronts Python runs, so that signals are heard.
+Liu, *The Multifrontal Method for Sparse Matrix Solution*, SIAM Review 1992, in the order of
+`nested_dissection`. Nearly all work consists of dense matrix products, so that twice the vertices take little
+more than twice the time, up to millions. Python code runs between fronts, so that signals are handled.
 
-The real factor of `cholesky` holds each complex number twice in a 2 × 2 block. For least squares layouts of 202,000 and
-1,000,000 vertices it takes 3.3 and 29 CPU-seconds in this order, 3.3 and 34 by minimum degree, against 2.0 and 11 here,
-and for the larger one 4.7 GB against 2.1.
+The real factor of `cholesky` would store each complex number twice, in a 2 × 2 block. For least squares layouts
+of 202,000 and 1,000,000 vertices it takes 3.3 and 29 CPU-seconds in this order, and 3.3 and 34 by minimum
+degree, compared with 2.0 and 11 here; the larger one takes 4.7 GB, compared with 2.1 GB.
 """
 
 from collections.abc import Iterator
@@ -21,15 +22,16 @@ from ..arrays import Complex, Index, Real
 from ..blas import on_one_thread
 from .nested_dissection import Node, Numbers, nested_dissection
 
-STRIP_COLUMNS = 64  # columns that are added at once, so that they stay in the processor's memory (by hand)
+STRIP_COLUMNS = 64  # columns that are added at once, so that they stay in the cache (chosen by hand)
 
 
 class Hermitian(NamedTuple):
     """A Hermitian matrix.
 
     Attributes:
-        diagonal: (n,) of it.
-        ends: (2, e) rows and columns of entries beside it, of each pair one; those in one place add up.
+        diagonal: (n,) its diagonal.
+        ends: (2, e) rows and columns of off-diagonal entries, one for each pair; entries at the same position
+            are added.
         values: (e,) these entries.
     """
 
@@ -39,13 +41,13 @@ class Hermitian(NamedTuple):
 
 
 class Front(NamedTuple):
-    """The vertices from `start` to `end` in the order of elimination, once they are eliminated.
+    """An eliminated front: the vertices from `start` to `end` in the order of elimination.
 
     Attributes:
-        start, end: of them.
-        beyond: (b,) later ones that they are coupled to.
-        inner: (k, k) the lower triangle of their factor.
-        outer: (b, k) its rows beyond.
+        start, end: its range of vertices.
+        beyond: (b,) later vertices to which it is coupled.
+        inner: (k, k) the lower triangle of its factor.
+        outer: (b, k) the factor's rows beyond.
     """
 
     start: int
@@ -57,11 +59,18 @@ class Front(NamedTuple):
 
 @on_one_thread
 def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
-    """Return (n,) the solution of a Hermitian positive definite system of which every unknown belongs to a point (n,
-    3).
+    """Solve a Hermitian positive definite system.
+
+    Args:
+        matrix: the matrix.
+        points: (n, 3) position of each unknown, from which the order of elimination is computed.
+        right: (n,) right side.
+
+    Returns:
+        (n,) the solution.
 
     Raises:
-        numpy.linalg.LinAlgError: it is not positive definite.
+        numpy.linalg.LinAlgError: the matrix is not positive definite.
     """
     order, nodes = nested_dissection(matrix.ends, points)
     fronts = [front for front in _eliminate(*_permute(matrix, order), nodes) if front.end > front.start]
@@ -80,7 +89,7 @@ def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
 
 
 def _permute(matrix: Hermitian, order: Index) -> tuple[Real, csr_matrix]:
-    """Return the diagonal, and what is above it, with the unknowns in another order."""
+    """Return the diagonal and the upper triangle with the unknowns in another order."""
     place = np.empty(order.size, np.int32)
     place[order] = np.arange(order.size, dtype=np.int32)
     row, column = place[matrix.ends[0]], place[matrix.ends[1]]
@@ -90,15 +99,15 @@ def _permute(matrix: Hermitian, order: Index) -> tuple[Real, csr_matrix]:
 
 
 def _eliminate(diagonal: Real, above: csr_matrix, nodes: list[Node]) -> Iterator[Front]:
-    """Eliminates the nodes, one after the other."""
-    waiting = dict[int, tuple[Index, Complex]]()  # what a node has to add to those above it, and where
+    """Eliminate the nodes one after the other, and yield their fronts."""
+    waiting = dict[int, tuple[Index, Complex]]()  # the update of a node for its ancestors, with its rows
     for number, (start, end, children) in enumerate(nodes):
         progress.tell("flatten: factorise", number, len(nodes))
         own, entries = end - start, slice(above.indptr[start], above.indptr[end])
         columns, values = above.indices[entries], above.data[entries]
         added = [waiting.pop(child) for child in children]
         beyond = np.unique(np.concatenate([columns[columns >= end], *(at[at >= end] for at, _ in added)]))
-        # of both the lower half counts
+        # only the lower triangles are used
         panel = np.zeros((own + beyond.size, own), complex, order="F")
         rest = np.zeros((beyond.size, beyond.size), complex, order="F")
         np.fill_diagonal(panel, diagonal[start:end])
@@ -120,12 +129,12 @@ def _eliminate(diagonal: Real, above: csr_matrix, nodes: list[Node]) -> Iterator
 
 
 def _extend_add(update: Complex, to: Complex, place: Index, firsts: range, end: int) -> None:
-    """Add the columns up to `end` of a lower half, in strips that begin at `firsts`, at their places in another's."""
+    """Add the columns up to `end` of a lower triangle to another's, at `place`, in strips that begin at `firsts`."""
     for first in firsts:
         last = min(first + STRIP_COLUMNS, end)
         to.T[np.ix_(place[first:last], place[first:])] += update.T[first:last, first:]  # row by row
 
 
 def _place(vertices: Index, start: int, end: int, beyond: Index) -> Index:
-    """Rows of a front."""
+    """Return the rows of vertices in a front."""
     return np.where(vertices < end, vertices - start, end - start + np.searchsorted(beyond, vertices))

@@ -1,4 +1,4 @@
-"""Nested dissection of a surface's vertices: an order of elimination with large dense blocks and little fill.
+"""Nested dissection of a surface's vertices: an elimination order with large dense blocks and little fill.
 
 George, *Nested Dissection of a Regular Finite Element Mesh*, SIAM Journal on Numerical Analysis 10, 1973.
 """
@@ -8,21 +8,22 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 
-LEAF_VERTICES = 96  # vertices that are not divided further (by hand)
+LEAF_VERTICES = 96  # sets of fewer vertices are not divided (chosen by hand)
 ONE, OTHER, BETWEEN = 0, 1, 2  # sides of a division
-Numbers = NDArray[np.integer]  # of 32 bits where that saves memory
+Numbers = NDArray[np.integer]  # 32 bits where that saves memory
 Node = tuple[int, int, list[int]]
-"""Where its vertices start and end in the order, and its children."""
+"""Start and end of its vertices in the order, and its children."""
 
 
 def nested_dissection(ends: Numbers, points: Real) -> tuple[Index, list[Node]]:
     """Return an order of elimination (n,), and its tree: start, end and children of each node, children first.
 
-    Vertices are halved along the longest side of their box; those of one half next to the other come last.
+    Vertices are divided at the median along the longest side of their box; those of one half that are coupled
+    to the other come last.
 
     Args:
         ends: (2, e) vertices that are coupled.
-        points: (n, 3) where they are.
+        points: (n, 3) their positions.
     """
     order, nodes = np.empty(len(points), np.int64), list[Node]()
     side, xyz = np.zeros(len(points), np.int8), np.ascontiguousarray(points.T)
@@ -45,10 +46,9 @@ def nested_dissection(ends: Numbers, points: Real) -> tuple[Index, list[Node]]:
 
 
 def _bisect(ends: Numbers, xyz: Real, vertices: Numbers, side: np.ndarray) -> list[tuple[Numbers, Numbers]]:
-    """Return two parts that are not coupled, and the vertices between them, each with the ends of what is coupled
-    inside.
+    """Return two parts that are not coupled, and the vertices between them, each with the couplings inside.
 
-    Taken by their numbers, not by flags, which takes five times as long.
+    They are taken by indices rather than flags, which would take five times as long.
     """
     at = xyz.take(vertices, axis=1)
     half = np.argpartition(at[np.argmax(np.ptp(at, axis=1))], vertices.size // 2)

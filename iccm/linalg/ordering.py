@@ -1,8 +1,9 @@
-"""A minimum degree ordering of a mesh's vertices, and with it the pattern of the Cholesky factor of its matrices.
+"""A minimum degree ordering of a mesh's vertices, and the pattern of the Cholesky factor of its matrices.
 
-The quotient graph of George and Liu 1989 (The Evolution of the Minimum Degree Ordering Algorithm), which is simple for
-a mesh: the graph of its matrices is a union of cliques, the triangles, so that every edge lies in an element from the
-start. A vertex that is eliminated joins the elements around it into one, whose vertices are its column of the factor.
+The quotient graph of George and Liu 1989 (The Evolution of the Minimum Degree Ordering Algorithm) is simple for
+a mesh: the graph of its matrices is a union of cliques, the triangles, so that every edge lies in an element
+from the beginning. Eliminating a vertex merges the elements around it into one, whose vertices are its column
+of the factor.
 """
 
 from typing import NamedTuple
@@ -13,9 +14,11 @@ from ..arrays import Index
 from ..native import function
 
 LARGE_VERTEX_COUNT = 8000
-"""Vertices beyond which SuperLU's ordering pays. Measured: SciPy takes 0.2 CPU-seconds to import; at 4,000 vertices its
-ordering saves 15 ms and a tenth of the factor, at 12,000 60 ms, at 50,000 half a second and a third of the work."""
-FIRST_ENTRIES_PER_VERTEX = 16  # entries of the factor per vertex that are made room for at first
+"""Number of vertices above which SuperLU's ordering pays off. Measured: SciPy takes 0.2 CPU-seconds to import;
+at 4,000 vertices its ordering saves 15 ms and a tenth of the factor, at 12,000 60 ms, at 50,000 half a second
+and a third of the work.
+"""
+FIRST_ENTRIES_PER_VERTEX = 16  # entries of the factor per vertex for which memory is allocated at first
 
 _minimum_degree = function(
     """int64_t iccm_linalg_minimum_degree(
@@ -31,10 +34,10 @@ _fill = function(
 
 
 class Elimination(NamedTuple):
-    """An order of a mesh's vertices, and what it makes of its matrices.
+    """An order of a mesh's vertices, and the resulting factor of its matrices.
 
     Attributes:
-        order: (n,) the vertices as they are eliminated.
+        order: (n,) the vertices in the order of elimination.
         ends: (n + 1,) where each column of the factor, in that order, begins in `columns`.
         columns: (f,) vertices below the diagonal, unsorted.
     """
@@ -45,7 +48,7 @@ class Elimination(NamedTuple):
 
 
 def minimum_degree(faces: Index, count: int) -> Elimination:
-    """Return a minimum degree ordering of triangles (m, 3) of `count` vertices, each of which has one."""
+    """Return a minimum degree ordering for triangles (m, 3) of `count` vertices, each of which is in a triangle."""
     return _by_superlu(faces, count) if count > LARGE_VERTEX_COUNT else _by_quotient_graph(faces, count)
 
 
@@ -58,7 +61,7 @@ def _by_superlu(faces: Index, count: int) -> Elimination:
     rows, columns = np.concatenate([tails, heads, own]), np.concatenate([heads, tails, own])
     values = np.where(
         rows == columns, 20.0, 1.0
-    )  # dominant, so that nothing is pivoted, and all else is dropped
+    )  # diagonally dominant, so that there is no pivoting, and all other entries are dropped
     graph = csc_matrix((values, (rows, columns)), (count, count))
     options = {"SymmetricMode": True}
     lu = spilu(
@@ -86,7 +89,7 @@ def _by_quotient_graph(faces: Index, count: int) -> Elimination:
         members = np.append(corners, np.zeros(room, np.int64))
         elements = around.copy()
         element_count = degree.copy()
-        near = np.minimum(degree, count)  # triangles that overlap may be more than there are vertices
+        near = np.minimum(degree, count)  # overlapping triangles can outnumber the vertices
         after, before = rings.copy(), rings.copy()
         left = size.copy()
         if _minimum_degree(

@@ -1,10 +1,12 @@
-"""Harmonic maps as triangulated ones, to a stated error: what is drawn, written, and inverted in bulk.
+"""Approximate harmonic maps by triangulated ones to a given error, for drawing, writing, and inverting many
+points.
 
-The mesh is refined where the quadratic patches of the inverse are not accurate enough. Between vertices at which the
-map has derivatives, those of the inverse give each edge its bulge, right to fourth order, and the third difference
-2 (z_i - z_j) + t_i + t_j of its values z and tangents t reports the error, .048 of that at most. At the polygon's
-vertices a harmonic map has none, z log z being what it is like there: the middles of edges that begin there are
-evaluated. When its sides are accurate the middle of a triangle is held against the map itself.
+The mesh is refined where the quadratic patches of the inverse are not accurate enough. Between vertices at
+which the map has derivatives, those of the inverse determine the bulge of each edge to fourth order. The third
+difference 2 (z_i - z_j) + t_i + t_j of its values z and tangents t estimates the error, which is at most 0.048
+times that. At the polygon's vertices a harmonic map has no derivatives, since it behaves like z log z there;
+for edges at these vertices, the map is evaluated at their midpoints. When the sides of a triangle are accurate,
+its midpoint is compared with the map itself.
 """
 
 from weakref import WeakKeyDictionary
@@ -23,19 +25,23 @@ from .triangulated.patches import cross, shrunk, tangential
 
 AnyMap = HarmonicMap | TriangulatedMap
 
-TEXELS_ACROSS = 1024  # to the longer side of a box
-ERROR_TEXELS = 0.02  # texels of 1024², at which refinement ends
+TEXELS_ACROSS = 1024  # texels along the longer side of a box
+ERROR_TEXELS = 0.02  # error in texels of 1024² at which refinement ends
 ALIKE_ERROR_SHARE = 0.9
-"""Of ERROR_TEXELS: that is also taken where an error is asked for that is hardly smaller, as of a picture a little
-larger than its shape."""
-CUBIC_MAXIMUM = 3**0.5 / 36  # the largest of |t (t - 1/2) (t - 1)|
+"""Relative to ERROR_TEXELS. That error is also used if the requested one is hardly smaller, as for a picture
+that is a little larger than its shape.
+"""
+CUBIC_MAXIMUM = 3**0.5 / 36  # maximum of |t (t - 1/2) (t - 1)| on [0, 1]
 LOGARITHM_ERROR_RATIO = 3
-"""How much larger errors are beside z log z than beside a cubic with the same tangent."""
-REFINEMENT_ROUNDS = 40  # of refinement (by hand)
-MOST_TRIANGLES = 400_000  # triangles (by hand): a wild map may ask for more than any use of it
-DIGITS_SHARE = 1e-13  # of the coordinates: shorter edges have too few of them to be cut (by hand)
+"""Ratio of the errors for z log z and for a cubic with the same tangent."""
+REFINEMENT_ROUNDS = 40  # rounds of refinement (chosen by hand)
+MOST_TRIANGLES = 400_000  # triangles (chosen by hand): an irregular map could need more than is useful
+# Relative to the coordinates: shorter edges are not split for lack of digits (chosen by hand).
+DIGITS_SHARE = 1e-13
 FOLDED_AREA_SHARE = 1e-6
-"""Of the image's area: so little that is turned over is rounding, or between two vertices at a corner."""
+"""Relative to the image's area: a smaller turned-over area is due to rounding, or between two vertices at a
+corner.
+"""
 
 _made: WeakKeyDictionary[HarmonicMap, dict[tuple[float, float], TriangulatedMap]] = WeakKeyDictionary()
 
@@ -43,23 +49,24 @@ _made: WeakKeyDictionary[HarmonicMap, dict[tuple[float, float], TriangulatedMap]
 def triangulated(
     map: AnyMap, source_error: float | None = None, image_error: float | None = None
 ) -> TriangulatedMap:
-    """Return a map as a triangulated one; those of a harmonic map are kept with it, one for each error.
+    """Return a map as a triangulated one. Those of a harmonic map are cached, one for each error.
 
     Args:
-        map: source → target; a triangulated one is its own.
-        source_error: of the inverse, in the source's units; at most ERROR_TEXELS texels, as many as 1024 to the longer
-            side of the source, which is the default.
+        map: source → target; a triangulated map is returned unchanged.
+        source_error: of the inverse, in the source's units; at most ERROR_TEXELS texels, of 1024 along the
+            longer side of the source, which is the default.
         image_error: of the map, in the same way in the image.
 
     Returns:
-        The map. Where a harmonic map folds, so does it, and shows the sheets that continue from the widest place.
+        The map. If a harmonic map folds, so does this one, and shows the sheets that are connected to the
+        widest place.
     """
     if isinstance(map, TriangulatedMap):
         return map
     texels = _texels(map)
     asked = _asked(source_error, ERROR_TEXELS * texels[0]), _asked(image_error, ERROR_TEXELS * texels[1])
     known = _made.setdefault(map, {})
-    if asked not in known:  # never a finer one: what is drawn must not depend on what was asked before
+    if asked not in known:  # never use a finer one: results must not depend on earlier requests
         known[asked] = _centred(map, *asked)
     return known[asked]
 
@@ -69,14 +76,15 @@ def _asked(error: float | None, usual: float) -> float:
 
 
 def _texels(map: HarmonicMap) -> tuple[float, float]:
-    """Return a texel of the source and one of the image."""
+    """Return the size of a texel in the source and in the image."""
     planes = map.polygon, map.jet_inside(map.polygon)[0]
     return tuple(float(max(np.ptp(z.real), np.ptp(z.imag))) / TEXELS_ACROSS for z in planes)  # type: ignore[return-value]
 
 
 def _centred(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
-    """Return the approximation, worked out about the centres of both shapes: else refinement continues for lost digits'
-    sake.
+    """Return the approximation, computed relative to the centres of both shapes.
+
+    Far from the origin, rounding errors would cause unlimited refinement.
     """
     near, source, image = map.centred()
     return _approximation(near, source_error, image_error).moved((1, 0, source), (1, 0, image))
@@ -106,12 +114,13 @@ def _approximation(map: HarmonicMap, source_error: float, image_error: float) ->
 
 
 class Samples:
-    """A map at the vertices of a mesh, and how far patches between them are from it.
+    """A map at the vertices of a mesh, and the errors of the patches between them.
 
     Attributes:
         w: images of the vertices.
-        p, q: the inverse's derivatives by w and its conjugate there; not finite where there are none.
-        checked: numbers of the triangles whose middles were held against the map, in order.
+        p, q: the inverse's derivatives with respect to w and its conjugate there; not finite where there are
+            none.
+        checked: keys of the triangles whose midpoints were compared with the map, in order.
     """
 
     def __init__(self, map: HarmonicMap, source_error: float, image_error: float):
@@ -120,13 +129,13 @@ class Samples:
         self.checked = np.empty(0, np.int64)
 
     def extend(self, z: Complex) -> None:
-        """Take up the vertices that are new."""
+        """Evaluate the map at new vertices."""
         w, f_z, f_zbar = self.map.jet_inside(z[self.w.size :])
         values = zip((self.w, self.p, self.q), (w, *inverted(f_z, f_zbar)))
         self.w, self.p, self.q = (np.concatenate(both) for both in values)
 
     def edges(self, z: Complex, edges: Edges) -> tuple[Complex, Flags]:
-        """Return (e,) the bulges of edges, and which are to be cut."""
+        """Return (e,) the bulges of edges, and whether each is to be split."""
         i, j = edges.ends.T
         along, step = z[j] - z[i], self.w[j] - self.w[i]
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
@@ -139,13 +148,13 @@ class Samples:
             straight = tangential(bulge, z, edges, edges.rim)
             error += 0.5 * np.abs(
                 bulge - straight
-            )  # how far the image's edge is from the chord, in the source
+            )  # distance of the image's edge from the chord, in the source
             marked = ~self._accurate(error, error * np.abs(step) / np.abs(along))
         bulge = np.where(np.isfinite(straight), straight, 0)
         return bulge, marked & self._known(along, step)
 
     def _beside_corners(self, z: Complex, ends: Index, first: Complex, last: Complex) -> tuple[Complex, Real]:
-        """Bulges and errors of edges that begin or end at vertices of the polygon, by the map in their middles."""
+        """Return bulges and errors of edges at vertices of the polygon, from the map at their midpoints."""
         i, j = ends.T
         along, middle = z[j] - z[i], 0.5 * (z[i] + z[j])
         bulge = 2 * self._off(0.5 * (self.w[i] + self.w[j]), middle)[0]
@@ -160,8 +169,8 @@ class Samples:
         return bulge, np.where(corner.all(axis=1), np.inf, error)
 
     def triangles(self, mesh: Triangulation, bulge: Complex, marked: Flags) -> Flags:
-        """Return (e,) longest sides of triangles whose middles err. Each is looked at once, when its sides are
-        accurate.
+        """Return (e,) the longest sides of triangles with inaccurate midpoints; each is checked once, when its
+        sides are accurate.
         """
         sides = mesh.edges.sides
         i, j = mesh.edges.ends.T
@@ -182,7 +191,9 @@ class Samples:
         return found
 
     def _off(self, w: Complex, z: Complex) -> tuple[Complex, Complex]:
-        """Return how far the preimages of points w (p,) are from points z close to them, and w from their images."""
+        """Return the distances of the preimages of points w (p,) from points z close to them, and of w from
+        their images.
+        """
         image, f_z, f_zbar = self.map.jet_inside(z)
         p, q = inverted(f_z, f_zbar)
         return p * (w - image) + q * (w - image).conj(), w - image
@@ -191,15 +202,17 @@ class Samples:
         return (source <= self.errors[0]) & (image <= self.errors[1])
 
     def _known(self, along: Complex | Real, step: Complex | Real) -> Flags:
-        """Return whether edges are long enough to be cut, in the image to be seen, and in the source for their ends to
-        be distinguished. NaN is not.
+        """Return whether edges are long enough to be split: visible in the image, and with distinct ends in the
+        source.
+
+        It is False for NaN.
         """
         digits = DIGITS_SHARE * float(np.abs(self.map.polygon).max())
         return (np.abs(step) > self.errors[1]) & (np.abs(along) > digits)
 
 
 def _folds(image: Complex, faces: Index, loop: Index) -> bool:
-    """Return whether the image of a mesh covers some places twice, or the wrong way round."""
+    """Return whether the image of a mesh covers some places twice, or with the wrong orientation."""
     a, b, c = image[faces].T
     area = cross(b - a, c - a)
     if -area[area < 0].sum() > FOLDED_AREA_SHARE * np.abs(area).sum():
@@ -208,7 +221,7 @@ def _folds(image: Complex, faces: Index, loop: Index) -> bool:
 
 
 def _clearances(image: Complex, faces: Index, loop: Index) -> Real:
-    """Return (m,) how far the middles of the triangles' images are from the image of the boundary."""
+    """Return (m,) the distances of the centroids of the triangles' images from the image of the boundary."""
     middle, start, end = image[faces].mean(axis=1), image[loop], image[np.roll(loop, -1)]
     edge, part = nearest_segments(middle, start, end)
     return np.abs(start[edge] + part * (end - start)[edge] - middle)

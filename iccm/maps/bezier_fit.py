@@ -1,4 +1,4 @@
-"""Curves carried through a map, fitted again with cubic Béziers within a tolerance."""
+"""Fit cubic Béziers to the images of curves under a map, within a tolerance."""
 
 from collections.abc import Callable
 
@@ -7,29 +7,30 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex
 
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+# Values were chosen by hand unless a comment gives a reason.
 HALVING_ROUNDS = 14  # of halving intervals
-DIFFERENCE_STEP = 1e-3  # of an interval, for the one-sided differences that give its end tangents
-# Of a chord: no shorter control arm than that shows where the curve goes; a straight line's is a third.
+DIFFERENCE_STEP = 1e-3  # relative to an interval: step of the one-sided differences for its end tangents
+# Relative to the chord: shorter control arms do not determine a direction; those of a straight line are a
+# third.
 STILL_SPEED_SHARE = 0.15
-INNER = np.array([0.15, 0.35, 0.5, 0.65, 0.85])  # where a fit is held against the curve
+INNER = np.array([0.15, 0.35, 0.5, 0.65, 0.85])  # parameters at which a fit is compared with the curve
 
 Image = Callable[[NDArray[np.intp], NDArray[np.float64]], Complex]
 
 
 def refit(image: Image, curves: int, tolerance: float) -> list[Complex]:
-    """Cubic Béziers for many curves at once.
+    """Fit cubic Béziers to many curves at once.
 
-    An interval gets the cubic with the curve's ends and end tangents; where it is farther away than the tolerance at
-    the same parameter, the interval is halved.
+    An interval gets the cubic with the curve's ends and end tangents. If it is farther from the curve than the
+    tolerance at equal parameters, the interval is halved.
 
     Args:
         image: (which (p,), t (p,)) -> (p,) points; curve number and parameter in [0, 1].
-        curves: how many there are.
+        curves: number of curves.
         tolerance: largest distance, in the image's units.
 
     Returns:
-        For every curve its (k, 4) control points in order; each cubic begins where the one before ends.
+        For each curve its (k, 4) control points in order; each cubic begins where the one before ends.
     """
     which = np.arange(curves)
     lo, hi = np.zeros(curves), np.ones(curves)
@@ -55,10 +56,10 @@ def _cubics(
     hi: NDArray[np.float64],
     tolerance: float,
 ) -> tuple[Complex, NDArray[np.float64]]:
-    """Return (p, 4) control points on each interval, and how far they are from the curve.
+    """Return (p, 4) control points on each interval, and their distances from the curve.
 
-    Where the curve all but stands still at an end, as at a corner that the map smooths, its tangent says nothing: the
-    inner control point is the end then, and the cubic's direction that from the other one.
+    Where the curve nearly stops at an end, as at a corner that the map smooths, its tangent is undefined. Then
+    the inner control point is the end itself, and the direction of the cubic is determined by the other one.
     """
     u = np.concatenate(
         [[0, DIFFERENCE_STEP, 2 * DIFFERENCE_STEP], INNER, [1 - 2 * DIFFERENCE_STEP, 1 - DIFFERENCE_STEP, 1]]

@@ -1,18 +1,19 @@
-"""The image of the source's boundary, as finely as asked."""
+"""The image of the source's boundary, to a given flatness."""
 
 import numpy as np
 
 from ..arrays import Complex
 from .harmonic import HarmonicMap
 
-HALVING_ROUNDS = 40  # of halving: 2 ** -40 of an edge is as short as rounding
-FIRST_PARTS = 3  # of each edge to begin with
-MOST_POINTS = 400_000  # points (by hand): a wild map's image may be longer than any use of it
+HALVING_ROUNDS = 40  # of halving: 2 ** -40 of an edge is comparable to rounding
+FIRST_PARTS = 3  # initial parts of each edge
+# Points (chosen by hand): the image under an irregular map could need more than is useful.
+MOST_POINTS = 400_000
 
 
 def outline(map: HarmonicMap, flatness: float) -> Complex:
-    """Return (k,) the image of the polygon: a closed polyline, straight to `flatness` (target units) between its
-    points.
+    """Return (k,) the image of the polygon: a closed polyline whose deviation from the image is about
+    `flatness` (target units).
     """
     map, _, shift = map.centred()
     z = map.polygon

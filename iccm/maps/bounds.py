@@ -1,4 +1,4 @@
-"""Bounds on the distortion of triangulated maps: the quadratic patches held to those that straight triangles meet."""
+"""Bounds on the distortion of triangulated maps: make quadratic patches meet those that straight triangles meet."""
 
 from dataclasses import replace
 
@@ -9,16 +9,18 @@ from . import distortion
 from .triangulated.map import TriangulatedMap
 from .triangulated.patches import shrunk
 
-ROUNDING_SHARE = 1e-9  # relative: a bound exceeded by less is met
+ROUNDING_SHARE = 1e-9  # relative to a bound: if it is exceeded by less, it is met
 STRAIGHTENING_ROUNDS = (
-    20  # of straightening; a straightened edge may take its neighbour over a bound, in one round or two
+    # Of straightening; a straightened edge may make its neighbour exceed a bound, which takes one or two more
+    # rounds.
+    20
 )
 
 
 def straighten_beyond_bounds(
     map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None
 ) -> TriangulatedMap:
-    """Return the map with triangles left straight where their patches exceed a bound asked for."""
+    """Return the map with straight triangles where their patches exceed a requested bound."""
     for _ in range(STRAIGHTENING_ROUNDS):
         sides = np.unique(map.edges.sides[_excess(map, max_dilatation, max_stretch) > 1])
         bent = sides[map.bulges[sides] != 0]
@@ -31,13 +33,15 @@ def straighten_beyond_bounds(
 
 
 def meets_bounds(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> bool:
-    """Return whether what is drawn meets the bounds asked for, but for rounding."""
+    """Return whether the patches meet the requested bounds, within rounding."""
     return bool(_excess(map, max_dilatation, max_stretch).max() <= 1 + ROUNDING_SHARE)
 
 
 def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> list[str]:
-    """Return a sentence for each bound asked for: on how much of the target it is exceeded, and the least that the
-    outlines' angles allow.
+    """Return a note for each requested bound: the share of the target where it is exceeded, and the least
+    possible value.
+
+    The least possible value follows from the outlines' angles, see `angle_ratio`.
     """
     found, ratio = distortion.of_triangles(map), angle_ratio(map)
     asked = [
@@ -59,10 +63,12 @@ def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch:
 
 
 def angle_ratio(map: TriangulatedMap) -> float:
-    """Return the largest ratio of the angles inside a vertex of the outline and its image, the larger to the smaller.
+    """Return the largest ratio, at a vertex of the outline and its image, of the larger inner angle to the
+    smaller.
 
-    Around a vertex a piecewise smooth map is r e^{it} -> r ρ(t) e^{iφ(t)}, its dilatation at least φ' or 1/φ', and φ'
-    is that ratio on average: no such map has less dilatation, nor less stretch than its root.
+    Around a vertex, a piecewise smooth map is r e^{it} -> r ρ(t) e^{iφ(t)}. Its dilatation is at least φ' or
+    1/φ', and the mean of φ' is the ratio of the angles. So no such map has a smaller dilatation, nor a smaller
+    stretch than its root.
     """
     loop = map.loops[0]
     angles = [
@@ -73,7 +79,7 @@ def angle_ratio(map: TriangulatedMap) -> float:
 
 
 def _excess(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> Real:
-    """Return (m,) how many times the bounds the largest dilatation and stretch of each patch are."""
+    """Return (m,) the largest ratio of each patch's dilatation and stretch to their bounds."""
     worst = np.zeros(len(map.faces))
     if max_dilatation is None and max_stretch is None:
         return worst

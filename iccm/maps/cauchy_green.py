@@ -19,9 +19,9 @@ from ..native.binding import Function
 from ..parallel import over_slices
 
 TAU_I = 2j * np.pi
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
-BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, a handful of which are alive at a time
-SLICE_POINTS, SLICE_JET_POINTS = 64, 1024  # points a thread takes at a time, of matrices and of jets
+# Values were chosen by hand unless a comment gives a reason.
+BLOCK_ENTRIES = 1 << 21  # entries of one complex block: 32 MB, of which a few exist at a time
+SLICE_POINTS, SLICE_JET_POINTS = 64, 1024  # points that a thread takes at a time, for matrices and for jets
 
 _coordinates = function(
     """int64_t iccm_maps_coordinates(
@@ -39,13 +39,13 @@ _jets = function(
 
 
 def jets(polygon: Complex, densities: Complex, z: Complex, threads: int | None = None) -> Complex:
-    """C(z) φ and D(z) φ without the matrices: the integrals of densities and their derivatives.
+    """Compute C(z) φ and D(z) φ without the matrices: the integrals of densities and their derivatives.
 
     Args:
         polygon: (n,) counter-clockwise vertices.
         densities: (m, n) values at the vertices.
-        z: (p,) points inside, on edges or on vertices, where there is no derivative.
-        threads: as many as there are processors by default; the result does not depend on it.
+        z: (p,) points inside, on edges or at vertices, where there is no derivative.
+        threads: number of threads; by default one per processor. The result does not depend on it.
 
     Returns:
         (2, m, p) values and derivatives.
@@ -64,25 +64,27 @@ def jets(polygon: Complex, densities: Complex, z: Complex, threads: int | None =
 
 
 def coordinates(polygon: Complex, z: Complex) -> Complex:
-    """Cauchy-Green coordinates C_j(z) (paper, Appendix A).
+    """Return the Cauchy-Green coordinates C_j(z) (paper, Appendix A).
 
     Args:
         polygon: (n,) counter-clockwise vertices.
-        z: (p,) points inside, on edges or on vertices (there: the limit from inside).
+        z: (p,) points inside, on edges or at vertices (there: the limit from inside).
 
     Returns:
-        (p, n) matrix with Σ_j C_j = 1 and Σ_j C_j z_j = z. No memory beyond it.
+        (p, n) matrix with Σ_j C_j = 1 and Σ_j C_j z_j = z. No other memory of this size is used.
     """
     return _filled(_coordinates, polygon, z)
 
 
 def derivatives(polygon: Complex, z: Complex) -> Complex:
-    """D_j(z) = dC_j/dz (paper, Appendix A), (p, n), for points off the vertices, where it does not exist."""
+    """Return (p, n) D_j(z) = dC_j/dz (paper, Appendix A), for points that are not vertices, where it does not
+    exist.
+    """
     return _filled(_derivatives, polygon, z)
 
 
 def _filled(kernel: Function, polygon: Complex, z: Complex) -> Complex:
-    """Return the matrix that a kernel fills, on all threads; what it holds does not depend on their number."""
+    """Return the matrix that a kernel fills, using all threads; the result does not depend on their number."""
     polygon, z = np.ascontiguousarray(polygon, dtype=complex), np.ascontiguousarray(z, dtype=complex)
     out = np.empty((z.size, polygon.size), dtype=np.complex128)
     over_slices(
@@ -92,7 +94,7 @@ def _filled(kernel: Function, polygon: Complex, z: Complex) -> Complex:
 
 
 def second_derivatives(polygon: Complex, z: Complex) -> Complex:
-    """D2_j(z) = d²C_j/dz² (paper, Appendix A), (p, n), for points off the vertices."""
+    """Return (p, n) D2_j(z) = d²C_j/dz² (paper, Appendix A), for points that are not vertices."""
     out = np.empty((z.size, polygon.size), dtype=np.complex128)
     for rows in blocks(z.size, polygon.size):
         b = polygon[None, :] - z[rows, None]
@@ -102,6 +104,6 @@ def second_derivatives(polygon: Complex, z: Complex) -> Complex:
 
 
 def blocks(rows: int, columns: int) -> list[slice]:
-    """Slices that cut `rows` into blocks of at most BLOCK_ENTRIES entries."""
+    """Return slices that divide `rows` into blocks of at most BLOCK_ENTRIES entries."""
     step = max(1, BLOCK_ENTRIES // max(1, columns))
     return [slice(k, min(k + step, rows)) for k in range(0, rows, step)]

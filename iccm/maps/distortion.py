@@ -1,8 +1,9 @@
-"""Distortion of a map over the target's area: the figures of the report, from samples of any kind of map.
+"""Distortion of a map over the target's area: figures of the report from samples of any kind of map.
 
-A sample stands for a piece of the target: its area, and f_z and f_z̄ there. Points spread over the source count by
-|J| times their share of the source's area; samples of area 0 count for the largest values alone. Lengths are relative
-to the mean scale, the root of the target's area by the source's, so that a similarity has stretch 1.
+A sample stands for a piece of the target: it consists of its area, and f_z and f_z̄ there. Points spread over
+the source are weighted by |J| times their share of the source's area; samples with area 0 only count for
+maxima. Lengths are relative to the mean scale, the root of the target's area over the source's, so that a
+similarity has stretch 1.
 """
 
 from dataclasses import dataclass, field
@@ -19,8 +20,8 @@ from .triangulated.patches import cross
 STRETCHED_P95, DILATED_P95 = (
     5.0,
     10.0,
-)  # over 5 % of the target: from here pictures look stretched into stripes
-SQUEEZED_DILATATION = 100.0  # dilatation from which a triangle counts as all but folded (by hand)
+)  # if exceeded on 5 % of the target, pictures look stretched into stripes
+SQUEEZED_DILATATION = 100.0  # dilatation from which a triangle counts as nearly folded (chosen by hand)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +29,11 @@ class Distortion:
     """Samples of a map.
 
     Attributes:
-        area: (p,) areas of the target that they stand for, not negative, some positive.
+        area: (p,) areas of the target for which they stand, not negative, some positive.
         f_z, f_zbar: (p,) the derivatives there.
         scale: the mean scale; positive.
-        z: (p,) where the samples are in the source, and
-        w: (p,) in the target; empty where nobody asks.
+        z: (p,) positions of the samples in the source, and
+        w: (p,) in the target; empty if not needed.
     """
 
     area: Real
@@ -44,27 +45,30 @@ class Distortion:
 
     @cached_property
     def stretches(self) -> Real:
-        """(p,) max(s₁, 1 / s₂) of the singular values by the mean scale; inf where folded."""
+        """(p,) max(s₁, 1 / s₂) of the singular values relative to the mean scale; inf where folded."""
         major, minor = np.abs(self.f_z) + np.abs(self.f_zbar), np.abs(self.f_z) - np.abs(self.f_zbar)
         return np.maximum(major / self.scale, _ratio(np.full_like(minor, self.scale), minor))
 
     @cached_property
     def dilatations(self) -> Real:
-        """(p,) s₁ / s₂; inf where folded, 1 where nothing is painted."""
+        """(p,) s₁ / s₂; inf where folded, 1 where nothing is shown."""
         size, other = np.abs(self.f_z), np.abs(self.f_zbar)
         return np.where(size + other > 0, _ratio(size + other, size - other), 1.0)
 
     @cached_property
     def scales(self) -> Real:
-        """(p,) √|J| by the mean scale."""
+        """(p,) √|J| relative to the mean scale."""
         return np.sqrt(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2)) / self.scale
 
     def energies(self, balance: float = 1.0) -> dict[str, Real]:
-        """Return (p,) what the balanced energy is made of: `angle` (s₁/s₂ + s₂/s₁) / 2, `area` (d + 1/d) / 2 with d the
-        scale of areas by the mean, and `total` angle · area^θ, with θ the balance; 1 for a similarity, inf where
+        """Return the parts of the balanced energy, (p,) each.
+
+        They are `angle`, (s₁/s₂ + s₂/s₁) / 2; `area`, (d + 1/d) / 2, where d is the area scale relative to the
+        mean; and `total`, angle · area^θ, where θ is the balance. They are 1 for a similarity, and inf where
         folded.
         """
-        # The solver's density is in core/include/iccm/density.h; it has no parts, which figures show one by one.
+        # The solver's density is in core/include/iccm/density.h; it does not return the parts, which the report
+        # lists separately.
         d = (np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2) / self.scale**2
         angle = _ratio((np.abs(self.f_z) ** 2 + np.abs(self.f_zbar) ** 2) / self.scale**2, d)
         area = 0.5 * (d + _ratio(np.ones_like(d), d))
@@ -77,31 +81,34 @@ class Distortion:
 
     @cached_property
     def strain(self) -> tuple[float, float] | None:
-        """Stretch and dilatation beyond which 5 % of the target are, where that is far; else None."""
+        """Stretch and dilatation that are exceeded on 5 % of the target, if one of them is large; else None."""
         stretch, dilatation = (self.quantile(each, 0.95) for each in (self.stretches, self.dilatations))
         return (stretch, dilatation) if stretch > STRETCHED_P95 or dilatation > DILATED_P95 else None
 
     @property
     def squeezed(self) -> float:
-        """The larger of the shares of source and target on which the map all but folds: dilatation over
-        SQUEEZED_DILATATION."""
+        """The larger of the shares of source and target on which the map nearly folds, with a dilatation over
+        SQUEEZED_DILATATION.
+        """
         before = self.area / np.maximum(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2), 1e-300)
         on = self.dilatations > SQUEEZED_DILATATION
         return max(float(area @ on / area.sum()) for area in (self.area, before))
 
     @property
     def turn(self) -> float:
-        """By how many degrees the picture is turned counter-clockwise, in (-180, 180]: of the mean of f_z / |f_z|."""
+        """Mean rotation of the picture in degrees, counter-clockwise, in (-180, 180]: that of the mean of f_z /
+        |f_z|.
+        """
         size = np.abs(self.f_z)
         mean = self.area @ np.divide(self.f_z, size, out=np.zeros_like(self.f_z), where=size > 0)
         return float(np.degrees(np.angle(mean)))
 
     def quantile(self, values: Real, share: float) -> float:
-        """Return the least of values (p,) that those of a share of the target do not exceed."""
+        """Return the smallest of values (p,) that is not exceeded on a share of the target."""
         return weighted_quantile(values, self.area, share)
 
     def report(self) -> dict:
-        """Return as in the JSON report."""
+        """Return the figures as in the JSON report."""
         return {
             "stretch": self._figures(self.stretches, ("p50", 0.5), ("p95", 0.95)),
             "dilatation": self._figures(self.dilatations, ("median", 0.5), ("p95", 0.95)),
@@ -114,7 +121,7 @@ class Distortion:
 
 
 def weighted_quantile(values: Real, weights: Real, share: float) -> float:
-    """Return the least of values (p,) that those of a share of their weights (p,) do not exceed."""
+    """Return the smallest of values (p,) that is not exceeded by values with a share of the total weight."""
     order = np.argsort(values)
     summed = np.cumsum(weights[order])
     return float(values[order][min(np.searchsorted(summed, share * summed[-1]), values.size - 1)])
@@ -131,8 +138,16 @@ _POINTS = np.concatenate([_INNER, np.eye(3)])
 
 
 def of_triangles(map: TriangulatedMap, chosen: Index | None = None, shares: Real | None = None) -> Distortion:
-    """Three samples in each triangle, or each of those chosen, which share its area of the image, or a share of it,
-    and its corners for the largest values. The mean scale is that of these parts."""
+    """Return samples in each triangle, or in the chosen ones.
+
+    Three samples share the triangle's area in the image, or a share of it; its corners are samples with area 0,
+    for maxima. The mean scale is that of these parts.
+
+    Args:
+        map: the map.
+        chosen: (k,) triangles; all by default.
+        shares: (k,) shares of their areas; one by default.
+    """
     chosen = np.arange(len(map.faces)) if chosen is None else chosen
     a, b, c = map.corners[chosen].T
     d, e, f = map.source[map.faces[chosen]].T
@@ -147,7 +162,7 @@ def of_triangles(map: TriangulatedMap, chosen: Index | None = None, shares: Real
 
 
 def in_middles(map: TriangulatedMap) -> Distortion:
-    """Return one sample in the middle of each triangle, in their order, with its place."""
+    """Return one sample at the centroid of each triangle, in order, with its position."""
     a, b, c = map.corners.T
     d, e, f = map.source[map.faces].T
     area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
@@ -158,7 +173,7 @@ def in_middles(map: TriangulatedMap) -> Distortion:
 
 
 def inside_triangles(map: TriangulatedMap) -> Distortion:
-    """Return the same without the corners, where surfaces that the planes stand for bend; with the samples' places."""
+    """Return three samples in each triangle, with their positions, and without the corners, where surfaces bend."""
     a, b, c = map.corners.T
     area = 0.5 * np.abs(cross(b - a, c - a))
     triangle = np.repeat(np.arange(len(map.faces)), len(_INNER))
@@ -169,9 +184,9 @@ def inside_triangles(map: TriangulatedMap) -> Distortion:
 
 
 def of_inverse(map: AnyMap, w: Complex, scale: float) -> Distortion:
-    """Return points w (p,) spread evenly over the target, through the inverse of a map.
+    """Return samples at points w (p,) spread evenly over the target, through the inverse of a map.
 
-    Where no point of the source goes nothing is painted: scale 0 and infinite stretch.
+    At points without a preimage nothing is shown: scale 0 and infinite stretch.
 
     Args:
         map: source → target.

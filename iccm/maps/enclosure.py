@@ -1,17 +1,18 @@
-"""Harmonic maps between samples: the derivatives and the image of a curve, enclosed piece by piece.
+"""Bounds on harmonic maps between samples: enclosures of the derivatives and of the image of a curve, piece by
+piece.
 
 With φ linear on every edge, Φ' has logarithms, but Φ″ is rational,
 
     Φ″(z) = 1/(2πi) Σ_j ρ_j / ((z_j - z) (z_{j+1} - z)),   ρ_j = φ_{j+1} - φ_j - Φ'(m) (z_{j+1} - z_j):
 
-the linear function of slope Φ'(m), m being any point, has no second derivative. On a piece of a curve with middle m and
-half its length r < |z_j - m| for all j, with D_j = |z_j - m| - r,
+the linear function of slope Φ'(m), m being any point, has no second derivative. On a piece of a curve with
+midpoint m and half its length r < |z_j - m| for all j, with D_j = |z_j - m| - r,
 
     |Φ'(z) - Φ'(m)| ≤ r |Φ″(m)| + r² R/2,   |Φ″(z)| ≤ |Φ″(m)| + r R,
     R = 1/(2π) Σ_j |ρ_j| (D_j + D_{j+1}) / (D_j D_{j+1})²,
 
-and the same for conj Ψ. So nothing is left to chance between samples; pieces are halved until the bounds are sharp
-enough. Rounding is allowed for by bounds of its size (`ROUNDING_SHARE`), which are estimates.
+and the same for conj Ψ. So the bounds hold between samples, too; pieces are halved until they are sharp enough.
+Rounding errors are taken into account by bounds of their size (`ROUNDING_SHARE`), which are estimates.
 """
 
 from dataclasses import dataclass, fields
@@ -24,14 +25,14 @@ from ..native import function
 from ..parallel import over_slices
 from .harmonic import HarmonicMap
 
-MOST_DISTANCE_RATIO = 0.5  # half of a piece, relative to its distance to the nearest vertex, at most
+MOST_DISTANCE_RATIO = 0.5  # largest half length of a piece, relative to its distance from the nearest vertex
 MOST_TANGENT_RADIUS = (
-    0.5  # radius of the disc that holds the tangents of a piece's image, relative to its centre, at most
+    0.5  # largest radius of the disc that contains the tangents of a piece's image, relative to its centre
 )
-ROUNDING_SHARE = 1e-13  # of what is added up in a value of the map or its derivatives
-MOST_PIECES = 30_000  # pieces; a map that takes more is not proven
-HALVING_ROUNDS = 50  # of halving pieces (by hand)
-SLICE_PIECES = 256  # pieces that a thread takes at a time (by hand)
+ROUNDING_SHARE = 1e-13  # relative to the sum of absolute values in the map or its derivatives
+MOST_PIECES = 30_000  # a map that needs more pieces is not certified
+HALVING_ROUNDS = 50  # of halving pieces (chosen by hand)
+SLICE_PIECES = 256  # pieces that a thread takes at a time (chosen by hand)
 
 _bounds = function(
     """int64_t iccm_maps_enclosure(
@@ -43,18 +44,18 @@ _bounds = function(
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Closed curves in pieces, each a straight segment from its `start` to that of the piece that follows.
+    """Closed curves in pieces, each a straight segment from its `start` to that of the next piece.
 
     Attributes:
         start: (k,) points, the rings one after the other.
-        ring: (k,) number of the ring that a piece belongs to.
+        ring: (k,) number of the ring to which a piece belongs.
         image: (k,) f at the starts.
         slope: (k,) f_z at the starts.
-        tangent: (k,) derivative of f along the piece, in its middle.
+        tangent: (k,) derivative of f along the piece, at its midpoint.
         jacobian: (k,) |f_z| - |f_z̄| there.
         quotient: (k,) |f_z̄ / f_z| there.
-        spread: (k,) how far the tangent strays from the one in the middle, at most; inf where nothing is known.
-        bulge: (k,) distance of the image from the chord between its ends, at most.
+        spread: (k,) upper bound on the distance of the tangent from that at the midpoint; inf if unknown.
+        bulge: (k,) upper bound on the distance of the image from the chord between its ends.
     """
 
     start: Complex
@@ -69,23 +70,28 @@ class Pieces:
 
     @property
     def following(self) -> Index:
-        """(k,) the piece that follows."""
+        """(k,) the next piece."""
         return _following(self.ring)
 
     @property
     def loose(self) -> np.ndarray:
-        """(k,) whether the bounds do not yet tell that the map keeps its orientation along a piece and that no two
-        points of it have one image."""
+        """(k,) whether the bounds do not yet prove that the map preserves orientation along a piece and is
+        injective on it.
+        """
         return ~(self.spread <= MOST_TANGENT_RADIUS * self.jacobian)
 
     @property
     def half_angle(self) -> Real:
-        """(k,) half the angle of the cone that holds the tangents, at most; needs pieces that are not loose."""
+        """(k,) upper bound on half the angle of the cone that contains the tangents; valid for pieces that are
+        not loose.
+        """
         return np.arcsin(np.minimum(self.spread / np.abs(self.tangent), 1.0))
 
     @property
     def zeros(self) -> Index:
-        """(rings,) turns of f_z along each ring, the number of its zeros inside; exact where no piece is loose."""
+        """(rings,) winding number of f_z along each ring, the number of its zeros inside; exact if no piece is
+        loose.
+        """
         turn = np.angle(self.slope[self.following] * self.slope.conj())
         return np.rint(np.bincount(self.ring, turn) / (2 * np.pi)).astype(int)
 
@@ -95,10 +101,10 @@ class Pieces:
 
 
 class Encloser:
-    """A map made ready for bounds."""
+    """A map prepared for bounds."""
 
     def __init__(self, f: HarmonicMap):
-        """Take the map's own arrays, and a search tree of its vertices."""
+        """Prepare the map's arrays and a search tree of its vertices."""
         from scipy.spatial import cKDTree
 
         self.f = f
@@ -110,7 +116,9 @@ class Encloser:
         self.rounding = ROUNDING_SHARE * float(np.abs(image - image[0]).max())
 
     def pieces(self, rings: list[Complex]) -> Pieces:
-        """Rings (first point not repeated) in pieces that are short beside their distance to the vertices."""
+        """Divide rings (first point not repeated) into pieces that are short relative to their distance from
+        the vertices.
+        """
         start, ring = np.concatenate(rings), np.repeat(np.arange(len(rings)), [z.size for z in rings])
         for _ in range(HALVING_ROUNDS):
             middle, half = _middles(start, ring)
@@ -135,7 +143,7 @@ class Encloser:
         return Pieces(**parts)
 
     def _bounded(self, start: Complex, ring: Index, only: np.ndarray | None = None) -> Pieces:
-        """Return the bounds of all pieces, or of those that are marked."""
+        """Return the bounds of all pieces, or of the marked ones."""
         following = _following(ring)
         if only is None:
             only = np.ones(start.size, dtype=bool)
@@ -165,10 +173,10 @@ class Encloser:
 
 
 def too_close(pieces: Pieces, fresh: np.ndarray | None = None) -> tuple[Index, Index]:
-    """Pairs of pieces whose images may meet where they must not, as far as the bounds tell.
+    """Return pairs of pieces whose images the bounds cannot separate, although they must not meet.
 
-    Neighbours share a point; their images meet only there where the cones of their tangents leave each other room.
-    All others must stay apart by more than their bulges. No piece may be loose.
+    Neighbours share a point; their images meet only there if the cones of their tangents are far enough from
+    being opposite. All others must be separated by more than the sum of their bulges. No piece may be loose.
 
     Args:
         pieces: the curves.
@@ -193,7 +201,7 @@ def too_close(pieces: Pieces, fresh: np.ndarray | None = None) -> tuple[Index, I
 
 
 def _following(ring: Index) -> Index:
-    """Return the next index in the same ring, cyclic."""
+    """Return the next index in the same ring, cyclically."""
     following = np.arange(1, ring.size + 1)
     last = np.append(np.flatnonzero(np.diff(ring)), ring.size - 1)
     following[last] = np.concatenate([[0], last[:-1] + 1])
@@ -206,5 +214,5 @@ def _middles(start: Complex, ring: Index) -> tuple[Complex, Real]:
 
 
 def _halved(start: Complex, middle: Complex, which: np.ndarray) -> Complex:
-    """Start with the middles of some pieces inserted."""
+    """Return the starts with the midpoints of some pieces inserted."""
     return np.insert(start, np.flatnonzero(which) + 1, middle[which])

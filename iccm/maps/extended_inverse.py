@@ -1,4 +1,4 @@
-"""Preimages of points of the target, those just outside the image of the source included."""
+"""Preimages of points of the target, including points just outside the image of the source."""
 
 from dataclasses import dataclass, field
 from threading import Lock
@@ -12,7 +12,7 @@ from ..parallel import over_slices
 from .approximation import AnyMap, triangulated
 from .triangulated.map import inverted
 
-SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time (by hand)
+SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time (chosen by hand)
 
 _bends = function(
     """int64_t iccm_maps_bends(
@@ -22,16 +22,17 @@ _bends = function(
 
 @dataclass(eq=False)
 class ExtendedInverse:
-    """The inverse of a map, continued past the image of the boundary by its nearest point.
+    """The inverse of a map, extended beyond the image of the boundary by the nearest point.
 
-    A map meets the target's outline only to within a gap, so points on that outline may have no preimage; they take the
-    one of the nearest point of the boundary's image. How many there were and how far they lay is kept.
+    A map meets the target's outline only within a tolerance, so that points on that outline may have no
+    preimage; they get that of the nearest point of the boundary's image. Their number and largest distance are
+    recorded.
 
     Attributes:
         map: source to target.
-        threads: as many as there are processors by default.
-        outside: number of points so far that had no preimage.
-        away: the farthest of them lay this far from the image.
+        threads: number of threads; by default one per processor.
+        outside: number of points so far without a preimage.
+        away: largest distance of these from the image.
     """
 
     map: AnyMap
@@ -50,7 +51,7 @@ class ExtendedInverse:
         return z
 
     def reached(self, w: Complex) -> tuple[Complex, Flags]:
-        """Return (p,) preimages, and which of the points have one, to within what a map counts as its outline."""
+        """Return (p,) preimages, and which of the points have one, within the tolerance of the map's outline."""
         z, away = self._map.extended_inverse(w, self.threads)
         near = away <= self._map.near * self._map.image_diagonal
         self._count(away[near])
@@ -62,7 +63,9 @@ class ExtendedInverse:
             self.away = max(self.away, float(away.max(initial=0.0)))
 
     def slopes(self, z: Complex) -> tuple[Complex, Complex]:
-        """z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or folds."""
+        """Return z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or
+        folds.
+        """
         _, a, b = self._map.jet(z, self.threads)
         z_w, z_wbar = inverted(a, b)
         bad = ~(np.abs(a) > np.abs(b)) | ~np.isfinite(z_w + z_wbar)
@@ -71,10 +74,10 @@ class ExtendedInverse:
 
 
 def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: int | None = None) -> Real:
-    """Return (m,) estimate of how far the inverse strays from its linear interpolation in each triangle (m, 3).
+    """Estimate (m,) the distance of the inverse from its linear interpolation in each triangle (m, 3).
 
-    Along an edge e a smooth function differs from its chord by about |slope(b) e - slope(a) e| / 8. Unknown slopes
-    give inf.
+    Along an edge e, a smooth function differs from its chord by about |slope(b) e - slope(a) e| / 8. Unknown
+    slopes give inf.
     """
     out = np.empty(len(faces))
     faces = np.ascontiguousarray(faces, np.int64)

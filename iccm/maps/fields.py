@@ -1,4 +1,4 @@
-"""Numbers over the plane, as pictures give them: how much places count, how large they are to be."""
+"""Fields of positive numbers over the plane, from pictures: weights of distortion, and desired scales."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from ..errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """Positive numbers at the middles of a box's pixels, linear between them and constant beyond.
+    """Positive numbers at the centres of a box's pixels, interpolated linearly, and constant beyond.
 
     Attributes:
         values: (h, w), row 0 on top.
@@ -27,10 +27,16 @@ class Field:
 
     @classmethod
     def of(cls, given: ArrayLike, box: Box, least: float, name: str) -> "Field":
-        """Return the numbers (h, w), those below a share `least` of the largest raised to that; `name` is for messages.
+        """Return the field of numbers (h, w); those below the share `least` of the largest are raised to it.
+
+        Args:
+            given: the numbers, row 0 on top.
+            box: lower left and upper right corner.
+            least: least value relative to the largest.
+            name: name of the argument in messages.
 
         Raises:
-            InputError: no array (h, w), not finite, negative, or all zero.
+            InputError: not an array (h, w), or values that are not finite, negative, or all zero.
         """
         try:
             values = np.asarray(given, float)
@@ -45,7 +51,7 @@ class Field:
         return cls(np.maximum(values, least * values.max()), box)
 
     def __call__(self, z: Complex) -> Real:
-        """Return the numbers at points of any shape."""
+        """Return the interpolated numbers at points of any shape."""
         height, width = self.values.shape
         y, x = (np.clip(at - 0.5, 0, most - 1) for at, most in zip(self._in_pixels(z), (height, width)))
         i, j = np.minimum(y.astype(int), max(height - 2, 0)), np.minimum(x.astype(int), max(width - 2, 0))
@@ -56,12 +62,12 @@ class Field:
         return np.asarray((1 - t) * upper + t * lower)
 
     def pixels(self, z: Complex) -> tuple[Index, Index]:
-        """Rows and columns of the pixels in which points of any shape are, or to which they are closest."""
+        """Return the rows and columns of the pixels that contain points of any shape, or are closest to them."""
         i, j = (np.clip(at, 0, most - 1) for at, most in zip(self._in_pixels(z), self.values.shape))
         return i.astype(int), j.astype(int)
 
     def _in_pixels(self, z: Complex) -> tuple[Real, Real]:
-        """Return how far points are below the upper edge, and to the right of the left one."""
+        """Return the distances of points, in pixels, below the upper edge and to the right of the left edge."""
         (low, high), (height, width) = self.box, self.values.shape
         size = high - low
         return (high.imag - z.imag) / size.imag * height, (z.real - low.real) / size.real * width

@@ -1,5 +1,7 @@
-"""The figure of a map: grids, the picture carried, distortion, figures and notes in words. matplotlib objects, never
-pyplot: no display, no state."""
+"""The matplotlib figure of a map: grids, the mapped picture, distortion, figures and notes.
+
+It uses matplotlib objects without pyplot, so that neither a display nor global state is needed.
+"""
 
 import textwrap
 from collections.abc import Sequence
@@ -24,7 +26,7 @@ from .harmonic import area_scale, dilatation
 from .summary import in_words
 
 GRID_LINES, POINTS_PER_LINE, HEAT_PIXELS = 24, 400, 220
-PANEL_CHARACTERS, PANEL_LINES = 50, 24  # of the words, in letters and lines that the panel holds
+PANEL_CHARACTERS, PANEL_LINES = 50, 24  # letters per line and lines of the text panel
 INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
 
 
@@ -44,21 +46,23 @@ def figure(
     report: dict[str, Any],
     names: tuple[str, str],
 ) -> Figure:
-    """Six panels: the source with a grid and its pins, the grid's image over the target, the picture carried, the
-    logarithm of the area scale and the dilatation over the source, and the report with its notes in words.
+    """Return a figure with six panels.
+
+    They show the source with a grid and its pins, the grid's image over the target, the mapped picture, the
+    logarithm of the area scale and the dilatation over the source, and the report with its notes.
 
     Args:
         map: source → target.
         source: its outline.
-        target: the outline aimed at, if there is one.
-        image: that of the source's outline.
-        openings: outlines of the holes that the map leaves out, in the source and in the image.
-        lost: what of the source is hidden, and what of the target stays bare; they are hatched.
-        painted: what whole drawings paint in the source and in the target, whose outlines are drawn.
+        target: outline of the target, if there is one.
+        image: image of the source's outline.
+        openings: outlines of holes in the map, in the source and in the image.
+        lost: hidden parts of the source, and bare parts of the target; they are hatched.
+        painted: painted regions of whole drawings in the source and in the target, whose outlines are drawn.
         pins: (k, 2) source and target of each.
-        strokes: of each.
+        strokes: source and target of each.
         regions: outlines of rigid regions, which are shaded.
-        carried: a picture seen through the map, 8 bits a channel in sRGB, and its box in the target's plane.
+        carried: a mapped picture, 8 bits per channel in sRGB, and its box in the target's plane.
         report: of the map, with its message and notes.
         names: titles of the source and of its image.
     """
@@ -101,7 +105,7 @@ def figure(
 
 
 def draw_carried(axes: Any, carried: tuple[NDArray, Box], target: Curve) -> None:
-    """Draw a picture seen through a map, with its box and the target's outline, into given axes."""
+    """Draw a mapped picture in its box, and the target's outline, into given axes."""
     pixels, (low, high) = carried
     axes.imshow(pixels, extent=(low.real, high.real, low.imag, high.imag), interpolation="none")
     _outline(axes, target.z, INK, 1.0)
@@ -111,7 +115,7 @@ def draw_carried(axes: Any, carried: tuple[NDArray, Box], target: Curve) -> None
 def write_words(
     lines: Sequence[str], axes: Any, wide: int = PANEL_CHARACTERS, most: int = PANEL_LINES
 ) -> None:
-    """Lines as the text of a panel, as wide and as many as it holds."""
+    """Write lines as the text of a panel, wrapped and truncated to its size."""
     axes.set_axis_off()
     wrapped = [
         part
@@ -131,8 +135,10 @@ def grid(
     per_line: int = POINTS_PER_LINE,
     holes: Sequence[np.ndarray] = (),
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Grid lines inside an outline: (lines, points) complex arrays, NaN outside and in holes, first across and then
-    up."""
+    """Return grid lines inside an outline: horizontal and vertical ones.
+
+    Each is a (lines, points) complex array, NaN outside and in holes.
+    """
     low, high = bounding_box(outline)
     step = longer_side(low, high) / lines
     columns = np.arange(low.real + step / 2, high.real, step)
@@ -152,7 +158,7 @@ def _inside(
 
 
 def _apply(evaluate: Any, z: np.ndarray) -> np.ndarray:
-    """f where z is a number, NaN elsewhere."""
+    """Evaluate a function where z is finite; NaN elsewhere."""
     known = np.isfinite(z)
     image = np.full(z.shape, complex(np.nan, np.nan))
     image[known] = evaluate(z[known])
@@ -188,7 +194,7 @@ def _clipped(text: str, width: int = 52) -> str:
 
 
 def _distortion(map: AnyMap, source: Curve, holes: list[Complex], left: Any, right: Any) -> None:
-    """log10 of the area scale (relative to its median) and the dilatation, over the source."""
+    """Draw log10 of the area scale (relative to its median) and the dilatation, over the source."""
     low, high = source.box
     step = longer_side(low, high) / HEAT_PIXELS
     x, y = np.arange(low.real + step / 2, high.real, step), np.arange(low.imag + step / 2, high.imag, step)
@@ -227,7 +233,7 @@ def _shear(axes: Any, shear: np.ndarray, area: np.ndarray, extent: tuple) -> Non
 
 
 def _folded(axes: Any, area: np.ndarray, extent: tuple) -> None:
-    """Paint red where the map turns over."""
+    """Paint folded areas red."""
     red = np.zeros((*area.shape, 4))
     red[area <= 0] = (0.85, 0, 0.1, 1)
     axes.imshow(red, origin="lower", extent=extent)

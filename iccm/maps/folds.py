@@ -1,4 +1,4 @@
-"""The sheet of a folded map that is seen: the one that continues from the widest place."""
+"""Choose the visible sheet of a folded map: the one that is connected to the widest place."""
 
 import numpy as np
 
@@ -13,16 +13,17 @@ _flood = function(
 
 
 def by_sheets(image: Complex, faces: Index, across: Index, clearance: Real) -> tuple[Index, int]:
-    """Return the triangles in the order in which they lie over each other, and how many are seen at all.
+    """Return the triangles in the order in which they cover each other, and the number of visible ones.
 
-    Of two triangles over one place the one lies on top to which a wider way leads from the triangle with most room
-    around its image, over triangles that are not turned over. These are not seen, and come last.
+    Of two triangles with overlapping images, that one is on top which can be reached by a wider path from the
+    triangle with the largest clearance, over triangles that are not turned over. Turned-over triangles are
+    invisible, and come last.
 
     Args:
         image: (n,) images of the vertices.
         faces: (m, 3) triangles.
-        across: (m, 3) those beyond their sides, -1 for none.
-        clearance: (m,) how far each one's image is from that of the boundary.
+        across: (m, 3) the triangles across their sides, -1 for none.
+        clearance: (m,) distance of each image from the image of the boundary.
     """
     a, b, c = image[faces].T
     up = cross(b - a, c - a) > 0

@@ -11,25 +11,29 @@ from ..curve import Curve
 from ..plane import bounding_box
 from . import cauchy_green
 
-ROUNDING_SHARE = 1e-9  # of the polygon's diagonal, and
+ROUNDING_SHARE = 1e-9  # relative to the polygon's diagonal, and
 AT_VERTEX_SHARE = 1e-12
-"""Of the diagonal: points so close to a vertex see its edges under no certain angle, and are taken to it."""
-ON_BOUNDARY_SHARE = 1e-15  # of the coordinates: points that lie outside by less are on the boundary
+"""Relative to the diagonal: points this close to a vertex see its edges at an uncertain angle, and are moved to
+it.
+"""
+ON_BOUNDARY_SHARE = 1e-15  # relative to the coordinates: points that are outside by less are on the boundary
 
 
 @dataclass(frozen=True, eq=False)
 class HarmonicMap:
-    """f(z) = C(z) φ + conj(C(z)) ψ, planar harmonic, on the inside of a polygon.
+    """The map f(z) = C(z) φ + conj(C(z)) ψ, planar harmonic, on the inside of a polygon.
 
-    Points outside by at most `slack` are taken to the closest point of the polygon; beyond the map is NaN.
+    Points outside by at most `slack` are mapped like the closest point of the polygon; farther out the map is
+    NaN.
 
     Attributes:
         polygon: (n,) vertices of the source domain, counter-clockwise.
         phi: (n,) coefficients of the holomorphic part Φ = C φ.
-        psi: (n,) coefficients of the antiholomorphic part Ψ = conj(C) ψ: the *conjugated* ψ̂ of Eq. 8 in the paper,
-            and the only place where that is decided. All zero exactly when the map is conformal.
-        slack: how far the outline that the polygon stands for may lie outside of it.
-        axes: what pairs of real numbers mean on either side, see `iccm.axes`.
+        psi: (n,) coefficients of the antiholomorphic part Ψ = conj(C) ψ: the *conjugated* ψ̂ of Eq. 8 in the
+            paper; this is the only place where that convention is decided. All zero exactly if the map is
+            conformal.
+        slack: how far the outline that the polygon stands for may be outside of it.
+        axes: meaning of pairs of real numbers on either side, see `iccm.axes`.
     """
 
     polygon: Complex
@@ -40,11 +44,11 @@ class HarmonicMap:
 
     @property
     def conformal(self) -> bool:
-        """Whether Ψ is absent."""
+        """Whether Ψ is zero."""
         return not self.psi.any()
 
     def __call__(self, z: Complex) -> Complex:
-        """f at complex points of any shape, or at pairs (…, 2), in the same form; NaN beyond the boundary."""
+        """Evaluate f at complex points of any shape, or at pairs (…, 2), in the same form; NaN outside."""
         if is_pairs(z):
             return on_pairs(self.__call__, z, self.axes)  # type: ignore[return-value]
         z = as_points(z)
@@ -55,13 +59,13 @@ class HarmonicMap:
         return out.reshape(z.shape)
 
     def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """f, f_z and f_z̄ at points of any shape, at once and fast; NaN beyond, the derivatives at vertices too."""
+        """Return f, f_z and f_z̄ at points of any shape at once; NaN outside, the derivatives also at vertices."""
         z = as_points(z)
         found = self.jet_inside(self.placed(z.ravel()), threads)
         return tuple(values.reshape(z.shape) for values in found)  # type: ignore[return-value]
 
     def jet_inside(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """Return the same at points (p,) that are known to lie inside or on the boundary, or are NaN."""
+        """Return f, f_z and f_z̄ at points (p,) that are inside or on the boundary, or are NaN."""
         if self.conformal:
             (value,), (rate,) = cauchy_green.jets(self.polygon, self.phi[None], z, threads)
             return value, rate, np.where(np.isnan(rate), rate, 0)
@@ -70,8 +74,10 @@ class HarmonicMap:
         return values[0] + values[1].conj(), rates[0], rates[1].conj()
 
     def centred(self) -> "tuple[HarmonicMap, complex, complex]":
-        """Return the map about the centres of source and image, and these centres: far from the origin digits are lost.
-        Coordinates add up to 1, so that a shift of the coefficients shifts the map.
+        """Return the map relative to the centres of source and image, and these centres.
+
+        Far from the origin, precision is lost. The coordinates sum up to 1, so that shifting the coefficients
+        shifts the map.
         """
         source, image = (0.5 * sum(bounding_box(plane)) for plane in (self.polygon, self.phi + self.psi))
         return replace(self, polygon=self.polygon - source, phi=self.phi - image), source, image
@@ -83,17 +89,17 @@ class HarmonicMap:
 
     @property
     def rims(self) -> list[Complex]:
-        """The polygon, as `TriangulatedMap` lists its boundaries."""
+        """The boundaries of the source, as in `TriangulatedMap`: the polygon."""
         return [self.polygon]
 
     @cached_property
     def outline(self) -> Curve:
-        """The polygon."""
+        """The polygon as a curve."""
         return Curve(self.polygon)
 
     def placed(self, z: Complex) -> Complex:
-        """Return (p,) points inside as they are, others at the closest point of the polygon, NaN where that is too
-        far.
+        """Return (p,) points: inside unchanged, others moved to the closest point of the polygon, NaN if that
+        is too far.
         """
         out = z.copy()
         beyond = np.flatnonzero(~self.outline.contains(z))
@@ -115,7 +121,8 @@ class HarmonicMap:
         return out
 
     def derivatives(self, z: Complex) -> tuple[Complex, Complex]:
-        """Wirtinger derivatives f_z = ½(∂_x - i∂_y) f and f_z̄ = ½(∂_x + i∂_y) f, off the vertices; NaN outside.
+        """Return the Wirtinger derivatives f_z = ½(∂_x - i∂_y) f and f_z̄ = ½(∂_x + i∂_y) f; NaN outside and at
+        vertices.
 
         The paper swaps the two operators under Eq. 9 and drops the ½.
         """
@@ -133,12 +140,14 @@ class HarmonicMap:
 
 
 def dilatation(f_z: Complex, f_zbar: Complex) -> np.ndarray:
-    """Quasi-conformal dilatation K = (|f_z| + |f_z̄|) / (|f_z| - |f_z̄|) (paper Eq. 9); 1 where conformal, inf
-    where folded."""
+    """Return the quasi-conformal dilatation K = (|f_z| + |f_z̄|) / (|f_z| - |f_z̄|) (paper Eq. 9).
+
+    It is 1 where the map is conformal, and inf where it folds.
+    """
     major, minor = np.abs(f_z) + np.abs(f_zbar), np.abs(f_z) - np.abs(f_zbar)
     return np.where(minor > 0, major / np.where(minor > 0, minor, 1.0), np.inf)
 
 
 def area_scale(f_z: Complex, f_zbar: Complex) -> np.ndarray:
-    """Signed area scale |f_z|² - |f_z̄|² (paper §3.2), the Jacobian of f as a map of the plane."""
+    """Return the signed area scale |f_z|² - |f_z̄|² (paper §3.2), the Jacobian of f as a map of the plane."""
     return np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2

@@ -1,4 +1,4 @@
-"""A certificate that a map is injective (argument principle, Lewy, Darboux-Picard)."""
+"""Certify that a harmonic map is injective (argument principle, Lewy, Darboux-Picard)."""
 
 from dataclasses import dataclass, replace
 
@@ -11,25 +11,25 @@ from .enclosure import HALVING_ROUNDS, MOST_PIECES, Encloser, Pieces, too_close
 from .harmonic import HarmonicMap
 
 DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
-"""Relative to the inradius of the source."""
-DEPTH_BISECTIONS = 3  # between two depths (by hand)
-TINIEST_ROUNDINGS = 8  # image of a piece, in units of rounding
-CLOSER_ROUNDS = 12  # rounds of halving pieces whose images come close
-SHORTEST_EDGE_SHARE = 1e-12  # edge of a ring moved inwards, relative to its length
+"""Depths that are tried, relative to the inradius of the source."""
+DEPTH_BISECTIONS = 3  # between two depths (chosen by hand)
+TINIEST_ROUNDINGS = 8  # smallest image of a piece, in units of rounding
+CLOSER_ROUNDS = 12  # rounds of halving pieces whose images are close to each other
+SHORTEST_EDGE_SHARE = 1e-12  # of a ring moved inwards, relative to its length
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was proven of a map f on the source moved inwards by `depth` times its inradius.
+    """What was proven about a map f on the source moved inwards by `depth` times its inradius.
 
     Attributes:
-        certified: f is injective there.
-        depth: the least of the depths tried at which that holds, else the last tried.
-        zeros: zeros of f_z inside at that depth.
+        certified: whether f is injective there.
+        depth: the least of the tried depths at which f is certified, else the last one tried.
+        zeros: number of zeros of f_z inside at that depth.
         beltrami: largest |f_z̄ / f_z| found on the boundary of that part.
         simple: whether the image of that boundary is simple.
-        obstacle: what stands in the way closer to the boundary, or at all; empty where nothing does.
-        share: of the source's area on which that holds; 0 where it does not.
+        obstacle: the reason why f is not certified closer to the boundary, or at all; empty if there is none.
+        share: share of the source's area on which f is certified; 0 if it is not.
     """
 
     certified: bool
@@ -41,7 +41,7 @@ class Certificate:
     share: float = 0.0
 
     def report(self) -> dict:
-        """Return as in the JSON report."""
+        """Return the certificate as in the JSON report."""
         return {
             "certified": self.certified,
             "depth": self.depth,
@@ -54,12 +54,15 @@ class Certificate:
 
 
 def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
-    """Return the least depth found at which f is certainly injective: the least of `depths`, or by bisection of them,
-    since what holds at a depth holds deeper; then between the last two.
+    """Find the least depth at which f is certainly injective.
 
-    A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside keeps its orientation inside,
-    because f_z̄ / f_z is holomorphic there; if it also takes the boundary to a simple curve, it is injective (degree
-    theory; for holomorphic f, Darboux-Picard). All three are proven between samples too (`enclosure`).
+    A map that is certified at a depth is also certified deeper, so the depths are bisected, and then the
+    interval between the last two.
+
+    A harmonic map with |f_z̄| < |f_z| on the boundary and no zero of f_z inside preserves orientation inside,
+    because f_z̄ / f_z is holomorphic there; if it also maps the boundary to a simple curve, it is injective
+    (degree theory; for holomorphic f, Darboux-Picard). All three conditions are proven between samples too
+    (`enclosure`).
     """
     source, found = InsetDomain.of(f), None
     failed = source.at_depth(float(depths[0]))
@@ -85,7 +88,7 @@ def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
 
 
 def at_depth(f: HarmonicMap, depth: float) -> Certificate:
-    """Return what holds on the source moved inwards by `depth` times its inradius."""
+    """Return the certificate on the source moved inwards by `depth` times its inradius."""
     return InsetDomain.of(f).at_depth(depth)
 
 
@@ -96,7 +99,7 @@ class InsetDomain:
     Attributes:
         encloser: bounds of the map.
         outline: its polygon.
-        inradius: of the largest disc inside.
+        inradius: radius of the largest disc inside.
     """
 
     encloser: Encloser
@@ -105,13 +108,13 @@ class InsetDomain:
 
     @classmethod
     def of(cls, f: HarmonicMap) -> "InsetDomain":
-        """Return a map made ready."""
+        """Prepare a map."""
         outline = polygon_of(f.polygon)
         radius = shapely.maximum_inscribed_circle(outline, tolerance=1e-3 * np.sqrt(outline.area)).length
         return cls(Encloser(f), outline, float(radius))
 
     def at_depth(self, depth: float) -> Certificate:
-        """Return what holds on the part that lies deeper."""
+        """Return the certificate for the part that lies deeper."""
         inner = self.outline.buffer(-depth * self.inradius, join_style="mitre")
         parts = [part for part in shapely.get_parts(inner) if part.area > 0]
         if not parts:
@@ -138,14 +141,18 @@ class InsetDomain:
         return Certificate(True, depth, 0, float(pieces.quotient.max()), True, share=share)
 
     def _simple(self, pieces: Pieces) -> tuple[Pieces, str]:
-        """Pieces halved until their images are known to be simple and apart, and what is in the way of that."""
+        """Halve pieces until their images are known to be simple and disjoint.
+
+        Returns:
+            The pieces, and the reason if that failed; else an empty string.
+        """
         if not _apart(pieces.rings()):
             return pieces, "the image of the boundary crosses itself"
         fresh = None
         for _ in range(CLOSER_ROUNDS):
             chord = np.abs(pieces.image[pieces.following] - pieces.image)
             if chord.min() < TINIEST_ROUNDINGS * self.encloser.rounding:
-                break  # thousands of pieces in one place: which of them cross is noise
+                break  # with thousands of pieces in one place, crossings are rounding noise
             i, j = too_close(pieces, fresh)
             if not i.size:
                 return pieces, "" if _apart(pieces.rings()) else "the image of the boundary crosses itself"
@@ -159,8 +166,8 @@ class InsetDomain:
 
 
 def ring_of(part: shapely.Polygon) -> Complex:
-    """Return (k,) vertices of a polygon's boundary, counter-clockwise, without those that rounding hardly
-    distinguishes.
+    """Return (k,) vertices of a polygon's boundary, counter-clockwise, without those that coincide within
+    rounding.
     """
     z = complex_of(shapely.get_coordinates(part.exterior)[:-1])
     kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST_EDGE_SHARE * part.exterior.length]
@@ -168,7 +175,7 @@ def ring_of(part: shapely.Polygon) -> Complex:
 
 
 def _fold_between(pieces: Pieces) -> str:
-    """Return what the samples alone tell against a map; empty where they do not."""
+    """Return an obstacle that the samples themselves show; an empty string if there is none."""
     if not np.isfinite(pieces.jacobian).all():
         return "the map cannot be evaluated"
     if pieces.jacobian.min() > 0:
@@ -178,13 +185,13 @@ def _fold_between(pieces: Pieces) -> str:
 
 
 def _failed(depth: float, what: str, pieces: Pieces | None = None, zeros: int = 0) -> Certificate:
-    """Nothing is certified at a depth, and why."""
+    """Return a certificate that states why nothing is certified at a depth."""
     beltrami = float(np.nanmax(pieces.quotient, initial=0.0)) if pieces is not None else 0.0
     return Certificate(False, depth, zeros, beltrami, False, f"at depth {depth:.1e}: {what}")
 
 
 def _apart(images: list[Complex]) -> bool:
-    """Return whether the rings are simple, one after the other, and do not meet or nest."""
+    """Return whether the rings are simple, and neither meet nor contain each other."""
     polygons = [polygon_of(w) for w in images]
     if not all(p.is_valid for p in polygons):
         return False

@@ -1,4 +1,4 @@
-"""The exact inverse of a harmonic map: Newton's method from where the triangulated map has a point's preimage.
+"""The exact inverse of a harmonic map: Newton's method from the preimage under the triangulated map.
 
 f(z + h) = w gives
 
@@ -14,26 +14,29 @@ from .approximation import TEXELS_ACROSS, triangulated
 from .harmonic import HarmonicMap
 from .triangulated.map import inverted
 
-MOST_NEWTON_STEPS, MOST_HALVINGS = 60, 30  # at most, of Newton's method and of a step (by hand)
-EXACT_RESIDUAL_SHARE = 1e-9  # of the image's size: what is left of |r| where a point counts as found, if
-CLOSE_STEP_SHARE = (
-    1e-8  # of the source's size is the most that Newton's step, |r| by the slope, would still change
-)
-ROUNDING_SHARE = 1e-14  # of the image's size: |r| where there is no slope, at vertices and where it vanishes
+MOST_NEWTON_STEPS, MOST_HALVINGS = 60, 30  # of Newton's method, and of one step (chosen by hand)
+EXACT_RESIDUAL_SHARE = 1e-9  # relative to the image's size: |r| up to which a point is accepted, if also
+CLOSE_STEP_SHARE = 1e-8  # relative to the source's size: the next Newton step is at most this
+# Relative to the image's size: |r| up to which points without a Newton step are accepted.
+ROUNDING_SHARE = 1e-14
 
 
 def inverse(map: HarmonicMap, w: Complex) -> Complex:
-    """Return the points z inside the source polygon with map(z) = w; any shape in, the same shape out.
+    """Return the points z inside the source polygon with map(z) = w, in the shape of w.
 
-    Of several the one on the sheet that continues from the widest place; NaN where w has none.
+    If there are several, it is the one on the sheet that is connected to the widest place; NaN if there is
+    none.
     """
     z, away = extended_inverse(map, w)
     return np.where(~(away == 0), complex(np.nan, np.nan), z)
 
 
 def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
-    """Return the same, the nearest point of the boundary standing for points that have none, and how far away these
-    are; 0 for the others, NaN for what is not finite.
+    """Return the inverse, extended by the nearest point of the boundary for points without a preimage.
+
+    Returns:
+        The points z, and the distances of w from the image: 0 for points with a preimage, NaN for points that
+            are not finite.
     """
     w = as_points(w)
     flat = w.ravel()
@@ -51,7 +54,7 @@ def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
 
 
 def _solved(map: HarmonicMap, w: Complex, z: Complex, size: float) -> Complex:
-    """Solutions (p,) from starts (p,), where the image is of some size; NaN where none is found."""
+    """Return solutions (p,) from starting points (p,), NaN if none is found; `size` is that of the image."""
     out = np.full(w.size, complex(np.nan, np.nan))
     image, f_z, f_zbar = map.jet(z)
     todo = np.arange(w.size)

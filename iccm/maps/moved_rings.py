@@ -1,4 +1,4 @@
-"""Closed polylines inside the source where a map takes them."""
+"""Images of closed polylines inside the source of a map."""
 
 from collections.abc import Iterable
 
@@ -9,11 +9,11 @@ from ..curve import Curve
 from .approximation import AnyMap
 
 RING_SPACING_SHARE = 0.01
-"""Longest edge of a ring that is carried, relative to the diagonal of the source: within that maps bend little."""
+"""Longest edge of a mapped ring, relative to the diagonal of the source: maps are nearly linear on this length."""
 
 
 def move_rings(map: AnyMap, rings: Iterable[Complex]) -> list[Complex]:
-    """Return the images of closed polylines, whose edges are subdivided so that they follow the map.
+    """Return the images of closed polylines, with edges subdivided so that they follow the map.
 
     Points that lie outside the source by rounding are moved onto its outline.
     """

@@ -1,11 +1,12 @@
-"""Triangulations of a polygon's inside, refined where they are asked to be, with triangles of good shape throughout.
+"""Triangulations of a polygon's inside with marked edges refined, in which all triangles keep a good shape.
 
-Triangles that are too thin are mended as in Rivara's Lepp-Delaunay method (Rivara, Hitschfeld, Simpson, *Terminal-edges
-Delaunay (small-angle based) algorithm*, Computer-Aided Design 33, 2001): from the thin triangle one continues to the
-neighbour across the longest side until that side is the longest of both, and cuts it there in the middle. Flips between
-keep the triangulation Delaunay. They are decided by the roughness, the sum of squared sides by area, of which the
-Delaunay triangulation has the least (Musin 1997): it falls with every flip, so that rounding cannot make flips continue
-forever, however close vertices lie. The polygon's edges stay, or are cut in the middle.
+Triangles that are too thin are improved by Rivara's Lepp-Delaunay method (Rivara, Hitschfeld, Simpson,
+*Terminal-edges Delaunay (small-angle based) algorithm*, Computer-Aided Design 33, 2001): starting from a thin
+triangle, go to the neighbour across the longest side until that side is the longest of both triangles, and
+split it at its midpoint. Flips in between keep the triangulation Delaunay. They are decided by the roughness,
+the sum of squared sides over the area, which is minimal for the Delaunay triangulation (Musin 1997). It
+decreases with every flip, so that rounding cannot cause an endless loop, however close vertices are. The
+polygon's edges are kept, or split at their midpoints.
 """
 
 from dataclasses import dataclass
@@ -20,9 +21,10 @@ from ..flips import neighbours
 from ..native import function
 from .triangulated.adjacency import Edges, edges_across
 
-THIN_RATIO = 0.15  # twice the area by the square of the longest side: about 9 degrees (by hand)
+THIN_RATIO = 0.15  # twice the area over the squared longest side: about 9 degrees (chosen by hand)
 TINIEST_SIDE_SHARE = (
-    1e-14  # of the polygon's diagonal: rounding decides the shape of triangles with shorter sides
+    # Relative to the polygon's diagonal: rounding determines the shape of triangles with shorter sides.
+    1e-14
 )
 
 _refine = function(
@@ -34,8 +36,11 @@ _refine = function(
 
 @dataclass(frozen=True, eq=False)
 class Triangulation:
-    """Vertices (n,), counter-clockwise triangles (m, 3), and those beyond the sides opposite to their corners, -1 for
-    none."""
+    """Vertices (n,), counter-clockwise triangles (m, 3), and the triangles across the sides opposite to their
+    corners.
+
+    The latter are -1 on the boundary.
+    """
 
     z: Complex
     faces: Index
@@ -43,7 +48,7 @@ class Triangulation:
 
     @classmethod
     def of(cls, polygon: Complex) -> "Triangulation":
-        """Return the inside of a simple counter-clockwise polygon; its vertices come first."""
+        """Triangulate the inside of a simple counter-clockwise polygon; its vertices come first."""
         parts = shapely.constrained_delaunay_triangles(polygon_of(polygon))
         corners = complex_of(shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, 2::-1])
         order = np.argsort(polygon)
@@ -55,7 +60,7 @@ class Triangulation:
         return edges_across(self.faces, self.across)
 
     def refined(self, marked: Flags) -> "Triangulation":
-        """Return the same with the marked edges (e,) cut in the middle."""
+        """Return the triangulation with the marked edges (e,) split at their midpoints."""
         ends, sides = self.edges.ends[marked], self.edges.sides
         middle = np.full(marked.size, -1)
         middle[marked] = self.z.size + np.arange(len(ends))
@@ -80,7 +85,7 @@ class Triangulation:
 
     @property
     def loop(self) -> Index:
-        """(r,) the vertices around, in order."""
+        """(r,) the boundary vertices, in order."""
         ends = self.edges.ends[self.edges.rim]
         after = dict(zip(ends[:, 0].tolist(), ends[:, 1].tolist()))
         loop = [int(ends[0, 0])]
@@ -90,7 +95,7 @@ class Triangulation:
 
 
 def shaped(z: Complex, faces: Index) -> Triangulation:
-    """Return a triangulation made Delaunay, with vertices added where triangles are thin."""
+    """Return a Delaunay triangulation with vertices added where triangles are thin."""
     n, m = z.size, len(faces)
     room = 3 * n + 2000
     points, triangles, across = np.empty(room, np.complex128), *np.empty((2, 2 * room, 3), np.int64)

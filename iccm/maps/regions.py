@@ -1,4 +1,4 @@
-"""Rigid regions of a map, and the figures that judge them."""
+"""Rigid regions of a map, and figures about them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,9 +14,10 @@ from .distortion import weighted_quantile
 from .triangulated.map import TriangulatedMap, inverted
 from .triangulated.patches import gradients
 
-BENT_DILATATION = 1.02  # dilatation on 5 % of a region's area from which it is not rigid
+BENT_DILATATION = 1.02  # a region is not rigid if the dilatation exceeds this on 5 % of its area
 SIZE_OFF_SHARE = (
-    0.02  # of its scale: how far sizes in a rigid region may be from each other, and from what was asked
+    # Relative to the scale: largest differences of the scale within a rigid region, and from the requested one.
+    0.02
 )
 
 Rings = tuple[Complex, ...]
@@ -24,15 +25,15 @@ Rings = tuple[Complex, ...]
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A region of the source, or of the target, that is to move as a whole.
+    """A rigid region of the source or of the target.
 
     Attributes:
         rings: its outline, counter-clockwise, then those of holes in it.
-        dilatation: s1/s2 that 95 % of its area keep to.
-        sizes: linear scale relative to the mean scale of the map, which 5 %, half and 95 % of its area keep below; of a
-            deformation relative to the source.
-        turn: degrees counter-clockwise by which it is turned.
-        of_target: whether it is one of the target, in whose plane its rings are.
+        dilatation: s1/s2 that is not exceeded on 95 % of its area.
+        sizes: linear scale relative to the mean scale of the map (for a deformation, relative to the source):
+            the 5th, 50th and 95th percentile over its area.
+        turn: its rotation in degrees, counter-clockwise.
+        of_target: whether it is a region of the target, in whose plane its rings are.
     """
 
     rings: Rings
@@ -51,14 +52,15 @@ class Region:
         of_target: bool = False,
         flat: Complex | None = None,
     ) -> "Region":
-        """Return the region of a map whose mesh follows its outline, and whose mean scale is given.
+        """Return the figures of a region of a map, whose mesh has the region's outline as edges.
 
         Args:
             map: the map.
-            rings: the region, on the side where it is.
+            rings: the region, on its side.
             mean: the map's mean scale.
-            of_target: whether that is the target.
-            flat: (n,) where the mesh's vertices lie there if the region is flattened on its own; by default as they do.
+            of_target: whether the side is the target.
+            flat: (n,) positions of the mesh's vertices if the region is flattened separately; by default those
+                of the map.
         """
         faces = map.faces[triangles_in(map, rings, of_target=of_target)]
         source, image = map.source, map.image
@@ -75,12 +77,12 @@ class Region:
 
     @property
     def scale(self) -> float:
-        """Its size relative to the mean scale of the map."""
+        """Its scale relative to the mean scale of the map."""
         return self.sizes[1]
 
     @property
     def is_rigid(self) -> bool:
-        """Whether no eye can tell it from a similar one."""
+        """Whether it is visually indistinguishable from a similar one."""
         least, middle, most = self.sizes
         return (
             self.dilatation <= BENT_DILATATION
@@ -88,14 +90,14 @@ class Region:
         )
 
     def report(self) -> dict[str, Any]:
-        """Return the figures."""
+        """Return the figures for the report."""
         size = dict(zip(("p05", "p50", "p95"), self.sizes))
         side = {"of": "target"} if self.of_target else {}
         return {"dilatation": self.dilatation, "size": size, "scale": self.scale, "turn": self.turn, **side}
 
 
 def mean_scale(domain: Curve, target: Curve | None, holes: tuple[Sequence[Curve], Sequence[Curve]]) -> float:
-    """Return the root of the ratio of both areas, holes of both apart; 1 without a target."""
+    """Return the root of the ratio of both areas, without holes; 1 without a target."""
     if target is None:
         return 1.0
     areas = [
@@ -105,7 +107,7 @@ def mean_scale(domain: Curve, target: Curve | None, holes: tuple[Sequence[Curve]
 
 
 def triangles_in(map: TriangulatedMap, rings: Rings, *, of_target: bool = False) -> Index:
-    """Return (k,) the triangles of a map whose middles are in a region of the source, or of the target."""
+    """Return (k,) the triangles of a map whose centroids are in a region of the source, or of the target."""
     polygon = polygon_of(*rings)
     shapely.prepare(polygon)
     middles = (map.image if of_target else map.source)[map.faces].mean(axis=1)
@@ -113,8 +115,9 @@ def triangles_in(map: TriangulatedMap, rings: Rings, *, of_target: bool = False)
 
 
 def rings_of(z: Complex, faces: Index) -> list[Rings]:
-    """Return the outlines of what triangles (m, 3) of a mesh without folds cover, part by part, each counter-clockwise
-    before those of its holes.
+    """Return the outlines of the area that triangles (m, 3) of a mesh without folds cover.
+
+    There is one item per part: its outline, counter-clockwise, and those of its holes.
     """
     sides = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
     edges, times = np.unique(sides, axis=0, return_counts=True)

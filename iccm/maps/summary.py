@@ -1,19 +1,19 @@
-"""The figures of a report in words."""
+"""Text summaries of a report."""
 
 from typing import Any
 
 SEEN_FOLDS_SHARE = 2e-3
-"""Of the source's area: folds on less are noise of the sampling."""
+"""Relative to the source's area: smaller folds are sampling noise."""
 WELL_SEEN_SHARE = 0.8
-"""Of a drawing's painted area: where less is shown, or covered, the summary says so."""
+"""Relative to a drawing's painted area: the summary mentions if less is shown or covered."""
 SEEN_CRACKS_SHARE = 5e-3
-"""Of the target drawing's painted area: where cracks take more, the summary says so."""
+"""Relative to the target drawing's painted area: the summary mentions larger cracks."""
 CERTAIN_SHARE = 0.99
-"""Of the source's area: where the map is proven one-to-one on less, the summary says so."""
+"""Relative to the source's area: the summary mentions if the map is certified on less."""
 
 
 def summary(report: dict[str, Any]) -> list[str]:
-    """Return the figures that a person wants to see, a line each."""
+    """Return the most important figures, one line each."""
     lines = []
     boundary, dilatation = report.get("boundary", {}), report.get("dilatation", {})
     area, injective = report.get("log10_area", {}), report.get("injective", {})
@@ -58,13 +58,15 @@ def summary(report: dict[str, Any]) -> list[str]:
 
 
 def in_words(report: dict[str, Any]) -> list[str]:
-    """Return the report's message, figures and notes, a line each."""
+    """Return the report's message, figures and notes, one line each."""
     return [report["message"], "", *summary(report), "", *(f"note: {note}" for note in report["notes"])]
 
 
 def in_short(report: dict[str, Any]) -> str:
-    """Return what a glance wants to know, in one line: size, how even scales are, folds, a missed outline, seconds, and
-    whether the picture is the test picture.
+    """Return the most important figures in one line.
+
+    They are the picture's size, a missed outline, visible and covered shares, uniformity of scale, folds, and
+    seconds, and whether the picture is the numbered checkerboard.
     """
     seconds = report.get("seconds")
     parts = [
@@ -85,7 +87,7 @@ def _picture_size(pixels: dict[str, Any]) -> str:
 
 
 def _outline_gap(report: dict[str, Any]) -> str:
-    """Return how far the outline is off, where the status says that it is missed."""
+    """Return the distance of the outline, if the status says that it is missed."""
     gap = (report.get("boundary") or {}).get("hausdorff")
     if gap is None or report["status"] not in ("gap", "source_gap", "crowded"):
         return ""
@@ -93,7 +95,7 @@ def _outline_gap(report: dict[str, Any]) -> str:
 
 
 def _shares_seen(report: dict[str, Any]) -> str:
-    """Return how much of both drawings is seen, where much of either is not."""
+    """Return the visible and covered shares of both drawings, if much of either is missing."""
     shown, covered = report.get("shown"), report.get("covered")
     if shown is None or covered is None or min(shown, covered) >= WELL_SEEN_SHARE:
         return ""
@@ -101,7 +103,7 @@ def _shares_seen(report: dict[str, Any]) -> str:
 
 
 def _cracks(report: dict[str, Any]) -> str:
-    """Return how much of the target drawing cracks take, where they are seen."""
+    """Return the share of the target drawing that cracks take, if they are visible."""
     cracks = report.get("cracks") or 0.0
     return f"CRACKS on {_percent(cracks)} of the target" if cracks > SEEN_CRACKS_SHARE else ""
 
@@ -112,7 +114,7 @@ def _scale(scale: dict[str, Any]) -> str:
 
 
 def _folds(injective: dict[str, Any]) -> str:
-    """Return whether the map folds: by what the inverse does not bring back, else by the certificate."""
+    """Return whether the map folds, by the share that the inverse does not recover, or else by the certificate."""
     folded, share = injective.get("folded") or 0.0, injective.get("share") or 0.0
     if folded >= SEEN_FOLDS_SHARE:
         return f"FOLDS on {_percent(folded)}"
@@ -124,7 +126,7 @@ def _folds(injective: dict[str, Any]) -> str:
 
 
 def _percent(share: float) -> str:
-    """Return a share as a percentage with two digits that count: 64 %, 0.3 %."""
+    """Return a share as a percentage with two significant digits: 64 %, 0.3 %."""
     return f"{100 * share:.0f} %" if share >= 0.0995 or share == 0 else f"{100 * share:.2g} %"
 
 

@@ -1,11 +1,11 @@
-"""Maps given by two triangulations with the same triangles, made smooth by quadratic patches.
+"""Maps given by two triangulations with the same triangles, smoothed by quadratic patches.
 
 map          `TriangulatedMap`: call, derivatives, inverse, boundary image
-adjacency    edges of a triangulation, and the triangles beside them
+adjacency    edges of a triangulation, and the triangles at them
 patches      a quadratic patch for each triangle of the image: the inverse map
-location     which patch, and where on it, a point belongs to
+location     the patch that contains a point, and the point's position on it
 evaluation   values and derivatives of the patches
-rim          points a little outside, moved onto the boundary and back
-injectivity  one-to-one up to the boundary, by exact signs
+rim          nearest points on the boundary, for points slightly outside
+injectivity  certificate that a map is one-to-one, by exact signs
 simple       whether loops bound a region, by exact signs
 """

@@ -1,4 +1,4 @@
-"""The edges of a triangulation, and the triangles beside them."""
+"""The edges of a triangulation, and the triangles at them."""
 
 from dataclasses import dataclass
 
@@ -20,14 +20,15 @@ _number_edges = function(
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Edges of a triangulation; side k of a triangle is the one opposite to its corner k.
+    """Edges of a triangulation; side k of a triangle is opposite to its corner k.
 
     Attributes:
-        ends: (e, 2) vertices; on the rim in the order in which the triangle turns, so that the inside is on the left.
+        ends: (e, 2) vertices; for boundary edges in the orientation of the triangle, so that the inside is on
+            the left.
         sides: (m, 3) edge on each side of a triangle.
-        rim: (r,) edges with a triangle on one side only.
+        rim: (r,) boundary edges, with a triangle on one side only.
         beside: (r,) that triangle.
-        opposite: (r,) and its corner that does not lie on the edge, 0, 1 or 2.
+        opposite: (r,) its corner opposite to the edge: 0, 1 or 2.
     """
 
     ends: Index
@@ -38,7 +39,7 @@ class Edges:
 
 
 def edges_of(faces: Index) -> Edges:
-    """Return the edges of (m, 3) faces, ordered by their lower vertex, then by the other."""
+    """Return the edges of (m, 3) faces, ordered by their smaller vertex, then by the larger."""
     faces = np.ascontiguousarray(faces, np.int64)
     tail, head = (np.roll(faces, -k, axis=1).ravel() for k in (1, 2))
     low, high = np.minimum(tail, head), np.maximum(tail, head)

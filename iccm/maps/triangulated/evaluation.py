@@ -1,4 +1,4 @@
-"""Values and derivatives of the patches at places already found."""
+"""Values and derivatives of the patches at given positions."""
 
 import numpy as np
 
@@ -17,14 +17,16 @@ _evaluate = function(
 def evaluate(
     patches: Complex, corners: Complex, triangle: Index, place: Real, threads: int | None = None
 ) -> tuple[Complex, Complex, Complex, Complex]:
-    """Return the inverse's value z, its argument w, and its derivatives by w and w̄; (p,) each, NaN where there is not
-    a triangle.
+    """Evaluate the inverse and its derivatives.
 
     Args:
-        patches: (m, 6) source points of the corners and bulges of the sides opposite to them.
+        patches: (m, 6) source points of the corners, and bulges of the sides opposite to them.
         corners: (m, 3) corners in the image.
-        triangle, place: (p,) and (p, 3) barycentric coordinates in the image.
-        threads: as many as there are processors by default; the result does not depend on it.
+        triangle, place: (p,) triangles, -1 for none, and (p, 3) barycentric coordinates in the image.
+        threads: number of threads; by default one per processor. The result does not depend on it.
+
+    Returns:
+        z, w, and the derivatives of z with respect to w and w̄; (p,) each, NaN if there is no triangle.
     """
     count = triangle.size
     patches, corners = (np.ascontiguousarray(given, np.complex128) for given in (patches, corners))

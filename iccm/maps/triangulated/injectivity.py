@@ -1,11 +1,11 @@
-"""A certificate that a triangulated map is one-to-one up to the boundary, without a tolerance.
+"""Certify, without a tolerance, that a triangulated map is one-to-one up to the boundary.
 
-Let h take the abstract triangulation to one of the planes, linearly on each triangle. If all triangles are positive and
-the boundary edges make disjoint simple loops around a region, every point of the region has winding number 1 and every
-other one 0, which is the number of triangles over it: h is one-to-one. The same holds for the patches: a Jacobian whose
-Bernstein coefficients are positive is positive, and where it is, each point of the source counts with at least 1; on
-the boundary they go along the source's straight edges without turning back. So both planes have the same region, and
-each patch its part of it.
+Let h map the abstract triangulation to one of the planes, linearly on each triangle. If all triangles are
+positive and the boundary edges are disjoint simple loops around a region, the winding number is 1 at every
+point of the region and 0 elsewhere. It equals the number of triangles that cover a point, so h is one-to-one.
+The same holds for the patches: a Jacobian with positive Bernstein coefficients is positive, and so each point
+of the source counts with at least 1; on the boundary, patches follow the source's straight edges without
+turning back. So both planes have the same region, and each patch covers its part of it.
 """
 
 import numpy as np
@@ -18,17 +18,18 @@ from .adjacency import Edges, Index
 from .patches import bernstein, gradients, slides
 from .simple import fault
 
-# Error of a Bernstein coefficient relative to the product of its operands' sums of absolute values: an operand takes
-# four roundings at most, and two more for a bulge on the rim, exactly a multiple of its edge; products and sums four.
+# Error of a Bernstein coefficient relative to the product of its operands' sums of absolute values: an operand
+# has at most four roundings, and two more for a bulge on the boundary, which is a multiple of its edge;
+# products and sums have four.
 MARGIN = 32 * UNIT_ROUNDOFF
 
 
 def certify(
     source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...], edges: Edges, bulge: Complex
 ) -> Certificate:
-    """Return what is certain; arguments as of `TriangulatedMap`, with its edges and their bulges.
+    """Return the certificate of a map; arguments as in `TriangulatedMap`, with its edges and their bulges.
 
-    `zeros` of the answer is the number of triangles that are folded in either plane, or whose patch may be.
+    `zeros` is the number of triangles that are folded in either plane, or whose patch may be folded.
     """
     why = unfit(source, image, faces, loops, bulge)
     if why:
@@ -54,7 +55,7 @@ def _counts(folded: int, bent: int, late: int) -> list[tuple[int, str]]:
 
 
 def unfit(source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...], bulge: Complex) -> str:
-    """Why this is not a triangulation with these loops as its boundary; empty if it is."""
+    """Return why this is not a triangulation with these loops as its boundary; an empty string if it is."""
     if not all(np.isfinite(values).all() for values in (source, image, bulge)):
         return "some vertices are not finite numbers"
     n = source.size
@@ -72,9 +73,9 @@ def _turns(plane: Complex, faces: Index) -> NDArray[np.int8]:
 
 
 def positive(corners: Complex, bulge: Complex) -> NDArray[np.bool_]:
-    """Return (m,) whether the Jacobians of patches, (m, 3) corners and bulges, are certainly positive.
+    """Return (m,) whether the Jacobians of patches with (m, 3) corners and bulges are certainly positive.
 
-    Those of patches without bulges are the triangles' own, which are known to be.
+    Patches without bulges are the triangles themselves, which are checked separately.
     """
     value, size = bernstein(corners, bulge), _size(corners, bulge)
     sure = ((value > MARGIN * size) & (size > TINY)).all(axis=0)
@@ -82,12 +83,12 @@ def positive(corners: Complex, bulge: Complex) -> NDArray[np.bool_]:
 
 
 def _size(corners: Complex, bulge: Complex) -> Real:
-    """Return (m,) a bound of the sums of the products that the coefficients are made of."""
+    """Return (m,) a bound on the sums of absolute values of the products in the coefficients."""
     edges = np.abs(corners[:, 1] - corners[:, 0]) + np.abs(corners[:, 2] - corners[:, 0])
     return (edges + 4 * np.abs(bulge).sum(axis=1)) ** 2
 
 
 def _beltrami(faces: Index, image: Complex, source: Complex) -> float:
-    """Largest |f_z̄ / f_z| of the straight triangles."""
+    """Return the largest |f_z̄ / f_z| of the straight triangles."""
     p, q = gradients(faces, image, source)
     return float(np.max(np.abs(q) / np.maximum(np.abs(p), 1e-300), initial=0.0))

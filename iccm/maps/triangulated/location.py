@@ -1,7 +1,9 @@
-"""The quadratic patch that a point of the plane belongs to, and its place there: buckets, then Newton's method.
+"""Find the quadratic patch that contains a point, and the point's parameters on it: buckets, then Newton's
+method.
 
-The patches of a plane do not overlap and leave no gaps, so a point has one patch but for rounding: the one that holds
-it best is taken. Straight triangles are patches without bulges, on which Newton's method ends with its first step.
+The patches of a plane neither overlap nor leave gaps, so that a point has one patch, apart from rounding: the
+one that contains it best is chosen. Straight triangles are patches without bulges, for which Newton's method
+ends after one step.
 """
 
 from functools import cached_property
@@ -15,7 +17,7 @@ from ...parallel import over_slices
 from ...plane import diagonal
 from .adjacency import Index
 
-ROUNDING_SHARE = 1e-12  # of the diagonal: this little outside a patch counts as on it
+ROUNDING_SHARE = 1e-12  # relative to the diagonal: a point this close to a patch is on it
 
 _locate = function(
     """int64_t iccm_maps_locate(
@@ -27,7 +29,7 @@ _solve = function("int64_t iccm_maps_solve_patch(const Complex *patch, double x,
 
 
 class PatchLocator:
-    """The patches of a plane, ready for many questions.
+    """Locates points in the patches of a plane, prepared for many queries.
 
     Args:
         corners: (m, 3) complex corners.
@@ -39,7 +41,7 @@ class PatchLocator:
 
     @cached_property
     def boxes(self) -> Real:
-        """(m, 4) least x, least y, greatest x and greatest y of the patches' control points, which hold them."""
+        """(m, 4) least x, least y, greatest x and greatest y of the patches' control points, which enclose them."""
         a, b, c, d, e, f = self.control.T
         points = np.stack([a, b, c, 0.5 * (b + c) + d, 0.5 * (c + a) + e, 0.5 * (a + b) + f])
         low = points.real.min(axis=0), points.imag.min(axis=0)
@@ -48,16 +50,18 @@ class PatchLocator:
 
     @cached_property
     def rounding(self) -> float:
-        """How far outside its patch a point may lie."""
+        """Largest distance of a point from its patch."""
         return ROUNDING_SHARE * diagonal(self.control[:, :3])
 
     @cached_property
     def grid(self) -> BucketGrid:
-        """The buckets."""
+        """The buckets of the boxes."""
         return BucketGrid.of(self.boxes)
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """Return (p,) patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
+        """Return (p,) the patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its
+        parameter.
+        """
         patch, place = np.full(z.size, -1), np.full((z.size, 3), np.nan)
         z, grid = np.ascontiguousarray(z, np.complex128), self.grid
         buckets = grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches
@@ -80,9 +84,11 @@ class PatchLocator:
 
 
 def solve(patch: Complex, z: complex) -> tuple[float, float, float]:
-    """Parameters L_1 and L_2 of a point on a patch (6,), and how far outside they lie in units of the plane.
+    """Return the parameters L_1 and L_2 of a point on a patch (6,), and the distance of the parameters outside
+    of it.
 
-    Newton's method from the straight triangle's solution; the distance is infinite where that does not converge.
+    The distance is in units of the plane. Newton's method starts from the straight triangle's solution; the
+    distance is infinite if it does not converge.
     """
     place = np.empty(3)
     _solve(np.ascontiguousarray(patch, np.complex128), z.real, z.imag, place)

@@ -1,4 +1,4 @@
-"""A homeomorphism between two triangulations, smooth but for small jumps, with an inverse known in closed form."""
+"""A homeomorphism between two triangulations, smooth except for small jumps, with an inverse in closed form."""
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -15,26 +15,29 @@ from .location import PatchLocator
 from .patches import bulges, slides
 from .rim import Rim, unslid
 
-NEAR_SHARE = 1e-3  # of the diagonal; outlines are simplified to 1e-4 and met to 6e-4 of it
+NEAR_SHARE = 1e-3  # relative to the diagonal; outlines are simplified to 1e-4 and met to 6e-4
 
 
 @dataclass(frozen=True, eq=False)
 class TriangulatedMap:
-    """Takes the triangles of the source to those of the image; its inverse is quadratic on each triangle of the image.
+    """A map that takes the triangles of the source to those of the image; its inverse is quadratic on each
+    triangle.
 
-    A point outside by no more than `near` counts as the nearest point of the outline; farther out everything is NaN.
+    A point outside by at most `near` is treated as the nearest point of the outline; farther out, everything is
+    NaN.
 
     Attributes:
         source: (n,) vertices in the source's plane.
-        image: (n,) and in the image's.
+        image: (n,) vertices in the image's plane.
         faces: (m, 3) vertices of the triangles, counter-clockwise in both planes.
-        loops: vertices of the boundary, the outer loop first and counter-clockwise, then those of holes, clockwise.
-        near: see there, relative to the diagonal of either plane's bounding box.
-        bulge: (e,) of the patches' edges (see `patches`), in the order of `edges`; worked out where not given.
-            Zeros make the map linear on every triangle.
-        seen: of a folded map, how many triangles have a place in the inverse: the first ones, of which earlier ones lie
-            over later ones. None: all, and none lies over another.
-        axes: what pairs of real numbers mean on either side, see `iccm.axes`.
+        loops: vertices of the boundary, the outer loop first and counter-clockwise, then those of holes,
+            clockwise.
+        near: largest distance of points outside, relative to the diagonal of either plane's bounding box.
+        bulge: (e,) of the patches' edges (see `patches`), in the order of `edges`; computed if not given. Zeros
+            make the map linear on every triangle.
+        seen: for a folded map, the number of triangles that the inverse uses: the first ones, of which earlier
+            ones cover later ones. None if all are used, and none covers another.
+        axes: meaning of pairs of real numbers on either side, see `iccm.axes`.
     """
 
     source: Complex
@@ -47,11 +50,11 @@ class TriangulatedMap:
     axes: tuple[str, str] = UP
 
     def __repr__(self) -> str:
-        """Return a line: its size."""
+        """Return the size of the map in one line."""
         return f"<TriangulatedMap: {self.source.size} vertices, {len(self.faces)} triangles>"
 
     def __getstate__(self) -> dict:
-        """Return the attributes, without what was worked out from them."""
+        """Return the attributes without cached properties."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @cached_property
@@ -77,7 +80,7 @@ class TriangulatedMap:
 
     @property
     def polygon(self) -> Complex:
-        """Vertices of the source's outer boundary, counter-clockwise; mesh vertices on straight parts among them."""
+        """Vertices of the source's outer boundary, counter-clockwise, including mesh vertices on straight parts."""
         return self.source[self.loops[0]]
 
     @property
@@ -96,17 +99,17 @@ class TriangulatedMap:
         return diagonal(self.image)
 
     def __call__(self, z: Complex, threads: int | None = None) -> Complex:
-        """f at complex points of any shape, or at pairs (…, 2): in the same form."""
+        """Evaluate f at complex points of any shape, or at pairs (…, 2), in the same form."""
         if is_pairs(z):
             return on_pairs(lambda points: self.jet(points, threads)[0], z, self.axes)  # type: ignore[return-value]
         return self.jet(z, threads)[0]
 
     def derivatives(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex]:
-        """f_z and f_z̄ at points of any shape; on an edge, of one of its sides."""
+        """Return f_z and f_z̄ at points of any shape; on an edge, those of one of its sides."""
         return self.jet(z, threads)[1:]
 
     def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """f, f_z and f_z̄ at points of any shape."""
+        """Return f, f_z and f_z̄ at points of any shape."""
         z = as_points(z)
         triangle, place = self.place(z.ravel(), threads)
         _, w, p, q = self._jets(triangle, place, threads)
@@ -118,11 +121,11 @@ class TriangulatedMap:
         return inverted(*self.jet_at(triangle, place)[1:])
 
     def inverse(self, w: Complex, threads: int | None = None) -> Complex:
-        """Return the z with f(z) = w, any shape."""
+        """Return the points z with f(z) = w, for w of any shape."""
         return self.inverse_jet(w, threads)[0]
 
     def inverse_jet(self, w: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """f⁻¹ and its derivatives by w and w̄ at points of any shape."""
+        """Return f⁻¹ and its derivatives with respect to w and w̄ at points of any shape."""
         w = as_points(w)
         triangle, place = self.image_place(w.ravel(), threads)
         z, p, q = self.jet_at(triangle, place, threads)
@@ -131,12 +134,18 @@ class TriangulatedMap:
     def jet_at(
         self, triangle: Index, place: Real, threads: int | None = None
     ) -> tuple[Complex, Complex, Complex]:
-        """f⁻¹ and its derivatives by w and w̄ in triangles (p,) at barycentric coordinates of the image (p, 3)."""
+        """Return f⁻¹ and its derivatives with respect to w and w̄.
+
+        Args:
+            triangle: (p,) triangles.
+            place: (p, 3) barycentric coordinates in the image.
+            threads: number of threads; by default one per processor.
+        """
         z, _, p, q = self._jets(triangle, place, threads)
         return z, p, q
 
     def extended_inverse(self, w: Complex, threads: int | None = None) -> tuple[Complex, Real]:
-        """f⁻¹ at the nearest points of the image to w (p,), however far, and their distances, 0 inside."""
+        """Return f⁻¹ at the points of the image nearest to w (p,), at any distance, and the distances, 0 inside."""
         triangle, place = self._image_locator(w, threads)
         away = np.zeros(w.size)
         lost = np.flatnonzero((triangle < 0) & np.isfinite(w))
@@ -146,7 +155,7 @@ class TriangulatedMap:
         return self.jet_at(triangle, place, threads)[0], away
 
     def extended_jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
-        """f, f_z and f_z̄ at the nearest points of the source to z (p,), however far."""
+        """Return f, f_z and f_z̄ at the points of the source nearest to z (p,), at any distance."""
         triangle, place = self._source_locator(z, threads)
         lost = np.flatnonzero((triangle < 0) & np.isfinite(z))
         if lost.size:
@@ -156,8 +165,10 @@ class TriangulatedMap:
         return w, *inverted(p, q)
 
     def place(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """Return (p,) triangle, -1 outside, and (p, 3) barycentric coordinates in the image, of source points z
-        (p,).
+        """Locate points z (p,) of the source.
+
+        Returns:
+            (p,) triangles, -1 outside, and (p, 3) barycentric coordinates in the image.
         """
         triangle, place = self._source_locator(z, threads)
         lost = np.flatnonzero((triangle < 0) & np.isfinite(z))
@@ -169,8 +180,10 @@ class TriangulatedMap:
         return triangle, place
 
     def image_place(self, w: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """Return (p,) triangle, -1 outside, and (p, 3) barycentric coordinates in the image of points w (p,) of the
-        image.
+        """Locate points w (p,) of the image.
+
+        Returns:
+            (p,) triangles, -1 outside, and (p, 3) barycentric coordinates in the image.
         """
         triangle, place = self._image_locator(w, threads)
         lost = np.flatnonzero((triangle < 0) & np.isfinite(w))
@@ -185,10 +198,14 @@ class TriangulatedMap:
         source: tuple[complex, complex, complex] = (1, 0, 0),
         image: tuple[complex, complex, complex] = (1, 0, 0),
     ) -> "TriangulatedMap":
-        """Return the same map in other coordinates, a z + b conj(z) + c instead of z, in either plane.
+        """Return the map in other coordinates, a z + b conj(z) + c instead of z, in either plane.
+
+        Args:
+            source: a, b and c of the source's plane.
+            image: a, b and c of the image's plane.
 
         Raises:
-            ValueError: one of them turns the plane over (|a| <= |b|).
+            ValueError: one of them reverses orientation (|a| <= |b|).
         """
         for a, b, _ in (source, image):
             if not abs(a) > abs(b):
@@ -199,19 +216,20 @@ class TriangulatedMap:
         return replace(self, source=z, image=w, bulge=a * self.bulges + b * self.bulges.conj())
 
     def linear_inverse(self) -> "TriangulatedMap":
-        """Return the map that takes each triangle of the image linearly to that of the source: at vertices, and where
-        this map is linear, the inverse; with separate patches elsewhere.
+        """Return the map that takes each triangle of the image linearly to that of the source.
+
+        It is the inverse at vertices, and wherever this map is linear. Elsewhere it has its own patches.
         """
         return TriangulatedMap(self.image, self.source, self.faces, self.loops)
 
     @cached_property
     def injectivity(self) -> Certificate:
-        """What is certain about the map being one-to-one."""
+        """The certificate that the map is one-to-one."""
         return certify(self.source, self.image, self.faces, self.loops, self.edges, self.bulges)
 
     @cached_property
     def image_rim(self) -> Rim:
-        """The rim in the image's plane."""
+        """The boundary edges in the image's plane."""
         return Rim(self.image, self.edges)
 
     @cached_property
@@ -236,7 +254,9 @@ class TriangulatedMap:
 
 
 def inverted(p: Complex, q: Complex) -> tuple[Complex, Complex]:
-    """Return the derivatives of an inverse from those of a map, either way; not finite where the Jacobian is 0."""
+    """Return the derivatives of the inverse from those of a map, or vice versa; not finite where the Jacobian
+    is 0.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         jacobian = np.abs(p) ** 2 - np.abs(q) ** 2
         return p.conj() / jacobian, -q / jacobian

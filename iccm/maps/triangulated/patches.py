@@ -1,16 +1,18 @@
-"""A quadratic patch for each triangle of the image, together a map from the image back to the source that is nearly C¹.
+"""Quadratic patches on the triangles of the image: together a map from the image to the source that is nearly
+C¹.
 
-With barycentric coordinates L of a triangle of the image, whose corners come from z_k of the source,
+With barycentric coordinates L of a triangle of the image, whose corners are the images of z_k in the source,
 
-    g(L) = Σ L_k z_k + 2 (L_1 L_2 d_0 + L_2 L_0 d_1 + L_0 L_1 d_2),
+    g(L) = Σ L_k z_k + 2 (L_1 L_2 d_0 + L_2 L_0 d_1 + L_0 L_1 d_2).
 
-d_k being the bulge of the side opposite to corner k: how far its middle control point lies from its middle. Both
-triangles of an edge share its bulge, so g is continuous; it is as in a quadratic Bézier triangle (Farin, *Triangular
-Bernstein-Bézier patches*, CAGD 3, 1986, §1).
+Here d_k is the *bulge* of the side opposite to corner k: the displacement of its middle control point from its
+midpoint. Both triangles at an edge share its bulge, so that g is continuous, as for quadratic Bézier triangles
+(Farin, *Triangular Bernstein-Bézier patches*, CAGD 3, 1986, §1).
 
-A bulge comes from the gradients at the edge's ends, area-weighted means over the triangles around: e·(∇g_i - ∇g_j)/4
-makes the derivative along the edge right at both ends to first order. On the rim only its part along the source's edge
-is taken, so that the outline stays the polyline that it is; so it is on edges that are to stay straight.
+A bulge is computed from the gradients at the edge's ends, which are area-weighted means over the triangles
+around: e·(∇g_i - ∇g_j)/4 makes the derivative along the edge correct at both ends to first order. On the
+boundary only its component along the source's edge is used, so that the outline remains a polyline; the same is
+done on edges that should stay straight.
 """
 
 import numpy as np
@@ -21,10 +23,12 @@ from ...plane import cross
 from .adjacency import Edges, Index
 
 MOST_DEVIATION = 0.5
-"""Of a patch's derivative from that of its triangle, relative: at most half, so that slivers beside an outline's
-corners stretch no more than their neighbours, and every patch has one solution."""
+"""Largest relative difference of a patch's derivative from that of its triangle: one half, so that slivers at
+an outline's corners are not stretched more than their neighbours, and each point of a patch has one solution.
+"""
 SLIVER_AREA_RATIO = (
-    1e-9  # of the squared sides: a smaller area leaves too few digits for the Bernstein coefficients
+    # Relative to the squared sides: a smaller area leaves too few digits for the Bernstein coefficients.
+    1e-9
 )
 
 _shrink = function(
@@ -73,11 +77,18 @@ def bulges(
     straight: Index = NO_LINES,
     linear: Index = NO_FACES,
 ) -> Complex:
-    """Return (e,) bulge of each edge, shrunk until no patch's derivative is farther from the linear one's than the
-    means at its corners are from each other, nor than MOST_DEVIATION.
+    """Return (e,) the bulge of each edge, limited so that patches stay close to their triangles.
 
-    Those between the pairs of vertices `straight` (l, 2) go straight, as those of the rim do; triangles `linear` (k,)
-    have none.
+    Bulges are shrunk until no patch's derivative differs more from that of its triangle than the means at its
+    corners differ from each other, nor by more than MOST_DEVIATION.
+
+    Args:
+        faces: (m, 3) triangles.
+        image: (n,) vertices in the image.
+        source: (n,) vertices in the source.
+        edges: of the triangulation.
+        straight: (l, 2) vertex pairs of edges that stay straight, like boundary edges.
+        linear: (k,) triangles that stay linear.
     """
     p, q = vertex_gradients(faces, image, source)
     i, j = edges.ends.T
@@ -91,23 +102,23 @@ def bulges(
 
 
 def differences(faces: Index, image: Complex, source: Complex, p: Complex, q: Complex) -> Real:
-    """Return (m,) how far, relative to a triangle's derivative, those at its vertices p and q (n,) are from each
-    other.
+    """Return (m,) the largest differences of the derivatives p and q (n,) at a triangle's vertices, relative to
+    its own.
     """
     own_p, own_q = (each[:, None] for each in gradients(faces, image, source))
     dp, dq = (each[faces] - each[np.roll(faces, 1, axis=1)] for each in (p, q))
     size = np.abs(dp * own_p.conj() - dq * own_q.conj()) + np.abs(dq * own_p - dp * own_q)
-    with np.errstate(over="ignore"):  # infinite where a triangle has all but no area
+    with np.errstate(over="ignore"):  # infinite for triangles with almost no area
         return size.max(axis=1) / np.maximum(np.abs(np.abs(own_p) ** 2 - np.abs(own_q) ** 2)[:, 0], 1e-300)
 
 
 def keys(ends: Index, count: int) -> Index:
-    """Return a number for each pair of vertices (l, 2), whichever comes first."""
+    """Return a key for each unordered pair of vertices (l, 2)."""
     return ends.min(axis=1) * count + ends.max(axis=1)
 
 
 def tangential(bulge: Complex, source: Complex, edges: Edges, cut: Index) -> Complex:
-    """Return the bulges with those of the edges `cut` reduced to their part along the source's edge."""
+    """Return the bulges, with those of the edges `cut` reduced to their component along the source's edge."""
     i, j = edges.ends[cut].T
     along = source[j] - source[i]
     out = bulge.copy()
@@ -116,7 +127,7 @@ def tangential(bulge: Complex, source: Complex, edges: Edges, cut: Index) -> Com
 
 
 def slides(bulge: Complex, source: Complex, edges: Edges) -> Real:
-    """Return (r,) bulges of the rim's edges in units of the source's edge, along it."""
+    """Return (r,) the bulges of the boundary edges along the source's edge, in units of it."""
     i, j = edges.ends[edges.rim].T
     along = source[j] - source[i]
     length = np.abs(along)
@@ -127,8 +138,10 @@ def slides(bulge: Complex, source: Complex, edges: Edges) -> Real:
 def shrunk(
     faces: Index, image: Complex, source: Complex, edges: Edges, bulge: Complex, limits: Real | None = None
 ) -> Complex:
-    """Return the bulges shrunk until every patch's derivative is within its limit (m,), and MOST_DEVIATION, of the
-    linear one's. Triangles that are not clearly positive stay linear.
+    """Return the bulges shrunk until every patch's derivative is close enough to that of its triangle.
+
+    The relative difference is at most the patch's limit (m,), and MOST_DEVIATION. Triangles that are not
+    clearly positive stay linear.
     """
     bulge = np.array(bulge, np.complex128)
     most = np.full(len(faces), MOST_DEVIATION) if limits is None else np.minimum(limits, MOST_DEVIATION)
@@ -140,13 +153,14 @@ def shrunk(
 
 
 def _sliver(corners: Complex) -> np.ndarray:
-    """Return whether triangles (m, 3) have no area to speak of, or a negative one."""
+    """Return whether triangles (m, 3) have almost no area, or a negative one."""
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return ~(cross(u, v) > SLIVER_AREA_RATIO * (np.abs(u) ** 2 + np.abs(v) ** 2))
 
 
 def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Complex]]:
-    """Return values at the three corners of ∂g/∂L_1 and of ∂g/∂L_2 (L_0 following), which are linear; each (m,).
+    """Return the values of ∂g/∂L_1 and ∂g/∂L_2 (with dependent L_0), which are linear, at the three corners;
+    (m,) each.
 
     Args:
         corners: (m, 3) source points of the corners.
@@ -158,9 +172,11 @@ def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Comp
 
 
 def bernstein(corners: Complex, bulge: Complex) -> Real:
-    """Return (6, m) Bernstein coefficients of degree 2 of each patch's Jacobian, in units of twice the source's area.
+    """Return (6, m) Bernstein coefficients of degree 2 of each patch's Jacobian, in units of twice the source's
+    area.
 
-    Those of the three corners, and of the sides 12, 20, 01. The Jacobian lies between the least and the greatest.
+    They belong to the three corners, and to the sides 12, 20, 01. The Jacobian lies between the least and the
+    greatest.
     """
     a, b = tangents(corners, bulge)
     at_corners = [cross(a[k], b[k]) for k in range(3)]

@@ -1,4 +1,6 @@
-"""The rim of a triangulated map: what lies a little outside belongs to its nearest point."""
+"""The boundary edges of a triangulated map, for points slightly outside, which are treated as their nearest
+points.
+"""
 
 import numpy as np
 
@@ -8,7 +10,7 @@ from .adjacency import Edges, Index
 
 
 class Rim:
-    """The edges on the rim, in one plane.
+    """The boundary edges in one plane.
 
     Args:
         points: (n,) vertices in that plane.
@@ -21,12 +23,14 @@ class Rim:
         self.start, self.along = points[ends[:, 0]], np.diff(points[ends], axis=1)[:, 0]
 
     def closest(self, w: Complex) -> tuple[Index, Real, Real]:
-        """For points (p,), the nearest edge of the rim, the fraction of it in [0, 1], and the distance; all (p,)."""
+        """Return, for points (p,), the nearest boundary edge, the fraction of it in [0, 1], and the distance;
+        (p,) each.
+        """
         edge, part = nearest_segments(w, self.start, self.start + self.along)
         return edge, part, np.abs(self.start[edge] + part * self.along[edge] - w)
 
     def places(self, edge: Index, part: Real) -> tuple[Index, Real]:
-        """Return the triangles at fractions of edges (p,), and barycentric coordinates there (p, 3)."""
+        """Return (p,) the triangles at fractions of edges, and (p, 3) barycentric coordinates there."""
         corner, at = self.opposite[edge], np.arange(edge.size)
         place = np.zeros((edge.size, 3))
         place[at, (corner + 1) % 3], place[at, (corner + 2) % 3] = 1 - part, part
@@ -34,8 +38,10 @@ class Rim:
 
 
 def unslid(part: Real, slide: Real) -> Real:
-    """Return where on the image's edge a fraction of the source's goes, for |slide| < 1/2: the root t of t + 2 t (1 -
-    t) slide = part in [0, 1].
+    """Return the fraction of the image's edge that corresponds to a fraction of the source's, for |slide| <
+    1/2.
+
+    It is the root t in [0, 1] of t + 2 t (1 - t) slide = part.
     """
     first = 1 + 2 * slide
     return 2 * part / (first + np.sqrt(np.maximum(first**2 - 8 * slide * part, 0)))

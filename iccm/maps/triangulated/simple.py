@@ -1,4 +1,4 @@
-"""A test that loops bound a region: simple, apart from each other, the outer one around all holes. By exact signs."""
+"""Test by exact signs whether loops bound a region: simple, disjoint, and all holes inside the outer one."""
 
 import numpy as np
 import shapely
@@ -9,7 +9,7 @@ from ...plane import orientation
 
 
 def fault(loops: list[Complex]) -> str:
-    """Why loops, the outer one first, do not bound a region that lies on their left; empty if they do.
+    """Return why loops, the outer one first, do not bound a region on their left; an empty string if they do.
 
     Args:
         loops: (k,) finite vertices of each.
@@ -26,9 +26,9 @@ def fault(loops: list[Complex]) -> str:
 
 
 def _touching(loops: list[Complex]) -> bool:
-    """Return whether two edges that do not follow each other meet, or one has no length.
+    """Return whether two edges that are not consecutive meet, or one has no length.
 
-    An edge that folds back on the one before meets others, too, or makes a triangle without area.
+    An edge that folds back on its predecessor meets others, too, or forms a triangle without area.
     """
     a = np.concatenate(loops)
     after = np.concatenate([np.roll(loop, -1) for loop in loops])
@@ -44,7 +44,7 @@ def _touching(loops: list[Complex]) -> bool:
 
 
 def _near(a: Complex, b: Complex) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs i < j of segments whose bounding boxes meet."""
+    """Return pairs i < j of segments whose bounding boxes meet."""
     ends = np.stack([a, b], axis=1)
     segments = shapely.linestrings(xy_of(ends))
     i, j = shapely.STRtree(segments).query(segments)
@@ -61,14 +61,18 @@ def _meeting(a: Complex, b: Complex, c: Complex, d: Complex) -> NDArray[np.bool_
 
 
 def _turn(loop: Complex) -> int:
-    """1 for a counter-clockwise simple loop, -1 for a clockwise one: as it turns at its leftmost lowest vertex."""
+    """Return 1 for a counter-clockwise simple loop, -1 for a clockwise one, from the turn at its leftmost
+    lowest vertex.
+    """
     k = int(np.lexsort([loop.imag, loop.real])[0])
     at = np.arange(k - 1, k + 2) % loop.size
     return int(orientation(*(loop[at[n : n + 1]] for n in range(3)))[0])
 
 
 def _surrounds(loop: Complex, point: complex) -> bool:
-    """Return whether a point not on a simple loop is inside: edges crossing the ray to its right."""
+    """Return whether a point that is not on a simple loop is inside, by counting edges that cross the ray to
+    its right.
+    """
     a, b = loop, np.roll(loop, -1)
     crossing = (a.imag <= point.imag) != (b.imag <= point.imag)
     a, b = a[crossing], b[crossing]
