@@ -1,7 +1,7 @@
-"""Pins and strokes: pairs drawn in two files, or listed in a JSON file, see `listing`.
+"""Pins and strokes: pairs drawn in two files, or listed in a JSON file (see `listing`).
 
-Drawn: elements whose id or Inkscape label is `pin-NAME` (a circle's or ellipse's centre) or `stroke-NAME` (a path); the
-same name in source and target makes a pair.
+In drawings, these are elements whose id or Inkscape label is `pin-NAME` (the centre of a circle or ellipse) or
+`stroke-NAME` (a path). The same name in source and target makes a pair.
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     from .listing import ConstraintsFile, Pin, Stroke
 
 ROTATED_RADIANS, LEAST_CIRCLE_POINTS = 0.05, 6
-"""Of the diagonal: the radius of what turns with a pin, if there is room, and how many pins around make it turn."""
+"""Of the diagonal: radius of the disk that rotates with a pin, if there is room; and number of pins around it that
+impose the rotation."""
 LEAST_ROOM_SHARE = 2e-3
-"""Of the diagonal: about a pin that turns the shape."""
+"""Of the diagonal: least distance to the outline of a pin that rotates the shape."""
 
 
 MARK_SHARE = 0.025
-"""Relative to the shape's size (the square root of its area): smaller circles only mark the place of a pin."""
+"""Relative to the shape's size (the square root of its area): smaller circles only mark the position of a pin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +39,10 @@ class Constraints:
         pins: (k, 2) points of the source and of the target.
         pin_weights: (k,) positive, relative to each other.
         strokes: open curves of the source, each with one of the target.
-        stroke_weights: one positive number a stroke, relative to each other.
+        stroke_weights: one positive number per stroke, relative to each other.
         names: of the pins and of the strokes, empty for those that have none.
-        settings: of each pin what is said of it beside its places: see `iccm.Pin`.
-        stroke_widths: of each stroke the width of the band around it that keeps its form; 0 for none.
+        settings: of each pin, further settings by name, see `iccm.Pin`.
+        stroke_widths: of each stroke, width of the band around it that keeps its form; 0 for none.
     """
 
     pins: Complex
@@ -53,10 +54,10 @@ class Constraints:
     stroke_widths: list[float]
 
     def check_weights(self) -> None:
-        """Refuse weights that differ: solvers weigh all pins alike, and all strokes.
+        """Refuse different weights, since solvers use one weight for all pins and one for all strokes.
 
         Raises:
-            InputError: they do.
+            InputError: weights differ.
         """
         for weights, kind in ((self.pin_weights, "pin"), (self.stroke_weights, "stroke")):
             if weights.size and np.ptp(weights):
@@ -68,14 +69,14 @@ class Constraints:
 def collect(
     source: Shape, target: Shape, listed: ConstraintsFile | None = None, *, exact: bool = False
 ) -> Constraints:
-    """Return all constraints of a run: the pairs drawn in both files, then those that are listed.
+    """Return all constraints: the pairs drawn in both files, then those that are listed.
 
-    With one shape as both, what is drawn in it stays where it is. Pins that are `exact` turn the shape around them by
-    further pins on circles.
+    If source and target are the same shape, drawn constraints stay where they are. If pins are `exact`, rotations are
+    imposed by further pins on circles around them.
 
     Raises:
-        InputError: a drawn name without its partner, a stroke whose points all coincide, or shapes of another size than
-            the list is for.
+        InputError: a drawn name without a partner, a stroke whose points all coincide, or shapes with sizes other than
+            those given in the list.
     """
     if listed:
         listed.check(source, target)
@@ -115,7 +116,7 @@ def collect(
 def in_the_plane(
     settings: dict[str, float], source: Shape, target: Shape, start: complex, end: complex
 ) -> dict[str, float]:
-    """Return the settings of a pin from a point to a point of the core planes, its lengths from the files' units."""
+    """Return a pin's settings with lengths converted from the files' units to the core planes, at its points."""
     found = dict(settings)
     if "radius" in found:
         found["radius"] *= source.unit_at(start)
@@ -125,17 +126,17 @@ def in_the_plane(
 
 
 def _drawn_settings(source: Shape, name: str) -> dict[str, float]:
-    """Return the radius of a drawn pin, if its circle is more than a mark."""
+    """Return the radius of a drawn pin as a setting, if its circle is more than a mark."""
     radius = source.pin_radii.get(name, 0.0)
     is_mark = radius < MARK_SHARE * np.sqrt(abs(source.curve.area))
     return {} if is_mark else {"radius": radius}
 
 
 def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
-    """Pins on circles about those that turn the shape.
+    """Return pins on circles around those that rotate the shape.
 
     Raises:
-        InputError: there is a target, which says how it turns, or no room about a pin.
+        InputError: there is a target, which determines the rotation; or there is no room around a pin.
     """
     if target is not source:
         raise InputError("turn: a rotation of pins is only possible in a deformation, without a target")
@@ -160,18 +161,17 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
 
 
 def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tuple[complex, complex]]:
-    """Return the points of the core planes that a pin from a place to a place ties together: where both meshes are cut
-    through it, on both sides.
+    """Return pairs of points in the core planes for a pin; several if both meshes are cut through it.
 
     Raises:
-        InputError: a place that is not on its shape.
+        InputError: a place is not on its shape.
     """
     starts, ends = source.all_at(start), target.all_at(end)
     return list(zip(starts, ends)) if len(starts) == len(ends) else [(starts[0], ends[0])]
 
 
 def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
-    """Return the names drawn in both files, in the source's order."""
+    """Return the names drawn in both files, in the source's order; refuse names drawn in only one."""
     in_source, in_target = getattr(source, kind), getattr(target, kind)
     for alone, by, other in (
         (in_source.keys() - in_target.keys(), source, target),

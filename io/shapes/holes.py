@@ -1,5 +1,4 @@
-"""Holes of shapes: which of them go together by name, the map that takes them onto each other, the deformation that
-leaves them open."""
+"""Holes of shapes: pairs with the same name, maps that take holes to holes, and deformations that leave them open."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -20,8 +19,8 @@ from . import parts
 from .shape import Shape
 
 FILLED_BY_LINES_SHARE = 0.01
-"""Of a drawing's area: where lines surround less than that, filling them changes nothing that is seen."""
-LINES_AREA_SHARE = 1 / 3  # of a silhouette: where less of it is drawn lines draw it
+"""Of a drawing's area: if lines enclose less than this, filling them makes no visible difference."""
+LINES_AREA_SHARE = 1 / 3  # of a silhouette's area: drawings that paint less are line drawings
 UNMAPPED = (
     "found no map without folds that takes holes onto holes, so the map ignores them and the target's "
     "holes stay transparent"
@@ -31,7 +30,7 @@ UNMAPPED = (
 def named_partners(
     source: Shape, target: Shape, holes: tuple[Sequence[int], Sequence[int]]
 ) -> list[tuple[int, int]]:
-    """Pairs of places in the lists of holes, those that have a name in common that no other hole has."""
+    """Return pairs of positions in the lists of holes that share a name which is unique on both sides."""
     said = [
         [parts.words_of(shape.hole_names[k] if shape.hole_names else ()) for k in chosen]
         for shape, chosen in zip((source, target), holes)
@@ -46,7 +45,7 @@ def named_partners(
 
 
 def is_drawn_by_lines(shape: Shape) -> bool:
-    """Return whether the holes of a shape are much larger than what is drawn of it, as where lines alone draw it."""
+    """Return whether a shape's holes are much larger than its painted area, as in a line drawing."""
     if shape.drawing is not None and shape.ink is not None:
         return shape.ink.region.area < (1 - FILLED_BY_LINES_SHARE) * shape.drawing.region.area
     holes = sum(abs(polygon_area(hole)) for hole in shape.holes)
@@ -54,19 +53,19 @@ def is_drawn_by_lines(shape: Shape) -> bool:
 
 
 def filled(shape: Shape) -> Shape:
-    """Return a drawing with its holes filled; other shapes as they are."""
+    """Return a drawing with its holes filled; other shapes unchanged."""
     return shape if shape.drawing is None else drawn_as(shape, shape.drawing.filled())
 
 
 def as_drawn(shape: Shape) -> Shape:
-    """Return a drawing whose lines are lines, not what they surround; other shapes as they are."""
+    """Return a drawing with its lines as lines, without what they enclose; other shapes unchanged."""
     if shape.ink is None or shape.drawing is None or shape.ink.region.area == shape.drawing.region.area:
         return shape
     return drawn_as(shape, shape.ink)
 
 
 def drawn_as(shape: Shape, drawing: Drawing) -> Shape:
-    """Return the shape with another reading of what its file paints."""
+    """Return the shape with another interpretation of what its file paints."""
     names = shape.hole_names if len(drawing.holes) == len(shape.holes) else ()
     return replace(
         shape, curve=drawing.tightest.outline, holes=tuple(drawing.holes), hole_names=names, drawing=drawing
@@ -74,7 +73,7 @@ def drawn_as(shape: Shape, drawing: Drawing) -> Shape:
 
 
 def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
-    """Return the silhouette of a shape that is drawn by lines; others as they are."""
+    """Return the silhouette of a line drawing, with a note; other shapes unchanged."""
     if not is_drawn_by_lines(shape):
         return shape
     tell(
@@ -85,7 +84,7 @@ def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
 
 
 def unmapped(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
-    """Return the holes of a shape that are not among those that a map knows of."""
+    """Return the holes of a shape that are not among those of a map."""
     corners = np.array([_corner(hole.z) for hole in mapped])
     near = 1e-9 * shape.curve.diagonal
     return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < near))
@@ -98,8 +97,10 @@ def fit_with_holes(
     start: TriangulatedMap | None = None,
     **given: Any,
 ) -> Fit:
-    """`iccm.fit` of two shapes with their holes; without them, and a remark, where no such map was found, or `start`
-    is one without."""
+    """Call `iccm.fit` with two shapes and their holes.
+
+    If that finds no map, or `start` has no holes, fit without holes and give a note.
+    """
     chosen = source.mappable_holes, target.mappable_holes
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
     partners = named_partners(source, target, chosen)
@@ -128,7 +129,7 @@ def _fit_drawings(
     start: TriangulatedMap | None,
     **given: Any,
 ) -> Fit:
-    """`iccm.fit` of two whole drawings; the names of holes say which go together where both are one part."""
+    """Call `iccm.fit` with two whole drawings; names pair their holes if both have a single part."""
     both = all(shape.drawing is not None and shape.drawing.is_one_part for shape in (source, target))
     try:
         return iccm.fit(
@@ -142,7 +143,7 @@ def _fit_drawings(
 
 
 def deform_with_holes(source: Shape, **given: Any) -> Fit:
-    """`iccm.deform` of a shape with its holes; as if filled where it cannot be meshed with them."""
+    """Call `iccm.deform` with a shape and its holes; with filled holes if it cannot be meshed otherwise."""
     holes = [source.holes[k] for k in source.mappable_holes]
     try:
         found = iccm.deform(source.curve, source_holes=holes, **given)
@@ -156,12 +157,12 @@ def deform_with_holes(source: Shape, **given: Any) -> Fit:
 
 
 def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> list[str]:
-    """Remarks on holes that the map takes for inside.
+    """Return notes on holes that the map treats as part of the inside.
 
     Args:
         pairs: the shapes.
-        keep: whether pictures leave those of the target transparent.
-        mapped: whether the map takes holes onto holes.
+        keep: whether pictures leave the target's holes transparent.
+        mapped: whether the map takes holes to holes.
     """
     said = []
     for k, cure in enumerate(("", ", which pictures leave transparent" if keep else ", which pictures fill")):
@@ -176,5 +177,5 @@ def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> 
 
 
 def _corner(z: Complex) -> complex:
-    """Return the leftmost vertex, and of several the lowest: that of a hole in whichever way it is run through."""
+    """Return the leftmost vertex, or the lowest of several: it identifies a hole in either direction."""
     return complex(z.min())

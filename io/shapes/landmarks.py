@@ -1,8 +1,8 @@
-"""Pairs of landmarks of other programs: BigWarp (.csv), QGIS (.points), and TPS files of two specimens (.tps).
+"""Landmark pairs of other programs: BigWarp (.csv), QGIS (.points), and TPS files with two specimens (.tps).
 
-The source is what these programs call moving (BigWarp), source (QGIS) or the first specimen (TPS). BigWarp counts
-pixels, x right and y down. QGIS counts y upwards, in pictures from their upper edge, so that it is negative there. TPS
-counts y upwards from the lower edge of the picture.
+The source is called moving in BigWarp, source in QGIS, and is the first specimen in TPS. BigWarp uses pixels, x right
+and y down. In QGIS y points up, and is negative in pictures since it starts at their upper edge. In TPS y points up
+from the lower edge of the picture.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
 Axes = Literal["image", "upward", "lower-edge"]
 Point = tuple[float, float]
 SUFFIXES = (".csv", ".points", ".tps")
-BIGWARP_COLUMNS = 6  # of a row in the plane: name, active, two coordinates in both images
-BIGWARP_SPATIAL_COLUMNS = 8  # of a row in space
+BIGWARP_COLUMNS = 6  # of a planar row: name, active, two coordinates in both images
+BIGWARP_SPATIAL_COLUMNS = 8  # of a row in three dimensions
 QGIS_HEADER = "mapX,mapY,sourceX,sourceY,enable,dX,dY,residual"
-QGIS_SOURCE = (("sourceX", "sourceY"), ("pixelX", "pixelY"))  # of newer and older versions
+QGIS_SOURCE = (("sourceX", "sourceY"), ("pixelX", "pixelY"))  # columns of newer and older versions
 NO = ("false", "0", "no")
 
 
 @dataclass(frozen=True)
 class LandmarkPairs:
-    """Named points of two shapes.
+    """Named pairs of points of two shapes.
 
     Attributes:
-        axes: how their coordinates are counted.
+        axes: convention of their coordinates.
         names: of each pair, possibly empty.
-        source: their places in the source.
-        target: and in the target.
+        source: points of the source.
+        target: points of the target.
     """
 
     axes: Axes
@@ -47,7 +47,7 @@ class LandmarkPairs:
     target: list[Point]
 
     def in_file_units(self, source: Shape, target: Shape) -> list[tuple[str, Point, Point]]:
-        """Return names and places in the units of two shapes' files.
+        """Return names and points, converted to the units of two shapes' files.
 
         Raises:
             InputError: one of them is a mesh.
@@ -64,7 +64,7 @@ class LandmarkPairs:
 
 
 def _from_axes(axes: Axes, point: Point, shape: Shape) -> Point:
-    """Return a point as a program counts it, in the units of a shape's file."""
+    """Convert a point from a program's coordinates to the units of a shape's file."""
     if axes == "image":
         return point
     origin = shape.box[0] if axes == "lower-edge" else 0j
@@ -80,19 +80,19 @@ def _to_axes(axes: Axes, point: Point, shape: Shape) -> Point:
 
 
 def is_landmarks(name: str) -> bool:
-    """Return whether a file has landmarks of another program, by its suffix."""
+    """Return whether a file contains landmarks of another program, by its suffix."""
     return formats.suffix_of(name) in SUFFIXES
 
 
 def parse(name: str, data: bytes) -> LandmarkPairs:
-    """Read pairs of landmarks, of which those that are switched off are left out.
+    """Read landmark pairs; inactive ones are ignored.
 
     Args:
-        name: of the file, by whose suffix its format is known.
-        data: its content.
+        name: of the file; its suffix determines the format.
+        data: content of the file.
 
     Raises:
-        InputError: it is not such a file; the message begins with what is wrong.
+        InputError: the file is invalid; the message starts with what is wrong.
     """
     try:
         text = data.decode("utf-8-sig")
@@ -108,7 +108,7 @@ def parse(name: str, data: bytes) -> LandmarkPairs:
 
 
 def _rows(text: str) -> list[tuple[int, list[str]]]:
-    """Lines of a table with their numbers, without empty lines and comments."""
+    """Return the rows of a table with their line numbers, without empty lines and comments."""
     lines = csv.reader(io.StringIO(text))
     try:
         rows = [(lines.line_num, [cell.strip() for cell in row]) for row in lines]
@@ -169,8 +169,9 @@ def _read_tps(text: str) -> LandmarkPairs:
 
 
 def _specimens(text: str) -> list[list[Point | None]]:
-    """Return the landmarks of each specimen, which follow LM=n; None for those that it lacks. Other lines, such as
-    curves and names of pictures, are left out.
+    """Return the landmarks of each specimen, which follow LM=n; None for missing ones.
+
+    Other lines, such as curves and names of pictures, are ignored.
     """
     specimens: list[list[Point | None]] = []
     left = 0
@@ -195,15 +196,15 @@ def _specimens(text: str) -> list[list[Point | None]]:
 
 
 def write(suffix: str, pins: Sequence[Any], source: Shape, target: Shape) -> str:
-    """Write pins as pairs of landmarks of another program.
+    """Write pins as landmark pairs in the format of another program.
 
     Args:
         suffix: of the format.
-        pins: with `name`, `source` and `target`, in the units of the shapes' files.
+        pins: objects with `name`, `source` and `target`, in the units of the shapes' files.
         source, target: the shapes.
 
     Raises:
-        InputError: a pin is on a mesh, or the format is not known.
+        InputError: a pin is on a mesh, or the format is unknown.
     """
     writers: dict[str, tuple[Axes, Callable[[LandmarkPairs], str]]] = {
         ".csv": ("image", _bigwarp),

@@ -12,22 +12,23 @@ Coordinates are in the units of the source and target files::
       ]
     }
 
-"landmarks" are such pins by name, {"source": {"nose": "v17", …}, "target": {"nose": [0.1, 2, 0.3], …}}, as tools list
-them for each model.
+"landmarks" are pins by name, {"source": {"nose": "v17", …}, "target": {"nose": [0.1, 2, 0.3], …}}, as tools list them
+for each model.
 
-"files" may tell which shapes they are for, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}: those of
-another size are refused then. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends`
-are optional. A pin may have a `radius` (of the patch that keeps its form, in the source's units; 0 is exact), a
-`tolerance` (how far it may miss, in the target's units), a `turn` (degrees, counter-clockwise) and a `scale`
-(relative to the mean scale of the map), as `iccm.Pin` has them. A stroke may have a `width`, in the source's units:
-the band around it keeps its form. A stroke with ends "free" slides along its target; with "stick" its first and last
-points also are pinned to those of the target.
+"files" may describe the shapes, {"source": {"file": "a.svg", "size": [512, 512]}, "target": …}; then shapes of other
+sizes are refused. `name` (for messages), `weight` (relative to the other pins or strokes, 1) and `ends` are optional. A
+pin may have a `radius` (of the patch that keeps its form, in the source's units; 0 is exact), a `tolerance` (allowed
+distance from its goal, in the target's units), a `turn` (degrees, counter-clockwise) and a `scale` (relative to the
+mean scale of the map), as in `iccm.Pin`. A stroke may have a `width`, in the source's units: the band around it keeps
+its form. A stroke with ends "free" slides along its target; with "stick" its end points are pinned to those of the
+target.
 
 "rigid" may list regions of the source that keep their form: "#id" of an element, the name of a mask, or polygons.
 
-"start" may hold an earlier map to continue from, see `starts`.
+"start" may contain an earlier map to continue from, see `starts`.
 
-A place has the forms of `iccm.io.point_syntax`; on a mesh a stroke of vertices follows the edges from each to the next.
+Points have the forms of `iccm.io.point_syntax`; on a mesh, a stroke of vertices follows the edges from each to the
+next.
 """
 
 import sys
@@ -45,8 +46,8 @@ from . import landmarks as other_programs
 from .shape import Shape
 from .starts import StartingMap
 
-OPTIONAL = "radius", "tolerance", "scale"  # settings of a pin that are not written unless they are given
-SAME_SIZE_SHARE = 1e-3  # relative
+OPTIONAL = "radius", "tolerance", "scale"  # settings of a pin that are written only if they are given
+SAME_SIZE_SHARE = 1e-3  # relative difference of sizes that is accepted
 Size = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
 Polygon = Annotated[list[Place], Field(min_length=3)]
 Positive = Annotated[float, Field(gt=0, le=limits.COORDINATE, strict=True)]
@@ -59,7 +60,7 @@ class _Entry(StrictModel):
 
 
 class Pin(_Entry):
-    """A point of the source and where it should go, in file units."""
+    """A point of the source and its goal, in file units."""
 
     source: Place
     target: Place
@@ -70,20 +71,20 @@ class Pin(_Entry):
 
     @model_serializer(mode="wrap")
     def _without_defaults(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Write the pin without settings that are left to iccm, as the page of the editor has it."""
+        """Write the pin without settings that are not given, like the editor's page."""
         return {
             name: value for name, value in write(self).items() if name not in OPTIONAL or value is not None
         }
 
     @property
     def settings(self) -> dict[str, float]:
-        """What is said of the pin beside its places, by name."""
+        """The pin's settings other than its points, by name."""
         given = {name: getattr(self, name) for name in PIN_SETTINGS.values()}
         return {name: value for name, value in given.items() if value is not None}
 
 
 class Stroke(_Entry):
-    """A polyline of the source and the one that it should lie on, in file units."""
+    """A polyline of the source and its goal, in file units."""
 
     source: list[Place] = Field(min_length=2)
     target: list[Place] = Field(min_length=2)
@@ -92,33 +93,33 @@ class Stroke(_Entry):
 
     @model_serializer(mode="wrap")
     def _without_default(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Write the stroke without a width unless one is given, as the page of the editor has it."""
+        """Write the stroke without a width unless one is given, like the editor's page."""
         return {name: value for name, value in write(self).items() if name != "width" or value}
 
 
 class ConstrainedFile(StrictModel):
-    """A shape that places belong to: the file's name, and width and height of its canvas."""
+    """A shape to which constraints belong: the file's name, and width and height of its canvas."""
 
     file: str = ""
     size: tuple[Size, Size]
 
 
 class ConstrainedFiles(StrictModel):
-    """The shapes that constraints belong to."""
+    """The shapes to which constraints belong."""
 
     source: ConstrainedFile | None = None
     target: ConstrainedFile | None = None
 
 
 class Landmarks(StrictModel):
-    """Named places of the source and of the target; the same name in both makes a pin."""
+    """Named points of the source and of the target; the same name in both makes a pin."""
 
     source: dict[str, Place] = Field({})
     target: dict[str, Place] = Field({})
 
 
 class ConstraintsFile(StrictModel):
-    """What a constraints file holds."""
+    """The content of a constraints file."""
 
     files: ConstrainedFiles = ConstrainedFiles()
     pins: list[Pin] = Field([])
@@ -133,7 +134,7 @@ class ConstraintsFile(StrictModel):
         """The pins, then the landmarks, in the source's order.
 
         Raises:
-            InputError: a landmark of one side only.
+            InputError: a landmark is given on one side only.
         """
         sources, targets = self.landmarks.source, self.landmarks.target
         for alone, side in (
@@ -147,8 +148,7 @@ class ConstraintsFile(StrictModel):
         return [*self.pins, *marks]
 
     def pins_of(self, source: Shape, target: Shape) -> list[Pin]:
-        """Return all pins, in the units of the files of two shapes: also those of other programs, which count
-        differently.
+        """Return all pins in the units of the files of two shapes, including those in other programs' coordinates.
 
         Raises:
             InputError: as `all_pins`, or landmarks of images for a mesh.
@@ -157,10 +157,10 @@ class ConstraintsFile(StrictModel):
         return [*self.all_pins, *(Pin(name=name[:200], source=a, target=b) for name, a, b in pairs)]
 
     def check(self, source: Shape, target: Shape) -> None:
-        """Refuse shapes of another size than they were made for.
+        """Refuse shapes whose sizes differ from those that the constraints were made for.
 
         Raises:
-            InputError: both sizes.
+            InputError: sizes differ; the message gives both.
         """
         for shape, sheet in ((source, self.files.source), (target, self.files.target)):
             low, high = shape.box
@@ -175,8 +175,9 @@ class ConstraintsFile(StrictModel):
 
 
 def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> ConstraintsFile:
-    """Return the pins and strokes of a JSON file (see the module for its form; - for stdin), in file units; or pairs of
-    landmarks of another program, see `landmarks`.
+    """Read a constraints file, or landmark pairs of another program (see `landmarks`), in file units.
+
+    The module's docstring describes the format; "-" is stdin.
 
     Raises:
         InputError: not JSON, an unknown or missing key, a value out of range; the message names the key.
@@ -189,10 +190,10 @@ def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> Cons
 
 
 def parse(name: str, data: bytes) -> ConstraintsFile:
-    """Return the same of the content of a file.
+    """Parse the content of a constraints file or of a landmarks file.
 
     Raises:
-        InputError: as `read`; the message begins with what is wrong.
+        InputError: as `read`; the message starts with what is wrong.
     """
     if other_programs.is_landmarks(name):
         listed = ConstraintsFile()

@@ -17,7 +17,7 @@ GAP_SIDE_SHARE = 0.02  # of the larger side, between pieces that are laid side b
 
 
 def side_by_side(shapes: list[MeshShape]) -> list[MeshShape]:
-    """Pieces in one plane, in rows, at the scale of the surface; one alone stays where it is."""
+    """Place pieces side by side in rows, at the scale of the surface; a single one stays where it is."""
     if len(shapes) == 1:
         return shapes
     sizes = [shape.curve.box[1] - shape.curve.box[0] for shape in shapes]
@@ -43,7 +43,7 @@ def _move(shape: MeshShape, by: complex) -> MeshShape:
 
 
 def join(shapes: Sequence[MeshShape]) -> MeshShape:
-    """Several parts of one file as one shape, for what holds all of them; its outline is the first one's."""
+    """Join several parts of one file to one shape, for output files; its outline is that of the first part."""
     if len(shapes) == 1:
         return shapes[0]
     mesh, faces, corners = _unite([shape.file for shape in shapes])
@@ -57,9 +57,7 @@ def join(shapes: Sequence[MeshShape]) -> MeshShape:
 
 
 def _unite(files: Sequence[MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
-    """Return the faces of several parts of a file as one mesh, which these are, and the numbers of each part's
-    corners.
-    """
+    """Return the faces of several parts of a file as one mesh, marks of these faces, and new numbers of all corners."""
     own = [np.flatnonzero(file.faces) for file in files]
     faces, first = np.unique(np.concatenate(own), return_index=True)
     sizes = np.concatenate([file.mesh.sizes for file in files])[first]
@@ -97,5 +95,5 @@ def _unite(files: Sequence[MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
 
 
 def _numbered(mesh: Mesh, starts: Index) -> Index:
-    """Return the number of each corner of a mesh whose faces begin at other places."""
+    """Return new numbers of a mesh's corners if its faces begin at `starts`."""
     return np.arange(mesh.corners.size) + np.repeat(starts - mesh.starts[:-1], mesh.sizes)

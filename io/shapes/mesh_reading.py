@@ -1,4 +1,4 @@
-"""Meshes read as planar shapes: one, or all charts or pieces of a file; and the texture that one shows."""
+"""Read meshes as planar shapes, one, or all charts or pieces of a file; and their textures."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from ..pictures.image import Image
 
 MOST_NOTES = 6
-"""Notes on what was repaired in the pieces of a mesh, of which there may be thousands."""
+"""Notes on repairs at most; there may be thousands of pieces."""
 
 Aspect = float | Callable[[list[Path | bytes]], float | None]
 
@@ -57,29 +57,29 @@ def read(
     opening: Opening | None = None,
     united: bool = False,
 ) -> MeshShape:
-    """Return the mesh in a plane that `file`, `file#part`, `file#loop` or `file#part#loop` names.
+    """Read and flatten the mesh that `file`, `file#part`, `file#loop` or `file#part#loop` specifies.
 
     Args:
-        spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop a number,
-            1 being the longest boundary.
+        spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop is a
+            number, 1 being the longest boundary.
         cut: whether a closed surface, or one with handles, may be cut open.
-        cut_open: whether one with a boundary may be cut, too, where its layout would change sizes by decades.
-        opened: the file, if it was opened already.
+        cut_open: whether a surface with boundary may also be cut, if its layout would otherwise vary in scale by orders
+            of magnitude.
+        opened: the file, if it was opened before.
         method: of flattening; see `flattening.flatten`.
-        layout: whether the plane is that of the texture coordinates, where `spec` does not say which.
-        aspect: width by height of the pictures that lie on them, or what reports it by the pictures that the file
-        names;
-            1 by default.
-        pins: vertices and points in space through which a closed surface is to be cut, in this order; none, or at
-            least two.
-        split: whether faces may be split, so that it is cut through the pins themselves, not the vertices beside them.
-        chart: whether the plane is only to carry textures; see `flattening.flatten`.
-        joins: whether a cut may run into holes; as above.
-        opening: split where the mesh is cut, in the place of the ways between pins.
-        united: whether all geometries of one mesh are meant, as glTF has one for each material.
+        layout: whether to use the plane of the texture coordinates if `spec` does not specify.
+        aspect: width / height of the pictures on the texture coordinates, or a function that returns it, given the
+            pictures that the file refers to; 1 by default.
+        pins: vertices and points in space through which to cut a closed surface, in this order; none, or at least two.
+        split: whether faces may be split, so that the cut runs through the pins themselves and not through vertices
+            beside them.
+        chart: whether the plane only carries textures; see `flattening.flatten`.
+        joins: whether a cut may run into holes; see `flattening.flatten`.
+        opening: a mesh split along its cut, which replaces the paths between pins.
+        united: whether to read all geometries of the mesh, since glTF has one for each material.
 
     Raises:
-        InputError: in one line, naming the first element at fault.
+        InputError: in one line, naming the first invalid element.
     """
     file = mesh_files.read(spec, opened, united=united)
     if file.chart or (layout and not file.piece):
@@ -91,7 +91,7 @@ def read(
     elif through is not None and split:
         file = split_at(file, through)
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
-    grow = cut and through is None  # between two meshes seams that are lengthened would differ
+    grow = cut and through is None  # lengthened seams would differ between two meshes
     grow &= cut_open or len(piece.seam) > 0
     return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), chart=chart, joins=joins)
 
@@ -106,17 +106,16 @@ def read_whole(
     region: shapely.Geometry | None = None,
     box: Box | None = None,
 ) -> MeshShape | None:
-    """Return all pieces of a mesh, flattened and packed side by side at one scale; None where it is one piece, or one
-    is named by its number.
+    """Return all pieces of a mesh, flattened and packed at one scale; None if it has one piece, or one is selected.
 
     Args:
-        spec: the mesh; a part that is named is taken as a whole.
-        cut: whether closed pieces, and bag-like ones, may be cut open.
-        opened: the file, if it was opened already.
+        spec: the mesh; a named part is taken as a whole.
+        cut: whether pieces that are closed, or nearly so, may be cut open.
+        opened: the file, if it was opened before.
         method: of flattening; see `flattening.flatten`.
         margin: distance between charts, in texels of a texture of 1024.
-        region: where charts are packed, as they are upright; None: in a square, where they may be rotated.
-        box: of pictures in this plane, with a region.
+        region: where to pack charts without rotating them; None for a square, with rotations.
+        box: of pictures in this plane, if there is a region.
 
     Raises:
         InputError: no piece can be flattened, or one is closed and may not be cut.
@@ -159,10 +158,10 @@ def read_whole(
 
 
 def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
-    """Return the pieces of a mesh that can be flattened, as closed as they are, and why the others cannot.
+    """Return the pieces of a mesh that can be flattened, not yet cut, and the reasons why others cannot.
 
     Raises:
-        InputError: an element at fault.
+        InputError: an invalid element.
     """
     connected = Joined.of(file.mesh)
     found, faults = list[Patch](), list[str]()
@@ -177,7 +176,7 @@ def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
 
 
 def _summed(layouts: Sequence[Flattening]) -> list[str]:
-    """Return notes on all pieces: what several have in common is said once."""
+    """Return notes on all pieces; notes that several have in common are given once."""
     notes = [f"{len(layouts)} pieces are mapped, packed side by side at one scale; --parts largest maps one"]
     cut = [each for each in layouts if len(each.patch.seam)]
     if cut:
@@ -204,14 +203,12 @@ def flatten_patch(
     start: int = -1,
     **how: bool,
 ) -> MeshShape:
-    """Return a piece of a mesh in the plane of its flattening; arguments as for `read` and `flatten` (`how`), `start`
-    as of `MeshShape`.
-    """
+    """Flatten a piece of a mesh; arguments as for `read` and `flatten` (`how`), `start` as for `MeshShape`."""
     file, piece = _of_patch(file, piece)
     flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
     if how.get("chart") and method != "lscm":
         flat = convex(flat)
-    # the least squares map may cross itself
+    # the outline of a least squares map may cross itself
     curve = Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):
@@ -234,7 +231,7 @@ def _lay_out(
     notes: list[str],
     **more: Any,
 ) -> MeshShape:
-    """Return the shape of a layout, on which nothing is drawn; `more` are the other fields of a `MeshShape`."""
+    """Return the shape of a layout, without drawn constraints; `more` are further fields of a `MeshShape`."""
     return MeshShape(
         spec=spec,
         path=file.path,
@@ -252,14 +249,14 @@ def _lay_out(
 
 
 def split_at(file: MeshFile, points: Real) -> MeshFile:
-    """With vertices at points (k, 3), if it is one closed surface."""
+    """Return the mesh with vertices at points (k, 3) if it is a single closed surface; otherwise unchanged."""
     joined = Joined.of(file.mesh)
     whole = sound_piece(joined) if len(joined.sizes) == 1 else None
     return file if whole is None or whole.loops else replace(file, mesh=with_vertices(whole, points))
 
 
 def point_of(file: MeshFile, spec: str, place: Place) -> Real:
-    """Return a vertex, or a point in space.
+    """Return the position of a vertex, or a point in space.
 
     Raises:
         InputError: there is no such vertex.
@@ -269,7 +266,7 @@ def point_of(file: MeshFile, spec: str, place: Place) -> Real:
 
 
 def _start_of(piece: Patch, through: Real | None) -> int:
-    """Return the vertex of a patch at the end of the seam through points (k, 3); -1 where there is no such seam."""
+    """Return the vertex of a patch at which the seam through points (k, 3) starts; -1 if there is no such seam."""
     if through is None or not len(piece.seam):
         return -1
     outline = piece.loops[0]
@@ -300,7 +297,7 @@ def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: flo
 
 
 def aspect_of(file: MeshFile, given: Aspect | None) -> float:
-    """Width by height of the pictures that lie on a mesh's texture coordinates."""
+    """Return width / height of the pictures on a mesh's texture coordinates."""
     if not callable(given):
         return given or 1.0
     pictures: list[Path | bytes] = [file.picture] if file.picture else [*file.textures()]
@@ -308,7 +305,7 @@ def aspect_of(file: MeshFile, given: Aspect | None) -> float:
 
 
 def _of_patch(file: MeshFile, patch: Patch) -> tuple[MeshFile, Patch]:
-    """Return the patch, and the file with no other faces than its own: those of other pieces stay as they are."""
+    """Restrict the file's mesh to the faces of a patch; return both. Faces of other pieces stay unchanged."""
     none = np.zeros(0, np.int64)
     return _with_faces_of(file, patch, (none, none))[:2]
 
@@ -316,7 +313,7 @@ def _of_patch(file: MeshFile, patch: Patch) -> tuple[MeshFile, Patch]:
 def _with_faces_of(
     file: MeshFile, patch: Patch, also: tuple[Index, Index]
 ) -> tuple[MeshFile, Patch, tuple[Index, Index]]:
-    """Return the same with the faces of further corners, which are beside the vertices of the patch there."""
+    """Restrict as `_of_patch`, but keep the faces of the corners `also[0]`, too, which are at vertices `also[1]`."""
     mesh = file.mesh
     own = np.zeros(mesh.sizes.size, bool)
     own[patch.polygon] = True
@@ -331,8 +328,11 @@ def _with_faces_of(
 
 
 def _at_same_places(mesh: Mesh, patch: Patch) -> tuple[Index, Index]:
-    """Corners of faces that a patch does not have, since they have no area or the corners of another face, and the
-    vertices of the patch at the same places: of the same face, where one has all corners."""
+    """Return corners of faces that are not in a patch, and its vertices at the same positions.
+
+    These faces have no area, or the same corners as another face. Vertices are those of a single face if one has all
+    corners.
+    """
     own = np.zeros(mesh.sizes.size, bool)
     own[patch.polygon] = True
     left = np.flatnonzero(~own)
@@ -366,9 +366,7 @@ def _holes(file: MeshFile, flat: Flattening) -> dict[str, Any]:
 
 
 def names_around(file: MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
-    """Return the objects, groups and materials of the faces that touch a boundary loop of a patch, where there are
-    any.
-    """
+    """Return the objects, groups and materials of the faces that touch a boundary loop of a patch."""
     beside = np.zeros(len(patch.points), bool)
     beside[loop] = True
     touching = beside[patch.faces].any(axis=1)
@@ -387,13 +385,13 @@ def read_all(
     aspect: Aspect | None = None,
     joins: bool = False,
 ) -> tuple[list[MeshShape], int]:
-    """Return the charts, or the pieces, of a mesh, the largest first, and how many there are beyond `most`.
+    """Return the largest charts or pieces of a mesh, and the number of those beyond `most`.
 
-    Charts lie where their texture coordinates are, pieces side by side in one plane. Which of the two, and the other
-    arguments, as for `mesh_shape.read`.
+    Charts are where their texture coordinates are; pieces are placed side by side in one plane. The other arguments are
+    as for `read`.
 
     Raises:
-        InputError: there is none that is a domain, or as for `mesh_shape.read`.
+        InputError: none is a domain, or as for `read`.
     """
     parts = mesh_files.read_all(spec, opened)
     if parts[0].numbered:
@@ -423,12 +421,12 @@ def read_all(
 
 
 class _Found(NamedTuple):
-    """A chart or a piece of a mesh.
+    """A chart or piece of a mesh.
 
     Attributes:
         area: in the layout, or in space.
-        name: as `#` picks it.
-        make: makes the shape.
+        name: with which `#` selects it.
+        make: creates the shape.
     """
 
     area: float
@@ -440,7 +438,7 @@ def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list
     """Return the charts of all geometries.
 
     Raises:
-        InputError: no geometry has any; of the first.
+        InputError: no geometry has any; the error of the first.
     """
     found, faults = list[_Found](), list[InputError]()
     for file in parts:
@@ -483,7 +481,7 @@ def _named(file: MeshFile, word: str, number: int) -> str:
 
 
 def _pick(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[str]]:
-    """Return the shapes that can be made, with their names, and why the others cannot."""
+    """Return the shapes that can be created, with their names, and the reasons why others cannot."""
     made, faults = [], []
     for each in found:
         try:
@@ -494,14 +492,14 @@ def _pick(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[st
 
 
 def _common(shape: MeshShape) -> tuple[str, ...]:
-    """Return the notes that are not about what is left out for the sake of one part."""
+    """Return the notes that concern all parts, and not what one part leaves out."""
     return tuple(
         note for note in shape.notes if "selects another" not in note and "is the outline" not in note
     )
 
 
 def read_texture(shape: Shape, **options: Any) -> Image:
-    """Return the texture that a mesh file names or holds, of several the first; options as in `image_files.read`.
+    """Return the first texture that a mesh file refers to or contains; options as in `image_files.read`.
 
     Raises:
         InputError: there is none.

@@ -1,4 +1,4 @@
-"""Meshes as planar shapes, by way of their flattening: its plane is the shape's, in the mesh's own units."""
+"""Flattened meshes as planar shapes: the plane is that of the flattening, in the mesh's units."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,12 +31,12 @@ class MeshShape(Shape):
     """A flattened mesh as a planar domain.
 
     Attributes:
-        file: the mesh as its file holds it.
-        flattening: its place in the plane.
-        start: the vertex of the flattening at which the seam through pins begins; -1 where it runs elsewhere.
-        chart: where it lies in the mesh's own texture coordinates, if its plane is theirs.
-        also: corners of faces that the flattening does not have, and its vertices that these are at.
-        packed: whether it is several pieces side by side; `curve` is then the outline of the largest.
+        file: the mesh and its file.
+        flattening: its layout in the plane.
+        start: vertex of the flattening at which the seam through pins begins; -1 if there is no such seam.
+        chart: its chart, if the plane is that of the mesh's texture coordinates.
+        also: corners of faces that the flattening does not have, and the vertices at their positions.
+        packed: whether it consists of several pieces side by side; `curve` is then the outline of the largest.
     """
 
     is_mesh = True
@@ -49,22 +49,24 @@ class MeshShape(Shape):
 
     @property
     def domain(self) -> Curve | Flattening:
-        """The mesh as it is flattened; the outline in the plane of the texture coordinates, if that was chosen."""
+        """The flattened mesh; or its outline, if the plane is that of the texture coordinates."""
         return self.flattening if self.chart is None else self.curve
 
     @property
     def is_layout(self) -> bool:
-        """Whether the plane is that of the mesh's own texture coordinates."""
+        """Whether the plane is that of the mesh's texture coordinates."""
         return self.chart is not None
 
     @property
     def mirror(self) -> float | None:
-        """Of a mirrored chart the line about which the plane is mirrored, so that it is seen from outside."""
+        """Abscissa of the line about which a mirrored chart's plane is reflected to show the outside; else None."""
         return self.chart.mirror if self.chart else None
 
     def to_core(self, xy: ArrayLike) -> Complex:
-        """Flat positions of the points of the surface nearest to (..., 3) points in space; (..., 2) points are flat
-        already, or texture coordinates."""
+        """Return positions in the plane of (..., 3) points in space, by the nearest points of the surface.
+
+        (..., 2) points are positions in the plane already, or texture coordinates.
+        """
         given = np.asarray(xy, dtype=float)
         if given.shape[-1] == 2:
             return self._seen(super().to_core(given * (self.aspect, 1)))
@@ -76,7 +78,7 @@ class MeshShape(Shape):
         return flat.reshape(given.shape[:-1])
 
     def to_space(self, z: ArrayLike) -> Real:
-        """Return (..., 3) points of the surface from complex points (...) of the flattening's plane."""
+        """Return (..., 3) points of the surface for complex points (...) of the plane."""
         flat = np.asarray(z, np.complex128)
         triangle, weights = self.locator(flat.ravel(), 1)
         points, faces = self._surface
@@ -84,9 +86,7 @@ class MeshShape(Shape):
         return at.reshape(*flat.shape, 3)
 
     def unit_at(self, z: complex) -> float:
-        """Return the length in the plane of one unit of the file, near a point of the plane; in texture coordinates
-        these are the units themselves.
-        """
+        """Return the length in the plane of one unit of the file near a point; 1 for texture coordinates."""
         if self.is_layout:
             return 1.0
         triangle, _ = self.locator(np.array([z]), 1)
@@ -102,7 +102,7 @@ class MeshShape(Shape):
 
     @cached_property
     def _tree(self) -> Any:
-        """Finds the nearest triangle: libigl's tree of boxes."""
+        """libigl's bounding volume tree for the nearest triangle."""
         import igl
 
         tree = igl.AABB()
@@ -110,15 +110,15 @@ class MeshShape(Shape):
         return tree
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
-        """Flat positions, or texture coordinates (..., 2)."""
+        """Return positions (..., 2) in the plane as the file's units, or as texture coordinates."""
         return super().to_file(self._seen(np.asarray(z, dtype=complex))) / (self.aspect, 1)
 
     def _seen(self, z: Complex) -> Complex:
-        """Return points of the layout as they lie in a mirrored plane, and back."""
+        """Convert points between the layout and its reflected plane, in either direction."""
         return z if self.mirror is None else 2 * self.mirror - z.conj()
 
     def vertex(self, number: int) -> complex:
-        """Flat position of a vertex by its number in the file (from 1 in OBJ, from 0 elsewhere).
+        """Return the position in the plane of a vertex, given its number in the file (from 1 in OBJ, else from 0).
 
         Raises:
             InputError: there is no such vertex on the patch.
@@ -127,7 +127,7 @@ class MeshShape(Shape):
         return complex(self.flattening.flat[self.flattening.patch.flat_vertex(row)])
 
     def at(self, place: Place) -> complex:
-        """Return a place that the user named: a vertex, a point in space, or one of the flattening's plane.
+        """Return the position of a vertex, a point in space, or a point of the plane, as given by the user.
 
         Raises:
             InputError: there is no such vertex on the patch.
@@ -136,8 +136,9 @@ class MeshShape(Shape):
         return complex(self.to_core(place)) if number is None else self.vertex(number)
 
     def all_at(self, place: Place) -> list[complex]:
-        """Return as `at`; on the seam that runs through pins each copy of the vertex that it goes through for this
-        place, in the order around the outline from the first pin on.
+        """Return the position as `at` does, or those of all copies of a vertex on the seam through pins.
+
+        Copies are in order around the outline, from the first pin.
 
         Raises:
             InputError: there is no such vertex on the patch.
@@ -154,7 +155,7 @@ class MeshShape(Shape):
         return self.flattening.flat[copies].tolist() if copies.size else [point]
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
-        """Return the stroke through places; vertices alone are joined along the mesh's edges.
+        """Return the stroke through places; if all are vertices, they are joined along the mesh's edges.
 
         Raises:
             InputError: fewer than two different vertices, or one that is not on the patch.
@@ -163,7 +164,7 @@ class MeshShape(Shape):
         if len(numbers) < len(places):
             return super().along(places, name)
         for number in numbers:
-            self.vertex(number)  # says what is wrong with it
+            self.vertex(number)  # raises if it is invalid
         stops = [self.flattening.patch.flat_vertex(n - self.file.mesh.base) for n in numbers]
         if len(set(stops)) < 2:
             raise InputError(f"{self.spec}: a stroke needs at least 2 different vertices")
@@ -172,13 +173,11 @@ class MeshShape(Shape):
 
     @property
     def around(self) -> tuple[str, ...]:
-        """The objects, groups and materials that its faces belong to, where the format names any."""
+        """The objects, groups and materials of its faces, if the format has names."""
         return tuple(sorted(self.file.content.names_at(np.flatnonzero(self.file.faces))))
 
     def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
-        """Return those in space, seen from the front (x right, y up), unless the plane is that of texture
-        coordinates.
-        """
+        """Return extents in space, seen from the front (x right, y up), or in the plane of texture coordinates."""
         if self.is_layout and not spatial:
             middle, low, high = super().spread(False)
             middle[0] = self._seen(np.array(complex(middle[0]))).real
@@ -190,16 +189,16 @@ class MeshShape(Shape):
 
     @cached_property
     def locator(self) -> Locator:
-        """Finds the triangle under a point of the plane."""
+        """Locator of triangles under points of the plane."""
         return Locator(self.flattening)
 
     @property
     def pictures(self) -> tuple[Path | bytes, ...]:
-        """The textures that an OBJ's materials name, or the content of the one that another format holds."""
+        """The textures that an OBJ's materials refer to, or the content of the one inside another format."""
         return (self.file.picture,) if self.file.picture else tuple(self.file.textures())
 
     def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
-        """Return where points of the flattening lie in a texture: by the mesh's own texture coordinates.
+        """Return how points of the flattening are placed in a texture: by the mesh's texture coordinates.
 
         Raises:
             InputError: it has none.
@@ -210,12 +209,12 @@ class MeshShape(Shape):
 
     @property
     def wrap(self) -> Wrap:
-        """What its material says."""
+        """The wrap mode of its material."""
         return self.file.wrap
 
     @property
     def tiles(self) -> set[complex]:
-        """Lower left corners of the unit squares of the layout that the middles of its triangles are in.
+        """Lower left corners of the unit squares of the layout that contain centroids of its triangles.
 
         Raises:
             InputError: as for `uv_faces`.
@@ -227,10 +226,10 @@ class MeshShape(Shape):
     def corners(self) -> tuple[Index, Index]:
         """The vertex of the flattening at each corner of the file's polygons, and the corners of each triangle.
 
-        A corner that no triangle has, as at an edge without length, is where the nearest one of its polygon is.
+        A corner that is in no triangle, for example at an edge without length, gets the nearest one of its polygon.
         """
         patch, mesh = self.flattening.patch, self.file.mesh
-        known = np.zeros(len(mesh.points), np.int64)  # for corners of what has no area and is not a triangle
+        known = np.zeros(len(mesh.points), np.int64)  # for corners of polygons without area
         known[patch.vertex] = np.arange(patch.vertex.size)
         found = known[mesh.corners]
         found[patch.corner] = patch.faces
@@ -264,10 +263,10 @@ class MeshShape(Shape):
 
     @property
     def uv_faces(self) -> Index:
-        """(m, 3) texture coordinate of each triangle's corner, in the file's own layout.
+        """(m, 3) index of the texture coordinate at each triangle's corner, in the file's layout.
 
         Raises:
-            InputError: the mesh has no texture coordinates everywhere, or some that are not finite or too large.
+            InputError: texture coordinates are missing, not finite or too large.
         """
         mesh, uv = self.file.mesh, self.uv
         assert mesh.uv_corners is not None
@@ -286,7 +285,7 @@ class MeshShape(Shape):
 
     @property
     def beyond_unit(self) -> int:
-        """How many triangles have texture coordinates outside 0..1.
+        """Number of triangles with texture coordinates outside 0..1.
 
         Raises:
             InputError: as for `uv_faces`.
@@ -295,10 +294,10 @@ class MeshShape(Shape):
 
 
 def as_mesh(shape: Shape) -> MeshShape:
-    """Return the shape as the mesh that it is.
+    """Return the shape as a `MeshShape`.
 
     Raises:
-        InputError: it is none.
+        InputError: it is not a mesh.
     """
     if not isinstance(shape, MeshShape):
         raise InputError(f"{shape.spec}: not a mesh")
@@ -306,7 +305,7 @@ def as_mesh(shape: Shape) -> MeshShape:
 
 
 def row_of(file: MeshFile, spec: str, number: int) -> int:
-    """Return where a vertex stands in the mesh, by its number in the file (from 1 in OBJ, from 0 elsewhere).
+    """Return the index of a vertex, given its number in the file (from 1 in OBJ, else from 0).
 
     Raises:
         InputError: there is no such vertex.

@@ -1,4 +1,4 @@
-"""A mesh flattened onto a given outline."""
+"""Flatten a mesh onto a given outline."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,15 +19,14 @@ from .split_rims import subdivide_rims
 def lay_onto(
     mesh: MeshShape, outline: Shape, tell: Callable[[str], None], tolerance: float | None = None
 ) -> tuple[MeshShape, dict[str, Any]]:
-    """Return the mesh flattened onto a drawn outline, in its coordinates, evenly on the surface; and figures of the
-    map.
+    """Return the mesh flattened evenly onto a drawn outline, in its coordinates, and measurements of the map.
 
     Args:
-        mesh: flattened in any way that is one-to-one.
-        outline: what its boundary is to go to.
-        tell: is given remarks.
-        tolerance: relative to the outline's diagonal: triangles at the rim are split until chords are off the outline
-            by no more; None splits none.
+        mesh: flattened by any one-to-one method.
+        outline: the goal of its boundary.
+        tell: receives notes.
+        tolerance: relative to the outline's diagonal: triangles at the rim are split until chords deviate from the
+            outline by at most this; None to split none.
 
     Raises:
         NoMapError: no map without folds was found.

@@ -1,4 +1,4 @@
-"""Drawings as their own textures: the pixels of a picture, without the background that it was taken out of."""
+"""Pictures as textures of the silhouettes that they show: their pixels without the background."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from ..pictures.image_files import Image
 from ..spec import Spec
 from .silhouette import Reading, handed, interpret, opaque_part, part_of, straight_colours
 
-FAINT_COVERAGE = 0.05  # coverage: of less the colour cannot be reported from the background's
+FAINT_COVERAGE = 0.05  # coverage below which the colour cannot be separated from the background's
 
 
 def read(spec: Spec, trace: str = "auto", *, anew: bool = False, **options: Any) -> Image:
     """Read a picture as the texture of the silhouette that it shows.
 
-    What stands out from a background is opaque, and the background transparent; along the edge, where both are mixed in
-    a pixel, the background's share is taken out of the colour. Pictures with alpha, and photographs, are as they are.
+    The object is opaque, and the background transparent. At the edge, where pixels mix both, the background's share is
+    removed from the colour. Pictures with alpha, and photographs, are unchanged.
 
     Args:
-        spec: the picture, and what of it is meant.
+        spec: the picture and its selected part.
         trace: as for `silhouette.read`.
-        anew: whether it is decoded again if it is at hand from reading the shape.
+        anew: whether to decode it again even if it is still in memory from reading the shape.
         options: as for `image_files.read`.
 
     Raises:
-        InputError: it is not a picture, or nothing in it stands out.
+        InputError: it is not a picture, or nothing stands out from the background.
     """
     part = part_of(spec.chosen)
     held = handed.take(Path(spec.path), trace, part)
@@ -53,7 +53,7 @@ def _pixels(image: Image) -> int:
 
 
 def _cut_out(image: Image, reading: Reading) -> Image:
-    """Return the picture with an alpha channel: how much of each pixel is covered by what stands out."""
+    """Return the picture with an alpha channel: the share of each pixel that the object covers."""
     height, width = image.pixels.shape[:2]
     alpha = opaque_part(reading, (height, width))
     colours = straight_colours(image.pixels, image.alpha)
@@ -73,8 +73,11 @@ def _cut_out(image: Image, reading: Reading) -> Image:
 
 
 def _unmix(colours: NDArray[np.float32], alpha: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Take the background out of pixels that both cover: c = a s + (1 - a) b, solved for s, in the stored encoding, in
-    which drawing programs mix along edges. (Compositing in linear light would be exact for photographs.)"""
+    """Remove the background from mixed pixels: solve c = a s + (1 - a) b for s.
+
+    This uses the stored encoding, in which drawing programs antialias edges. (Linear light would be exact for
+    photographs.)
+    """
     border = np.concatenate([colours[0], colours[-1], colours[:, 0], colours[:, -1]])
     background = np.median(border, axis=0)
     mixed = (alpha > FAINT_COVERAGE) & (alpha < 1)

@@ -1,4 +1,4 @@
-"""Pairs of the shapes that two files draw: by name, else by place and area."""
+"""Pair the shapes that two files draw: by name, else by place and area."""
 
 import re
 from collections.abc import Sequence
@@ -9,24 +9,24 @@ from ...arrays import Complex, Real, complex_of, xy_of
 from ...drawings.pairing import pair_by_cost
 from .shape import Shape
 
-NAME_GAIN = 100.0  # taken off a pair's cost for each name that both have: it outweighs place and size
+NAME_GAIN = 100.0  # reduction of a pair's cost for each common name, which outweighs place and size
 LEAST_COMMON_NAMES_SHARE = 1 / 3
-"""Of the named elements of the drawing with fewer of them: maps of India and Canada have two ids of 13 in common, the
-provinces `nl` and `sk`, which mean nothing."""
+"""Of the named elements of the drawing with fewer of them: maps of India and Canada share two of 13 ids, the provinces
+`nl` and `sk`, by accident."""
 LEAST_ARRANGED_SHARE = 0.5
-"""Of the variance of places in the target: mirror images of four corners share none, poses of a figure most of it."""
-# What drawing programs call things that nobody named.
+"""Of the variance of positions in the target: mirror images of four corners share none, poses of a figure most."""
+# Names that drawing programs assign automatically.
 UNNAMED = re.compile(
     r"(path|rect|circle|ellipse|line|poly(gon|line)|g|group|layer|svg|use|shape|XMLID|SVGID)?[\W\d_]*", re.I
 )
 
 
 def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) -> list[tuple[int, int]]:
-    """Pairs of indices, as many as there are of the fewer shapes: those that cost the least together.
+    """Return pairs of indices with the least total cost, as many as the side with fewer shapes has.
 
     Args:
         sources, targets: the shapes of two drawings.
-        turn: degrees counter-clockwise by which the source is turned.
+        turn: rotation of the source in degrees, counter-clockwise.
     """
     spatial = all(shape.is_mesh for shape in (sources[0], targets[0]))
     placed, size = _fit_to_unit(sources, spatial)
@@ -38,7 +38,7 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
 
 
 def _fit_to_unit(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
-    """Centroids (k, 3) about the middle of them all in half diagonals, and areas relative to their sum."""
+    """Return centroids (k, 3) relative to the middle of all, in half diagonals, and shares of the area (k,)."""
     middles, lows, highs = (np.array(each) for each in zip(*(shape.spread(spatial) for shape in shapes)))
     low, high = lows.min(axis=0), highs.max(axis=0)
     areas = np.array([shape.curve.area for shape in shapes])
@@ -46,19 +46,19 @@ def _fit_to_unit(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
 
 
 def namesakes(source: Shape, target: Shape) -> tuple[list[str], Complex, Real]:
-    """Find the elements that both drawings have under one name.
+    """Find the elements that have the same name in both drawings.
 
-    Names that two drawings share by accident do not count: there is none where fewer than `LEAST_COMMON_NAMES_SHARE`
-    of the names are common, or where the elements are arranged differently.
+    Names that drawings share by accident do not count: nothing is returned if fewer than `LEAST_COMMON_NAMES_SHARE` of
+    the names are common, or the elements are arranged differently.
 
     Returns
     -------
     names
         (k,) the names.
     places
-        (k, 2) where the elements are in both drawings.
+        (k, 2) positions of the elements in both drawings.
     radii
-        (k,) of circles as large as the target's elements.
+        (k,) radii of circles with the area of the target's elements.
     """
     sides = [
         {name.casefold(): place for name, place in shape.elements.items() if words_of([name])}
@@ -74,8 +74,10 @@ def namesakes(source: Shape, target: Shape) -> tuple[list[str], Complex, Real]:
 
 
 def _are_arranged_alike(places: Complex) -> bool:
-    """Return whether a similarity explains `LEAST_ARRANGED_SHARE` of the variance of the second places; up to two
-    places always are."""
+    """Return whether a similarity explains `LEAST_ARRANGED_SHARE` of the variance of the second positions.
+
+    It always does for up to two positions.
+    """
     if len(places) <= 2:
         return True
     start, end = (places - places.mean(axis=0)).T
@@ -84,5 +86,5 @@ def _are_arranged_alike(places: Complex) -> bool:
 
 
 def words_of(names: Sequence[str]) -> set[str]:
-    """Return the names that somebody gave, not the drawing program."""
+    """Return the names that a person gave, not a drawing program."""
     return {name.casefold() for name in names if not UNNAMED.fullmatch(name)}

@@ -28,11 +28,12 @@ def read(
 ) -> Drawing:
     """Return the closed outlines of an OBJ file in a plane z = constant, or those of the object or group `chosen`.
 
-    Polylines that share ends are joined; vertices at the same place are one. Without any `l` the outlines are the
-    boundary loops of the faces. Loops inside others are holes. `flatness` is not used: nothing is curved.
+    Polylines with common ends are joined; vertices at the same position count as one. Without `l` lines, the outlines
+    are the boundary loops of the faces. Loops inside others are holes. `flatness` is not used, since there are no
+    curves.
 
     Raises:
-        InputError: not OBJ, an index out of range, or vertices in no plane z = constant.
+        InputError: not OBJ, an index out of range, or vertices that do not have the same z.
     """
     files.open_input(path, max_bytes=max_bytes)
     content = obj.read(path)
@@ -51,27 +52,27 @@ def read(
 
 
 def _gathered(parts: list[tuple[str, Edges]], chosen: str | None) -> dict[str, Edges]:
-    """Return the edges of each named part that is wanted, together."""
+    """Group the edges of the chosen parts by name."""
     wanted = [(name, edges) for name, edges in parts if chosen in (None, name)]
     names = dict.fromkeys(name for name, _ in wanted)
     return {name: np.concatenate([e for n, e in wanted if n == name]) for name in names}
 
 
 def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
-    """Add a part's outlines, or why there are none."""
+    """Add a part's outlines to the drawing, or the reason why it has none."""
     points = _planar(content, np.unique(edges))
     place, merged = np.unique(content.v[:, :2], axis=0, return_inverse=True)
-    z = place.view(np.complex128).ravel()  # of vertices not in use, too, whatever they hold
+    z = place.view(np.complex128).ravel()  # includes unused vertices
     label = repr(name) if name else "the polylines"
     rings, area = _rings(merged.reshape(-1)[edges], z), float(np.prod(np.ptp(points, axis=0)))
     drawing.add((z[k] for k in rings), "evenodd", label, (name,) if name else (), area, crossed=False)
 
 
 def _planar(content: Obj, used: NDArray) -> Real:
-    """x and y of the vertices in use.
+    """Return x and y of the used vertices.
 
     Raises:
-        InputError: they are not finite, or z differs.
+        InputError: they are not finite, or do not have the same z.
     """
     v = content.v[used]
     wrong = ~(np.abs(v) <= limits.SVG_NUMBER).all(axis=1)
@@ -86,7 +87,7 @@ def _planar(content: Obj, used: NDArray) -> Real:
 
 
 def _remedy(extent: Real, faces: int) -> str:
-    """Return what to do about points with an extent along z."""
+    """Return the remedy for points that do not have the same z."""
     upright = next(
         (axis for axis, size in zip("xy", extent) if size <= FLAT_EXTENT_SHARE * extent.max()), None
     )
@@ -97,7 +98,7 @@ def _remedy(extent: Real, faces: int) -> str:
 
 
 def _polylines(content: Obj) -> list[tuple[str, Edges]]:
-    """Return the `l` lines as edges, each with the object or group that is in force there."""
+    """Return the edges of `l` lines, each with the object or group in force there."""
     vertices = None
     found = []
     said = [s for s in content.statements if s.keyword in ("o", "g")]
@@ -107,7 +108,7 @@ def _polylines(content: Obj) -> list[tuple[str, Edges]]:
         index = np.array([_index(content, word, line.start()) for word in words], dtype=np.int64)
         if index.size < 2:
             raise InputError(f"{_place(content, line.start())}: l needs at least 2 vertices")
-        if (index < 0).any():  # counted back from the vertices so far
+        if (index < 0).any():  # relative to the vertices so far
             if vertices is None:
                 vertices = np.array([m.start() for m in _VERTEX.finditer(content.data)])
             index = np.where(index < 0, index + np.searchsorted(vertices, line.start()) + 1, index)
@@ -135,7 +136,7 @@ def _place(content: Obj, at: int) -> str:
 
 
 def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
-    """Return the edges that only one face has: of the whole mesh, or of one part."""
+    """Return the edges that belong to only one face, of the whole mesh or of one part."""
     if not len(content.face_at):
         raise InputError(f"{content.path}: contains no polylines (l) or faces (f)")
     mesh = content.mesh(part)
@@ -157,10 +158,10 @@ def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
 
 
 def _rings(edges: Edges, z: Complex) -> Iterator[NDArray]:
-    """Yield the closed walks that the edges make, when every vertex has exactly two of them.
+    """Yield the closed paths of the edges, in which every vertex must have exactly two of them.
 
     Raises:
-        InputError: an end, or a vertex where lines branch.
+        InputError: a path has an end, or lines branch.
     """
     edges = np.unique(np.sort(edges[edges[:, 0] != edges[:, 1]], axis=1), axis=0)
     both = np.concatenate([edges, edges[:, ::-1]])

@@ -1,5 +1,5 @@
-"""Rigid regions of a shape: elements of its drawing or groups of its mesh, masks on its canvas, polygons of a list; and
-pictures that say how much places of the source count, or how large they are to be."""
+"""Rigid regions of a shape: elements of a drawing, groups of a mesh, masks on its canvas, listed polygons; and pictures
+that give the importance or the size of places of the source."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from .shape import Shape, drawn, suggested
 if TYPE_CHECKING:
     from ..point_syntax import Place
 
-MARK = "#"  # what an element of the source's drawing begins with
-NEAR_WHITE = 0.1  # of white: what is darker counts as this
-WHITE_BRIGHTNESS = 0.5  # brightness from which a mask says rigid
-GREY_EDGE_SHARE = 0.1  # of what is not black in a mask: less grey is the edge of what is white
+MARK = "#"  # prefix of an element of the source's drawing
+NEAR_WHITE = 0.1  # least brightness: darker pixels count as this
+WHITE_BRIGHTNESS = 0.5  # brightness from which a mask marks a pixel as rigid
+GREY_EDGE_SHARE = 0.1  # of the pixels of a mask that are not black: a smaller share of grey is antialiasing
 
 
 def read(
@@ -41,13 +41,14 @@ def read(
 
     Args:
         shape: the source or the target.
-        given: `#id`, an element or group of its drawing, an object, group or material of its OBJ, or a geometry or
-            material of its GLB; or a picture, white where it is rigid, which covers its canvas, or its layout.
-        listed: as above, or polygons in its units.
-        option: for messages.
+        given: each is `#id` for an element or group of its drawing, an object, group or material of its OBJ, or a
+            geometry or material of its GLB; or the name of a picture over its canvas or layout, white where it is
+            rigid.
+        listed: as `given`, or polygons in the shape's units.
+        option: name of the option in messages.
 
     Raises:
-        InputError: an element or group that the file does not have, a picture without white.
+        InputError: an element or group that the file does not have, or a picture without white.
     """
     found = list(shape.rigid)
     for each in (*given, *listed):
@@ -64,10 +65,10 @@ def read(
 
 
 def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[str, Field]:
-    """Return how much places of the source count, and how large they are to be, of pictures that cover its canvas.
+    """Return the importance and the relative size of places of the source, from pictures that cover its canvas.
 
     Raises:
-        InputError: no such picture, or a source that is a mesh.
+        InputError: a picture cannot be read, or the source is a mesh.
     """
     found = {}
     for name, path, least in (("importance", importance, 0.0), ("size_map", size_map, 1.0)):
@@ -82,11 +83,12 @@ def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[
 
 
 def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]:
-    """Return the importance of places that masks among rigid regions paint grey: they are partly rigid; none without
-    grey.
+    """Return the importance of places that are grey in masks of rigid regions, and thus partly rigid.
+
+    Empty if no mask is grey.
 
     Raises:
-        InputError: no such picture; several with grey that are not of one size.
+        InputError: a picture cannot be read, or several grey ones differ in size.
     """
     masks = [each for each in given if isinstance(each, str) and not each.startswith(MARK)]
     found = [_brightness(Path(path), "--rigid") for path in masks]
@@ -102,7 +104,7 @@ def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]
 
 
 def _refuse_missing(shape: Shape, name: str, option: str) -> None:
-    """Raise InputError if a name is not a file, with a hint if an element of the drawing has it as its id."""
+    """Refuse a name that is not a file, with a hint if an element of the drawing has it as its id."""
     from difflib import get_close_matches
 
     if Path(name).exists():
@@ -140,7 +142,7 @@ def _element(shape: Shape, name: str, option: str) -> list[Complex]:
 
 
 def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
-    """Return the outlines of what a named part of a mesh's file covers of its layout."""
+    """Return the outlines, in the layout, of a named part of a mesh's file."""
     file, patch = shape.file, shape.flattening.patch
     with naming(f"{option} {name}"):
         named = file.faces_called(name[len(MARK) :])
@@ -153,7 +155,7 @@ def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
 
 
 def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
-    """Return the outlines of what is white in a picture."""
+    """Return the outlines of the white regions of a picture."""
     bright = _brightness(path, option)
     if not (bright >= WHITE_BRIGHTNESS).any():
         raise InputError(f"{option} {path}: contains no white; paint the rigid region white")
@@ -169,7 +171,7 @@ def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
 
 
 def _brightness(path: Path, option: str) -> NDArray[np.float32]:
-    """Return (h, w) of a picture from black or transparent, 0, to white, 1, as it is encoded."""
+    """Return (h, w) brightness of a picture, from 0 (black or transparent) to 1 (white), in its stored encoding."""
     from ..pictures import image_files
 
     image = image_files.read(path, max_pixels=limits.SILHOUETTE_PIXELS)
