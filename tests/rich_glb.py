@@ -1,4 +1,4 @@
-"""A GLB with all that artists put into one, made and read by pygltflib, which iccm does not use."""
+"""A GLB with everything that artists put into one, made and read by pygltflib, which iccm does not use."""
 
 import io
 
@@ -17,7 +17,7 @@ def png(colour, size=16):
 
 
 class Builder:
-    """Accessors and pictures of a file, one after the other."""
+    """Builds the accessors and pictures of a file."""
 
     def __init__(self):
         self.file, self.data = gl.GLTF2(asset=gl.Asset(version="2.0", generator="a test")), b""
@@ -70,7 +70,7 @@ def sheet(n=6):
     z = 0.3 * np.cos(2 * x)
     normal = np.column_stack([0.6 * np.sin(2 * x), 0 * x, 1 + 0 * x])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    uv = np.column_stack([0.1 + 0.8 * y, 0.1 + 0.8 * x])  # turned by a quarter
+    uv = np.column_stack([0.1 + 0.8 * y, 0.1 + 0.8 * x])  # rotated by 90 degrees
     return (
         np.column_stack([x, y, z]),
         normal,
@@ -80,7 +80,7 @@ def sheet(n=6):
 
 
 def attributes_of(make, points, normal, uv, rng):
-    """Accessors of all that a vertex may have."""
+    """Create accessors for all attributes that a vertex may have."""
     n = len(points)
     tangent, share = np.tile([0.0, 1, 0, 1], (n, 1)), rng.uniform(0.1, 0.9, n)
     joints, weights = np.tile([0, 1, 0, 0], (n, 1)), np.column_stack([share, 1 - share, 0 * share, 0 * share])
@@ -96,8 +96,9 @@ def attributes_of(make, points, normal, uv, rng):
 
 
 def rich(points, normal, uv, faces, bump=None, **more):
-    """The bytes of a file whose first mesh, `body`, is this surface; `bump` is its normal map, and further pictures are
-    `colour`, `rough`, `occlusion` and `light`."""
+    """Return the bytes of a file whose first mesh, `body`, is this surface; `bump` is its normal map, and further
+    pictures are `colour`, `rough`, `occlusion` and `light`.
+    """
     make, rng = Builder(), np.random.default_rng(3)
     file = make.file
     file.samplers.append(gl.Sampler(magFilter=9728, minFilter=9984, wrapS=33071, wrapT=33648))
@@ -133,7 +134,7 @@ def rich(points, normal, uv, faces, bump=None, **more):
         gl.Mesh(name="hat", primitives=[hat]),
     ]
     back = np.eye(4, dtype=np.float32)
-    back[3, 1] = -1  # column by column: down by as much as the hip is up
+    back[3, 1] = -1  # column by column: down by the height of the hip
     poses = make.accessor(np.tile(back.ravel(), (2, 1)), "MAT4")
     file.skins.append(gl.Skin(joints=[2, 3], inverseBindMatrices=poses))
     times = make.accessor(np.array([[0], [1]], np.float32), "SCALAR")
@@ -161,7 +162,7 @@ def rich(points, normal, uv, faces, bump=None, **more):
 
 
 def values(file, number):
-    """(n, k) what an accessor of a file that pygltflib read holds."""
+    """Return (n, k) the values of an accessor in a file read by pygltflib."""
     said = file.accessors[number]
     view, width = file.bufferViews[said.bufferView], WIDTH[said.type]
     dtype = np.dtype(DTYPES[said.componentType])

@@ -1,4 +1,4 @@
-"""Simple outlines for the tests, as complex vertices, and an independent way to evaluate Cauchy-Green coordinates."""
+"""Simple outlines for tests, as complex vertices, and an independent evaluation of Cauchy-Green coordinates."""
 
 from functools import partial
 
@@ -21,7 +21,7 @@ def square(per_edge=1):
 
 
 def ell(per_edge=1):
-    """An L of three unit squares: one reflex corner, no symmetry but the diagonal's."""
+    """An L of three unit squares: one reflex corner, and no symmetry except about the diagonal."""
     return refined(np.array([0, 2, 2 + 1j, 1 + 1j, 1 + 2j, 2j]), per_edge)
 
 
@@ -55,7 +55,7 @@ def refined(polygon, per_edge):
 
 
 def radial(radii, jitter):
-    """A simple polygon around 0 with the given radii, at even angles moved by `jitter` in (-0.5, 0.5) of a step."""
+    """A simple polygon around 0 with the given radii, at uniform angles moved by `jitter` in (-0.5, 0.5) of a step."""
     n = len(radii)
     return np.asarray(radii) * np.exp(2j * np.pi * (np.arange(n) + np.asarray(jitter)) / n)
 
@@ -96,7 +96,7 @@ class CauchyIntegral:
         self.g = values[:, None] + self.slope[:, None] * self.edge[:, None] * t
 
     def at(self, z, edge=None):
-        """f, f' and f'' at one point, on the given edge or inside (edge None)."""
+        """Return f, f' and f'' at one point, on the given edge or inside (edge None)."""
         if edge is None:
             value = slope = 0j
         else:
@@ -108,5 +108,5 @@ class CauchyIntegral:
         return f, slope + np.sum(rise * kernel), np.sum(rise * kernel / (self.w - z))
 
     def along(self, z, edges):
-        """f, f' and f'' at points of the boundary, (p,) each."""
+        """Return f, f' and f'' at points of the boundary, (p,) each."""
         return (np.array(part) for part in zip(*(self.at(a, e) for a, e in zip(z, edges))))

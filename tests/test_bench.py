@@ -1,4 +1,4 @@
-"""The benches' own tools: a rival's map, a TopoJSON file, the orders' count, the gallery's small pictures."""
+"""The benches' own tools: a peer's map, a TopoJSON file, the count of orders, the gallery's small pictures."""
 
 import importlib.util
 import sys
@@ -30,12 +30,12 @@ def similarity(z):
     return (0.5 + 1.2j) * z + 3 - 1j
 
 
-RIVALS = {  # and how exactly each can be a similarity
+RIVALS = {  # with the accuracy to which each can be a similarity
     "polygon_harmonic": 1e-2,  # source and target are triangulated differently
     "rigid": 1e-6,  # an iteration
     "szego": 1e-9,
     "angles": 1e-9,
-    "thin_plate": 1e-6,  # its system of equations is badly conditioned
+    "thin_plate": 1e-6,  # its system of equations is ill-conditioned
 }
 
 
@@ -161,7 +161,7 @@ def test_what_is_written_by_hand_above_a_gallery_picture_stays(capsys):
 
 @pytest.mark.slow
 def test_figures_of_reports_are_those_of_the_files(tmp_path):
-    """Of a bent sheet with a layout of its own, computed by code that shares nothing with iccm."""
+    """For a bent sheet with a custom layout, computed by independent code."""
     from tests.bench.figures import checked, differing
 
     x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9)))
@@ -183,7 +183,7 @@ def test_figures_of_reports_are_those_of_the_files(tmp_path):
         assert figures and not differing(report, figures), mode
 
 
-SIDE = 512  # pixels: cracks are then measured as they are asked for
+SIDE = 512  # pixels: cracks are measured at this size
 
 
 def bar_and_disc():
@@ -203,7 +203,7 @@ def test_a_slit_is_a_crack_up_to_twice_the_radius(width, is_crack):
     area = 280 * width / bar.sum()
     found = coverage.seen(bar, result)
     assert found.covered == pytest.approx(1 - area)
-    # of a wider hole the closing rounds the corners, by less than a pixel's width times its radius each
+    # for a wider hole, the closing rounds the corners, each by less than a pixel's width times its radius
     assert found.cracks == pytest.approx(area if is_crack else 0, abs=4 * 9 / bar.sum())
 
 
@@ -257,9 +257,9 @@ def test_what_is_shown_of_a_source_is_measured_through_the_map():
     from tests.bench import coverage
 
     y, x = np.mgrid[:80, :100]
-    source = (x < 50) & (y >= 20)  # the left half, but for its upper quarter
+    source = (x < 50) & (y >= 20)  # the left half, except for its upper quarter
     down, right = np.mgrid[:300, :200]
-    # the picture shows the canvas' right 80 %, upside down and sheared, in its columns 20 to 180
+    # the picture shows the right 80 % of the canvas, upside down and sheared, in its columns 20 to 180
     across = 0.2 + 0.8 * (right + 0.5 - 20) / 160
     up = (down + 0.5) / 300
     places = np.stack([across + 0.05 * (up - 0.5), up], -1)
@@ -285,10 +285,10 @@ def test_a_picture_is_found_on_the_canvas_or_on_a_part(tmp_path):
     assert placed and box == target.canvas
     rows = [drawings.Row(0, 1.0, True)] * 2
     picture = tmp_path / "result.png"
-    for number, pixels in enumerate((result, np.ones((341, 512), bool))):  # all of it; the frame's box alone
+    for number, pixels in enumerate((result, np.ones((341, 512), bool))):  # all of it; only the frame's box
         alpha = np.where(pixels, 255, 0).astype(np.uint8)
         Image.fromarray(np.dstack([alpha] * 4)).save(picture)
         rows[number] = drawings.with_picture(rows[number], picture, target)
-    frame = 30 * 20  # the whole box is painted, of which the target leaves the frame's inside empty
+    frame = 30 * 20  # the whole box is painted, but the target leaves the frame's inside empty
     assert rows[0].covered == 1 and rows[0].cracks == 0
     assert rows[1].covered == pytest.approx(frame / (frame + 60 * 80), abs=0.02)

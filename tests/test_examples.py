@@ -1,4 +1,4 @@
-"""Every public function and class has an example, and examples say what comes out."""
+"""Every public function and class has an example, and examples show their results."""
 
 import doctest
 import inspect
@@ -18,7 +18,7 @@ WITHOUT = {
     "Cancelled",
     "Progress",
 }
-"""What users are given by the functions, and do not make."""
+"""Classes that functions return, and that users do not create."""
 PUBLIC = [name for name in iccm.__all__ if name not in WITHOUT]
 
 

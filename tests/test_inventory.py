@@ -1,7 +1,7 @@
 """What commands open, write, start and connect to: nothing beyond the inventory in SECURITY.md.
 
-Python's audit hooks tell of all that goes through Python, in workers too; where strace is installed, it tells of what
-libraries do by themselves as well.
+Python's audit hooks report everything done through Python, including workers; if strace is installed, it also reports
+what libraries do directly.
 """
 
 import json
@@ -76,15 +76,15 @@ COMMANDS = {
     "a manifest": ("batch jobs.jsonl -j 1", "o.png .iccm-journal.jsonl"),
     "check": ("check results baselines --update", "baselines/a.png"),
 }  # fmt: skip
-"""For each line of the inventory a command, and what it may write."""
+"""A command for each line of the inventory, and the files that it may write."""
 FONT_LISTS = ("fc-list", "fc-match", "system_profiler")
-"""Programs of the system that say which fonts there are: for plots, where Matplotlib asks once, and for text."""
+"""Programs of the system that list fonts: for plots, where Matplotlib asks once, and for text."""
 CANARIES = ("canary.ttf", "canary.png", "canary.svg", "canary.js", "canary.mtl", ".netrc")
 
 
 @pytest.fixture
 def folder(shapes):
-    """Inputs, with canaries beside them that some name, and a home."""
+    """Inputs, canaries beside them that some inputs refer to, and a home."""
     image_files.write("t.png", image_files.Image(core.checkerboard(32)[:24]))
     Path("eps.png").write_bytes(EPS)
     Path("hostile.svg").write_text(HOSTILE)
@@ -108,7 +108,7 @@ def folder(shapes):
 
 
 def environment(folder):
-    """That of a command: a home in the folder, and nothing of the tests' own."""
+    """The environment of a command: a home in the folder, and no settings of the tests."""
     home = str(folder / "home")
     named = dict.fromkeys(("HOME", "USERPROFILE", "LOCALAPPDATA", "APPDATA"), home)
     kept = {
@@ -118,7 +118,7 @@ def environment(folder):
 
 
 def check(told, folder, written):
-    """Hold what was done against what may be."""
+    """Compare what was done with what is allowed."""
     python = {Path(p).resolve() for p in (sys.prefix, sys.base_prefix, sysconfig.get_path("purelib"), ROOT)}
     readable = [
         *python,
@@ -132,7 +132,7 @@ def check(told, folder, written):
         folder / name for name in ("sheet.glb", "names.obj", "planted.npz", "jobs.jsonl", "results/a.png")
     }
     outputs = {folder / name for name in written.split()}
-    folders = {path.parent for path in outputs}  # which are made unless they are there
+    folders = {path.parent for path in outputs}  # they are created unless they exist
     stems = {path.stem.lstrip(".") for path in outputs}
     for kind, name in told:
         path = Path(name)

@@ -1,7 +1,7 @@
-"""What may import what, and what an import costs.
+"""Which modules may import which, and the cost of imports.
 
-ORDER lists the rooms from the top of the house to its cellar (docs/architecture.md): a room may import those below it,
-inside functions too, and nothing imports in a circle.
+ORDER lists the layers from top to bottom (docs/architecture.md): a module may import those below it, also inside
+functions, and there are no circular imports.
 """
 
 import ast
@@ -60,7 +60,7 @@ TEXTURE = "samples/rose-leaf/petals.jpg"
 
 
 def name_of(path: Path) -> str:
-    """A file's module, without the leading `iccm.`; a package's own file is the package."""
+    """The module of a file, without the leading `iccm.`; for a package's `__init__.py` the package."""
     parts = path.relative_to(ROOT).with_suffix("").parts
     parts = parts[1:] if parts[0] == "iccm" else parts
     return ".".join(parts).removesuffix("__init__").rstrip(".")
@@ -70,13 +70,13 @@ FILES = {name_of(path): path for part in ("iccm", "io", "cli") for path in (ROOT
 
 
 def room_of(module: str) -> str:
-    """The room that a module is in: itself, or its folder."""
+    """The layer of a module: itself, or its folder."""
     parts = module.split(".")
     return next((".".join(parts[:k]) for k in (2, 1) if ".".join(parts[:k]) in FLOOR), module)
 
 
 def targets(module: str, package: bool, node: ast.AST, modules=FILES) -> set[str]:
-    """The modules of this package that an import statement reaches."""
+    """The modules of this package that an import statement imports."""
     if isinstance(node, ast.Import):
         dotted = [alias.name for alias in node.names]
     elif isinstance(node, ast.ImportFrom):
@@ -100,7 +100,7 @@ GRAPH = {module: imports(module) for module in FILES}
 
 
 def backwards(graph: dict[str, set[str]]) -> list[tuple[str, str]]:
-    """Imports that run up the house, the packages' own (documentation and lazy names) apart."""
+    """Upward imports, except those of the package itself (documentation and lazy names)."""
     pairs = [(a, b) for a, reached in graph.items() for b in reached if room_of(a) in FLOOR]
     return [(a, b) for a, b in pairs if b in FLOOR or room_of(b) in FLOOR if floor(a) > floor(b)]
 
@@ -110,7 +110,7 @@ def floor(module: str) -> int:
 
 
 def circles(graph: dict[str, set[str]]) -> list[set[str]]:
-    """Sets of modules that reach each other."""
+    """Sets of modules that import each other."""
     reach = {module: reached(graph, module) for module in graph}
     return [{a, b} for a in graph for b in reach[a] if a < b and a in reach.get(b, ())]
 
@@ -139,7 +139,7 @@ def test_nothing_imports_in_a_circle():
 
 
 def parts_of(folder: str) -> dict[str, set[str]]:
-    """The modules and folders of a folder, each as one node, and which of them each imports from."""
+    """The modules and folders in a folder, each as one node, with those that it imports."""
 
     def part(module: str) -> str | None:
         start = f"{folder}." if folder else ""
@@ -161,7 +161,7 @@ FOLDERS = sorted(name for name, path in FILES.items() if path.name == "__init__.
 
 
 def listed(docstring: str) -> list[str]:
-    """The modules and folders (`name/`) of a docstring's list: names, two spaces or more, what they are."""
+    """The modules and folders (`name/`) listed in a docstring: names, two or more spaces, and a description."""
     found = re.findall(r"^(\w+/?(?:, \w+/?)*) {2,}\S", docstring, re.MULTILINE)
     return [name for names in found for name in names.split(", ")]
 
@@ -208,7 +208,7 @@ def loaded(statement: str) -> set[str]:
 
 
 def test_the_core_leaves_the_outer_libraries_alone():
-    """But for the figure, which is imported when somebody wants one."""
+    """Except for the figure, which is imported when needed."""
     names = sorted(
         name
         for name in FILES

@@ -1,4 +1,4 @@
-"""The table of mutants, and what is said of a row whose text is no longer there."""
+"""The table of mutants, and the message about a row whose text does not exist any more."""
 
 from collections import Counter
 

@@ -1,4 +1,4 @@
-"""What other systems run: the script of the GitHub action, and the files that call it."""
+"""Scripts for other systems: the script of the GitHub action, and the files that call it."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""The pages: their commands run and make the pictures that they show, their links lead somewhere."""
+"""The pages: their commands run and make the pictures shown, and their links are valid."""
 
 import importlib.util
 import re
@@ -32,13 +32,13 @@ def name_of(page):
 
 
 def drawn(path):
-    """The numbers of a drawing's paths, and what stands between them."""
+    """The numbers in a drawing's paths, and the text between them."""
     text = " ".join(element.get("d", "") for element in ET.parse(path).iter())
     return re.split(r"[-\d.e]+", text), np.array(re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", text), float)
 
 
 def marked(page):
-    """A page as a parameter: all but the README take long together."""
+    """A page as a parameter; all except the README are slow together."""
     return pytest.param(page, marks=() if page.name == "README.md" else pytest.mark.slow, id=name_of(page))
 
 
@@ -107,7 +107,7 @@ def test_every_page_is_in_the_site():
 
 
 def avoided():
-    """The terms of the glossary that pages do not use."""
+    """The terms of the glossary that pages must not use."""
     text = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").partition("\n## Do not use\n")[2]
     rows = re.findall(r"^\| (.+?) \| .+ \|$", text, re.MULTILINE)
     return [term.strip() for row in rows[1:] for term in re.split(r"[,;]", row)]
@@ -126,7 +126,7 @@ NOT_CHECKED = (
     "docs/glossary.md",
     "docs/developers/first-attempts.md",
 )
-"""History, the lists of terms, and quotations of what earlier versions printed."""
+"""History, lists of terms, and quotations of the output of earlier versions."""
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if name_of(page) not in NOT_CHECKED], ids=name_of)
@@ -147,7 +147,7 @@ CALL = re.compile(r"(?:^|[|&;(] ?)\s*iccm (\w+)((?:\\\n|[^\n|&;#>])*)", re.MULTI
 
 
 def test_every_command_and_option_shown_exists():
-    """Also where a block is not run."""
+    """Even if a block is not run."""
     from iccm.cli import COMMANDS
     from iccm.io.options import of_command
 

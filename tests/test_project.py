@@ -1,4 +1,4 @@
-"""The project itself: types are really checked, versions agree, nothing large is tracked."""
+"""The project itself: types are really checked, versions agree, no large files are tracked."""
 
 import ast
 import importlib
@@ -19,7 +19,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 
 
 def staged(folder: Path) -> Path:
-    """A copy of the package as it is installed, of its smallest modules, for mypy."""
+    """A copy of the smallest modules of the package as installed, for mypy."""
     package = folder / "iccm"
     for name in (
         "iccm/__init__.py",
@@ -42,7 +42,7 @@ def staged(folder: Path) -> Path:
 
 @pytest.mark.slow
 def test_mypy_sees_an_error_in_every_layer(tmp_path):
-    """From the repository's root it would see a part of the tree only, and report success."""
+    """From the repository's root it would only check a part of the tree, and report success."""
     package = staged(tmp_path)
     command = [sys.executable, "-m", "mypy", "--config-file", str(ROOT / "pyproject.toml"), "-p", "iccm"]
     assert subprocess.run(command, cwd=tmp_path, capture_output=True).returncode == 0
@@ -86,7 +86,7 @@ MISTAKES = {
 
 @pytest.mark.slow
 def test_a_users_type_checker_sees_the_signatures(tmp_path):
-    """mypy reads no import hooks, by which the package is installed while it is worked on: it gets a copy."""
+    """mypy does not follow the import hooks of an editable installation, so it gets a copy."""
     for name in ("iccm", "iccm.io", "iccm.cli"):
         home = Path(importlib.import_module(name).__file__).parent
         shutil.copytree(home, tmp_path / name.replace(".", "/"), dirs_exist_ok=True)
@@ -116,7 +116,7 @@ def test_the_names_a_type_checker_sees_are_those_that_are_there(module):
     seen = [alias for node in checked for alias in node.names]
     assert sorted(alias.asname for alias in seen) == module.__all__
     assert {*module.__all__, "__name__"} <= set(dir(module))
-    assert "import_module" not in dir(module)  # which is how, not what
+    assert "import_module" not in dir(module)  # an implementation detail
     for node in checked:
         for alias in node.names:
             home = importlib.import_module("." * node.level + node.module, module.__name__)

@@ -1,4 +1,4 @@
-"""What the pages show works as it stands there, where it is not run by `test_pages`."""
+"""Examples on pages that `test_pages` does not run work as shown."""
 
 import re
 import shutil

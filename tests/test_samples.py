@@ -1,4 +1,4 @@
-"""Every sample runs with the installed command, and makes the picture that is kept beside it."""
+"""Every sample runs with the installed command, and makes the picture stored beside it."""
 
 import importlib.util
 import shutil
@@ -12,7 +12,7 @@ from iccm.io.pictures import image_files
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 LONG = {"rose-leaf", "square-country", "polyline", "strokes", "face-pins", "hexagon-surface"}
-# Several maps of a square or a regular hexagon are equally good, and rounding may choose: only alpha is compared.
+# Several maps of a square or a regular hexagon are equally good, and rounding may decide: only alpha is compared.
 FREE = {"square-country", "hexagon-surface"}
 BLOCK = 8
 
@@ -34,7 +34,7 @@ NAMES = [folder.name for folder in RUN.samples()]
 
 
 def difference(a, b):
-    """How far two pictures are apart, see LIMIT; infinite when their sizes or channels differ."""
+    """The difference of two pictures, see LIMIT; infinite if their sizes or channels differ."""
     if a.shape != b.shape:
         return np.inf
     a, b = (premultiplied(picture) for picture in (a, b))

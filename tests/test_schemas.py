@@ -1,4 +1,4 @@
-"""The published schemas describe what is written; reports of all tests are held against theirs in `conftest`."""
+"""The published schemas describe what is written; reports of all tests are checked against them in `conftest`."""
 
 import json
 
@@ -18,7 +18,7 @@ def test_a_schema_is_one(name):
 
 
 def described(value, schema, root):
-    """The keys of a value that its schema says nothing about."""
+    """The keys of a value that its schema does not describe."""
     schema = root["$defs"][schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
     if isinstance(value, dict) and "properties" in schema:
         known = schema["properties"]

@@ -1,4 +1,4 @@
-"""Messages, help, docstrings and comments: none uses a term that the glossary lists as not to be used."""
+"""Messages, help, docstrings and comments do not use terms that the glossary lists as not to be used."""
 
 import ast
 import io
@@ -16,7 +16,7 @@ FILES = [
 ]
 PAGE = ROOT / "io" / "edit" / "page"
 SCRIPTS = [ROOT / "io" / "page.html", PAGE / "index.html", *sorted(PAGE.glob("*.js"))]
-SCRIPTS.remove(PAGE / "shaders.js")  # programs of the graphics card alone
+SCRIPTS.remove(PAGE / "shaders.js")  # only programs for the graphics card
 NAME = re.compile(r"^\s*(?:\w+, )*\w+(?::|  )", re.MULTILINE)
 """A name that a docstring describes: an argument, an attribute, a module."""
 NAMES_OF_CODE = re.compile(r"\b\w*_\w+\b|\w+\(|\b\w+(?:\.\w+)+")
@@ -35,7 +35,7 @@ def strings(source):
 
 
 def comments(source):
-    """Comments with their lines; neighbouring ones are one text, so that a term may span lines."""
+    """Comments with their lines; adjacent ones are joined, so that a term may span lines."""
     found, last = [], 0
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:

@@ -1,4 +1,4 @@
-"""Triangulations to test with, and maps made of them."""
+"""Triangulations for tests, and maps made from them."""
 
 from fractions import Fraction
 
@@ -11,7 +11,7 @@ from tests.shapes import refined
 
 
 def spiral_points(n):
-    """(n, 3) points of the unit sphere, evenly spread."""
+    """Return (n, 3) evenly distributed points of the unit sphere."""
     k = np.arange(n) + 0.5
     high, turn = 1 - 2 * k / n, np.pi * (1 + 5**0.5) * k
     return np.column_stack([np.cos(turn) * (1 - high**2) ** 0.5, np.sin(turn) * (1 - high**2) ** 0.5, high])
@@ -26,7 +26,7 @@ def hull(points):
 
 
 def lattice(n):
-    """Points, faces and loops of the square from 0 to 1 + i, cut in n × n × 2 triangles; the loop starts at 0."""
+    """Points, faces and loops of the square from 0 to 1 + i, divided into n × n × 2 triangles; the loop starts at 0."""
     x, y = np.meshgrid(np.arange(n + 1) / n, np.arange(n + 1) / n)
     number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     a, b, c, d = (
@@ -40,7 +40,7 @@ def lattice(n):
 
 
 def irregular(polygon, h, seed=0):
-    """The same for a polygon, with sides of about h: scattered points, no order at all."""
+    """The same for a polygon, with edges of about h and scattered points."""
     polygon = refined(polygon, max(1, round(Curve(polygon).length / len(polygon) / h)))
     rng = np.random.default_rng(seed)
     low, high = Curve(polygon).box
@@ -61,7 +61,9 @@ def irregular(polygon, h, seed=0):
 
 
 def ring(n, m):
-    """The same for a ring between radii 1 and 2, n points around and m steps across; the hole's loop is clockwise."""
+    """The same for a ring between radii 1 and 2, with n points around and m steps across; the hole's loop is
+    clockwise.
+    """
     angle, radius = np.meshgrid(2 * np.pi * np.arange(n) / n, 1 + np.arange(m + 1) / m)
     number = np.arange(n * (m + 1)).reshape(m + 1, n)
     a, d = number[:-1].ravel(), number[1:].ravel()
@@ -71,7 +73,7 @@ def ring(n, m):
 
 
 def wavy(w):
-    """A map of the plane near the unit square, one-to-one and not linear: the inverse to be met."""
+    """A map of the plane near the unit square, one-to-one and not linear: the inverse to reproduce."""
     return w + 0.12 * w**2 + 0.1 * np.sin(2 * w.real) * (1 + 0.3j) + 0.15j * w.imag * w.real
 
 
@@ -84,13 +86,13 @@ def wavy_derivatives(w):
 
 
 def map_of(mesh, inverse, **options):
-    """The map with given (points, faces, loops) in the image whose inverse takes the points as told."""
+    """The map with given (points, faces, loops) in the image, whose inverse maps the points as given."""
     w, faces, loops = mesh
     return TriangulatedMap(inverse(w), w, faces, loops, **options)
 
 
 def scattered(map, count, seed=0):
-    """Triangles (count,) and barycentric coordinates (count, 3): inside, on edges and on corners."""
+    """Triangles (count,) and barycentric coordinates (count, 3): inside, on edges and at corners."""
     rng = np.random.default_rng(seed)
     place = rng.dirichlet([0.5] * 3, count)
     at = np.arange(count)

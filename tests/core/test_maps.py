@@ -155,7 +155,7 @@ def test_bulges_shrink(monkeypatch, size):
     z, faces, _ = irregular(BENT, 0.4, seed=11)
     edges = adjacency.edges_of(faces)
     free = size * random_complex(rng, len(edges.ends))
-    limits = 10 ** rng.uniform(-7, 0, len(faces))  # some are never met, and their bulges become 0
+    limits = 10 ** rng.uniform(-7, 0, len(faces))  # some are never met, and their curvature becomes 0
 
     def shrink(corners, most, flat, sides, m, bulge, count):
         assert m == len(corners) and count == bulge.size
@@ -211,7 +211,7 @@ def polygon_and_points(seed, count):
 
 @pytest.mark.parametrize("kind", ["coordinates", "derivatives"])
 def test_cauchy_green_coordinates(monkeypatch, kind):
-    """To within rounding: NumPy divides complex numbers by a product with the reciprocal."""
+    """Up to rounding: NumPy divides complex numbers by a product with the reciprocal."""
     polygon, z = polygon_and_points(14, 40)
     fill = getattr(plain_cauchy_green, f"_{kind}")
 
@@ -229,7 +229,7 @@ def test_cauchy_green_coordinates(monkeypatch, kind):
 @pytest.mark.parametrize("m", [1, 2, 3])
 @pytest.mark.parametrize("count", [7, 64, 150])
 def test_integrals_are_those_of_the_coordinates(m, count):
-    """With less than a tile of edges, with one, and with several; two roundings an edge in the sum."""
+    """With less than a tile of edges, with one, and with several; two roundings per edge in the sum."""
     polygon, z = polygon_and_points(15, max(count, 13))
     densities = random_complex(np.random.default_rng(16), m, polygon.size)
     values, slopes = cauchy_green.jets(polygon, densities, z)
@@ -251,7 +251,7 @@ def test_integrals_do_not_depend_on_the_slices_they_are_computed_in():
 
 @pytest.mark.parametrize("densities", [1, 2])
 def test_bounds_of_pieces(densities):
-    """To within rounding: NumPy divides complex numbers by a product with the reciprocal."""
+    """Up to rounding: NumPy divides complex numbers by a product with the reciprocal."""
     rng = np.random.default_rng(19)
     polygon, middle = polygon_and_points(19, 40)
     half = rng.uniform(0, 0.05, middle.size)
@@ -267,7 +267,7 @@ def test_bounds_of_pieces(densities):
 
 
 def test_numbers_of_single_precision_are_taken():
-    """Meshes have them in their files."""
+    """Meshes store them in their files."""
     rng = np.random.default_rng(20)
     z, faces, _ = irregular(BENT, 0.4, seed=20)
     z = z.astype(np.complex64)

@@ -1,4 +1,4 @@
-"""Outputs are whole or absent; inputs that cannot be read are one line."""
+"""Outputs are complete or absent; unreadable inputs are reported in one line."""
 
 import errno
 import hashlib
@@ -176,7 +176,7 @@ def test_a_dangling_link_is_no_place_for_an_output(tmp_path):
 
 @pytest.fixture
 def permissive():
-    """An umask that leaves everything open."""
+    """An umask that permits everything."""
     old = os.umask(0)
     yield
     os.umask(old)

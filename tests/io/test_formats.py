@@ -1,4 +1,4 @@
-"""What the table of formats says is so: every picture format gives back what it is said to hold."""
+"""The table of formats is correct: every picture format returns what it is declared to store."""
 
 import numpy as np
 import pytest

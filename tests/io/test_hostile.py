@@ -1,4 +1,4 @@
-"""Files whose numbers, shapes or types are not those of their kind are refused in a line, or read."""
+"""Files with invalid numbers, shapes or types for their format are rejected in one line, or read."""
 
 import json
 import struct
@@ -35,7 +35,7 @@ FACES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
 
 
 def glb(picture, tree=None, points=POINTS, uv=UV):
-    """A sheet of four triangles that shows a picture, with parts of its JSON replaced."""
+    """A sheet of four triangles with a picture, and with parts of its JSON replaced."""
     parts = [points.astype("<f4"), uv.astype("<f4"), FACES.astype("<u2")]
     parts = [part.tobytes() for part in parts] + [picture]
     views, at = [], 0
@@ -53,7 +53,7 @@ def glb(picture, tree=None, points=POINTS, uv=UV):
 
 @pytest.fixture
 def sheet(shapes):
-    """`sheet(tree, **arrays)` writes sheet.glb; also there are square.svg, t.png and plain.obj."""
+    """`sheet(tree, **arrays)` writes sheet.glb; there are also square.svg, t.png and plain.obj."""
     image_files.write("t.png", image_files.Image(core.checkerboard(32)[:24]))
     lines = [f"v {x} {y} {z}" for x, y, z in POINTS.tolist()] + [f"vt {u} {v}" for u, v in UV.tolist()]
     lines += ["f " + " ".join(f"{k + 1}/{k + 1}" for k in face) for face in FACES.tolist()]

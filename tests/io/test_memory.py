@@ -1,4 +1,4 @@
-"""Memory within a bound."""
+"""Memory within a limit."""
 
 import errno
 import re
@@ -46,7 +46,7 @@ def test_as_many_threads_as_fit():
     ("held", "kept", "fits"), [(100, 0, True), (200, 140, True), (200, 150, False), (500, 0, False)]
 )
 def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch, held, kept, fits):
-    """What the process will hold is counted, or what it holds already; and the pictures that are in memory."""
+    """The memory that the process will hold counts, or that it already holds, and that of pictures in memory."""
     monkeypatch.setattr(room, "resident", lambda: 0)
     bounded = room.Bounded(room.SOLVED + room.MARGIN + 200 * MIB)
     bounded((kept * MIB,), np.uint8)
@@ -85,7 +85,7 @@ def test_what_is_no_size(text):
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")
 @pytest.mark.parametrize("source", ["a.svg", "a.obj"])
 def test_a_run_stays_within_its_bound(tmp_path, source):
-    """4096² in and out: 780 MiB without a bound."""
+    """4096² in and out: 780 MiB without a limit."""
     from iccm.io.pictures import image_files
 
     strip = np.random.default_rng(0).integers(0, 256, (256, 4096, 4), dtype=np.uint8)
@@ -111,7 +111,7 @@ def test_a_run_stays_within_its_bound(tmp_path, source):
     ]
     made, peaks = [], []
     for bound in ("64G", "600M"):
-        # of its own memory: what wait4 tells counts that of the process it was forked from
+        # of its own memory: wait4 also counts that of the process it was forked from
         code = (
             "import re, sys\nfrom iccm import cli\n"
             "assert cli.run(sys.argv[1:]) in (0, 1)\n"

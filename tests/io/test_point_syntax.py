@@ -1,4 +1,4 @@
-"""A point is written the same way wherever a user names one."""
+"""Points have the same syntax wherever a user enters one."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Files that a mesh refers to: from its folder and below; from elsewhere only with --allow-outside, as a line says."""
+"""Files that a mesh refers to: from its folder and below; others only with --allow-outside, as the message says."""
 
 import json
 import os
@@ -37,7 +37,7 @@ def meshes(tmp_path, monkeypatch):
 
 
 def written(folder):
-    """What of the secrets is in the files of a folder: the text and pictures made of the other one."""
+    """The part of the secrets that occurs in the files of a folder: the text, and pictures made from the other one."""
     texts = [path.read_bytes() for path in folder.glob("o*") if path.suffix != ".png"]
     bright = [path.name for path in folder.glob("o*.png") if image_files.read(path).pixels.max() > 150]
     return b"hunter2" in b"".join(texts) or bright
@@ -57,7 +57,7 @@ def test_a_library_outside_of_the_folder_is_not_read(meshes, iccm, name):
     assert not written(meshes) and "newmtl other" not in (meshes / "o.mtl").read_text()
     done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--allow-outside")
     assert done.code == 0 and "--allow-outside" not in done.err
-    assert not written(meshes)  # of a library that is taken only statements are
+    assert not written(meshes)  # of a library that is read, only statements are
 
 
 def test_a_mesh_whose_only_library_is_outside_is_refused_with_the_reason(meshes, iccm):

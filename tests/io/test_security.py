@@ -1,4 +1,4 @@
-"""Hostile inputs: nothing is read that should not be, and limits are kept before memory is taken."""
+"""Hostile inputs: no unexpected file is read, and limits apply before memory is allocated."""
 
 import json
 import struct
@@ -18,7 +18,7 @@ def chunk(kind, data):
 
 
 def png_header(width, height):
-    """A picture that claims a size and has none of its pixels."""
+    """A picture whose header declares a size, but without any pixels."""
     head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0))
     return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(b"\0" * 100)) + chunk(b"IEND", b"")
 

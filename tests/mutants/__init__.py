@@ -1,4 +1,4 @@
-"""Single-line bugs, and whether the tests of their folder catch them: `python -m tests.mutants --help`.
+"""Single-line bugs, and whether the tests of their folder detect them: `python -m tests.mutants --help`.
 
 mutant    a bug: file, old text, new text, tests, effect on users
 library   bugs in iccm/

@@ -1,4 +1,4 @@
-"""`python -m tests.mutants`: which single-line bugs the tests of their own folder catch."""
+"""`python -m tests.mutants`: report which single-line bugs the tests of their own folder detect."""
 
 import argparse
 import sys
@@ -13,7 +13,7 @@ from .run import PASSED, ROOT, Copy
 
 
 def stale(mutants: list[Mutant]) -> list[str]:
-    """Return a line for each mutant that cannot be applied, or is a mistake of syntax, which any test would catch."""
+    """Return a line for each mutant that cannot be applied, or is a syntax error, which any test would detect."""
     lines = []
     for mutant in mutants:
         path = ROOT / mutant.file
@@ -31,7 +31,7 @@ def stale(mutants: list[Mutant]) -> list[str]:
 
 
 def main() -> int:
-    """Try mutants; the exit code is 1 where some survive or are stale."""
+    """Try mutants; return 1 if some survive or are stale."""
     parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__)
     parser.add_argument(
         "--only",

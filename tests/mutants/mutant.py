@@ -32,7 +32,7 @@ class Mutant(NamedTuple):
         return self.file.endswith((".cpp", ".h"))
 
     def mutate(self, text: str) -> str | None:
-        """Return the text of the file with the bug; None where the old text does not occur exactly once."""
+        """Return the text of the file with the bug; None if the old text does not occur exactly once."""
         if text.count(self.old) != 1:
             return None
         return text.replace(self.old, self.new)

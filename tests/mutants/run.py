@@ -27,7 +27,7 @@ LEFT_OUT = (
 PACKAGES = ("io", "cli", "plugins", "samples")
 """Folders of the repository that are packages in `iccm` once it is installed."""
 TIME_LIMIT = 900.0
-"""Seconds: a run of a mutant's tests that takes longer has been caught, since the tests take seconds without it."""
+"""Seconds: if a mutant's tests take longer, it counts as caught, since they take seconds without it."""
 PASSED, FAILED, INTERRUPTED = 0, 1, 2
 """Exit codes of pytest; others mean that the tests were not run."""
 
@@ -50,14 +50,14 @@ PRELOADED += [
     "PIL.Image",
     "jsonschema",
 ]
-"""Modules of others that take long to import: one process imports them, and those that run tests are its forks."""
+"""Third-party modules that take long to import: one process imports them, and forks those that run tests."""
 CONTEXT = multiprocessing.get_context("forkserver" if sys.platform != "win32" else "spawn")
 if sys.platform != "win32":
     CONTEXT.set_forkserver_preload(PRELOADED)
 
 
 def run_pytest(folder: Path, environment: Mapping[str, str], tests: Sequence[str], log: Path) -> None:
-    """Run tests in a copy of the repository, and exit with pytest's exit code; called in a process of its own."""
+    """Run tests in a copy of the repository, and exit with pytest's exit code; called in a separate process."""
     os.chdir(folder)
     os.environ.update(environment)
     sys.dont_write_bytecode = False  # hundreds of modules are the same for all mutants
@@ -84,8 +84,8 @@ class Copy:
     def __init__(self, folder: Path):
         self.folder, self.log = folder / "repository", folder / "log"
         shutil.copytree(ROOT, self.folder, ignore=shutil.ignore_patterns(*LEFT_OUT), symlinks=True)
-        # The installed package refers to the original's folders; with the copy first on the path, and these links in
-        # the place of folders, all modules come from the copy, in subprocesses too.
+        # The installed package refers to the original's folders. With the copy first on the path, and these links in
+        # place of folders, all modules come from the copy, also in subprocesses.
         for name in PACKAGES:
             (self.folder / "iccm" / name).symlink_to(Path("..") / name, target_is_directory=True)
         objects = ROOT / "build" / "core"
@@ -99,7 +99,7 @@ class Copy:
         }
 
     def test(self, tests: Sequence[str]) -> int | None:
-        """Run tests until one fails. Return pytest's exit code, None where they took longer than TIME_LIMIT."""
+        """Run tests until one fails. Return pytest's exit code, or None if they took longer than TIME_LIMIT."""
         job = CONTEXT.Process(target=run_pytest, args=(self.folder, self.environment, tests, self.log))
         job.start()
         job.join(TIME_LIMIT)
@@ -111,18 +111,18 @@ class Copy:
 
     @property
     def output(self) -> str:
-        """What the last tests printed."""
+        """The output of the last tests."""
         return self.log.read_text(encoding="utf-8", errors="replace")
 
     def compile(self) -> bool:
-        """Bring the compiled core up to date with its sources; whether that succeeds."""
+        """Update the compiled core from its sources; return whether that succeeds."""
         command = [sys.executable, "core/compile.py"]
         return not subprocess.run(
             command, cwd=self.folder, env=self.environment, capture_output=True
         ).returncode
 
     def try_mutant(self, mutant: Mutant, tests: Sequence[str] = ()) -> str:
-        """Return "caught" or "survived" after running the mutant's tests, or those given, or why that is impossible."""
+        """Run the mutant's tests, or those given; return "caught", "survived", or why that is impossible."""
         path = self.folder / mutant.file
         original = path.read_bytes() if path.is_file() else b""
         mutated = mutant.mutate(original.decode())
@@ -140,9 +140,9 @@ class Copy:
         return "survived" if code == PASSED else f"not applicable: pytest ends with {code}"
 
     def _write(self, path: Path, content: bytes) -> None:
-        """Write a module, without the bytecode of its earlier content.
+        """Write a module, and remove the bytecode of its earlier content.
 
-        Python takes bytecode for current if the module's size and its time of change in whole seconds are those
+        Python considers bytecode current if the module's size and modification time in whole seconds match those
         recorded in it.
         """
         path.write_bytes(content)

@@ -1,4 +1,4 @@
-"""What the tests of the add-on begin with, in Blender: it is switched on, and meshes and pictures are made."""
+"""The start of each test of the add-on in Blender: it is enabled, and meshes and pictures are made."""
 
 import json
 import os
@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-import bmesh  # isort: skip (the module bpy brings it along)
+import bmesh  # isort: skip (included in the module bpy)
 
 found = {}
 QUARTERS = {
@@ -48,7 +48,7 @@ def turned(angle, x, y, size):
 
 
 def grid(name, n, *layouts, maps=None):
-    """An object of curved n by n grids, one for each layout of the unit square; further UV maps by name."""
+    """Return an object of curved n by n grids, one for each layout of the unit square; further UV maps by name."""
     bm = bmesh.new()
     layers = {key: bm.loops.layers.uv.new(key) for key in ["UVMap", *(maps or {})]}
     for k, layout in enumerate(layouts):
@@ -69,7 +69,7 @@ def grid(name, n, *layouts, maps=None):
 
 
 def select(chosen, active=None, synced=True):
-    """Edit Mode, with the faces selected that `chosen` is true of; if not synced, in the UV editor only."""
+    """Enter Edit Mode with those faces selected for which `chosen` is true; if not synced, in the UV editor only."""
     bpy.context.tool_settings.use_uv_select_sync = synced
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.context.tool_settings.mesh_select_mode = (False, False, True)
@@ -115,7 +115,7 @@ def picture(name, width, height, quarters, data=False):
 
 
 def material(colour, rough=None, normals=None):
-    """A material that shows a picture, and others as its roughness and normals."""
+    """Return a material that shows a picture, and others as its roughness and normals."""
     made = bpy.data.materials.new(colour.name)
     if made.node_tree is None:
         made.use_nodes = True
@@ -137,7 +137,7 @@ def material(colour, rough=None, normals=None):
 
 
 def nodes():
-    """What shows pictures in the active object's materials."""
+    """Return the nodes with pictures in the active object's materials."""
     slots = bpy.context.object.material_slots
     return [node for slot in slots for node in slot.material.node_tree.nodes if node.type == "TEX_IMAGE"]
 
@@ -154,7 +154,7 @@ def middle(face):
 
 
 def inner(face):
-    """Whether a face is in the midst of a quarter."""
+    """Return whether a face is inside a quarter."""
     return (np.abs(middle(face) - 0.5) > 0.13).all()
 
 

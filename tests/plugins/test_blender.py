@@ -1,4 +1,4 @@
-"""The add-on in a real Blender (the module bpy, in a virtual environment of its own). Skipped, loudly, without one."""
+"""The add-on in a real Blender (the module bpy, in a virtual environment). Skipped, with a warning, without one."""
 
 import functools
 import json
@@ -19,7 +19,7 @@ HERE = Path(__file__).parent
 
 @functools.cache
 def lacking():
-    """Why there is no Blender; empty where there is one."""
+    """Why there is no Blender; empty if there is one."""
     if not BPY.is_file():
         return f"there is no Python {BPY}"
     done = subprocess.run([str(BPY), "-c", "import bpy"], capture_output=True, text=True)
@@ -28,7 +28,9 @@ def lacking():
 
 @pytest.fixture
 def blender(tmp_path, monkeypatch):
-    """`blender(code)` runs code in Blender, with the add-on from its archive; what it puts in `found` comes back."""
+    """`blender(code)` runs code in Blender, with the add-on from its archive, and returns what the code puts in
+    `found`.
+    """
     if why := lacking():
         pytest.skip(f"NO BLENDER TESTS: pip install bpy in a virtual environment build/bpy: {why}")
     monkeypatch.setenv("BLENDER_USER_RESOURCES", str(tmp_path / "settings"))
@@ -52,7 +54,7 @@ def areas(faces):
 
 
 def border(faces):
-    """The corners of a grid's faces that one or two of them have, and only these: those of its border."""
+    """The corners of a grid's faces that belong to only one or two of them: those at its border."""
     places, counts = np.unique(np.round(np.reshape(faces, (-1, 2)), 6), axis=0, return_counts=True)
     return places[counts < 4]
 
@@ -330,7 +332,7 @@ found["poll"] += [bpy.ops.iccm.fit_island.poll()]
 
 
 def test_an_installed_folder_is_switched_on(blender):
-    """As `iccm plugins install blender` writes it, beside what was installed from the archive."""
+    """As written by `iccm plugins install blender`, beside the add-on installed from the archive."""
     plugins.uninstall("blender")
     assert [each.name for each in plugins.install("blender")] == ["iccm"]
     found = blender("""

@@ -1,5 +1,6 @@
-"""The extension in a real Inkscape without a screen: what it draws is rendered and compared. Skipped, loudly, where
-there is no Inkscape."""
+"""The extension in a real Inkscape without a display: its results are rendered and compared. Skipped, with a warning,
+without Inkscape.
+"""
 
 import os
 import re
@@ -33,7 +34,7 @@ FACE = f"""<path d="{HEART}" fill="url(#g)"/>
 <circle cx="40" cy="48" r="9" class="eye"/>
 <path d="M48 66C54 74 68 74 74 66" fill="none" stroke="#226" stroke-width="5"/>
 <g transform="rotate(30 84 50)"><rect x="76" y="44" width="18" height="8" opacity=".6" fill="#060"/></g>"""
-NEAR = 0.02 + 2e-4 * 80 * 2**0.5  # the radius of an eye, and what paths may err on a target of 80 units
+NEAR = 0.02 + 2e-4 * 80 * 2**0.5  # the radius of an eye, and the error of paths on a target of 80 units
 PLACED = "matrix(.45,.12,-.12,.45,80,10)"  # the target's layer, then the target
 ONTO = "translate(30,20) scale(1.2)"
 MILLIMETRES = 'width="210mm" height="148mm" viewBox="0 -5 210 148"'
@@ -45,7 +46,7 @@ PAGE = f"""<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.or
 
 
 def page(extra="", target=f'<path id="target" d="{HEART}" transform="{ONTO}" fill="#eee"/>'):
-    """A heart with a face in a layer, and another heart, turned and larger, in another."""
+    """A heart with a face in a layer, and another heart, rotated and larger, in another."""
     return PAGE.format(f"""<g inkscape:groupmode="layer" id="below" transform="translate(5,3)">
 <g id="art" inkscape:label="face" transform="matrix(.45,.12,-.12,.45,20,10)">{FACE}{extra}</g></g>
 <g inkscape:groupmode="layer" id="above" transform="{PLACED}"><g id="inner">{target}</g></g>""")
@@ -63,7 +64,7 @@ def profile(tmp_path, monkeypatch):
 
 
 def act(document, actions, ids):
-    """What Inkscape, in batch, makes of a document whose objects are selected one after the other."""
+    """The result of Inkscape actions on a document whose objects are selected one after the other."""
     Path("in.svg").write_text(document)
     chosen = [f"select-by-id:{each}" for each in ids]
     said = ";".join([*chosen, *actions, "export-filename:out.svg", "export-do"])
@@ -82,7 +83,7 @@ def act(document, actions, ids):
 
 
 def run(document, profile, *arguments):
-    """What the extension, called as Inkscape calls it, makes of a document, its message and its exit code."""
+    """The result of the extension on a document, called like Inkscape does, with its message and exit code."""
     Path("in.svg").write_text(document)
     asked = ["inkscape", "--system-data-directory"]
     data = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
@@ -113,7 +114,7 @@ def names(document):
 
 
 def expected(extra=""):
-    """The page with the face itself in the target's place: the map between like shapes is the similarity."""
+    """The page with the face itself in the target's place: between similar shapes, the map is the similarity."""
     return page(extra, f'<g transform="{ONTO}">{FACE}{extra}</g>')
 
 
@@ -150,7 +151,7 @@ def mark(name, x, y, number):
 
 
 def eyes(document):
-    """The centres of what is of the class `eye`, in the coordinates of its layer."""
+    """The centres of elements of the class `eye`, in the coordinates of their layer."""
     found = []
     for each in ElementTree.fromstring(document).iter(f"{SVG}path"):
         if "eye" in each.get("class", ""):

@@ -176,7 +176,7 @@ def test_normals_turn_with_the_tangents(there, iccm, kind, mirrored):
     assert iccm("relayout", "flat.obj", "new.obj", f"--{kind}", "n.png", "-o", "o.png").code == 0
     pixels = image_files.read("o.png").pixels
     made = (pixels[len(pixels) // 2, len(pixels) // 2].astype(float) - 128) / 127 * [1, up, 1]
-    # a direction of the surface shows in the new picture turned by the angle, and mirrored if the picture is
+    # a direction of the surface appears in the new picture rotated by the angle, and mirrored if the picture is
     seen = (n[0] + 1j * n[1]) * np.exp(1j * angle)
     seen = -seen.conj() if mirrored else seen
     assert made == pytest.approx([seen.real, seen.imag, n[2]], abs=0.015)
@@ -272,7 +272,7 @@ def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(the
 
 
 def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):
-    """Of charts that are points, each on a colour of its own, the old picture's size says nothing."""
+    """If charts are points, each on its own colour, the old picture's size does not matter."""
     x, y, quads = grid(4)
     palette = np.random.default_rng(1).integers(0, 256, (1, 16, 3)).astype(np.uint8)
     image_files.write("t.png", image_files.Image(palette))
@@ -342,8 +342,9 @@ def test_partners_are_found_however_faces_are_ordered_and_turned():
 
 
 def test_footprints_of_a_rotated_layout_are_rotated():
-    """The new layout is half as large, a quarter of a circle on: a texel to the right of it is two texels down the old
-    one, whose picture is twice as wide as high."""
+    """The new layout is half as large, and rotated by 90 degrees: a texel to its right is two texels down in the old
+    layout, whose picture is twice as wide as high.
+    """
     points, faces = (
         np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float),
         np.array([[0, 1, 2], [0, 2, 3]]),

@@ -1,4 +1,4 @@
-"""SVG drawings carried through a map: true to the tolerance, styles kept, what is left out is told."""
+"""SVG drawings carried through a map: accurate to the tolerance, with their styles; what is omitted is reported."""
 
 import base64
 from xml.etree import ElementTree
@@ -195,14 +195,14 @@ def test_gradients_in_user_space_go_with_the_shape(tmp_path):
     assert gradient.get("{http://www.w3.org/1999/xlink}href") == "#g"
     made = affine.parse(gradient.get("gradientTransform"))
     z = np.array([0, 1, 1j])
-    assert np.abs(made(z) - (-0.5j * (2 * 2 * z) + 3)).max() < 1e-6  # y is down: the turn is the other way
+    assert np.abs(made(z) - (-0.5j * (2 * 2 * z) + 3)).max() < 1e-6  # y points down: the rotation is reversed
 
 
 SQUARE = '<path id="shape" d="M-90 -90H90V90H-90Z" fill="tan"/>'
 
 
 def body(tmp_path, drawing, g=lambda z: z):
-    """The elements of the new document by id, and the notes, for a drawing over a square source."""
+    """Carry a drawing over a square source; return the elements of the new document by id, and the notes."""
     return carried(tmp_path, g, SQUARE + drawing + "</svg>")
 
 
@@ -227,10 +227,10 @@ def winding(path, points):
     "d",
     [
         "M-300 -200H250V220H-300Z",  # around everything
-        "M-300 -200V220H250V-200Z M-310 -210V230H260V-210Z",  # the other way, twice
+        "M-300 -200V220H250V-200Z M-310 -210V230H260V-210Z",  # in reverse, twice
         "M0 0H200V30H0Z",
         "M-200 -30H200V30H-200Z M-40 -300H40V300H-40Z",
-        "M-50 0L300 0L300 300L-300 300L-300 -300L20 -300L20 50",  # open, all around the outside
+        "M-50 0L300 0L300 300L-300 300L-300 -300L20 -300L20 50",  # open, around everything
         "M0 0C400 0 0 400 0 0M10 10A150 150 0 1 1 60 60",
         "M-90 -90H120V-95H90V90H-90Z",  # along the outline
         "M100 0L0 100L-100 0L0 -100Z",  # over its corners
@@ -254,7 +254,7 @@ def test_a_fill_that_leaves_the_source_paints_the_same_inside(tmp_path, d):
         "M-60 -60H60V60H-60Z M-50 -50V50H50V-50Z",  # around the hole, and back
         "M-60 -10H60V10H-60Z",  # across it
         "M0 0L60 5L-60 5Z M-70 -70L70 70L70 -70Z",  # from its middle, and over its corners
-        "M-5 -5H5V5H-5Z M30 -80H80V80H30Z",  # in it, and beside it
+        "M-5 -5H5V5H-5Z M30 -80H80V80H30Z",  # inside it, and beside it
         "M-20 -20H20V20H-20Z",  # along it
     ],
 )
@@ -441,7 +441,7 @@ def test_a_filter_grows_and_turns_with_what_casts_it(tmp_path):
     <fePointLight x="5" y="0" z="7"/><feDistantLight azimuth="30"/></filter>
     <g id="a" filter="url(#f)"><rect width="40" height="20"/></g>
     <g transform="scale(3)"><rect id="b" width="9" height="6" style="filter:url(#f)"/></g>"""
-    found, notes = body(tmp_path, drawing, lambda z: -1j * z / 2)  # y is down: 1j / 2 there
+    found, notes = body(tmp_path, drawing, lambda z: -1j * z / 2)  # y points down: 1j / 2 there
     made = referred(found, found["a"], "filter")
     offset, blur, noise, light, sun = made
     assert (offset.get("dx"), offset.get("dy"), blur.get("stdDeviation")) == ("-0.5", "1.5", "0.5 1")
@@ -486,7 +486,7 @@ def embedded_png(pixels):
 
 
 def pixels_in(address):
-    """The pixels of a picture that a drawing holds."""
+    """The pixels of a picture embedded in a drawing."""
     return image_files.read_held(base64.b64decode(address.partition(",")[2]), "it").pixels
 
 
@@ -495,7 +495,7 @@ def bent(z):
 
 
 def test_an_embedded_picture_is_resampled_as_one(tmp_path):
-    """Its pixels are where the map takes them, and one clip path bounds it: no seams, and no bites at its outline."""
+    """Its pixels are mapped, and bounded by one clip path: no seams, and no notches at its outline."""
     i, j = np.mgrid[:60, :120]
     ramp = np.stack([2 * j, 4 * i, 0 * i + 77], axis=2).astype(np.uint8)
     drawing = f"""<image id="a" x="10" y="20" width="60" height="30" transform="scale(.5)" opacity=".5"
@@ -514,7 +514,7 @@ def test_an_embedded_picture_is_resampled_as_one(tmp_path):
     rows, columns = np.mgrid[:height, :width]
     w = x + (columns + 0.5) * across / width + 1j * (y + (rows + 0.5) * down / height)
     z = (np.sqrt(1 + 0.008 * w) - 1) / 0.004
-    texel = (z - (5 + 10j)) * 4  # four texels a unit of the root
+    texel = (z - (5 + 10j)) * 4  # four texels per unit of the root
     inside = (texel.real > 2) & (texel.real < 118) & (texel.imag > 2) & (texel.imag < 58)
     assert inside.sum() > 10_000
     wanted = np.stack([2 * (texel.real - 0.5), 4 * (texel.imag - 0.5), 0 * texel.real + 77], axis=2)
@@ -700,7 +700,7 @@ FACE = (
 
 
 def test_lines_of_an_icon_move_by_the_map_of_what_they_enclose(tmp_path, iccm, monkeypatch):
-    """Eyes and mouth lie in what would be a hole of the ring that the head's line paints."""
+    """Eyes and mouth lie inside the head's line, whose stroke would be a ring around a hole."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "face.svg").write_text(LINES.format(FACE))
     (tmp_path / "box.svg").write_text(LINES.format('<path d="M3 5H20V19L15 21H3Z"/>'))
@@ -716,7 +716,7 @@ def test_lines_of_an_icon_move_by_the_map_of_what_they_enclose(tmp_path, iccm, m
 
 
 def area_of(d):
-    """What the fill of path data encloses."""
+    """The area that the fill of path data encloses."""
     (run,) = path_data.subpaths(d, affine.Affine(), 1e-6)
     z = run.z - run.z[0]
     return abs((z[:-1].conj() * z[1:]).imag.sum() / 2)
@@ -732,7 +732,7 @@ def area_of(d):
     ],
 )
 def test_straight_lines_paint_no_inside_where_they_are_bent(line, source, tmp_path):
-    """SVG fills them by default, which shows nothing while they are straight."""
+    """SVG fills them by default, which is invisible while they are straight."""
     (tmp_path / "a.svg").write_text(HEAD + DRAWING.replace("</svg>", line + "</svg>"))
     source = shape.read(f"{tmp_path}/a.svg#shape")
     artwork.carry(source, curved(source), source, tmp_path / "b.svg")
@@ -743,7 +743,7 @@ def test_straight_lines_paint_no_inside_where_they_are_bent(line, source, tmp_pa
 
 @pytest.mark.parametrize("stroke", ["", ' stroke="red"'])
 def test_what_closes_an_open_fill_is_mapped_too(stroke, source, tmp_path):
-    """The chord of the source, not that of the target, bounds the fill; the line stays open."""
+    """The chord of the source, not of the target, bounds the fill; the line stays open."""
     open_path = f'<path d="M-60 20 L-5 60 L50 30" fill="gold"{stroke}/>'
     (tmp_path / "a.svg").write_text(HEAD + DRAWING.replace("</svg>", open_path + "</svg>"))
     source = shape.read(f"{tmp_path}/a.svg#shape")
@@ -762,7 +762,7 @@ def test_what_closes_an_open_fill_is_mapped_too(stroke, source, tmp_path):
 
 
 def test_an_open_fill_is_cut_where_only_what_closes_it_is_outside(source, tmp_path):
-    """The chord of a crescent's horn leaves the shape; the horn itself does not."""
+    """The chord of a crescent's horn leaves the shape, but the horn does not."""
     crescent = "M0 80 C-100 80 -100 -80 0 -80 C-60 -50 -60 50 0 80Z"
     arc = '<path d="M-12 70 C-80 60 -80 -60 -12 -70" fill="gold"/>'
     (tmp_path / "a.svg").write_text(f'{HEAD}<path id="shape" d="{crescent}" fill="tan"/>{arc}</svg>')

@@ -1,4 +1,4 @@
-"""Nothing in a drawing that is written leads out of it, however it is written down."""
+"""A drawing that is written contains no references to other files, in any notation."""
 
 import re
 from xml.etree import ElementTree

@@ -1,4 +1,4 @@
-"""Drawings as pictures: colours in numbers, places, what is hidden, and nothing read outside the file."""
+"""Drawings rendered as pictures: colours as numbers, positions, hidden elements; no other file is read."""
 
 import json
 import re
@@ -27,7 +27,7 @@ WHOLE = (-20j, 40 + 0j)
 
 @pytest.fixture
 def rendered(tmp_path):
-    """Writes an SVG body and renders a box of it, ten pixels a unit; pixels by x, y in the file's units."""
+    """Write an SVG body and render a box of it, with ten pixels per unit; return pixels by x, y in file units."""
 
     def render(body, attributes=CANVAS, box=WHOLE):
         path = tmp_path / "a.svg"
@@ -118,7 +118,7 @@ def test_nothing_outside_the_file_is_read(rendered, tmp_path):
 def test_an_embedded_picture_is_shown(rendered, tmp_path):
     image_files.write(tmp_path / "a.png", Image(np.full((8, 16, 3), (255, 0, 0), np.uint8)))
     data = b64encode((tmp_path / "a.png").read_bytes()).decode()
-    for kind in ("image/png", ""):  # old drawings of Illustrator leave it out
+    for kind in ("image/png", ""):  # old drawings of Illustrator omit it
         at = rendered(f'<image x="4" width="16" height="8" href="data:{kind};base64,{data}"/>')
         assert at(5, 1) == at(19, 7) == (255, 0, 0, 255) and at(21, 4)[3] == at(3, 4)[3] == 0
 
@@ -273,7 +273,7 @@ def made(monkeypatch):
 
 
 def test_it_is_rendered_as_finely_as_the_map_samples_it(files, made):
-    """A narrow part of the source is widened to most of a large picture."""
+    """A narrow part of the source is magnified to most of a large picture."""
     from iccm.io.run.execute import run
 
     for size in (200, 3000):
@@ -288,7 +288,7 @@ def test_it_is_rendered_as_finely_as_the_map_samples_it(files, made):
 
 @pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="alarms of POSIX")
 def test_the_renderer_ends_without_who_started_it():
-    """It would render for minutes, and nobody stops it."""
+    """It would render for minutes with nobody to stop it."""
     tall = '<feMorphology operator="dilate" radius="900"/>' * 9
     document = (
         '<svg xmlns="http://www.w3.org/2000/svg" width="4000" height="4000">'
@@ -301,7 +301,9 @@ def test_the_renderer_ends_without_who_started_it():
 
 
 def test_a_small_result_needs_no_large_rendering(files, made, monkeypatch):
-    """However much of the source a pixel shows: so many texels for each, or what was rendered before the map."""
+    """However much of the source a pixel shows: a number of texels for each pixel, or the size before the map is
+    known.
+    """
     monkeypatch.setattr(texture, "density_needed", lambda fits, step: 1e3)
     from iccm.io.run.execute import run
 
@@ -330,7 +332,7 @@ def test_a_mesh_holds_the_rendered_drawing(files, iccm):
 
 
 def test_a_stroke_at_the_outline_is_shown_in_its_whole_width(files, iccm):
-    """The frame is around what strokes paint, too: 18 units with a border of 2, half of it outside of the fill."""
+    """The frame also surrounds strokes: 18 units with a border of 2, half of it outside of the fill."""
     (files / "a.svg").write_text(
         SVG.format(
             'viewBox="0 0 20 20"',

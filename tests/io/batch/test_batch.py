@@ -1,4 +1,4 @@
-"""Batches: one result a job whatever happens, resuming, reproducible bytes."""
+"""Batches: one result per job whatever happens, resuming, reproducible bytes."""
 
 import hashlib
 import json
@@ -36,8 +36,9 @@ NOTHING = {"outputs": [], "figures": {}, "notes": [], "seconds": 0}
 
 
 class Scripted:
-    """A pool whose jobs end as a script says, by source and attempt: a status, "dies", "hangs", or "lasts", after which
-    there is no time for those that came with it."""
+    """A pool whose jobs end as scripted, by source and attempt: a status, "dies", "hangs", or "lasts", after which
+    there is no time for other jobs of the bundle.
+    """
 
     ahead = 0
     runs_again = False
@@ -75,7 +76,7 @@ class Scripted:
 
 @pytest.fixture
 def play(tmp_path, monkeypatch):
-    """`play(script, policy)` runs jobs named a to e on a scripted pool: their results by name, and the pool."""
+    """`play(script, policy)` runs jobs named a to e on a scripted pool; returns their results by name, and the pool."""
     monkeypatch.chdir(tmp_path)
     for name in "abcde":
         (tmp_path / name).write_text(name)
@@ -95,7 +96,7 @@ def play(tmp_path, monkeypatch):
 
 
 def test_a_job_ends_by_itself_before_it_is_killed():
-    """A map that has been found by then is the result; a worker that is killed leaves nothing."""
+    """A map that has been found by then is the result, while a worker that is killed leaves nothing."""
     assert dispatch.Policy(timeout=10).seconds == pytest.approx(8)
     assert dispatch.Policy(timeout=10, time_limit=3).seconds == 3
     assert dispatch.Policy().seconds == deadline.DEFAULT_SECONDS
@@ -249,7 +250,7 @@ def test_the_journal_forgives_torn_lines(tmp_path):
 
 @pytest.fixture
 def told(tmp_path):
-    """`told(path, **changed)`: whether a journal of tmp_path/out that says that a job wrote a file is believed."""
+    """`told(path, **changed)`: whether a journal in tmp_path/out is trusted that records a file as written by a job."""
     root, away = tmp_path / "out", tmp_path / "away.json"
     root.mkdir()
     for path in (away, root / "r.json"):
@@ -412,7 +413,7 @@ def rows(text):
 
 @pytest.mark.slow
 def test_a_batch_from_end_to_end(shapes, shell):
-    """Two workers and one give the same bytes; --resume skips what is unchanged, and only that."""
+    """Two workers and one give the same bytes; --resume skips unchanged jobs, and only those."""
     (shapes / "jobs.toml").write_text(MANIFEST)
     env = os.environ | {"SOURCE_DATE_EPOCH": "1700000000"}
     one = shell("iccm batch jobs.toml --root one -j 1", env=env)
@@ -425,7 +426,7 @@ def test_a_batch_from_end_to_end(shapes, shell):
     reports = [json.loads((shapes / name / "square-blob.json").read_text()) for name in ("one", "two")]
     for report in reports:
         assert "seconds" not in report
-        report.pop("job")  # names the folder
+        report.pop("job")  # contains the folder
     assert reports[0] == reports[1]
 
     (shapes / "square.svg").write_text((shapes / "square.svg").read_text().replace("H90", "H80"))
@@ -461,7 +462,9 @@ def test_the_wrong_manifest_and_the_failing_job_have_their_exit_codes(shapes, ic
 
 
 class Forgetful:
-    """A pool that does its jobs here, and loses the first worker when its files are written: told, or run again."""
+    """A pool that runs its jobs here, and loses the first worker after its files are written, with notice or by running
+    the job again.
+    """
 
     size, ahead = 1, 0
 
@@ -497,4 +500,4 @@ def test_what_a_lost_worker_had_written_does_not_stand_in_the_way(shapes, monkey
     task = Task.of(1, "o", "job 1", job)
     first, second = (list(dispatch.execute([task], pool, Journal(shapes), policy)) for _ in range(2))
     assert pool.lost and first[0]["status"] in ("done", "poor"), first
-    assert second[0]["status"] == "failed" and "o.png" in second[0]["message"]  # a file of somebody else's
+    assert second[0]["status"] == "failed" and "o.png" in second[0]["message"]  # somebody else's file

@@ -1,4 +1,4 @@
-"""Batches of `iccm flatten` and `iccm relayout`: the manifests, the journal and the pools of `iccm map`."""
+"""Batches of `iccm flatten` and `iccm relayout`, with the manifests, journal and pools of `iccm map`."""
 
 import json
 
@@ -31,7 +31,7 @@ output = "{new.stem}-carried.png"
 
 @pytest.fixture
 def meshes(tmp_path, monkeypatch, picture):
-    """a.obj and b.obj in two layouts, old/ and new/, a picture for each, and jobs.toml."""
+    """a.obj and b.obj in two layouts, old/ and new/, with a picture for each, and jobs.toml."""
     monkeypatch.chdir(tmp_path)
     for folder, uv in (("old", UPRIGHT), ("new", TURNED)):
         (tmp_path / folder).mkdir()

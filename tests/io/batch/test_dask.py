@@ -25,8 +25,9 @@ def free_port():
 
 @pytest.fixture
 def start(tmp_path):
-    """`start(*options)` begins a scheduler and two workers of one thread each, in processes of their own: the address,
-    and the workers."""
+    """`start(*options)` starts a scheduler and two workers with one thread each, in separate processes; returns the
+    address and the workers.
+    """
     processes = []
 
     def begin(*options, **settings):
@@ -48,7 +49,7 @@ def start(tmp_path):
 
     yield begin
     for process in reversed(processes):
-        process.terminate()  # with a nanny a worker that is killed leaves its process
+        process.terminate()  # with a nanny, a killed worker would leave its process
         try:
             process.wait(10)
         except subprocess.TimeoutExpired:
@@ -110,7 +111,7 @@ def test_jobs_wait_at_workers_unless_that_is_seen(shapes, iccm, monkeypatch, mor
 
 
 class Cluster:
-    """A cluster of three threads, and its executor, whose tasks end as jobs of 20 ms do."""
+    """A cluster of three threads, with an executor whose tasks end like jobs of 20 ms."""
 
     def __init__(self, address, timeout):
         pass
@@ -136,7 +137,7 @@ def test_jobs_wait_at_a_thread_when_they_may(monkeypatch):
 def test_short_jobs_travel_together_as_long_as_all_threads_have_some(monkeypatch):
     monkeypatch.setattr("distributed.Client", Cluster)
     pool, prompt = (pools.Dask("tcp://host:1", ahead=ahead) for ahead in (True, False))
-    assert pool.together(1000) == 1  # nothing is known of them
+    assert pool.together(1000) == 1  # nothing is known about them
     for each in (pool, prompt):
         each.submit([{}, {}])
     assert [pool.together(left) for left in (1000, 150, 60, 12, 6, 1)] == [25, 25, 10, 2, 1, 1]
@@ -152,7 +153,7 @@ def test_long_jobs_travel_alone(monkeypatch):
 
 
 def many(folder, count, **more):
-    """A manifest of so many small jobs, from 1 to `count`."""
+    """A manifest of small jobs, numbered from 1 to `count`."""
     values = {"method": "paper", "vertices": 40, "size": 24, "output": "{number}.png"}
     rows = [
         {"defaults": values},
@@ -165,14 +166,14 @@ def many(folder, count, **more):
 
 
 def batch(address, *options):
-    """A batch in the background."""
+    """Run a batch in the background."""
     line = [sys.executable, "-c", "from iccm.cli import main; main()", "batch", "jobs.jsonl", "--root", "far"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     return subprocess.Popen([*line, "--dask", address, *options], **pipes)
 
 
 def all_done(said, count):
-    """Whether each of so many jobs has one result, and that it is done."""
+    """Whether each of `count` jobs has exactly one result, and is done."""
     return sorted(row["job"] for row in said) == list(range(1, count + 1)) and {
         row["status"] for row in said
     } == {"done"}
@@ -226,7 +227,7 @@ def test_a_job_that_kills_its_workers_is_the_only_one_that_fails(shapes, iccm, s
     shutil.copy("disk.svg", "killer.svg")
     address, _ = start("--preload", "killer.py", DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
     many(shapes, 60, job_30={"source": "killer.svg"})
-    monkeypatch.setattr(pools, "TASK_SECONDS", 5.0)  # together on a busy machine too
+    monkeypatch.setattr(pools, "TASK_SECONDS", 5.0)  # bundled even on a busy machine
     typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", address, "--retries", "0")
     said = {row["job"]: row["status"] for row in map(json.loads, typed.out.splitlines())}
     assert typed.code == 1 and said == {n: "killed" if n == 30 else "done" for n in range(1, 61)}

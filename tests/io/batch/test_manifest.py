@@ -1,4 +1,4 @@
-"""Manifests: defaults, globs, templates, and every mistake with its place."""
+"""Manifests: defaults, patterns, templates, and every mistake with its place."""
 
 import glob as python_glob
 import json
@@ -159,7 +159,7 @@ def test_a_number_without_end_is_a_mistake(folder, text, name):
 
 def test_two_jobs_may_not_write_one_file(folder):
     found = mistakes('[[job]]\nsource = "*.svg"\ntarget = "a.svg"\noutput = "o.png"', folder=folder)
-    assert len(found) == 1 and "writes the same file" in found[0]  # one mistake, however many files
+    assert len(found) == 1 and "writes the same file" in found[0]  # one mistake for all files
 
 
 def test_an_output_may_not_be_an_input_of_another_job(folder):
@@ -189,7 +189,7 @@ def test_stdout_is_taken(folder):
 
 
 def listed(folder, *lines, name="jobs.jsonl", **options):
-    """The mistakes of a manifest of these lines, each JSON or text."""
+    """The mistakes of a manifest with these lines, each given as JSON or text."""
     text = "\n".join(line if isinstance(line, str) else json.dumps(line) for line in lines)
     (folder / name).write_text(text, encoding="utf-8")
     try:

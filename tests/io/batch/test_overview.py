@@ -1,4 +1,4 @@
-"""Thumbnails of a batch's page, in every depth."""
+"""Thumbnails of a batch's page, for every bit depth."""
 
 import base64
 from io import BytesIO

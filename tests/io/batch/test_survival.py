@@ -1,4 +1,6 @@
-"""Killed workers and parents, full disks, read-only folders, vanishing inputs, rivals: nothing torn, nothing lost."""
+"""Killed workers and parents, full disks, read-only folders, missing inputs, concurrent batches: no output is
+incomplete or lost.
+"""
 
 import json
 import os
@@ -46,7 +48,7 @@ def folder(shapes):
 
 @pytest.fixture
 def start():
-    """`start(*options)` begins a batch in the background; whatever still runs at the end is ended."""
+    """`start(*options)` starts a batch in the background; what is still running at the end is stopped."""
     begun = []
 
     def begin(*options, **settings):
@@ -62,7 +64,7 @@ def start():
 
 
 def children(pid):
-    """The processes that a process has started and that run."""
+    """The running child processes of a process."""
     found = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -84,7 +86,7 @@ def alive(pid):
 
 
 def until(condition, seconds=80):
-    """Wait for something that must come."""
+    """Wait for a condition that must become true."""
     end = time.monotonic() + seconds
     while not (found := condition()):
         assert time.monotonic() < end, "it never came"
@@ -98,7 +100,7 @@ def writing(folder):
 
 
 def finished(folder):
-    """Whether the journal tells of a finished job."""
+    """Whether the journal records a finished job."""
     book = folder / "out" / ".iccm-journal.jsonl"
     return book.exists() and '"finished"' in book.read_text()
 
@@ -109,7 +111,7 @@ def ended(process):
 
 
 def whole(folder):
-    """Every picture in the output folder is complete, and nothing else is left there."""
+    """Check that every picture in the output folder is complete, and that nothing else is left there."""
     left = [p.name for p in folder.iterdir() if p.suffix != ".png" and p.name != ".iccm-journal.jsonl"]
     hidden = [p.name for p in folder.iterdir() if p.name.startswith(".") and p.suffix == ".png"]
     pictures = [p for p in folder.iterdir() if p.suffix == ".png" and not p.name.startswith(".")]
@@ -117,7 +119,7 @@ def whole(folder):
 
 
 def resumed(start, folder):
-    """--resume completes the batch; how many jobs it did not need to run."""
+    """Complete the batch with --resume; return the number of jobs that were skipped."""
     counts, out, err = ended(start("--resume", "-j", "2"))
     assert counts == WHOLE, err
     assert whole(folder / "out")
@@ -152,7 +154,7 @@ def test_a_killed_parent_leaves_no_orphan_and_resumes(folder, start):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a signal that Linux sends")
 def test_a_worker_in_native_code_ends_with_its_parent(tmp_path):
-    """Code that keeps Python's lock: neither the thread that watches the parent runs, nor a handler of Python."""
+    """Code that holds Python's global lock: neither the thread that watches the parent runs, nor a signal handler."""
     code = (
         "import itertools, os, time\n"
         "from iccm.io.batch import pools\n"
@@ -182,7 +184,7 @@ def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
     until(lambda: writing(folder))
     workers = children(process.pid)
     if number != signal.SIGTERM:
-        os.killpg(process.pid, number)  # as Ctrl-C and a closed terminal do: to the workers too
+        os.killpg(process.pid, number)  # like Ctrl-C and a closed terminal: also to the workers
     else:
         process.send_signal(number)
     counts, _, err = ended(process)
@@ -195,7 +197,7 @@ def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
 
 @pytest.mark.slow
 def test_a_reader_that_goes_away_ends_the_batch_and_its_workers(folder, start):
-    """At once, not with the next line, which a job of half a minute is about to write."""
+    """Immediately, not with the next line, which a job of half a minute is about to write."""
     (folder / "jobs.jsonl").write_text(
         manifest(size=40) + '\n{"source": "d.svg", "target": "blob.svg", "size": 16000, "output": "huge.png"}'
     )
@@ -222,7 +224,7 @@ def test_a_time_limit_kills_the_worker_and_the_rest_go_on(folder, start):
 
 @pytest.mark.slow
 def test_a_full_disk(folder, start):
-    """A small tmpfs as the output folder; without the right to mount one there is nothing to test."""
+    """With a small tmpfs as the output folder; skipped without the right to mount one."""
     out = folder / "out"
     out.mkdir()
     if subprocess.run(
@@ -243,7 +245,7 @@ def test_a_full_disk(folder, start):
 
 @pytest.mark.slow
 def test_a_read_only_folder_is_told_before_anything_runs(folder, start):
-    """As root permission bits mean nothing: then the folder is made immutable by a read-only mount of itself."""
+    """As root, permission bits have no effect, so the folder is made immutable by a read-only bind mount."""
     out = folder / "out"
     out.mkdir()
     mounted = False
@@ -267,13 +269,13 @@ def test_a_read_only_folder_is_told_before_anything_runs(folder, start):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of addresses")
 def test_a_worker_out_of_memory_fails_its_job_alone(folder, start):
-    """Under a real limit of the system: the equations of 4,000 vertices do not fit in it."""
+    """With a real system limit: the equations of 4,000 vertices exceed it."""
     import resource
 
     rows = [json.loads(line) for line in manifest(size=48, output="{number}.png").splitlines()]
     rows.insert(1, {"source": "blob.svg", "target": "d.svg", "vertices": 4000})
     (folder / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
-    limit = 1500 << 20  # more than the command needs to begin, less than these equations
+    limit = 1500 << 20  # more than the command needs to start, less than these equations
     process = start("-j", "1", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
     counts, out, err = ended(process)
     assert process.returncode == 1 and counts == {"failed": 1, "done": 4}, err
@@ -329,7 +331,7 @@ def test_resume_sweeps_the_temporary_files_of_a_batch_that_was_killed(shapes, ic
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_nothing_is_printed_by_what_a_killed_batch_leaves(folder, start):
-    """Neither by its workers, idle or not, nor by the process that keeps an account of their semaphores."""
+    """Neither by its workers, idle or not, nor by the process that tracks their semaphores."""
     process = start("-j", "2")
     first = process.stdout.readline()
     process.kill()

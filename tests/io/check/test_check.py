@@ -1,4 +1,4 @@
-"""The comparator catches what it must: each test plants one regression."""
+"""The comparison detects regressions: each test introduces one."""
 
 import json
 import shutil
@@ -35,7 +35,7 @@ def save(path, pixels):
 
 @pytest.fixture
 def folders(tmp_path, monkeypatch, iccm):
-    """A run and baselines stored from it."""
+    """A run, and baselines stored from it."""
     monkeypatch.chdir(tmp_path)
     run = tmp_path / "run"
     (run / "deep").mkdir(parents=True)
@@ -74,7 +74,7 @@ def shifted(pixels):
 
 
 def hue(pixels):
-    """Red up by a hundredth of white: too faint to see at a glance."""
+    """Increase red by a hundredth of white, which is hardly visible."""
     out = pixels.astype(int)
     out[..., 0] = np.minimum(out[..., 0] + 3, 255)
     return out.astype(np.uint8)
@@ -288,7 +288,7 @@ def test_texture_coordinates_may_move_a_little_and_nothing_else_of_a_mesh(folder
 
 @pytest.mark.parametrize("root", ["base", "/far off/run", "."])
 def test_remarks_that_name_other_folders_are_the_same(folders, iccm, root):
-    """Reports name what was written by its path; wrong is only what is not in the folder."""
+    """Reports refer to outputs by path; only files that are not in the folder count as different."""
     run, base = folders
 
     def noted(name):

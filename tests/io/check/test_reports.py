@@ -1,4 +1,4 @@
-"""What people look at after a check: the page, the summary, lines of JSON, and one file made the baseline."""
+"""Reports of a check: the page, the summary, JSON Lines, and updating a single baseline."""
 
 import json
 import re
@@ -33,7 +33,7 @@ def pixels(address):
 
 @pytest.fixture
 def changed(folders):  # noqa: F811
-    """A run with a red spot at column 30, row 20, a figure that moved, a file too many and one too few."""
+    """A run with a red spot at column 30, row 20, a figure that has moved, an additional file and a missing one."""
     run, base = folders
     spot = scene()
     spot[20, 30] = (255, 0, 0, 255)
@@ -127,7 +127,9 @@ def test_a_batch_on_a_page(shapes, iccm):
     not (CHROMIUM and DRIVER), reason="NO BROWSER TESTS: install chromium and chromium-driver"
 )
 def test_the_page_in_chromium(changed, iccm, tmp_path):
-    """It sorts, filters, zooms to the largest difference, and reports no error, with a hostile name among the rows."""
+    """It sorts, filters, zooms to the largest difference, and shows no errors, with a hostile file name among the
+    rows.
+    """
     run, base = changed
     save(run / HOSTILE.replace("/", ""), scene())
     iccm("check", run, base, "--html", "check.html")

@@ -1,4 +1,4 @@
-"""What is not saved is kept in a folder of the test's own."""
+"""Keep unsaved changes in a separate folder for each test."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Nothing is lost: what was not saved is kept, offered by the next start, and forgotten once it is saved."""
+"""Unsaved changes are kept, offered at the next start, and deleted once they are saved."""
 
 import os
 import stat
@@ -39,7 +39,7 @@ def test_what_was_not_saved_is_there_again_with_the_map_it_goes_on_from(shapes, 
 @pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
 @pytest.mark.parametrize("before", [False, True])
 def test_the_token_is_the_users_alone(shapes, state, before):
-    """Whatever the umask is, and also where an earlier version left folders and files that all may read."""
+    """Whatever the umask is, and even if an earlier version left folders and files that everybody can read."""
     folder = state / "iccm" / "edit"
     old = os.umask(0)
     try:
@@ -79,7 +79,7 @@ def test_what_is_offered_stays_until_it_is_taken_or_forgotten(shapes):
     autosave.keep(Session(JOB), SCENE, *AT)
     edited = Session(JOB)
     autosave.offer(edited, autosave.read(JOB))
-    autosave.keep(edited, edited.first, *AT)  # nothing was changed yet
+    autosave.keep(edited, edited.first, *AT)  # nothing has been changed yet
     assert autosave.read(JOB).scene == SCENE
     edited.left = None
     autosave.keep(edited, edited.first, *AT)

@@ -1,4 +1,4 @@
-"""Whole drawings on the page: what is shown is what `iccm map` makes, and pins and strokes work in frames."""
+"""Whole drawings on the page: the page shows the result of `iccm map`, and pins and strokes work in frames."""
 
 import io
 import json
@@ -40,7 +40,7 @@ def session(source, target=None):
     ("pair", "wanted"),
     [
         (("bars.svg", "panes.svg"), scene()),
-        (("dots.svg", "squares.svg"), scene()),  # parts one by one
+        (("dots.svg", "squares.svg"), scene()),  # parts mapped separately
         (("bars.svg", "blob.svg"), scene(fit="frame")),
         (("bars.svg", "panes.svg"), scene(GAP)),
         (("square.svg", "bars.svg"), scene(fit="contain")),
@@ -118,7 +118,7 @@ def test_all_parts_of_a_drawing_are_deformed(drawings):
     edited = session("bars.svg")
     pins = [{"source": [20, 80], "target": [20, 80]}, {"source": [80, 80], "target": [84, 70]}]
     shown = edited.solve(scene(*pins))
-    assert shown.ok and len(shown.outlines) == 4  # the frame, and each bar where it went
+    assert shown.ok and len(shown.outlines) == 4  # the frame, and each bar after the deformation
     before, after = edited.describe()["target"]["painted"], shown.outlines[1:]
     far = [np.abs(np.mean(a, axis=0) - np.mean(b, axis=0)).max() for a, b in zip(before, after)]
     assert max(far) > 0.05 and min(far) < 0.05

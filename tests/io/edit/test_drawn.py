@@ -1,4 +1,4 @@
-"""Pins drawn into copies of SVG files: everything else stays as it is, byte for byte."""
+"""Pins drawn into copies of SVG files: all other bytes are kept."""
 
 import pytest
 

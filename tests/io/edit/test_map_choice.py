@@ -1,4 +1,4 @@
-"""Maps that go on from the one before: nothing jumps when a pin is let go of, and the file that is saved tells how."""
+"""Maps that continue from the previous one: nothing jumps when a pin is released, and saved files repeat the result."""
 
 import json
 from pathlib import Path
@@ -24,7 +24,7 @@ def scene(*ends, **more):
 
 @pytest.fixture
 def dragged(shapes):
-    """A session, the scene after a long drag of one of two pins, and the map that was last seen during it."""
+    """A session, the scene after a long drag of one of two pins, and the last map that was shown."""
     edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
     edited.solve(scene())
     ends = [[AT, edited.transfer("source", [AT])[0]], [[65, 60], edited.transfer("source", [[65, 60]])[0]]]
@@ -36,7 +36,7 @@ def dragged(shapes):
 
 
 def apart(one, other):
-    """The distance that 95 % of the points move less than, of the target's diagonal."""
+    """The distance that 95 % of the points move at most, relative to the target's diagonal."""
     z = one.source[np.setdiff1d(np.arange(one.source.size), one.loops[0])]
     return np.nanquantile(np.abs(one(z) - other(z)), 0.95) / one.image_diagonal
 
@@ -101,7 +101,7 @@ def test_maps_that_agree_need_no_start_and_others_are_told(dragged):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [4, 7, 8])
 def test_what_a_long_drag_met_is_met_when_it_is_let_go_of(seed):
-    """Corners of the outlines pass each other on the way; the map goes on from what is seen all the same."""
+    """Corners of the outlines pass each other during the drag; the map still continues from what is shown."""
     rng = np.random.default_rng(seed)
     edited = Session(make({side: str(PINS / f"{name}.svg") for side, name in DRAGGED.items()}))
     edited.solve(scene())
@@ -116,7 +116,7 @@ def test_what_a_long_drag_met_is_met_when_it_is_let_go_of(seed):
 
 
 def inside(shape, rng):
-    """A point of a shape, as its file counts it, away from its outline."""
+    """A point of a shape in file coordinates, away from its outline."""
     (low, high), curve = shape.curve.box, shape.curve
     while True:
         z = np.array([complex(*rng.uniform([low.real, low.imag], [high.real, high.imag]))])

@@ -1,4 +1,4 @@
-"""Meshes on the page: what it draws of them is what `iccm map` writes, and pins are places of the surface."""
+"""Meshes on the page: it shows what `iccm map` writes, and pins are points of the surface."""
 
 import struct
 

@@ -1,5 +1,6 @@
-"""The page itself in a real, headless Chromium: pins are placed and dragged with the mouse, and what it shows is what
-`iccm map` writes. Skipped, loudly, where there is no Chromium and ChromeDriver."""
+"""The page in a real, headless Chromium: pins are placed and dragged with the mouse, and it shows what `iccm map`
+writes. Skipped, with a warning, without Chromium and ChromeDriver.
+"""
 
 import base64
 import re
@@ -29,12 +30,12 @@ FLAGS = (
     *("--headless=new", "--no-sandbox", "--no-first-run", "--disable-quic", "--disable-sync"),
     *("--disable-background-networking", "--disable-component-update", "--window-size=1400,800"),
     *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-)  # WebGL without a graphics card, and no calls home
+)  # WebGL without a graphics card, and no connections to the vendor
 PATIENCE = 120
 
 
 class Page:
-    """An `iccm edit` and a browser that shows it."""
+    """A running `iccm edit` and a browser that shows it."""
 
     def __init__(self, folder, *arguments):
         command = [
@@ -60,7 +61,7 @@ class Page:
             self.settled()
 
     def start(self):
-        """The server."""
+        """Start the server."""
         self.process = subprocess.Popen(self.command, cwd=self.folder, stdout=subprocess.PIPE, text=True)
         self.address = self.process.stdout.readline().strip()
 
@@ -79,7 +80,9 @@ class Page:
             time.sleep(0.05)
 
     def settled(self):
-        """The kind of the map at rest, once it is there and both halves are drawn: handles come with a frame."""
+        """Return the kind of the converged map, once it is there and both halves are drawn: handles appear with the
+        next frame.
+        """
         still = "iccm.kind !== 'coarse' && iccm.seq[0] === iccm.seq[1]"
         drawn = "Object.values(iccm.panes).every((pane) => !pane.waiting)"
         self.wait(f"!document.body.classList.contains('busy') && {still} && {drawn}")
@@ -90,7 +93,7 @@ class Page:
         return self.js("iccm.scene")
 
     def at(self, side, *place):
-        """The window's pixel of a point in the file's units, of the plane or of space."""
+        """The window's pixel of a point in file units, in the plane or in space."""
         corner = "iccm.panes[arguments[0]].element.getBoundingClientRect()"
         page = "iccm.panes[arguments[0]].units.page(arguments[1])"
         px, py = self.js(f"iccm.panes[arguments[0]].pixel({page})", side, place)
@@ -132,7 +135,7 @@ class Page:
             self.driver.execute_cdp_cmd("Input.dispatchKeyEvent", event)
 
     def screen(self, ratio, width=1400, height=660, scheme="light"):
-        """Another screen: pixels of the device for one of the page, and the size of the window."""
+        """Set another screen: device pixels per page pixel, and the size of the window."""
         metrics = {"width": width, "height": height, "deviceScaleFactor": ratio, "mobile": False}
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
         features = [{"name": "prefers-color-scheme", "value": scheme}]
@@ -144,7 +147,7 @@ class Page:
         self.wait("Object.values(iccm.panes).every((p) => !p.waiting)", 20)
 
     def picture(self, width, height):
-        """What the target's canvas paints, as pixels with straight alpha."""
+        """The pixels that the target's canvas paints, with straight alpha."""
         address = self.js("iccm.panes.target.picture(arguments[0], arguments[1])", width, height)
         data = np.frombuffer(base64.b64decode(address.partition(",")[2]), np.uint8)
         return cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
@@ -339,7 +342,7 @@ def test_a_mesh_is_turned_pinned_on_its_surface_and_written_as_it_is_shown(
 
 
 def contrast(page, selector):
-    """The ratio of WCAG 2 between the text of an element and the ground behind it."""
+    """The WCAG 2 contrast ratio between the text of an element and its background."""
     colours = page.js(
         """(() => {
           let e = document.querySelector(arguments[0]), text = getComputedStyle(e).color, ground;
@@ -365,7 +368,7 @@ def test_fine_screens_other_windows_and_both_schemes(page, scheme):
         assert canvas[0] == 2 * canvas[1] and canvas[2] == 2 * canvas[3]
     pin = edited.scene["pins"][0]["target"]
     x, y = edited.at("target", *pin)
-    edited.mouse("mousePressed", (x + 6, y - 3), 1)  # on its rim
+    edited.mouse("mousePressed", (x + 6, y - 3), 1)  # on its boundary
     for k in range(1, 7):
         edited.mouse("mouseMoved", (x + 6 + 2 * k, y - 3), 1)
     edited.mouse("mouseReleased", (x + 18, y - 3))
@@ -484,7 +487,7 @@ def test_nothing_is_lost_when_the_page_is_loaded_again_or_the_server_dies(page):
     assert edited.settled() == "full" and not edited.scene["pins"]
     edited.js("document.getElementById('go-on').click()")
     assert edited.settled() == "full" and edited.scene["pins"] == pins[:1]
-    edited.driver.get_log("browser")  # the server was away: that is in it
+    edited.driver.get_log("browser")  # the log contains that the server was away
 
 
 OUT = """[...document.querySelectorAll('header button, header input, aside, #copy, #command, #list input, .caption')]
@@ -517,7 +520,9 @@ def canvas(page, side):
 
 
 def test_the_drawings_themselves_are_seen(page, tmp_path):
-    """At one end of the slider the map alone, at the other the file's drawing alone, as a browser shows it."""
+    """At one end of the slider only the map is visible, at the other only the file's drawing, as the browser renders
+    it.
+    """
     edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
     seen = []
     for share in (0, 0.5, 1):
@@ -765,7 +770,7 @@ def test_mirror_images_and_corners_attract_and_only_what_changes_is_painted(page
 
 @pytest.fixture(scope="module")
 def axe(tmp_path_factory):
-    """The rules of accessibility that machines can check: axe-core, fetched from npm."""
+    """The automated accessibility rules of axe-core, fetched from npm."""
     folder = tmp_path_factory.mktemp("axe")
     try:
         subprocess.run(["npm", "pack", "axe-core@4"], cwd=folder, check=True, timeout=60, capture_output=True)
@@ -810,7 +815,7 @@ def test_axe_finds_nothing_where_pins_turn(page, axe):
 
 
 def test_closing_with_changes_asks_first(page):
-    """Whether the page wants to be asked for: ChromeDriver answers such questions itself."""
+    """Whether the page asks for confirmation: ChromeDriver answers such questions itself."""
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
     asks = "(e => !dispatchEvent(e))(new Event('beforeunload', {cancelable: true}))"
     assert not edited.js(asks)
@@ -842,7 +847,7 @@ def test_the_keyboard_does_it_all_and_the_server_ends_with_the_page(page, tmp_pa
 
 
 def chosen(page, role, *files):
-    """Files chosen in the dialog."""
+    """Choose files in the dialog."""
     page.driver.find_element("css selector", f"[data-role={role}] input").send_keys(
         "\n".join(map(str, files))
     )
@@ -864,7 +869,7 @@ def test_files_are_chosen_on_the_page_and_parts_by_their_pictures(page, tmp_path
     edited.wait("globalThis.iccm")
     assert edited.settled() == "full"
     line = edited.js("document.getElementById('command').textContent")
-    assert re.search(r"iccm map \S+/two.svg leaf.svg ", line)  # that in this folder is named as it is there
+    assert re.search(r"iccm map \S+/two.svg leaf.svg ", line)  # a file in this folder keeps its name
     edited.js("document.getElementById('choose').click()")
     edited.wait("document.querySelectorAll('[data-role=source] .parts button').length === 4")
     names = "[...document.querySelectorAll('[data-role=source] .parts button')].map((e) => e.title)"
@@ -1085,13 +1090,13 @@ def test_another_tab_takes_over_and_gives_back_and_the_server_lives(page):
     edited.wait("document.getElementById('taken').checkVisibility()")
     edited.driver.close()
     edited.driver.switch_to.window(first)
-    time.sleep(4)  # longer than a server without pages lives
+    time.sleep(4)  # longer than a server without pages runs
     edited.key("z", ctrl=True)
     assert edited.settled() == "full" and len(edited.scene["pins"]) == 1 and edited.process.poll() is None
     edited.process.kill()
     edited.wait("document.body.classList.contains('ended')")
     assert "iccm edit rose.svg leaf.svg" in edited.js("document.getElementById('status').textContent")
-    edited.driver.get_log("browser")  # the server was away: that is in it
+    edited.driver.get_log("browser")  # the log contains that the server was away
 
 
 def test_what_is_exported_is_seen_before_and_downloaded(page, tmp_path, shell):

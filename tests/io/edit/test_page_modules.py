@@ -1,4 +1,4 @@
-"""The modules of the page that need no browser, by their own tests in JavaScript: `page/*.test.js`, by `node --test`.
+"""Unit tests of the page's JavaScript modules that need no browser: `page/*.test.js`, run by `node --test`.
 
 Skipped where there is no Node.js, or an old one.
 """
@@ -13,12 +13,12 @@ import pytest
 ROOT = Path(__file__).parents[3]
 TESTS = sorted((Path(__file__).parent / "page").glob("*.test.js"))
 OLDEST = 20
-"""The major version of Node.js that the tests are written for: it has mock timers."""
+"""The major version of Node.js needed by the tests: it has mock timers."""
 
 
 @pytest.fixture(scope="module")
 def node():
-    """The command."""
+    """The command of Node.js."""
     command = shutil.which("node")
     if command is None:
         pytest.skip("NO TESTS OF THE PAGE'S MODULES: install Node.js")
@@ -45,7 +45,7 @@ def test_a_module_of_the_page(node, path):
 
 
 def test_the_page_loads_only_modules_that_are_there():
-    """What each module imports is a file beside it, and exports what is imported."""
+    """Each import of a module is a file beside it that exports the imported names."""
     folder = ROOT / "io" / "edit" / "page"
     texts = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.js")}
     for name, text in texts.items():

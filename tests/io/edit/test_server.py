@@ -1,4 +1,4 @@
-"""The server: who is answered, what with, and when it ends."""
+"""The server: access control, answers, and lifetime."""
 
 import json
 import os
@@ -43,7 +43,7 @@ def linked(client, headers=HERE):
 
 
 def map_of(socket):
-    """The next message with a map: its head and its patches."""
+    """Return the next message with a map: its head and its patches."""
     data = socket.receive_bytes()
     length = struct.unpack("<I", data[:4])[0]
     assert (4 + length) % 4 == 0
@@ -225,7 +225,7 @@ def test_it_ends_when_the_page_is_closed_and_not_while_it_is_loaded_again(client
 def test_a_page_that_was_asked_for_is_waited_for(client, gone):
     with linked(client) as socket:
         socket.receive_json()
-        client.get(f"/{TOKEN}/", headers=HERE)  # a browser asks before it leaves the page that it shows
+        client.get(f"/{TOKEN}/", headers=HERE)  # a browser requests the page before it leaves the present one
     assert not gone.wait(0.5)
     with linked(client) as socket:
         socket.receive_json()
@@ -245,7 +245,7 @@ def test_a_mistake_of_ours_does_not_end_the_page(client, monkeypatch):
 
 
 def started(shapes, *options):
-    # a shell's background job ignores SIGINT, and so would what is started here
+    # a shell's background job ignores SIGINT, and so would processes started here
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     command = [sys.executable, "-c", f"{heard}; from iccm.cli import main; main()"]
     return subprocess.Popen([*command, "edit", "square.svg", "blob.svg", "--no-browser", *options],
@@ -289,7 +289,7 @@ def test_what_was_let_go_of_is_solved_however_many_drags_came_before(client):
         socket.receive_json()
         socket.send_json({"type": "solve", "seq": 1, "scene": {}})
         map_of(socket)
-        for k in range(1, 4):  # all at once, as a page sends them
+        for k in range(1, 4):  # all at once, like a page
             for j in range(5):
                 moved = {"pins": [{"source": [40, 45], "target": [45 + 0.2 * j + 0.1 * k, 50]}]}
                 socket.send_json({"type": "follow", "seq": 100 * k + j, "scene": moved})
@@ -315,7 +315,7 @@ def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
             names[role] = found["path"]
         assert (
             names["source"] == "square.svg" and str(state) in names["target"]
-        )  # the one in this folder as it is
+        )  # the one in this folder, unchanged
         opened = client.post(f"/{TOKEN}/workspace", json=names | {"target": str(shapes / "blob.svg")}).json()
         assert "choose this file again" in opened["error"] and workspace.session is None
         assert "source" in client.post(f"/{TOKEN}/workspace", json={"target": "square.svg"}).json()["error"]
@@ -399,7 +399,7 @@ def test_pins_of_meshes_are_refused_on_drawings(client, place, shapes):
 
 
 def test_the_files_to_choose_are_those_that_can_be_read():
-    """The page has no list of its own: a format that is added to the table is offered."""
+    """The page has no separate list: a format that is added to the table is offered."""
     suffixes = Workspace().describe()["suffixes"]
     for role in ("source", "target"):
         assert {".svg", ".glb", ".stl", ".png"} <= set(suffixes[role])

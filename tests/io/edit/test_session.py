@@ -1,4 +1,4 @@
-"""What is edited, without a browser: the map at rest is that of `iccm map`, and what is saved gives it again."""
+"""Editing sessions without a browser: the converged map is that of `iccm map`, and saved files reproduce it."""
 
 import json
 import shlex
@@ -303,7 +303,7 @@ LIMB = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M
     ],
 )
 def test_parts_may_be_left_out_and_the_command_says_so(shapes, shell, fit, pair, lost):
-    """A block with a long limb, beside which bays are, and a square."""
+    """A block with a long protrusion between concavities, and a square."""
     (shapes / "limb.svg").write_text(LIMB)
     edited = session(source=f"{pair[0]}.svg", target=f"{pair[1]}.svg")
     wanted = scene(fit=fit)

@@ -1,4 +1,4 @@
-"""Meshes that name what they don't have: one line and exit code 2, whatever is made of them."""
+"""Meshes with references to missing data: one line and exit code 2, for every command."""
 
 import json
 import struct
@@ -33,7 +33,7 @@ f 4/4 1/1 5/5
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder, made current, with good.obj of two materials, and good.glb made of it."""
+    """A folder, made current, with good.obj, which has two materials, and good.glb made from it."""
     monkeypatch.chdir(tmp_path)
     for name, colour in (("a.png", (200, 90, 9)), ("n.png", (128, 128, 255))):
         Image.new("RGB", (8, 8), colour).save(name)
@@ -177,7 +177,7 @@ def test_an_stl_with_broken_numbers_warns_nobody(folder):
         0x7F800000,
         0xFF800000,
         0x7F7FFFFF,
-    ):  # NaN that signals, infinities, the largest number
+    ):  # signalling NaN, infinities, the largest number
         data = bytearray(bytes(80) + struct.pack("<I", 6) + cell.tobytes())
         struct.pack_into("<I", data, 84 + 50 + 12, bits)
         (folder / "x.stl").write_bytes(data)

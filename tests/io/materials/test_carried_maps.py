@@ -1,4 +1,4 @@
-"""--carry-maps of an OBJ: what its materials show is in the same place of the surface by new coordinates."""
+"""--carry-maps for OBJ: with new coordinates, materials show the same at each point of the surface."""
 
 import io
 
@@ -25,7 +25,7 @@ map_Kd kd.png
 
 
 def parsed(path):
-    """Coordinates, and by material vertex and coordinate (m, 3, 2) of corners, as a few lines of Python read them."""
+    """Coordinates, and by material the vertices and coordinates (m, 3, 2) of corners, read by a few lines of Python."""
     vt, faces, material = [], {}, None
     for line in path.read_text().splitlines():
         word, _, rest = line.partition(" ")
@@ -84,7 +84,7 @@ def test_pictures_of_several_materials_are_where_they_were(painted, iccm):
             < 8
         )
     lines = (painted / "o.mtl").read_text().splitlines()
-    assert "# by hand" not in lines  # statements are kept, not lines that may hold anything
+    assert "# by hand" not in lines  # statements are kept, but not arbitrary lines
     assert "map_Bump -bm 0.7 o-left_side-bump.png" in lines
     assert "map_Kd o-right-kd.png" in lines and "map_Pr o-right-pr.png" in lines
     assert lines[-2:] == ["newmtl other", "map_Kd kd.png"]

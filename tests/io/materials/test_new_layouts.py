@@ -16,7 +16,7 @@ N = 256
 
 
 def write(path, layout, head=""):
-    """A flat mesh over the unit square, each face of which has coordinates of its own: layout(x, y, middle of x)."""
+    """A flat mesh over the unit square whose faces have separate coordinates: layout(x, y)."""
     rows, faces = [], []
     for column in range(CELLS):
         for row in range(CELLS):

@@ -1,4 +1,4 @@
-"""Textures that go on beyond 0..1, as the material says, in `relayout` and in `map --bake`, against a formula."""
+"""Textures that repeat beyond 0..1, as set by the material, in `relayout` and `map --bake`, compared with a formula."""
 
 import io
 
@@ -22,7 +22,7 @@ OLD = (SQUARE[:, :2] * 2 + (-0.5, 0.25)).astype(np.float32)  # v down
 
 
 def shade(u, v):
-    """(…, 3) in 0 … 255 at places of the texture, of which no edge is like another."""
+    """Colours (…, 3) in 0 … 255 at places of the texture, with four different edges."""
     return np.stack([255 * u, 255 * v, 255 * (u + 1 - v) / 2], axis=-1)
 
 
@@ -60,9 +60,9 @@ def obj(path, uv, head=""):
 
 
 def check(pixels, across, down):
-    """Whether (n, n, 3) pixels of a layout that is the square are those of the texture; borders of tiles set apart."""
+    """Check (n, n, 3) pixels of a layout that is the square against the texture, except at borders of tiles."""
     x, y = texels(len(pixels))
-    u, v = OLD[0, 0] + 2 * x, OLD[0, 1] + 2 * y  # the square's y is up, and so is the new layout's v
+    u, v = OLD[0, 0] + 2 * x, OLD[0, 1] + 2 * y  # the square's y points up, and so does the new layout's v
     clear = (np.abs(u - np.round(u)) > 2 / N) & (np.abs(v - np.round(v)) > 2 / N)
     wanted = shade(FOLDED[across](u), FOLDED[down](v))
     assert clear.mean() > 0.7
@@ -71,7 +71,7 @@ def check(pixels, across, down):
 
 @pytest.mark.parametrize(("across", "down"), [("repeat", "repeat"), ("mirror", "clamp"), ("clamp", "mirror")])
 def test_gltf(iccm, tmp_path, monkeypatch, across, down):
-    """The wrap modes of its samplers, each way one of its own."""
+    """With the wrap modes of its samplers, different ones in each direction."""
     monkeypatch.chdir(tmp_path)
     glb(tmp_path / "old.glb", OLD, across, down, texture())
     glb(tmp_path / "new.glb", SQUARE[:, :2])
@@ -85,7 +85,7 @@ def test_gltf(iccm, tmp_path, monkeypatch, across, down):
 
 
 def test_a_picture_that_repeats_often_across_a_triangle(iccm, tmp_path, monkeypatch):
-    """Twenty times each way: of an old layout it is looked up, not filled."""
+    """Twenty times in each direction: the old layout is sampled, not filled."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "t.png").write_bytes(texture())
     glb(tmp_path / "old.glb", 20 * SQUARE[:, :2])
@@ -115,7 +115,7 @@ def test_obj(iccm, tmp_path, monkeypatch, said, wrap):
 
 @pytest.mark.parametrize("wrap", ["repeat", "clamp"])
 def test_a_picture_that_repeats_more_often_than_pictures_can_show(iccm, tmp_path, monkeypatch, wrap):
-    """Two thousand times: the new picture is small, of mean colors, and a note gives the number."""
+    """Two thousand times: the new picture is small, with mean colours, and a note reports the number."""
     monkeypatch.chdir(tmp_path)
     glb(tmp_path / "old.glb", 2000 * SQUARE[:, :2], wrap, "repeat", texture())
     flattened = iccm("flatten", "old.glb", "--uv", "flat.glb", "--carry-maps")
@@ -131,7 +131,7 @@ def test_a_picture_that_repeats_more_often_than_pictures_can_show(iccm, tmp_path
 
 
 def test_pictures_of_small_textures_have_room_for_many_repetitions(iccm, tmp_path, monkeypatch):
-    """Thirty times are shown in full, without a note, in the next power of two."""
+    """Thirty repetitions are shown in full, without a note, in the next power of two."""
     monkeypatch.chdir(tmp_path)
     glb(tmp_path / "old.glb", 30 * SQUARE[:, :2], picture=texture())
     done = iccm("flatten", "old.glb", "--uv", "flat.glb", "--carry-maps")

@@ -1,4 +1,4 @@
-"""GLB files of several geometries, with --parts all."""
+"""GLB files with several geometries, with --parts all."""
 
 import io
 import json
@@ -19,12 +19,14 @@ SQUARES = '<path id="{}" d="M10 10h80v80h-80z"/><path id="{}" d="M110 10h80v80h-
 PLACES = {
     "left": (0.05, 0.1, 0.4),
     "right": (0.55, 0.2, 0.3),
-}  # of each chart: its low corner, v up, and its size
+}  # of each chart: its lower corner, v up, and its size
 
 
 @pytest.fixture
 def pair(shapes):
-    """pair.glb: two square sheets, a geometry, a material and a chart each; pair.svg: two squares of their names."""
+    """pair.glb: two square sheets, with a geometry, a material and a chart each; pair.svg: two squares with their
+    names.
+    """
     make = rich_glb.Builder()
     y, x = np.mgrid[0:5, 0:5] / 4
     k = np.arange(25).reshape(5, 5)
@@ -115,7 +117,7 @@ def test_all_geometries_are_mapped_without_overlap(pair, iccm):
     low, high = (np.array([f(box, axis=0) for box in boxes]) for f in (np.min, np.max))
     assert (low >= 0).all() and (high <= 1).all()
     assert (low[0] > high[1]).any() or (low[1] > high[0]).any()
-    sizes = high - low  # both sheets are of one size
+    sizes = high - low  # both sheets have the same size
     assert sizes[0].prod() == pytest.approx(sizes[1].prod(), rel=0.01)
 
 
@@ -139,11 +141,11 @@ def test_the_largest_geometry_is_taken_and_the_share_of_the_file_told(pair, iccm
 
 
 def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
-    """The place of the node that shows them does not count."""
+    """The position of the node that shows them is ignored."""
     path = tmp_path / "posed.glb"
     path.write_bytes(rich_glb.rich(*rich_glb.sheet()))
     file = gl.GLTF2().load(str(path))
-    file.nodes[3].rotation = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]  # a quarter turn about z
+    file.nodes[3].rotation = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]  # a rotation by 90 degrees about z
     file.nodes[1].translation = [7, 7, 7]
     file.save(str(path))
     attributes = file.meshes[0].primitives[0].attributes
@@ -159,7 +161,7 @@ def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
 
 
 def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
-    """A closed box beside a square is left out with --no-cut."""
+    """A closed box beside a square is omitted with --no-cut."""
     import trimesh
 
     sheet = trimesh.Trimesh([[3, 0, 0], [4, 0, 0], [4, 1, 0], [3, 1, 0]], [[0, 1, 2], [0, 2, 3]])
@@ -174,7 +176,7 @@ def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
 
 
 def test_a_mesh_with_instances_is_where_it_is_whatever_the_order_of_nodes(pair, iccm):
-    """As Blender writes them: in another order, with rounded places."""
+    """As written by Blender: in another order, with rounded positions."""
     places = {"far": [3, 0.25, 0], "near": [-2, 5, 1], "beside": [-2, 1, 1]}
     for name, order in {"one.glb": ("far", "near", "beside"), "other.glb": ("beside", "far", "near")}.items():
         file = gl.GLTF2().load("pair.glb")

@@ -1,4 +1,4 @@
-"""Nothing is lost in GLB files, as pygltflib sees it."""
+"""GLB files keep all their contents, checked with pygltflib."""
 
 import dataclasses
 import io
@@ -19,14 +19,14 @@ SAME = ("asset", "scene", "scenes", "nodes", "skins", "animations", "samplers", 
 
 @pytest.fixture
 def rich(shapes):
-    """A folder with rich.glb, a sheet with all that a vertex may have, and square.svg."""
+    """A folder with rich.glb, a sheet with all attributes that a vertex may have, and square.svg."""
     (shapes / "rich.glb").write_bytes(rich_glb.rich(*rich_glb.sheet()))
     return shapes
 
 
 @pytest.fixture
 def ball(shapes):
-    """A folder with ball.glb, a closed one of the kind."""
+    """A folder with ball.glb, a closed mesh with the same contents."""
     import trimesh
 
     made = trimesh.creation.icosphere(1)
@@ -40,7 +40,7 @@ def body(file):
 
 
 def corners(file, primitive):
-    """All attributes of the corners, by name."""
+    """All attributes of the corners by name."""
     vertex = rich_glb.values(file, primitive.indices).ravel().astype(int)
     held = {k: v for k, v in vars(primitive.attributes).items() if v is not None}
     held |= {
@@ -50,7 +50,7 @@ def corners(file, primitive):
 
 
 def whole(one, two):
-    """What is not the mesh's is there as it was."""
+    """Check that everything except the mesh is unchanged."""
     for key in SAME:
         assert getattr(one, key) == getattr(two, key), key
     assert one.meshes[0].extras == two.meshes[0].extras and one.meshes[0].weights == two.meshes[0].weights
@@ -79,7 +79,7 @@ def test_a_flattening_changes_coordinates_alone(rich, iccm):
     own = shape.flattening.flat[shape.flattening.patch.faces].ravel()
     ratio = np.ptp(own.real) / np.ptp(flat[:, 0]), np.ptp(own.imag) / np.ptp(flat[:, 1])
     assert ratio[0] == pytest.approx(ratio[1], rel=1e-5)
-    # every texture is where it was: it reads the old coordinates
+    # every texture is unchanged: it uses the old coordinates
     look, was = new.materials[0], old.materials[0]
     assert look.normalTexture.texCoord == look.pbrMetallicRoughness.baseColorTexture.texCoord == 1
     assert look.normalTexture.scale == 0.7 and look.name == was.name
@@ -119,7 +119,7 @@ def test_vertices_added_at_the_rim_have_what_lies_between_the_old_ones(rich, icc
     old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
     whole(old, new)
     before, after = corners(old, body(old)), corners(new, body(new))
-    for held in (before, after):  # weights by joint, whatever their order
+    for held in (before, after):  # weights by joint, in any order
         joints, weights = held.pop("JOINTS_0").astype(int), held.pop("WEIGHTS_0")
         held["bound"] = np.stack([(weights * (joints == k)).sum(axis=1) for k in range(2)], axis=1)
         assert np.allclose(held["bound"].sum(axis=1), 1, atol=1e-6)
@@ -220,7 +220,7 @@ def bumps(size=256):
 
 
 def lit(file, weights):
-    """(m, 3) normals in space at points of the triangles, by the formula of glTF's §3.7.2.1 and §3.9.3."""
+    """Normals (m, 3) in space at points of the triangles, by the formulas in §3.7.2.1 and §3.9.3 of glTF."""
     primitive = body(file)
     at = {
         name: np.einsum("k,mkc->mc", weights, v.reshape(-1, 3, v.shape[1]))
@@ -249,7 +249,7 @@ def test_carried_maps_look_the_same_in_space(rich, iccm):
     look = new.materials[0]
     assert not look.normalTexture.texCoord and look.normalTexture.scale == 0.7
     turned = np.abs(corners(new, body(new))["TANGENT"] - corners(old, body(old))["TANGENT"]).max()
-    assert turned > 0.5  # the new layout lies otherwise
+    assert turned > 0.5  # the new layout is different
     for weights in ([0.6, 0.3, 0.1], [1 / 3, 1 / 3, 1 / 3]):
         same = np.einsum("mi,mi->m", lit(old, weights), lit(new, weights))
         angle = np.degrees(np.arccos(np.clip(same, -1, 1)))
@@ -279,7 +279,7 @@ def test_maps_are_carried_beside_a_new_texture(rich, iccm):
 
 
 def quantized(tmp_path, **said):
-    """A file whose coordinates are normalised 16-bit integers, of which some are given sparsely."""
+    """A file whose coordinates are normalised 16-bit integers, some of them in a sparse accessor."""
     make = rich_glb.Builder()
     points, _, uv, faces = rich_glb.sheet(2)
     import pygltflib as gl
@@ -342,7 +342,7 @@ def test_what_cannot_be_read_is_told_in_a_line(shapes, iccm, change, message):
 
 
 def squeezed(folder, *, damage=lambda data: data, number=1):
-    """The same sheet plain and as Draco has it, as plain.glb and draco.glb; its points."""
+    """The same sheet uncompressed and compressed by Draco, as plain.glb and draco.glb; returns its points."""
     points, normal, uv, faces = rich_glb.sheet(4)
     make = rich_glb.Builder()
     import pygltflib as gl
@@ -373,7 +373,7 @@ def squeezed(folder, *, damage=lambda data: data, number=1):
 
 
 def corners_of_accessor(file, number):
-    """(n, 3) single precision values of an accessor."""
+    """The single precision values (n, 3) of an accessor."""
     said = file.accessors[number]
     view = file.bufferViews[said.bufferView]
     start = (view.byteOffset or 0) + (said.byteOffset or 0)
@@ -420,7 +420,9 @@ def test_draco_that_cannot_be_read_is_told_in_a_line(shapes, iccm, monkeypatch, 
 
 
 def packed(folder, name="EXT_meshopt_compression", **wrong):
-    """The same sheet as meshopt has it, as plain.glb and meshopt.gltf; `wrong` is what its first view says instead."""
+    """The same sheet uncompressed and compressed by meshopt, as plain.glb and meshopt.gltf; `wrong` overrides fields of
+    its first view.
+    """
     meshopt = pytest.importorskip("meshopt")
     squeezed(folder)
     whole = gltf.read(folder / "plain.glb")

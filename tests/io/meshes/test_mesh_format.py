@@ -1,4 +1,4 @@
-"""A format of one's own: a class and a row in the table, and all commands know it."""
+"""A custom format: a class and a row in the table are enough for all commands."""
 
 import json
 import sys
@@ -17,7 +17,7 @@ MOST_BYTES = 1 << 20
 
 
 class JsonMesh(MeshFormat):
-    """An invented format: points, faces, and coordinates of their corners."""
+    """An invented format with points, faces, and coordinates of their corners."""
 
     def count_faces(self, most):
         return len(files.read_json(self.path, max_bytes=MOST_BYTES)["faces"])
@@ -51,7 +51,7 @@ class JsonMesh(MeshFormat):
 
 @pytest.fixture
 def known(shapes, monkeypatch):
-    """A folder with a sheet of quads, longer than wide, in a format that iccm has just learnt."""
+    """A folder with a sheet of quads, longer than wide, in a format that has just been registered."""
     module = ModuleType("iccm.io.meshes.json_mesh")
     module.JsonMesh = JsonMesh
     monkeypatch.setitem(sys.modules, module.__name__, module)
@@ -71,7 +71,7 @@ def known(shapes, monkeypatch):
 
 
 def at_corners(name):
-    """(c, 3) positions and (c, 2) coordinates of the corners of a mesh."""
+    """Positions (c, 3) and coordinates (c, 2) of the corners of a mesh."""
     mesh = mesh_files.read(name).mesh
     return mesh.points[mesh.corners], mesh.uv[mesh.uv_corners]
 
@@ -81,7 +81,7 @@ def test_a_mesh_is_read_mapped_and_written(known, iccm):
     made = ("-o", "o.mjson", "-o", "o.obj", "--subdivide-rim")
     assert iccm("map", "square.svg", "a.mjson", *made).code == 0
     (points, uv), (same_points, same_uv) = at_corners("o.mjson"), at_corners("o.obj")
-    assert len(points) > 60  # corners of 15 quads, and of the triangles at the rim
+    assert len(points) > 60  # corners of 15 quads, and of the triangles at the boundary
     assert np.allclose(points, same_points, atol=1e-8) and np.allclose(uv, same_uv, atol=1e-8)
     assert iccm("flatten", "a.mjson", "--uv", "f.mjson").code == 0
     refused = iccm("map", "square.svg", "a.mjson", "--max-faces", "9")
@@ -97,11 +97,11 @@ def test_what_a_format_has_no_place_for_is_refused_in_a_line(known, iccm):
 
 
 def test_triangles_in_the_place_of_polygons_keep_their_coordinates(known):
-    """A quad whose diagonal is split in the middle; coordinates are linear in the positions, before and after."""
+    """A quad whose diagonal is split at its midpoint; coordinates are linear in the positions, before and after."""
     from iccm.surfaces.subdivided import Subdivision
 
     content = mesh_files.read("a.mjson").content
-    one, two, three = np.eye(3)  # corners of a triangle, and the middle of the diagonal of each
+    one, two, three = np.eye(3)  # corners of a triangle, and the midpoint of the diagonal of each
     first, second = (one + three) / 2, (one + two) / 2
     weights = np.array([[one, two, first], [first, two, three], [one, second, three], [second, two, three]])
     corners = np.array([[0, 1, 2], [0, 1, 2], [0, 2, 3], [0, 2, 3]])

@@ -1,4 +1,4 @@
-"""OBJ files keep their bytes; what is wrong with one is said in one line."""
+"""OBJ files keep their bytes; errors are reported in one line."""
 
 from pathlib import Path
 
@@ -64,7 +64,7 @@ def test_what_a_file_says(data):
 def test_no_change_gives_the_same_bytes(data, tmp_path):
     found = parse(data, Path("m.obj"))
     assert found.data == data
-    # even when every texture index is written anew, all other lines stay
+    # even if every texture index is replaced, all other lines are kept
     again = obj_write.retexture(found, every(found), found.vt, np.maximum(found.corners[:, 1], 0))
     strip = [line for line in data.splitlines() if not line.strip().startswith((b"vt", b"f", b"5/"))]
     kept = [line for line in again.splitlines() if not line.strip().startswith((b"vt", b"f", b"5/"))]
@@ -298,7 +298,7 @@ def test_normals_of_corners_are_those_that_tangents_are_square_to():
     assert normal == pytest.approx(stated[[[1, 1, 1], [1, 2, 0]]])
     assert tangent[0] == pytest.approx(
         np.tile([0.8, 0, -0.6], (3, 1))
-    )  # u grows along x, made square to the normal
+    )  # u increases along x, made perpendicular to the normal
     assert np.einsum("mki,mki->mk", normal, tangent) == pytest.approx(0, abs=1e-12)
 
 

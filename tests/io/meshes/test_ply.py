@@ -1,4 +1,4 @@
-"""Nothing is lost in PLY files, ASCII or binary, and all kinds of faces are read."""
+"""PLY files keep all their contents, ASCII or binary, and all kinds of faces are read."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ FACES = [(0, 1, 4, 3), (1, 2, 5, 4), (3, 4, 7), (3, 7, 6), (4, 5, 8, 7)]
 
 
 def content(form):
-    """A grid of quads and triangles, with what else may be there."""
+    """A grid of quads and triangles, with other elements that may occur."""
     order = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}[form]
     head = HEADER.format(form=form).encode()
     if not order:
@@ -94,7 +94,7 @@ def test_vertices_are_split_where_coordinates_part(tmp_path, form):
     corners = whole.polygons[0]
     uv = np.column_stack(
         [corners + 0.25, np.where(np.arange(18) < 8, 0.5, 0.75)]
-    )  # the first two quads apart
+    )  # the first two quads separately
     made, notes = ply_write.with_coordinates(whole, np.ones(5, bool), uv, np.arange(18), None)
     new = ply.parse(made, tmp_path / "b.ply")
     assert notes == [] and len(new.tables["vertex"].starts) - 1 > 9

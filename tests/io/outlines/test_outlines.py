@@ -1,4 +1,4 @@
-"""Shapes from where they are: GeoJSON, annotations, fonts, DXF."""
+"""Shapes from other sources: GeoJSON, annotations, fonts, DXF."""
 
 import json
 import os
@@ -206,7 +206,7 @@ def test_polygons_across_the_antimeridian_are_in_one_piece(tmp_path, kind):
 
 
 def test_islands_on_both_sides_of_the_antimeridian_lie_beside_each_other(tmp_path):
-    """A hole goes with its island, and what spans the world or is not in degrees stays where it is."""
+    """A hole moves with its island; what spans the world or is not in degrees is not moved."""
     path = tmp_path / "a.geojson"
     parts = [[box(-170, 50, -100, 70), box(-150, 55, -140, 60)], [box(172, 51, 176, 53)]]
     path.write_text(json.dumps(feature({"type": "MultiPolygon", "coordinates": parts})))
@@ -239,7 +239,7 @@ TOPOLOGY = {
 
 
 def test_topojson_has_the_polygons_that_its_arcs_make(tmp_path):
-    """Both share the arc between them, one of them backwards; points are differences in whole numbers."""
+    """Both polygons share an arc, one of them in reverse; points are stored as differences of whole numbers."""
     path = tmp_path / "t.topojson"
     path.write_text(json.dumps(TOPOLOGY))
     west, east = shape.read(f"{path}#West"), shape.read(f"{path}#East")

@@ -1,4 +1,4 @@
-"""What formats make of a picture, compared with numbers: depths, association of alpha, paper, orientation, windows."""
+"""What formats do to a picture, as numbers: bit depth, associated alpha, paper, orientation, data windows."""
 
 from base64 import b64decode
 
@@ -86,7 +86,7 @@ def test_every_exif_orientation_is_that_of_viewers(tmp_path, orientation):
 
 @pytest.mark.parametrize(("x", "y"), [(1, 2), (-2, -1), (4, -2)])
 def test_a_data_window_is_put_where_it_belongs(tmp_path, x, y):
-    """5 by 4 stored pixels at (x, y) of a picture of 7 by 5; what is outside of it is left out."""
+    """5 by 4 stored pixels at (x, y) of a picture of 7 by 5; those outside of it are omitted."""
     stored = np.arange(1, 21, dtype=np.float32).reshape(4, 5, 1)
     spec = oiio.ImageSpec(5, 4, 1, "float")
     spec.x, spec.y, spec.full_width, spec.full_height = x, y, 7, 5
@@ -131,7 +131,7 @@ def test_other_programs_read_straight_alpha(tmp_path):
 
 
 def png_with(path, name, content):
-    """A PNG of one colour with another chunk."""
+    """A PNG of one colour with an additional chunk."""
     Pillow.fromarray(np.full((4, 6, 3), (128, 64, 200), np.uint8)).save(path)
     raw = path.read_bytes()
     path.write_bytes(raw[:33] + png.chunk(name, content) + raw[33:])
@@ -149,7 +149,7 @@ SAID = {
 
 @pytest.mark.parametrize("kind", SAID)
 def test_what_a_png_says_of_its_colours_counts(tmp_path, kind):
-    """In light, and in every format that it is written to, be it one that has a name for the space or not."""
+    """In linear light, and in every output format, with or without a name for the colour space."""
     name, content, light = SAID[kind]
     image = image_files.read(png_with(tmp_path / "a.png", name, content))
 
@@ -200,7 +200,7 @@ HEIC = b64decode(
     "3ZE+FWApW5yZtid3aq7/1xWHSonAe3nKzk5rsliNOQlyMltUpq8YhfJ79CcnzecO6TjRjm5S+yVZ3+ldSklc2LxOOj/rHjvl"
     "WA=="
 )
-"""48 by 32 pixels, the left half (20, 200, 90), the right half (128, 64, 200)."""
+"""48 by 32 pixels, with the left half (20, 200, 90) and the right half (128, 64, 200)."""
 
 
 def test_heic_is_read_with_its_extra(tmp_path, iccm):

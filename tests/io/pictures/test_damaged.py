@@ -1,4 +1,4 @@
-"""Pictures whose headers make no sense: read without them or refused, and no library speaks on stderr."""
+"""Pictures with invalid headers: read without them or rejected, and no library writes to stderr."""
 
 import struct
 import zlib
@@ -44,7 +44,7 @@ def chunk(kind, data):
 
 
 def test_libraries_do_not_speak_of_a_picture(shapes, shell):
-    """A profile that is none, and pixels that do not unpack, with right checksums."""
+    """An invalid profile, and pixels that cannot be decompressed, with correct checksums."""
     whole = fuzz.png()
     odd = (
         whole[:33]

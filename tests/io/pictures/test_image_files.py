@@ -1,4 +1,4 @@
-"""Reading and writing pictures: what was stored comes back, and what cannot be read is one line."""
+"""Reading and writing pictures: stored values are preserved, and unreadable files are reported in one line."""
 
 import struct
 import sys
@@ -67,7 +67,7 @@ def test_exr_associates_alpha_and_says_so(tmp_path):
 
 
 def with_profile(path, colours):
-    """Writes a picture with an ICC profile of nothing but a header, which says the kind of colours."""
+    """Write a picture with an ICC profile that consists of a header only, which gives the colour model."""
     header = bytearray(128)
     header[:4], header[16:20], header[36:40] = (132).to_bytes(4), colours, b"acsp"
     profile = bytes(header) + bytes(4)
@@ -92,7 +92,7 @@ def test_metadata_and_icc_profile_are_carried_over(tmp_path):
 
 @pytest.mark.parametrize("colours, suffix", [(b"CMYK", ".png"), (b"CMYK", ".tif"), (b"RGB ", ".exr")])
 def test_the_icc_profile_of_other_pixels_is_not_carried_over(tmp_path, capfd, colours, suffix):
-    """That of a CMYK file, whose pixels are read as RGB, and of a space that the output is no longer in."""
+    """For a CMYK file, whose pixels are read as RGB, and for a colour space that the output does not have any more."""
     with_profile(tmp_path / "a.tif", colours)
     image_files.write(tmp_path / f"b{suffix}", image_files.read(tmp_path / "a.tif"))
     copy = image_files.read(tmp_path / f"b{suffix}").metadata
@@ -102,7 +102,7 @@ def test_the_icc_profile_of_other_pixels_is_not_carried_over(tmp_path, capfd, co
 
 
 def cmyk_profile(lab):
-    """An ICC profile (ICC.1:2001-04) of a printer: (2, 2, 2, 2, 3) L*, a*, b* of all inks being there or not."""
+    """An ICC profile (ICC.1:2001-04) of a printer: (2, 2, 2, 2, 3) L*, a*, b* for each combination of inks."""
     whole = bytes(range(256))
     table = np.rint(lab * [2.55, 1, 1] + [0, 128, 128]).astype(np.uint8).tobytes()
     unit = struct.pack(">9i", *np.eye(3, dtype=int).ravel() << 16)
@@ -116,7 +116,7 @@ def cmyk_profile(lab):
 
 
 def srgb_of_lab(lab):
-    """Bytes of L*a*b* seen in D50: the definition of CIE, and the matrix of sRGB adapted by Bradford."""
+    """sRGB bytes of L*a*b* under D50: the CIE definition, and the sRGB matrix adapted by Bradford."""
     f = (lab[..., :1] + 16) / 116 + lab * [0, 1 / 500, -1 / 200]
     f = np.stack([f[..., 1], f[..., 0], f[..., 2]], axis=-1)
     xyz = np.where(f > 6 / 29, f**3, (f - 4 / 29) * 3 * (6 / 29) ** 2) * [0.9642, 1, 0.8249]
@@ -150,7 +150,7 @@ def test_a_broken_profile_of_cmyk_is_one_line(tmp_path):
 
 
 def test_lab_is_converted(tmp_path):
-    """As TIFF has it: L* from 0 to 255, a* and b* signed."""
+    """As in TIFF: L* from 0 to 255, a* and b* signed."""
     lab = np.random.default_rng(2).uniform([30, -20, -20], [90, 20, 20], (9, 7, 3)).round()
     stored = np.rint(lab * [2.55, 1, 1]).astype(int)
     Pillow.fromarray((stored & 255).astype(np.uint8), "LAB").save(tmp_path / "a.tif")
@@ -178,7 +178,7 @@ def test_an_animated_png_says_that_its_first_picture_is_used(tmp_path):
     ],
 )
 def test_forms_that_are_not_read_are_named(tmp_path, brand, said, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pi_heif", None)  # as where the extra is not installed
+    monkeypatch.setitem(sys.modules, "pi_heif", None)  # as if the extra were not installed
     (tmp_path / "a.avif").write_bytes(b"\0\0\0\x1cftyp" + brand + bytes(40))
     with pytest.raises(InputError, match=said):
         image_files.read(tmp_path / "a.avif")
@@ -189,7 +189,7 @@ def test_forms_that_are_not_read_are_named(tmp_path, brand, said, monkeypatch):
     [b"", b"xx", b"BM" + bytes(90), b"\x89PNG\r\n\x1a\n", b"\0\0\0\x1cftypavif" + bytes(40)],
 )
 def test_a_held_picture_that_cannot_be_read_is_said_once(content):
-    """And without the temporary file from which libraries read it."""
+    """And without the name of the temporary file from which libraries read it."""
     with pytest.raises(InputError, match=r"^embedded: ") as caught:
         image_files.read_held(content, "embedded")
     message = str(caught.value)
@@ -311,7 +311,7 @@ def test_the_time_of_day_is_in_no_file(tmp_path):
 
 
 def save(path, pixels):
-    """Writes a file as another program would."""
+    """Write a file like another program."""
     kind = {"uint32": "uint", "float32": "float", "float16": "half"}.get(str(pixels.dtype), str(pixels.dtype))
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], kind)
     file = oiio.ImageOutput.create(str(path))
@@ -477,7 +477,7 @@ def test_what_cannot_be_written_is_refused_before_the_solving(circles, monkeypat
 
 
 def test_padding_of_associated_alpha_divides_it_out(circles):
-    """Colours beyond the outline, and those under alpha, are straight; nothing is brighter or darker for it."""
+    """Colours beyond the outline, and those under alpha, are straight, and neither brighter nor darker."""
     pixels = np.full((9, 9, 4), 0.5, np.float32) * [0.8, 0.6, 0.4, 1]
     image_files.write("half.exr", Image(pixels.astype(np.float32), 3, True, "lin_rec709"))
     run(circles.model_copy(update={"texture": "half.exr", "padding": -1, "output": ("o.tif",)}))

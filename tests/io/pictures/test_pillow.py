@@ -1,4 +1,4 @@
-"""Pictures through Pillow: one door, with an allow-list of formats."""
+"""Pictures read by Pillow: through one function, with an allow-list of formats."""
 
 import io
 import re
@@ -20,7 +20,7 @@ EPS = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 10 10\n%%EndComments\n(pwned
 
 
 def png_header(width, height):
-    """A picture that claims a size and has none of its pixels."""
+    """A picture whose header declares a size, but without any pixels."""
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -31,7 +31,7 @@ def png_header(width, height):
 
 @pytest.fixture
 def no_programs(monkeypatch):
-    """Starting a program fails the test."""
+    """Fail the test if a program is started."""
 
     def refuse(*given, **named):
         raise AssertionError(f"starts {given}")

@@ -1,4 +1,4 @@
-"""PNG files: what others read of them, what comes before the pixels, disks without room."""
+"""PNG files: compatibility with other readers, chunks before the pixels, full disks."""
 
 import subprocess
 import sys
@@ -13,7 +13,7 @@ from iccm.io.pictures.png import PngOutput, chunks
 
 
 def noise(shape, dtype):
-    """Half of it smooth, so that there is something to deflate."""
+    """Half smooth, so that it can be compressed."""
     values = np.random.default_rng(1).integers(0, np.iinfo(dtype).max, shape, dtype, endpoint=True)
     values[: shape[0] // 2] = np.linspace(0, 200, shape[1])[:, None]
     return values

@@ -1,4 +1,4 @@
-"""STMaps: the convention, held against OpenImageIO's own st_warp, and the way back through a file."""
+"""STMaps: the convention, compared with OpenImageIO's st_warp, and reading them back."""
 
 import numpy as np
 import OpenImageIO as oiio
@@ -125,7 +125,7 @@ def test_iccm_apply_writes_to_stdout_and_keeps_its_inputs(tmp_path, monkeypatch,
 
 
 def test_a_picture_of_several_tiles_is_read_where_s_and_t_say(tmp_path):
-    """An STMap whose places are the texels of a picture of 3 by 2 tiles from (1, 0) on: the picture itself."""
+    """An STMap whose places are the texels of a picture of 3 by 2 tiles starting at (1, 0) gives the picture itself."""
     rng = np.random.default_rng(0)
     pixels = rng.integers(0, 256, (10, 36, 3), np.uint8)
     rows, columns = np.indices((10, 36))

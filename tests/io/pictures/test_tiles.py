@@ -1,4 +1,4 @@
-"""Tiles (UDIM): their numbers, and pictures of several as one."""
+"""Tiles (UDIM): their numbers, and pictures of several tiles as one."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def test_numbers_count_rows_of_ten():
 
 @pytest.fixture
 def pattern(tmp_path):
-    """Tiles of 6 by 4 texels, one of which is half as large: 1002 and 1012 above it, 1013 beside that."""
+    """Tiles of 6 by 4 texels, one of half that size: 1002, 1012 above it, and 1013 beside that."""
     rng = np.random.default_rng(0)
     made = {}
     for number, shape in ((1002, (4, 6, 3)), (1012, (2, 3, 3)), (1013, (4, 6, 3))):

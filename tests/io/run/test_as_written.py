@@ -1,4 +1,4 @@
-"""The figures of a mesh that is written, against those of the numbers in its file."""
+"""Figures of a written mesh, compared with the numbers in its file."""
 
 import json
 
@@ -10,7 +10,7 @@ N = 4
 
 
 def hill(path):
-    """An OBJ of triangles over the unit square, whose rim has four edges a side."""
+    """An OBJ of triangles over the unit square, with four edges on each side of its boundary."""
     x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, N + 1), np.linspace(0, 1, N + 1)))
     k = np.arange(1, (N + 1) ** 2 + 1).reshape(N + 1, N + 1)
     a, b, c, d = (each.ravel() for each in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
@@ -21,7 +21,7 @@ def hill(path):
 
 
 def written(path):
-    """(m, 3, 3) corners of triangles in space, (m, 3, 2) texture coordinates, and the rim of these in order."""
+    """Corners (m, 3, 3) of triangles in space, texture coordinates (m, 3, 2), and their boundary in order."""
     lines = [line.split() for line in path.read_text().splitlines()]
     v, vt = (np.array([line[1:] for line in lines if line[:1] == [word]], float) for word in ("v", "vt"))
     corners = np.array([[c.split("/")[:2] for c in line[1:]] for line in lines if line[:1] == ["f"]], int) - 1
@@ -66,7 +66,8 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
     assert report["scale"]["within2"] == pytest.approx(area[(near < 2) & (near > 0.5)].sum() / area.sum())
     scales = np.log10(area / (np.abs(np.linalg.det(d)) / 2))
     weights, sign = np.abs(np.linalg.det(d)), 1
-    if words is FLATTEN:  # the plane's area by the surface's, relative to the mean, over the surface
+    # the plane's area relative to the surface's, normalised by the mean, over the surface
+    if words is FLATTEN:
         scales, weights, sign = scales - np.log10(scale**2), area, -1
     for name, share in (("p05", 0.05), ("median", 0.5), ("p95", 0.95)):
         wanted = quantile(sign * scales, weights, share)
@@ -88,7 +89,7 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
 
 
 def test_one_quad_is_a_mesh_where_its_coordinates_are_wanted(shapes, iccm):
-    """Else an OBJ of one flat face is an outline."""
+    """Otherwise an OBJ with a single flat face is an outline."""
     (shapes / "quad.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n")
     assert iccm("map", "square.svg", "quad.obj", "-o", "o.obj", "--report", "r.json").code == 0
     assert (shapes / "o.obj").read_text().count("vt ") == 4

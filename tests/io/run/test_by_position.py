@@ -1,4 +1,4 @@
-"""Two meshes in the same place: matched by position, and `drifted` where the map moves points far all the same."""
+"""Two meshes in the same place: matched by position, and `drifted` if the map still moves points far."""
 
 import json
 
@@ -19,7 +19,7 @@ def bent(mesh):
 
 @pytest.fixture
 def eggs(shapes, iccm):
-    """Two closed meshes of one surface, with other triangles; the first has texture coordinates."""
+    """Two closed meshes of one surface with different triangles; the first has texture coordinates."""
     bent(trimesh.creation.icosphere(2)).export("ball.obj")
     bent(trimesh.creation.uv_sphere(count=[16, 28])).export("globe.obj")
     assert iccm("flatten", "ball.obj", "--uv", "egg.obj").code == 0
@@ -38,5 +38,5 @@ def test_meshes_in_the_same_place_are_matched_by_position(eggs, shapes, iccm):
 def test_a_map_that_drifts_is_not_good_unless_its_landmarks_move(eggs):
     source, target = (mesh_reading.read(name, cut=True).domain for name in eggs)
     free = fit(source, target)
-    assert free.report()["apart"]["p95"] > 0.05  # both are cut where they happen to be
+    assert free.report()["apart"]["p95"] > 0.05  # both are cut at different places
     assert free.status is Status.DRIFTED and not free.status.ok

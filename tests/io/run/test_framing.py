@@ -1,4 +1,4 @@
-"""What pictures show and textures cover, with canvases and textures that are longer than wide."""
+"""What pictures show and textures cover, for canvases and textures with unequal sides."""
 
 import numpy as np
 import pytest

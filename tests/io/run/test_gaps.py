@@ -1,4 +1,4 @@
-"""What pictures show where a drawing that is its own texture paints nothing: --gaps."""
+"""What pictures show in the gaps of a drawing that is its own texture: --gaps."""
 
 import json
 from pathlib import Path
@@ -36,7 +36,7 @@ def test_paper_fills_the_gap_between_two_bars(iccm, files):
     left, middle, right = (pixels[height // 2, round(share * width)] for share in (0.1, 0.44, 0.9))
     assert left[0] > left[2] + 80 and right[2] > right[0] + 80
     assert middle[:3].min() > 200
-    # no bright line where the outlines of drawing and target are one: the drawing's antialiased edge is not on paper
+    # no bright line where the outlines of drawing and target coincide: the drawing's antialiased edge is not on paper
     assert abs(pixels[height // 2, 1:4, :3] - left[:3]).max() <= 3
 
 
@@ -56,7 +56,9 @@ def test_a_texture_that_is_given_keeps_its_transparent_parts(iccm, files):
 
 
 def test_gaps_of_a_picture_are_not_filled_with_colours_from_beside_them(iccm, files):
-    """A hook with a hole: its frame closes the bay, where neither the colour beside it nor that of the hole goes on."""
+    """A hook with a hole: its frame closes the concavity, into which neither the colour beside it nor that of the hole
+    extends.
+    """
     hook = np.zeros((60, 90, 4), np.uint8)
     hook[4:56, 6:84] = 30, 120, 40, 255
     hook[4:30, 6:84] = 150, 40, 30, 255

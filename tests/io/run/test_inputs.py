@@ -1,4 +1,4 @@
-"""What a job reads is read once."""
+"""Inputs of a job are read once."""
 
 import subprocess
 import sys
@@ -28,7 +28,7 @@ MESH += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
     "more", ["{}", '{"plot": "p.pdf", "output": ["x.obj", "x.ply"]}', '{"bake": true, "size": 9}']
 )
 def test_a_run_opens_its_mesh_once(shapes, more):
-    """Whether it is a mesh, its size, its content, what it names, its hash: all from one reading."""
+    """Whether it is a mesh, its size, its content, its references, its hash: all from one reading."""
     for name in ("m.obj", "o.obj"):
         (shapes / name).write_text(MESH)
     done = subprocess.run([sys.executable, "-c", COUNT, more], capture_output=True, text=True, check=False)
@@ -55,5 +55,5 @@ def test_what_an_obj_names_is_an_input_and_its_hash_that_of_what_was_read(shapes
     assert inputs.is_mesh("m.obj#1") and not inputs.is_mesh("blob.svg")
     assert inputs.named == ("m.obj", "blob.svg", "m.mtl", "square.svg")
     before = inputs.sha256("m.obj")
-    (shapes / "m.obj").write_text("")  # what was read counts
+    (shapes / "m.obj").write_text("")  # the first reading counts
     assert inputs.shape("m.obj").is_mesh and inputs.sha256("m.obj") == before

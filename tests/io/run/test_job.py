@@ -1,4 +1,4 @@
-"""A job is validated whole, says what is wrong with which option, and survives a trip through JSON."""
+"""A job is validated completely, reports mistakes by option, and survives conversion to JSON and back."""
 
 import gc
 import json
@@ -72,7 +72,7 @@ OF_THE_COMMAND = {
     *("dry_run", "watch", "open", "resume", "time_limit", "threads"),
     *("help", "debug", "log_format", "quiet", "verbose"),
 }
-"""Options of a run of the command, and of no job."""
+"""Options of the command that are not part of a job."""
 
 
 @pytest.mark.parametrize(("name", "command"), [("map", map.command), ("deform", deform.command)])
@@ -168,7 +168,7 @@ def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_what_a_job_made_is_freed_when_it_ends(tmp_path, threads):
-    """Else a worker keeps the maps and pictures of many jobs, until Python next looks for cycles."""
+    """Otherwise a worker keeps the maps and pictures of many jobs until Python's next garbage collection."""
     (tmp_path / "a.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H4V3H0z"/></svg>')
     name = str(tmp_path / "a.svg")
     job = Job(
@@ -176,7 +176,8 @@ def test_what_a_job_made_is_freed_when_it_ends(tmp_path, threads):
     )
 
     def kept():
-        return {id(o) for o in gc.get_objects() if type(o) in (Run, Fit)}  # isinstance asks dead proxies
+        # isinstance would access dead proxies
+        return {id(o) for o in gc.get_objects() if type(o) in (Run, Fit)}
 
     gc.collect()
     gc.disable()

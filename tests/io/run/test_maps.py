@@ -1,4 +1,4 @@
-"""The pictures of a material through one map: solved once, each by its kind."""
+"""The pictures of a material through one map: solved once, each treated by its kind."""
 
 import json
 import re
@@ -17,7 +17,7 @@ KINDS = {"texture": "colour", "normal": "normal", "data": "data"}
 
 @pytest.fixture
 def material(shapes):
-    """A folder with a picture of each kind, of several sizes and depths, and a mesh with a layout."""
+    """A folder with a picture of each kind, in several sizes and depths, and a mesh with a layout."""
     x = np.linspace(0, 1, 48)
     n = np.stack(
         [0.4 * np.sin(9 * x)[None] + 0 * x[:, None], 0.3 + 0 * np.outer(x, x), 1 + 0 * np.outer(x, x)], -1
@@ -121,7 +121,7 @@ def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, said):
     "given", [["--normal-down", "normal.png"], ["--texture", "data.tif", "--kind", "data"]]
 )
 def test_a_mesh_does_not_show_as_colours_what_is_none(material, iccm, given):
-    for output in (["-o", "x.glb"], []):  # a mesh onto a mesh gets a mesh where nothing is named
+    for output in (["-o", "x.glb"], []):  # by default, a mesh onto a mesh gives a mesh
         done = iccm("map", "square.svg", "tiles.obj#left", *given, *output)
         assert done.code == 2 and "add a picture for" in done.err, done.err
     assert not (material / "x.glb").exists()
@@ -129,7 +129,7 @@ def test_a_mesh_does_not_show_as_colours_what_is_none(material, iccm, given):
 
 @pytest.mark.parametrize("given", [["--data", "data.tif"], ["--normal-down", "normal.png"]])
 def test_a_mesh_beside_a_picture_shows_colours_alone(material, iccm, given):
-    """Of numbers and DirectX normals a picture is made; the mesh gets its coordinates, and a note tells the rest."""
+    """Data and DirectX normals become pictures; the mesh gets its coordinates, and a note reports the rest."""
     write_sheets(material / "sheet.obj", {"sheet": TILES["left"]})
     out = ["-o", "made.png", "-o", "x.glb", "-o", "x.obj"]
     alone = iccm("map", "square.svg", "sheet.obj", *given, *out)

@@ -1,4 +1,4 @@
-"""A job's values are checked by the table of options, without pydantic."""
+"""A job's values are validated by the table of options, without pydantic."""
 
 import math
 import subprocess
@@ -41,7 +41,7 @@ def test_a_job_holds_what_its_options_take_or_names_each_mistake(data):
         assert {key.partition(".")[0] for key, _ in error.mistakes} <= values.keys()
         return
     assert checked.keys() == values.keys()
-    assert Job.check(checked) == checked  # what is kept is taken again, unchanged
+    assert Job.check(checked) == checked  # stored values are accepted again, unchanged
     for value in checked.values():
         assert not isinstance(value, float) or math.isfinite(value)
         assert not isinstance(value, list)

@@ -1,4 +1,4 @@
-"""Textures that jobs share are read, and made ready, once; what has changed is read anew."""
+"""Textures shared by jobs are read and prepared once; changed ones are read again."""
 
 import os
 

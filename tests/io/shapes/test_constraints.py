@@ -1,4 +1,4 @@
-"""Pins and strokes, drawn in the files or listed in JSON, land as the right pairs in the core plane."""
+"""Pins and strokes, drawn in the files or listed in JSON, become the right pairs in the core plane."""
 
 import json
 
@@ -24,7 +24,7 @@ def listed(tmp_path, content):
 
 
 def paired(source, target, found=None):
-    """Pins and strokes for a solver that weighs them all alike."""
+    """Pins and strokes for a solver that weights them equally."""
     collected = constraints.collect(source, target, found)
     collected.check_weights()
     return collected.pins, collected.strokes
@@ -157,11 +157,11 @@ def test_settings_of_pins_are_listed_and_drawn(tmp_path):
     }
     found = constraints.collect(source, target, listed(tmp_path, content))
     assert found.settings == [
-        {"radius": 6.0},  # that of the source's circle; the other one is a mark
+        {"radius": 6.0},  # that of the source's circle; the other one is only a mark
         {},
         {"radius": 0.0, "tolerance": 2.5},
         {"turn": -30.0, "scale": 1.5},
-        {"radius": 0.0},  # ends that stick
+        {"radius": 0.0},  # fixed ends
         {"radius": 0.0},
     ]
 

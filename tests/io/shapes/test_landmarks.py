@@ -1,4 +1,4 @@
-"""Pairs of landmarks of other programs: read in their units and conventions, and written as they were."""
+"""Pairs of landmarks of other programs: read in their units and conventions, and written back unchanged."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Textures onto and from meshes, from files to files."""
+"""Textures onto and from meshes, with files as input and output."""
 
 import json
 
@@ -157,7 +157,7 @@ def test_a_stroke_follows_edges(tmp_path):
 
 
 def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
-    """Both lie over the same square: composing the flattenings must give the source's coordinates back."""
+    """Both lie over the same square: the composition of the flattenings must return the source's coordinates."""
     source = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=24)))
     target = mesh_reading.read(str(write_mesh(tmp_path / "b.obj", n=16, uv=False)))
     shift = target.box[0] - source.box[0]
@@ -172,11 +172,11 @@ def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
 
 
 def torn(path):
-    """A mesh whose left half has coordinates of its own, far from those of the right one."""
+    """A mesh whose left half has separate coordinates, far from those of the right one."""
     write_mesh(path, n=4)
     text = path.read_text().splitlines()
     faces = [k for k, line in enumerate(text) if line.startswith("f")]
-    for k in faces[:8]:  # the left half gets coordinates of its own
+    for k in faces[:8]:  # the left half gets separate coordinates
         text[k] = " ".join(
             ["f", *(f"{c.split('/')[0]}/{int(c.split('/')[0]) + 25}" for c in text[k].split()[1:])]
         )
@@ -187,7 +187,7 @@ def torn(path):
 
 
 def test_faces_keep_to_one_chart_of_a_source(tmp_path):
-    """A mesh through itself has its coordinates at every corner, along the seam between charts, too."""
+    """A mesh mapped onto itself has its coordinates at every corner, including the seam between charts."""
     source = mesh_reading.read(str(torn(tmp_path / "a.obj")))
     out = tmp_path / "o.obj"
     written = new_uvs([(source, identity(source), source)], stmap.flat(source.box), out, name=out)
@@ -217,7 +217,7 @@ def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
 
 
 def warped_texture(shape, image, canvas):
-    """The picture as the shape's own texture, seen on a canvas in the plane of its flattening."""
+    """The picture as the shape's own texture, on a canvas in the plane of its flattening."""
     texture = image.texture(shape.box)
     return warp(identity(shape), texture, canvas, placing=shape.placing(texture))
 
@@ -272,7 +272,7 @@ def test_a_bound_on_memory_does_not_change_a_picture_from_or_for_a_mesh(shapes, 
     image_files.write(shapes / "t.png", colours(300))
     options = ("--texture", "t.png", "--size", "200", "--method", "paper", "--tolerance", "0.1")
     assert iccm("map", *words, *options, "-o", "free.png").code == 0
-    monkeypatch.setattr(memory, "CACHE_MEMORY_SHARE", 0)  # nothing stays in memory
+    monkeypatch.setattr(memory, "CACHE_MEMORY_SHARE", 0)  # nothing is kept in memory
     assert iccm("map", *words, *options, "-o", "bound.png", "--memory", "4G").code == 0
     assert (shapes / "bound.png").read_bytes() == (shapes / "free.png").read_bytes()
 
@@ -545,7 +545,7 @@ def test_a_mesh_without_a_texture_is_noted(tmp_path, monkeypatch, iccm):
 def test_files_beside_an_output_are_checked_before_any_work(
     tmp_path, monkeypatch, embedded, iccm, source, name
 ):
-    """What exists needs --force; what an input is made of is never replaced."""
+    """Existing files need --force; a file that an input consists of is never replaced."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
     write_mesh(tmp_path / "b.obj", n=5, uv=False, head="mtllib c.mtl")
@@ -562,7 +562,7 @@ def test_files_beside_an_output_are_checked_before_any_work(
 
 
 def test_a_texture_in_a_file_is_read_as_one_beside_it(tmp_path):
-    """With all its bits, and no larger than is allowed."""
+    """With all its bits, and within the size limit."""
     target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
     deep = np.arange(8 * 8 * 3, dtype=np.uint16).reshape(8, 8, 3) * 300
     image_files.write(tmp_path / "c.png", image_files.Image(deep))
@@ -672,7 +672,9 @@ def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
 
 
 def test_a_texture_repeats_beyond_its_edges(tmp_path):
-    """Coordinates two pictures to the right and one down show the same, up to the outline; so do triangles across."""
+    """Coordinates two pictures to the right and one down show the same, up to the outline, and so do triangles across
+    edges.
+    """
     flat = {"height": lambda x, y: 0 * x, "n": 2}
     near, far, across = (mesh_reading.read(str(write_mesh(tmp_path / f"{k}.obj", **flat))) for k in "abc")
     far.file.mesh.uv[:] += (2, -1)
@@ -682,15 +684,15 @@ def test_a_texture_repeats_beyond_its_edges(tmp_path):
     shown = [warped_texture(s, colours(64), canvas).pixels for s in (near, far, across)]
     assert np.abs(shown[0].astype(int) - shown[1]).max() <= 1
     u = 1.45 * (canvas.centres(32, 1).real.ravel() - near.box[0].real)
-    clear = np.abs(u - np.round(u)) > 0.05  # the filter sees both sides of an edge of the texture
-    clear &= u < 1.45  # pixels on the outline show a boundary point that is near, not the nearest
+    clear = np.abs(u - np.round(u)) > 0.05  # the filter reads both sides of an edge of the texture
+    clear &= u < 1.45  # pixels on the outline show a nearby boundary point, not the nearest
     assert np.abs(shown[2][32, clear, 0] - 255 * np.mod(u[clear], 1)).max() < 3
     assert [s.beyond_unit > 0 for s in (near, far, across)] == [False, True, True]
 
 
 @pytest.mark.parametrize("words", [["a.obj", "square.svg"], ["square.svg", "a.obj", "--bake"]])
 def test_an_stmap_through_texture_coordinates_does_what_the_run_does(shapes, iccm, words):
-    """A material's pictures go through one solve: what `apply` makes of the STMap is what `map` makes itself."""
+    """A material's pictures need one solution: the STMap gives the same result in `apply` as `map` itself."""
     write_mesh(shapes / "a.obj", n=9)
     image_files.write("t.png", colours(64))
     asked = ["--texture", "t.png", "--size", "128", "--stmap", "m.exr", "-o", "o.png"]
@@ -742,7 +744,7 @@ def test_a_tube_is_cut_from_hole_to_hole_for_a_layout_and_keeps_its_hole_for_a_m
     sheet = write_mesh(tmp_path / "sheet.obj", 24, uv=False).read_text().splitlines()
     x, y, _ = np.array([line.split()[1:] for line in sheet if line.startswith("v ")], float).T
     around = np.column_stack([np.cos(2 * np.pi * x), 6 * y, -np.sin(2 * np.pi * x)]).round(6) + 0.0
-    points = ["v {:f} {:f} {:f}".format(*place) for place in around[:600]]  # what follows closes the tube
+    points = ["v {:f} {:f} {:f}".format(*place) for place in around[:600]]  # the rest closes the tube
     quads = np.array([line.split()[1:] for line in sheet if line.startswith("f ")], int)
     faces = ["f {} {} {} {}".format(*quad) for quad in np.where(quads > 600, quads - 600, quads)]
     (tmp_path / "tube.obj").write_text("\n".join(points + faces))
@@ -760,7 +762,7 @@ def test_a_tube_is_cut_from_hole_to_hole_for_a_layout_and_keeps_its_hole_for_a_m
 
 
 def test_rounding_of_the_file_counts(tmp_path):
-    """A triangle that single precision leaves without area."""
+    """A triangle that has no area in single precision."""
     uv = np.array([[0.5, 0.5], [0.5 + 1e-9, 0.5], [0.5, 0.5 + 1e-9]])
     for name, degenerate in (("a.obj", 0), ("a.glb", 1)):
         found = layout.turned_over(mesh_files.as_written(uv, name)[None])
@@ -769,7 +771,7 @@ def test_rounding_of_the_file_counts(tmp_path):
 
 
 def test_a_map_that_turns_triangles_over_is_poor(tmp_path, monkeypatch, iccm):
-    """Two triangles of a square, whose corners are all on the outline: the map bends, its coordinates do not."""
+    """Two triangles of a square with all corners on the outline: the map bends, its coordinates do not."""
     monkeypatch.chdir(tmp_path)
     points = [(0, 0), (4, 0), (4, 4), (0, 4)]
     text = "".join(f"v {x} {y} 0\n" for x, y in points) + "f 1 2 3\nf 1 3 4\n"

@@ -1,4 +1,4 @@
-"""Meshes onto outlines and onto meshes, from files to files."""
+"""Meshes onto outlines and onto meshes, with files as input and output."""
 
 import json
 
@@ -26,7 +26,7 @@ def write(path, points, faces):
 
 
 def sheet(n=12):
-    """An open hill, whose corners are ears: triangles with two sides on the boundary."""
+    """An open hill whose corners are triangles with two sides on the boundary."""
     x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij")
     k = np.arange(n * n).reshape(n, n)
     a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
@@ -36,7 +36,7 @@ def sheet(n=12):
 
 
 def ball(n):
-    """A closed ellipsoid with three different axes; finer or coarser."""
+    """A closed ellipsoid with three different axes, finer or coarser."""
     unit = spiral_points(n)
     return unit * (1.0, 0.8, 1.4), hull(unit)
 
@@ -62,7 +62,7 @@ def test_a_mesh_is_laid_out_onto_an_outline(folder, outline):
     report = json.loads((folder / "r.json").read_text())
     assert code == 0 and report["status"] == "done" and report["overlap"] is None
     assert report["uv"] == {"flipped": 0, "degenerate": 0}
-    assert report["boundary"]["given"] < 1e-3  # of the vertices; chords between them cut curves short
+    assert report["boundary"]["given"] < 1e-3  # at the vertices; edges between them cut off curves
     assert [each["path"] for each in report["inputs"]] == ["sheet.obj", outline]
     low, high = (complex(*each) if isinstance(each, list) else complex(each) for each in report["box"])
     if outline == "square.svg":  # in the outline's own coordinates, y up
@@ -99,7 +99,7 @@ def test_landmarks_open_closed_meshes_alike(folder):
     places = [pin.source for pin in listed.all_pins]
     one, other = (mesh_reading.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
     found = constraints.collect(one, other, listed)
-    assert len(found.pins) == 10  # both ends of the seam once, the others on both of its sides
+    assert len(found.pins) == 10  # both ends of the cut once, the others on both of its sides
     assert found.names[0] == ["m0", *np.repeat(["m1", "m2", "m3", "m4"], 2), "m5"]
     for shape, pins in ((one, found.pins[:, 0]), (other, found.pins[:, 1])):
         assert shape.curve.distances(pins).max() < 1e-9

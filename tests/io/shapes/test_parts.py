@@ -1,4 +1,4 @@
-"""Shapes of two drawings find each other: by the names that somebody gave, else by place and size."""
+"""Matching shapes of two drawings: by names that users gave, else by position and size."""
 
 import numpy as np
 import pytest
@@ -60,12 +60,12 @@ def squares(*places):
 
 
 def left_and_top(shapes):
-    """Where each square begins, y down."""
+    """The upper left corner of each square, y down."""
     return [(each.curve.box[0].real, -each.curve.box[1].imag) for each in shapes]
 
 
 def test_a_turn_is_counter_clockwise(drawn):
-    """Three squares, and the same a quarter of a circle on."""
+    """Three squares, and the same rotated by 90 degrees."""
     source, target = (
         drawn(squares((10, 10), (80, 10), (80, 40))),
         drawn(squares((10, 80), (10, 10), (40, 10)), "b.svg"),
@@ -76,7 +76,7 @@ def test_a_turn_is_counter_clockwise(drawn):
 
 
 def test_places_are_relative_to_the_middle_of_all_shapes(drawn):
-    """A single square belongs to the one in the middle of a tower."""
+    """A single square matches the one in the middle of a tower."""
     source, target = drawn(squares((70, 70))), drawn(squares((10, 0), (10, 50), (10, 65), (10, 100)), "b.svg")
     ((_, j),) = parts.pair(source, target)
     assert left_and_top(target)[j] == (10, 50)
@@ -120,9 +120,9 @@ def board(folder, name, places):
         ({"nose": (20, 30), "ear": (75, 25), **OTHERS}, ["nose", "ear"]),
         # one of six
         ({"nose": (20, 30), "z": (50, 30), **OTHERS}, []),
-        # of the drawing with fewer names all are common
+        # all names of the drawing with fewer names are common
         ({"nose": (70, 30)}, ["nose"]),
-        # the same arrangement, rotated, smaller and with each moved a little
+        # the same arrangement, rotated, smaller, and with each dot moved a little
         ({"nose": (68, 27), "eye": (42, 41), "ear": (74, 64), "chin": (38, 71)}, ["nose", "eye", "ear", "chin"]),
         # mirrored: no rotation takes one onto the other
         ({"nose": (80, 30), "eye": (60, 60), "ear": (25, 25), "chin": (20, 70)}, []),

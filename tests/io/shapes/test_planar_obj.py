@@ -1,4 +1,4 @@
-"""Planar OBJ files: polylines and boundary loops become domains; what is none is refused with its line."""
+"""Planar OBJ files: polylines and boundary loops become shapes; invalid ones are rejected with their line."""
 
 import numpy as np
 import pytest
@@ -106,7 +106,7 @@ def test_a_long_outline_keeps_its_vertices(read):
     ],
 )
 def test_what_to_do_about_another_plane_is_what_helps(read, points, line, said):
-    """Lines cannot be flattened, and programs with y upwards write what lies on the ground at y = 0."""
+    """Lines cannot be flattened, and programs with y up write objects on the ground at y = 0."""
     with pytest.raises(InputError, match="z = constant") as error:
         read("".join(f"v {point}\n" for point in points.split(", ")) + line)
     assert said in str(error.value) and ("flatten" in str(error.value)) == line.startswith("f")

@@ -24,7 +24,7 @@ def paper(uneven, noise=3):
 
 
 def line(width, gap=0.0, places=(37,)):
-    """How much of each pixel a line along the outline covers, but for gaps of so many pixels at some of its points."""
+    """The share of each pixel that a line along the outline covers, with gaps of some pixels at several points."""
     away = shapely.distance(shapely.points(X, Y), INSIDE.exterior)
     cover = np.clip(width / 2 + 0.5 - away, 0, 1)
     return cover * np.all([np.abs(X + 1j * Y - TRUE[k]) > gap / 2 for k in places], axis=0)
@@ -56,7 +56,7 @@ def test_a_closed_line_is_its_inside_whatever_the_light(tmp_path, uneven, ink, g
 
 @pytest.mark.parametrize("beside", [False, True])
 def test_a_line_in_pieces_is_its_inside(tmp_path, beside):
-    """None of which spans most of it, and with a dark table beside the paper."""
+    """None of the pieces spans most of it, and there is a dark table beside the paper."""
     cover = line(4, 14, (0, 70, 160, 220, 310))
     pixels = paper(0.5) * (1 - cover) + 40 * cover
     found = traced(tmp_path, np.where(beside & (X > 360), 30, pixels))
@@ -65,13 +65,14 @@ def test_a_line_in_pieces_is_its_inside(tmp_path, beside):
 
 
 def test_coins_in_a_photograph():
-    """Of the Roman period, from Pompeii, under uneven light: scikit-image's picture, 24 coins."""
+    """Roman coins from Pompeii under uneven light: scikit-image's picture of 24 coins."""
     import skimage
 
     found = shapes.read_all(f"{Path(skimage.__file__).parent / 'data' / 'coins.png'}")
     coins = [each.curve for each in found if each.curve.area > 1000]
     assert len(coins) == 24
-    assert np.median([4 * np.pi * coin.area / coin.length**2 for coin in coins]) > 0.95  # a circle's is 1
+    # that of a circle is 1
+    assert np.median([4 * np.pi * coin.area / coin.length**2 for coin in coins]) > 0.95
 
 
 def test_the_line_itself_and_its_inside_by_name(tmp_path):
@@ -159,7 +160,7 @@ def test_a_line_inside_a_shape_is_part_of_it(tmp_path):
 
 
 def test_the_background_between_two_shapes_is_not_a_line():
-    """A black ring within another, and white in it: the white gap between both is thin, and closed."""
+    """A black ring within another, and white inside: the white gap between them is thin and closed."""
     away = shapely.distance(shapely.points(X, Y), INSIDE.exterior)
     outer, face = (shapely.contains_xy(INSIDE.buffer(reach), X, Y) for reach in (30, -20))
     gap = away < 4

@@ -1,4 +1,4 @@
-"""Pins that two closed meshes of the same connectivity have without being given any; the seam through pins."""
+"""Automatic pins between two closed meshes with the same connectivity, and the cut through pins."""
 
 import itertools
 
@@ -20,7 +20,7 @@ def written(path, points, faces):
 
 @pytest.fixture
 def ball():
-    """200 points of a sphere, and triangles all turned outwards."""
+    """200 points of a sphere, with triangles oriented outwards."""
     points = np.random.default_rng(0).normal(size=(200, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     faces = ConvexHull(points).simplices
@@ -33,7 +33,7 @@ def test_vertices_are_those_of_the_same_place_whatever_their_order(shuffled, bal
     points, faces = ball
     rng = np.random.default_rng(1)
     order = rng.permutation(len(points)) if shuffled else np.arange(len(points))
-    place = np.argsort(order)  # the new number of each vertex
+    place = np.argsort(order)  # the new index of each vertex
     other = place[faces][rng.permutation(len(faces))] if shuffled else faces
     longer = points[order] * [1, 1.2, 3] + 0.05 * np.sin(7 * points[order])
     pins = same_vertices(

@@ -1,4 +1,4 @@
-"""Reading shapes whatever comes: mutated files of every format end in a shape or in one line."""
+"""Reading arbitrary input: mutated files of every format give a shape or one line."""
 
 import random
 import warnings
@@ -55,7 +55,7 @@ def sources():
 
 
 def mutated(data, rng):
-    """The bytes with a few of them changed, lost, repeated, or replaced by what is likely to hurt."""
+    """The bytes with a few of them changed, removed, repeated, or replaced by likely causes of errors."""
     data = bytearray(data)
     for _ in range(rng.choice([1, 1, 2, 3, 6])):
         at, other = rng.randrange(len(data) + 1), rng.randrange(len(data) + 1)

@@ -1,4 +1,4 @@
-"""Outlines of pictures: right to a part of a pixel, few vertices, y up in the core plane."""
+"""Outlines of pictures: accurate to a fraction of a pixel, few vertices, y up in the core plane."""
 
 from base64 import b64encode
 from pathlib import Path
@@ -18,7 +18,7 @@ SIDE = 200
 
 
 def covered(inside, supersampling=16):
-    """(SIDE, SIDE) share of each pixel for which inside(x, y) holds, pixel centres at +0.5."""
+    """The share (SIDE, SIDE) of each pixel for which inside(x, y) holds, with pixel centres at +0.5."""
     at = (np.arange(SIDE * supersampling) + 0.5) / supersampling
     fine = inside(at[None, :], at[:, None]).astype(np.float32)
     return fine.reshape(SIDE, supersampling, SIDE, supersampling).mean(axis=(1, 3))
@@ -29,7 +29,7 @@ def disc(x, y):
 
 
 def turned(x, y):
-    """A rectangle of 120 by 80 about (100.2, 95.7), turned by 20 degrees."""
+    """A rectangle of 120 by 80 about (100.2, 95.7), rotated by 20 degrees."""
     w = ((x - 100.2) + 1j * (y - 95.7)) * np.exp(-1j * np.radians(20))
     return (abs(w.real) < 60) & (abs(w.imag) < 40)
 
@@ -67,13 +67,13 @@ def turns(z):
 
 
 def leaf(x, y):
-    """Two discs' intersection: arcs of radius 90 that meet at two tips."""
+    """The intersection of two discs: arcs of radius 90 that meet at two tips."""
     return ((x - 60.4) ** 2 + (y - 97.2) ** 2 < 90**2) & ((x - 141.7) ** 2 + (y - 110.9) ** 2 < 90**2)
 
 
 @pytest.mark.parametrize("hard, off, near", [(False, 0.05, 0.6), (True, 0.25, 1.5)])
 def test_curves_are_smooth_and_corners_sharp(hard, off, near):
-    """A small picture shown large has no polygon's sides: between its tips the leaf is round."""
+    """A small picture shown large does not look like a polygon: between its tips the leaf is round."""
     field = covered(leaf)
     (outline,), _ = silhouette.traced((field >= 0.5).astype(np.float32) if hard else field)
     discs = [shapely.Point(*c).buffer(90, quad_segs=2000) for c in ((60.4, 97.2), (141.7, 110.9))]
@@ -89,7 +89,7 @@ def test_curves_are_smooth_and_corners_sharp(hard, off, near):
 
 
 def test_no_shift():
-    """The centroid of an antialiased disc is right to a hundredth of a pixel, in x and in y."""
+    """The centroid of an antialiased disc is accurate to a hundredth of a pixel, in x and in y."""
     (outline,), _ = silhouette.traced(covered(disc))
     centre = shapely.Polygon(ring(outline)).centroid
     assert abs(centre.x - 90.3) < 0.01 and abs(centre.y - 80.6) < 0.01
@@ -253,7 +253,7 @@ def test_a_shape_cut_off_by_the_edge_is_no_photograph(tmp_path):
 
 @pytest.mark.parametrize("name", ["cross", "horizon", "bands"])
 def test_a_flag_or_a_landscape_is_a_rectangle(tmp_path, name):
-    """What reaches three or four sides is not on a background, however plain its colours are."""
+    """What reaches three or four sides has no background, however plain its colours are."""
     y, x = np.mgrid[:120, :SIDE]
     there = {
         "cross": (abs(x - 70) < 14) | (abs(y - 60) < 14),
@@ -302,7 +302,7 @@ def test_a_picture_has_colours_of_its_own_where_it_paints_more_than_one(tmp_path
 
 
 def test_a_drawing_on_paper_is_its_own_texture_without_the_paper(tmp_path):
-    """Left half red, right half a red that is nearly the ground's; the edge has no fringe of the ground."""
+    """Left half red, right half a red close to the background's; the edge has no fringe of the background."""
     from iccm.io.shapes import own_picture
     from iccm.io.spec import Spec
 
@@ -351,7 +351,7 @@ def disc_with_a_hole():
 
 
 def test_a_drawing_that_wraps_a_picture_with_alpha_is_its_silhouette(tmp_path):
-    """Where its transform and its proportions put it: twice as large, in the middle of its rectangle."""
+    """At the position given by its transform and proportions: twice as large, in the middle of its rectangle."""
     place = 'x="10" y="0" width="160" height="100" transform="translate(-20 10) scale(2 1)"'
     found = wrapped_in_svg(tmp_path, disc_with_a_hole(), place)
     z = found.to_file(found.curve.z)
@@ -367,7 +367,7 @@ def test_other_drawings_with_a_picture_have_its_rectangle(tmp_path):
 
 
 def test_a_large_picture_is_judged_by_a_small_one_and_traced_in_its_own_pixels(tmp_path, monkeypatch):
-    """Shapes on a plain background are as exact as ever; the inside of a line is as fine as the small picture."""
+    """Shapes on a plain background keep their accuracy; the inside of a line has that of the small picture."""
     from iccm.io.shapes import scan
 
     monkeypatch.setattr(scan, "LONGER_SIDE_PIXELS", 80)
@@ -385,7 +385,7 @@ def test_a_large_picture_is_judged_by_a_small_one_and_traced_in_its_own_pixels(t
 
 
 def test_a_photograph_is_decoded_once(tmp_path, monkeypatch, iccm):
-    """For its shape and for its pixels; again where it has changed in between, or memory is bounded."""
+    """For its shape and for its pixels; again if it has changed in between, or memory is limited."""
     from iccm.io.pictures import image_files as decoders
 
     monkeypatch.chdir(tmp_path)

@@ -58,7 +58,8 @@ def test_flatten_and_map_take_all_faces_in_one_command(machine, shapes, iccm):
     found = json.loads((shapes / "flat.json").read_text())
     assert found["charts"] == 5 and found["holes"] == 0 and found["overlap"] is None
     spread = found["log10_area"]["p95"] - found["log10_area"]["p05"]
-    assert spread < 0.5 and found["dilatation"]["p95"] < 3  # the bag alone has decades if it is not cut
+    # the bag alone would span decades if it were not cut
+    assert spread < 0.5 and found["dilatation"]["p95"] < 3
     assert (shapes / "flat.svg").read_text().count("<path") == 5
     done = iccm("map", "square.svg", machine, "-o", "out.obj", "--report", "r.json")
     assert done.code == 0, done.err
@@ -96,7 +97,7 @@ def test_no_cut_refuses_closed_pieces(machine, iccm):
 
 
 def test_faces_of_both_sides_and_without_area_get_coordinates_too(shapes, iccm):
-    """A sheet whose faces are there twice, once from behind, and a face without area."""
+    """A sheet whose faces occur twice, once reversed, and a face without area."""
     lines = [f"v {x} {y} {0.1 * x * y}" for y in range(3) for x in range(4)]
     faces = [(1, 2, 6), (1, 6, 5), (2, 3, 7), (2, 7, 6), (5, 6, 10), (5, 10, 9)]
     behind = [face[::-1] for face in faces]

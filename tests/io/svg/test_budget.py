@@ -1,4 +1,4 @@
-"""Small or legal drawings that ask for much work or memory: refused at once in one line, or simplified first."""
+"""Small or legal drawings that need much work or memory: rejected immediately in one line, or simplified first."""
 
 import gzip
 import time
@@ -18,7 +18,7 @@ from iccm.io.svg.stylesheet import Stylesheet
 from iccm.plane import diagonal
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
-SECONDS = 2.0  # of this process: from the call to the refusal
+SECONDS = 2.0  # of this process: from the call to the rejection
 
 
 def points(z):
@@ -93,7 +93,7 @@ def test_a_silhouette_that_is_refused_has_not_been_read_to_its_end(tmp_path, mon
     assert len(shape.read(f"{tmp_path}/b.svg#silhouette").curve.z) > 4
     seen, of = [], reader.runs_of
     monkeypatch.setattr(reader, "runs_of", lambda *given: seen.append(1) or of(*given))
-    monkeypatch.setattr(limits, "CROSSINGS", 6000)  # of some 15,000
+    monkeypatch.setattr(limits, "CROSSINGS", 6000)  # of about 15,000
     with pytest.raises(InputError, match="cross each other too often"):
         shape.read(f"{tmp_path}/a.svg#silhouette")
     assert len(seen) <= 4000
@@ -141,7 +141,7 @@ def test_rules_that_cannot_be_looked_up_once_are_counted():
 
 
 def nested(depth):
-    """An <svg> of nested groups, and the innermost."""
+    """An <svg> of nested groups, and the innermost one."""
     top = inner = Element("svg")
     for _ in range(depth):
         inner = SubElement(inner, "g")
@@ -327,7 +327,7 @@ def test_lists_of_classes_are_looked_up_once_and_counted(monkeypatch):
 
 
 def test_a_picture_that_is_used_often_is_written_once(shapes, iccm):
-    """Where the map is a similarity, under which it stays what it is."""
+    """If the map is a similarity, under which it is unchanged."""
     (shapes / "a.svg").write_text(SVG.format(f"<defs>{PICTURE}</defs>{SHOWN}" + '<use href="#i"/>' * 3))
     (shapes / "b.svg").write_text(SVG.format('<path d="M20 20H340V340H20Z"/>'))
     typed = iccm("map", "a.svg#o", "b.svg", "-o", "out.svg", "-q")
@@ -354,7 +354,7 @@ def test_a_compressed_drawing_is_read_within_the_same_bounds(shapes, iccm):
 
 @pytest.mark.parametrize("at_once", [64, fill.MOST_PAIRS])
 def test_many_rings_wind_around_points_as_each_does(monkeypatch, at_once):
-    """Overlapping triangles and quadrangles that run either way around, and a large ring around half of them."""
+    """Overlapping triangles and quadrangles of either orientation, and a large ring around half of them."""
     monkeypatch.setattr(fill, "SEGMENTS_AT_ONCE", min(at_once, fill.SEGMENTS_AT_ONCE))
     monkeypatch.setattr(fill, "MOST_PAIRS", at_once)
     rng = np.random.default_rng(5)

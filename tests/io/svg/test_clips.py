@@ -1,4 +1,4 @@
-"""Clip paths, masks and views: shapes are what these leave of them."""
+"""Clip paths, masks and views: shapes are reduced to what these leave visible."""
 
 import math
 
@@ -35,7 +35,7 @@ def mask(content, said=""):
 
 
 WHITE = '<path fill="#fff" d="M10 10h20v10H10z"/>'
-LEFT = [  # what is drawn, and what of it is seen
+LEFT = [  # what is drawn, and what part of it is visible
     (DISC + '<rect width="40" height="40" clip-path="url(#c)"/>', 100 * math.pi),
     (DISC + f'<g style="clip-path: url(&quot;#c&quot;)">{BLOCK}</g>', 100 * math.pi),
     (DISC + f'<g transform="scale(2 1)"><g clip-path="url(#c)">{BLOCK}</g></g>', 200 * math.pi),

@@ -1,4 +1,4 @@
-"""Text as outlines, against matplotlib's; what is not set plainly stays text."""
+"""Text as outlines, compared with matplotlib's; unsupported text stays text."""
 
 import re
 import shutil
@@ -24,7 +24,7 @@ TEXT = '<text x="{x}" y="60" font-size="40" font-family="Nonesuch, DejaVu Sans" 
 
 @pytest.fixture(autouse=True)
 def fonts(tmp_path, monkeypatch):
-    """matplotlib's fonts and no others."""
+    """Only matplotlib's fonts."""
     if shutil.which("fc-match") is None:
         pytest.skip("no fontconfig")
     said = f"<fontconfig><dir>{FONTS}</dir><cachedir>{tmp_path}/c</cachedir></fontconfig>"
@@ -71,7 +71,7 @@ def test_letters_that_join_are_one_shape(tmp_path):
     found, box = drawn(tmp_path, TEXT.format(x=30, more="", text="\u0633\u0644"))  # seen, lam
     alone, _ = drawn(tmp_path, TEXT.format(x=30, more="", text="\u0633"))
     assert len(found) == len(alone) == 1 and found[0].curve.area > 1.3 * alone[0].curve.area
-    points = found[0].curve.z  # the lam, which rises, is read last: it stands on the left
+    points = found[0].curve.z  # the lam, which rises, is read last: it is on the left
     assert points[np.argmin(points.imag if found[0].flip else -points.imag)].real < (box[0] + box[2]) / 2
 
 
@@ -124,7 +124,7 @@ def test_a_power_stroke_is_what_inkscape_drew(tmp_path):
 
 
 def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
-    """By matplotlib, which has the same file of the family, in its weight."""
+    """By matplotlib, which has the same file of the family, in the same weight."""
     text = TEXT.format(x=9, more='font-weight="bold"', text="Rag")
     before = drawn(tmp_path, text)
     monkeypatch.setattr(lettering.shutil, "which", lambda name: None)
@@ -184,7 +184,7 @@ def test_a_text_is_as_long_as_it_says(tmp_path):
 
 @pytest.mark.parametrize("offset, at", [("0", 0), ("25%", 40), ("16", 16)])
 def test_a_text_follows_a_path(tmp_path, offset, at):
-    """Along a line that falls, letters are turned by its angle; those beyond its end are not drawn."""
+    """Along a descending line, letters are rotated by its angle; those beyond its end are not drawn."""
     path = '<defs><path id="p" transform="translate(10 0)" d="M0 20 L128 116"/></defs>'
     text = f'<textPath href="#p" startOffset="{offset}">hou</textPath>'
     found, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text))
@@ -203,7 +203,8 @@ def test_repeated_letters_are_drawn_from_their_font_once():
     assert [path.count("Z") for path in drawn] == [8, 5] and len(set(re.findall("M[^L]*", drawn[0]))) == 8
 
 
-PLACED = [  # a text, and where Chromium 156 has each of its letters, in DejaVu Sans of 30 px from (10, 100) on
+# a text, and the positions of its letters in Chromium 156, in DejaVu Sans of 30 px starting at (10, 100)
+PLACED = [
     ('a<tspan baseline-shift="super" font-size="15">b</tspan>c<tspan baseline-shift="sub">d</tspan>'
      '<tspan baseline-shift="30%">e</tspan><tspan baseline-shift="6">g</tspan>', "",
      "a 10 100, b 28.39 91 15, c 37.92 100, d 54.42 117.5, e 73.47 91, g 91.94 94"),
@@ -267,7 +268,7 @@ SPANS = (
 
 
 def test_spans_have_paint_of_their_own(tmp_path, iccm):
-    """In a picture, and in artwork; also where rules speak of paths, which these are not."""
+    """In a picture and in artwork; and if rules refer to paths, which these are not."""
     (tmp_path / "a.svg").write_text(SVG.format(SPANS))
     found, _ = drawn(tmp_path, SPANS)
     assert len(found) == 4

@@ -1,4 +1,4 @@
-"""Path data against another reader of it, on paths that both can read."""
+"""Path data compared with another reader, for paths that both can read."""
 
 import re
 
@@ -43,10 +43,10 @@ def test_every_piece_is_where_another_reader_has_it(d):
     t = np.array([0.0, 0.3, 0.5, 0.8, 1.0])
     for piece, segment in zip(pieces, expected):
         assert abs(piece.last() - complex(segment.end)) < 1e-9
-        if segment.start == segment.end:  # an arc that is no arc: nothing is drawn
+        if segment.start == segment.end:  # a degenerate arc: nothing is drawn
             continue
         points = np.array([segment.point(x).x + 1j * segment.point(x).y for x in t])
-        # the other reader's arcs are right to about the square root of rounding where the radii are just too small
+        # the other reader's arcs are accurate to about the square root of rounding if the radii are slightly too small
         assert np.abs(piece.at(t) - points).max() < (1e-4 if isinstance(piece, Arc) else 1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Where shapes of a drawing lie, with numbers that differ in x and y: viewports, transforms, percentages, lines."""
+"""Positions of shapes in a drawing, with numbers that differ in x and y: viewports, transforms, percentages, lines."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" {}>{}</svg>'
 
 @pytest.fixture
 def svg(tmp_path):
-    """Writes an SVG body and reads it as a shape."""
+    """Write an SVG body and read it as a shape."""
 
     def read(body, attributes='viewBox="0 0 200 100"', chosen=""):
         path = tmp_path / "a.svg"
@@ -23,7 +23,7 @@ def svg(tmp_path):
 
 @pytest.fixture
 def drawing(tmp_path):
-    """Writes an SVG body and reads it as a drawing."""
+    """Write an SVG body and read it as a drawing."""
 
     def read(body):
         (tmp_path / "a.svg").write_text(SVG.format('viewBox="0 0 200 100"', body))
@@ -50,7 +50,7 @@ def box(shape):
     ],
 )
 def test_a_view_box_is_aligned_in_each_direction_by_its_own_word(aspect, corner, scale):
-    """3 by 4 units from (1, 2) on in a rectangle of 30 by 80 at (10, 20)."""
+    """3 by 4 units starting at (1, 2) in a rectangle of 30 by 80 at (10, 20)."""
     map = affine.viewport((10, 20, 30, 80), (1, 2, 3, 4), aspect)
     assert map(1 + 2j) == pytest.approx(complex(*corner))
     assert map(2 + 4j) - map(1 + 2j) == pytest.approx(scale * (1 + 2j))
@@ -125,7 +125,7 @@ def test_the_rotation_of_an_arc_is_in_degrees(svg):
     ("flags", "low", "high"), [("0 0", 30, 45), ("0 1", 20, 30), ("1 0", 30, 60), ("1 1", 0, 30)]
 )
 def test_arcs_bulge_to_the_side_and_as_far_as_their_flags_say(svg, flags, low, high):
-    """From (50, 30) to (70, 30), on circles of radius 12: a chord of 20 is 6.633 from the middle."""
+    """From (50, 30) to (70, 30), on circles of radius 12: a chord of 20 is 6.633 from the centre."""
     depth = 12 - 6.6332 if flags[0] == "0" else 12 + 6.6332
     top, bottom = (30, 30 + depth) if flags[2] == "0" else (30 - depth, 30)
     assert box(svg(f'<path d="M50 30A12 12 0 {flags} 70 30z"/>'))[1::2] == pytest.approx(

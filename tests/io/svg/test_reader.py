@@ -1,4 +1,4 @@
-"""SVG to outlines: geometry against formulas, selection, and what must be refused in one line."""
+"""SVG to outlines: geometry compared with formulas, selection, and what must be rejected in one line."""
 
 import math
 from contextlib import suppress
@@ -19,7 +19,7 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" {}>{}</svg>'
 
 @pytest.fixture
 def svg(tmp_path):
-    """Writes an SVG body and reads it as a shape."""
+    """Write an SVG body and read it as a shape."""
 
     def read(body, attributes='viewBox="0 0 100 100"', chosen="", **options):
         path = tmp_path / "a.svg"
@@ -131,7 +131,7 @@ def test_a_circle_is_within_the_stated_tolerance(svg, body, flatness):
     middle = abs(shape.curve.sample(1) - (50 - 40j))
     assert np.allclose(radius, 20, rtol=1e-7)
     assert 20 - middle.min() <= flatness * 40 * math.sqrt(2)
-    assert 20 - middle.min() >= flatness * 5  # and not finer than asked for
+    assert 20 - middle.min() >= flatness * 5  # and not finer than requested
 
 
 def bezier(points, t):
@@ -171,7 +171,7 @@ transforms = st.one_of(
 
 
 def matrix(text):
-    """A transform function as SVG's specification defines its matrix."""
+    """The matrix of a transform function by SVG's specification."""
     name, arguments = text.strip(" )").split("(")
     v = [float(x) for x in arguments.replace(",", " ").split()]
     if name == "rotate":
@@ -267,7 +267,7 @@ def test_what_is_not_shown_is_not_read(svg, hidden):
 
 
 def test_entities_of_plain_words_are_read(tmp_path):
-    """Illustrator writes the names of namespaces so."""
+    """Illustrator writes the names of namespaces in this way."""
     names = '<!ENTITY ns_svg "http://www.w3.org/2000/svg"><!ENTITY ns_link "http://www.w3.org/1999/xlink">'
     body = '<rect id="r" width="5" height="5"/><use xlink:href="#r" x="5"/>'
     (tmp_path / "a.svg").write_text(
@@ -475,7 +475,7 @@ def test_closed_lines_are_filled_where_lines_draw(tmp_path):
         found = drawn(tmp_path, body)
         assert found.painted.area == pytest.approx(outer + more)
         assert found.ink.area < 700
-    # among fills that cover most of what is enclosed, a line is a line
+    # among fills that cover most of the enclosed area, a line is a line
     found = drawn(tmp_path, house + '<rect x="20" y="45" width="55" height="40"/>')
     assert len(found.painted.interiors if found.painted.geom_type == "Polygon" else found.painted.geoms) > 0
     assert found.painted.area < outer - 1500
@@ -496,7 +496,7 @@ LINE = '<path d="{}" fill="none" stroke="red" stroke-width="2"/>'
         (["M30 90H10V40L50 10L90 40V90H37"], False),  # the gap is wider than a thirty-second of the drawing
         (["M10 40L50 10L90 40V90H10V50"], False),
         (["M30 90H10V40L50 10L90 40V90H32V88"], False),  # the last line leads away from the first
-        (["M10 10H90", "M10 13.5H90", "M10 17H90"], False),  # ends beside each other
+        (["M10 10H90", "M10 13.5H90", "M10 17H90"], False),  # parallel lines whose ends are close
     ],
 )
 def test_small_gaps_in_lines_are_closed(tmp_path, paths, closed):
@@ -508,7 +508,7 @@ def test_small_gaps_in_lines_are_closed(tmp_path, paths, closed):
         assert found.painted.covers(found.ink.buffer(-1e-6))
     else:
         assert found.painted.equals(found.ink)
-    # what is not drawn is no line, also where its ends are near
+    # hidden elements are not lines, even if their ends are close
     if closed:
         assert (
             drawn(tmp_path, body.replace('red"', 'none"') + '<rect width="5" height="5"/>').painted.area == 25
@@ -528,10 +528,10 @@ def test_a_figure_of_open_lines_keeps_them(tmp_path):
     limbs = '<path d="M40 30V55L20 90M40 55L70 85M10 45H75"/>'
     figure = drawn(tmp_path, f'<g fill="none" stroke="red" stroke-width="2">{head}{limbs}</g>')
     assert figure.painted.equals(figure.ink)
-    # also where its lines are narrow
+    # also if its lines are narrow
     narrow = drawn(tmp_path, f'<g fill="none" stroke="red" stroke-width=".1">{head}{limbs}</g>')
     assert narrow.painted.equals(narrow.ink) and narrow.ink.area > 10
-    # a closed line is filled beside a text that is drawn by open ones
+    # a closed line is filled beside a text that consists of open ones
     piece = '<path d="M10 10H60L75 70H15z"/>'
     letters = "".join(f'<path d="M{x} 95v-6h3v6"/>' for x in range(5, 95, 8))
     labelled = drawn(tmp_path, f'<g fill="none" stroke="red" stroke-width="1">{piece}{letters}</g>')
@@ -632,7 +632,7 @@ WRONG = {
 
 @pytest.mark.parametrize("body", WRONG)
 def test_a_shape_is_drawn_up_to_what_is_wrong_in_it(svg, body):
-    """As SVG 2 has it, with a note; the other shapes are drawn, too."""
+    """As in SVG 2, with a note; the other shapes are drawn, too."""
     shape = svg(f'{body}<rect x="50" width="4" height="5"/>')
     assert shape.curve.area == 50
     (note,) = [note for note in shape.notes if "drawn up to" in note]
@@ -698,7 +698,7 @@ def test_lengths_refer_to_the_font(svg, body, box):
 )
 @pytest.mark.parametrize("tag", ["rect", "g"])
 def test_transforms_about_the_box_of_the_element(svg, style, box, tag):
-    """A rectangle at (60, 30) of 50 × 20, turned by a right angle."""
+    """A rectangle at (60, 30) of 50 × 20, rotated by a right angle."""
     rect = '<rect {} x="60" y="30" width="50" height="20"/>'
     turned = f'style="{style};transform:rotate(90deg)"'
     shape = svg(rect.format(turned) if tag == "rect" else f"<g {turned}>{rect.format('')}</g>")
@@ -791,7 +791,7 @@ def test_uses_that_multiply_end_at_once(svg):
         '<rect width="{}"/>',
     ],
 )
-@pytest.mark.timeout(30)  # quadratic would be hours
+@pytest.mark.timeout(30)  # quadratic time would be hours
 def test_no_pattern_backtracks(svg, filler, template):
     with suppress(InputError):
         svg(template.format(filler * 200_000) + "<path/>")
@@ -868,7 +868,7 @@ def test_a_picture_with_the_suffix_of_a_drawing_is_named(tmp_path, start, kind):
 
 
 def test_what_a_fill_paints_is_computed_once(tmp_path, monkeypatch):
-    """For the outlines that may be chosen, and for all that the drawing paints."""
+    """For the outlines that may be selected, and for everything that the drawing paints."""
     from iccm.io.svg import fill, strokes
 
     computed = []

@@ -12,7 +12,7 @@ const pin = (/** @type {number} */ x, name = '') => ({name, weight: 1, source: [
 const scene = (/** @type {Partial<Scene>} */ values = {}) => (
   {pins: [], strokes: [], rigid: [], balance: 1, turn: 0, fit: 'auto', ...values});
 
-/** What a browser keeps for a page. */
+/** Stands for the storage of a browser. */
 function storage() {
   /** @type {Map<string, string>} */
   const kept = new Map();
@@ -135,7 +135,7 @@ test('what is held still is solved for after a while, but not where the map cann
   assert.deepEqual(said.map(({type}) => type), ['follow', 'follow']);
   mock.timers.tick(1);
   assert.deepEqual(said.map(({type}) => type), ['follow', 'follow', 'solve']);
-  editor.drop();  // the whole map was asked for already
+  editor.drop();  // the converged map has already been requested
   assert.equal(said.length, 3);
   editor.follow();
   editor.receive(mapMessage({kind: 'coarse', seq: 4, ok: false}));

@@ -19,7 +19,7 @@ test('units convert to the file and back, with flipped axes, and round to what t
   const units = new Units({origin: [100, -20], scale: 250, signs: [1, -1]}, 6);
   assertNear(units.file([0.5, 0.2]), [225, -70]);
   assertNear(units.page([225, -70]), [0.5, 0.2]);
-  assert.deepEqual(units.file([1 / 3, 0]), [183.3333, -20]);  // 6 digits of a shape of size 250
+  assert.deepEqual(units.file([1 / 3, 0]), [183.3333, -20]);  // 6 digits for a shape of size 250
   assert.deepEqual(new Units({origin: [0, 0], scale: 0.001, signs: [1, 1]}, 6).file([1 / 3, 1]), [0.000333333, 0.001]);
 });
 
@@ -37,7 +37,7 @@ test('of a line the longest part inside is kept, with its ends on the outline', 
   assertNear(line[line.length - 1], [4, 3.6]);
   assert.equal(line.length, 4);
   const through = clipped(ELL, [[-1, 3.5], [6, 3.5]]);
-  assert.deepEqual(through, []);  // no point of it is inside
+  assert.deepEqual(through, []);  // none of its points is inside
 });
 
 test('the closest point of a polygon comes with its edge and share', () => {

@@ -26,7 +26,7 @@ test('mirror images of other pins attract, then the axis', () => {
   assert.deepEqual(attraction([407 + 3, 100 - 4], false, shape, [[1, 1], [2, 3]], VIEW), [4, 1]);
   assert.equal(attraction([407 + 4, 100 - 5], false, shape, [[1, 1]], VIEW), null);
   assert.deepEqual(attraction([257 + 3, 333], false, shape, [[1, 1]], VIEW), [2.5, 3.33]);
-  assert.equal(attraction([257 + 3, 0], true, shape, [], VIEW), null);  // the axis is not for pins of the outline
+  assert.equal(attraction([257 + 3, 0], true, shape, [], VIEW), null);  // the axis does not attract pins on the outline
   assert.deepEqual(attraction([407 + 2, 0], true, shape, [[1, 0.01]], VIEW), [4, 0]);  // the image, on the outline
 });
 
@@ -38,10 +38,10 @@ test('a stroke is cut at the outline, simplified, and closed if its ends meet', 
   const circle = Array.from({length: 60}, (_, k) => [3 + Math.cos(k / 9.6), 2 + Math.sin(k / 9.6)]);
   const region = strokeOf(circle, OUTLINE, 100);
   assert.ok(region && region.closed);
-  const open = strokeOf(circle, null, 100);  // on a mesh none is closed
+  const open = strokeOf(circle, null, 100);  // on a mesh strokes are never closed
   assert.ok(open && !open.closed);
-  assert.equal(region.line.length, open.line.length - 1);  // the last point, at the first one, is left out
-  assert.equal(strokeOf([[1, 1], [1.1, 1]], OUTLINE, 100), null);  // 10 pixels are a slip of the hand
+  assert.equal(region.line.length, open.line.length - 1);  // the last point, at the first one, is removed
+  assert.equal(strokeOf([[1, 1], [1.1, 1]], OUTLINE, 100), null);  // 10 pixels are too short for a stroke
   assert.equal(strokeOf([[9, 9], [10, 9]], OUTLINE, 100), null);
 });
 
@@ -60,7 +60,7 @@ test('a point is removed on both sides, and a stroke of two points as a whole', 
   assert.equal(strokes.length, 0);
 });
 
-/** Actions with an editor and panes that record what they are asked for. */
+/** Actions with an editor and panes that record their calls. */
 function recorded() {
   const pin = (/** @type {number} */ x) => ({name: '', weight: 1, source: [x, 0], target: [x, 10], turn: null});
   /** @type {Scene} */

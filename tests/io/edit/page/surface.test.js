@@ -6,7 +6,7 @@ import {Surface} from '../../../../io/edit/page/surface.js';
 const AXES = [1, 0, 0, 0, 1, 0, 0, 0, 1];  // right, up, towards the viewer
 
 /**
- * A surface as the server sends it.
+ * Return a surface as sent by the server.
  * @param {number[][]} places
  * @param {number[][]} faces
  */
@@ -19,7 +19,7 @@ function sent(places, faces) {
   return new Surface(data, AXES);
 }
 
-/** Two sheets that face the viewer: one of 2 by 1 at depth 0, and a smaller one before its right half. */
+/** Two sheets that face the viewer: one of 2 by 1 at depth 0, and a smaller one in front of its right half. */
 const SHEETS = sent(
   [[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [1, 0, 0.5], [2, 0, 0.5], [2, 1, 0.5], [1, 1, 0.5]],
   [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
