@@ -1,21 +1,21 @@
-"""Triangle meshes: topology, patches, cuts, flattening, and textures baked into their layouts.
+"""Triangle meshes: topology, patches, cuts, flattening, and baking of textures into UV layouts.
 
 mesh                polygon meshes as arrays, their checks and triangles
 topology            edges, components, orientation, fans, boundary loops
-disk_patch          a mesh made into one patch that can be flattened
-patch               such a patch: an oriented disk, with or without holes
-geodesics           shortest ways on surfaces
-cut                 closed surfaces and handles opened, areas relieved
+disk_patch          conversion of a mesh to one patch that can be flattened
+patch               a patch: an oriented disk, with or without holes
+geodesics           shortest paths on surfaces
+cut                 cuts that open closed surfaces and handles, or relieve stretch
 flatten             `Flattening`: a patch flattened; least squares conformal maps
-packing             charts packed into a region of the plane
+packing             packing of charts into a region of the plane
 stretch             singular values of a piecewise linear map, triangle by triangle
-locate              triangles of a flattened patch that hold given points
-surface             points of the plane in the mesh's own texture
-surface_distortion  distortion of a map between layouts, on the surfaces
+locate              the triangles of a flattened patch that contain given points
+surface             positions of points of the plane in the mesh's own texture
+surface_distortion  distortion between surfaces, from a map between their layouts
 charted             triangles with texture coordinates, and their tangents
 layout              the texel grid of a mesh's charts
 rasterise           triangles that cover texels
-bake                a texture resampled into a mesh's layout
-relayout            textures of one layout carried to another
+bake                resampling of a texture into a mesh's layout
+relayout            transfer of textures from one layout to another
 render              a picture of a textured surface
 """

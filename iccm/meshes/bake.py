@@ -1,7 +1,8 @@
-"""A texture resampled into a mesh's own UV layout: every texel through its flat position back to the source's texture.
+"""Resample a texture into a mesh's own UV layout: each texel is mapped back through its flat position to the
+source.
 
-Where the inverse map is all but linear within a triangle (to `max_error` texels of the texture) it is interpolated
-from the corners; elsewhere it is solved at each texel.
+Where the inverse map is nearly linear within a triangle (to `max_error` texels of the texture), it is
+interpolated from the corners; elsewhere it is evaluated at each texel.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,27 +27,27 @@ from .rasterise import affine
 _evaluate = function("""int64_t iccm_meshes_evaluate(
     const Complex *coefficients, const double *corners, const int32_t *owner, const int64_t *at, int64_t count,
     int64_t first, int64_t height, int64_t width, Complex *z, Complex *zx, Complex *zy)""")
-ROWS_AT_ONCE, TEXELS_AT_ONCE = 64, 512  # texels of the layout that are filtered at a time (by hand)
-BYTES_PER_TEXEL = 48  # bytes that a texel of the layout takes on the way: arrays counted
+ROWS_AT_ONCE, TEXELS_AT_ONCE = 64, 512  # texels of the layout that are filtered at a time (chosen by hand)
+BYTES_PER_TEXEL = 48  # bytes of work arrays per texel of the layout
 
 Origins = tuple[Complex, Complex, Complex]
-"""(p,) points of the source's plane, their derivatives by the output's x and y."""
+"""(p,) points of the source's plane, and their derivatives with respect to the output's x and y."""
 
 
 def whole_bytes(height: int, width: int, channels: int, itemsize: int) -> int:
-    """Bytes that `layout` and `bake` take for a picture, which is in memory as a whole."""
+    """Return the bytes that `layout` and `bake` need for a picture, which is in memory as a whole."""
     return height * width * (2 * channels * itemsize + BYTES_PER_TEXEL)
 
 
 @dataclass(frozen=True, eq=False)
 class BakedPart:
-    """A part of the target, and where it gets its texture from.
+    """A part of the target, with its map to the source.
 
     Attributes:
         target: the flattened patch.
-        inverse: from its plane to its source's.
-        placing: where points of the source's plane lie in the texture.
-        partial: whether parts of the target are to stay empty, which the map does not reach.
+        inverse: map from its plane to the source's.
+        placing: positions of points of the source's plane in the texture.
+        partial: whether parts of the target that the map does not reach stay empty.
     """
 
     target: Flattening
@@ -65,20 +66,20 @@ def bake(
     alpha: bool = False,
     threads: int | None = None,
 ) -> tuple[NDArray, dict]:
-    """Return the target's UV charts filled from the source's texture.
+    """Fill the target's UV charts from the source's texture.
 
     Args:
         parts: of the target, each with a separate map.
         grid: their UV layout, triangle for triangle, part after part.
-        sampler: the texture to carry over.
-        padding: texels to spread colours past the charts' seams, -1 for all; a thirty-second of the picture by default,
-            so that mip-maps down to 32 texels do not bleed.
-        max_error: of places in the texture, in texels.
-        alpha: whether a channel is added that says where something is known.
-        threads: as many as there are processors by default.
+        sampler: the texture.
+        padding: number of texels by which colours extend beyond the charts' seams, -1 for all; by default a
+            thirty-second of the picture, so that mip-maps down to 32 texels do not bleed.
+        max_error: largest error of positions in the texture, in texels.
+        alpha: whether to add a channel that marks known texels.
+        threads: number of threads; by default one per processor.
 
     Returns:
-        (h, w, c) pixels of the texture's type and channels, zero where nothing reaches, and a report.
+        (h, w, c) pixels of the texture's type and channels, zero where there is no preimage, and a report.
     """
     out = np.zeros((*grid.shape, sampler.channels + alpha), sampler.dtype)
     full = 1.0 if out.dtype.kind == "f" else np.iinfo(out.dtype).max
@@ -98,13 +99,15 @@ def bake_stmap(
     max_error: float = 0.05,
     threads: int | None = None,
 ) -> tuple[NDArray[np.float32], dict]:
-    """Return the STMap of the target's UV charts (see `pixels.stmap`): (h, w, 4) s, t, 0 and 1 where something is
-    known.
+    """Return the STMap of the target's UV charts (see `pixels.stmap`), and a report.
 
     Args:
         parts: as for `bake`, placed in textures of one texel.
         grid, padding, threads: as for `bake`.
-        max_error: of s and t, in texels of a texture that is `stmap.FINEST` across.
+        max_error: largest error of s and t, in texels of a texture that is `stmap.FINEST_TEXELS_ACROSS` wide.
+
+    Returns:
+        (h, w, 4) s, t, 0 and 1 for known texels, and a report.
     """
     out = np.zeros((*grid.shape, 4), np.float32)
 
@@ -125,7 +128,7 @@ def _filled(
     max_error: float,
     threads: int | None,
 ) -> dict:
-    """Fill the covered texels of a picture and those around them; the report."""
+    """Fill the covered texels of a picture and those around them, and return the report."""
     firsts = np.cumsum([0, *(len(part.target.patch.faces) for part in parts)])
     sources = [_Source(part, grid, int(first), max_error) for part, first in zip(parts, firsts)]
 
@@ -146,7 +149,9 @@ def _filled(
 
 
 class _Source:
-    """Where the texels of a part of a layout come from in its source's plane; `first` is its first triangle there."""
+    """Preimages of the texels of a part of a layout in its source's plane; `first` is the part's first triangle
+    there.
+    """
 
     def __init__(self, part: BakedPart, grid: Layout, first: int, max_error: float):
         target, self.inverse, threads = part.target, part.inverse, part.inverse.threads
@@ -157,17 +162,20 @@ class _Source:
         z = self.inverse(self.w)
         self.exact = bends(self.faces, self.w, *self.inverse.slopes(z), threads) * scale > max_error
         self.partial = part.partial
-        self.exact |= self.partial  # what is interpolated from corners without a preimage is nowhere
+        self.exact |= self.partial  # interpolation from corners without a preimage would be meaningless
         self.linear = affine(self.corners, z[self.faces], threads)
         self.flat = affine(self.corners, self.w[self.faces], threads) if self.exact.any() else None
 
     def rows(self, rows: slice) -> tuple[Index, Callable[[slice], Origins]]:
-        """Return the covered texels of some rows, numbered from their first, and where a slice of them comes from."""
+        """Return the covered texels of some rows, numbered from the first, and a function that returns the
+        origins of a slice.
+        """
         owner = self.owner[rows].ravel() - self.first
         at = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
         block = (at % self.owner.shape[1] // TEXELS_AT_ONCE).astype(np.int16)
-        at = at[np.argsort(block, kind="stable")]  # little of the texture is read at a time, however it turns
-        if self.partial:  # all of its texels are solved
+        # So that only a small part of the texture is read at a time, for any rotation.
+        at = at[np.argsort(block, kind="stable")]
+        if self.partial:  # all of its texels are evaluated
             z, reached = self.inverse.reached(self._flat_places(owner[at], at, rows.start))
             at, z = at[reached], z[reached]
         own = owner[at]
@@ -194,13 +202,14 @@ class _Source:
         return z, zx, zy
 
     def _flat_places(self, own: NDArray, at: Index, first: int) -> Complex:
-        """Return (p,) where texels are in the target's plane, in the triangles that own them."""
+        """Return (p,) positions of texels in the target's plane, in the triangles that own them."""
         assert self.flat is not None
         return _into(self.w[self.faces[own]], self._affine(self.flat, own, at, first)[0])
 
     def _solved(self, own: NDArray, at: Index, first: int, z: Complex) -> Origins:
-        """Return where texels come from, z (p,), and how it changes; the linear steps stay where the map has no
-        derivative.
+        """Return the exact origins of texels with preimages z (p,).
+
+        The derivatives are those of the linear interpolation where the map has none.
         """
         assert self.flat is not None
         _, wx, wy = self._affine(self.flat, own, at, first)
@@ -213,8 +222,8 @@ class _Source:
 
 
 def _into(triangle: Complex, w: Complex) -> Complex:
-    """Return points (p,) moved into their triangles (p, 3): texels that a chart's border only touches have centres
-    outside.
+    """Return points (p,) moved into their triangles (p, 3): texels that a chart's border only touches have
+    centres outside.
     """
     a, b, c = triangle.T
     area = cross(b - a, c - a)

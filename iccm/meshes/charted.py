@@ -1,4 +1,4 @@
-"""Triangles with texture coordinates, and the tangents that their normal maps are relative to."""
+"""Triangles with texture coordinates, and the tangents to which their normal maps are relative."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,15 +16,15 @@ class Charted:
     """The triangles of a mesh with its texture coordinates.
 
     Attributes:
-        name: for messages.
+        name: name in messages.
         points: (n, 3) positions.
         faces: (m, 3) vertices of the triangles.
         uv: (t, 2) texture coordinates, v up.
-        uv_faces: (m, 3) coordinates of their corners.
-        normals: (k, 3) unit normals that the file states, or None.
+        uv_faces: (m, 3) texture coordinates of their corners.
+        normals: (k, 3) unit normals from the file, or None.
         normal_faces: (m, 3) normals of the corners, or None.
-        stated: (m, 3, 4) tangents of the corners that the file states and on which side the bitangents are (±1), no
-            direction where it states none; or None.
+        stated: (m, 3, 4) tangents of the corners from the file, with the sign of the bitangent (±1); the
+            direction is zero for corners without a tangent. None if the file has no tangents.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Charted:
         """Return all triangles of a mesh.
 
         Raises:
-            InputError: an element at fault, or no texture coordinates; naming it.
+            InputError: an element is invalid, which the message names, or there are no texture coordinates.
         """
         corner = triangulate(check(mesh))
         if mesh.uv is None or mesh.uv_corners is None:
@@ -57,27 +57,27 @@ class Charted:
 
     @property
     def diagonal(self) -> float:
-        """Of the bounding box."""
+        """Length of the diagonal of the bounding box."""
         used = self.points[np.unique(self.faces)]
         return float(np.linalg.norm(np.ptp(used, axis=0)))
 
     @cached_property
     def mirrored(self) -> Index:
-        """(m,) 1 for triangles that the texture shows as they are seen from outside, -1 for mirrored ones."""
+        """(m,) 1 for triangles that the texture shows as seen from outside, -1 for mirrored ones."""
         a, b, c = np.moveaxis(self.uv[self.uv_faces], 1, 0)
         p, q = b - a, c - a
         return np.where(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] < 0, -1, 1)
 
     @cached_property
     def hands(self) -> Index:
-        """(m,) on which side of normal and tangent the upward bitangents of the triangles are, 1 or -1."""
+        """(m,) sign of the triangles' upward bitangents relative to normal × tangent, 1 or -1."""
         if self.stated is None:
             return self.mirrored
         return np.where(self._says, np.where(self.stated[..., 3] < 0, -1, 1), self.mirrored[:, None])[:, 0]
 
     @property
     def _says(self) -> Flags:
-        """(m, 3) which corners the file states a tangent for."""
+        """(m, 3) whether the file has a tangent for the corner."""
         assert self.stated is not None
         return (self.stated[..., :3] != 0).any(axis=2)
 
@@ -85,10 +85,11 @@ class Charted:
     def frames(self) -> tuple[Real, Real]:
         """(m, 3, 3) unit normals and tangents of the triangles' corners.
 
-        As MikkTSpace (Mikkelsen, *Simulation of Wrinkled Surfaces Revisited*, 2008) has it: directions of growing u,
-        made square to the normal, averaged by the angle seen along it over the triangles around a vertex that have its
-        place, normal and coordinate, and that edges of the same handedness join. Normals and tangents are those that
-        the mesh states, where it does; other normals averages by angle over all that share a position.
+        They follow MikkTSpace (Mikkelsen, *Simulation of Wrinkled Surfaces Revisited*, 2008): directions of
+        growing u, made orthogonal to the normal, and averaged with the projected angle as weight over the
+        triangles around a vertex that share its position, normal and texture coordinate, and are joined by
+        edges with the same handedness. Normals and tangents from the mesh take precedence; other normals are
+        averages, weighted by angle, over all triangles that share a position.
         """
         at, uv = self.points[self.faces], self.uv[self.uv_faces]
         e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
@@ -112,7 +113,7 @@ class Charted:
 
     @cached_property
     def _groups(self) -> Index:
-        """(m, 3) which corners have one tangent."""
+        """(m, 3) number of the group of corners that share a tangent."""
         places, shown = _same(self.points)[self.faces], _same(self.uv)[self.uv_faces]
         turned = places
         if self.normals is not None and self.normal_faces is not None:
@@ -124,12 +125,12 @@ class Charted:
 
 
 def _same(rows: np.ndarray) -> Index:
-    """Return (n,) a number for each row, the same for equal ones."""
+    """Return (n,) a number for each row; equal rows have equal numbers."""
     return distinct_rows(rows)[1]
 
 
 def _square(vectors: Real, normal: Real) -> Real:
-    """Return what of vectors is square to normals."""
+    """Return the components of vectors orthogonal to normals."""
     return vectors - normal * np.sum(vectors * normal, axis=-1, keepdims=True)
 
 
@@ -147,7 +148,7 @@ def _unit(vectors: Real) -> Real:
 
 
 def _angles(at: Real, normal: Real | None = None) -> Real:
-    """Return (m, 3) angles at the corners of triangles (m, 3, 3), as they are seen along normals of the corners."""
+    """Return (m, 3) angles at the corners of triangles (m, 3, 3), projected along normals of the corners if given."""
     a, b = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
     if normal is not None:
         a, b = _square(a, normal), _square(b, normal)

@@ -1,4 +1,6 @@
-"""Opening a surface into a disk: closed ones along a path, handles along short loops, further where areas suffer."""
+"""Cut a surface open into a disk: closed surfaces along a path, handles along short loops, and further to
+relieve stretch.
+"""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -14,57 +16,63 @@ from .geodesics import GeodesicGraph
 from .patch import Patch
 from .topology import Triangles, walk
 
-MOST_GEODESIC_TRIANGLES = 100_000  # triangles: with more, ways along edges do (by hand)
+MOST_GEODESIC_TRIANGLES = 100_000  # with more triangles, paths along edges are used (chosen by hand)
 CORRIDOR_EDGES = 2.0
-"""Mean edges beside a way that is nearly shortest, in which it is looked for again (by hand)."""
+"""Width, in mean edge lengths, of the corridor around an approximate shortest path in which it is refined
+(chosen by hand).
+"""
 PARTS_OF_EDGE = 32
-"""Parts of an edge beside a geodesic: maps of four models by landmarks are then as with exact ones."""
+"""Parts of an edge near a geodesic; with these, maps of four models by landmarks are the same as with exact
+geodesics.
+"""
 MOST_KEPT_PATHS = 64
-"""Ways that are remembered: orders of up to six landmarks share 30 on each of two surfaces."""
+"""Number of cached paths: orders of up to six landmarks share 30 on each of two surfaces."""
 
 
 def open_to_disk(whole: Patch) -> Patch:
-    """Return a disk, with or without holes: a closed surface cut between far-apart vertices, handles along loops."""
+    """Return a disk, with or without holes: closed surfaces are cut between distant vertices, handles along loops."""
     if whole.genus:
         result = whole.cut(_on(whole, *handle_loops(whole)))
         if (
             result.genus or result.triangles.components().any()
-        ):  # loops that touch a hole twice part the surface
+        ):  # loops that touch a hole twice divide the surface
             result = whole.cut(_on(whole, *spanning_cut(whole)))
         return result
     far = int(np.argmax(_paths(whole, np.array([0]))[0]))
     reach, before = _paths(whole, np.array([far]))
     way = walk(before, int(np.argmax(reach)))
-    if len(way) == 2:  # one edge alone does not open a surface
+    if len(way) == 2:  # a single edge does not open a surface
         way = _detour(whole, way)
     return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
 
 
 def cut_through(whole: Patch, stops: Sequence[int]) -> Patch:
-    """Return a closed surface without handles cut along ways through vertices that keep to geodesics, so that they
-    hardly depend on the triangles.
+    """Cut a closed surface without handles along paths through vertices.
+
+    The paths are close to geodesics, so that they hardly depend on the triangulation.
     """
     return cut_along_path(whole, way_through(whole, stops))
 
 
 def cut_along_path(whole: Patch, way: Sequence[int]) -> Patch:
-    """Return a closed surface without handles cut along a way of vertices."""
-    if len(way) == 2:  # one edge alone does not open a surface
+    """Cut a closed surface without handles along a path of vertices."""
+    if len(way) == 2:  # a single edge does not open a surface
         way = _detour(whole, list(way))
     return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
 
 
 def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None = None) -> list[int]:
-    """Return the vertices along ways from each of some vertices to the next, which touch neither each other nor the
-    other vertices.
+    """Return the vertices along paths from each of some vertices to the next.
+
+    The paths touch neither each other nor the other vertices.
 
     Args:
         whole: a closed surface.
         stops: (k,) vertices.
-        dear: for each way (n,) factors of lengths; by default they are large beside geodesics.
+        dear: for each path, (n,) factors of lengths; by default they are large away from geodesics.
 
     Raises:
-        InputError: there are no such ways.
+        InputError: there are no such paths.
     """
     free, found = np.ones(whole.triangles.count, bool), list(stops[:1])
     small = len(whole.faces) <= MOST_GEODESIC_TRIANGLES
@@ -91,9 +99,11 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
 
 @lru_cache(maxsize=MOST_KEPT_PATHS)
 def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
-    """Return (n,) factors of lengths that are 1 on the geodesic between two vertices, and large an edge beside it.
+    """Return (n,) factors of lengths that are 1 on the geodesic between two vertices, and large at an edge's
+    distance from it.
 
-    A detour by a vertex at a small distance x from a geodesic of length L is 2x²/L longer in its middle.
+    A detour through a vertex at a small distance x from the middle of a geodesic of length L is longer by
+    2x²/L.
     """
     from scipy.spatial import cKDTree
 
@@ -115,13 +125,13 @@ def extend_cut(opening: Patch, to: int) -> Patch:
 
 
 def cut_along(opening: Patch, ways: Sequence[Sequence[int]]) -> Patch:
-    """Return the patch cut along ways from vertex to vertex, itself if they have no edges."""
+    """Return the patch cut along paths of vertices, or the patch itself if they have no edges."""
     ends = np.array([edge for way in ways for edge in pairwise(way)], np.int64).reshape(-1, 2)
     return opening.cut(_on(opening, *ends.T)) if ends.size else opening
 
 
 def vertex_path(patch: Patch, stops: list[int]) -> Index:
-    """Return the vertices along the shortest ways on edges from each of the stops to the next."""
+    """Return the vertices along the shortest paths on edges from each of the stops to the next."""
     way = stops[:1]
     for start, end in pairwise(stops):
         way += walk(_paths(patch, np.array([start]))[1], end)[-2::-1]
@@ -131,10 +141,10 @@ def vertex_path(patch: Patch, stops: list[int]) -> Index:
 def handle_loops(whole: Patch) -> tuple[Index, Index]:
     """Return the ends of the edges of 2g loops that open all handles.
 
-    Erickson, Whittlesey, *Greedy Optimal Homotopy and Homology Generators*, SODA 2005.
-    A tree of shortest paths, a tree of triangles joined across the other edges, those of the longest loops first;
-    each of the 2g edges in neither tree closes a loop through the root. A hole counts as one more triangle, so that
-    it stays a hole.
+    Erickson, Whittlesey, *Greedy Optimal Homotopy and Homology Generators*, SODA 2005. There is a tree of
+    shortest paths, and a tree of triangles joined across the other edges, in which edges with the longest loops
+    are joined first; each of the 2g edges in neither tree closes a loop through the root. A hole counts as an
+    additional triangle, so that it remains a hole.
     """
     shape = whole.triangles
     reach, before = _paths(whole, np.array([0]))
@@ -147,7 +157,7 @@ def handle_loops(whole: Patch) -> tuple[Index, Index]:
     length = reach[a] + reach[b] + np.linalg.norm(whole.points[a] - whole.points[b], axis=1)
     cost = np.where(
         inner_diagonal, 1.0, 3.0 - length / (length.max() + 1e-300)
-    )  # the least cost is joined first
+    )  # edges with the least cost are joined first
     free = np.flatnonzero(~in_tree)
     joined = _spanning(left[free], right[free], cost[free], len(shape.faces) + len(whole.loops))
     closing = free[~joined]
@@ -158,10 +168,10 @@ def handle_loops(whole: Patch) -> tuple[Index, Index]:
 
 
 def spanning_cut(whole: Patch) -> tuple[Index, Index]:
-    """Return the ends of edges that open the surface into one disk without holes: those that no tree of triangles
-    crosses.
+    """Return the ends of edges that open the surface into one disk without holes: those that a tree of
+    triangles does not cross.
 
-    Loose ends are taken back; what remains joins handles and holes.
+    Dangling edges are removed; the remaining ones connect handles and holes.
     """
     shape = whole.triangles
     half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
@@ -192,7 +202,7 @@ def _on(patch: Patch, a: Index, b: Index):
 
 
 def _detour(patch: Patch, way: list[int]) -> list[int]:
-    """Return the way through a third vertex next to both of its ends' neighbours, along edges of the file."""
+    """Return the path through a third vertex adjacent to both ends, along edges of the file."""
     ends = patch.triangles.tail[patch.drawn], patch.triangles.head[patch.drawn]
     near = [np.union1d(ends[1][ends[0] == v], ends[0][ends[1] == v]) for v in way]
     common = np.intersect1d(near[0], near[1])
@@ -200,7 +210,7 @@ def _detour(patch: Patch, way: list[int]) -> list[int]:
 
 
 def _hole_of(patch: Patch, vertex: Index) -> Index:
-    """Return which boundary loop each vertex lies on; 0 where it lies on none."""
+    """Return the boundary loop of each vertex; 0 for vertices that are on none."""
     number = np.zeros(patch.triangles.count, np.int64)
     for k, loop in enumerate(patch.loops):
         number[loop] = k
@@ -208,7 +218,7 @@ def _hole_of(patch: Patch, vertex: Index) -> Index:
 
 
 def _spanning(a: Index, b: Index, cost: Real, count: int) -> np.ndarray:
-    """Return whether each edge a - b is in a minimum spanning tree; between two nodes only the cheapest can be."""
+    """Return whether each edge a - b is in a minimum spanning tree; of parallel edges only the cheapest can be."""
     low, high = np.minimum(a, b), np.maximum(a, b)
     order = np.lexsort([cost, low * count + high])
     key = (low * count + high)[order]

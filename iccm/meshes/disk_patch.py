@@ -1,4 +1,4 @@
-"""A mesh as one patch that can be flattened: joined, taken apart, oriented, opened, or refused with a reason."""
+"""Convert a mesh to one patch that can be flattened: join, split, orient and open it, or reject it with a reason."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,14 +15,14 @@ from .topology import Triangles, firsts, labels
 
 @dataclass(frozen=True, eq=False)
 class Joined:
-    """The triangles of a mesh, those that meet at a place sharing a vertex where that makes fewer pieces.
+    """The triangles of a mesh, with coinciding vertices joined if that makes fewer pieces.
 
     Attributes:
         mesh: the mesh.
         shape: the triangles.
-        corner: (m, 3) corner of the mesh behind each triangle's corner.
-        vertex: (n,) vertex of the mesh behind each of theirs.
-        notes: what was set right.
+        corner: (m, 3) corner of the mesh for each triangle's corner.
+        vertex: (n,) vertex of the mesh for each of theirs.
+        notes: messages about repairs.
     """
 
     mesh: Mesh
@@ -36,7 +36,7 @@ class Joined:
         """Return all triangles.
 
         Raises:
-            InputError: naming the first element at fault (see `mesh.checked`).
+            InputError: names the first invalid element (see `mesh.check`).
         """
         corner = triangulate(check(mesh))
         used, named = (np.zeros(len(mesh.points), bool) for _ in range(2))
@@ -48,7 +48,7 @@ class Joined:
         return cls(mesh, shape, corner, vertex, tuple(notes))._collapsed()._welded()._single()._mended()
 
     def _collapsed(self) -> "Joined":
-        """Edges without length shrunk to a vertex, as of a pole that is written as a row of vertices."""
+        """Collapse edges without length to a vertex, such as a pole that is written as a row of vertices."""
         points, faces = self.mesh.points[self.vertex], self.shape.faces
         tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
         short = (points[tail] == points[head]).all(axis=1)
@@ -64,8 +64,10 @@ class Joined:
         return Joined(self.mesh, shape, self.corner[kept], self.vertex[first], (*self.notes, note))
 
     def _single(self) -> "Joined":
-        """Return one triangle of those between the same three vertices, where edges have more than two: a side of both;
-        none of those between two cells of a solid, whose surface is closed without them.
+        """Keep one of several triangles with the same three vertices, if edges have more than two.
+
+        Of a two-sided surface one side is kept. Triangles between two cells of a solid are removed if its
+        surface is closed without them.
         """
         if not self.shape.crowded_edges:
             return self
@@ -84,7 +86,7 @@ class Joined:
         return Joined(self.mesh, shape, self.corner[kept], self.vertex[used], (*self.notes, note))
 
     def _mended(self) -> "Joined":
-        """Edges with more than two faces cut, so that as much as can be stays one surface."""
+        """Cut edges with more than two faces, such that as much as possible stays one surface."""
         shape, old, count = self.shape.mended(self.mesh.points[self.vertex])
         if not count:
             return self
@@ -92,7 +94,7 @@ class Joined:
         return Joined(self.mesh, shape, self.corner, self.vertex[old], (*self.notes, note))
 
     def _welded(self) -> "Joined":
-        """Coinciding vertices joined, if that makes fewer pieces."""
+        """Join coinciding vertices, if that makes fewer pieces."""
         pieces = self.shape.components().max(initial=0)
         if not pieces:
             return self
@@ -107,57 +109,59 @@ class Joined:
 
     @cached_property
     def areas(self) -> Real:
-        """(k,) of the pieces that no edge connects."""
+        """(k,) areas of the connected pieces."""
         label = self.shape.components()
         area = face_areas(self.mesh.points[self.vertex[self.shape.faces]])
-        return np.bincount(label, area).astype(float, copy=False)  # of no triangles: whole numbers
+        # Bincount returns integers if there are no triangles.
+        return np.bincount(label, area).astype(float, copy=False)
 
     @cached_property
     def order(self) -> Index:
-        """(k,) the pieces, the largest first."""
+        """(k,) the pieces, largest first."""
         return np.argsort(-self.areas, kind="stable")
 
     @cached_property
     def _by_piece(self) -> tuple[Index, Index]:
-        """Triangles piece by piece, and where those of each begin."""
+        """Triangles sorted by piece, and where those of each begin."""
         label = self.shape.components()
         return np.argsort(label, kind="stable"), np.append(0, np.cumsum(np.bincount(label)))
 
     def triangles_of(self, label: int) -> Index:
-        """Return the triangles of a piece, by its number among the components."""
+        """Return the triangles of a piece, given its number among the components."""
         order, starts = self._by_piece
         return order[starts[label] : starts[label + 1]]
 
     @property
     def sizes(self) -> list[int]:
-        """Numbers of triangles of the pieces, in this order."""
+        """Numbers of triangles of the pieces, largest area first."""
         return np.bincount(self.shape.components())[self.order].tolist()
 
 
 def disk_patch(
     mesh: Mesh | Joined, *, cut: bool = False, piece: int = 1, through: Real | None = None
 ) -> Patch:
-    """Return one piece of the mesh, as a patch that can be flattened.
+    """Return one piece of the mesh as a patch that can be flattened.
 
-    Edges without length become a vertex, coinciding vertices are joined where that makes fewer pieces, edges
-    with more than two faces are cut, vertices where the surface touches itself are split, faces turned the
-    other way are turned, and with `cut` a closed surface or one with handles is opened.
+    Edges without length are collapsed, coinciding vertices are joined if that makes fewer pieces, edges with
+    more than two faces are cut, vertices where the surface touches itself are split, and faces with the wrong
+    orientation are flipped. With `cut`, a closed surface or one with handles is opened.
 
     Args:
-        mesh: any.
+        mesh: any mesh.
         cut: whether it may be cut open.
-        piece: which of the pieces that no edge connects, 1 having the largest area.
-        through: (k, 3) points, at least two, through whose nearest vertices a closed surface without handles is cut.
+        piece: number of the connected piece, 1 having the largest area.
+        through: (k, 3) points, at least two; a closed surface without handles is cut through their nearest
+            vertices.
 
     Raises:
-        InputError: naming the first element at fault (see `mesh.checked`); no such piece, or one without area; a
-            one-sided surface, a closed one, a handle; no seam through the points.
+        InputError: names the first invalid element (see `mesh.check`); there is no such piece, or it has no
+            area; the surface is one-sided, closed, or has a handle; or there is no seam through the points.
     """
     return open_piece(sound_piece(mesh, piece), cut=cut, through=through)
 
 
 def open_piece(whole: Patch, *, cut: bool, through: Real | None = None) -> Patch:
-    """Return a sound piece opened to a disk, where it has to be; arguments and errors as for `disk_patch`."""
+    """Return a valid piece, cut open to a disk if necessary; arguments and errors as for `disk_patch`."""
     if whole.loops and whole.genus == 0:
         return whole
     if not cut:
@@ -175,7 +179,7 @@ def open_piece(whole: Patch, *, cut: bool, through: Real | None = None) -> Patch
 
 
 def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
-    """Return one piece of the mesh, sound and oriented, but as closed as it is; arguments and errors as for
+    """Return one piece of the mesh, valid and oriented, but not cut open; arguments and errors as for
     `disk_patch`.
     """
     joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
@@ -194,7 +198,7 @@ def nearest(whole: Patch, points: Real) -> list[int]:
 
 
 def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles, Index]:
-    """Return the triangles of the piece that is the piece-th largest."""
+    """Return the triangles of the piece with the piece-th largest area."""
     shape, area, name = joined.shape, joined.areas, joined.mesh.name
     if area.size and not 1 <= piece <= area.size:
         raise InputError(f"{name}: there is no piece {piece}; choose 1 (the largest) to {area.size}")
@@ -229,7 +233,7 @@ def _orient(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tupl
 
 
 def split_non_manifold(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:
-    """Return a vertex for every fan of triangles: edges with more than two faces and bow ties come apart."""
+    """Split vertices so that there is one for every fan of triangles, which separates crowded edges and bow ties."""
     crowded = shape.crowded_edges
     fan = shape.fans()
     apart = shape.apart(fan)

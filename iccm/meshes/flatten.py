@@ -1,7 +1,7 @@
-"""A patch flattened into the plane, what can be said of it, and libigl's least squares conformal map.
+"""A patch flattened into the plane with figures about it, and least squares conformal maps.
 
-Lévy, Petitjean, Ray, Maillot, *Least Squares Conformal Maps*, SIGGRAPH 2002. Flat positions are complex, at the scale
-of the surface (equal area) and turned so that up on the surface is up in the plane.
+Lévy, Petitjean, Ray, Maillot, *Least Squares Conformal Maps*, SIGGRAPH 2002. Flat positions are complex, scaled
+to the surface's area, and rotated so that up on the surface is up in the plane.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from .patch import Patch
 from .stretch import laid_flat, stretches
 
 LARGE_VERTEX_COUNT = (
-    20_000  # vertices from which libigl takes longer: it does at 35,000, and does not at 9,000 (measured)
+    20_000  # vertices from which libigl is slower: it is at 35,000, and is not at 9,000 (measured)
 )
 
 
@@ -28,13 +28,13 @@ class Flattening:
     """A patch flattened into the plane.
 
     Attributes:
-        patch: the patch, further cut where its seam had to grow.
+        patch: the patch, cut further if its seam had to grow.
         flat: (p,) complex position of each of its vertices.
         loop: vertices of the boundary loop that is the domain's outline, counter-clockwise.
-        method: "lscm", "conformal" (free of folds and overlaps) or "balanced" (even).
-        notes: what was repaired.
-        even: the even layout that it was found from, if any.
-        outlines: the outer boundary of each chart, where there are several; `loop` is then that of the largest.
+        method: "lscm", "conformal" (free of folds and overlaps) or "balanced" (uniform scale).
+        notes: messages about repairs.
+        even: the layout with uniform scale from which it was computed, if any.
+        outlines: the outer boundary of each chart, if there are several; `loop` is then that of the largest.
     """
 
     patch: Patch
@@ -46,7 +46,7 @@ class Flattening:
     outlines: tuple[Index, ...] = ()
 
     def cut_further(self, patch: Patch) -> "Flattening":
-        """Return the same layout of the patch cut further: both sides of the cut lie on each other."""
+        """Return the same layout for the patch cut further: both sides of the cut coincide."""
         flat = np.empty(len(patch.points), complex)
         flat[patch.faces] = self.flat[self.patch.faces]
         return replace(self, patch=patch, flat=flat, loop=patch.loop_of(self.patch, self.loop))
@@ -63,23 +63,25 @@ class Flattening:
 
     @cached_property
     def stretch(self) -> tuple[Real, Real]:
-        """(m,) larger and smaller singular value of the map from each triangle to the plane; smaller < 0 if turned."""
+        """(m,) larger and smaller singular value of the map from each triangle to the plane; the latter is < 0
+        if it is flipped.
+        """
         corners = self.patch.points[self.patch.faces]
         return stretches(corners, self.flat[self.patch.faces])
 
     @property
     def turned(self) -> Index:
-        """Triangles that the plane shows from behind, or that have no area there."""
+        """Triangles that are flipped in the plane, or have no area there."""
         return np.flatnonzero(self.stretch[1] <= 0)
 
     @property
     def dilatation(self) -> Real:
-        """(m,) s₁/s₂ of each triangle's singular values; infinite where it is turned."""
+        """(m,) s₁/s₂ of each triangle's singular values; infinite if it is flipped."""
         major, minor = self.stretch
         return np.where(minor > 0, major / np.where(minor > 0, minor, 1.0), np.inf)
 
     def dilated(self, percent: int) -> float:
-        """Return the dilatation below which this percentage of the surface lies."""
+        """Return the dilatation that is not exceeded on this percentage of the surface."""
         return self._below(self.dilatation, percent)
 
     @property
@@ -89,14 +91,18 @@ class Flattening:
         return np.maximum(major, 1 / np.maximum(minor, 1e-300))
 
     def strained(self, percent: int) -> float:
-        """Return the strain below which this percentage of the surface lies."""
+        """Return the strain that is not exceeded on this percentage of the surface."""
         return self._below(self.strain, percent)
 
     def _below(self, values: Real, percent: int) -> float:
         return weighted_percentiles(values, self.patch.areas, (percent,))[0]
 
     def report(self) -> dict:
-        """Conformal error (dilatation, 1 is exact), area distortion beside the mean, turned triangles, holes, seam."""
+        """Return the figures of the report.
+
+        They are the dilatation (1 is conformal), area distortion relative to the mean, flipped triangles,
+        holes, and the seam.
+        """
         major, minor = self.stretch
         weight = self.patch.areas
         area = np.abs(major * minor)
@@ -120,7 +126,7 @@ class Flattening:
 
 
 def overlap(result: Flattening) -> str | None:
-    """Return what keeps the flattening from being one to one, or None."""
+    """Return the reason why the flattening is not one-to-one, or None."""
     if not np.isfinite(result.flat).all():
         return "no finite positions"
     if result.turned.size:
@@ -135,7 +141,7 @@ def overlap(result: Flattening) -> str | None:
 
 
 def _overlap_inside(flat: Complex, outline: Index, holes: Sequence[Index]) -> str | None:
-    """Return what keeps the boundary of a chart from being the boundary of a region, or None."""
+    """Return the reason why the boundary of a chart does not bound a region, or None."""
     xy = xy_of(flat)
     region = shapely.Polygon(xy[outline], [xy[hole] for hole in holes])
     if not (region.is_valid and region.exterior.is_ccw):
@@ -144,7 +150,7 @@ def _overlap_inside(flat: Complex, outline: Index, holes: Sequence[Index]) -> st
 
 
 def _overlap_of_charts(result: Flattening) -> str | None:
-    """Return what keeps charts from being apart, and each from being one-to-one, or None."""
+    """Return the reason why charts are not disjoint, or one is not one-to-one, or None."""
     chart = np.empty(result.flat.size, np.int64)
     chart[result.patch.faces] = result.patch.triangles.components()[:, None]
     outer = {int(chart[loop[0]]): loop for loop in result.outlines}
@@ -165,11 +171,11 @@ def _overlap_of_charts(result: Flattening) -> str | None:
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:
-    """Return (p,) flat positions of least squares with the two farthest vertices of the outline pinned; NaN when it
-    fails.
+    """Return (p,) the least squares conformal map, with the two farthest vertices of the outline pinned; NaN if
+    it fails.
 
-    By libigl, and of large patches by a solver whose time grows little faster than they. The patch has been checked
-    vertex by vertex: libigl ends the process or returns NaN for one that has not.
+    It is computed by libigl, and for large patches by a solver with nearly linear time. The patch has to be
+    valid: libigl ends the process or returns NaN otherwise.
     """
     a, b = farthest(patch.points[outline])
     pins = np.array([outline[a], outline[b]])
@@ -183,14 +189,16 @@ def lscm(patch: Patch, outline: Index) -> Complex:
     at = np.array([[0.0, 0.0], [length, 0.0]])
     try:
         uv, _ = igl.lscm(patch.points, np.ascontiguousarray(patch.faces), pins, at)
-    except RuntimeError:  # a singular system: the caller takes another method
+    except RuntimeError:  # singular system: the caller uses another method
         return np.full(len(patch.points), complex(np.nan, np.nan))
     return complex_of(uv)
 
 
 def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
-    """Return as `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3); None if it is
-    singular.
+    """Return the same as `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3).
+
+    Returns:
+        (p,) flat positions; None if the form is singular.
     """
     from ..linalg import hermitian
 
@@ -216,7 +224,9 @@ def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
 
 
 def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
-    """Diagonal, ends of edges and values there of the form; not finite where a triangle has no area."""
+    """Return the form's diagonal, the ends of edges, and the entries for these; not finite if a triangle has no
+    area.
+    """
     triangles = patch.triangles
     flat = laid_flat(patch.points[patch.faces])
     sides = np.roll(flat, -2, axis=1) - np.roll(flat, -1, axis=1)
@@ -226,14 +236,14 @@ def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
     diagonal = np.bincount(triangles.tail, (sides.real**2 + sides.imag**2).ravel()).astype(float, copy=False)
     values = (sides.conj() * np.roll(sides, -1, axis=1)).ravel()
     twin = triangles.twin
-    once = np.flatnonzero(twin < np.arange(twin.size))  # an edge, by one of its half-edges
+    once = np.flatnonzero(twin < np.arange(twin.size))  # one half-edge for each edge
     other = twin[once]
     of_edges = values[once] + np.where(other < 0, 0, values[other].conj())
     return diagonal, np.stack([triangles.tail[once], triangles.head[once]]).astype(np.int32), of_edges
 
 
 def farthest(points: Real) -> tuple[int, int]:
-    """Return two of the (k, 3) points that are about as far apart as any (exactly, up to 2000 points)."""
+    """Return two of the (k, 3) points with nearly the largest distance (exact for up to 2000 points)."""
     if len(points) <= 2000:
         from scipy.spatial.distance import pdist, squareform
 
@@ -247,7 +257,8 @@ def farthest(points: Real) -> tuple[int, int]:
 
 
 def upright(patch: Patch, flat: Complex) -> Complex:
-    """Flat positions at the surface's area, centred, and turned so that they agree best with a view from outside.
+    """Return flat positions scaled to the surface's area, centred, and rotated to agree best with a view from
+    outside.
 
     Up is +y, or -z for a surface that faces up or down.
     """
@@ -272,7 +283,7 @@ def upright(patch: Patch, flat: Complex) -> Complex:
 
 
 def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) -> list[float]:
-    """Return values below which these percents of the weight lie."""
+    """Return the values below which these percentages of the weight are."""
     order = np.argsort(values)
     share = np.cumsum(weight[order])
     at = np.searchsorted(share, np.array(percents) / 100 * share[-1])

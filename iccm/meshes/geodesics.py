@@ -1,7 +1,7 @@
-"""Geodesics of surfaces: shortest ways along straight lines within triangles, which are nearly as short.
+"""Geodesics of surfaces: nearly shortest paths, made of straight lines within triangles.
 
-Lanthier, Maheshwari, Sack, *Approximating Shortest Paths on Weighted Polyhedral Surfaces*, 2001. They are found in
-bounded time on any mesh; libigl's exact geodesics never end on some whose flat faces are subdivided.
+Lanthier, Maheshwari, Sack, *Approximating Shortest Paths on Weighted Polyhedral Surfaces*, 2001. The time is
+bounded on any mesh; libigl's exact geodesics do not terminate on some meshes with subdivided flat faces.
 """
 
 from dataclasses import dataclass
@@ -15,11 +15,12 @@ from ..arrays import Index, Real
 from .topology import Triangles, walk
 
 MOST_PARTS_OF_EDGE = 8
-"""Parts of an edge: geodesics are 0.2 to 0.4 % too long in the mean (capsules and protrusions of 320 to 18,000
-triangles).
+"""Parts of an edge; with these, geodesics are 0.2 to 0.4 % too long on average (capsules and protrusions of 320
+to 18,000 triangles).
 """
-MOST_ARCS = 2_000_000  # straight lines within triangles: Dijkstra's algorithm takes about two seconds then
-SAMPLES_PER_PART = 8  # of each straight part of a way
+# Straight lines within triangles, for which Dijkstra's algorithm takes about two seconds.
+MOST_ARCS = 2_000_000
+SAMPLES_PER_PART = 8  # of each straight part of a path
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +29,8 @@ class GeodesicGraph:
 
     Attributes:
         points: (p, 3) points; the vertices come first.
-        tails: (a,) where each line begins.
-        heads: (a,) and where it ends.
+        tails: (a,) first point of each line.
+        heads: (a,) second point of each line.
     """
 
     points: Real
@@ -68,7 +69,7 @@ class GeodesicGraph:
 
     @classmethod
     def within(cls, points: Real, groups: Index) -> "GeodesicGraph":
-        """Return points (p, 3), and lines between all of each flat group (m, k) of them."""
+        """Return a graph of points (p, 3), with lines between all points of each flat group (m, k)."""
         tails, heads = (groups[:, k].ravel() for k in np.triu_indices(groups.shape[1], 1))
         low, high = np.minimum(tails, heads), np.maximum(tails, heads)
         _, first = np.unique(low * len(points) + high, return_index=True)
@@ -80,11 +81,11 @@ class GeodesicGraph:
         return coo_array((lengths, (self.tails, self.heads)), shape=2 * (len(self.points),)).tocsr()
 
     def distances(self, stops: Index) -> Real:
-        """Return (k, p) from vertices (k,) to all points; infinite where no way leads."""
+        """Return (k, p) distances from vertices (k,) to all points; infinite if there is no path."""
         return dijkstra(self._graph, directed=False, indices=stops)
 
     def way(self, start: int, end: int) -> Real:
-        """Return (p, 3) points along the shortest way between two vertices, close to each other."""
+        """Return (p, 3) closely spaced points along the shortest path between two vertices."""
         before = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
         ends = self.points[walk(before, end)]
         share = np.arange(SAMPLES_PER_PART)[:, None, None] / SAMPLES_PER_PART

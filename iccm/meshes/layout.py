@@ -1,4 +1,4 @@
-"""The texel grid of a mesh's UV charts: which triangle's texel is which, and what is wrong with the layout."""
+"""The texel grid of a mesh's UV charts: the triangle of each texel, and problems of the layout."""
 
 from dataclasses import dataclass
 
@@ -11,9 +11,9 @@ from ..plane import orientation
 from .rasterise import Ownership, open_edges, rasterise
 from .topology import labels
 
-MOST_TILES = 64  # a triangle larger than so many pictures is a mistake in the file (by hand)
+MOST_TILES = 64  # a triangle that spans more pictures is a mistake in the file (chosen by hand)
 MOST_COORDINATE = 1e6
-"""The largest texture coordinate: beyond, single precision reports fewer than 16 places of a picture apart."""
+"""Largest texture coordinate: beyond, single precision distinguishes fewer than 16 positions across a picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +22,8 @@ class Layout:
 
     Attributes:
         corners: (m, 3, 2) texture coordinates of the triangles in texels, y down.
-        owners: who owns which texel.
-        report: charts, mirrored triangles, overlaps and what lies outside 0..1.
+        owners: the triangle of each texel.
+        report: charts, mirrored triangles, overlaps, and triangles outside of 0..1.
     """
 
     corners: Real
@@ -46,18 +46,18 @@ def layout(
     height: int,
     tile: complex | None = None,
 ) -> Layout:
-    """Rasterise UV charts; what lies outside 0..1 comes in on the other side, as renderers repeat textures.
+    """Rasterise UV charts; parts outside of 0..1 wrap around, as renderers repeat textures.
 
     Args:
         name: of the mesh, for messages.
         uv: (t, 2) texture coordinates, v up.
-        uv_faces: (m, 3) coordinate of each triangle's corner.
-        twin: (3m,) which half-edges lie on one edge (see `topology.Triangles`), to tell where charts end.
-        width, height: texels.
-        tile: lower left corner of the unit square to look at; what lies outside of it is left out then.
+        uv_faces: (m, 3) texture coordinate of each triangle's corner.
+        twin: (3m,) opposite half-edges (see `topology.Triangles`), to find the borders of charts.
+        width, height: size in texels.
+        tile: lower left corner of the unit square to rasterise; parts outside of it are omitted then.
 
     Raises:
-        InputError: a corner without coordinates, or one that is not finite or absurdly far off.
+        InputError: a corner has no coordinates, or they are not finite or absurdly large.
     """
     at = check_layout(name, uv, uv_faces)
     if tile is not None:
@@ -80,9 +80,11 @@ def layout(
 
 
 def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES) -> Real:
-    """Return the texture coordinates (m, 3, 2) of the triangles' corners; arguments and errors as for `layout`.
+    """Check the texture coordinates of the triangles' corners and return them (m, 3, 2); see `layout` for
+    arguments and errors.
 
-    `most` is how many pictures a triangle may span; those of a layout that is only looked up may be any.
+    `most` is the largest number of pictures that a triangle may span; for a layout that is only sampled it may
+    be any.
     """
     if (uv_faces < 0).any():
         bad = int(np.flatnonzero((uv_faces < 0).any(axis=1))[0])
@@ -106,7 +108,7 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
 
 
 def turned_over(corners: Real) -> dict[str, int]:
-    """Return how many of the triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`;
+    """Return how many of the triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`,
     exactly.
     """
     z = complex_of(corners)
@@ -115,29 +117,29 @@ def turned_over(corners: Real) -> dict[str, int]:
 
 
 def outside(corners: Real) -> NDArray[np.bool_]:
-    """Return (m,) which triangles of (m, 3, 2) texture coordinates leave 0..1."""
+    """Return (m,) whether triangles with (m, 3, 2) texture coordinates leave 0..1."""
     low, high = _over_corners(np.minimum, corners), _over_corners(np.maximum, corners)
     return (np.minimum(low[:, 0], low[:, 1]) < -1e-9) | (np.maximum(high[:, 0], high[:, 1]) > 1 + 1e-9)
 
 
 def _over_corners(function: np.ufunc, corners: Real) -> Real:
-    """Return (m, 2) least or greatest coordinates of (m, 3, 2) corners; numpy's own reduction over three is slow."""
+    """Return (m, 2) least or greatest coordinates of (m, 3, 2) corners; NumPy's own reduction over three is slow."""
     return function(function(corners[:, 0], corners[:, 1]), corners[:, 2])
 
 
 def turns(corners: Real) -> Real:
-    """Return (m,) twice the areas of (m, 3, 2) corners, positive where they turn from x to y."""
+    """Return (m,) twice the signed areas of (m, 3, 2) corners, positive if the orientation is from x to y."""
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0]
 
 
 def charts(corners: Index, count: int, starts: Index | None = None) -> Index:
-    """Return (count,) the chart that each texture coordinate belongs to, joined by faces; -1 where no face has it.
+    """Return (count,) the chart of each texture coordinate, connected by faces; -1 if no face uses it.
 
     Args:
-        corners: (m, 3) texture coordinate of each triangle's corner, or (c,) of each face's; -1 where it has none.
-        count: of texture coordinates.
-        starts: (m + 1,) where faces begin that are not triangles.
+        corners: (m, 3) texture coordinate of each triangle's corner, or (c,) of each face's; -1 if it has none.
+        count: number of texture coordinates.
+        starts: (m + 1,) first corner of each face, if they are not triangles.
     """
     corners, starts = corners.ravel(), np.arange(0, corners.size + 1, 3) if starts is None else starts
     after = np.arange(1, corners.size + 1)

@@ -1,4 +1,4 @@
-"""The triangle of a flattened patch that a point of the plane lies in."""
+"""Find the triangle of a flattened patch that contains a point of the plane."""
 
 from typing import NamedTuple
 
@@ -15,11 +15,11 @@ from .rasterise import rasterise
 _walk = function("""int64_t iccm_meshes_walk(
     const Complex *flat, const int64_t *faces, const int64_t *twin, const Complex *z, const int32_t *start,
     int64_t count, int64_t *triangle, double *weights)""")
-GRID_CELLS_ACROSS = 1024  # cells of the longer side of the grid of starting triangles (by hand)
+GRID_CELLS_ACROSS = 1024  # cells along the longer side of the grid of starting triangles (chosen by hand)
 
 
 class Places(NamedTuple):
-    """What finds a triangle in a kernel.
+    """Arrays for point location in a kernel.
 
     Attributes:
         flat: (n,) vertices.
@@ -27,7 +27,7 @@ class Places(NamedTuple):
         twin: (3m,) half-edges.
         grid: (GRID_CELLS_ACROSS, GRID_CELLS_ACROSS) triangles to start from.
         low: corner of the grid.
-        scale: cells to the unit.
+        scale: cells per unit of length.
     """
 
     flat: Complex
@@ -61,21 +61,21 @@ class Locator:
 
     @property
     def places(self) -> Places:
-        """For kernels."""
+        """The arrays for kernels."""
         return Places(self.flat, self.faces, self.twin, self.grid, complex(self.low), float(self.scale))
 
     @staticmethod
     def _filled(owner: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Return the grid with empty cells given the nearest cell's triangle."""
+        """Fill empty cells of the grid with the nearest cell's triangle."""
         from scipy.ndimage import distance_transform_edt
 
         rows, columns = distance_transform_edt(owner < 0, return_distances=False, return_indices=True)
         return owner[rows, columns]
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """Return (p,) triangle and (p, 3) barycentric coordinates of points.
+        """Return (p,) the triangle and (p, 3) the barycentric coordinates of points.
 
-        Points of a hole or outside count as being on the border of a triangle near by.
+        Points in a hole or outside are treated as points on the border of a nearby triangle.
         """
         z = np.ascontiguousarray(z, np.complex128)
         at = (z - self.low) * self.scale
@@ -92,14 +92,18 @@ class Locator:
 
 
 def barycentric(corners: Real, points: Real) -> Real:
-    """Return (p, 3) barycentric coordinates of points (p, 3) on triangles (p, 3, 3) in space, none below 0."""
+    """Return (p, 3) barycentric coordinates of points (p, 3) on triangles (p, 3, 3) in space, clipped to be
+    nonnegative.
+    """
     inner = along(corners[:, 1:] - corners[:, :1], points - corners[:, 0])
     weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
     return weights / weights.sum(axis=1, keepdims=True)
 
 
 def along(edges: Real, way: Real) -> Real:
-    """Return (p, 2) coordinates of ways (p, 3) along two edges (p, 2, 3), what is square to them left out."""
+    """Return (p, 2) coordinates of vectors (p, 3) in the basis of two edges (p, 2, 3), ignoring orthogonal
+    components.
+    """
     gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, way)
     det = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2
     det = np.where(det > 0, det, 1.0)

@@ -1,6 +1,8 @@
-"""Polygon meshes as arrays: the noun every mesh format is read into, its element checks and its triangles.
+"""Polygon meshes as arrays: the class that every mesh format is read into, checks of its elements, and
+triangulation.
 
-Nothing here trusts its input. libigl does (an index out of range ends the process), so `check` comes before it.
+Input is not trusted here. libigl trusts its input (an index out of range ends the process), so call `check`
+before it.
 """
 
 from collections import Counter
@@ -18,27 +20,27 @@ from ..parallel import over_slices
 from ..plane import cross, triangle_areas
 
 MOST_COORDINATE = 1e60
-"""The largest coordinate of a vertex: squares of areas stay finite."""
+"""Largest coordinate of a vertex, so that squares of areas are finite."""
 MOST_EAR_CORNERS = 100
-"""Corners of a polygon that is cut into ears, which takes their number to the third power."""
+"""Largest number of corners of a polygon for ear clipping, which takes cubic time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Polygons over points in space, with texture coordinates a corner.
+    """Polygons over points in space, with texture coordinates at corners.
 
     Attributes:
-        name: what messages call it, usually the file's name with the part picked.
+        name: name in messages, usually the file's name with the selected part.
         points: (n, 3) positions.
         corners: (c,) vertex of each corner, face after face.
         starts: (f + 1,) first corner of each face.
         uv: (t, 2) texture coordinates, v up, or None.
-        uv_corners: (c,) texture coordinate of each corner, -1 where it has none, or None.
-        base: number the file format gives the first vertex and face: 1 in OBJ, 0 elsewhere.
-        lines: (f,) line of the file each face stands on, or None.
-        whole: whether it is all of the file's mesh, so that a vertex that no face uses is worth a note.
-        cut_like: (n, 3) positions by which polygons are cut into triangles at their own places, or None.
-        normals: (k, 3) unit normals that the file states, or None.
+        uv_corners: (c,) texture coordinate of each corner, -1 if it has none, or None.
+        base: number of the first vertex and face in the file format: 1 in OBJ, 0 elsewhere.
+        lines: (f,) line of each face in the file, or None.
+        whole: whether it is all of the file's mesh, so that a note reports unused vertices.
+        cut_like: (n, 3) positions that determine the triangulation of polygons instead of `points`, or None.
+        normals: (k, 3) unit normals from the file, or None.
         normal_corners: (c,) normal of each corner, or None.
     """
 
@@ -67,12 +69,12 @@ class Mesh:
         return np.diff(self.starts)
 
     def face_name(self, face: int) -> str:
-        """Return what to call a face in a message."""
+        """Return the name of a face in messages."""
         line = f" (line {self.lines[face]})" if self.lines is not None else ""
         return f"face {face + self.base}{line}"
 
     def vertex_name(self, vertex: int) -> str:
-        """Return what to call a vertex in a message."""
+        """Return the name of a vertex in messages."""
         return f"vertex {vertex + self.base}"
 
     def part(self, faces: NDArray[np.bool_], name: str) -> "Mesh":
@@ -91,7 +93,7 @@ class Mesh:
 
 
 def merge(meshes: Sequence[Mesh], name: str) -> Mesh:
-    """Several meshes of one file as one, their vertices and faces one after the other; normals if all state some."""
+    """Join several meshes of one file, with vertices and faces one after the other, and normals if all have some."""
     firsts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
     corners = np.concatenate([mesh.corners + first for mesh, first in zip(meshes, firsts)])
     ends = np.cumsum([0, *(mesh.corners.size for mesh in meshes)])
@@ -107,8 +109,10 @@ def merge(meshes: Sequence[Mesh], name: str) -> Mesh:
 def _united(
     said: Sequence[tuple[Real | None, Index | None]], meshes: Sequence[Mesh], width: int
 ) -> tuple[Real | None, Index | None]:
-    """Return values of corners of several meshes and which are whose, -1 where a mesh has none; None where none has
-    any.
+    """Join values at corners of several meshes.
+
+    Returns:
+        The values, and (c,) the index for each corner, -1 for meshes without values; None if no mesh has any.
     """
     if all(values is None for values, _ in said):
         return None, None
@@ -122,11 +126,11 @@ def _united(
 
 
 def check(mesh: Mesh) -> Mesh:
-    """Return the mesh itself, when every element of it is sound.
+    """Return the mesh if all of its elements are valid.
 
     Raises:
-        InputError: naming the first element at fault: no faces, an index out of range, a face with fewer than
-            three corners, a vertex that is not finite or too far off.
+        InputError: names the first invalid element: there are no faces, an index is out of range, a face has
+            fewer than three corners, or a vertex is not finite or too far away.
     """
     if not mesh.points.size:
         raise InputError(f"{mesh.name}: contains no vertices; is this a mesh?")
@@ -164,12 +168,13 @@ def check(mesh: Mesh) -> Mesh:
 def triangulate(mesh: Mesh) -> Index:
     """Return (m, 3) corners (indices into mesh.corners) of the triangles of a checked mesh, face after face.
 
-    Quads take the diagonal whose two triangles agree with the quad's own normal, the shorter one if both do, and the
-    other one where that is an edge already, which would have more than two faces; larger polygons a fan where that has
-    no turned triangle, ears otherwise. Triangles that name a vertex twice are left out.
+    Quads are divided by the diagonal whose two triangles agree with the quad's own normal; by the shorter one
+    if both do; and by the other one if that diagonal is an edge already, which would then have more than two
+    faces. Larger polygons become a fan if that has no flipped triangle, and are clipped into ears otherwise.
+    Triangles with repeated vertices are omitted.
 
     Raises:
-        InputError: a polygon that cannot be cut into triangles.
+        InputError: a polygon cannot be triangulated.
     """
     first, sizes = mesh.starts[:-1], mesh.sizes
     points = mesh.points if mesh.cut_like is None else mesh.cut_like
@@ -178,7 +183,7 @@ def triangulate(mesh: Mesh) -> Index:
     owners = [faces[0]]
     if faces[1].size:
         at = first[faces[1], None] + np.arange(4)
-        place = distinct_rows(mesh.points)[1][mesh.corners]  # vertices that coincide may be joined later on
+        place = distinct_rows(mesh.points)[1][mesh.corners]  # coinciding vertices may be joined later
         quads = _split_quads(points[mesh.corners[at]], place[at], _sides(mesh, place))
         parts.append((first[faces[1], None, None] + quads).reshape(-1, 3))
         owners.append(np.repeat(faces[1], 2))
@@ -194,9 +199,10 @@ def triangulate(mesh: Mesh) -> Index:
 
 
 def fans(mesh: Mesh) -> tuple[Index, Index]:
-    """Return (k, 3) corners of triangles that some program or other may cut faces into, and (k,) the face of each.
+    """Return (k, 3) corners of triangles into which programs may divide faces, and (k,) the face of each.
 
-    Those of all fans of quads, and of larger polygons, up to MOST_EAR_CORNERS corners, that are convex in space.
+    These are all fans of quads, and of larger polygons with up to MOST_EAR_CORNERS corners that are convex in
+    space.
     """
     found, owners = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
     for size in range(4, min(int(mesh.sizes.max(initial=3)), MOST_EAR_CORNERS) + 1):
@@ -215,7 +221,7 @@ def fans(mesh: Mesh) -> tuple[Index, Index]:
 
 
 def proper(faces: Index) -> NDArray[np.bool_]:
-    """Return (m,) which triangles (m, 3) have three different vertices."""
+    """Return (m,) whether triangles (m, 3) have three distinct vertices."""
     a, b, c = faces.T
     return (a != b) & (b != c) & (c != a)
 
@@ -234,7 +240,7 @@ def face_areas(triangle: Real) -> Real:
 
 
 def face_angles(triangle: Real) -> Real:
-    """Return (m, 3) angles of (m, 3, 3) triangles in space at their corners; 0 where two of them are one point."""
+    """Return (m, 3) the angles of (m, 3, 3) triangles in space at their corners; 0 if two of these coincide."""
     ahead, behind = np.roll(triangle, -1, axis=1) - triangle, np.roll(triangle, 1, axis=1) - triangle
     across = np.linalg.norm(np.cross(ahead, behind), axis=-1)
     return np.arctan2(across, np.einsum("mij,mij->mi", ahead, behind))
@@ -257,8 +263,12 @@ def _refuse_corner(mesh: Mesh, corners: NDArray[np.bool_], what: str) -> None:
 
 
 def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
-    """Return (q, 2, 3) local corners of the two triangles of (q, 4, 3) quads with these vertices (q, 4), in a mesh with
-    these sides (see `_edges`).
+    """Return (q, 2, 3) local corners of the two triangles of each quad.
+
+    Args:
+        quad: (q, 4, 3) positions.
+        vertices: (q, 4) vertices.
+        sides: edges of the mesh, see `_edges`.
     """
     diagonals = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
     normal = np.cross(quad[:, 2] - quad[:, 0], quad[:, 3] - quad[:, 1])
@@ -267,7 +277,7 @@ def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
     both = (agree[0] > 0) & (agree[1] > 0)
     other = np.where(both, length[1] < length[0] * (1 - 1e-9), agree[1] > agree[0])
     edges = np.column_stack([_edges(vertices[:, 0], vertices[:, 2]), _edges(vertices[:, 1], vertices[:, 3])])
-    first, alike = distinct_rows(np.sort(vertices, axis=1))  # quads of the same corners count once
+    first, alike = distinct_rows(np.sort(vertices, axis=1))  # quads with the same corners count once
     chosen = np.where(other, edges[:, 1], edges[:, 0])[first]
     used = Counter(chosen.tolist())
     taken = np.isin(edges, sides)
@@ -282,25 +292,25 @@ def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
 
 
 def _edges(tails: Index, heads: Index) -> Index:
-    """Return a number for each edge between two vertices, whichever way it runs."""
+    """Return a key for each edge between two vertices, independent of direction."""
     return np.minimum(tails, heads) << 32 | np.maximum(tails, heads)
 
 
 def _sides(mesh: Mesh, place: Index) -> Index:
-    """Return those between the places (c,) of neighbouring corners of all faces."""
+    """Return the keys of the edges between the positions (c,) of neighbouring corners of all faces."""
     following = np.arange(1, mesh.corners.size + 1)
     following[mesh.starts[1:] - 1] = mesh.starts[:-1]
     return _edges(place, place[following])
 
 
 def _repeated(values: Index) -> NDArray[np.bool_]:
-    """Return which of some values are there more than once."""
+    """Return which values occur more than once."""
     _, place, count = np.unique(values, return_inverse=True, return_counts=True)
     return count[place] > 1
 
 
 def _agreement(triangles: Real, normal: Real) -> Real:
-    """Dot product of each triangle's area vector (…, 3, 3) with its polygon's normal."""
+    """Return the dot product of each triangle's area vector (…, 3, 3) with its polygon's normal."""
     across = np.cross(triangles[:, :, 1] - triangles[:, :, 0], triangles[:, :, 2] - triangles[:, :, 0])
     return np.einsum("qti,qi->qt", across, normal)
 
@@ -320,7 +330,8 @@ def _split_polygon(polygon: Real) -> Index:
 
 
 def _delaunay(z: NDArray[np.complex128]) -> Index:
-    """Return the constrained Delaunay triangulation of a simple polygon, for which ears would take too long.
+    """Return the constrained Delaunay triangulation of a simple polygon, for which ear clipping would take too
+    long.
 
     Raises:
         ValueError: it is not simple.
@@ -340,7 +351,7 @@ def _delaunay(z: NDArray[np.complex128]) -> Index:
 
 
 def _ears(z: NDArray[np.complex128]) -> Index:
-    """Ear clipping, the best-shaped ear first."""
+    """Clip ears, the best-shaped ear first."""
     left, ears = list(range(len(z))), []
     while len(left) > 3:
         scores = [_ear_score(z, left, k) for k in range(len(left))]
@@ -351,7 +362,7 @@ def _ears(z: NDArray[np.complex128]) -> Index:
 
 
 def _ear_score(z: NDArray[np.complex128], left: list[int], k: int) -> float:
-    """Area over longest side squared of the ear at place k; negative when it is none."""
+    """Return the area over the squared longest side of the ear at position k; negative if it is not an ear."""
     a, b, c = z[left[k - 1]], z[left[k]], z[left[(k + 1) % len(left)]]
     area = cross(b - a, c - a)
     others = z[[i for i in left if z[i] not in (a, b, c)]]

@@ -1,6 +1,6 @@
-"""Charts packed into a square or any other region of the plane: without overlap, at one scale, with a margin.
+"""Pack charts into a square or any other region of the plane, without overlap, at one scale, with a margin.
 
-A packer of a library (xatlas) packs into rectangles only; here the same one fills the outline of a drawing.
+The packer of the library xatlas only packs into rectangles; this one can also fill the outline of a drawing.
 """
 
 from collections.abc import Sequence
@@ -21,21 +21,22 @@ _pack = function("""int64_t iccm_meshes_pack(
 
 GRID_CELLS_ACROSS = 1024  # cells along the longer side of the region: the texels of a usual texture
 COARSE_GRID_CELLS_ACROSS = 256
-"""In which the scale is looked for first, as that takes a sixteenth of the time."""
-FIRST_FILLED_SHARE = 0.8  # of the region: good packers fill 0.6 to 0.8
-COARSE_STEP_RATIO, FINE_STEP_RATIO = 1.06, 1.02  # factors of the scale at which charts fit, and do not
+"""Grid on which the scale is searched first, in a sixteenth of the time."""
+FIRST_FILLED_SHARE = 0.8  # relative to the region's area: good packers fill 0.6 to 0.8
+# Factors between successive scales, on the coarse and on the fine grid.
+COARSE_STEP_RATIO, FINE_STEP_RATIO = 1.06, 1.02
 LEAST_SCALE_SHARE = 0.02
-"""Of the scale at which charts would fill the region: with less, there is no room for them."""
+"""Relative to the scale at which charts would fill the region: with less, there is no room for them."""
 WORD_BITS = 64
 
 
 class Packing(NamedTuple):
-    """Where charts go: each is multiplied by a complex number, and moved.
+    """Positions of packed charts: each is multiplied by a complex number, and translated.
 
     Attributes:
-        factor: (k,) the scale, which is one for all, times the rotation of each.
-        shift: (k,) what is added then.
-        filled: the share of the region's area that charts cover.
+        factor: (k,) the scale, which is the same for all, times the rotation of each.
+        shift: (k,) the translation after that.
+        filled: share of the region's area that charts cover.
     """
 
     factor: Complex
@@ -43,7 +44,7 @@ class Packing(NamedTuple):
     filled: float
 
     def of(self, flat: Complex, chart: int) -> Complex:
-        """Return points (n,) of a chart where they are packed."""
+        """Return points (n,) of a chart at their packed positions."""
         return flat * self.factor[chart] + self.shift[chart]
 
 
@@ -57,17 +58,18 @@ def pack(
     """Pack charts into a region at the largest common scale that is found.
 
     Args:
-        charts: (n,) positions of each, at one scale, and (m, 3) triangles.
+        charts: for each, (n,) positions at a common scale, and (m, 3) triangles.
         region: a polygon, or several.
         margin: distance between charts, and half of it to the region's outline, in texels, of which there are
-            `GRID_CELLS_ACROSS` along the region's longer side. rotates: whether charts may be rotated: their smallest
-            rectangle upright, then by quarters.
+            `GRID_CELLS_ACROSS` along the region's longer side.
+        rotates: whether charts may be rotated: so that their smallest rectangle is upright, and then by
+            multiples of 90°.
 
     Returns:
-        Their places.
+        Their positions.
 
     Raises:
-        InputError: there is no room for so many, however small.
+        InputError: there is no room for so many charts, however small.
     """
     turned = [_upright(flat) if rotates else 1 + 0j for flat, _ in charts]
     corners = [(flat * turn)[faces] for (flat, faces), turn in zip(charts, turned)]
@@ -80,7 +82,7 @@ def pack(
     outside = dict[int, NDArray[np.int64]]()
 
     def at(scale: float, cells: int) -> Real | None:
-        """Return places of all charts at a scale, in units of the region's plane; None where one does not fit."""
+        """Return positions of all charts at a scale, in units of the region's plane; None if one does not fit."""
         texels = max(1, round(margin * cells / GRID_CELLS_ACROSS)) if margin else 0
         if cells not in outside:
             outside[cells] = _outside(region, low, high, side / cells, -(-texels // 2))
@@ -105,7 +107,7 @@ def pack(
 
 
 class _Stack:
-    """Charts one after the other, as the kernel takes them."""
+    """Concatenated charts, as the kernel takes them."""
 
     def __init__(self, corners: Sequence[Complex], orientations: int) -> None:
         self._corners = xy_of(np.concatenate([each.ravel() for each in corners]))
@@ -115,7 +117,9 @@ class _Stack:
         self._alike = np.array([False, *alike])
 
     def placed(self, scale: float, taken: NDArray[np.int64], margin: int) -> Real | None:
-        """Return (k, 3) quarters and shifts, in cells, of all charts at a scale; None where one does not fit."""
+        """Return (k, 3) multiples of 90° and translations, in cells, of all charts at a scale; None if one does
+        not fit.
+        """
         height, words = taken.shape
         count = self._starts.size - 1
         places = np.zeros((count, 3))
@@ -137,7 +141,9 @@ class _Stack:
 def _outside(
     region: shapely.Geometry, low: complex, high: complex, cell: float, border: int
 ) -> NDArray[np.int64]:
-    """Return (h, words) bits of the cells that are not wholly in a region, at least `border` cells from its outline."""
+    """Return (h, words) bits of the cells that are not entirely in a region, at least `border` cells from its
+    outline.
+    """
     width, height = (
         max(1, int(np.ceil(extent / cell - 1e-9))) for extent in ((high - low).real, (high - low).imag)
     )
@@ -152,7 +158,7 @@ def _outside(
 
 
 def _upright(flat: Complex) -> complex:
-    """Return the rotation of a chart by which its smallest rectangle has upright sides."""
+    """Return the rotation that makes the sides of a chart's smallest rectangle horizontal and vertical."""
     box = shapely.oriented_envelope(shapely.MultiPoint(xy_of(flat)))
     if not isinstance(box, shapely.Polygon):
         return 1 + 0j
@@ -168,7 +174,9 @@ def _areas(corners: Complex) -> Real:
 
 
 def _size(corners: Complex) -> float:
-    """Return what charts are sorted by: the sum of the sides of their boxes; long ones leave fewest places."""
+    """Return the sort key of charts: the sum of the sides of their boxes, since long charts are the hardest to
+    place.
+    """
     if not corners.size:
         return 0.0
     return float(np.ptp(corners.real) + np.ptp(corners.imag))

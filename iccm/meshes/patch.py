@@ -1,4 +1,4 @@
-"""A piece of a mesh that can be flattened: one sound, oriented disk, with or without holes."""
+"""A part of a mesh that can be flattened: one valid, oriented disk, with or without holes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,16 +15,16 @@ from .topology import Triangles, firsts
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """Triangles of a mesh with separate numbers; a vertex on a cut appears once for each side.
+    """Triangles of a mesh with their own vertex numbers; a vertex on a cut occurs once for each side.
 
     Attributes:
-        mesh: where they come from.
+        mesh: the mesh to which they belong.
         points: (p, 3) positions.
-        triangles: the (m, 3) faces over them, oriented alike.
-        vertex: (p,) vertex of the mesh behind each.
-        corner: (m, 3) corner of the mesh behind each triangle's corner.
-        seam: (s, 2) vertices of the mesh joined by the edges that were cut.
-        notes: what was set right on the way.
+        triangles: the (m, 3) faces over these, with consistent orientation.
+        vertex: (p,) vertex of the mesh for each point.
+        corner: (m, 3) corner of the mesh for each triangle's corner.
+        seam: (s, 2) vertices of the mesh at the ends of the edges that were cut.
+        notes: messages about repairs.
     """
 
     mesh: Mesh
@@ -37,12 +37,12 @@ class Patch:
 
     @classmethod
     def of_pieces(cls, mesh: Mesh, pieces: "Sequence[Patch]", corners: Sequence[Index]) -> "Patch":
-        """Return several patches as one, vertices and triangles in order; their notes are left out.
+        """Join several patches into one, with vertices and triangles in order, and without their notes.
 
         Args:
-            mesh: that they are of together.
+            mesh: the mesh to which they all belong.
             pieces: the patches.
-            corners: (m, 3) of each, the corners of that mesh behind those of its triangles.
+            corners: for each patch (m, 3), the corners of that mesh for those of its triangles.
         """
         firsts = np.cumsum([0, *(len(piece.points) for piece in pieces)])
         faces = np.concatenate([piece.faces + first for piece, first in zip(pieces, firsts)])
@@ -69,26 +69,28 @@ class Patch:
         return float(np.linalg.norm(self.points[loop] - self.points[np.roll(loop, -1)], axis=1).sum())
 
     def loop_of(self, before: "Patch", loop: Index) -> Index:
-        """Return the boundary loop that holds a loop of the patch that this one was cut from."""
+        """Return the boundary loop that contains a loop of the patch from which this one was cut."""
         half = np.flatnonzero((before.triangles.twin < 0) & (before.triangles.tail == loop[0]))[0]
         vertex = self.triangles.tail[half]
         return next(found for found in self.loops if vertex in found)
 
     @property
     def seam_length(self) -> float:
-        """Length of the edges that were cut, in square roots of the patch's area."""
+        """Length of the edges that were cut, relative to the square root of the patch's area."""
         ends = self.mesh.points[self.seam]
         length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()
         return float(length / np.sqrt(self.areas.sum()))
 
     @cached_property
     def areas(self) -> Real:
-        """(m,) of the triangles."""
+        """(m,) areas of the triangles."""
         return face_areas(self.points[self.faces])
 
     @cached_property
     def drawn(self) -> NDArray[np.bool_]:
-        """(3m,) which half-edges are edges of the file's polygons, not diagonals: only along these may a cut run."""
+        """(3m,) whether a half-edge is on an edge of the file's polygons, rather than a diagonal; cuts follow
+        only these.
+        """
         face = self.polygon
         twin = self.triangles.twin
         own = np.repeat(face, 3)
@@ -96,11 +98,13 @@ class Patch:
 
     @cached_property
     def fans(self) -> tuple[Index, Index]:
-        """(k, 3) vertices of the triangles of all fans of its polygons (see `mesh.fans`), and (k,) the face of each."""
+        """(k, 3) vertices of the triangles of all fans of its polygons (see `mesh.fans`), and (k,) the face of
+        each.
+        """
         corners, face = fans(self.mesh)
         vertex = np.full(self.mesh.corners.size, -1)
         vertex[self.corner] = self.faces
-        turned = np.zeros(self.mesh.sizes.size, bool)  # faces that the patch has the other way round
+        turned = np.zeros(self.mesh.sizes.size, bool)  # faces with opposite orientation in the patch
         turned[self.polygon] = (np.roll(self.corner, -1, axis=1) < self.corner).sum(axis=1) == 2
         found = vertex[corners]
         found = np.where(turned[face][:, None], found[:, ::-1], found)
@@ -109,7 +113,7 @@ class Patch:
 
     @property
     def polygon(self) -> Index:
-        """(m,) the face of the mesh that each triangle is of."""
+        """(m,) the face of the mesh to which each triangle belongs."""
         return np.searchsorted(self.mesh.starts, self.corner[:, 0], side="right") - 1
 
     @property
@@ -119,7 +123,7 @@ class Patch:
         return (2 - euler - len(self.loops)) // 2
 
     def flat_vertex(self, vertex: int) -> int:
-        """Return the first of the patch's vertices that stands for a vertex of the mesh.
+        """Return the first of the patch's vertices for a vertex of the mesh.
 
         Raises:
             InputError: the patch does not use that vertex.
@@ -132,7 +136,7 @@ class Patch:
         return int(found[0])
 
     def cut(self, half_edges: NDArray[np.bool_]) -> "Patch":
-        """Return the patch opened along the edges under the marked half-edges (3m,)."""
+        """Return the patch cut open along the edges of the marked half-edges (3m,)."""
         fan = self.triangles.fans(half_edges)
         first = firsts(fan, int(fan.max()) + 1)
         old = self.triangles.tail[first]

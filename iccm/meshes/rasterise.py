@@ -1,9 +1,9 @@
-"""Triangles and the texels that they cover: the rasteriser behind baking and behind pictures of surfaces.
+"""Rasterise triangles on a grid of texels, for baking and for pictures of surfaces.
 
-A texel belongs to the triangle that holds its centre; a centre exactly on an edge belongs to one of the two triangles
-(the top-left rule), so that charts have neither gaps nor double texels. Edge functions are float64. Texels that a
-chart's border only touches are given to the nearest border triangle afterwards, so that interpolation at the border
-finds colours there.
+A texel belongs to the triangle that contains its centre; a centre exactly on an edge belongs to one of the two
+triangles (the top-left rule), so that charts have neither gaps nor double texels. Edge functions are float64.
+Texels that a chart's border only touches are then assigned to the nearest border triangle, so that
+interpolation at the border finds colours there.
 """
 
 from dataclasses import dataclass
@@ -25,19 +25,19 @@ _touch = function("""int64_t iccm_meshes_touch(
 _affine = function("""int64_t iccm_meshes_affine(
     const double *corners, const double *values, int64_t m, int64_t parts, double *out)""")
 NONE = -1
-SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time (by hand)
-ROWS_AT_ONCE = 1024  # (by hand) of the grid that a thread fills at a time, looking at every triangle
+SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time (chosen by hand)
+ROWS_AT_ONCE = 1024  # rows that a thread fills at a time, checking all triangles (chosen by hand)
 
 
 @dataclass(frozen=True, eq=False)
 class Ownership:
-    """Triangles on a grid of texels.
+    """The triangle of each texel of a grid.
 
     Attributes:
-        owner: (h, w) int32 triangle of each texel, NONE where there is none.
-        centre: (h, w) whether the texel's centre lies in that triangle, not only a part of its square.
-        last: (h, w) int32 the last triangle that holds the texel's centre, NONE where none does. The owner is the
-            first one, so they differ where several triangles hold it.
+        owner: (h, w) int32 triangle of each texel, NONE if there is none.
+        centre: (h, w) whether the triangle contains the texel's centre, rather than only touching its square.
+        last: (h, w) int32 the last triangle that contains the texel's centre, NONE if none does. The owner is
+            the first one, so they differ where triangles overlap.
     """
 
     owner: NDArray[np.int32]
@@ -46,12 +46,12 @@ class Ownership:
 
     @cached_property
     def shared(self) -> NDArray[np.bool_]:
-        """(h, w) texels whose centre lies in more than one triangle."""
+        """(h, w) texels with centres in more than one triangle."""
         return self.centre & (self.last != self.owner)
 
     @property
     def overlaps(self) -> int:
-        """Number of texels whose centre lies in more than one triangle."""
+        """Number of texels with centres in more than one triangle."""
         return int(np.count_nonzero(self.shared))
 
 
@@ -64,14 +64,15 @@ def rasterise(
     wrap: bool = False,
     threads: int | None = None,
 ) -> Ownership:
-    """Rasterise triangles, the first one winning where several overlap.
+    """Rasterise triangles; if several overlap, the first one owns a texel.
 
     Args:
-        corners: (m, 3, 2) in texels, x right, y down, texel centres at + 0.5. Either turn; without area: skipped.
-        width, height: of the grid.
-        border: (m,) triangles to let have the uncovered texels that they touch.
-        wrap: whether what lies outside the grid comes in on the other side, as repeated textures do.
-        threads: as many as there are processors by default; the result does not depend on it.
+        corners: (m, 3, 2) in texels, x right, y down, with texel centres at + 0.5. Both orientations are
+            allowed; triangles without area are skipped.
+        width, height: size of the grid.
+        border: (m,) triangles that also get the uncovered texels that they touch.
+        wrap: whether parts outside the grid wrap around to the other side, as for repeated textures.
+        threads: number of threads; by default one per processor. The result does not depend on it.
     """
     owner = np.full((height, width), NONE, np.int32)
     corners = np.ascontiguousarray(corners, dtype=np.float64)
@@ -88,7 +89,7 @@ def rasterise(
 
 
 def _filled(corners: Real, owner: NDArray[np.int32], wrap: bool, threads: int | None) -> int:
-    """Give all texels to triangles; how many times one lies in a further triangle."""
+    """Assign all texels to triangles; return how often a texel is in a further triangle."""
     again: list[int] = []
 
     def fill(rows: slice) -> None:
@@ -99,8 +100,9 @@ def _filled(corners: Real, owner: NDArray[np.int32], wrap: bool, threads: int | 
 
 
 def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArray:
-    """Return (m, 3) coefficients of c0 + cx x + cy y that takes (m, 3, 2) corners to (m, 3) values; flat where no
-    area.
+    """Return (m, 3) coefficients of c0 + cx x + cy y, which takes (m, 3, 2) corners to (m, 3) values.
+
+    Triangles without area get constant functions.
     """
     kind = np.complex128 if np.iscomplexobj(values) else np.float64
     out = np.empty((len(corners), 3), kind)
@@ -116,11 +118,12 @@ def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArra
 
 
 def open_edges(uv_corners: Index, twin: Index) -> NDArray[np.bool_]:
-    """Return (m,) whether a triangle lies on a chart's border: an edge has no neighbour, or one with other coordinates.
+    """Return (m,) whether a triangle is on a chart's border: an edge has no neighbour, or one with other
+    coordinates.
 
     Args:
         uv_corners: (m, 3) texture coordinate of each corner.
-        twin: (3m,) neighbouring half-edge of each, -1 where there is none (see `topology.Triangles`).
+        twin: (3m,) neighbouring half-edge of each, -1 if there is none (see `topology.Triangles`).
     """
     tail, head = uv_corners.ravel(), np.roll(uv_corners, -1, axis=1).ravel()
     joined = (twin >= 0) & (tail == head[twin]) & (head == tail[twin])

@@ -1,6 +1,7 @@
-"""Textures of one UV layout of a surface carried to another: texel by texel, to where it lies on the surface.
+"""Transfer textures from one UV layout of a surface to another, texel by texel, by position on the surface.
 
-Triangles with the same corners in both meshes go to each other; what has no partner goes to the nearest point.
+Triangles with the same corners in both meshes correspond; texels of triangles without a partner use the nearest
+point.
 """
 
 from dataclasses import dataclass, replace
@@ -23,37 +24,47 @@ from .locate import along, barycentric
 from .mesh import face_areas
 from .surface import texels
 
-SAME_PLACE_SHARE = 1e-6  # of the diagonal: corners this close are the same
+SAME_PLACE_SHARE = 1e-6  # relative to the diagonal: corners this close are the same
 SAME_PLACE = 2e-3
-"""Difference of texture coordinates below which two triangles show the same place: two texels of 1024 (by hand)."""
+"""Difference of texture coordinates below which two triangles show the same place: two texels of 1024 (chosen
+by hand).
+"""
 POINTS_AT_ONCE = 5_000
-"""Points that are looked for at a time: 0.8 s on a busy machine, 82k triangles (measured)."""
-TILE_GRID_CELLS = 1024  # across a grid on which overlaps of tiles are looked for (by hand)
-PROBED_TEXELS_ACROSS = 128  # texels across a layout by which the size of pictures is chosen (by hand)
+"""Points that are located at a time; this takes 0.8 s on a busy machine for 82k triangles (measured)."""
+TILE_GRID_CELLS = 1024  # across a grid on which overlaps of tiles are detected (chosen by hand)
+PROBED_TEXELS_ACROSS = 128  # texels across a layout for choosing the size of pictures (chosen by hand)
 COLOUR_TEXELS_ACROSS = 1024
-"""Texels across a picture of charts of less than two texels, which say nothing of its size (by hand)."""
+"""Texels across a picture if charts are smaller than two texels, and so do not determine its size (chosen by
+hand).
+"""
 MOST_TEXELS_ACROSS = 1e60
-"""Texels that are counted across a layout, whose square stays finite; far fewer are ever made
-(LARGEST_TEXELS_ACROSS)."""
-LARGEST_TEXELS_ACROSS = 4096  # texels across that are made unasked, but where the old texture has more
+"""Limit on computed texels across a layout, so that squares are finite; pictures have far fewer
+(LARGEST_TEXELS_ACROSS).
+"""
+LARGEST_TEXELS_ACROSS = 4096  # texels across if no size is requested, unless the old texture has more
 MOST_MAGNIFIED = 2
-"""Times as wide as the old texture, with all of its repetitions, that pictures are made unasked, at most (by hand)."""
+"""Largest width of pictures relative to the old texture with all of its repetitions, if no size is requested
+(chosen by hand).
+"""
 LOST_UNSEEN = 1.1
-"""Texels of the old texture across one of a new picture up to which no loss of detail is visible (by hand)."""
+"""Texels of the old texture per texel of a new picture up to which no loss of detail is visible (chosen by hand)."""
 TEXELS_PER_REPETITION = 8
-"""Texels of a new picture across one repetition of the old texture below which it is hardly recognizable (by hand)."""
+"""Texels of a new picture per repetition of the old texture below which it is hardly recognizable (chosen by
+hand).
+"""
 MEAN_COLOUR_TEXELS = 256
-"""Texels across a picture that shows hardly more than mean colours of a texture, each of which takes long: its
-footprint in the texture is large (by hand)."""
-ROWS_AT_ONCE = 64  # of the layout that are filtered at a time (by hand)
+"""Texels across a picture that shows hardly more than mean colours of a texture. Its texels are expensive,
+since their footprints in the texture are large (chosen by hand).
+"""
+ROWS_AT_ONCE = 64  # rows of the layout that are filtered at a time (chosen by hand)
 
 
 class Conflicts(NamedTuple):
-    """Texels of a new layout of which no picture can be right.
+    """Texels of a new layout for which no picture can be correct.
 
     Attributes:
-        texels: how many lie in several triangles that show different places of the old texture.
-        wrapped: how many of these only because what lies beyond 0..1 comes in on the other side.
+        texels: number of texels in several triangles that show different places of the old texture.
+        wrapped: number of these that overlap only because parts outside of 0..1 wrap around.
     """
 
     texels: int
@@ -62,18 +73,18 @@ class Conflicts(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """Where the texels of a new layout lie on the old mesh.
+    """Positions of the texels of a new layout on the old mesh.
 
     Attributes:
         old, new: the meshes.
         grid: texels of the new layout.
-        partner: (m,) triangle of the old mesh with the same corners, -1 without.
-        order: (m, 3) which corner of the new triangle each corner of the old one is.
+        partner: (m,) triangle of the old mesh with the same corners, -1 if there is none.
+        order: (m, 3) corner of the new triangle for each corner of the old one.
         slots: (h, w) row of the next two arrays for texels without a partner, -1 elsewhere.
         nearest: (k,) triangle of the old mesh nearest to each of these texels.
         weights: (k, 3) barycentric coordinates of the nearest point.
-        distance: (k,) to it.
-        wraps: whether what lies beyond the grid came in on its other side.
+        distance: (k,) distance to it.
+        wraps: whether parts outside of the grid wrap around.
     """
 
     old: Charted
@@ -97,12 +108,17 @@ class Origin:
         tile: complex | None = None,
         pairs: tuple[Index, Index] | None = None,
     ) -> "Origin":
-        """For a new picture of this size, of one tile of the new layout (see `layout.layout`) or of all in one.
+        """Compute the positions for a new picture of a size.
 
-        `pairs` are `partners` of the meshes, where they are known.
+        Args:
+            old: the old mesh.
+            new: the new mesh.
+            width, height: size of the picture.
+            tile: the tile of the new layout that it shows (see `layout.layout`); None for all in one.
+            pairs: the result of `partners` for the meshes, if known.
 
         Raises:
-            InputError: a layout that cannot be rasterised, or read.
+            InputError: a layout cannot be rasterised, or read.
         """
         check_layout(old.name, old.uv, old.uv_faces, most=np.inf)
         grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height, tile)
@@ -118,18 +134,18 @@ class Origin:
         return cls(old, new, grid, partner, order, slots, *near, wraps=tile is None)
 
     def far(self, limit: float) -> Flags:
-        """Return (h, w) texels that lie farther from the old mesh than a distance."""
+        """Return (h, w) texels that are farther from the old mesh than `limit`."""
         found = np.zeros(self.slots.shape, bool)
         found[self.slots >= 0] = self.distance > limit
         return found
 
     def reached(self, limit: float) -> Flags:
-        """Return (h, w) texels that lie on the old mesh, or no farther from it than a distance."""
+        """Return (h, w) texels that are on the old mesh, or not farther from it than `limit`."""
         return (self.grid.owners.owner >= 0) & ~self.far(limit)
 
     @property
     def blank(self) -> tuple[float, float]:
-        """The area in space of triangles whose new texture coordinates have none, and of all triangles."""
+        """Area in space of triangles whose new texture coordinates have no area, and area of all triangles."""
         areas = face_areas(self.new.points[self.new.faces])
         flat = triangle_areas(complex_of(self.new.uv[self.new.uv_faces])) == 0
         return float(areas[flat].sum()), float(areas.sum())
@@ -152,12 +168,12 @@ class Origin:
         return _at(values[self.triangles[rows, columns]], there)
 
     def conflicts(self, textures: Index | None = None) -> "Conflicts":
-        """Find texels that lie in several triangles of the new layout which show different places of the old texture.
+        """Count texels in several triangles of the new layout that show different places of the old texture.
 
-        Stacked charts that show the same place are fine: the picture is right for all of them.
+        Stacked charts that show the same place are fine: the picture is correct for all of them.
 
         Args:
-            textures: (n,) number of the texture that each old triangle shows; None: all show the same one.
+            textures: (n,) number of the texture on each old triangle; None if all have the same one.
         """
         rows, columns = np.nonzero(self.grid.owners.shared)
         if not rows.size:
@@ -173,8 +189,8 @@ class Origin:
         return Conflicts(int(differ.sum()), int(wrapped.sum()))
 
     def _old_places(self, own: NDArray, rows: Index, columns: Index) -> tuple[Index, Real]:
-        """Return (p,) old triangles and (p, 2) old texture coordinates of texels as triangles of the new layout that
-        hold them show them.
+        """Return (p,) old triangles and (p, 2) old texture coordinates of texels, according to given new
+        triangles.
         """
         weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
         triangle = self.partner[own].copy()
@@ -193,12 +209,12 @@ class Origin:
         return int(((spans > 1 + SAME_PLACE_SHARE).any(axis=1) & ~flat).sum()) if self.wraps else 0
 
     def over(self, old: Charted) -> "Origin":
-        """Return the same places for other texture coordinates of the old mesh."""
+        """Return the same positions with other texture coordinates of the old mesh."""
         return self if old is self.old else replace(self, old=old)
 
     @cached_property
     def triangles(self) -> Index:
-        """(h, w) triangle of the old mesh that each texel lies on, -1 outside the new layout's charts."""
+        """(h, w) triangle of the old mesh for each texel, -1 outside of the new layout's charts."""
         owner = self.grid.owners.owner
         found = _of_owners(self.partner, owner)
         found[self.slots >= 0] = self.nearest[self.slots[self.slots >= 0]]
@@ -212,9 +228,13 @@ class Origin:
         tiles: Box | None = None,
         wrap: Wrap = REPEAT,
     ) -> Places:
-        """Return where texels (p,) of the new layout lie in a texture of the old one, of this width and height.
+        """Return positions of texels (p,) of the new layout in a texture of the old one.
 
-        `tiles` is what of the old layout it covers; None: 0..1, and beyond that what `wrap` says.
+        Args:
+            rows, columns: (p,) of the texels.
+            size: width and height of the texture.
+            tiles: box of the old layout that it covers; None for 0..1.
+            wrap: how it continues beyond 0..1.
         """
         own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
         weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
@@ -233,7 +253,7 @@ class Origin:
         return wrapped(found, size, wrap) if tiles is None else found
 
     def _steps(self, own: Index) -> tuple[Real, Real]:
-        """Return (p, 3) how a place in space changes with the new layout's x and y."""
+        """Return (p, 3) derivatives of the position in space with respect to the new layout's x and y."""
         corners, at = self.grid.corners[own], self.new.points[self.new.faces[own]]
         (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
         e, f, area = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0], ax * by - ay * bx
@@ -241,7 +261,7 @@ class Origin:
         return (e * by[:, None] - f * ay[:, None]) / area, (f * ax[:, None] - e * bx[:, None]) / area
 
     def _directions(self, own: Index, weights: Real, triangle: Index, there: Real) -> tuple[NDArray, NDArray]:
-        """Return (p,) the new layout's tangent, and its downward bitangent, in the old layout's frame."""
+        """Return (p,) the new layout's tangent and its downward bitangent, in the old layout's frame."""
         (_, tangent, side), (_, t, b) = (
             _frame(mesh, faces, at)
             for mesh, faces, at in ((self.new, own, weights), (self.old, triangle, there))
@@ -255,15 +275,15 @@ class Origin:
 def texels_across(
     probe: Origin, where: Flags, size: tuple[int, int], tiles: Box | None = None, wrap: Wrap = REPEAT
 ) -> int:
-    """Return how many texels a square picture of the new layout is wide that shows what a texture of the old one shows.
+    """Return the width in texels of a square picture of the new layout that shows all detail of an old texture.
 
-    As many as the texture has along the surface where these are closest, as a root of the mean square over the layout:
-    the texels of a triangle, however few or many, count for its area there.
+    It is the density of the texture's texels along the surface where it is highest, as a root mean square over
+    the layout: texels of a triangle count by its area there.
 
     Args:
-        probe: places in both, in however many texels.
-        where: (h, w) texels that show the texture; where there are none it takes none.
-        size: of the texture, width and height.
+        probe: positions in both layouts, at any resolution.
+        where: (h, w) texels that show the texture; the result is 0 if there are none.
+        size: width and height of the texture.
         tiles, wrap: as for `Origin.places`.
     """
     rows, columns = np.nonzero(where)
@@ -288,9 +308,10 @@ class TextureUse:
     """How an old layout uses a texture.
 
     Attributes:
-        size: of the texture, width and height.
-        repetitions: how often the layout repeats it in one direction: the root of the triangles' area in pictures.
-        spots: whether some charts are smaller than two texels, as those of palettes are.
+        size: width and height of the texture.
+        repetitions: how often the layout repeats it in one direction: the root of the triangles' area in
+            pictures.
+        spots: whether some charts are smaller than two texels, such as those of palettes.
     """
 
     size: tuple[int, int]
@@ -310,20 +331,20 @@ class TextureUse:
 
     @property
     def most_texels_across(self) -> int:
-        """How wide pictures of it are made at most, if no size is asked for."""
+        """Largest width of pictures of it if no size is requested."""
         doubled = 2 ** int(np.log2(MOST_MAGNIFIED * max(self.size) * self.repetitions))
         largest = max(doubled, COLOUR_TEXELS_ACROSS) if self.spots else doubled
         return max(min(LARGEST_TEXELS_ACROSS, largest), _power_of_two(max(self.size)))
 
 
 def limited(across: int, use: TextureUse) -> int:
-    """Return the width of a picture that is to be so many texels wide, as it is made if no size is asked for.
+    """Return the width of a picture if no size is requested.
 
-    That is a power of two, since game engines and graphics hardware prefer them, and at most `most_texels_across`. A
-    texture that repeats so often that none of its repetitions could be recognized gets a small picture.
+    It is a power of two, which game engines and graphics hardware prefer, and at most `most_texels_across`. A
+    texture that repeats so often that its repetitions could not be recognized gets a small picture.
 
     Args:
-        across: texels that would show all detail; 0 where the texture is not shown.
+        across: texels that would show all detail; 0 if the texture is not shown.
         use: how the old layout uses the texture.
     """
     if across <= 0:
@@ -340,12 +361,12 @@ def loses_detail(across: int, made: int) -> bool:
 
 
 def _power_of_two(least: float) -> int:
-    """Return the smallest power of two that is not less."""
+    """Return the smallest power of two that is not less than `least`."""
     return 2 ** int(np.ceil(np.log2(max(least, 1.0)) - 1e-9))
 
 
 def too_small(across: int, made: int, use: TextureUse) -> str:
-    """Return a note for pictures that are not as many texels wide as `texels_across` returns.
+    """Return a note for pictures with fewer texels across than `texels_across` returns.
 
     Args:
         across: texels that would show all detail.
@@ -364,7 +385,7 @@ def too_small(across: int, made: int, use: TextureUse) -> str:
 
 
 def _extents(old: Charted) -> Real:
-    """Return (m, 2) width and height of the chart that each triangle is in."""
+    """Return (m, 2) width and height of the chart of each triangle."""
     corners = distinct_rows(old.uv)[1][old.uv_faces]
     chart = charts(corners, len(old.uv))[corners]
     low, high = np.full((len(old.uv), 2), np.inf), np.full((len(old.uv), 2), -np.inf)
@@ -389,16 +410,16 @@ def carry(
     padding: int | None = None,
     threads: int | None = None,
 ) -> NDArray:
-    """Return (h, w, c) pixels of the new layout from a texture of the old one; 0 beyond the limit, where nothing
-    reaches.
+    """Return (h, w, c) pixels of the new layout from a texture of the old one; 0 where the old mesh is too far.
 
     Args:
-        origin: where its texels lie.
+        origin: positions of the texels.
         sampler: the texture.
-        limit: the largest distance from the old mesh.
+        limit: largest distance from the old mesh.
         tiles, wrap: as for `Origin.places`.
-        padding: texels to spread colours past the charts; a thirty-second of the picture by default, -1 for all.
-        threads: as many as there are processors by default.
+        padding: number of texels by which colours extend beyond the charts; by default a thirty-second of the
+            picture, -1 for all.
+        threads: number of threads; by default one per processor.
     """
     reached = origin.reached(limit)
     out = np.zeros((*origin.grid.shape, sampler.channels), sampler.dtype)
@@ -417,7 +438,7 @@ def paint(
     wrap: Wrap = REPEAT,
     threads: int | None = None,
 ) -> None:
-    """Fill the texels (h, w) that are marked of a picture (h, w, c) of the new layout; arguments as for `carry`."""
+    """Fill the marked texels (h, w) of a picture (h, w, c) of the new layout; arguments as for `carry`."""
     height, width, _ = sampler.texture.pixels.shape
 
     def fill(part: slice) -> None:
@@ -429,19 +450,22 @@ def paint(
         )
         put(out[part].reshape(-1, sampler.channels), rows * out.shape[1] + columns, pixels)
 
-    for mesh in (origin.old, origin.new):  # once, not in every thread
+    for mesh in (origin.old, origin.new):  # computed once, not in every thread
         _ = mesh.frames, mesh.hands
     over_slices(fill, len(out), threads, ROWS_AT_ONCE)
 
 
 def spread(out: NDArray, known: Flags, padding: int | None) -> None:
-    """Spread the colours of known texels past the charts; `padding` as for `carry`."""
+    """Extend the colours of known texels beyond the charts; `padding` as for `carry`."""
     pad(out, known, max(4, max(out.shape[:2]) // 32) if padding is None else padding, "nearest")
 
 
 def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
-    """Return (m,) the old triangle with the same corners as each new one, -1 without, and (m, 3) in which order they
-    are.
+    """Match the triangles of two meshes by their corners.
+
+    Returns:
+        (m,) the old triangle with the same corners as each new one, -1 if there is none, and (m, 3) their
+        order.
     """
     from scipy.spatial import cKDTree
 
@@ -456,7 +480,7 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
     partner = np.where(
         (key >= 0).all(axis=1) & (first < len(keys))[label[len(keys) :]], first[label[len(keys) :]], -1
     )
-    if len(theirs) == len(ours):  # the same file's faces: those that lie on each other keep to their numbers
+    if len(theirs) == len(ours):  # faces of the same file: coinciding triangles are matched by number
         partner = np.where((keys == key).all(axis=1), np.arange(len(ours)), partner)
     order = np.empty_like(rank)
     np.put_along_axis(order, rank_old[partner], rank, axis=1)
@@ -464,7 +488,7 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
 
 
 def overlap_in_one_picture(sheet: Charted, tiles: Index) -> bool:
-    """Return whether triangles of different tiles overlap where all tiles are shown by one picture.
+    """Return whether triangles of different tiles overlap if one picture shows all tiles.
 
     Args:
         sheet: the triangles.
@@ -476,14 +500,16 @@ def overlap_in_one_picture(sheet: Charted, tiles: Index) -> bool:
 
 
 def nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
-    """Return the triangle of the old mesh nearest to each point, the barycentric coordinates there, the distance."""
+    """Return the triangle of the old mesh nearest to each point, the barycentric coordinates of the nearest
+    point, and the distance.
+    """
     if not len(points):
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)
     import igl
 
     tree, mesh = igl.AABB(), (old.points, np.ascontiguousarray(old.faces))
     tree.init(*mesh)
-    parts = [  # no thread runs while one of them is made, and no signal is heard
+    parts = [  # each call blocks all threads and signals
         tree.squared_distance(*mesh, np.ascontiguousarray(points[k : k + POINTS_AT_ONCE]))
         for k in counted("nearest points", range(0, len(points), POINTS_AT_ONCE))
     ]
@@ -497,19 +523,20 @@ def _at(corners: Real, weights: Real) -> Real:
 
 
 def _of_owners(partner: Index, owner: NDArray) -> Index:
-    """Return (h, w) partners of the triangles (h, w) that texels lie in, -1 where there is none."""
+    """Return (h, w) partners of the owners (h, w) of texels, -1 if there is none."""
     found, inside = np.full(owner.shape, -1), owner >= 0
     found[inside] = partner[owner[inside]]
     return found
 
 
 def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int], wraps: bool) -> Real:
-    """Return (p, 3) of texel centres in triangles (p, 3, 2), moved into them where a chart's border only touches the
-    texel.
+    """Return (p, 3) barycentric coordinates of texel centres in triangles (p, 3, 2).
+
+    Centres of texels that a chart's border only touches are moved into the triangle.
     """
     height, width = shape
     at = np.column_stack([columns + 0.5, rows + 0.5])
-    if wraps:  # texels that came in from the other side: out of reach of their triangles
+    if wraps:  # texels that wrapped around are far from their triangles
         low, high, size = corners.min(axis=1) - 0.5, corners.max(axis=1) + 0.5, np.array([width, height])
         at += size * (np.ceil(np.maximum(low - at, 0) / size) - np.ceil(np.maximum(at - high, 0) / size))
     (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))

@@ -1,4 +1,4 @@
-"""A textured surface as a picture: parallel projection, depth buffer, soft light. No display and no driver needed."""
+"""Render a textured surface: parallel projection, depth buffer, soft light. It needs no display and no driver."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +12,17 @@ from .rasterise import affine
 _nearest = function("""int64_t iccm_meshes_nearest(
     const double *corners, const double *slopes, int64_t m, int32_t *owner, float *depth, int64_t height,
     int64_t width)""")
-# Chosen by hand, and nobody knows better, where a line does not say how a number was found.
+# Values were chosen by hand unless a comment gives a reason.
 SAMPLES_PER_AXIS = 2  # a pixel and axis
-AMBIENT_SHARE = 0.35  # share of the light that comes from everywhere
+AMBIENT_SHARE = 0.35  # share of ambient light
 CREASE_COSINE = 0.7  # cosine of 45 degrees
 
 
 def view(points: Real, faces: Index) -> Real:
-    """Return (3, 3) rows right, up, towards the viewer: a little aside of the surface's mean normal, +y up.
+    """Return (3, 3) the view axes as rows: right, up, and towards the viewer, slightly to the side of the mean
+    normal, +y up.
 
-    A closed surface, whose mean normal is about zero, is seen from front left and above.
+    A closed surface, whose mean normal is about zero, is seen from the front left and above.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
     across = np.cross(b - a, c - a)
@@ -38,21 +39,21 @@ def view(points: Real, faces: Index) -> Real:
 def render(
     points: Real, faces: Index, uv: Real, sampler: Sampler | None, size: int, axes: Real | None = None
 ) -> NDArray[np.uint8]:
-    """Return an (h, w, 4) picture with transparent background, `size` pixels on its longer side.
+    """Return an (h, w, 4) picture with transparent background, `size` pixels along its longer side.
 
     Args:
         points: (n, 3) positions.
         faces: (m, 3) vertices.
-        uv: (m, 3, 2) places of the corners in the texture, in texels, y down.
+        uv: (m, 3, 2) positions of the corners in the texture, in texels, y down.
         sampler: the texture, None for plain clay.
-        size: pixels.
-        axes: as `view` gives; chosen by it if None.
+        size: pixels along the longer side.
+        axes: the view axes; those of `view` if None.
     """
     axes = view(points, faces) if axes is None else axes
     seen = points @ axes.T
     low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
     scale = SAMPLES_PER_AXIS * (size - 2) / max(*(high - low), 1e-300)
-    # rounded first: the longer side is a whole number but for rounding
+    # rounded first: the longer side is an integer up to rounding errors
     width, height = (int(np.ceil(round(e, 6))) for e in (high - low) * scale + 2 * SAMPLES_PER_AXIS)
     screen = (seen[:, :2] - low) * scale + SAMPLES_PER_AXIS
     screen[:, 1] = height - screen[:, 1]
@@ -84,9 +85,10 @@ def _frame(toward: Real, up: Real) -> Real:
 
 
 def _light(points: Real, faces: Index, axes: Real) -> Real:
-    """Return (m, 3) brightness at each triangle's corners: a lamp over the viewer's left shoulder, both sides lit.
+    """Return (m, 3) the brightness at each triangle's corners: a lamp over the viewer's left shoulder, both
+    sides lit.
 
-    A corner takes the normal of its vertex, but that of its triangle across an edge sharper than CREASE_COSINE.
+    A corner has the normal of its vertex, or that of its triangle at edges sharper than CREASE_COSINE.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
     across = np.cross(b - a, c - a)

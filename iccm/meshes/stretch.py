@@ -8,27 +8,29 @@ from ..arrays import Complex, Real
 from ..parallel import over_slices
 
 SLIVER_HEIGHT_SHARE = 1e-4
-"""Of the longest side: triangles lower than this count as so high, those without area too (by hand)."""
+"""Height relative to the longest side that is assumed for triangles with less, including those without area
+(chosen by hand).
+"""
 
 
 class Linear(NamedTuple):
-    """Linear maps of the plane, z -> a z + b z̄, each (m,) complex."""
+    """Linear maps of the plane, z -> a z + b z̄, with (m,) complex a and b."""
 
     a: Complex
     b: Complex
 
     def __matmul__(self, first: "Linear") -> "Linear":
-        """Return the maps after others."""
+        """Return the composition: `first`, then these maps."""
         a, b = first
         return Linear(self.a * a + self.b * b.conj(), self.a * b + self.b * a.conj())
 
     @property
     def determinant(self) -> Real:
-        """(m,) the areas' ratio."""
+        """(m,) ratio of areas."""
         return np.abs(self.a) ** 2 - np.abs(self.b) ** 2
 
     def inverse(self) -> "Linear":
-        """Back again."""
+        """Return the inverse maps."""
         return Linear(self.a.conj() / self.determinant, -self.b / self.determinant)
 
 
@@ -42,7 +44,8 @@ def linear(z: Complex, w: Complex) -> Linear:
 def laid_flat(space: Real) -> Complex:
     """Return (m, 3) congruent copies in the plane of (m, 3, 3) triangles in space, counter-clockwise.
 
-    All have an area: a sliver is made a little higher, a triangle that is a point is equilateral and small.
+    All have an area: a sliver is made a little higher, and a triangle that is a point becomes a small
+    equilateral one.
     """
     flat, length = np.empty(space.shape[:2], complex), np.empty(len(space))
 
@@ -58,7 +61,7 @@ def laid_flat(space: Real) -> Complex:
 
 
 def _laid_flat(space: Real) -> tuple[Complex, Real]:
-    """Return the copies of triangles, of no size where they are points, and the lengths of their longest sides."""
+    """Return the copies of triangles, of size zero if they are points, and the lengths of their longest sides."""
     sides = np.linalg.norm(np.roll(space, -1, axis=1) - space, axis=-1)
     order = (np.argmax(sides, axis=1)[:, None] + np.arange(3)) % 3  # the longest side first
     a, b, c = np.moveaxis(np.take_along_axis(space, order[..., None], axis=1), 1, 0)
@@ -72,7 +75,10 @@ def _laid_flat(space: Real) -> tuple[Complex, Real]:
 
 
 def stretches(space: Real, plane: Complex) -> tuple[Real, Real]:
-    """Singular values of the affine maps of (m, 3, 3) triangles in space to (m, 3) in the plane, the smaller signed."""
+    """Return the singular values of the affine maps of (m, 3, 3) triangles in space to (m, 3) in the plane.
+
+    The smaller one has the sign of the orientation.
+    """
     flat, (major, minor) = laid_flat(space), np.empty((2, len(space)))
 
     def work(part: slice) -> None:

@@ -1,4 +1,4 @@
-"""Places in a mesh's own texture of points of its flattening's plane."""
+"""Positions in a mesh's own texture of points in the plane of its flattening."""
 
 from dataclasses import dataclass
 
@@ -11,18 +11,19 @@ from ..plane import cross
 from .layout import turns
 from .locate import Locator
 
-PERIOD = {"repeat": 1, "mirror": 2, "clamp": 0}  # tiles after which a wrapped picture is the same; 0: never
+# Number of tiles after which a wrapped picture repeats; 0 for never.
+PERIOD = {"repeat": 1, "mirror": 2, "clamp": 0}
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Places in the texture of a mesh, whose flattening is the source's plane.
+    """Positions in the texture of a mesh, whose flattening is the source's plane.
 
     Attributes:
         locator: of the flattening.
         corners: (m, 3, 2) texture coordinates of its triangles in texels, y down.
         size: the texture's width and height in texels.
-        wrap: what lies beyond it; None: nothing, where it is of several tiles.
+        wrap: how the texture continues beyond its edges; None if it covers several tiles.
     """
 
     locator: Locator
@@ -32,13 +33,13 @@ class Surface:
 
     @property
     def scale(self) -> tuple[float, float]:
-        """Texels a unit, across and down: the square root of the ratio of areas."""
+        """Texels per unit of length, across and down: the square root of the ratio of areas."""
         at = self.locator.flat[self.locator.faces]
         flat, own = (np.abs(turns(c)).sum() for c in (xy_of(at), self.corners))
         return (float(np.sqrt(own / flat)),) * 2
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
-        """Return as `Placing.places`."""
+        """Return the same as `Placing.places`."""
         triangle, weights = self.locator(z, 1)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
         at = self.locator.flat[self.locator.faces[triangle]]
@@ -50,7 +51,8 @@ class Surface:
             s, t = cross(step, e2) / area, cross(e1, step) / area
             turn[:, k::2] = s[:, None] * d1 + t[:, None] * d2
         turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
-        tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])  # where x grows and y does not
+        # Direction in which x grows and y is constant.
+        tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])
         steps = (step * tangent.conj() for step in (right, down))
         found = Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
         return found if self.wrap is None else wrapped(found, self.size, self.wrap)
@@ -64,14 +66,17 @@ class Surface:
         tiles: Box | None = None,
         wrap: Wrap = REPEAT,
     ) -> "Surface":
-        """From (m, 3, 2) texture coordinates, v up; with `tiles` the texture covers that box of the layout alone."""
+        """Create it from (m, 3, 2) texture coordinates, v up; with `tiles`, the texture covers only that box of
+        the layout.
+        """
         return cls(locator, texels(uv, size, tiles, wrap), size, wrap if tiles is None else None)
 
 
 def texels(uv: Real, size: tuple[int, int], tiles: Box | None, wrap: Wrap = REPEAT) -> Real:
-    """Return (m, 3, 2) corners of triangles in texels, y down, of a picture that covers a box of the layout.
+    """Return (m, 3, 2) corners of triangles in texels, y down, in a picture that covers a box of the layout.
 
-    Without a box it covers 0..1 and is wrapped: each triangle comes to where its middle is on the picture.
+    Without a box the picture covers 0..1 and is wrapped: each triangle is moved so that its centroid is on the
+    picture.
     """
     corners = np.stack([uv[..., 0], 1 - uv[..., 1]], axis=-1)
     if tiles is None:

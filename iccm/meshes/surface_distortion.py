@@ -1,4 +1,4 @@
-"""Distortion of surfaces by a map between their layouts."""
+"""Distortion between surfaces by a map between their layouts."""
 
 from dataclasses import replace
 
@@ -11,15 +11,15 @@ from .flatten import Flattening, weighted_percentiles
 from .locate import Locator
 from .stretch import Linear, laid_flat, linear
 
-NEAR_SHARE = 1e-3  # as far as outlines may be apart, the default tolerance
+NEAR_SHARE = 1e-3  # relative to the diagonal: the default tolerance of outlines
 
 
 def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening | None]) -> Distortion:
     """Return the distortion between surfaces, from samples of the map between their planes.
 
     Args:
-        flat: in the planes, with the samples' places.
-        layouts: of source and target; None for one that is a plane. Samples in their holes are left out.
+        flat: samples in the planes, with their positions.
+        layouts: of source and target; None for a planar domain. Samples in holes of layouts are omitted.
     """
     on = np.ones(flat.z.size, bool)
     for layout, w in zip(layouts, (flat.z, flat.w)):
@@ -43,13 +43,16 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
 
 
 def surface_distances(flat: Distortion, source: Flattening, target: Flattening) -> dict[str, float]:
-    """Median, p95 and maximum over the target's area of the distance in space between points and those that they come
-    from, relative to the diagonal of the target's box: the error of a map between copies of one model in one place.
+    """Return the median, 95th percentile and maximum of the distances in space between points and their
+    preimages.
+
+    They are taken over the target's area, relative to the diagonal of the target's box. For copies of one model
+    in the same place, these are the errors of the map.
 
     Args:
-        flat: samples of the map between the planes, with their places.
+        flat: samples of the map between the planes, with their positions.
         source: layout of the source.
-        target: as above.
+        target: layout of the target.
     """
     there = _to_surface(target, flat.w)
     away = np.linalg.norm(_in_space(source, flat.z) - _in_space(target, flat.w), axis=1)
@@ -59,8 +62,10 @@ def surface_distances(flat: Distortion, source: Flattening, target: Flattening) 
 
 
 def gap_between(source: Flattening, target: Flattening) -> float:
-    """Return how far two surfaces lie from each other: p95 of the distances of each one's vertices and triangle middles
-    to the other, the larger of both, relative to the diagonal of the target's box.
+    """Return the distance between two surfaces, relative to the diagonal of the target's box.
+
+    It is the 95th percentile of the distances of one surface's vertices and triangle centroids to the other
+    one, the larger of both directions.
     """
     import igl
 
@@ -75,28 +80,28 @@ def gap_between(source: Flattening, target: Flattening) -> float:
 
 
 def distances_at(pairs: Complex, source: Flattening, target: Flattening) -> Real:
-    """Return (k,) distances in space between the two ends of pairs (k, 2) of points of both layouts, relative to the
-    diagonal of the target's box.
+    """Return (k,) distances in space between the points of pairs (k, 2) in both layouts, relative to the
+    target's diagonal.
     """
     away = np.linalg.norm(_in_space(source, pairs[:, 0]) - _in_space(target, pairs[:, 1]), axis=1)
     return away / np.linalg.norm(np.ptp(target.patch.points, axis=0))
 
 
 def _in_space(layout: Flattening, z: Complex) -> Real:
-    """Return (p, 3) the points of a surface that are at z in its layout."""
+    """Return (p, 3) the points of a surface at points z of its layout."""
     face, place = Locator(layout)(z, 1)
     return np.einsum("pk,pkc->pc", place, layout.patch.points[layout.patch.faces[face]])
 
 
 def _on_surface(layout: Flattening, z: Complex) -> Flags:
-    """Return (p,) which points are on the surface, and not in its holes, but for NEAR_SHARE of its diagonal."""
+    """Return (p,) whether points are on the surface and not in its holes, up to NEAR_SHARE of its diagonal."""
     face, place = Locator(layout)(z, 1)
     found = np.einsum("pk,pk->p", place, layout.flat[layout.patch.faces[face]])
     return np.abs(found - z) <= NEAR_SHARE * diagonal(layout.flat)
 
 
 def _to_surface(layout: Flattening, z: Complex) -> Linear:
-    """From the plane to the surface at points z (p,)."""
+    """Return the linear maps from the plane to the surface at points z (p,)."""
     faces = layout.patch.faces
     maps = linear(layout.flat[faces], laid_flat(layout.patch.points[faces]))
     triangle = Locator(layout)(z, 1)[0]

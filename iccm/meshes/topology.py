@@ -1,7 +1,7 @@
 """Topology of triangle meshes: edges, components, orientation, fans, boundary loops, cuts.
 
-Half-edge 3 f + k runs from corner k of triangle f to its next corner. libigl is not asked: it takes sound
-meshes for granted.
+Half-edge 3 f + k runs from corner k of triangle f to its next corner. libigl is not used here, since it assumes
+valid meshes.
 """
 
 from dataclasses import dataclass
@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 
-# Surfaces that share crowded edges, those with most edges first: each pair of them is looked at (by hand).
+# Limits on the pairs of surfaces with common crowded edges that are checked, those with most edges first
+# (chosen by hand).
 MOST_SEAMS, MOST_LOOKED = (
     64,
     10_000_000,
-)  # the second: triangles of meshes, each as often as such a pair is looked at
-MOST_FACES = 64  # at one edge that are looked at (by hand)
+)  # number of pairs, and number of pairs times triangles of the mesh
+MOST_FACES = 64  # faces at one edge that are checked (chosen by hand)
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +35,17 @@ class Triangles:
 
     @cached_property
     def tail(self) -> Index:
-        """(3m,) vertex each half-edge starts from."""
+        """(3m,) the vertex at which each half-edge starts."""
         return self.faces.ravel()
 
     @cached_property
     def head(self) -> Index:
-        """(3m,) vertex each half-edge ends at."""
+        """(3m,) the vertex at which each half-edge ends."""
         return self.faces[:, [1, 2, 0]].ravel()
 
     @cached_property
     def _sorted_edges(self) -> tuple[Index, Index]:
-        """(3m,) half-edges sorted by the edge they lie on, and where each edge's begin."""
+        """(3m,) half-edges sorted by their edge, and where each edge's half-edges begin."""
         key = self._edge_key(self.tail, self.head)
         order = np.argsort(key, kind="stable")
         begins = np.flatnonzero(np.diff(key[order], prepend=-1))
@@ -63,7 +64,7 @@ class Triangles:
 
     @cached_property
     def twin(self) -> Index:
-        """(3m,) the other half-edge on the same edge, -1 on the boundary and where more than two triangles meet."""
+        """(3m,) the other half-edge of the same edge, -1 on the boundary and where more than two triangles meet."""
         order, begins = self._sorted_edges
         inner = begins[np.diff(begins, append=order.size) == 2]
         twin = np.full(order.size, -1)
@@ -71,17 +72,18 @@ class Triangles:
         return twin
 
     def mended(self, points: Real) -> tuple["Triangles", Index, int]:
-        """Return the triangles over separate vertices at each side of edges that more than two of them share.
+        """Split vertices so that edges shared by more than two triangles are separated.
 
-        Of the faces at such an edge the two that continue from each other most evenly, and as they are wound, stay
-        joined, where they belong to surfaces that nothing else joins; so these do not fall into pieces. Surfaces that
-        can be flattened are joined only to what can be flattened, too: one with a boundary, and no handles.
+        Of the faces at such an edge, the two that continue each other most smoothly, with consistent
+        orientation, stay joined if they belong to surfaces that nothing else joins, so that these do not fall
+        into pieces. Surfaces that can be flattened (with a boundary, without handles) are joined only if the
+        result can be flattened, too.
 
         Args:
-            points: (n, 3) of the vertices.
+            points: (n, 3) positions of the vertices.
 
         Returns:
-            The triangles, the old vertex (p,) of each new one, and the number of edges.
+            The triangles, the old vertex (p,) of each new one, and the number of such edges.
         """
         crowded = self.crowded_edges
         if not crowded:
@@ -96,14 +98,14 @@ class Triangles:
         return Triangles(fan.reshape(-1, 3), old.size), old, crowded
 
     def apart(self, fan: Index) -> "Triangles":
-        """Return the triangles over their fans (3m,) as vertices; neighbours stay neighbours."""
+        """Return the triangles with their fans (3m,) as vertices; neighbours remain neighbours."""
         found = Triangles(fan.reshape(-1, 3), int(fan.max()) + 1)
-        if not self.crowded_edges:  # so they need not be looked for again
+        if not self.crowded_edges:  # keep them, so that they are not searched again
             found.__dict__["twin"] = self.twin
         return found
 
     def components(self) -> Index:
-        """Return (m,) component of each triangle, joined across edges; the first triangle's is 0."""
+        """Return (m,) the component of each triangle, connected across edges; that of the first triangle is 0."""
         return self._components
 
     @cached_property
@@ -112,10 +114,11 @@ class Triangles:
         return labels(inner // 3, self.twin[inner] // 3, len(self.faces))
 
     def oriented(self) -> tuple["Triangles", int] | None:
-        """Return the triangles turned to agree with most of them and how many were; None for a one-sided surface.
+        """Return consistently oriented triangles and how many were flipped, a minority; None for a one-sided
+        surface.
 
-        Two copies of every triangle, one a side, are joined across edges: a surface is one-sided exactly when both
-        copies of a triangle meet.
+        Two copies of every triangle, one for each side, are joined across edges: a surface is one-sided exactly
+        if both copies of a triangle are connected.
         """
         inner = np.flatnonzero(self.twin >= 0)
         same = self.tail[inner] == self.tail[self.twin[inner]]
@@ -131,15 +134,19 @@ class Triangles:
         return Triangles(faces, self.count), int(turn.sum())
 
     def fans(self, cut: NDArray[np.bool_] | None = None) -> Index:
-        """Return (3m,) which fan of triangles each corner belongs to, when the half-edges in `cut` part their
-        triangles.
+        """Return (3m,) the fan of triangles to which each corner belongs, if the half-edges in `cut` separate
+        their triangles.
 
-        Without a cut a vertex has one fan, or the surface touches itself there. With one, fans are the new vertices.
+        Without a cut, a vertex has one fan unless the surface touches itself there. With a cut, fans are the
+        new vertices.
         """
         return _fans(self.twin if cut is None else np.where(cut, -1, self.twin))
 
     def loops(self) -> list[Index]:
-        """Boundary loops as vertices, the surface on their left. Only for oriented triangles with one fan a vertex."""
+        """Return the boundary loops as vertices, with the surface on their left.
+
+        The triangles have to be oriented, with one fan per vertex.
+        """
         border = np.flatnonzero(self.twin < 0)
         after = dict(zip(self.tail[border].tolist(), self.head[border].tolist()))
         loops = []
@@ -161,11 +168,17 @@ class Triangles:
         *,
         rims: bool = True,
     ) -> tuple[Real, Index]:
-        """Return (n,) length of the shortest way along usable half-edges (3m,) from a source, and the vertex before
-        each.
+        """Return (n,) the length of the shortest path along usable half-edges (3m,) from a source, and the
+        previous vertex.
 
-        The vertex before a source is negative. Edges are longer by the factors `dear` (n,), the mean of both ends', and
-        those of boundaries have no length if `rims` do not count.
+        The vertex before a source is negative.
+
+        Args:
+            points: (n, 3) positions.
+            sources: vertices.
+            usable: (3m,) half-edges.
+            dear: (n,) factors for the length of edges, which have the mean of both ends' factors.
+            rims: whether boundary edges have a length; otherwise it is zero.
         """
         from scipy.sparse import coo_matrix
         from scipy.sparse.csgraph import dijkstra
@@ -184,7 +197,7 @@ class Triangles:
         return reach, before
 
     def along(self, ends: tuple[Index, Index]) -> NDArray[np.bool_]:
-        """Return (3m,) which half-edges lie on the edges between ends[0] and ends[1]."""
+        """Return (3m,) whether half-edges are on the edges between ends[0] and ends[1]."""
         return np.isin(self._edge_key(self.tail, self.head), self._edge_key(*ends))
 
     def _edge_key(self, a: Index, b: Index) -> Index:
@@ -192,8 +205,8 @@ class Triangles:
 
 
 def _fans(twin: Index) -> Index:
-    """Return (3m,) which fan of triangles each corner belongs to, by the other half-edge (3m,) on each one's edge or
-    -1.
+    """Return (3m,) the fan of triangles to which each corner belongs, given the twin half-edges (3m,), -1 for
+    none.
     """
     joined = np.flatnonzero(twin >= 0)
     other = twin[joined]
@@ -201,7 +214,9 @@ def _fans(twin: Index) -> Index:
 
 
 def _seams(shape: Triangles, points: Real) -> list[Index]:
-    """Pairs of half-edges (k, 2) along which two surfaces could be joined, those that share most edges first."""
+    """Return pairs of half-edges (k, 2) along which two surfaces could be joined, those with most common edges
+    first.
+    """
     order, begins = shape._sorted_edges
     label, found = shape.components(), dict[tuple[int, int], list[tuple[int, int]]]()
     ends, most = np.append(begins[1:], order.size), min(MOST_SEAMS, 1 + MOST_LOOKED // len(shape.faces))
@@ -214,12 +229,12 @@ def _seams(shape: Triangles, points: Real) -> list[Index]:
 
 
 def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
-    """Return the half-edges (k,) of an edge in pairs that continue from each other most evenly, each once."""
+    """Return the half-edges (k,) of an edge in pairs that continue each other most smoothly, each once."""
     a, b, c = (
         points[v] for v in (shape.tail[half], shape.head[half], shape.tail[3 * (half // 3) + (half + 2) % 3])
     )
     along = b - a
-    square = np.maximum(np.einsum("ki,ki->k", along, along), 1e-300)  # the ends may be one point
+    square = np.maximum(np.einsum("ki,ki->k", along, along), 1e-300)  # the ends may coincide
     out = c - a - along * (np.einsum("ki,ki->k", c - a, along) / square)[:, None]
     out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
     bend = np.where(shape.tail[half][:, None] == shape.head[half], out @ out.T, np.inf)
@@ -232,8 +247,8 @@ def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
 
 
 def _flattens(before: Index, after: Index, pairs: Index) -> bool:
-    """Return whether surfaces joined at pairs of half-edges hang together there, and can be flattened if one of them
-    could.
+    """Return whether surfaces joined at pairs of half-edges are connected there, and can be flattened if one of
+    them could.
     """
     label = _labels_of(before)
     own = _labels_of(after) == _labels_of(after)[pairs[0, 0] // 3]
@@ -245,13 +260,13 @@ def _flattens(before: Index, after: Index, pairs: Index) -> bool:
 
 
 def _labels_of(twin: Index) -> Index:
-    """Return (m,) the surface of each triangle, joined across half-edges."""
+    """Return (m,) the surface of each triangle, connected across half-edges."""
     inner = np.flatnonzero(twin > np.arange(twin.size))
     return labels(inner // 3, twin[inner] // 3, twin.size // 3)
 
 
 def _apart(twin: Index, own: NDArray[np.bool_]) -> Triangles:
-    """Return the marked triangles (m,), all of a surface, with a vertex for each of their fans."""
+    """Return the marked triangles (m,), all of one surface, with a vertex for each of their fans."""
     half = np.flatnonzero(np.repeat(own, 3))
     number = np.full(twin.size, -1)
     number[half] = np.arange(half.size)
@@ -268,7 +283,7 @@ def _is_open(surface: Triangles) -> bool:
 
 
 def walk(before: Index, end: int) -> list[int]:
-    """Return the way from `end` back to a source, following `before` of `Triangles.paths`."""
+    """Return the path from `end` back to a source, following `before` of `Triangles.paths`."""
     way = [end]
     while before[way[-1]] >= 0:
         way.append(int(before[way[-1]]))
@@ -276,8 +291,8 @@ def walk(before: Index, end: int) -> list[int]:
 
 
 def labels(a: Index, b: Index, count: int) -> Index:
-    """Return (count,) component of each node of a graph with edges a[i] - b[i], numbered by first appearance."""
-    from scipy.sparse import coo_matrix  # slow to import, and no picture between drawings needs it
+    """Return (count,) the component of each node of a graph with edges a[i] - b[i], numbered by first appearance."""
+    from scipy.sparse import coo_matrix  # slow to import, and not needed for maps between drawings
     from scipy.sparse.csgraph import connected_components
 
     graph = coo_matrix((np.ones(a.size, np.int8), (a, b)), shape=(count, count))
@@ -289,7 +304,7 @@ def labels(a: Index, b: Index, count: int) -> Index:
 
 
 def firsts(label: Index, count: int) -> Index:
-    """Return (count,) where each of the labels 0 .. count - 1, all of which are there, comes first."""
+    """Return (count,) the first position of each of the labels 0 .. count - 1, all of which have to occur."""
     first = np.empty(count, np.int64)
-    first[label[::-1]] = np.arange(label.size)[::-1]  # of several the last one is kept
+    first[label[::-1]] = np.arange(label.size)[::-1]  # of several assignments the last one is kept
     return first
