@@ -1,7 +1,8 @@
-"""Scans and photographs: what stands out from paper or a table under uneven light, cleaned until it can be traced.
+"""Scans and photographs: find what stands out from paper or a table under uneven light, and clean it for tracing.
 
-The background is a surface of second degree through what lies along the border, and what is like it; for the inside of
-lines the neighbourhood itself. Gaps of a line are closed by the smallest disk for which it encloses more than itself.
+The background is modelled as a surface of second degree, fitted to the border of the picture and everything like it;
+for the inside of lines, as the local mean. Gaps of a line are closed by the smallest disk for which it encloses more
+area than its own.
 """
 
 import numpy as np
@@ -11,41 +12,48 @@ from scipy import ndimage
 from ...errors import InputError
 from ...pixels.raster import Float, blurred, depths, nearest, pieces, resized_by_area
 
-LONGER_SIDE_PIXELS = 2048  # pixels of the longer side that are looked at (by hand: bounds the time)
-BLOCKS_ACROSS = 48  # of the picture, the longer way, whose medians the background is fitted to (by hand)
-LEAST_DIFFERENCE = 1e-3  # of the range of colours: smaller differences from the background are none (by hand)
-BORDER_DRAWS = 500  # of blocks along the border: 12 lie on paper that makes up 70 % of it once in 70
-NOISE_DEVIATIONS = 3  # times what the background varies by: less does not stand out
-SPECK_SIDE_SHARE = 1 / 200  # of the longer side: what is smaller both ways is noise (by hand)
+LONGER_SIDE_PIXELS = 2048  # of the picture that is analysed (by hand: limits the time)
+BLOCKS_ACROSS = 48  # blocks along the longer side, to whose medians the background is fitted (by hand)
+LEAST_DIFFERENCE = (
+    1e-3  # of the range of colours: smaller differences from the background are ignored (by hand)
+)
+BORDER_DRAWS = (
+    500  # random samples of border blocks: if 70 % are paper, 1 in 70 samples has 12 blocks of paper
+)
+NOISE_DEVIATIONS = 3  # times the variation of the background: smaller differences do not stand out
+SPECK_SIDE_SHARE = (
+    1 / 200
+)  # of the longer side: pieces smaller than this in both directions are noise (by hand)
 GAP_SIDE_SHARE = 1 / 32  # of the longer side: radius of the largest disk that closes gaps (by hand)
 BACKGROUND_SHARE = 0.9
-"""Of a picture's border: where less is background, things in it are cut off, as in most photographs. Coins on a table
+"""Of a picture's border: with less background, objects are cut off there, as in most photographs. Coins on a table
 leave 92 %, a portrait outdoors 81 %."""
-PAPER_SHARE = 0.7  # the same of a drawing of lines, beside which a table may be seen
-SCATTERED_PIECES = 50  # pieces (limits.PIECES are traced); a page of text or a field of stars has hundreds
-FAINTEST_SHARE = 0.1  # of what stands out from a plain background: half of a line's pixels stand out by more
-LINE_AREA_SHARE = 0.2  # of what it encloses: what covers less is a line around it (by hand)
+PAPER_SHARE = 0.7  # the same for a line drawing, next to which a table may be visible
+SCATTERED_PIECES = 50  # pieces (limits.PIECES are traced); a page of text or a starry sky has hundreds
+FAINTEST_SHARE = 0.1  # of a plain background's difference: half of a line's pixels stand out by more
+LINE_AREA_SHARE = 0.2  # of the enclosed area: ink that covers less is a line around it (by hand)
 
 
 class Photograph(InputError):
-    """A picture in which nothing stands out from a background: it is a picture of everything in it."""
+    """A picture in which nothing stands out from a background, so that all of it is shown."""
 
 
 def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[Float, float, bool]:
-    """Return how much what is meant covers each pixel of a picture, which may be a smaller one.
+    """Return the coverage of each pixel of a picture, possibly reduced in size, by the object in it.
 
     Args:
         colours: (h, w, c) between 0 and 1.
-        trace: "dark" and "light": what is so against its background; "auto": what differs from it, or the inside of
-            a line; "inside": what a line encloses, with the line.
-        photographs: whether to refuse pictures whose border is not a background under uneven light, or that are
-            made of many small pieces.
+        trace: "dark" or "light": everything darker or lighter than its background. "auto": everything different from
+            it, or the inside of a line. "inside": the area that a line encloses, including the line.
+        photographs: whether to refuse pictures whose border is not a background under uneven light, or that consist of
+            many small pieces.
 
     Returns:
-        (h', w') 0 to 1, how many pixels of the picture each of these is wide, and whether it is the inside of a line.
+        (h', w') coverages from 0 to 1, the width of their pixels in pixels of the picture, and whether they are of the
+        inside of a line.
 
     Raises:
-        Photograph: with `photographs`, where there is no background.
+        Photograph: with `photographs`, if there is no background.
         InputError: nothing stands out, or no line encloses anything.
     """
     small, by = _shrunk(colours)
@@ -71,8 +79,7 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
 
 
 def _shrunk(colours: Float) -> tuple[Float, float]:
-    """Return a picture of at most LONGER_SIDE_PIXELS pixels a side, slightly blurred, and how many pixels each of these
-    is wide."""
+    """Reduce a picture to at most LONGER_SIDE_PIXELS pixels per side, slightly blurred; return it and the scale."""
     height, width = colours.shape[:2]
     by = max(1.0, max(height, width) / LONGER_SIDE_PIXELS)
     size = max(1, round(width / by)), max(1, round(height / by))
@@ -80,29 +87,27 @@ def _shrunk(colours: Float) -> tuple[Float, float]:
 
 
 def is_on_background(mask: NDArray[np.bool_], share: float) -> bool:
-    """Return whether a mask leaves this share of the border free, and is not made of many pieces of similar size."""
+    """Return whether a mask leaves this share of the border free, and does not consist of many pieces."""
     return float(np.mean(border_of(mask))) <= 1 - share and not is_scattered(mask)
 
 
 def is_scattered(mask: NDArray[np.bool_]) -> bool:
-    """Return whether a mask is made of so many pieces that they are a texture, as of gravel or stars, and not a
-    shape.
-    """
+    """Return whether a mask has so many pieces that they are a texture, like gravel or stars, and not a shape."""
     return pieces(_without_specks(mask), diagonally=True).count >= SCATTERED_PIECES
 
 
 def border_of(picture: NDArray) -> NDArray:
-    """Return the pixels along the four sides of a picture (h, w, …)."""
+    """Return the pixels on the four sides of a picture (h, w, …)."""
     return np.concatenate([picture[0], picture[-1], picture[:, 0], picture[:, -1]])
 
 
 def smooth(mask: NDArray[np.bool_]) -> Float:
-    """Return a mask as coverages, without a staircase along its outline."""
+    """Return a mask as coverages, smoothed to avoid a staircase along its outline."""
     return blurred(mask, 1)
 
 
 def is_line(mask: NDArray[np.bool_]) -> bool:
-    """Return whether what is in a mask, gaps closed, is a line around much more than itself."""
+    """Return whether a mask, with gaps closed, is a line around an area much larger than its own."""
     ink = _without_specks(mask)
     for radius in (0, *_radii(mask)):
         whole = _largest(_closed(ink, radius, fill=True))
@@ -112,19 +117,19 @@ def is_line(mask: NDArray[np.bool_]) -> bool:
 
 
 def thin_line(colours: Float, ink: Float | None = None) -> tuple[Float, float] | None:
-    """Find a pencil's line around something, whatever the paper is like to both sides of it.
+    """Find a pencil line around something, on paper of any brightness.
 
-    A line is darker (or lighter) than what is to both sides of it, less than twice as far away as the widest gap that
-    is closed: the edge of a shadow or of another sheet is not.
+    A line is darker (or lighter) than both sides of it at a distance of up to twice the widest gap that is closed; the
+    edge of a shadow or of another sheet is not.
 
     Args:
         colours: (h, w, c) between 0 and 1.
-        ink: (h, w) how much of each pixel stands out from a plain background, where there is one. A gap between two
-            shapes, through which it is seen, is not a line.
+        ink: (h, w) how much each pixel stands out from a plain background, if there is one. It shows that a gap between
+            two shapes is not a line.
 
     Returns:
-        (h', w') coverages of the inside of the line, and how many pixels of the picture each of these is wide; None
-        where there is no such line.
+        (h', w') coverages of the inside of the line, and the width of their pixels in pixels of the picture; None if
+        there is no such line.
     """
     small, by = _shrunk(colours)
     around = 2 * _radii(small[..., 0])[-1] + 1
@@ -139,21 +144,21 @@ def thin_line(colours: Float, ink: Float | None = None) -> tuple[Float, float] |
             continue
         if is_on_background(line, PAPER_SHARE) and is_line(
             line
-        ):  # in this order: the second takes ten times as long
+        ):  # in this order, since the second test takes ten times as long
             return smooth(inside_of(line)), by
     return None
 
 
 def _resized(field: Float, shape: tuple[int, ...]) -> Float:
-    """Return values (h, w) at the resolution of a raster of some shape, which is lower."""
+    """Reduce values (h, w) to the resolution of a raster of the given shape."""
     return field if field.shape == shape else resized_by_area(field, (shape[1], shape[0]))
 
 
 def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return what lines enclose, with the lines, and all else that is drawn; gaps are closed by as little as will do.
+    """Return the area that lines enclose, including the lines and all other ink; gaps are closed as little as needed.
 
     Raises:
-        InputError: it encloses nothing.
+        InputError: the lines enclose nothing.
     """
     ink = _without_specks(mask)
     for radius in (0, *_radii(mask)):
@@ -167,13 +172,13 @@ def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _radii(mask: NDArray) -> list[int]:
-    """Of disks that close gaps, each twice the one before."""
+    """Return the radii of disks that close gaps, each twice the one before."""
     most = max(1, round(GAP_SIDE_SHARE * max(mask.shape)))
     return [*(1 << k for k in range(most.bit_length() - 1)), most]
 
 
 def _closed(mask: NDArray[np.bool_], radius: int, *, fill: bool = False) -> NDArray[np.bool_]:
-    """Return a mask without gaps of up to twice the radius; with `fill` also without the holes that are left."""
+    """Close gaps of a mask up to twice the radius wide; with `fill`, also fill the remaining holes."""
     wide = nearest(np.pad(mask, radius + 1)).distances <= radius
     if fill:
         free = pieces(~wide, diagonally=False).labels
@@ -182,7 +187,7 @@ def _closed(mask: NDArray[np.bool_], radius: int, *, fill: bool = False) -> NDAr
 
 
 def _largest(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the piece of a mask that spans most."""
+    """Return the piece of a mask with the largest bounding box."""
     connected = pieces(mask, diagonally=True)
     if not connected.count:
         return mask
@@ -190,24 +195,24 @@ def _largest(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _without_specks(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Without pieces and holes that are small both ways."""
+    """Remove pieces and holes that are small in both directions."""
     least = SPECK_SIDE_SHARE * max(mask.shape)
     for _ in range(2):
         connected = pieces(mask, diagonally=True)
         mask = ~connected.where(
             connected.extents.max(axis=1) > least
-        )  # the rest, whose small pieces are holes
+        )  # the complement, whose small pieces are holes
     return mask
 
 
 def _around(colours: Float) -> tuple[Float, float]:
-    """Return the mean of a neighbourhood that lines hardly change, and how much the picture varies where none are."""
+    """Return the mean of a neighbourhood much wider than lines, and the variation of the picture around it."""
     ground = blurred(colours, max(2.0, max(colours.shape) / 32))
     return ground, _spread(ground - colours)
 
 
 def _surface(colours: Float) -> tuple[Float, float]:
-    """Return a surface of second degree through the background, each channel on its own, and what this varies by."""
+    """Fit a surface of second degree to the background, per channel; return it and the background's variation."""
     height, width, channels = colours.shape
     step = max(1, -(-max(height, width) // BLOCKS_ACROSS))
     rows, columns = np.arange(0, height, step), np.arange(0, width, step)
@@ -229,9 +234,7 @@ def _surface(colours: Float) -> tuple[Float, float]:
 
 
 def _most(powers: NDArray, values: NDArray) -> NDArray:
-    """Return the surface that more than half of the values are closest to, by least median of squares (Rousseeuw
-    1984).
-    """
+    """Return the surface closest to more than half of the values: the least median of squares (Rousseeuw 1984)."""
     rng, (count, terms) = np.random.default_rng(0), powers.shape
     tried = [np.linalg.lstsq(powers, values, rcond=None)[0]]
     for _ in range(BORDER_DRAWS):
@@ -245,5 +248,5 @@ def _powers(x: NDArray, y: NDArray) -> NDArray:
 
 
 def _spread(away: Float) -> float:
-    """Return the median of what the border's pixels are away from the background, of the channel with the most."""
+    """Return the median deviation of border pixels from the background, for the channel where it is largest."""
     return float(np.median(np.abs(border_of(away)), axis=0).max())

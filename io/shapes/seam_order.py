@@ -1,5 +1,5 @@
-"""In which order the seams of two closed meshes run through pins, and where on the source; pins of meshes of the same
-connectivity."""
+"""Choose the order in which seams of two closed meshes run through pins, and their path on the source; and choose pins
+for meshes with the same connectivity."""
 
 from collections.abc import Sequence
 from itertools import chain
@@ -21,13 +21,13 @@ from ..point_syntax import Place
 from .mesh_reading import point_of, split_at
 
 MAPS_TRIED = 3
-"""Of meshes of few triangles that are looked at for one that is not twisted, each by another seam."""
+"""Maps tried for small meshes until one is not twisted, each with another seam."""
 PINNED_VERTICES = 5
-"""Vertices of meshes of the same connectivity that are pins: of a body, its head, hands and feet."""
+"""Pins for meshes with the same connectivity: on a body, its head, hands and feet."""
 
 
 def same_vertices(specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat]) -> list[tuple[Place, Place]]:
-    """Vertices far apart of two closed meshes of the same connectivity, as pins; none where it is another.
+    """Return vertices far apart of two closed meshes with the same connectivity, as pins; empty for other meshes.
 
     Args:
         specs: of source and target.
@@ -59,8 +59,9 @@ def same_vertices(specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat])
 def seam_order(
     specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat], pins: Sequence[tuple[Place, Place]]
 ) -> tuple[list[int], Opening | None]:
-    """Numbers of the pins in the order in which both meshes are best cut through them, if both are closed, and where
-    the source is best cut, if not along geodesics.
+    """Return the best order of pins for cutting two closed meshes, and a path on the source if not along geodesics.
+
+    The order is a list of indices, unchanged if the meshes are not closed.
 
     Args:
         specs: of source and target.
@@ -68,7 +69,7 @@ def seam_order(
         pins: on source and target.
 
     Raises:
-        InputError: a mesh cannot be read, or has no such vertex.
+        InputError: a mesh cannot be read, or does not have such a vertex.
     """
     given = list(range(len(pins)))
     found = [mesh_files.read(spec, file) for spec, file in zip(specs, opened)]
@@ -95,7 +96,7 @@ def seam_order(
 
 
 def _twists(source: Patch, target: Patch, stops: Index, opening: Opening | None) -> bool:
-    """Return whether the map of two surfaces that are cut so is twisted, or there is none."""
+    """Return whether the map of two surfaces cut in this way is twisted, or does not exist."""
     from ...solve import fit
 
     try:

@@ -1,4 +1,4 @@
-"""Shapes from files of every format: `file` or `file#id` to a domain in the core plane."""
+"""Shapes from files of every format: `file` or `file#id` as a domain in the core plane."""
 
 from __future__ import annotations
 
@@ -39,31 +39,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A planar domain as read from a file.
+    """A planar domain read from a file.
 
     Attributes:
-        spec: what the user wrote, `file` or `file#id`.
+        spec: the user's specification, `file` or `file#id`.
         path: the file.
         curve: the domain's boundary in the core plane (y up), counter-clockwise and simple.
         box: lower left and upper right corner of the canvas in the core plane.
         flip: whether the file's y axis points down.
-        pins: places of pins drawn in the file, by name, core plane.
-        pin_radii: radii of the circles that these pins are drawn as, by name.
+        pins: positions of pins drawn in the file, by name, core plane.
+        pin_radii: radii of the circles that represent these pins, by name.
         strokes: strokes drawn in the file, by name, core plane.
         rigid: outlines of rigid regions drawn in the file, core plane.
-        drawing: everything that the file paints, core plane, where the whole drawing is meant, with closed lines filled
-            where lines draw it; `curve` is then the outline of a frame around it, or of its only part.
-        ink: the same as drawn, without lines filled.
-        notes: sentences about what was left out or changed.
-        part: how `#` picks it from the file, where it is one of several that were read.
-        names: ids and labels of what it comes from and of all that this is in.
-        extent: the bounding box of all that were read, where it is one of several.
-        holes: the boundaries of its holes, core plane.
-        hole_names: ids and labels of what is drawn in each of them.
-        aspect: of a layout, width by height of the pictures that lie there.
-        coloured: whether its file has separate colours to show; it is its own texture then.
-        trace: what of a picture is traced, see `silhouette.read`.
-        outlines: all of its file, as written there, where the whole file was read.
+        drawing: everything that the file paints, core plane, if the whole drawing is used; closed lines are filled in
+            line drawings. `curve` is then the outline of a frame around it, or of its only part.
+        ink: the same as drawn, without filling lines.
+        notes: sentences on what was ignored or changed.
+        part: how `#` selects it in the file, if it is one of several shapes.
+        names: ids and labels of its element and of all groups that contain it.
+        extent: the bounding box of all shapes that were read, if it is one of several.
+        holes: boundaries of its holes, core plane.
+        hole_names: ids and labels of the content of each hole.
+        aspect: for a layout, width / height of the pictures on it.
+        coloured: whether its file has separate colours to show; it is then its own texture.
+        trace: how a picture is traced, see `silhouette.read`.
+        outlines: all outlines of its file, in the file's coordinates, if the whole file was read.
     """
 
     spec: str
@@ -91,31 +91,31 @@ class Shape:
 
     @property
     def bounds(self) -> Box:
-        """The bounding box of the outline, or of all that were read with it."""
+        """The bounding box of the outline, or of all shapes that were read with it."""
         return self.extent or self.curve.box
 
     @cached_property
     def mappable_holes(self) -> list[int]:
-        """The numbers of the holes that leave room for a map."""
+        """Indices of the holes that leave room for a map."""
         return mappable(self.curve, self.holes)
 
     is_mesh: ClassVar[bool] = False
 
     def all_at(self, place: Place) -> list[complex]:
-        """Return where a place that the user named is in the plane: of a vertex on a seam each of its copies.
+        """Return the positions in the plane of a place given by the user: several for a vertex on a seam.
 
         Raises:
-            InputError: it is not on the shape.
+            InputError: the place is not on the shape.
         """
         return [self.at(place)]
 
     def unit_at(self, z: complex) -> float:
-        """Return the length in the plane of one unit of the file, near a point of the plane."""
+        """Return the length in the plane of one unit of the file near a point."""
         return 1.0
 
     @cached_property
     def elements(self) -> dict[str, tuple[complex, float]]:
-        """What its file draws inside of it, by id or label: the centroid, and the radius of a circle as large."""
+        """The elements inside it, by id or label: centroid, and radius of a circle with the same area."""
         named: dict[str, list[shapely.Polygon]] = {}
         if not self.is_mesh and READERS.get(formats.suffix_of(self.path)) is svg.read:
             with suppress(InputError):
@@ -133,11 +133,11 @@ class Shape:
 
     @property
     def domain(self) -> Curve | Flattening | Drawn:
-        """What is mapped: the whole drawing, the domain's boundary, or a mesh as it is flattened."""
+        """What is mapped: the whole drawing, the domain's boundary, or a flattened mesh."""
         return self.drawing or self.curve
 
     def part_of(self, drawing: Drawn, number: int) -> Shape:
-        """Return one part of the whole drawing as a shape, called by a number."""
+        """Return one part of the whole drawing as a shape, named by a number."""
         return replace(
             self,
             curve=drawing.tightest.outline,
@@ -150,8 +150,10 @@ class Shape:
         )
 
     def by_element(self) -> list[Shape]:
-        """Return the letters or elements of a whole drawing as shapes, each with all of its parts, the largest first;
-        parts of which no element is known are separate shapes."""
+        """Return the letters or elements of a whole drawing as shapes with all their parts, the largest first.
+
+        Parts whose element is unknown become separate shapes.
+        """
         groups: dict[tuple[str, int | None], list[shapely.Geometry]] = {}
         for number, outline in enumerate(self.chosen):
             known = outline.element is not None
@@ -163,7 +165,7 @@ class Shape:
         return [self.part_of(drawing, number) for number, drawing in enumerate(drawings, start=1)]
 
     def scaled(self, factor: float) -> Shape:
-        """Return a shape smaller or larger about its middle; the extent and the canvas stay."""
+        """Return the shape scaled about its middle; extent and canvas are unchanged."""
         if factor == 1:
             return self
         low, high = self.bounds
@@ -187,22 +189,23 @@ class Shape:
         )
 
     def framed(self, frame: Curve) -> Shape:
-        """Return the shape with the frame that was chosen; holes of one part are only mapped with its own outline."""
+        """Return the shape with the chosen frame as its outline."""
         return replace(self, curve=frame)
 
     @property
     def is_layout(self) -> bool:
-        """Whether the plane is that of a mesh's texture coordinates, and the canvas a tile of it."""
+        """Whether the plane is that of a mesh's texture coordinates, and the canvas one of its tiles."""
         return False
 
     @property
     def mirror(self) -> float | None:
-        """The abscissa of the line about which the plane is mirrored against the file's; None where it is not."""
+        """Abscissa of the line about which the plane is reflected relative to the file; None if it is not."""
         return None
 
     def spread(self, spatial: bool) -> tuple[Real, Real, Real]:
-        """Return (3,) centroid, least and greatest coordinates of the shape, or of all that were read with it, by which
-        parts are paired: those in the plane; of a mesh also those in space.
+        """Return centroid, minimum and maximum (3,) of the shape for pairing; the latter of all that were read with it.
+
+        They are in the plane; for a mesh, in space if `spatial`.
         """
         centre = self.curve.polygon.centroid
         low, high = self.bounds
@@ -213,38 +216,38 @@ class Shape:
 
     @property
     def has_uv(self) -> bool:
-        """Whether the file has texture coordinates: those of a mesh."""
+        """Whether the file has texture coordinates; only meshes do."""
         return False
 
     @property
     def wrap(self) -> Wrap:
-        """What lies beyond a texture that is shown by them."""
+        """The wrap mode of a texture shown by texture coordinates."""
         return REPEAT
 
     @property
     def pictures(self) -> tuple[Path | bytes, ...]:
-        """The textures that the file names, holds or is: those of a mesh, or a drawing that has separate colours."""
+        """The textures that a mesh file refers to or contains, or the drawing's file if it has separate colours."""
         return (self.path,) if self.coloured else ()
 
     def placing(self, texture: Texture, tiles: Box | None = None) -> Placing:
-        """Return where points of the shape's plane lie in a texture, which has a separate place in it.
+        """Return how points of the shape's plane are placed in a texture.
 
         Args:
-            texture: the texture.
-            tiles: of a mesh, what of its texture coordinates the texture covers, if not 0..1 again and again.
+            texture: a texture placed in the plane.
+            tiles: for a mesh, the range of its texture coordinates that the texture covers; 0..1 repeated by default.
         """
         return texture
 
     def to_core(self, xy: ArrayLike) -> Complex:
-        """Return (..., 2) coordinates in the file's units to complex numbers of the core plane."""
+        """Convert (..., 2) coordinates in the file's units to complex numbers of the core plane."""
         xy = np.asarray(xy, dtype=float)
         return _core(xy[..., 0] + 1j * xy[..., 1], self.flip)
 
     def at(self, place: Place) -> complex:
-        """Return a place that the user named, in the core plane.
+        """Return the position in the core plane of a place given by the user.
 
         Raises:
-            InputError: a vertex or a point in space where the shape is not a mesh.
+            InputError: the place is a vertex or a point in space, and the shape is not a mesh.
         """
         if isinstance(place, str) or len(place) != 2:
             text = f"{written(place)} is a point on a mesh, but this is not a mesh; write x,y"
@@ -252,16 +255,16 @@ class Shape:
         return complex(self.to_core(place))
 
     def along(self, places: Sequence[Place], name: str) -> Curve:
-        """Return the stroke through places; `name` is for messages."""
+        """Return the stroke through places; `name` is used in messages."""
         return Curve.stroke([self.at(place) for place in places], name)
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
-        """Complex numbers of the core plane to (..., 2) coordinates in the file's units."""
+        """Convert complex numbers of the core plane to (..., 2) coordinates in the file's units."""
         return xy_of(_core(np.asarray(z, dtype=complex), self.flip))
 
 
 THINNEST_RATIO = 1e6
-"""Square of the outline's length by the area: of a strip, four times its length by its width."""
+"""Outline's length squared / area; for a strip that is four times its length / width."""
 READERS = {
     **dict.fromkeys((".svg", ".svgz"), svg.read),
     ".obj": planar_obj.read,
@@ -282,16 +285,20 @@ def read(
     trace: str = "auto",
     whole: bool = False,
 ) -> Shape:
-    """Return the shape that `file`, `file#part`, `file#number` or `file#part#number` names.
+    """Read the shape that `file`, `file#part`, `file#number` or `file#part#number` specifies.
 
-    Without a part it is the largest outline of the file; a part is an SVG element's or group's id or Inkscape label,
-    or an OBJ object or group; a number counts its outlines from the largest, 1. Curves are flattened to `flatness`
-    times the shape's size with corners kept exactly; `vertices` resamples the result to about so many even edges.
-    What of a picture is traced says `trace`, see `silhouette.read`. With `whole` it is everything that the file, or the
-    part, paints, unless a number picks one outline.
+    Args:
+        text: the specification. Without a part, it means the largest outline of the file; a part is the id or Inkscape
+            label of an SVG element or group, or an OBJ object or group; a number counts outlines from the largest, 1.
+        vertices: approximate number of evenly spaced vertices to which to resample; None for no resampling.
+        flatness: tolerance of flattened curves relative to the shape's size; corners are kept exactly.
+        max_bytes: largest size of the file.
+        max_segments: limit on lines and curves of an SVG file.
+        trace: how pictures are traced, see `silhouette.read`.
+        whole: whether to read everything that the file or part paints, unless a number selects one outline.
 
     Raises:
-        InputError: anything that makes the file no domain, in one line: file, place, what is wrong, what to do.
+        InputError: the file does not contain a valid domain; the message has file, place, problem and remedy.
     """
     spec = Spec.of(text)
     drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)
@@ -366,7 +373,7 @@ def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str
 
 
 def _drawn_region(drawing: Drawing, region: shapely.Geometry) -> Drawn:
-    """Return a region of the file as a drawing in the core plane; the vertices of a single outline stay as they are."""
+    """Return a region of the file as a drawing in the core plane; the vertices of a single outline are kept exactly."""
     first = drawing.outlines[0]
     alone = polygon_of(first.z, *first.holes)
     if len(drawing.outlines) == 1 and alone.is_valid and np.isclose(alone.area, region.area, rtol=1e-9):
@@ -376,7 +383,7 @@ def _drawn_region(drawing: Drawing, region: shapely.Geometry) -> Drawn:
 
 
 def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[Shape]:
-    """Return all shapes that `file` or `file#part` draws, the largest first; constraints drawn there are left out.
+    """Read all shapes that `file` or `file#part` draws, the largest first; drawn constraints are ignored.
 
     Raises:
         InputError: there is none, or as for `read`.
@@ -422,10 +429,10 @@ WEB_FONTS = (".woff", ".woff2")
 
 
 def known(path: Path) -> str:
-    """Return the suffix of a file that shapes are read from.
+    """Return the suffix of a file, checking that shapes can be read from it.
 
     Raises:
-        InputError: it is another.
+        InputError: they cannot.
     """
     suffix = formats.suffix_of(path)
     if suffix not in SUFFIXES:
@@ -450,10 +457,10 @@ def drawn(
     max_segments: int | None = None,
     trace: str = "auto",
 ) -> Drawing:
-    """Everything that a file draws, or a part of it, by the reader that its suffix names.
+    """Read everything that a file, or a part of it, draws, with the reader for its suffix.
 
     Raises:
-        InputError: an unknown suffix, or what the reader finds wrong.
+        InputError: an unknown suffix, or an error of the reader.
     """
     if not 1e-9 <= flatness <= 0.1:
         raise InputError(f"flatness {flatness:g}: must be between 1e-9 and 0.1, relative to the shape's size")
@@ -466,20 +473,18 @@ def drawn(
     if spec.number is not None and not drawing.outlines and not drawing.refused:
         drawing = reader(path, spec.part, **limits)
     if drawing.wrapped is not None and trace == "auto":
-        with suppress(InputError):  # one that cannot be read is its rectangle
+        with suppress(InputError):  # a picture that cannot be read is used as its rectangle
             if outlines := silhouette.of_wrapped(drawing.wrapped, flatness):
                 drawing = replace(drawing, outlines=outlines, paint=None)
     if drawing.has_lines and drawing.outlines:
-        with suppress(InputError):  # a drawing that is too much to be looked at as a whole still has outlines
+        with suppress(InputError):  # outlines can be used even if the drawing as a whole exceeds limits
             drawing.outlines.extend(_lines_apart(drawing))
             drawing.outlines.sort(key=lambda outline: -outline.area)
     return drawing
 
 
 def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
-    """Return the parts of a drawing that lines alone paint, apart from all of its outlines, such as the arcs of an
-    icon.
-    """
+    """Return the parts of a drawing painted only by lines that touch no outline, such as the arcs of an icon."""
     parts = shapely.get_parts(drawing.painted)
     tree = shapely.STRtree(shapely.buffer([polygon_of(each.z) for each in drawing.outlines], 0))
     touching, _ = tree.query(parts, "intersects")
@@ -495,7 +500,7 @@ def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
 
 
 def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tuple[FilledOutline, list[str]]:
-    """Return the outline that is meant, and, if they are to be `reported`, the notes about all the others."""
+    """Return the selected outline and notes; with `told`, including notes on the other outlines."""
     found, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
         raise InputError(
@@ -531,7 +536,7 @@ def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:
 
 
 def _holes(drawing: Drawing, outline: FilledOutline) -> dict[str, Any]:
-    """Return the outlines of holes and the names of what is drawn in them; a hole has no separate name."""
+    """Return the outlines of holes, and the names of what is drawn in them, since holes have no names themselves."""
     named = [other for other in drawing.outlines if other.names and other is not outline]
     starts = np.array([other.z[0] for other in named], dtype=complex)
     return {
@@ -543,8 +548,9 @@ def _holes(drawing: Drawing, outline: FilledOutline) -> dict[str, Any]:
 def _names_in(
     hole: Curve, outline: FilledOutline, others: Sequence[FilledOutline], starts: Complex
 ) -> tuple[str, ...]:
-    """Return the names of what is drawn in a hole, but for those of all that the shape itself is in; `starts` is a
-    point of each of the others.
+    """Return the names of what is drawn in a hole, except those of groups that contain the shape itself.
+
+    `starts` has a point of each of the `others`.
     """
     low, high = hole.box
     near = (low.real <= starts.real) & (starts.real <= high.real)

@@ -1,6 +1,6 @@
-"""Pictures as outlines: what is opaque, or what stands out from the background, traced to a part of a pixel.
+"""Pictures as outlines: opaque regions, or what stands out from the background, traced with subpixel accuracy.
 
-Coordinates are pixels, x right and y down, the centre of the upper left pixel at (0.5, 0.5).
+Coordinates are pixels, x right and y down; the centre of the upper left pixel is at (0.5, 0.5).
 """
 
 from dataclasses import dataclass, replace
@@ -23,21 +23,21 @@ from ..svg.fill import FilledOutline
 if TYPE_CHECKING:
     from ..pictures.image import Image
 
-STRAY_PIXEL_SHARE = 1e-3  # of the pixels: so few transparent ones in an opaque picture are not shape
+STRAY_PIXEL_SHARE = 1e-3  # of the pixels: fewer transparent pixels in an opaque picture are not a shape
 SPECK_PIXELS = 4  # pixels; smaller pieces are noise
-# Tolerances of outlines in pixels. A hard mask knows its outline to half a pixel, and a straight edge in
-# it is a staircase that far to either side: less than 0.75 would keep the stairs.
+# Tolerances of outlines in pixels. In a mask without grey levels, the outline is known to half a pixel, and a straight
+# edge is a staircase that deviates that far to either side: less than 0.75 would keep the steps.
 SOFT_ALPHA, HARD_ALPHA = 0.25, 0.75
 UNEVEN_BORDER_SHARE = 0.1
-"""Of the border's pixels: if more are neither background nor shape, it is not a plain background (by hand)."""
+"""Of the border's pixels: if more are neither background nor shape, the background is not plain (by hand)."""
 EXACT_COLOUR_DISTANCE, ALIKE_COLOUR_DISTANCE = 0.03, 0.06
-"""Differences of colours that are nothing, as those of a flat background, and those of noise and of JPEG files."""
+"""Differences of colours that are ignored: in a flat background, and with noise or JPEG artefacts."""
 FLAT_BORDER_SHARE, HALF_BORDER_SHARE, CUT_SIDES, SLIVER_SHARE = 0.9, 0.5, 2, 0.02
-"""Of a border: the share of one colour that makes it plain. Or half of it, if what is cut off there reaches two sides
-at most, once each, as a bust does: a horizon, a flag's cross and what else fills a photograph reach three or four. What
-takes less of a side than SLIVER_SHARE does not count."""
-LINE_WIDTHS_PER_SIDE = 32  # of the longer side: as wide as a pencil's line around a drawing may be (by hand)
-FEW_SHARE = 0.005  # of the pixels: fewer of another colour, such as noise, do not make a second one
+"""Shares of the border. A background is plain if one colour has FLAT_BORDER_SHARE of it; or HALF_BORDER_SHARE of it, if
+the object is cut off by at most CUT_SIDES sides, once each, like a bust: horizons, crosses of flags and contents of
+photographs reach three or four sides. Contacts shorter than SLIVER_SHARE of a side do not count."""
+LINE_WIDTHS_PER_SIDE = 32  # longer side / largest width of a pencil line around a drawing (by hand)
+FEW_SHARE = 0.005  # of the pixels: fewer of another colour, such as noise, do not count
 CANVAS, SILHOUETTE = "canvas", "silhouette"
 PHOTOGRAPH = (
     "the whole rectangle is used, because the picture has no transparency and no plain background "
@@ -45,12 +45,14 @@ PHOTOGRAPH = (
 )
 INSIDE = "the inside of the line is used; --trace dark uses the line itself"
 LEAST_LEVEL_DISTANCE = 1e-3
-"""Coverage by which no pixel is nearer to the level than that: they keep contours apart (by hand)."""
+"""Least difference of each pixel's coverage from the contour level, which keeps contours apart (by hand)."""
 
 
 class Handed:
-    """The first picture that shapes are read from, decoded, until its colours are asked for: it is its own texture, as
-    most photographs are, or not needed again. A picture of more than `MOST` numbers is not kept."""
+    """Keeps the first picture that a shape is read from, decoded, until its colours are needed.
+
+    A picture is often its own texture, as most photographs are. Pictures with more than `MOST` values are not kept.
+    """
 
     MOST = 1 << 26  # 64 MB of bytes; 4600 by 4600 pixels of three channels
 
@@ -58,22 +60,22 @@ class Handed:
         self._held: tuple[object, Image, Reading] | None = None
 
     def keep(self, path: Path, trace: str, part: str | None, image: "Image", reading: "Reading") -> None:
-        """Keep a picture, unless there is one."""
+        """Keep a picture, unless there is one already."""
         if self._held is None and image.pixels.size <= self.MOST:
             self._held = _key(path, trace, part), image, reading
 
     def clear(self) -> None:
-        """Keep nothing, so that the next picture is kept."""
+        """Forget the picture, so that the next one is kept."""
         self._held = None
 
     def take(self, path: Path, trace: str, part: str | None) -> "tuple[Image, Reading] | None":
-        """Return a picture that is kept, and has not been written since; nothing is kept after that."""
+        """Return the kept picture if its file has not changed, and forget it; None otherwise."""
         held, self._held = self._held, None
         return held[1:] if held and held[0] == _key(path, trace, part) else None
 
 
 def _key(path: Path, trace: str, part: str | None) -> object:
-    """Return what a picture is read from, and how."""
+    """Return a key for a picture's file, its state, and how it is read."""
     try:
         seen = path.stat()
     except OSError:
@@ -90,18 +92,23 @@ def read(
     max_pixels: int = limits.SILHOUETTE_PIXELS,
     trace: str = "auto",
 ) -> Drawing:
-    """Return the outlines in a picture: of its alpha channel, of a mask or drawing on a plain background, or of a scan;
-    of a photograph its rectangle.
+    """Return the outlines in a picture: of its alpha channel, of an object on a plain background, or of a scan.
 
-    With `trace` "auto" alpha is taken where it varies, then what stands out from a plain background, else, as under
-    uneven light, what `scan` finds; of a line that encloses much more than itself its inside. A thin line whose inside
-    is not even half in what was found that way comes first: a drawing on paper that is darker in parts. A picture
-    without any background is a photograph: its rectangle, with a note. For "dark", "light" and "inside" see
-    `scan.field_of`. `chosen` may be `canvas`, the rectangle of any picture, and `silhouette`, which traces photographs,
-    too.
+    With `trace` "auto", alpha is used if it varies, then differences from a plain background, then `scan`, which copes
+    with uneven light. For a line that encloses much more area than its own, the inside is used. A thin line has
+    priority if less than half of its inside was found in this way, as for a drawing on paper with darker areas. A
+    picture without any background is a photograph; its rectangle is used, with a note. For "dark", "light" and
+    "inside" see `scan.field_of`.
 
-    Outlines follow the level where coverage is one half, between pixel centres: smooth curves with corners, within 0.25
-    pixel (0.75 in a mask without grey levels), or within `flatness` times their diagonal where that is more.
+    Outlines are contours at a coverage of one half between pixel centres: smooth curves with corners, accurate to 0.25
+    pixels (0.75 in a mask without grey levels), or to `flatness` times their diagonal if that is more.
+
+    Args:
+        path: the picture.
+        chosen: `canvas` for the rectangle of any picture, `silhouette` to trace photographs, too; or None.
+        flatness: tolerance relative to the diagonal of outlines.
+        max_bytes, max_pixels: limits on the picture's size.
+        trace: see above.
 
     Raises:
         InputError: not a picture, too large, or nothing in it stands out.
@@ -135,8 +142,9 @@ def read(
 
 
 def of_wrapped(picture: WrappedPicture, flatness: float) -> list[FilledOutline]:
-    """Return the outlines of a picture that a drawing wraps, in the drawing's units; none where its alpha does not
-    vary.
+    """Return the outlines of a picture that is a drawing's only content, in the drawing's units.
+
+    Empty if the picture's alpha does not vary.
 
     Raises:
         InputError: it cannot be read.
@@ -162,20 +170,20 @@ def of_wrapped(picture: WrappedPicture, flatness: float) -> list[FilledOutline]:
 
 
 def part_of(chosen: str | None) -> str | None:
-    """Return the name in `name`, `name#number` or `number`."""
+    """Return the name in `name`, `name#number` or `number`; None without a name."""
     name, _, number = (chosen or "").rpartition("#")
     return (name if number.isdecimal() else chosen) or None
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What of a picture is meant.
+    """The interpretation of a picture: which part of it is the shape.
 
     Attributes:
-        kind: where that is known from: "alpha", a "plain" background, a "scan", the inside of a "line", or the
-            "rectangle", all of it.
-        field: (h, w) coverages to be traced; None for all of the picture.
-        scale: how many pixels of the picture each of these is wide.
+        kind: how it was found: by "alpha", on a "plain" background, in a "scan", as the inside of a "line", or the
+            whole "rectangle".
+        field: (h, w) coverages to be traced; None for the rectangle.
+        scale: width of their pixels in pixels of the picture.
         notes: what the user should know about it.
     """
 
@@ -186,7 +194,7 @@ class Reading:
 
 
 def interpret(pixels: NDArray, alpha: int, trace: str = "auto", part: str | None = None) -> Reading:
-    """Decide what of a picture is meant, see `read`.
+    """Find the shape in a picture, see `read`.
 
     Raises:
         InputError: nothing stands out, or values are not finite.
@@ -199,15 +207,15 @@ def interpret(pixels: NDArray, alpha: int, trace: str = "auto", part: str | None
     reading = _opaque_reading(small, alpha, trace, part)
     if by == 1:
         return reading
-    if reading.kind == "plain":  # known to be one, so that its edge is found as finely as the picture has it
+    if reading.kind == "plain":  # recompute at full resolution, to locate the edge as finely as possible
         return replace(reading, field=coverage(pixels, alpha))
     return replace(reading, scale=by * reading.scale)
 
 
 def _shrunk(pixels: NDArray) -> tuple[NDArray, float]:
-    """Return a picture of at most scan.LONGER_SIDE_PIXELS pixels a side in place of one of more than twice as many, and
-    how many pixels each of these is wide: what of a picture is meant is seen as well in a small one, in a hundredth of
-    the time.
+    """Reduce a picture of more than twice scan.LONGER_SIDE_PIXELS pixels to that size; return it and the scale.
+
+    The shape is recognized as well in a small picture, in a hundredth of the time.
     """
     from . import scan
 
@@ -220,7 +228,7 @@ def _shrunk(pixels: NDArray) -> tuple[NDArray, float]:
 
 
 def _opaque_reading(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Reading:
-    """Return what of a picture without transparency is meant."""
+    """Find the shape in a picture without transparency."""
     from . import scan
 
     reading = _foreground(pixels, alpha, trace, part)
@@ -238,7 +246,7 @@ def _opaque_reading(pixels: NDArray, alpha: int, trace: str, part: str | None) -
 
 
 def _foreground(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Reading:
-    """Return what stands out from the background of an opaque picture."""
+    """Find what stands out from the background of an opaque picture."""
     from . import scan
 
     photographs = trace == "auto" and part != SILHOUETTE
@@ -263,8 +271,9 @@ def _foreground(pixels: NDArray, alpha: int, trace: str, part: str | None) -> Re
 
 
 def opaque_part(reading: Reading, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Return (h, w) how much of each pixel of a picture of that shape is covered by what stands out: all of it, however
-    alike it is to the background, where only such pixels surround it.
+    """Return (h, w) the coverage of a picture's pixels by the object, for a picture of the given shape.
+
+    Pixels like the background count as covered if the object surrounds them.
     """
     height, width = shape
     if reading.field is None:
@@ -277,14 +286,13 @@ def opaque_part(reading: Reading, shape: tuple[int, int]) -> NDArray[np.float32]
 
 
 def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
-    """Return whether what is meant of a picture has more than one colour, and so shows separate something.
+    """Return whether the object in a picture has more than one colour, and so is more than a shape.
 
-    Pixels along its edge do not count, which are mixed with the background; for the inside of a line, nor does the
-    line.
+    Pixels at its edge are ignored, since they are mixed with the background; for the inside of a line, so is the line.
     """
     from . import scan
 
-    # some of the pixels of a large picture, none of them a mixture of others
+    # subsample large pictures, without mixing pixels
     step = max(1, max(pixels.shape[:2]) // scan.LONGER_SIDE_PIXELS)
     pixels = pixels[::step, ::step]
     height, width = pixels.shape[:2]
@@ -309,8 +317,10 @@ def straight_colours(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
 
 
 def _is_plain(pixels: NDArray, alpha: int, field: NDArray[np.float32], *, strict: bool) -> bool:
-    """Return whether a picture's border is background and shape, and little in between; if `strict`, also whether it is
-    mostly one colour, which the shape interrupts a few times at most, and the shape is not made of many pieces.
+    """Return whether a picture's border is background and shape with little in between.
+
+    If `strict`, the border must also be mostly one colour, interrupted by the shape a few times at most, and the shape
+    must not consist of many pieces.
     """
     from .scan import border_of, is_scattered
 
@@ -341,7 +351,7 @@ def _enlarged(outline: FilledOutline, by: float) -> FilledOutline:
 
 
 def _is_alpha(pixels: NDArray, alpha: int) -> bool:
-    """Return whether alpha, where there is any, says what the shape is: it varies, in more than a few pixels."""
+    """Return whether alpha defines the shape: it exists, and varies in more than a few pixels."""
     if alpha < 0:
         return False
     half = np.iinfo(pixels.dtype).max / 2 if pixels.dtype.kind == "u" else 0.5
@@ -352,14 +362,14 @@ def _is_alpha(pixels: NDArray, alpha: int) -> bool:
 
 
 def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
-    """Return (h, w) how much of each pixel the shape covers, 0 to 1, from (h, w, c) pixels.
+    """Return (h, w) the coverage, 0 to 1, of pixels (h, w, c) by the shape.
 
-    That is alpha where it varies, in more than a few pixels or in a picture of one colour. Otherwise the difference
-    from the background, the middle colour of the border, relative to the middle difference of all that stands out:
-    exact for masks of two colours, light or dark.
+    It is alpha if that varies in more than a few pixels, or the picture has only one colour. Otherwise it is the
+    difference from the background, the median colour of the border, relative to the median difference of everything
+    that stands out. This is exact for masks of two colours, light or dark.
 
     Raises:
-        InputError: the picture is of one colour, or has values that are not finite.
+        InputError: the picture has only one colour, or values that are not finite.
     """
     scale = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
     if pixels.dtype.kind == "f" and not np.isfinite(pixels).all():
@@ -390,11 +400,10 @@ def coverage(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
 
 
 def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[FilledOutline], int]:
-    """Return the outlines of the pieces of a picture of coverages, the largest first, and the number of pieces not
-    traced.
+    """Trace the pieces of a picture of coverages; return outlines, the largest first, and the number not traced.
 
     Raises:
-        InputError: no piece has at least SPECK_PIXELS pixels.
+        InputError: no piece has enough pixels.
     """
     connected = pieces(field >= 0.5, diagonally=False)
     sizes = connected.sizes
@@ -409,7 +418,7 @@ def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fil
 
 
 def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> FilledOutline | None:
-    """Return the outline of one connected piece, counted from 0, the pixels of all others taken for background."""
+    """Trace one connected piece, counted from 0, with the pixels of all others as background."""
     from skimage.measure import find_contours
 
     from .smooth_outline import smooth_outline
@@ -418,9 +427,9 @@ def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> F
     rows, columns = slice(max(top - 1, 0), bottom + 1), slice(max(left - 1, 0), right + 1)
     own = connected.labels[rows, columns]
     values = np.where((own == number + 1) | (own == 0), field[rows, columns], 0)
-    near = np.abs(values - 0.5) < LEAST_LEVEL_DISTANCE  # or contours could meet in a pixel's centre
+    near = np.abs(values - 0.5) < LEAST_LEVEL_DISTANCE  # contours could otherwise meet at a pixel's centre
     values[near] = np.where(values[near] < 0.5, 0.5 - LEAST_LEVEL_DISTANCE, 0.5 + LEAST_LEVEL_DISTANCE)
-    # the frame of zeros closes outlines at the picture's edge, half a pixel beyond the outermost centres
+    # a frame of zeros closes outlines at the picture's border, half a pixel beyond the outermost centres
     corner = columns.start - 0.5, rows.start - 0.5
     found = find_contours(np.pad(values, 1), 0.5)
     contours = [shapely.Polygon(c[:, ::-1] + corner) for c in found if len(c) > 3]

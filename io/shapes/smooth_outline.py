@@ -1,10 +1,9 @@
-"""Smooth outlines through the contours of pixels, with their corners.
+"""Fit smooth outlines with corners to pixel contours.
 
-A contour is first simplified to a polygon (Douglas & Peucker 1973), whose edges are then lines fitted to the points
-that they stand for. This polygon is the control polygon of a curve: parabolas across the vertices that are not corners,
-as in a quadratic B-spline, and straight lines in the middle of edges much longer than their neighbours. The curve is
-linear in the vertices of the control polygon, which are moved until it fits the contour best in the sense of least
-squares. All lengths are in pixels.
+A contour is first simplified to a polygon (Douglas & Peucker 1973), whose edges are then replaced by lines fitted to
+the points that they represent. This polygon is the control polygon of a curve: parabolas at vertices that are not
+corners, as in a quadratic B-spline, and straight lines in the middle of edges much longer than their neighbours. The
+curve is linear in the control vertices, which are moved to fit the contour by least squares. All lengths are in pixels.
 """
 
 from typing import NamedTuple
@@ -18,46 +17,48 @@ from scipy.sparse.linalg import spsolve
 from ...arrays import Complex, Real, complex_of, xy_of
 from ...plane import cross
 
-REACH_PIXELS = 1.5  # pixels that a vertex may move from where Douglas and Peucker have it
-CUT_EDGE_PIXELS = 2.0  # length of the edge with which contours of pixels cut a corner at most, and its reach
+REACH_PIXELS = 1.5  # distance that a vertex may move from its position in the simplified contour
+CUT_EDGE_PIXELS = 2.0  # longest edge by which a pixel contour cuts a corner, and its distance from it
 ALMOST_STRAIGHT_TOLERANCES = 0.5
-"""Relative to the tolerance: a fitted vertex nearer to the line of its neighbours is noise."""
+"""Relative to the tolerance: a fitted vertex closer to the line through its neighbours is noise."""
 CUT_PIXELS = 1.0
-"""Contours of pixels cut corners: that near to one, their points are not on either of its edges."""
+"""Pixel contours cut corners: points this close to a corner are on neither of its edges."""
 CORNER_TOLERANCES = 4.0
-"""Height of a vertex above the chord between the middles of its edges, relative to the tolerance, from which on it is a
-corner. On a smooth curve an edge's sagitta is at most one tolerance, and the height of a vertex at most two."""
-LONG_EDGE_RATIO = 3.0  # relative to its neighbour: the middle of a longer edge is straight
+"""Least height of a corner above the chord between its edges' midpoints, relative to the tolerance. On a smooth curve
+an edge's sagitta is at most one tolerance, and the height of a vertex at most two."""
+LONG_EDGE_RATIO = 3.0  # relative to its neighbour's length: the middle of a longer edge is straight
 SMOOTHING_TOLERANCES = 2.2
-"""Length over which curvature is smoothed, relative to the tolerance: steps of a staircase are shorter, details that
-the polygon keeps are longer."""
+"""Length over which curvature is smoothed, relative to the tolerance: longer than the steps of a staircase, shorter
+than details that the polygon keeps."""
 ALONG_WEIGHT = 0.3
-"""Weight of distances along the curve relative to those across it, which alone are what is to be small."""
-STAY_WEIGHT = 0.05  # weight of the distance from the place before, which decides where nothing else does
+"""Weight of distances along the curve relative to those across it, which alone measure the fit."""
+STAY_WEIGHT = 0.05  # weight of the distance from the previous position, which makes the solution unique
 FITTING_ROUNDS = 3
-"""Least squares solutions, between which points are projected onto the curve again (by hand)."""
-SAMPLES_PER_EDGE = 16  # points of the curve for each edge: of a sagitta of two tolerances they miss 1/128
-FINE_PIXELS = 0.02  # sagitta of the edges of the result, invisible when it is enlarged 30 times
-POINTS_AT_ONCE = 4096  # points projected at a time, which bounds memory
-NEIGHBOURS = np.array([-1, 0, 1, 2])  # of an edge: the vertices on which its part of the curve depends
+"""Number of least squares solutions; points are projected onto the curve again in between (by hand)."""
+SAMPLES_PER_EDGE = 16  # points of the curve per edge: they miss 1/128 of a sagitta of two tolerances
+FINE_PIXELS = 0.02  # sagitta of the result's edges, invisible even when enlarged 30 times
+POINTS_AT_ONCE = 4096  # points projected at a time, to limit memory
+NEIGHBOURS = np.array(
+    [-1, 0, 1, 2]
+)  # vertices on which an edge's part of the curve depends, relative to its first one
 
 
 def smooth_outline(
     contour: shapely.Polygon, tolerance: float, flatness: float = FINE_PIXELS
 ) -> shapely.Polygon:
-    """Fit a smooth curve to a contour of pixels, with its corners, and return it as a polygon.
+    """Fit a smooth curve with corners to a pixel contour, and return it as a polygon.
 
     Args:
         contour: its exterior is the contour; holes are ignored.
-        tolerance: distance in pixels up to which contours are simplified.
-        flatness: largest distance in pixels of the polygon to the curve.
+        tolerance: distance in pixels for simplifying the contour.
+        flatness: largest distance in pixels between the polygon and the curve.
 
     Returns:
-        the curve within twice the tolerance of the contour, corners aside, which contours of pixels cut; otherwise the
-        polygon that it is made of, or the simplified contour, whichever is valid.
+        The curve if it is within twice the tolerance of the contour, except at corners, which contours cut. Otherwise
+        its control polygon, or the simplified contour, whichever is valid.
     """
     z = complex_of(shapely.get_coordinates(contour.exterior)[:-1])
-    # the first point stays a vertex whatever it is like: an extreme one is more likely to be a corner
+    # simplification keeps the first point, so start at an extreme one, which is likely to be a corner
     z = np.roll(z, -int(np.argmax(np.abs(z - z.mean()))))
     simple = shapely.simplify(shapely.Polygon(xy_of(z)), tolerance)
     fitted, first = _fit_edges(z, complex_of(shapely.get_coordinates(simple.exterior)[:-1]), tolerance)
@@ -71,12 +72,12 @@ def smooth_outline(
 
 
 def _fit_edges(z: Complex, corners: Complex, tolerance: float) -> tuple[Complex, NDArray[np.intp]]:
-    """Move the vertices of a simplified contour to where the lines fitted to its edges meet.
+    """Move the vertices of a simplified contour to the intersections of lines fitted to its edges.
 
-    The simplification alone is off by up to the tolerance, and cuts corners.
+    Simplification alone deviates by up to the tolerance, and cuts corners.
 
     Returns:
-        (k,) the vertices, and the index of the contour's point at each of them.
+        (k,) vertices, and the index of the contour's point at each.
     """
     first = _places(corners, z)
     count = _points_of_edges(first, z.size)
@@ -85,7 +86,7 @@ def _fit_edges(z: Complex, corners: Complex, tolerance: float) -> tuple[Complex,
     kept = np.ones(moved.size, dtype=bool)
     length = np.abs(np.roll(moved, -1) - moved)
     for k in np.flatnonzero(length < CUT_EDGE_PIXELS).tolist():
-        # a short edge between long ones is the cut of a corner: the long ones meet there
+        # a short edge between long ones cuts a corner, which is at their intersection
         before, after = k - 1, (k + 1) % moved.size
         is_cut = 2 * length[k] < min(length[before], length[after]) and kept[before] and kept[after]
         if is_cut and kept.sum() > 3:
@@ -99,39 +100,37 @@ def _fit_edges(z: Complex, corners: Complex, tolerance: float) -> tuple[Complex,
 
 
 def _places(some: Complex, z: Complex) -> NDArray[np.intp]:
-    """Return the indices of some of the points of a contour."""
+    """Return the indices of some points in a contour."""
     index = {point: k for k, point in enumerate(z.tolist())}
     return np.array([index[point] for point in some.tolist()], dtype=np.intp)
 
 
 def _points_of_edges(first: NDArray[np.intp], size: int) -> NDArray[np.intp]:
-    """Return (k,) the numbers of points from each vertex to the next one along a closed contour of `size` points."""
+    """Return (k,) the number of points from each vertex to the next along a closed contour of `size` points."""
     return np.mod(np.roll(first, -1) - first - 1, size) + 1
 
 
 Line = tuple[complex, complex]
-"""A point and the unit direction."""
+"""A point and a unit direction."""
 
 
 def _line(z: Complex) -> Line:
     """Fit a line to points by total least squares."""
-    z = z[1:-1] if z.size > 4 else z  # the ends are shared with the neighbours, and may be cut corners
+    z = z[1:-1] if z.size > 4 else z  # ends are shared with neighbours, and may be at cut corners
     middle = complex(z.mean())
     direction = np.sqrt(complex(np.mean((z - middle) ** 2)))
     return middle, (direction / abs(direction) if direction else complex(z[-1] - z[0]) / abs(z[-1] - z[0]))
 
 
 def _intersection(before: Line, after: Line) -> complex | None:
-    """Return the point where two lines meet; None if they are almost parallel."""
+    """Return the intersection of two lines; None if they are almost parallel."""
     (a, d), (b, e) = before, after
     sine = cross(d, e)
     return a + d * cross(b - a, e) / sine if abs(sine) > 0.05 else None
 
 
 def _meeting(before: Line, after: Line, corner: complex) -> complex:
-    """Return the point where two lines meet, if that is near the corner; otherwise the middle of the corner's feet on
-    both.
-    """
+    """Return the intersection of two lines if it is near the corner, else the mean of the corner's projections."""
     point = _intersection(before, after)
     if point is not None and abs(point - corner) <= REACH_PIXELS:
         return point
@@ -151,7 +150,7 @@ def _fit_curve(
         tolerance: of the polygon.
 
     Returns:
-        points of the curve, and the largest distance to it of the contour's points that are not at corners.
+        Points of the curve, and the largest distance to it from points of the contour that are not at corners.
     """
     n, sharp = start.size, _is_corner(start, tolerance)
     basis = _basis(start, sharp)
@@ -173,9 +172,7 @@ def _fit_curve(
 
 
 def _is_corner(polygon: Complex, tolerance: float) -> NDArray[np.bool_]:
-    """Return (n,) which vertices are corners, as in Potrace (Selinger 2003): those far above the middles of their
-    edges.
-    """
+    """Mark (n,) the vertices that are corners, as in Potrace (Selinger 2003): far above their edges' midpoints."""
     before, after = (np.roll(polygon, 1) + polygon) / 2, (np.roll(polygon, -1) + polygon) / 2
     chord = after - before
     height = np.abs(cross(chord, polygon - before)) / np.maximum(np.abs(chord), 1e-12)
@@ -183,18 +180,18 @@ def _is_corner(polygon: Complex, tolerance: float) -> NDArray[np.bool_]:
 
 
 def _basis(polygon: Complex, sharp: NDArray[np.bool_]) -> Real:
-    """Return the curve's points as combinations of vertices.
+    """Return the curve's points as linear combinations of vertices.
 
-    The part of an edge is from the middle of the parabola at its start to the middle of the one at its end. A parabola
-    begins and ends where it touches the edges: at their middles, or nearer where the other edge is much shorter. At a
-    corner it is only the vertex.
+    The part of the curve for an edge reaches from the middle of the parabola at its start to that at its end. A
+    parabola touches both edges at their midpoints, or nearer to the vertex if the other edge is much shorter. At a
+    corner it degenerates to the vertex.
 
     Returns:
-        (n, SAMPLES_PER_EDGE, 4) coefficients, for each edge, of the vertices NEIGHBOURS relative to its first one.
+        (n, SAMPLES_PER_EDGE, 4) for each edge, coefficients of the vertices NEIGHBOURS relative to its first one.
     """
     length = np.maximum(np.abs(np.roll(polygon, -1) - polygon), 1e-9)
     previous = np.roll(length, 1)
-    # shares of the edges before and after a vertex that its parabola takes
+    # shares of the edges before and after a vertex that its parabola covers
     before = np.where(sharp, 0, np.minimum(previous, LONG_EDGE_RATIO * length) / 2) / previous
     after = np.where(sharp, 0, np.minimum(length, LONG_EDGE_RATIO * previous) / 2) / length
     next_before, next_after = np.roll(before, -1), np.roll(after, -1)
@@ -211,8 +208,9 @@ def _basis(polygon: Complex, sharp: NDArray[np.bool_]) -> Real:
 
 
 def _parabola(t: Real, before: Real, after: Real) -> Real:
-    """Return (n, s, 3) coefficients of a vertex and its neighbours in the points at t of the parabola across it, which
-    begins and ends at the given shares of both edges.
+    """Return (n, s, 3) coefficients of a vertex and its neighbours for points at t on the vertex's parabola.
+
+    The parabola begins and ends at the given shares of both edges.
     """
     before, after = before[:, None], after[:, None]
     head, middle, tail = (1 - t) ** 2, 2 * t * (1 - t), t**2
@@ -226,8 +224,8 @@ def _sections(basis: Real, vertices: Complex) -> Complex:
 
 
 class Feet(NamedTuple):
-    """The nearest points of the curve: (p,) edge, sample before it, share of the way to the next one, unit tangent
-    there, and distance."""
+    """The nearest points of the curve: (p,) edge, sample before the point, share of the way to the next sample, unit
+    tangent, and distance."""
 
     edge: NDArray[np.intp]
     sample: NDArray[np.intp]
@@ -237,9 +235,9 @@ class Feet(NamedTuple):
 
 
 def _project(points: Complex, edge: NDArray[np.intp], sections: Complex) -> Feet:
-    """Return the nearest points on the part of the curve that belongs to each point's edge and both its neighbours."""
+    """Project points onto the parts of the curve that belong to their edges and both neighbours."""
     n, steps = sections.shape[0], SAMPLES_PER_EDGE - 1
-    # nearer parts are not looked for elsewhere: across a thin part is the other side of it
+    # only onto these: across a thin part, the opposite side may be nearer
     around = np.concatenate(
         [np.roll(sections, 1, axis=0)[:, :-1], sections[:, :-1], np.roll(sections, -1, axis=0)], 1
     )
@@ -265,8 +263,9 @@ _NO_FEET = Feet(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0), np.zero
 
 
 def _curvature_changes(polygon: Complex, sharp: NDArray[np.bool_], length: float) -> sparse.csr_array:
-    """Return (n, n) the differences of curvature vectors between neighbouring vertices, weighted so that in least
-    squares they smooth what is shorter than a length. At corners they are zero.
+    """Return (n, n) differences of curvature vectors between neighbouring vertices, zero at corners.
+
+    They are weighted to smooth details shorter than a length in least squares.
     """
     n = polygon.size
     after = np.maximum(np.abs(np.roll(polygon, -1) - polygon), 0.5)
@@ -284,8 +283,9 @@ def _curvature_changes(polygon: Complex, sharp: NDArray[np.bool_], length: float
 def _solve(
     points: Complex, feet: Feet, basis: Real, vertices: Complex, fairness: sparse.csr_array
 ) -> Complex:
-    """Return (n,) the vertices whose curve is nearest to the points in the sense of least squares, for the same feet.
-    Distances across the curve count fully, those along it little, because the feet may slide.
+    """Return (n,) the vertices whose curve is nearest to the points by least squares, with feet held fixed.
+
+    Distances across the curve have full weight, those along it little, since feet may slide.
     """
     n, count = vertices.size, points.size
     share = feet.share[:, None]

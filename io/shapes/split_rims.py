@@ -1,4 +1,4 @@
-"""Meshes whose rim is split, so that chords between written coordinates follow the outline (--subdivide-rim)."""
+"""Split the rims of meshes so that chords between written coordinates follow the outline (--subdivide-rim)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -22,9 +22,7 @@ COARSE_TOLERANCES = 10  # tolerances: an outline farther off between vertices is
 
 
 def missed(boundary: Mapping[str, float], tolerance: float, split: bool) -> list[str]:
-    """Return what is reported where chords between written coordinates are far off an outline, of the report's
-    `boundary`.
-    """
+    """Return a note if chords between written coordinates deviate far from an outline, see `boundary` in the report."""
     if (gap := boundary["hausdorff"]) <= COARSE_TOLERANCES * tolerance:
         return []
     said = (
@@ -41,10 +39,12 @@ def subdivide_rims(
     tolerance: float,
     placed: Sequence[Callable[[Flattening], Complex]],
 ) -> tuple[list[MeshShape], dict[str, int], list[str]]:
-    """Parts of one file with their rims split, less the splits that would turn triangles over, the figures of the
-    report, and what is reported; see `RimSplits`.
+    """Split the rims of parts of one file, except where triangles would flip; see `RimSplits`.
 
-    `placed` gives where the vertices of each part, split or not, come to lie in the map's source, as files round it.
+    `placed` returns the positions in the map's source of a part's vertices, split or not, rounded as in the file.
+
+    Returns:
+        The parts, numbers for the report, and notes.
     """
     splits = RimSplits.of([part.flattening for part in parts], images, maps, tolerance)
     made, before, wanted = list(parts), None, splits.edges
@@ -69,12 +69,12 @@ def _heights(part: MeshShape, placed: Callable[[Flattening], Complex]) -> Real:
 
 
 def _turned(before: Real, after: Real, own: Index) -> Index:
-    """Return which triangles that were upright have parts that are not."""
+    """Return the triangles that were not flipped before, and have flipped parts."""
     return np.unique(own[(before[own] > 0) & (after <= 0)])
 
 
 def _subdivided(parts: Sequence[MeshShape], splits: Sequence[SplitLayout]) -> list[MeshShape]:
-    """Parts of one file with their layouts split."""
+    """Return parts of one file with their layouts split."""
     found = [subdivision(part.flattening, split.surface) for part, split in zip(parts, splits)]
     united = join(parts).file
     polygons = united.content.polygons
@@ -96,7 +96,7 @@ def _subdivided(parts: Sequence[MeshShape], splits: Sequence[SplitLayout]) -> li
 def _with(
     part: MeshShape, split: SplitLayout, how: tuple[Subdivision, Index, Index], file: MeshFile
 ) -> MeshShape:
-    """Return the part on the new file's mesh."""
+    """Return the part with its split layout on the mesh of the new file."""
     before, surface = part.flattening, split.surface
     patch = before.patch
     corner = _corners(patch, split, how, file.mesh)
@@ -121,7 +121,7 @@ def _with(
 
 
 def _corners(patch: Patch, split: SplitLayout, how: tuple[Subdivision, Index, Index], mesh: Mesh) -> Index:
-    """Return (m, 3) corners of a mesh in which triangles stand in the place of polygons, of all triangles."""
+    """Return (m, 3) corners of all triangles in the mesh in which triangles replace polygons."""
     plan, rows, turned = how
     own = split.surface.own
     face = patch.polygon

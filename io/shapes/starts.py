@@ -1,6 +1,7 @@
-"""An earlier map that a constraints file holds, to continue from: what `iccm edit` showed before the last change.
+"""An earlier map in a constraints file, to continue from: what `iccm edit` showed before the last change.
 
-A triangulation of both shapes, with the vertices in the units of their files (on meshes in the flattening's plane)::
+It is a triangulation of both shapes, with vertices in the units of their files (for meshes, in the flattening's
+plane)::
 
     {"start": {"source": [[x, y], ...], "target": [[x, y], ...], "triangles": [[0, 1, 2], ...]}}
 """
@@ -31,7 +32,7 @@ Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
 
 
 class StartingMap(StrictModel):
-    """Triangles with their corners in both shapes, in the units of their files."""
+    """Triangles with their corners in both shapes, in the units of the shapes' files."""
 
     source: Vertices
     target: Vertices
@@ -41,7 +42,7 @@ class StartingMap(StrictModel):
 
     @classmethod
     def of(cls, map: TriangulatedMap, source: Shape, target: Shape) -> StartingMap:
-        """Return a map as it is written."""
+        """Convert a map to the form of a constraints file."""
         rows = (shape.to_file(w) for shape, w in ((source, map.source), (target, map.image)))
         digits = [[(float(f"{x:.12g}"), float(f"{y:.12g}")) for x, y in side.tolist()] for side in rows]
         faces = [(a, b, c) for a, b, c in map.faces.tolist()]
@@ -51,7 +52,7 @@ class StartingMap(StrictModel):
         """Return the map between two shapes.
 
         Raises:
-            InputError: the triangles are not disk, with or without holes, or lie on each other.
+            InputError: the triangles do not form a disk, with or without holes, or overlap.
         """
         z, w = source.to_core(self.source), target.to_core(self.target)
         faces = np.array(self.triangles, dtype=np.int64)
@@ -69,7 +70,7 @@ def _loops(z: Complex, faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...
     """Return the boundary loops, the outer one first.
 
     Raises:
-        InputError: the triangles do not hang together as a disk with holes.
+        InputError: the triangles do not form a disk with holes.
     """
     shape = Triangles(faces, len(z))
     ends = shape.tail[shape.twin < 0]
