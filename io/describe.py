@@ -37,7 +37,7 @@ def describe(name: str | Path, *, max_faces: int = limits.FACES) -> dict[str, An
         return {"file": str(name), "bytes": path.stat().st_size, **_shape(spec)}
     if spec.chosen:
         raise InputError(
-            f"{name}: parts are described of drawings and fonts; iccm info {path} lists those of the file"
+            f"{name}: only parts of drawings and fonts can be described; iccm info {path} lists the parts of this file"
         )
     kinds: dict[str, Callable[[Path], dict[str, Any]]] = {
         "picture": _picture,

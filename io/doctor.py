@@ -120,7 +120,7 @@ def _fonts() -> Finding:
     try:
         from .svg.lettering import finder
     except ImportError as error:  # missing libraries are reported separately
-        return Finding("fonts", f"not looked for: {error}")
+        return Finding("fonts", f"cannot be searched: {error}")
     return Finding("fonts", finder())
 
 

@@ -137,7 +137,7 @@ class _Answers:
             return JSONResponse({"error": f"the file has more than {limits.PAGE_FILE_BYTES >> 20} MB"})
         name, has_parts = request.path_params["name"], request.query_params.get("role") != "texture"
         if len(os.fsencode(name)) > limits.NAME_BYTES:
-            return JSONResponse({"error": f"a name of more than {limits.NAME_BYTES} bytes"}, 400)
+            return JSONResponse({"error": f"the name is longer than {limits.NAME_BYTES} bytes"}, 400)
 
         def keep() -> dict[str, Any]:
             path = self._workspace.put(name, content)
@@ -173,7 +173,7 @@ class _Answers:
         """Open the named files, or a sample."""
         body = await _body(request, limits.PAGE_MESSAGE_BYTES)
         if body is None:
-            return JSONResponse({"error": "more than the names of files"}, 413)
+            return JSONResponse({"error": "the request is too large"}, 413)
         try:
             chosen = json.loads(body)
         except (ValueError, RecursionError):

@@ -81,7 +81,7 @@ export class Exporting {
     this.#asked += 1;
     const number = this.#asked, {name} = this.choice;
     if (this.#hello.target.mesh) {
-      this.#showPicture(this.#panes.target.picture(PREVIEW_SIZE, PREVIEW_SIZE), 'The mesh as it is seen now.');
+      this.#showPicture(this.#panes.target.picture(PREVIEW_SIZE, PREVIEW_SIZE), 'The mesh in the current view.');
       return;
     }
     const isShown = SHOWN.test(name);
