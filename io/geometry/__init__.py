@@ -1,6 +1,6 @@
-"""Points, lines and polygons in files: read, carried through a map, and written as they were read.
+"""Points, lines and polygons in files: read, mapped, and written back in the same format.
 
-document   what a file holds, and the reader that its suffix names
+document   content of a file, and its reader by suffix
 table      CSV and TSV
 geojson    GeoJSON, and lists of landmarks in JSON
 tps        landmark files of morphometrics

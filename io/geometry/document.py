@@ -1,4 +1,4 @@
-"""A file of points, lines or polygons."""
+"""The interface of files with points, lines or polygons."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ NOWHERE = complex(np.nan, np.nan)
 
 @dataclass
 class Geometry:
-    """What a file holds, in its own units, x + iy.
+    """The geometry in a file, in its own units, x + iy.
 
     Attributes:
-        points: (p,) points; NaN for one without a place.
+        points: (p,) points; NaN for those without a position.
         lines: (k,) polylines.
-        polygons: each an outer ring (k,) and those of its holes; no ring repeats its first point.
+        polygons: each a list of the outer ring (k,) and the rings of holes, without repeated end points.
     """
 
     points: Complex = field(default_factory=lambda: np.empty(0, complex))
@@ -35,14 +35,14 @@ class Geometry:
 
 @dataclass
 class Images:
-    """What a map makes of it.
+    """The geometry mapped by a map.
 
     Attributes:
         points: (p,) images, NaN where there is none.
-        lines: of each line its pieces.
-        polygons: of each polygon its parts.
-        keep: whether what has no image keeps its entry, without a place.
-        name: of the file of the shape that they are on.
+        lines: for each line, its mapped pieces.
+        polygons: for each polygon, its mapped parts.
+        keep: whether geometry without an image keeps its entry, without a position.
+        name: of the file of the target shape.
     """
 
     points: Complex
@@ -53,17 +53,17 @@ class Images:
 
 
 class Document(ABC):
-    """A file under way.
+    """A parsed file that can be written back with mapped geometry.
 
     Attributes:
-        geometry: what it holds.
-        notes: what is left out of it.
+        geometry: its content.
+        notes: what was ignored.
     """
 
     upward: ClassVar[bool] = False
-    """Whether y is counted upwards from the lower edge of the canvas, whatever the shape's file does."""
+    """Whether y points up from the lower edge of the canvas, whatever the shape's file does."""
     keeps: ClassVar[bool] = True
-    """Whether it can hold entries without a place."""
+    """Whether it can represent entries without a position."""
 
     geometry: Geometry
     notes: tuple[str, ...] = ()
@@ -71,15 +71,15 @@ class Document(ABC):
     @classmethod
     @abstractmethod
     def parse(cls, data: bytes, columns: str | None) -> Document:
-        """Return the document that a file's bytes are.
+        """Parse the content of a file; `columns` selects columns of a table.
 
         Raises:
-            InputError: they are none; the message begins with what is wrong.
+            InputError: it is invalid; the message starts with what is wrong.
         """
 
     @abstractmethod
     def text(self, images: Images) -> str:
-        """Return the file with images in the place of what they are of."""
+        """Return the file's text with its geometry replaced by the images."""
 
 
 READERS = {
@@ -93,14 +93,14 @@ READERS = {
 
 
 def read(path: str, columns: str | None = None) -> Document:
-    """Return the points, lines and polygons of a file, by its suffix.
+    """Read the points, lines and polygons of a file in the format of its suffix.
 
     Args:
         path: the file.
-        columns: of a table, the names or numbers of those that hold x and y.
+        columns: for a table, names or numbers of the columns with x and y.
 
     Raises:
-        InputError: it cannot be read, or holds none.
+        InputError: it cannot be read, or has no geometry.
     """
     module, _, name = READERS[formats.suffix_of(path)].partition(".")
     if columns and module != "table":

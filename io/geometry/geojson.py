@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946), in whatever plane its coordinates are, and lists of landmarks in JSON."""
+"""GeoJSON (RFC 7946) with coordinates in any plane, and lists of landmarks in JSON."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from ..point_syntax import coordinate
 from .document import Document, Geometry, Images
 
 SIMPLE = {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
-"""Geometries with coordinates."""
+"""Types of geometries with coordinates."""
 TYPES = {*SIMPLE, "GeometryCollection", "Feature", "FeatureCollection"}
 
 
 @dataclass
 class GeoJson(Document):
-    """GeoJSON, or any list or object of points as pairs or with members x and y."""
+    """GeoJSON, or a list or object of points, which are pairs or have members x and y."""
 
     content: Any
     geometry: Geometry
@@ -31,7 +31,7 @@ class GeoJson(Document):
 
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> GeoJson:
-        """By what the content is."""
+        """Parse GeoJSON or landmarks, depending on the content."""
         content = parse_json(data)
         found = _Found()
         if _is_geojson(content):
@@ -46,7 +46,7 @@ class GeoJson(Document):
         return cls(content, Geometry(np.array(found.points, complex), found.lines, found.polygons), notes)
 
     def text(self, images: Images) -> str:
-        """Return the same with coordinates of the images."""
+        """Return the document with the coordinates of the images."""
         points = iter(images.points.tolist())
         if _is_geojson(self.content):
             given = _Given(points, iter(images.lines), iter(images.polygons))
@@ -70,7 +70,7 @@ class GeoJson(Document):
 
 
 class _Found:
-    """What a document holds, in order."""
+    """Collects the geometry of a document in order."""
 
     def __init__(self) -> None:
         self.points: list[complex] = []
@@ -115,7 +115,7 @@ class _Found:
 
 @dataclass
 class _Given:
-    """Images, in the same order."""
+    """Assigns images to geometries, in the same order."""
 
     points: Iterator[complex]
     lines: Iterator[list[Complex]]
@@ -147,7 +147,7 @@ def _is_geojson(content: Any) -> bool:
 
 
 def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield every geometry with coordinates, in order; bounding boxes, which no longer hold, go."""
+    """Yield every geometry with coordinates in order; bounding boxes, which become invalid, are removed."""
     for geometry, _ in geometries(content):
         if not _is_geojson(geometry) or geometry["type"] not in SIMPLE:
             raise InputError(
@@ -157,7 +157,7 @@ def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _dropped(item: Any) -> Any:
-    """Return the content without geometries that are empty, and features without any, or that are null."""
+    """Return the content without geometries that have become empty, and without features left without any."""
     kind = item["type"]
     if kind == "FeatureCollection":
         features = [each for each in item["features"] if each is not None]
@@ -175,7 +175,7 @@ def _holds(geometry: Any) -> bool:
 
 
 def _landmarks(content: Any) -> list[tuple[Any, Any]]:
-    """Return where the points of a list or an object stand: itself, or its only member that holds points."""
+    """Return containers and keys of the points of a list or object: itself, or its only member that contains points."""
     found = _members(content)
     if found is None and isinstance(content, dict):
         inner = [each for value in content.values() if (each := _members(value))]
@@ -186,7 +186,7 @@ def _landmarks(content: Any) -> list[tuple[Any, Any]]:
 
 
 def _members(content: Any) -> list[tuple[Any, Any]] | None:
-    """Return the places of a list or object of points only; None where it is something else."""
+    """Return container and key of each point of a list or object of points; None if it is something else."""
     if isinstance(content, list):
         keys: list[Any] = list(range(len(content)))
     elif isinstance(content, dict):
@@ -207,7 +207,7 @@ def _is_coordinate(item: Any) -> bool:
 
 
 def _pair(position: Any) -> complex:
-    """Return a position as x + iy; NaN where it says null."""
+    """Return a position as x + iy; NaN for null."""
     if isinstance(position, dict) and {"x", "y"} <= position.keys():
         position = [position["x"], position["y"]]
     if not isinstance(position, list) or len(position) < 2 or not all(map(_is_coordinate, position[:2])):

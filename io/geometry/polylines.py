@@ -1,4 +1,4 @@
-"""OBJ files of lines (`l`) and points (`p`) in a plane z = constant."""
+"""OBJ files with lines (`l`) and points (`p`) in a plane z = constant."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _KEPT = (b"o", b"g", b"#")
 
 @dataclass
 class Polylines(Document):
-    """Elements in order: text that stays, points, and lines.
+    """Elements in order: text that is kept, points, and lines.
 
     Attributes:
-        order: "text", "p" or "l" and what it is, in the order of the file.
+        order: "text", "p" or "l" with their content, in file order.
         z: the height of the plane.
     """
 
@@ -30,7 +30,7 @@ class Polylines(Document):
 
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> Polylines:
-        """Vertices, then elements that name them by number, negative ones from the end."""
+        """Parse vertices and the elements that refer to them by number; negative numbers count from the end."""
         vertices: list[tuple[float, float, float]] = []
         order: list[tuple[str, str]] = []
         points: list[complex] = []
@@ -66,7 +66,7 @@ class Polylines(Document):
         return cls(order, heights[0], Geometry(np.array(points, complex), lines))
 
     def text(self, images: Images) -> str:
-        """Return the same elements with separate vertices; a line that was cut is several."""
+        """Return the same elements with new vertices; a line that was cut becomes several."""
         out: list[str] = []
         count, points, lines = 0, iter(images.points.tolist()), iter(images.lines)
         for kind, text in self.order:

@@ -1,4 +1,4 @@
-"""Tables of points (CSV, TSV): two columns hold x and y, all others stay as they are."""
+"""Tables of points (CSV, TSV): two columns contain x and y, all others are kept."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from ..point_syntax import coordinate
 from .document import NOWHERE, Document, Geometry, Images
 
 MISSING = frozenset(["na", "n/a", "#n/a", "nan", "null", "none", "missing"])
-"""Cells, in lower case, that say that there is no value."""
-SNIFFED_ROWS = 50  # rows by which a delimiter and decimal commas are found
+"""Cells, in lower case, that mean a missing value."""
+SNIFFED_ROWS = 50  # rows in which delimiter and decimal commas are detected
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
 @dataclass
 class Table(Document):
-    """Rows of cells; empty coordinates are points without a place."""
+    """Rows of cells; empty coordinates are points without a position."""
 
     head: list[str]
     rows: list[list[str]]
@@ -36,7 +36,7 @@ class Table(Document):
 
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> Table:
-        """Cells between tabs, commas or semicolons; the first row is a head unless its coordinates are numbers."""
+        """Parse cells separated by tabs, commas or semicolons; the first row is a header unless it has coordinates."""
         text = _decoded(data)
         first = text.partition("\n")[0]
         delimiter = _delimiter(text)
@@ -70,7 +70,7 @@ class Table(Document):
         return cls(head, rows, at, delimiter, ending, Geometry(z), comma)
 
     def text(self, images: Images) -> str:
-        """Return the rows with their images; of those without one none, or with empty cells."""
+        """Return the rows with their images; rows without one are dropped, or get empty cells."""
         out = io.StringIO(newline="")
         writer = csv.writer(out, delimiter=self.delimiter, lineterminator=self.ending)
         if self.head:
@@ -92,11 +92,10 @@ class Table(Document):
 
 
 def _decoded(data: bytes) -> str:
-    """Return the text of a table: UTF-8, UTF-16 (as spreadsheets export "Unicode text"), else what Windows writes in
-    the West.
+    """Decode the text of a table: UTF-8, UTF-16 (as in spreadsheets' "Unicode text"), else Western Windows encoding.
 
     Raises:
-        InputError: it is none of these.
+        InputError: it has none of these encodings.
     """
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         encodings = ["utf-16"]
@@ -113,9 +112,7 @@ def _decoded(data: bytes) -> str:
 
 
 def _delimiter(text: str) -> str:
-    """Return what parts the cells: tabs where there are any, semicolons where commas are only inside numbers, else
-    commas.
-    """
+    """Return the delimiter: tab if there is any, semicolon if commas occur only inside numbers, else comma."""
     lines = text.split("\n", SNIFFED_ROWS)[:SNIFFED_ROWS]
     first = lines[0]
     if "\t" in first:
@@ -128,13 +125,13 @@ def _delimiter(text: str) -> str:
 
 
 def _has_decimal_commas(rows: list[list[str]], at: tuple[int, int]) -> bool:
-    """Return whether coordinates have a comma before their decimals."""
+    """Return whether coordinates have decimal commas."""
     cells = (row[k].strip() for row in rows[:SNIFFED_ROWS] for k in at if k < len(row))
     return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
 
 
 def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
-    """Return the places of the columns of x and y: as named, else those called x and y, else the first two."""
+    """Return the indices of the columns of x and y: as named, else those called x and y, else the first two."""
     names = [name.strip() for name in first]
     low = [name.lower() for name in names]
     if wanted is None:
@@ -164,9 +161,7 @@ def _is_number(text: str) -> bool:
 
 
 def _place(row: list[str], at: tuple[int, int], line: int) -> complex:
-    """Return the place of a row that is not two numbers: none where both cells are empty, or say that a value is
-    missing.
-    """
+    """Return the position of a row whose cells are not two numbers: NaN if both are empty, or one means missing."""
     if max(at) >= len(row):
         raise InputError(f"row {line}: has only {len(row)} cells, but column {max(at) + 1} is needed")
     cells = [row[k] for k in at]

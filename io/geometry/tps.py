@@ -1,4 +1,4 @@
-"""TPS files of landmarks, as tpsDig and geomorph have them: y counts upwards from the lower edge of the image."""
+"""TPS files of landmarks, as in tpsDig and geomorph: y points up from the lower edge of the image."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _KEY = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
 
 @dataclass
 class Tps(Document):
-    """Lines of text, and which of them are places."""
+    """Lines of text, and the numbers of those that are positions."""
 
     upward = True
 
@@ -29,7 +29,7 @@ class Tps(Document):
 
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> Tps:
-        """LM=n and POINTS=n are followed by so many places; everything else stays as it is."""
+        """Parse LM=n and POINTS=n, which are followed by n positions; all other lines are kept."""
         lines = data.decode("utf-8-sig").splitlines()
         places: list[int] = []
         z: list[complex] = []
@@ -61,7 +61,7 @@ class Tps(Document):
         return cls(lines, places, Geometry(np.array(z)), notes)
 
     def text(self, images: Images) -> str:
-        """Return the lines with the images of places; landmarks keep their numbers, so that those without are NA."""
+        """Return the lines with images of positions; missing ones become NA, so that landmarks keep their numbers."""
         out = list(self.lines)
         for k, z in zip(self.places, images.points.tolist()):
             out[k] = f"{z.real!r} {z.imag!r}" if z == z else MISSING

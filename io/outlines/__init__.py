@@ -3,6 +3,6 @@
 polygons   GeoJSON, and annotations of pictures (labelme, COCO)
 topology   TopoJSON as GeoJSON
 antimeridian  polygons across 180°
-lettering  words set in a font file
+lettering  text set in a font file
 dxf        closed lines of CAD drawings
 """

@@ -14,9 +14,9 @@ POLE_DEGREES = 90.0
 
 
 def joined(polygons: Sequence[Rings]) -> Sequence[Rings]:
-    """Return the polygons of one feature, each as its outline and its holes, in one piece across 180°.
+    """Join the polygons of one feature across 180°; each is a list of its outline and holes.
 
-    The same sequence is returned where nothing crosses, or coordinates are not degrees of longitude and latitude.
+    The same sequence is returned if nothing crosses, or coordinates are not degrees of longitude and latitude.
     """
     every = [ring for rings in polygons for ring in rings]
     if not every or not all(_is_in_degrees(ring) for ring in every):
@@ -36,7 +36,7 @@ def joined(polygons: Sequence[Rings]) -> Sequence[Rings]:
 
 
 def _turns(polygons: Sequence[Rings]) -> list[int]:
-    """By how many turns around the Earth each polygon is moved, so that all together begin after the widest gap."""
+    """Return the full turns of longitude by which to shift each polygon so that together they have the least extent."""
     low = np.array([rings[0].real.min() for rings in polygons])
     width = np.array([np.ptp(rings[0].real) for rings in polygons])
     if (low + width).max() - low.min() <= 180 or width.max() >= 360:
@@ -59,11 +59,9 @@ def _is_in_degrees(ring: Complex) -> bool:
 
 
 def _unwrapped(ring: Complex) -> Complex:
-    """Return a ring without jumps from one side of 180° to the other; one around a pole, and one without jumps, as it
-    is.
-    """
+    """Remove jumps across 180° from a ring; one around a pole, or without jumps, is returned as it is."""
     step = np.diff(ring.real, append=ring.real[:1])
-    # the edge of a map of the world, or of a polygon that was closed along 180°, runs along the pole
+    # edges along a pole belong to maps of the whole world, or to polygons closed along 180°
     turns = np.where(step > 180, -1, np.where(step < -180, 1, 0))
     if not turns.any() or turns.sum() or (np.abs(ring.imag) >= POLE_DEGREES - NEAR_DEGREES).any():
         return ring
@@ -71,13 +69,13 @@ def _unwrapped(ring: Complex) -> Complex:
 
 
 def _beside(rings: Rings) -> Rings:
-    """Return the rings of one polygon, the holes on the same turn around the Earth as the outline."""
+    """Return the rings of one polygon, with holes shifted to the same turn of longitude as the outline."""
     middle = (rings[0].real.max() + rings[0].real.min()) / 2
     return [rings[0], *(hole + 360 * np.round((middle - hole.real.mean()) / 360) for hole in rings[1:])]
 
 
 def _snapped(ring: Complex) -> Complex:
-    """Return what is all but at 180° exactly there, so that halves meet."""
+    """Move points very close to 180° exactly there, so that halves meet."""
     return np.where(
         np.abs(np.abs(ring.real) - 180) <= NEAR_DEGREES, 180 * np.sign(ring.real) + 1j * ring.imag, ring
     )

@@ -1,6 +1,7 @@
-"""Closed lines of DXF drawings (ezdxf): polylines with bulges, splines, circles, ellipses, lines and arcs that join.
+"""Closed lines of DXF drawings, read by ezdxf: polylines with bulges, splines, circles, ellipses, chains of lines and
+arcs.
 
-y points up; units are the file's. Loops of a layer inside each other are holes; layers are the names.
+y points up; units are the file's. Loops inside each other on a layer are holes; names are those of layers.
 """
 
 import json
@@ -20,7 +21,7 @@ from ...plane import diagonal
 from .. import files, limits
 from ..svg.drawing import Drawing
 
-JOINED_DIAGONAL_SHARE = 1e-6  # of the drawing's diagonal: ends so close to each other meet
+JOINED_DIAGONAL_SHARE = 1e-6  # of the drawing's diagonal: ends at most this far apart are joined
 NO_FONTS = {"version": 2, "font-faces": []}
 """An empty font list in ezdxf's format, so that ezdxf does not scan the system's fonts. It is rebuilt for other
 versions.
@@ -31,7 +32,7 @@ DRAWN = {"LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE",
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> Drawing:
-    """Return the closed outlines of the drawing's model space, blocks included, or of the layer `chosen`.
+    """Return the closed outlines in the drawing's model space, including blocks, or on the layer `chosen`.
 
     Raises:
         InputError: ezdxf is not installed, or the file is not a DXF drawing.
@@ -77,10 +78,10 @@ def read(
 
 @contextmanager
 def _without_fonts() -> Iterator[None]:
-    """Let ezdxf be imported without looking through the system's fonts, of which it would keep a list in the home.
+    """Prevent ezdxf from scanning the system's fonts when it is imported, and from storing a list of them.
 
-    It takes such a list from the folder for caches instead of making one: here an empty one from a folder that is
-    removed. Lines need no fonts.
+    ezdxf reads such a list from the cache folder if there is one; this provides an empty list in a temporary folder.
+    Lines need no fonts.
     """
     before = os.environ.get("XDG_CACHE_HOME")
     with files.scratch() as folder:
@@ -96,7 +97,7 @@ def _without_fonts() -> Iterator[None]:
 
 
 def _add(drawing: Drawing, layer: str, curves: list[Complex], near: float) -> None:
-    """Add a layer's closed loops, and say how many lines are open."""
+    """Add a layer's closed loops to the drawing, and a note on open lines."""
     closed = [z for z in curves if z.size > 2 and abs(z[0] - z[-1]) <= near]
     rest = [z for z in curves if not (z.size > 2 and abs(z[0] - z[-1]) <= near)]
     joined = shapely.set_precision([shapely.LineString(xy_of(z)) for z in rest], near, mode="pointwise")

@@ -1,4 +1,4 @@
-"""Words set in a font file: `font.ttf#text=Word`, 100 units to the em, y down, letters as parts, counters as holes."""
+"""Text set in a font file: `font.ttf#text=Word`, 100 units per em, y down, letters as parts, counters as holes."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,19 +17,19 @@ from ..svg.fill import FilledOutline, outlines
 from ..svg.fonts import Font
 from ..svg.path_data import subpaths
 
-UNITS_PER_EM = 100.0  # units to the em
+UNITS_PER_EM = 100.0
 TEXT = "text="
-LINE_EMS = 0.8, 1.0  # ems above the baseline, and in all, of the canvas where letters do not reach beyond it
+LINE_EMS = 0.8, 1.0  # least height of the canvas above the baseline, and in all, in ems
 SAY = "a font needs a text, such as {}#text=Word"
 
 
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> Drawing:
-    """Return the outlines of a line of text, kerned, with the font's ligatures.
+    """Return the outlines of a line of text with kerning and ligatures.
 
     Raises:
-        InputError: no text is said, the file is not a font, or has no such letters.
+        InputError: no text is given, the file is not a font, or lacks letters.
     """
     files.open_input(path, max_bytes=max_bytes)
     if not (chosen or "").startswith(TEXT) or not (text := (chosen or "")[len(TEXT) :].strip()):
@@ -63,8 +63,9 @@ def read(
 
 
 def _letters_of(found: Sequence[FilledOutline], letters: Sequence[tuple[int, Complex]]) -> list[int]:
-    """Return the letter that each outline is a part of, and of several that it joins the one with most of its area;
-    `letters` are the rings of all glyphs, each with the place of its letter in the text.
+    """Return the letter that each outline belongs to; if it joins several, the one with the largest area in it.
+
+    `letters` has the rings of all glyphs, each with the index of its letter in the text.
     """
     areas = shapely.make_valid([polygon_of(z) if z.size > 2 else shapely.Polygon() for _, z in letters])
     numbers = np.array([letter for letter, _ in letters])

@@ -17,21 +17,21 @@ Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and the rule
 MOST_NESTED_COLLECTIONS = 50  # collections in each other
 MEMBERS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 NAMES = ("name", "id", "label", "title", "class")
-"""What a property whose value names a feature is called, or ends with."""
+"""Names, or ends of names, of properties that name a feature."""
 POLYGONS = {"Polygon", "MultiPolygon"}
-NAMED_FEATURES = 5  # features that a note names
+NAMED_FEATURES = 5  # features named in a note at most
 RECORD_SEPARATOR = b"\x1e \t\r"
 
 
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.GEOMETRY_BYTES
 ) -> Drawing:
-    """Return the polygons of a file, or those of the feature, label, category, or picture that is called `chosen`.
+    """Return the polygons of a file, or those of the feature, label, category or picture called `chosen`.
 
-    Coordinates are taken as they are: no projection. `flatness` is not used: nothing is curved.
+    Coordinates are used unchanged, without a projection. `flatness` is not used, since there are no curves.
 
     Raises:
-        InputError: no such JSON, or none of its polygons is one.
+        InputError: the JSON has no known structure, or no valid polygon.
     """
     content = _content(path, max_bytes)
     if not isinstance(content, dict):
@@ -58,7 +58,7 @@ def read(
 
 
 def holds(path: Path) -> bool:
-    """Return whether JSON holds polygons, and not constraints."""
+    """Return whether a JSON file contains polygons rather than constraints."""
     try:
         content = _content(path, limits.GEOMETRY_BYTES)
     except InputError:
@@ -67,8 +67,7 @@ def holds(path: Path) -> bool:
 
 
 def _content(path: Path, max_bytes: int) -> Any:
-    """Return what a file holds, as one document: a list of features (QuPath), and features line by line, are a
-    collection.
+    """Return a file's content as one document; lists of features (QuPath) and lines of features become collections.
 
     Raises:
         InputError: it is not JSON.
@@ -87,7 +86,7 @@ def _content(path: Path, max_bytes: int) -> Any:
 
 
 def _of_lines(path: Path, max_bytes: int) -> list[Any]:
-    """Return the documents of a file that has one on each line (RFC 8142, GeoJSONL); none where a line is not one."""
+    """Return the documents of a file with one per line (RFC 8142, GeoJSONL); empty if a line is not JSON."""
     lines = [
         line.strip(RECORD_SEPARATOR) for line in files.read_bytes(path, max_bytes=max_bytes).splitlines()
     ]
@@ -98,7 +97,7 @@ def _of_lines(path: Path, max_bytes: int) -> list[Any]:
 
 
 def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
-    """Add the outlines of what is chosen, or of all, the largest first."""
+    """Add the chosen outlines, or all, to the drawing, the largest first."""
     number = 0
     for names, rings, rule in found:
         number += 1
@@ -114,9 +113,9 @@ def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
 def geometries(
     item: Any, feature: dict[str, Any] | None = None, depth: int = 0
 ) -> Iterator[tuple[Any, dict[str, Any] | None]]:
-    """Yield every geometry of GeoJSON that is not a collection, in order, and the feature that it belongs to.
+    """Yield every GeoJSON geometry that is not a collection, in order, with its feature.
 
-    What is neither feature nor collection is given as it is. Bounding boxes are taken out of the document.
+    Objects that are neither features nor collections are yielded as well. Bounding boxes are removed from the document.
 
     Raises:
         InputError: a collection has no list of members.
@@ -138,9 +137,7 @@ def geometries(
 
 
 def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
-    """Yield the polygons of features and geometries, and what features are called; what is left out or joined is
-    noted.
-    """
+    """Yield the polygons of features and geometries with their names; add notes on what was ignored or joined."""
     others: Counter[str] = Counter()
     joined = list[str]()
     for geometry, feature in geometries(content):
@@ -169,7 +166,7 @@ def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
 
 
 def _labelme(content: dict[str, Any]) -> Iterator[Found]:
-    """Yield the shapes that have an inside."""
+    """Yield the shapes that enclose an area."""
     for shape in content["shapes"]:
         kind, points = shape.get("shape_type", "polygon"), _ring(shape["points"])
         if kind == "rectangle":

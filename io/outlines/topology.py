@@ -1,4 +1,4 @@
-"""TopoJSON as GeoJSON: arcs that neighbours share, put together to rings (TopoJSON 1.0, section 2)."""
+"""TopoJSON as GeoJSON: rings assembled from arcs that neighbours share (TopoJSON 1.0, section 2)."""
 
 from typing import Any
 
@@ -11,10 +11,10 @@ MOST_NESTED_COLLECTIONS = 50  # collections in each other
 
 
 def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
-    """Return the features of a topology; any other document as it is.
+    """Convert a topology to a feature collection; any other document is returned as it is.
 
     Raises:
-        InputError: it refers to an arc that it does not have.
+        InputError: it refers to an arc that does not exist.
     """
     if content.get("type") != "Topology":
         return content
@@ -29,7 +29,7 @@ def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _arc(points: Any, transform: Any) -> NDArray[np.float64]:
-    """Return (n, 2) points; of a quantised topology, differences in whole numbers."""
+    """Return (n, 2) points of an arc; in a quantized topology, they are stored as differences of integers."""
     arc = np.array([point[:2] for point in points], dtype=float).reshape(-1, 2)
     if transform is None:
         return arc
@@ -41,9 +41,7 @@ def _arc(points: Any, transform: Any) -> NDArray[np.float64]:
 def _feature(
     geometry: dict[str, Any], arcs: list[NDArray[np.float64]], name: str, depth: int
 ) -> dict[str, Any]:
-    """Return a geometry, or a collection of them, as a feature or a collection; `name` is that of the object it is
-    in.
-    """
+    """Convert a geometry to a feature, or a geometry collection to a feature collection; `name` is its object's."""
     kind = geometry.get("type")
     if kind == "GeometryCollection" and depth < MOST_NESTED_COLLECTIONS:
         members = [_feature(each, arcs, "", depth + 1) for each in geometry["geometries"]]
@@ -60,7 +58,7 @@ def _feature(
 
 
 def _ring(numbers: list[int], arcs: list[NDArray[np.float64]]) -> list[list[float]]:
-    """Return the points of a ring of arcs, each of which begins where the one before ends; ~k is arc k backwards."""
+    """Return the points of a ring of arcs, each of which begins where the one before ends; ~k is arc k reversed."""
     points = list[list[float]]()
     for number in numbers:
         at = ~number if number < 0 else number

@@ -1,10 +1,10 @@
-"""Pictures in files: read as stored, written with colour space and metadata kept.
+"""Pictures in files: read as stored, written with colour space and metadata.
 
-icc          CMYK and Lab by their ICC profile
+icc          CMYK and Lab converted by ICC profiles
 image        pictures as stored: colour space, alpha, depth
-image_files  read and written, metadata kept
-pillow       pictures opened with Pillow, by an allow-list of formats
-png          PNG files, deflated fast
-stmap_files  STMaps read and written
+image_files  reading and writing, including metadata
+pillow       pictures opened with Pillow, restricted to an allow-list of formats
+png          fast compression of PNG files
+stmap_files  reading and writing of STMaps
 tiles        UDIM tiles: `name.<UDIM>.png`
 """

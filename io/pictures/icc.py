@@ -1,4 +1,4 @@
-"""CMYK and Lab pictures in sRGB, by their ICC profile: OpenImageIO's own conversion knows none."""
+"""Convert CMYK and Lab pictures to sRGB by their ICC profile, which OpenImageIO does not do."""
 
 from io import BytesIO
 from pathlib import Path
@@ -18,7 +18,7 @@ LAB = "CIELAB", "ICCLAB"
 
 
 def needed(spec: oiio.ImageSpec) -> bool:
-    """Return whether a picture, as its header says, is in Lab, or in CMYK with a profile."""
+    """Return whether a picture's header says that it is in Lab, or in CMYK with a profile."""
     kinds = {spec.get_string_attribute(f"{format}:ColorSpace") for format in ("jpeg", "tiff")}
     if kinds.intersection(LAB):
         return True
@@ -26,11 +26,12 @@ def needed(spec: oiio.ImageSpec) -> bool:
 
 
 def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
-    """Return (h, w, 3) sRGB bytes of such a picture, as it is stored, relative to its white and with its black as
-    black.
+    """Return (h, w, 3) sRGB bytes of a picture in Lab or CMYK, in stored orientation.
+
+    The conversion is media-relative with black point compensation.
 
     Raises:
-        InputError: more than 8 bits a channel, or the profile or the pixels make no sense.
+        InputError: more than 8 bits per channel, or an invalid profile or invalid pixels.
     """
     from PIL import ImageCms
 
@@ -66,11 +67,10 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
 
 
 def as_srgb(picture: "PictureFile", path: str | Path) -> tuple[NDArray[np.uint8], int]:
-    """Return the sRGB bytes of a picture that Pillow has read, by its profile if it has one, and the index of its
-    alpha.
+    """Return sRGB bytes of a picture opened by Pillow, converted by its profile if any, and the index of alpha.
 
     Raises:
-        InputError: the profile makes no sense.
+        InputError: the profile is invalid.
     """
     from PIL import ImageCms
 

@@ -1,4 +1,4 @@
-"""Pictures as they are stored, and what formats make of them: colour space, association of alpha, depth."""
+"""Pictures as they are stored, and their conversion for output formats: colour space, alpha association, depth."""
 
 import os
 from dataclasses import dataclass, field, replace
@@ -31,13 +31,13 @@ class Image:
     """A picture as stored.
 
     Attributes:
-        pixels: (h, w, c) uint8, uint16, float16 or float32, row 0 on top.
+        pixels: (h, w, c) uint8, uint16, float16 or float32, row 0 at the top.
         alpha: index of the alpha channel, or -1.
         associated: whether colours are premultiplied by alpha.
-        colorspace: a name that OpenColorIO knows, or "data" for numbers that are not colours.
-        metadata: what else the file said, name -> (OpenImageIO type, value); `channels` -> the channels' names.
+        colorspace: OpenColorIO name, or "data" for numbers that are not colours.
+        metadata: further metadata of the file, name -> (OpenImageIO type, value); `channels` -> the channels' names.
         notes: what a user should know about how the file was read.
-        holes: how many pixels are not finite.
+        holes: number of pixels that are not finite.
     """
 
     pixels: NDArray
@@ -51,9 +51,7 @@ class Image:
     def texture(
         self, box: Box, kind: str = "colour", room: Memory | None = None, turn: complex = 1
     ) -> Texture:
-        """Return the picture placed in the plane, in sRGB or linear light. `kind` other than "colour" is taken as
-        numbers.
-        """
+        """Return the picture placed in the plane, in sRGB or linear light; kinds other than "colour" are plain numbers."""
         transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
         if transfer is not None:
             return Texture(self.pixels, box, self.alpha, transfer, self.associated, turn)
@@ -67,13 +65,13 @@ class Image:
         return Texture(linear, box, self.alpha, "linear", self.associated, turn)
 
     def covered(self) -> "Image":
-        """Return a picture of one pixel like that which `warp` makes: alpha is appended where there is none."""
+        """Return a picture of one pixel with the channels of the result of `warp`: alpha is appended if missing."""
         channels = self.pixels.shape[2] + (self.alpha < 0)
         alpha = self.alpha if self.alpha >= 0 else channels - 1
         return replace(self, pixels=np.zeros((1, 1, channels), self.pixels.dtype), alpha=alpha)
 
     def with_pixels(self, pixels: NDArray, alpha: int) -> "Image":
-        """Return the same kind of picture with other pixels, as `warp` made them from this picture's texture."""
+        """Return a picture of the same kind with other pixels, which `warp` made from this picture's texture."""
         made = replace(self, pixels=pixels, alpha=alpha)
         if pixels.dtype != self.pixels.dtype:
             made = _convert(replace(made, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
@@ -81,13 +79,13 @@ class Image:
 
 
 def own_configuration() -> bool:
-    """Return whether a studio has its own configuration of OpenColorIO, whose names may mean something else."""
+    """Return whether the environment sets an OpenColorIO configuration, in which names may differ."""
     return bool(os.environ.get("OCIO"))
 
 
 @cache
 def transfer_of(colorspace: str) -> str | None:
-    """ "srgb" or "linear" for the spaces that the filters decode themselves, None for the others."""
+    """Return "srgb" or "linear" for colour spaces that filters decode themselves, None for others."""
     if colorspace in USUAL and not own_configuration():
         return TRANSFERS[USUAL[colorspace]]
     config = oiio.ColorConfig()
@@ -101,9 +99,7 @@ def transfer_of(colorspace: str) -> str | None:
 
 @cache
 def usual_of(said: str) -> str | None:
-    """Return a colour space as a file calls it, by one of the usual names where it has one; None where nobody knows
-    it.
-    """
+    """Return the usual name of a colour space if it has one, else the given name; None if it is unknown."""
     if said in USUAL and not own_configuration():
         return USUAL[said]
     config = oiio.ColorConfig()
@@ -113,7 +109,7 @@ def usual_of(said: str) -> str | None:
 
 
 def prepare(image: Image, format: PictureFormat) -> Image:
-    """Return the picture as a format can hold it: encoding, association of alpha, channels and depth."""
+    """Convert the picture to what a format can store: encoding, alpha association, channels and depth."""
     before, encoded = image.colorspace, transfer_of(image.colorspace)
     unsaid = not format.named and encoded != "srgb" and image.colorspace != "data"
     display, linear = format.light == "display", format.light == "linear"
@@ -126,7 +122,7 @@ def prepare(image: Image, format: PictureFormat) -> Image:
         depth = np.uint16 if 16 in format.bits else np.uint8
         image = _convert(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
     elif unsaid and format.light == "any" and image.colorspace != "lin_rec709":
-        # its readers take integers for sRGB, and floats for linear
+        # readers of such formats assume sRGB for integers, and linear light for floats
         deep = image.pixels.dtype.kind == "f"
         image = _convert(image, "lin_rec709" if deep else "sRGB", np.dtype(np.float32 if deep else np.uint16))
     elif unsaid and format.light == "any" and image.pixels.dtype.kind != "f":
@@ -149,7 +145,7 @@ def prepare(image: Image, format: PictureFormat) -> Image:
 
 
 def unassociate(image: Image) -> Image:
-    """Return the picture with alpha divided out, if it is not."""
+    """Return the picture with straight alpha."""
     if not image.associated:
         return image
     srgb = transfer_of(image.colorspace) == "srgb"
@@ -159,7 +155,7 @@ def unassociate(image: Image) -> Image:
 
 
 def _associate(image: Image, *, keep: bool) -> Image:
-    """Alpha multiplied in, and without `keep` removed, the picture being laid on white."""
+    """Multiply colours by alpha; without `keep`, composite the picture on white and remove alpha."""
     srgb = transfer_of(image.colorspace) == "srgb"
     values = colour.decode(
         image.pixels, image.alpha, srgb=srgb, associated=image.associated, premultiply=True
@@ -178,7 +174,7 @@ def _without(image: Image, *names: str) -> dict[str, Any]:
 
 
 def _convert(image: Image, space: str, dtype: np.dtype) -> Image:
-    """Return the picture in another colour space and depth; alpha keeps its association."""
+    """Convert the picture to another colour space and depth; alpha keeps its association."""
     old = image.pixels.dtype
     values = image.pixels.astype(np.float32)
     if old.kind != "f":
@@ -194,7 +190,7 @@ def _convert(image: Image, space: str, dtype: np.dtype) -> Image:
 
 
 def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray:
-    """Up to three channels through OpenColorIO, alpha divided out meanwhile; fewer than three stand for grey."""
+    """Convert up to three channels by OpenColorIO, with straight alpha; fewer than three are treated as grey."""
     rgb = values[..., [*part, *[part[0]] * (3 - len(part))]] if len(part) < 3 else values[..., part]
     alpha = values[..., image.alpha : image.alpha + 1] if image.associated and image.alpha >= 0 else None
     if alpha is not None:
@@ -208,10 +204,10 @@ def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray
 
 
 def error_of(library: Any) -> str:
-    """Return the first line of what OpenImageIO, or a file or buffer of it, says about the last error."""
+    """Return the first line of the last error of OpenImageIO, or of one of its files or buffers."""
     try:
         return first_line(library.geterror())
-    except UnicodeDecodeError:  # it quotes the file
+    except UnicodeDecodeError:  # the message quotes the file
         return "its header contains bytes that are not UTF-8"
 
 

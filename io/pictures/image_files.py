@@ -1,4 +1,4 @@
-"""Pictures in files: read as stored (straight alpha, own depth), written with colour space and metadata kept."""
+"""Pictures in files: read as stored (straight alpha, own depth), written with colour space and metadata."""
 
 import tempfile
 import zlib
@@ -25,7 +25,7 @@ from .png import PngOutput
 __all__ = ["Image", "check", "read", "transfer_of", "write", "write_bands"]
 
 KEPT = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
-WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot hold
+WIDE = {"uint", "int", "uint64", "int64"}  # integers that floats cannot represent exactly
 DECODERS = {
     *(
         "bmp",
@@ -44,12 +44,12 @@ DECODERS = {
     ),
     *("png", "pnm", "psd", "rla", "sgi", "softimage", "targa", "tiff", "webp", "zfile"),
 }
-"""OpenImageIO's names of the formats that are read. Others may follow references to further files, or read none."""
+"""OpenImageIO's names of supported formats. Plug-ins not listed may read other files that a file refers to."""
 STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
-# Brands of files of the ISO base media kind.
+# Brands of files in the ISO base media file format.
 UNREAD = {b"avif": "AVIF", b"avis": "AVIF", b"heic": "HEIC", b"heix": "HEIC", b"mif1": "HEIF"}
 ENCODERS = {"jpeg:subsampling": "4:4:4"}
-# What describes the old file's storage rather than the picture.
+# Metadata about the old file's storage rather than the picture.
 FORGOTTEN: tuple[str, ...] = (
     "oiio:",
     "compression",
@@ -71,13 +71,13 @@ def read(
     colorspace: str | None = None,
     room: Memory | None = None,
 ) -> Image:
-    """Read the first picture of a file as it is stored, upright.
+    """Read the first picture of a file as it is stored, in upright orientation.
 
     Args:
-        path: any format that OpenImageIO reads.
-        max_pixels: the largest width × height that is accepted.
-        colorspace: overrules what the file says.
-        room: where the pixels are kept.
+        path: a file in any format that OpenImageIO reads.
+        max_pixels: largest width × height that is accepted.
+        colorspace: overrides the file's colour space.
+        room: where to allocate the pixels.
 
     Raises:
         InputError: the file is missing, not a flat picture, damaged, or too large; the colour space is unknown.
@@ -99,10 +99,10 @@ def read(
 
 
 def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
-    """Return an AVIF or HEIC picture, which OpenImageIO reads only with a library that few installations have.
+    """Read an AVIF or HEIC picture, for which OpenImageIO needs a library that few installations have.
 
     Raises:
-        InputError: it is damaged, too large, or there is no decoder of it.
+        InputError: it is damaged, too large, or there is no decoder.
     """
     from PIL import features
 
@@ -129,9 +129,7 @@ def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
 
 
 def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
-    """Return a picture by its file or by the content of one, which messages call `where`; options and errors as for
-    `read`.
-    """
+    """Read a picture from a file or the content of one; messages call it `where`; further options as for `read`."""
     if isinstance(picture, Path):
         return read(picture, **options)
     with scratch() as folder:
@@ -147,7 +145,7 @@ def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
 
 
 def proportions(picture: str | Path | bytes) -> float | None:
-    """Width by height of a picture, or of the content of a file, by its header; None where it cannot be read."""
+    """Return width / height of a picture file, or of the content of one, from its header; None if it is unreadable."""
     if isinstance(picture, bytes):
         with suppress(InputError), pillow.opened(picture, "") as image:
             width, height = image.size
@@ -225,15 +223,15 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
 
 
 def check(path: str | Path, like: Image, height: int, width: int) -> None:
-    """Refuses what `write` would refuse, before there are any pixels: by a trial of one row of the longer side.
+    """Refuse what `write` would refuse, before pixels are computed, by writing one row of the longer side.
 
     Args:
-        path: the file to write; only its suffix counts.
-        like: alpha, colour space, metadata, type and channels of the picture (its size is not used).
-        height, width: of the picture.
+        path: the file to write; only its suffix matters.
+        like: has the picture's alpha, colour space, metadata, type and channels; its size is ignored.
+        height, width: size of the picture.
 
     Raises:
-        InputError: an unknown suffix, or the format does not hold so many pixels or channels, or not the colour space.
+        InputError: an unknown suffix, or a format that does not support the size, channels or colour space.
     """
     if formats.of(path).picture is None or formats.suffix_of(path) in formats.READ_ONLY:
         raise _unknown(path)
@@ -253,14 +251,14 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
 
 
 _passed: list[tuple[dict[str, Any], Any]] = []
-"""The last picture that passed: in a batch the next one is often of its kind."""
+"""The last picture that passed the check; in a batch, the next one is often of the same kind."""
 
 
 def write(path: str | Path, image: Image) -> None:
-    """Write a picture in the format of the path's suffix, converted where the format demands it.
+    """Write a picture in the format of the path's suffix, converted as the format requires.
 
-    Display formats get sRGB, EXR and HDR linear light; EXR associates alpha; where there is no alpha the picture is
-    laid on white.
+    Display formats get sRGB, EXR and HDR linear light; EXR gets associated alpha; for formats without alpha the picture
+    is composited on white.
 
     Raises:
         InputError: the suffix is unknown or the file cannot be written.
@@ -285,13 +283,13 @@ def as_jpeg(image: Image) -> bytes:
 
 
 def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: Iterable[NDArray]) -> None:
-    """Write (rows, width, c) blocks that follow each other from the top, as `write`, without ever holding them all.
+    """Write (rows, width, c) blocks from top to bottom as `write` does, without holding the whole picture.
 
     Args:
         path: the file.
-        like: what the blocks are: alpha, colour space, metadata and type (its own pixels are not used).
-        height, width: of the whole picture.
-        blocks: rows of `like`'s kind.
+        like: has the blocks' alpha, colour space, metadata and type; its own pixels are ignored.
+        height, width: size of the whole picture.
+        blocks: consecutive rows of pixels.
     """
     row, format = 0, formats.picture(path)
     with _open(path) as file:
@@ -315,7 +313,7 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
 
 
 def _check_channels(path: str | Path, image: Image, any_number: bool) -> None:
-    """Refuses what would come back as something else: the last of 2 or 4 channels as alpha, 2 and alpha as colours."""
+    """Refuse channels that would be read back differently: the last of 2 or 4 as alpha, 2 and alpha as colours."""
     format, colours = formats.picture(path), image.pixels.shape[2] - (image.alpha >= 0)
     if colours in (1, 3) or (any_number and (colours > 3 or format.light == "linear")):
         return
@@ -346,7 +344,7 @@ def _open(path: str | Path) -> Iterator[Any]:
 
 
 def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray | None:
-    """Return the (h, w, c) pixels, some rows at a time: the library's own reading of all holds them twice."""
+    """Return the (h, w, c) pixels, read some rows at a time, since the library's function needs twice the memory."""
     c, tall = spec.nchannels, max(1, spec.tile_height)
     step = -(-strip_rows(spec.width, c) // tall) * tall
     out = room((spec.height, spec.width, c), KEPT[kind])
@@ -364,7 +362,7 @@ def _pixels(file: Any, spec: oiio.ImageSpec, kind: str, room: Memory) -> NDArray
 
 
 def _check_png(path: str | Path, content: BinaryIO) -> bool:
-    """Return whether a PNG file is animated. Refuses one that is cut or changed: libpng would print a separate line.
+    """Return whether a PNG file is animated; refuse a damaged one, for which libpng would print messages.
 
     Args:
         path: for messages.
@@ -382,14 +380,14 @@ def _check_png(path: str | Path, content: BinaryIO) -> bool:
         stored = content.read(4)
         if left or len(stored) < 4:
             raise InputError(f"{path}: the picture is damaged: the file is truncated")
-        if name[:1].isupper() and stored != checksum.to_bytes(4):  # others are left out by readers
+        if name[:1].isupper() and stored != checksum.to_bytes(4):  # readers ignore other chunks
             shown = name.decode() if name.isalnum() else repr(name)
             raise InputError(f"{path}: the picture is damaged: wrong checksum of {shown}")
     return frames > 1
 
 
 def _holes(pixels: NDArray, room: Memory) -> int:
-    """Return how many texels are not finite in some channel."""
+    """Count the texels that are not finite in some channel."""
     count, step = 0, strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
         finite = np.isfinite(pixels[row : row + step])
@@ -400,7 +398,7 @@ def _holes(pixels: NDArray, room: Memory) -> int:
 
 
 def clipping_note(path: str | Path, image: Image) -> str | None:
-    """Return what a picture loses in a file that holds 0 to 1 only, as a sentence."""
+    """Return a note on the values that a picture loses in a file that stores only 0 to 1, or None."""
     format, pixels = formats.picture(path), image.pixels
     if format.light != "display" or pixels.dtype.kind != "f":
         return None
@@ -437,7 +435,7 @@ def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, who
 
 
 def _copy(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
-    """`out` with the pixels in it."""
+    """Copy pixels to `out`, some rows at a time; return `out`."""
     step = strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
         out[row : row + step] = pixels[row : row + step]
@@ -446,12 +444,12 @@ def _copy(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
 
 
 def _alpha(spec: oiio.ImageSpec) -> int:
-    """Index of the alpha channel, -1 where it is alone; the GIF plug-in numbers it from 1."""
+    """Return the index of the alpha channel, -1 if it is the only channel; the GIF plug-in counts from 1."""
     return min(spec.alpha_channel, spec.nchannels - 1) if spec.nchannels > 1 else -1
 
 
 def _is_associated(spec: oiio.ImageSpec, format: str) -> bool:
-    """Return whether colours come premultiplied; some plug-ins hand on straight ones without saying so."""
+    """Return whether colours are premultiplied; some plug-ins return straight ones without an attribute."""
     straight = spec.get_int_attribute("oiio:UnassociatedAlpha") or format in STRAIGHT
     return _alpha(spec) >= 0 and not straight
 
@@ -467,7 +465,7 @@ def _known(path: str | Path, colorspace: str) -> str:
 
 
 def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
-    """Return the colour space that the file names; without one sRGB for integers, linear for floats."""
+    """Return the file's colour space; by default sRGB for integers and linear for floats."""
     try:
         said = spec.get_string_attribute("oiio:ColorSpace")
     except UnicodeDecodeError:
@@ -477,13 +475,13 @@ def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
 
 
 def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
-    """Return what the header says of the picture itself, and whether that is all: what is not UTF-8 is left out."""
+    """Return the metadata of the picture itself, and whether it is complete: entries that are not UTF-8 are ignored."""
     kept: dict[str, Any] = {}
     whole = True
     for entry in spec.extra_attribs:
         try:
             if not entry.name.startswith(FORGOTTEN):
-                # what cannot be said again is nonsense
+                # skip values that cannot be written back
                 oiio.ImageSpec().attribute(entry.name, entry.type, entry.value)
                 kept[entry.name] = (entry.type, entry.value)
         except (UnicodeDecodeError, TypeError, RuntimeError):
@@ -508,7 +506,7 @@ def _spec(image: Image, height: int, width: int, encoder: str) -> oiio.ImageSpec
         spec.channelnames = said
     elif len(said) == channels - 1 and image.alpha == channels - 1:
         spec.channelnames = (*said, "A")
-    elif image.alpha < 0 and channels > 3:  # else the fourth would be called alpha
+    elif image.alpha < 0 and channels > 3:  # otherwise the fourth would be named alpha
         spec.channelnames = tuple(f"channel{k}" for k in range(channels))
     elif channels == 2 and image.alpha == 1:
         spec.channelnames = ("Y", "A")
@@ -520,22 +518,20 @@ def _spec(image: Image, height: int, width: int, encoder: str) -> oiio.ImageSpec
     for name, value in ENCODERS.items():
         spec.attribute(name, value)
     if "DateTime" not in image.metadata:
-        spec.attribute("DateTime", "")  # else EXR gets the time of day, and the same job other bytes
+        spec.attribute("DateTime", "")  # EXR would store the time, and the same job would give other bytes
     if image.colorspace != "data":
         spec.attribute("oiio:ColorSpace", image.colorspace)
     return spec
 
 
 def _fits(profile: Any, colours: int) -> bool:
-    """Return whether an ICC profile is of pictures with so many colours; that of a CMYK file is not of what is read of
-    it.
-    """
+    """Return whether an ICC profile is for this number of colours; that of a CMYK file is not, after conversion."""
     header = bytes(np.asarray(profile, np.uint8)[:40])
     return header[36:] == b"acsp" and header[16:20] == {1: b"GRAY", 3: b"RGB "}.get(colours)
 
 
 def _as_displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArray:
-    """Return the pixels of the display window: an EXR may store more or less than that."""
+    """Return the pixels of the display window; an EXR may store more or fewer."""
     full = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
     if full == (spec.x, spec.y, spec.width, spec.height) or min(full[2:]) <= 0:
         return pixels
@@ -550,7 +546,7 @@ def _as_displayed(pixels: NDArray, spec: oiio.ImageSpec, room: Memory) -> NDArra
 
 
 def _turn_upright(pixels: NDArray, spec: oiio.ImageSpec) -> NDArray:
-    """Return the pixels as a viewer shows them: EXIF orientations 1 to 8."""
+    """Return the pixels in upright orientation, for EXIF orientations 1 to 8."""
     turn = spec.get_int_attribute("Orientation", 1)
     if turn in (5, 6, 7, 8):
         pixels = pixels.swapaxes(0, 1)

@@ -1,7 +1,7 @@
-"""The one place where pictures are opened with Pillow: by an allow-list of formats, and within its limit of pixels.
+"""The only place where pictures are opened with Pillow: restricted to an allow-list of formats and a number of pixels.
 
-Left to itself Pillow chooses a decoder by the content alone, whatever a file is called, and one of its decoders (EPS)
-starts another program.
+By default Pillow chooses a decoder by content, whatever the file's name, and one of its decoders (EPS) starts another
+program.
 """
 
 from __future__ import annotations
@@ -21,15 +21,13 @@ if TYPE_CHECKING:
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "GIF", "BMP", "AVIF")
 """Pillow's names of the formats that may be opened; their decoders start no programs and read no other files."""
 WITH_EXTRA = ("HEIF",)
-"""The same of formats that Pillow opens once `decodes_heif` has found their decoder."""
+"""Further formats, which Pillow opens after `decodes_heif` has registered their decoder."""
 EMBEDDED = FORMATS
-"""Those that a drawing may hold."""
+"""Formats that may be embedded in a drawing."""
 
 
 def decodes_heif() -> bool:
-    """Return whether the decoder of HEIC is installed, the extra `heic`; Pillow then opens such pictures where it
-    may.
-    """
+    """Return whether the HEIC decoder (extra `heic`) is installed; if so, register it with Pillow."""
     try:
         import pi_heif
     except ImportError:
@@ -40,16 +38,16 @@ def decodes_heif() -> bool:
 
 @contextmanager
 def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMATS) -> Iterator[Image]:
-    """Yield a picture, open while the block runs: its size is known, its pixels are decoded when they are asked for.
+    """Yield an open picture, whose size is known; pixels are decoded on access.
 
     Args:
         picture: a file, or the content of one.
-        where: what messages call it.
-        formats: those of `FORMATS` and `WITH_EXTRA` that it may have.
+        where: its name in messages.
+        formats: those of `FORMATS` and `WITH_EXTRA` that are allowed.
 
     Raises:
-        InputError: it is in none of the formats, damaged, or has more pixels than Pillow decodes, also where the block
-            finds that.
+        InputError: it has none of the formats, is damaged, or has more pixels than Pillow decodes; also for such errors
+            inside the block.
     """
     from PIL import Image as Pillow
 

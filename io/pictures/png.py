@@ -1,4 +1,4 @@
-"""PNG files with pixels deflated by ISA-L, about as small as zlib makes them in a tenth of the time."""
+"""PNG files compressed by ISA-L, about as small as with zlib in a tenth of the time."""
 
 import zlib
 from collections.abc import Iterator
@@ -17,10 +17,10 @@ COMPRESSION_LEVEL = 2  # of ISA-L's four: the smallest files of pictures and dra
 
 
 class PngOutput:
-    """A PNG file in place of OpenImageIO's own `ImageOutput`, which says what comes before the pixels.
+    """A PNG file with the interface of OpenImageIO's `ImageOutput`, which writes the header.
 
     Args:
-        said: what to ask; has not been opened.
+        said: an `ImageOutput` that has not been opened.
     """
 
     def __init__(self, said: Any):
@@ -31,15 +31,15 @@ class PngOutput:
         return self.said.supports(what)
 
     def geterror(self) -> str:
-        """Return as `ImageOutput.geterror`; what the system said of the file itself."""
+        """Return the error like `ImageOutput.geterror`, or that of the operating system."""
         return self.error or self.said.geterror()
 
     def open(self, name: str, spec: oiio.ImageSpec) -> bool:
-        """Return as `ImageOutput.open`: begins the file. The header is that of a file with the first row alone."""
+        """Open the file like `ImageOutput.open`; the header is taken from a file with only the first row."""
         one, path = spec.copy(), Path(name)
         one.height = one.full_height = 1
         if one.get_string_attribute("oiio:ColorSpace") == "sRGB":
-            # a PNG means it anyway; a look into a configuration is spared
+            # PNG implies it, and omitting it saves reading an OpenColorIO configuration
             one.erase_attribute("oiio:ColorSpace")
         row = np.zeros((1, spec.width, spec.nchannels), str(spec.format))
         if not (self.said.open(name, one) and self.said.write_image(row) and self.said.close()):
@@ -51,7 +51,7 @@ class PngOutput:
         return self._put(before)
 
     def write_scanlines(self, first: int, end: int, z: int, rows: NDArray) -> bool:
-        """Return as `ImageOutput.write_scanlines`: (rows, w, c) uint8 or uint16 that follow the ones before."""
+        """Write rows like `ImageOutput.write_scanlines`: (rows, w, c) uint8 or uint16, in order."""
         stored = rows.astype(rows.dtype.newbyteorder(">"), copy=False).view(np.uint8).reshape(end - first, -1)
         lines = np.empty((len(stored), stored.shape[1] + 1), np.uint8)
         lines[:, 0] = UP_FILTER
@@ -61,11 +61,11 @@ class PngOutput:
         return self._put(chunk(b"IDAT", self.stream.compress(lines)))
 
     def write_image(self, rows: NDArray) -> bool:
-        """Return as `ImageOutput.write_image`."""
+        """Write the picture like `ImageOutput.write_image`."""
         return self.write_scanlines(0, len(rows), 0, rows)
 
     def close(self) -> bool:
-        """Return as `ImageOutput.close`: ends the file."""
+        """Finish the file like `ImageOutput.close`."""
         if not hasattr(self, "file"):
             return self.said.close()
         done = not self.error and self._put(chunk(b"IDAT", self.stream.flush()) + chunk(b"IEND", b""))
@@ -88,7 +88,7 @@ def chunk(name: bytes, content: bytes) -> bytes:
 
 
 def chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Yield names and contents of the chunks of a sound PNG file."""
+    """Yield names and contents of the chunks of a valid PNG file."""
     at = len(PNG)
     while at < len(content):
         end = at + 8 + int.from_bytes(content[at : at + 4])
@@ -97,7 +97,7 @@ def chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _until_pixels(content: bytes, height: int) -> bytes:
-    """Return the beginning of a PNG file up to its pixels, for a picture of another height."""
+    """Return the beginning of a PNG file up to its pixels, with another height in the header."""
     made = PNG
     for name, held in chunks(content):
         if name == b"IDAT":

@@ -1,4 +1,4 @@
-"""STMap files, see `iccm.pixels.stmap` for the convention."""
+"""STMap files; see `iccm.pixels.stmap` for the convention."""
 
 from pathlib import Path
 
@@ -16,7 +16,9 @@ from ...pixels.warp import BYTES_PER_PIXEL, Warp
 from .. import formats, limits
 from . import image_files
 
-TILE_EDGE_SHARE = 1e-4  # of a tile (by hand)
+TILE_EDGE_SHARE = (
+    1e-4  # of a tile's size: distance from its edge within which a point may belong to either (by hand)
+)
 _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 
@@ -30,19 +32,19 @@ def write(
     room: Memory | None = None,
     threads: int | None = None,
 ) -> None:
-    """Write a map as a float STMap (.exr or .tif), as it is computed.
+    """Write a map as a float STMap (.exr or .tif), row by row as it is computed.
 
     Args:
         path: the file.
         map: source → target.
-        box: what of the source's plane textures will cover.
+        box: the part of the source's plane that textures will cover.
         canvas: the raster, in the target's plane.
         placing: as for `stmap.stmap`.
-        room: says how many threads there may be.
-        threads: for the pixels.
+        room: limits the number of threads by memory.
+        threads: number of threads.
 
     Raises:
-        InputError: a suffix whose format does not hold floats, or the file cannot be written.
+        InputError: the suffix's format does not support floats, or the file cannot be written.
     """
     check(path)
     each, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
@@ -59,7 +61,7 @@ def write_whole(path: str | Path, st: NDArray[np.float32]) -> None:
 
 
 def is_own(image: image_files.Image) -> bool:
-    """Return whether a picture says that it is an STMap that iccm wrote."""
+    """Return whether a picture's metadata says that it is an STMap written by iccm."""
     return image.metadata.get("ImageDescription") == ("string", _SAID)
 
 
@@ -69,12 +71,12 @@ def _like() -> image_files.Image:
 
 
 def band_bytes(width: int) -> int:
-    """Bytes that a thread takes to make rows of an STMap."""
+    """Return the working memory in bytes with which a thread makes a band of an STMap."""
     return width * BAND_ROWS * BYTES_PER_PIXEL
 
 
 def check(path: str | Path) -> None:
-    """Refuses a suffix whose format does not hold floats."""
+    """Refuse a suffix whose format does not support floats."""
     formats.check(path, "stmap", "an STMap needs floats")
 
 
@@ -82,7 +84,7 @@ def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory
     """Return the (h, w, c) floats of an STMap.
 
     Raises:
-        InputError: the file cannot be read, holds fewer than two channels or no floats.
+        InputError: the file cannot be read, has fewer than two channels, or no floats.
     """
     found = image_files.read(path, max_pixels=max_pixels, room=room)
     if found.pixels.shape[2] < 2 or found.pixels.dtype.kind != "f":
@@ -94,9 +96,7 @@ def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory
 
 
 def places(st: NDArray) -> Real:
-    """Return (p, 2) s and t where an STMap says something, but for those on the edge of a tile, which may be of
-    either.
-    """
+    """Return (p, 2) s and t of an STMap's pixels, except those on the edge of a tile, which may belong to either."""
     known = np.isfinite(st[..., :2]).all(axis=-1)
     known &= st[..., 3] > 0 if st.shape[2] > 3 else (st[..., :2] != 0).any(axis=-1)
     found = st[known][:, :2].astype(float)
@@ -115,8 +115,10 @@ def apply(
     room: Memory | None = None,
     threads: int | None = None,
 ) -> None:
-    """Write a picture warped through an STMap, as it is computed. `tiles` is what of s and t the picture covers, if not
-    0..1; `room` is where it is kept, the other arguments are those of `iccm.pixels.warp.warp`.
+    """Write a picture warped by an STMap, row by row as it is computed.
+
+    `tiles` is the range of s and t that the picture covers, by default 0..1, and `room` limits memory. The other
+    arguments are those of `iccm.pixels.warp.warp`.
     """
     from dataclasses import replace
 

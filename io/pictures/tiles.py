@@ -1,6 +1,6 @@
-"""Tiles of texture coordinates (UDIM): pictures called `name.<UDIM>.png`, one for each unit square of the layout.
+"""UDIM tiles: pictures named `name.<UDIM>.png`, one for each unit square of the texture coordinates.
 
-The tile whose lower left corner is u, v has the number 1001 + u + 10 v, u from 0 to 9.
+The tile with lower left corner u, v has the number 1001 + u + 10 v, with u from 0 to 9.
 """
 
 from collections.abc import Callable, Iterable
@@ -22,26 +22,26 @@ TILES_PER_ROW = 10
 
 
 def is_pattern(name: str | Path | bytes | None) -> bool:
-    """Return whether a name stands for the pictures of all tiles."""
+    """Return whether a name is a pattern for the pictures of all tiles."""
     return isinstance(name, str | Path) and MARK in str(name)
 
 
 def number_of(tile: complex) -> int | None:
-    """Return the number of the tile with this lower left corner, or None where it has none."""
+    """Return the number of the tile with this lower left corner; None if it is outside the numbered range."""
     number = 1001 + int(tile.real) + TILES_PER_ROW * int(tile.imag)
     return number if 0 <= tile.real < TILES_PER_ROW and tile.imag >= 0 and number <= limits.TILE else None
 
 
 def name_of(pattern: str, number: int) -> str:
-    """Return the file of a tile."""
+    """Return the file name of a tile."""
     return pattern.replace(MARK, str(number))
 
 
 def name_at(pattern: str, tile: complex, mesh: str) -> str:
-    """Return the file of the tile with this lower left corner, in which faces of a mesh lie.
+    """Return the file name of the tile with this lower left corner, which contains faces of a mesh.
 
     Raises:
-        InputError: it has no number.
+        InputError: it is outside the numbered range.
     """
     number = number_of(tile)
     if number is None:
@@ -53,12 +53,12 @@ def name_at(pattern: str, tile: complex, mesh: str) -> str:
 
 
 def all_of(uv: Real) -> list[complex]:
-    """Return the tiles that points (p, 2) of the layout are in, row by row."""
+    """Return the tiles that contain points (p, 2) of the layout, row by row."""
     return sorted((complex(u, v) for u, v in np.unique(np.floor(uv), axis=0)), key=lambda z: (z.imag, z.real))
 
 
 def files_of(pattern: str | Path) -> list[str]:
-    """Return the files that there are for a pattern, in the order of their tiles."""
+    """Return the existing files of a pattern, ordered by tile."""
     path = Path(pattern)
     before, _, after = path.name.partition(MARK)
     if not path.parent.is_dir():
@@ -70,7 +70,7 @@ def files_of(pattern: str | Path) -> list[str]:
 
 
 def number_in(pattern: str, name: str) -> int:
-    """Return the number of the tile that one of the files of a pattern is of."""
+    """Return the tile number in the name of a pattern's file."""
     before, _, after = Path(pattern).name.partition(MARK)
     return int(Path(name).name[len(before) :].removesuffix(after))
 
@@ -80,8 +80,8 @@ class TiledImage:
     """The pictures of several tiles as one.
 
     Attributes:
-        image: the picture; nothing where a tile has none.
-        box: what of the layout it covers.
+        image: the picture, empty at tiles without one.
+        box: the range of texture coordinates that it covers.
     """
 
     image: Image
@@ -96,16 +96,16 @@ def read(
     colorspace: str | None = None,
     room: Memory | None = None,
 ) -> TiledImage:
-    """Return the pictures of the tiles that are wanted, by their lower left corners; those that are missing are noted.
+    """Read the pictures of tiles as one, given the tiles' lower left corners; missing ones are noted.
 
     Args:
-        pattern: their name with `<UDIM>` in it.
-        wanted: tiles that something lies on.
-        max_pixels: of all together.
+        pattern: file name that contains `<UDIM>`.
+        wanted: tiles that are used.
+        max_pixels: limit for all together.
         colorspace, room: as for `image_files.read`.
 
     Raises:
-        InputError: none of them is there, they do not suit each other, or are too large.
+        InputError: there is no file, or they are incompatible or too large.
     """
     corners = sorted(set(wanted), key=lambda tile: (tile.imag, tile.real))
     paths = {tile: name_of(str(pattern), n) for tile in corners if (n := number_of(tile)) is not None}
@@ -143,11 +143,10 @@ def read(
 
 
 def read_any(name: str, uv: Callable[[], Real], **options: Any) -> tuple[Image, Box | None]:
-    """Return a picture, or those of the tiles that points (p, 2) of the layout are in, and what of the layout these
-    cover.
+    """Read a picture, or those of the tiles that contain points (p, 2), and the range of coordinates they cover.
 
     Raises:
-        InputError: as `read` and `image_files.read`, whose options these are.
+        InputError: as for `read` and `image_files.read`, to which options are passed.
     """
     if not is_pattern(name):
         return image_files.read(name, **options), None
@@ -156,10 +155,10 @@ def read_any(name: str, uv: Callable[[], Real], **options: Any) -> tuple[Image, 
 
 
 def _alike(name: str, image: Image, first: Image, width: int, height: int) -> Any:
-    """Return the pixels of a tile, in as many as the largest tile has.
+    """Return the pixels of a tile, repeated to the size of the largest tile.
 
     Raises:
-        InputError: channels, type or colour space are other than the first one's, or the sizes do not divide.
+        InputError: channels, type or colour space differ from those of the first, or the sizes do not divide.
     """
     kinds = [
         (each.pixels.shape[2], each.pixels.dtype, each.alpha, each.associated, each.colorspace)
