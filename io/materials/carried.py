@@ -1,4 +1,4 @@
-"""The pictures of a material set carried to new coordinates: each in a separate picture for each material there."""
+"""Bake the pictures of a material set for new texture coordinates: for each new material, one picture per slot."""
 
 from collections.abc import Container, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -33,24 +33,24 @@ from ..pictures.image_files import as_png
 from .material_set import Material, MaterialMap, MaterialSet
 
 Pictures = dict[str, Image]  # by slot
-FLAT_NORMAL = (128 / 255, 128 / 255, 1.0)  # a normal that changes nothing
+FLAT_NORMAL = (128 / 255, 128 / 255, 1.0)  # a neutral normal
 
 
 @dataclass(frozen=True)
 class BakeSettings:
-    """How pictures are carried.
+    """Settings for baking pictures.
 
     Attributes:
-        size: width and height of the new pictures; None: squares that show as much as the old ones
+        size: width and height of the new pictures; None for squares with about the resolution of the old ones
             (`meshes.relayout.texels_across`).
         filter: see `Sampler`.
         limit: the largest distance from the old surface, in the mesh's unit.
-        match: how the meshes are brought together; see `surfaces.matching`.
-        padding: texels to spread past charts; see `meshes.relayout.carry`.
-        max_pixels: of a picture that is read.
-        threads: never change the result.
-        settled: whether the alpha of masks becomes what is seen of it.
-        vertex_colours: whether pictures of colors are multiplied by vertex colors.
+        match: how the meshes are registered; see `surfaces.matching`.
+        padding: texels by which to extend colours beyond charts; see `meshes.relayout.carry`.
+        max_pixels: limit on pictures that are read.
+        threads: number of threads; it does not affect the result.
+        settled: whether to replace the alpha of masks by their visible effect, 0 or 1.
+        vertex_colours: whether to multiply colour pictures by vertex colors.
     """
 
     size: tuple[int, int] | None = None
@@ -66,13 +66,13 @@ class BakeSettings:
 
 @dataclass(eq=False)
 class MaterialBaker:
-    """Makes the pictures of one material of a new layout.
+    """Bakes the pictures of one material of a new layout.
 
     Attributes:
-        material_set: what the pictures are of.
-        sheet: the triangles of the new layout that show the material.
-        pairs: `meshes.relayout.partners` of the set's triangles and these.
-        settings: how they are carried.
+        material_set: the old materials.
+        sheet: the triangles of the new layout with the material.
+        pairs: `meshes.relayout.partners` of the old triangles and these.
+        settings: for baking.
     """
 
     material_set: MaterialSet
@@ -89,7 +89,7 @@ class MaterialBaker:
 
     @cached_property
     def materials(self) -> list[int]:
-        """The materials that the new layout shows something of, the one with most texels first."""
+        """The old materials that are visible in the new layout, the one with most texels first."""
         origin = self.origin(self.size)
         owner = self.material_set.owner[origin.triangles[origin.reached(self.settings.limit)]]
         counts = np.bincount(owner, minlength=len(self.material_set.materials))
@@ -97,12 +97,12 @@ class MaterialBaker:
 
     @property
     def material(self) -> Material | None:
-        """The one with most texels."""
+        """The old material with most texels."""
         return self.material_set.materials[self.materials[0]] if self.materials else None
 
     @cached_property
     def multiplied(self) -> set[str]:
-        """The slots whose pictures hold the factors of several materials, so that these come together in one."""
+        """The slots whose pictures include the factors of materials, since several materials are merged into one."""
         return set() if len(self.materials) < 2 else {slot for slot in self.slots if slot in self._differing}
 
     @property
@@ -113,7 +113,7 @@ class MaterialBaker:
 
     @cached_property
     def slots(self) -> list[str]:
-        """What there will be pictures for."""
+        """The slots that will have a picture."""
         shown = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
         coloured = [slot for slot in (self._coloured_slot,) if slot is not None and self.materials]
         return list(dict.fromkeys([*shown, *sorted(self._differing), *coloured]))
@@ -130,25 +130,25 @@ class MaterialBaker:
 
     @property
     def kinds(self) -> dict[str, str]:
-        """What the channels of each slot's picture are, by the first of the materials that has one."""
+        """The kind of data of each slot's picture, from the first material that has one."""
         materials = [self.material_set.materials[k] for k in reversed(self.materials)]
         found = {slot: each.kind for material in materials for slot, each in material.maps.items()}
         return found if self._coloured_slot is None else {self._coloured_slot: "colour"} | found
 
     def image(self, slot: str) -> Image:
-        """Return the picture for a slot; slots that show the same share one, such as occlusion and roughness."""
+        """Return the picture for a slot; slots with equal content share one, such as occlusion and roughness."""
         key = self._content_of(slot)
         if key not in self._pictures:
             self._pictures[key] = self._bake(slot)
         return self._pictures[key]
 
     def _content_of(self, slot: str) -> Hashable:
-        """Return what decides the content of a slot's picture."""
+        """Return a key that determines the content of a slot's picture."""
         materials = [self.material_set.materials[k] for k in self.materials]
         maps = [material.maps.get(slot) for material in materials]
         shown = [each and (each.picture, each.kind, each.wrap, each.opaque, id(each.uv)) for each in maps]
         factors = [material.factors.get(slot) for material in materials] if slot in self.multiplied else []
-        # The alpha of masks is changed in the slots of colors only.
+        # The alpha of masks is changed only in colour slots.
         own = slot if slot in (BASE, DIFFUSE, self._coloured_slot) else None
         return kind_of(slot), tuple(shown), tuple(factors), own
 
@@ -174,7 +174,7 @@ class MaterialBaker:
         return image
 
     def origin(self, size: tuple[int, int]) -> Origin:
-        """Return where texels of a picture of this width and height lie."""
+        """Return the origins of the texels of a picture of this width and height."""
         if size not in self.origins:
             self.origins[size] = Origin.of(self.material_set.sheet, self.sheet, *size, pairs=self.pairs)
         return self.origins[size]
@@ -188,7 +188,7 @@ class MaterialBaker:
         return self._size(*range(len(self.material_set.materials)))
 
     def _size(self, *materials: int, slots: Container[str] | None = None) -> tuple[int, int]:
-        """Width and height of a picture that shows those of materials, in some slots or in all of them."""
+        """Return width and height of a picture for the given old materials, in some slots or in all of them."""
         if self.settings.size:
             return self.settings.size
         sides = [
@@ -200,7 +200,7 @@ class MaterialBaker:
         return (max(sides, default=0) or COLOUR_TEXELS_ACROSS,) * 2
 
     def _across(self, material: int, map: MaterialMap) -> int:
-        """Return how many texels wide a picture is that shows a material's."""
+        """Return the width in texels of a picture that preserves the resolution of an old material's picture."""
         if id(map) not in self._sides:
             probe = self.origin((PROBED_TEXELS_ACROSS, PROBED_TEXELS_ACROSS))
             shown = probe.reached(self.settings.limit) & (
@@ -228,9 +228,7 @@ class MaterialBaker:
         return image, Sampler(texture, self.settings.filter, map.kind, threads=self.settings.threads)
 
     def _together(self, slot: str, maps: list[MaterialMap | None], origin: Origin) -> Image:
-        """Return one picture of what several materials show, with or without pictures; factors that differ go into
-        it.
-        """
+        """Return one picture of several materials, with or without pictures; differing factors are multiplied in."""
         read = [None if each is None else without_profile(self._read(each)) for each in maps]
         materials = [self.material_set.materials[k] for k in self.materials]
         coloured = slot == self._coloured_slot
@@ -275,7 +273,7 @@ class MaterialBaker:
         return Image(out, alpha=3 if clear else -1)
 
     def _shows_clear_vertices(self, materials: Sequence[Material]) -> bool:
-        """Return whether vertex colors have an alpha that materials show."""
+        """Return whether vertex colors have an alpha below 1 that is visible in the materials."""
         colours = self.material_set.colours
         modes = {
             material.source.get("alphaMode") for material in materials if isinstance(material.source, dict)
@@ -283,7 +281,7 @@ class MaterialBaker:
         return bool(colours is not None and modes - {None, "OPAQUE"} and (colours[..., 3] < 1).any())
 
     def _settle(self, slot: str, image: Image, own: Flags, material: int) -> None:
-        """Make the alpha of a mask what is seen of it, all or nothing (Khronos, *glTF 2.0*, §3.9.4)."""
+        """Replace the alpha of a mask by its visible effect, all or nothing (Khronos, *glTF 2.0*, §3.9.4)."""
         source = self.material_set.materials[material].source
         factor = (
             () if slot in self.multiplied else self.material_set.materials[material].factors.get(slot, ())
@@ -300,19 +298,19 @@ class MaterialBaker:
 
 
 def as_png_files(pictures: Mapping[str, Image]) -> dict[str, bytes]:
-    """Return pictures by slot as PNG files; a picture that several slots share is compressed once."""
+    """Return pictures by slot as PNG files; a picture shared by several slots is compressed once."""
     distinct = {id(image): image for image in pictures.values()}
     contents = {key: as_png(image) for key, image in distinct.items()}
     return {slot: contents[id(image)] for slot, image in pictures.items()}
 
 
 def without_profile(image: Image) -> Image:
-    """Return the picture in sRGB, with integers of 8 or 16 bits and straight alpha."""
+    """Convert the picture to sRGB with integers of 8 or 16 bits and straight alpha."""
     return prepare(image, formats.picture("a.png"))
 
 
 def _widen(image: Image, dtype: np.dtype, clear: bool) -> Image:
-    """Return a plain picture with three colours, alpha if it is `clear`, and this type."""
+    """Convert an sRGB picture to three colours, with alpha if `clear`, and this type."""
     pixels = image.pixels if image.pixels.dtype == dtype else image.pixels.astype(dtype) * 257
     has = image.alpha >= 0
     colours = pixels[..., : pixels.shape[2] - has][..., [0, 0, 0] if pixels.shape[2] - has < 3 else [0, 1, 2]]
@@ -323,7 +321,7 @@ def _widen(image: Image, dtype: np.dtype, clear: bool) -> Image:
 
 
 def _multiply(out: NDArray, own: Flags, factor: Real, *, srgb: bool) -> None:
-    """Multiply some pixels by linear factors (k,) of their channels, or (p, k) of each; further channels stay."""
+    """Multiply some pixels by linear factors (k,) per channel, or (p, k) per pixel; further channels are unchanged."""
     channels = out.shape[2]
     by = np.ones((*factor.shape[:-1], channels), np.float32)
     by[..., : min(factor.shape[-1], channels)] = factor[..., :channels]

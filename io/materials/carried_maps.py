@@ -1,4 +1,4 @@
-"""The other maps of a mesh's materials, carried from the coordinates that they have to new ones (--carry-maps)."""
+"""Transfer the other maps of a mesh's materials from their coordinates to new ones (--carry-maps)."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -18,15 +18,15 @@ from . import of_gltf, of_mtl
 from .carried import BakeSettings, MaterialBaker, as_png_files
 from .material_set import MaterialSet, part
 
-TEXTURE_SLOTS = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # where a texture that is mapped goes
+TEXTURE_SLOTS = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # slots of a mapped texture
 
 
 class CarriedPictures(NamedTuple):
     """Pictures of materials for new coordinates.
 
     Attributes:
-        pictures: the content of their files, see `mesh_format.Pictures`.
-        notes: for the user, such as that detail is lost.
+        pictures: contents of their files, see `mesh_format.Pictures`.
+        notes: for the user, for example on lost detail.
     """
 
     pictures: dict[str, dict[str, bytes]]
@@ -35,7 +35,7 @@ class CarriedPictures(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CarriedMaps:
-    """The maps of a mesh's materials, read once for all that a job asks of them.
+    """The maps of a mesh's materials, read once per job.
 
     Attributes:
         file: the mesh as it was read.
@@ -46,11 +46,11 @@ class CarriedMaps:
     kinds: of_mtl.Kinds = field(default_factory=dict)
 
     def check(self, name: str | Path) -> None:
-        """Refuse a mesh without maps to carry, and an output that cannot hold them.
+        """Refuse a mesh without maps, and an output that cannot store them.
 
         Raises:
-            InputError: the mesh has no materials, or the output holds none of their kind; a picture that cannot be
-                read, coordinates that are missing.
+            InputError: the mesh has no materials, the output does not support materials of their kind, a picture
+                cannot be read, or coordinates are missing.
         """
         dialect, path = self.file.content.dialect, self.file.path
         if not dialect:
@@ -66,15 +66,15 @@ class CarriedMaps:
 
     @cached_property
     def material_set(self) -> MaterialSet:
-        """What the triangles of the mesh show.
+        """The materials of the mesh's triangles.
 
         Raises:
-            InputError: they have no coordinates, or a picture cannot be read.
+            InputError: coordinates are missing, or a picture cannot be read.
         """
         return _material_set(self.file, self.kinds)
 
     def companions(self, name: str | Path, *, shown: bool) -> list[str]:
-        """List the pictures that come beside an OBJ, and its library; `shown` as for `carry`."""
+        """List the pictures that will be written beside an OBJ, and its library; `shown` as for `carry`."""
         if primitives_of(self.file):
             return []
         materials = self.material_set.materials
@@ -89,16 +89,16 @@ class CarriedMaps:
     def carry(
         self, file: MeshFile, new: NewCoordinates, *, shown: bool = False, threads: int | None = None
     ) -> CarriedPictures:
-        """Make the pictures of materials for new coordinates, as PNG files, those of normals turned.
+        """Bake the pictures of materials for new coordinates as PNG files; normals are rotated.
 
         Args:
-            file: the mesh, perhaps with smaller triangles than when it was read.
+            file: the mesh, possibly with triangles subdivided since it was read.
             new: its new coordinates.
-            shown: whether a new texture takes the place of the colours.
-            threads: never change the result.
+            shown: whether a new texture replaces the colours.
+            threads: number of threads; it does not affect the result.
 
         Raises:
-            InputError: a picture that cannot be read.
+            InputError: a picture cannot be read.
         """
         same_file = file.content is self.file.content
         material_set = self.material_set if same_file else _material_set(file, self.kinds)
@@ -115,14 +115,14 @@ class CarriedMaps:
 
 
 def _corners(file: MeshFile) -> Index:
-    """Return (m, 3) the corners of the mesh that its set's triangles have."""
+    """Return (m, 3) the mesh's corners behind the triangles of its material set."""
     if not primitives_of(file):
         return triangulate(file.mesh)
     return np.arange(file.mesh.corners.size).reshape(-1, 3)[_shows(file)[file.faces]]
 
 
 def _shows(file: MeshFile) -> Flags:
-    """Return (f,) which triangles of a glTF file's primitives have coordinates."""
+    """Mark (f,) the triangles of a glTF file's primitives that have coordinates."""
     parts = primitives_of(file)
     counts = [len(part.faces) for part in parts]
     return np.repeat([of_gltf.has_layout(part) for part in parts], counts)

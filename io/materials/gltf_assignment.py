@@ -1,4 +1,4 @@
-"""New materials for primitives of a glTF file that stays as it is everywhere else, and such files made of sheets."""
+"""Assign new materials to primitives of a glTF file that is otherwise unchanged; and make glTF files from sheets."""
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
@@ -18,11 +18,11 @@ class MaterialAssignment:
 
     Attributes:
         primitives: of one file.
-        material: its JSON; what it says of textures is replaced.
+        material: its JSON; textures in it are replaced.
         pictures: PNG or JPEG files by slot (see `gltf_materials.slots`).
-        samplers: the JSON of the samplers of these, where there are any.
-        coordinates: the number of the set that they are shown by.
-        without_colours: whether the primitives lose their vertex colors, because the pictures hold those.
+        samplers: JSON of the samplers for these, where there are any.
+        coordinates: index of the set of texture coordinates.
+        without_colours: whether to remove vertex colors from the primitives, because the pictures include them.
     """
 
     primitives: Sequence[Primitive]
@@ -36,7 +36,7 @@ class MaterialAssignment:
 def assign_materials(
     document: Gltf, assignments: Sequence[MaterialAssignment], used: Sequence[str] = ()
 ) -> bytes:
-    """Return the file as GLB with these materials; `used` are the extensions that they need."""
+    """Return the file as GLB with these materials; `used` lists the extensions that they need."""
     editor = GltfEditor(document)
     materials = editor.tree.setdefault("materials", [])
     held = [_own(editor, each) for each in assignments]
@@ -57,7 +57,7 @@ def assign_materials(
 
 
 def _own(editor: GltfEditor, assignment: MaterialAssignment) -> int:
-    """Return the number of the material that only these primitives show, or of a new one."""
+    """Return the index of the material that only these primitives use, or of a new one."""
     own = {(part.mesh, part.number) for part in assignment.primitives}
     number = assignment.primitives[0].tree.get("material")
     shown = {
@@ -74,7 +74,7 @@ def _own(editor: GltfEditor, assignment: MaterialAssignment) -> int:
 
 
 def _paint(editor: GltfEditor, material: dict[str, Any], assignment: MaterialAssignment) -> None:
-    """Have a material of the file show its new pictures and no others."""
+    """Make a material of the file show its new pictures and no others."""
     gltf_materials.bare(material, set(assignment.pictures))
     for slot, content in sorted(assignment.pictures.items()):
         name = (
@@ -85,7 +85,7 @@ def _paint(editor: GltfEditor, material: dict[str, Any], assignment: MaterialAss
 
 
 def sheets(name: str, whole: Charted, owner: Index) -> Gltf:
-    """Return a file with one mesh, a primitive for each number of the triangles' owner (m,), in order."""
+    """Return a file with one mesh, which has a primitive for each value of the triangles' owner (m,), in order."""
     stated = (
         None if whole.normals is None or whole.normal_faces is None else (whole.normals, whole.normal_faces)
     )

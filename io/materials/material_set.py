@@ -17,16 +17,16 @@ from ..pictures.image import Image
 
 @dataclass(frozen=True, eq=False)
 class MaterialMap:
-    """A picture that a material shows.
+    """A picture in a material.
 
     Attributes:
         picture: its file, or the content of one.
-        kind: what its channels are (see `pixels.sampler.KINDS`).
-        where: what messages call it.
-        uv: (t, 2) the coordinates that it is shown by, v up, for the numbers of the set's own; None: these.
-        wrap: what lies beyond its edges.
-        options: what else the material says of it: glTF's sampler, `-bm 0.3` of an MTL statement.
-        opaque: whether its alpha counts for nothing.
+        kind: kind of data in its channels (see `pixels.sampler.KINDS`).
+        where: its name in messages.
+        uv: (t, 2) its texture coordinates, v up, indexed like those of the set; None for those of the set.
+        wrap: its wrap mode.
+        options: further data: glTF's sampler, or options of an MTL statement such as `-bm 0.3`.
+        opaque: whether its alpha is ignored.
     """
 
     picture: Path | bytes
@@ -38,7 +38,7 @@ class MaterialMap:
     opaque: bool = False
 
     def image(self, max_pixels: int) -> Image:
-        """Return the picture.
+        """Read the picture.
 
         Raises:
             InputError: it cannot be read, or has more pixels.
@@ -54,13 +54,13 @@ class Material:
     """A material.
 
     Attributes:
-        name: what the file calls it.
-        key: what reports it from others, see `obj_materials.Pictures`.
-        maps: its pictures by what they are for: slots of glTF (see `gltf_materials.slots`), or statements of MTL.
-        source: all that the file says of it: glTF's JSON, or the lines of an MTL.
-        factors: what its pictures of colours and numbers are multiplied by, and what is shown without one: linear
-            red, green, blue and perhaps alpha, by slot.
-        kind: what no picture holds of it, in some form.
+        name: its name in the file.
+        key: its unique key, see `mesh_format.Pictures`.
+        maps: its pictures by slot of glTF (see `gltf_materials.slots`), or statement of MTL.
+        source: everything that the file says about it: glTF's JSON, or the lines of an MTL.
+        factors: by slot, factors of its pictures of colours and numbers, or the values without a picture: linear red,
+            green, blue and optionally alpha.
+        kind: a text that represents all properties which are not in pictures.
     """
 
     name: str
@@ -76,13 +76,13 @@ class MaterialSet:
     """A mesh with its materials.
 
     Attributes:
-        sheet: its triangles, with separate coordinates.
+        sheet: its triangles, with their texture coordinates.
         materials: the materials.
         owner: (m,) the material of each triangle.
-        dialect: the names of the materials' slots: those of "gltf" or "mtl".
+        dialect: names of the materials' slots, those of "gltf" or "mtl".
         notes: what a user should know.
-        colours: (m, 3, 4) vertex colors at the triangles' corners, linear with alpha, which multiply those of the
-            materials; None: there are none.
+        colours: (m, 3, 4) vertex colors at the triangles' corners, linear with alpha, by which those of the materials
+            are multiplied; None if there are none.
     """
 
     sheet: Charted
@@ -94,16 +94,16 @@ class MaterialSet:
 
     @property
     def maps(self) -> list[MaterialMap]:
-        """Of all materials that have triangles."""
+        """The maps of all materials that have triangles."""
         return [each for k in np.unique(self.owner) for each in self.materials[k].maps.values()]
 
     @cached_property
     def kinds(self) -> list[str]:
-        """Of each material what no picture holds: two of one kind can become one."""
+        """For each material, its properties that are not in pictures: materials of one kind can be merged."""
         return [material.kind for material in self.materials]
 
     def shown_by(self, map: MaterialMap) -> Charted:
-        """Return the triangles with the coordinates that a picture is shown by."""
+        """Return the triangles with the texture coordinates of a picture."""
         return self.sheet if map.uv is None else self._sheets[id(map.uv)]
 
     @cached_property
@@ -112,7 +112,7 @@ class MaterialSet:
         return {key: replace(self.sheet, uv=uv) for key, uv in others.items()}
 
     def instead(self, given: dict[str, MaterialMap]) -> "MaterialSet":
-        """Return the same with these pictures in the place of the materials' own, wrapped as these."""
+        """Return the set with the given pictures in place of the materials' own, with the wrap modes of these."""
 
         def with_pictures(material: Material) -> Material:
             own = material.maps
@@ -123,7 +123,7 @@ class MaterialSet:
 
 
 def part(sheet: Charted, triangles: Flags | Index) -> Charted:
-    """Return some triangles of a sheet."""
+    """Return a subset of a sheet's triangles."""
     normals = None if sheet.normal_faces is None else sheet.normal_faces[triangles]
     stated = None if sheet.stated is None else sheet.stated[triangles]
     faces, uv_faces = sheet.faces[triangles], sheet.uv_faces[triangles]
@@ -131,10 +131,10 @@ def part(sheet: Charted, triangles: Flags | Index) -> Charted:
 
 
 def check_pictures(material_set: MaterialSet, name: str) -> None:
-    """Refuse a mesh whose materials show no picture and that has no vertex colors.
+    """Refuse a mesh whose materials have no pictures and that has no vertex colors.
 
     Raises:
-        InputError: there is none.
+        InputError: there are none.
     """
     if not material_set.maps and material_set.colours is None:
         why = "".join(f" ({note})" for note in material_set.notes[:1])

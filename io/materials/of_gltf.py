@@ -1,4 +1,4 @@
-"""Looks of glTF files, and new materials for one."""
+"""Material sets of glTF files, and edits of their materials."""
 
 import json
 from collections.abc import Sequence
@@ -16,7 +16,12 @@ from .material_set import Material, MaterialMap, MaterialSet
 
 COLOURS = "COLOR_0"
 EMISSIVE, ROUGH = "emissiveTexture", "pbrMetallicRoughness/metallicRoughnessTexture"
-PICTURED = ("name", "extras", "pbrMetallicRoughness", "emissiveFactor")  # or of no effect
+PICTURED = (
+    "name",
+    "extras",
+    "pbrMetallicRoughness",
+    "emissiveFactor",
+)  # represented in pictures, or without effect
 
 
 def material_set(
@@ -27,9 +32,9 @@ def material_set(
     Args:
         name: of the file, for messages.
         parts: the primitives.
-        bare: whether the sheet has the coordinates of the set itself that colours are shown by, transforms not made.
-        plain: whether primitives without coordinates are there, too, in the colours of their materials; else they are
-            left out.
+        bare: whether the sheet has the coordinates as stored, without the transform of colour textures.
+        plain: whether to include primitives without coordinates, in the colours of their materials; otherwise they are
+            ignored.
 
     Raises:
         InputError: none of them has coordinates.
@@ -53,7 +58,7 @@ def material_set(
 
 
 def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
-    """Return the primitives that have coordinates.
+    """Return the primitives that have texture coordinates.
 
     Raises:
         InputError: none has any.
@@ -65,9 +70,7 @@ def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
 
 
 def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
-    """Return the triangles of primitives, with the coordinates that colours are shown by; arguments as for
-    `material_set`.
-    """
+    """Return the triangles of primitives with the coordinates of their colour textures; see `material_set`."""
     points = [part.points for part in parts]
     first = np.cumsum([0, *map(len, points)])
     faces = np.concatenate([part.faces + at for part, at in zip(parts, first)])
@@ -77,14 +80,14 @@ def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
     normal: Real | None = np.concatenate(known) if stated else None
     tangents = _join([part.tangents for part in parts], points, 4)
     uv = _join([_layout(part, bare) for part in parts], points, 2)
-    if uv is None:  # of vertex colors alone
+    if uv is None:  # there are only vertex colors
         uv = np.zeros((first[-1], 2))
     corners = None if tangents is None else tangents[faces]
     return Charted(name, np.concatenate(points), faces, uv, faces, normal, faces if stated else None, corners)
 
 
 def _join(values: Sequence[Real | None], points: Sequence[Real], width: int) -> Real | None:
-    """Return values of vertices of all parts, zeros for those that have none; None where no part has any."""
+    """Concatenate vertex values of all parts, with zeros for parts without any; None if no part has any."""
     if all(each is None for each in values):
         return None
     zeros = (np.zeros((len(at), width)) for at in points)
@@ -92,9 +95,7 @@ def _join(values: Sequence[Real | None], points: Sequence[Real], width: int) -> 
 
 
 def _vertex_colours(parts: Sequence[Primitive]) -> Real | None:
-    """Return (n, 4) linear colors of the vertices of all parts, white for those that have none; None where no part
-    has any.
-    """
+    """Return (n, 4) linear vertex colors of all parts, white for parts without any; None if no part has any."""
     if not any(COLOURS in part.attributes for part in parts):
         return None
     found = []
@@ -108,13 +109,13 @@ def _vertex_colours(parts: Sequence[Primitive]) -> Real | None:
 
 
 def layout_of(part: Primitive) -> int:
-    """Return the set of coordinates that a primitive's colours are shown by, or the first one."""
+    """Return the index of the texture coordinates of a primitive's colour texture, or 0."""
     wanted = gltf_materials.set_of(gltf_materials.base(part.material))
     return wanted if f"TEXCOORD_{wanted}" in part.attributes else 0
 
 
 def has_layout(part: Primitive) -> bool:
-    """Return whether a primitive has the coordinates that its colours are shown by."""
+    """Return whether a primitive has the coordinates that its colour texture uses."""
     return part.uv(gltf_materials.base(part.material)) is not None
 
 
@@ -123,7 +124,7 @@ def _layout(part: Primitive, bare: bool) -> Real | None:
 
 
 def _material(name: str, parts: Sequence[Primitive], own: Sequence[Primitive]) -> Material:
-    """Return the material that some of the parts have in common."""
+    """Return the material that the primitives `own` have in common."""
     material, document = own[0].material, own[0].document
     maps, made = dict[str, MaterialMap](), dict[str, Real | None]()
     for slot, info in gltf_materials.slots(material):
@@ -148,7 +149,7 @@ def _material(name: str, parts: Sequence[Primitive], own: Sequence[Primitive]) -
 
 
 def factors(material: dict[str, Any]) -> dict[str, tuple[float, ...]]:
-    """Return what the pictures of a material's colours, light, roughness and metal are multiplied by."""
+    """Return the factors of a material's pictures of base colour, emission, and roughness and metal."""
     rough = material.get("pbrMetallicRoughness", {})
     colour = rough.get("baseColorFactor", (1, 1, 1, 1))
     return {
@@ -163,8 +164,9 @@ def _is_opaque(material: dict[str, Any]) -> bool:
 
 
 def unpictured(material: dict[str, Any]) -> dict[str, Any]:
-    """Return what of a material no picture holds: transparency, sides, extensions, scales of normals; it shows one of
-    each.
+    """Return the properties of a material that no picture represents.
+
+    These are transparency, sides, extensions and scales of normals. A baked material has a single value of each.
     """
     left = deepcopy(material)
     scales = {
@@ -183,7 +185,7 @@ def unpictured(material: dict[str, Any]) -> dict[str, Any]:
 
 
 def multiplied_slots(material: dict[str, Any], slots: set[str]) -> None:
-    """Have a material multiply pictures in these slots by 1: what they were multiplied by is in them."""
+    """Set a material's factors for these slots to 1, since they are already in the pictures."""
     rough = material.setdefault("pbrMetallicRoughness", {})
     if gltf_materials.BASE in slots:
         rough["baseColorFactor"] = [1, 1, 1, 1]

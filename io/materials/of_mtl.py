@@ -1,4 +1,4 @@
-"""Looks of OBJ files with their material libraries, and of what holds no more than one picture."""
+"""Material sets of OBJ files with their material libraries, and of formats that store at most one picture."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -22,14 +22,14 @@ from .material_set import Material, MaterialMap, MaterialSet
 
 COLOURS = ("map_ka", "map_kd", "map_ks", "map_ke", "decal")
 NORMALS = ("norm", "map_norm")
-BUMPS = ("bump", "map_bump")  # heights as the format has it, but most programs write normals there
-ELSEWHERE = ("refl", "map_refl")  # what is around, not on the surface
+BUMPS = ("bump", "map_bump")  # heights according to the format, but most programs write normals there
+ELSEWHERE = ("refl", "map_refl")  # environment maps, which are not on the surface
 LEAST_MEAN_BLUE, MOST_MEAN_LEAN = 0.7, 0.15
-"""Of the mean of a normal map: at least so blue, so far from grey in red and green (by hand)."""
+"""Mean color of a normal map: at least so blue, and red and green at most so far from grey (by hand)."""
 
 
 Kinds = dict[tuple[str, Path], str]
-"""What the channels of pictures are, by statement and file: to tell heights from normals a picture is read."""
+"""Kinds of data in pictures, by statement and file; cached, because telling heights from normals needs the pixels."""
 
 
 def material_set(
@@ -39,11 +39,11 @@ def material_set(
 
     Args:
         file: the mesh.
-        max_pixels: of a picture that is read.
-        kinds: what is known of pictures; what is found out is added.
+        max_pixels: limit on pictures that are read.
+        kinds: cache of kinds of pictures; new ones are added.
 
     Raises:
-        InputError: faces without coordinates, or a picture that cannot be read.
+        InputError: faces without coordinates, or a picture cannot be read.
     """
     sheet = sheet_of(file)
     content = obj_content(file)
@@ -69,7 +69,7 @@ def material_set(
 
 
 def _vertex_colours(ply: Ply, sheet: Charted) -> Real | None:
-    """Return (m, 3, 4) linear vertex colors of a PLY at the triangles' corners, or None; they are sRGB in the file."""
+    """Return (m, 3, 4) linear vertex colors of a PLY at the triangles' corners, or None; the file stores sRGB."""
     stored = ply.vertex_colours
     if stored is None:
         return None
@@ -78,7 +78,7 @@ def _vertex_colours(ply: Ply, sheet: Charted) -> Real | None:
 
 
 def sheet_of(file: MeshFile) -> Charted:
-    """Return the triangles with their coordinates; errors as for `material_set`."""
+    """Return the triangles with their texture coordinates; errors as for `material_set`."""
     sheet = Charted.of(file.mesh)
     if (sheet.uv_faces < 0).any():
         raise InputError(f"{sheet.name}: some faces have no texture coordinates; unwrap all of them")
@@ -113,7 +113,7 @@ def _material(
 
 
 def cover(lines: Iterable[str]) -> float:
-    """Return how opaque a material is by its numbers, `d` and `Tr`: 0 … 1."""
+    """Return a material's opacity, 0 … 1, from its statements `d` and `Tr`."""
     found = 1.0
     for word, values in material_library.numbers(lines).items():
         if word in ("d", "tr") and len(values) == 1:
@@ -122,7 +122,7 @@ def cover(lines: Iterable[str]) -> float:
 
 
 def _place(uv: Real, rest: str) -> Real | None:
-    """Texture coordinates as the options of a statement move them; None where they don't."""
+    """Return texture coordinates transformed by the options of a statement; None if it has no such options."""
     scale, offset = material_library.placing(rest)
     return None if (scale, offset) == ((1, 1), (0, 0)) else uv * scale + offset
 
@@ -134,7 +134,7 @@ def _kind(word: str, picture: Path, most: int) -> str:
 
 
 def _shows_normals(picture: Path, most: int) -> bool:
-    """Return whether a picture is one of normals: blue all over."""
+    """Return whether a picture is a normal map, that is, blue all over."""
     image = image_files.read(picture, max_pixels=most)
     if image.pixels.shape[2] < 3 or image.pixels.dtype.kind == "f":
         return False

@@ -1,4 +1,4 @@
-"""A mesh with another mesh's materials, carried to its own texture coordinates: GLB and OBJ, each from either."""
+"""Transfer another mesh's materials to a mesh's own texture coordinates: GLB and OBJ, in all combinations."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -28,10 +28,10 @@ GIVEN = {
 
 
 def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bool = False) -> MaterialSet:
-    """Return the material set of all that was read of a file; `bare` and `plain` as for `of_gltf.material_set`.
+    """Return the material set of everything read from a file; `bare` and `plain` as for `of_gltf.material_set`.
 
     Raises:
-        InputError: no coordinates, or a picture that cannot be read.
+        InputError: no coordinates, or a picture cannot be read.
     """
     if parts := primitives_of(meshes[0]):
         return of_gltf.material_set(_name(meshes), parts, bare=bare, plain=plain)
@@ -39,8 +39,10 @@ def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bo
 
 
 def sheet_of(meshes: Sequence[MeshFile]) -> Charted:
-    """Return the triangles of all that was read of a file, with the coordinates that colours are shown by; errors in
-    the same way.
+    """Return the triangles of everything read from a file, with the coordinates of colour textures.
+
+    Raises:
+        InputError: as for `material_set_of`.
     """
     if parts := primitives_of(meshes[0]):
         return of_gltf.sheet(_name(meshes), of_gltf.with_layout(_name(meshes), parts), bare=False)
@@ -52,10 +54,10 @@ def _name(meshes: Sequence[MeshFile]) -> str:
 
 
 def given_maps(maps: Sequence[tuple[str, str]], dialect: str) -> dict[str, MaterialMap]:
-    """Pictures that the user names for the old coordinates, with what their channels are, by slot.
+    """Return pictures that the user names for the old coordinates, by slot, given their files and kinds.
 
     Raises:
-        InputError: several of a kind, or one that materials have no one place for.
+        InputError: several of one kind, or a kind without a unique slot in materials.
     """
     found = dict[str, MaterialMap]()
     for path, kind in maps:
@@ -70,13 +72,13 @@ def given_maps(maps: Sequence[tuple[str, str]], dialect: str) -> dict[str, Mater
 
 @dataclass(eq=False)
 class Relaid:
-    """A mesh about to be written with another's materials.
+    """A mesh to be written with another mesh's materials.
 
     Attributes:
-        before: what the old mesh shows.
-        meshes: all that was read of the new mesh's file.
-        name: what the new file will be called.
-        settings: how pictures are carried; their limit is that of `meshes.relayout.carry`.
+        before: material set of the old mesh.
+        meshes: everything read from the new mesh's file.
+        name: path of the output file.
+        settings: for baking; `limit` is that of `meshes.relayout.carry`.
     """
 
     before: MaterialSet
@@ -96,19 +98,19 @@ class Relaid:
 
     @cached_property
     def after(self) -> MaterialSet:
-        """The new mesh, with coordinates as they stand in its file."""
+        """Material set of the new mesh, with texture coordinates as stored in its file."""
         return material_set_of(self.meshes, bare=True)
 
     @property
     def dialect(self) -> str:
-        """Of the new file's materials."""
+        """Dialect of the output file's materials."""
         return mesh_files.format_of(self.name).dialect
 
     def check(self) -> None:
-        """Refuse what cannot be written or carried.
+        """Refuse what cannot be written or transferred.
 
         Raises:
-            InputError: a suffix that holds no materials, or not all of the new mesh; no pictures.
+            InputError: a suffix without materials, or that would lose parts of the new mesh; no pictures.
         """
         check_pictures(self.before, self.before.sheet.name)
         own = self.meshes[0].content.dialect
@@ -125,15 +127,16 @@ class Relaid:
 
     @cached_property
     def _pairs(self) -> tuple[Charted, Index, Index]:
-        """The new triangles brought to the old ones, and `partners` of both."""
+        """The new triangles registered with the old ones, and `partners` of both."""
         sheet = matched(self.before.sheet, self.after.sheet, self.settings.match)
         return sheet, *partners(self.before.sheet, sheet)
 
     @cached_property
     def owner(self) -> Index:
-        """(m,) the material of each triangle in the new file: its own, and one more for each kind of old ones it shows.
+        """(m,) the material of each triangle in the output file.
 
-        OBJ: its own. There transparency is a separate picture.
+        In glTF, the new mesh's materials are split by the kinds of old materials that they show. In OBJ they are kept,
+        since transparency is a separate picture there.
         """
         if self.dialect == "mtl":
             return self.after.owner
@@ -149,7 +152,7 @@ class Relaid:
 
     @cached_property
     def _owner_by_tile(self) -> Index:
-        """(m,) the new mesh's materials, split by tiles (UDIM) where charts of several would overlap in one picture."""
+        """(m,) the new mesh's materials, split by UDIM tile where their charts would otherwise overlap in one picture."""
         sheet, owner = self.after.sheet, self.after.owner
         parted = owner
         tiles = np.unique(np.floor(sheet.uv[sheet.uv_faces].mean(axis=1)), axis=0, return_inverse=True)[1]
@@ -164,7 +167,7 @@ class Relaid:
 
     @cached_property
     def bakers(self) -> list[MaterialBaker]:
-        """What makes the pictures of each material of the new mesh; of those that show nothing of the old one none."""
+        """The bakers of the new mesh's materials, except those that show nothing of the old mesh."""
         sheet, first, order = self._pairs
         found, count = [], len(self.after.materials)
         if self.owner is not self.after.owner:
@@ -177,27 +180,27 @@ class Relaid:
         for k in range(count):
             own = np.flatnonzero(self.owner == k)
             baker = MaterialBaker(self.before, part(sheet, own), (first[own], order[own]), self.settings)
-            if self.before.dialect != self.dialect:  # two pictures may become one: all are of one size
+            if self.before.dialect != self.dialect:  # pictures may be merged, so all need the same size
                 baker.settings = replace(self.settings, size=baker.size, settled=self.dialect == "mtl")
             found.append(baker)
         return found
 
     @property
     def conflicts(self) -> list[Conflicts]:
-        """Of each material's largest picture, texels of which it cannot be right."""
+        """For the largest picture of each material, the texels for which no value is right."""
         textures = self.before.owner
-        if self.settings.vertex_colours:  # no two triangles show the same
+        if self.settings.vertex_colours:  # colours differ between any two triangles
             textures = np.arange(len(self.before.sheet.faces))
         return [baker.origin(baker.size).conflicts(textures) for baker in self.bakers]
 
     @property
     def origins(self) -> list[Origin]:
-        """Where texels came from, for reports: of each material's largest picture."""
+        """For the largest picture of each material, the origins of its texels, for reports."""
         return [baker.origin(baker.size) for baker in self.bakers]
 
     @cached_property
     def pictures(self) -> list[dict[str, Image]]:
-        """Of each material, by slots of the old materials."""
+        """For each material, its pictures by slot of the old materials."""
         found = []
         for baker in self.bakers:
             found.append({slot: baker.image(slot) for slot in baker.slots})
@@ -212,5 +215,5 @@ class Relaid:
         return found
 
     def told(self, notes: Iterable[str]) -> None:
-        """Add remarks on the new file, each once."""
+        """Add notes on the output file, each only once."""
         self.notes += [note for note in (f"{self.name}: {each}" for each in notes) if note not in self.notes]

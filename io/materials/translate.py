@@ -1,4 +1,4 @@
-"""Pictures of one kind of material for the other: glTF's slots and MTL's statements."""
+"""Convert pictures of materials between glTF's slots and MTL's statements."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -20,15 +20,15 @@ TO_MTL = {
     EMISSIVE: "map_ke",
 }
 TO_GLTF = {"map_kd": gltf_materials.BASE, "map_ke": EMISSIVE}
-GREYS = ("map_pr", "map_pm")  # roughness and metal: green and blue of glTF's picture of both
-COVER = "map_d"  # how opaque it is
+GREYS = ("map_pr", "map_pm")  # roughness and metal: green and blue channel of glTF's combined picture
+COVER = "map_d"  # opacity
 PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 2"]
 
 
 def to_gltf(
     images: Pictures, kinds: dict[str, str], source_material: Material
 ) -> tuple[Pictures, dict[str, Any], list[str]]:
-    """Pictures of MTL statements, all of one size, as those of glTF's slots; the material, and what has no place."""
+    """Convert pictures of MTL statements, all of one size; return glTF slots, the material, and what was dropped."""
     made = {TO_GLTF[word]: image for word, image in images.items() if word in TO_GLTF}
     for word, image in images.items():
         if kinds[word] == "normal":
@@ -56,7 +56,7 @@ def to_gltf(
 
 
 def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[str], list[str]]:
-    """Pictures of glTF's slots as those of MTL statements; the material's lines, and what has no place."""
+    """Convert pictures of glTF slots; return MTL statements, the material's lines, and what was dropped."""
     made = {TO_MTL[slot]: image for slot, image in images.items() if slot in TO_MTL}
     if "map_kd" in made and made["map_kd"].alpha >= 0:
         made |= _covered(made["map_kd"])
@@ -82,7 +82,7 @@ def _left_out(names: Iterable[str]) -> list[str]:
 
 
 def _rough(rough: Image | None, metal: Image | None) -> Image:
-    """Roughness in green and metal in blue; what is not given is white."""
+    """Combine roughness in green and metal in blue; a missing one is white."""
     given = [image for image in (rough, metal) if image is not None]
     dtype = max((image.pixels.dtype for image in given), key=lambda d: d.itemsize)
     out = np.full((*given[0].pixels.shape[:2], 3), np.iinfo(dtype).max, dtype)
@@ -93,14 +93,14 @@ def _rough(rough: Image | None, metal: Image | None) -> Image:
 
 
 def _clear(base: Image, cover: Image) -> Image:
-    """Return a picture of colours with another one's grey as its alpha."""
+    """Return a colour picture with the grey values of another one as its alpha."""
     colours = base.pixels[..., :3]
     alpha = _as(cover.pixels[..., 0], colours.dtype)
     return Image(np.dstack([colours if colours.shape[2] == 3 else colours[..., [0, 0, 0]], alpha]), alpha=3)
 
 
 def _covered(base: Image) -> Pictures:
-    """Colours without alpha, and what of that is seen in a separate picture."""
+    """Split a picture into colours and, if it is not opaque, its alpha as a separate picture."""
     pixels, alpha = base.pixels, base.pixels[..., base.alpha, None]
     colours = Image(np.ascontiguousarray(pixels[..., : base.alpha]))
     seen = (alpha < np.iinfo(alpha.dtype).max).any()

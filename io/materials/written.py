@@ -1,4 +1,4 @@
-"""Meshes with carried materials as files: GLB, and OBJ with its library and pictures."""
+"""Write meshes with transferred materials: GLB, or OBJ with its library and pictures."""
 
 from copy import deepcopy
 from dataclasses import replace
@@ -17,10 +17,10 @@ from .relaid import Relaid
 
 
 def write(relaid: Relaid, out: Path, *, force: bool) -> list[str]:
-    """Write the mesh into a temporary file; the names of what is written beside it.
+    """Write the mesh to a temporary file; return the names of companion files.
 
     Raises:
-        InputError: a picture that cannot be read, or what is beside it cannot be written.
+        InputError: a picture cannot be read, or a companion file cannot be written.
     """
     if relaid.dialect == "mtl":
         return _obj(relaid, out, force)
@@ -29,7 +29,7 @@ def write(relaid: Relaid, out: Path, *, force: bool) -> list[str]:
 
 
 def beside(relaid: Relaid) -> list[Path]:
-    """Return all that may be written beside the mesh."""
+    """Return all files that may be written beside the mesh."""
     if relaid.dialect == "gltf":
         return []
     words = {word for source_material in relaid.before.materials for word in source_material.maps}
@@ -110,7 +110,7 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
 
 
 def _statements(relaid: Relaid, baker: MaterialBaker, images: Pictures) -> tuple[Pictures, list[str]]:
-    """Return the pictures of a material by statements, and its other lines."""
+    """Return the pictures of a material by statement, and its other lines."""
     assert baker.material is not None
     if relaid.before.dialect == "mtl":
         return images, list(baker.material.source or translate.PLAIN)
@@ -122,13 +122,13 @@ def _statements(relaid: Relaid, baker: MaterialBaker, images: Pictures) -> tuple
 
 
 def _stays(line: str, words: set[str]) -> bool:
-    """Return whether a line of an old material is one of the new: names no picture that is not carried."""
+    """Return whether a line of an old material is kept: it refers to no picture, or to one that was transferred."""
     word = material_library.split(line)[0].lower()
     return word != "newmtl" and (word in words or not word.startswith(material_library.MAPS))
 
 
 def _picture(relaid: Relaid, material: str, word: str) -> Path:
-    """Return the file of a material's picture."""
+    """Return the path of a material's picture."""
     several = len(relaid.after.materials) > 1
     return material_library.picture_of(relaid.name, material if several else None, word)
 
