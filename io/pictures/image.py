@@ -51,7 +51,7 @@ class Image:
     def texture(
         self, box: Box, kind: str = "colour", room: Memory | None = None, turn: complex = 1
     ) -> Texture:
-        """Return the picture placed in the plane, in sRGB or linear light; as plain numbers unless `kind` is "colour"."""
+        """Return the picture placed in the plane, in sRGB or linear light; plain numbers unless `kind` is "colour"."""
         transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
         if transfer is not None:
             return Texture(self.pixels, box, self.alpha, transfer, self.associated, turn)
