@@ -32,11 +32,11 @@ from .references import confine
 _TEXT = "<{}>, omitted (convert it to paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
 _UNREAD = "style rule that is kept but not applied: a malformed selector, or a pseudo-class such as :hover"
 _CARRIED = (
-    f"as artwork these are more than {limits.ARTWORK_CURVES} lines and curves, with clip paths and masks for "
-    "each place that uses them; simplify the drawing, or carry a picture of it (--texture)"
+    f"as artwork it has more than {limits.ARTWORK_CURVES} lines and curves, counting clip paths and masks each time "
+    "they are used; simplify the drawing, or map a picture of it (--texture)"
 )
 _COVERED = (
-    f"as artwork more than {limits.ARTWORK_COVERED} lines and curves lie under clip paths, masks and "
+    f"as artwork more than {limits.ARTWORK_COVERED} of its lines and curves lie under clip paths, masks and "
     "filters (counted once for each nested group); use these in fewer groups"
 )
 _COPIED = ("title", "desc", "metadata")

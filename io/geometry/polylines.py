@@ -55,7 +55,7 @@ class Polylines(Document):
                     points += found.tolist()
                     order += [("p", "")] * found.size
             elif words[0] == "f":
-                raise InputError(f"{where}: is a face; only lines (l) and points (p) can be carried")
+                raise InputError(f"{where}: is a face; only lines (l) and points (p) can be mapped")
             elif words[0] in ("o", "g") or line.startswith("#"):
                 order.append(("text", line))
         if not (points or lines):

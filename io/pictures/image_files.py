@@ -124,7 +124,7 @@ def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
         several = getattr(picture, "n_frames", 1) > 1
         picture.load()
         pixels, alpha = icc.as_srgb(picture, path)
-    notes = (f"{path}: the first of several pictures in it is taken",) if several else ()
+    notes = (f"{path}: contains several pictures; the first one is used",) if several else ()
     return Image(pixels, alpha, notes=notes)
 
 
@@ -177,7 +177,7 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
         if form.drawing and not form.mesh:
             raise InputError(
                 f"{path}: is a drawing, not a picture; export it as a picture, or write -o out.svg to "
-                "carry the source drawing itself"
+                "map the source drawing itself"
             )
         if not form.picture:
             raise InputError(f"{path}: not an image; iccm reads {' '.join(formats.holding('picture'))}")

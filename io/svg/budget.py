@@ -70,7 +70,7 @@ class Copies:
         self.elements = Quota(
             limits.SVG_COPIES,
             f"<use>, clip paths, masks, markers and filters expand to more than {limits.SVG_COPIES} "
-            "elements; use fewer of them, or carry a picture of the drawing",
+            "elements; use fewer of them, or map a picture of the drawing",
         )
         self.characters = Quota(
             limits.SVG_COPIED,

@@ -109,8 +109,8 @@ def read(
         drawing = replace(drawing, coloured=_has_colours(shown, document))
         if count := len(document.unset_texts):
             drawing.notes.append(
-                f"{count} text{'s' * (count > 1)} left out, whose font is not found or which "
-                f"{'are' if count > 1 else 'is'} not set plainly: turn text into paths"
+                f"ignored {count} text{'s' * (count > 1)} with missing fonts or an unsupported layout; convert text to "
+                "paths in your drawing program"
             )
         drawing.notes.extend(
             f"{drawn.name}: drawn up to {drawn.faults[0]}" for drawn in shapes if drawn.faults
@@ -428,7 +428,7 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
     """
     a = drawn.affine
     if not all(abs(part) <= limits.SVG_NUMBER for part in (a.alpha, a.beta, a.gamma)):  # NaN included
-        raise InputError("its transforms have too large numbers")
+        raise InputError("its transforms contain numbers that are too large")
     budget = budget or Budget()
     pens = pen_paths(drawn, budget, joined=True)
     runs = [flatten(run, drawn.affine, flatness, budget) for run in pens]
