@@ -126,9 +126,6 @@ def main(arguments: list[str] | None = None, started: Callable[[], object] | Non
 
     `started` is called as soon as errors are reported properly. Garbage collection is disabled: it takes a tenth of a
     small job's time, while a job leaves only a thousand objects in reference cycles.
-
-    Garbage is not collected, which takes a tenth of a small job's time: a job leaves a thousand objects that refer to
-    each other.
     """
     gc.disable()
     # otherwise pydantic looks for plug-ins in every installed package

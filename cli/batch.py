@@ -206,7 +206,7 @@ def _start_tracker() -> None:
     """
     from multiprocessing import resource_tracker
 
-    # Where this process is killed it cleans up after it, and would say so: Python hands its warning filters on to it.
+    # If this process is killed, the tracker cleans up and prints a warning, unless it inherits this filter.
     sys.warnoptions.append("ignore:resource_tracker")
     if hasattr(signal, "SIGHUP"):
         before = signal.signal(signal.SIGHUP, signal.SIG_IGN)

@@ -238,9 +238,6 @@ def _job(held: MapFile) -> dict[str, Any]:
     The file may come from an untrusted source, so only these are used. Others, such as names of output files and limits
     on memory, are taken from the command alone.
 
-    A file may have been made by a stranger, so only these are taken from it. Others, such as names of files to write
-    and limits on memory, come from the command alone, whatever the file holds.
-
     Raises:
         InputError: one of them has an invalid value.
     """

@@ -125,9 +125,6 @@ def _of_solver(name: str, hint: Any, option: Option) -> Option:
 
     The solver's default applies if the row has none; if None is allowed, the solver chooses it. The solver's bounds
     apply unless the row narrows them.
-
-    Its default is the solver's where it has no other: where None stands for that, it is left to the solver. Its bounds
-    are the solver's unless the row has narrower ones.
     """
     row = solver.ROWS[name]
     if option.default is None and NoneType not in get_args(hint):

@@ -38,8 +38,6 @@ class Policy:
         threads: threads of each worker.
         time_limit: seconds after which the solver stops with the best map so far; None: the default of the commands, or
             a share of `timeout`.
-        as
-            a command by default, or what leaves it some time before `timeout`.
     """
 
     retries: int = 1
@@ -120,8 +118,6 @@ def execute(
 
     When `stopping` returns True, no further job is started, running jobs are stopped, and the rest is reported as
     cancelled.
-
-    When `stopping` turns true nothing is begun any more, what runs is ended, and the rest is reported as cancelled.
     """
     # Each job is in one of these collections: pending until a worker is free, running until its worker answers. A frame
     # of a sequence waits for the previous frame, by whose number it is found, and becomes pending when that ends.

@@ -86,10 +86,6 @@ class Processes:
     lose every pending job when any worker dies. pebble's pool (5.2.3) is as fast, but is lost as a whole if a worker
     dies before it has begun a job. It also stops workers one by one: 4 workers in compiled code take 12.2 s, these 3.1
     s.
-
-    A pool of one process is broken by its own job only, and can be killed when its time is up; one pool of many
-    would lose every pending job when any worker dies. pebble's pool (5.2.3) costs as much, but is lost as a whole when
-    a worker dies before it has begun a job, and stops workers one by one: 4 in compiled code in 12.2 s, these in 3.1.
     """
 
     ahead = 0
@@ -187,9 +183,6 @@ class Dask:
 
     `size` is the number of its threads. If jobs may be submitted ahead, short ones are bundled into one task, whose
     overhead for client, scheduler and worker is that of a single job.
-
-    `size` is the number of its threads. When jobs may wait at a worker for the one before to end, short ones travel
-    several in one task, which costs client, scheduler and worker as much as a task of one.
     """
 
     runs_again = True

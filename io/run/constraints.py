@@ -222,8 +222,6 @@ def go_on(
     """Solve as in `solve`, starting from an earlier map; if a new map is `better`, return that with a note.
 
     A map of exactly the same shapes is returned unchanged.
-
-    A map of the very same shapes is taken as it is.
     """
     free = not any(given.get(name) is not None for name in CONSTRAINTS)
     if target is not None and start.target is not None and free:

@@ -261,8 +261,6 @@ def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box
     """Return the target's texture, which fades in, as a job; None if the source's texture is kept.
 
     It is --target-texture, or the target's own picture if the source shows its own.
-
-    What the target shows is --target-texture, or its own picture where the source shows its own.
     """
     job = source.job
     if asked.target_texture:

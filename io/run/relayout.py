@@ -135,7 +135,7 @@ class _Mesh:
 
     @property
     def conflicts(self) -> list[Conflicts]:
-        """Texels of each material's largest picture of which it cannot be right."""
+        """For each material, the texels of its largest picture that cannot be correct."""
         return self.relaid.conflicts
 
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:

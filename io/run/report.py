@@ -145,8 +145,6 @@ def as_json(value: Any) -> Any:
     """Convert a value to JSON: arrays become lists, complex numbers pairs, NaN and infinity null.
 
     File names that are not UTF-8 keep their odd bytes as escapes.
-
-    File names that are not UTF-8 keep their odd bytes as escapes.
     """
     if isinstance(value, dict):
         return {str(key): as_json(item) for key, item in value.items()}

@@ -194,8 +194,6 @@ class Run:
 
         The texture of a chart lies in its layout, which may be mirrored; a checkerboard on a single chart is not
         mirrored.
-
-        A chart's texture lies in its layout, which it may be mirrored against; a checkerboard on one chart need not be.
         """
         return (
             self.in_layout

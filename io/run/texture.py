@@ -280,8 +280,6 @@ def outlines_of(job: Job, sources: Sequence[Shape], fits: Sequence[Fit]) -> list
     """Return the outlines of sources, and of holes that take part in the map, if the texture lies flat on them.
 
     Frames of whole drawings have no such holes: their holes are gaps, which belong to the picture.
-
-    In frames of whole drawings no holes are mapped: there they are gaps, which are part of the picture.
     """
     if sources[0].is_mesh:
         return []

@@ -403,7 +403,7 @@ def surfaces(name: str, sample: str, kinds: dict[str, list[str]]) -> list[Row]:
 
 
 def sticker() -> list[Row]:
-    """Enlarge a sticker of 48 texels, with its antialiased edge and with the edge removed."""
+    """A sticker of 48 texels, with its edge and with the edge removed."""
     side, fine = 48, 16
     drawn = Image.new("RGBA", (side * fine, side * fine))
     pen = ImageDraw.Draw(drawn)
@@ -432,7 +432,7 @@ def sticker() -> list[Row]:
 
 
 def ringing() -> list[Row]:
-    """Enlarge a picture of 48 texels ten times: the former cubic filter, and the clamped one."""
+    """A picture of 48 texels, enlarged ten times: the former cubic filter, and the clamped one."""
     side, size = 48, 480
     drawn = Image.new("RGB", (16 * side, 16 * side), (250, 240, 215))
     pen = ImageDraw.Draw(drawn)

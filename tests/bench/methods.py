@@ -20,7 +20,7 @@ WILD_FREE = ("phosphor", "ionicons", "carbon", "lucide", "iconoir", "fluent")
 
 
 def methods() -> list[tuple[str, str]]:
-    """Draw the same pairs with Algorithm 1 of the paper, the conformal and the balanced method."""
+    """Methods: the same pairs with Algorithm 1 of the paper, the conformal and the balanced method."""
     figure, panels = pictures.sheet(1 + len(METHODS), len(PAIRS), 2.2)
     rows = []
     for line, names in zip(panels.reshape(len(PAIRS), -1), PAIRS):
@@ -49,7 +49,7 @@ def said(fit: Fit) -> str:
 
 
 def contact_sheet() -> list[tuple[str, str]]:
-    """Draw thirty random pairs with the balanced method, each source next to its image; none was selected."""
+    """Thirty random pairs with the balanced method, each source next to its image; none was selected."""
     pairs = shapes.drawn_pairs(SHOWN, SEED, [], FREE)
     columns = 2 * SHOWN // ROWS
     figure, panels = pictures.sheet(columns, ROWS, 1.25, 0.12)

@@ -27,7 +27,7 @@ SIZE = 300  # longer side of a picture in pixels
 
 
 def teaser() -> list[tuple[str, str]]:
-    """Draw a photo in a heart, a word in a leaf and a medal in a bell, by `iccm map SOURCE TARGET`."""
+    """Whole drawings: a photo in a heart, a word in a leaf, a medal in a bell, by `iccm map SOURCE TARGET`."""
     figure, panels = pictures.sheet(9, 1, 1.45, 0.1)
     rows = []
     with TemporaryDirectory() as folder:
@@ -50,7 +50,7 @@ def teaser() -> list[tuple[str, str]]:
 
 
 def fits() -> list[tuple[str, str]]:
-    """Draw random drawings of several parts mapped as a whole, the default, and by the largest outline of each only."""
+    """Whole drawings, the default, next to the largest outline of each alone, for random drawings of several parts."""
     figure, panels = pictures.sheet(3 * COLUMNS, PAIRS // COLUMNS, 1.6)
     cells, rows, choice = panels.reshape(-1, 3), list[tuple[str, str]](), random.Random(SEED)
     while len(rows) < 2 * PAIRS:

@@ -46,8 +46,6 @@ def test_vertices_come_back(monkeypatch, seed, theta, bent):
     """Up to rounding errors that Newton's steps propagate: powers and bisectors are computed by other functions.
 
     In a layout that is bent too much, the coarse triangles themselves fold.
-
-    In a layout that is bent too much the coarse triangles themselves fold.
     """
     points, faces, z = surface(seed)
     _, removed = coarsening.coarser(points, faces, z, z.size // 8)

@@ -171,9 +171,6 @@ def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads
 
     On a mesh, each face of the target is assigned to the chart that contains its centre; corners beyond that chart's
     border are moved to the nearest point of the border.
-
-    On a mesh each face of the target is on the chart that its middle is on: corners beyond that chart's border are at
-    the border's nearest point.
     """
     patch = target.flattening.patch
     if not source.is_mesh:

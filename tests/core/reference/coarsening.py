@@ -245,9 +245,6 @@ def put_back(vertex, into, corners, weights, starts, edges, points, theta, u):
     The whole hole is visible from the vertex onto which the removed one was collapsed. So there is room: on the path to
     the former position, or else along the bisector. From there each vertex moves to the position of least energy of its
     triangles.
-
-    A hole is seen whole from the vertex that its own was drawn into. So there is room, if not on the way to where it
-    was, then along the bisector. From there each goes where the triangles around it have least energy.
     """
     for number in range(vertex.size - 1, -1, -1):
         around, a, v = edges[starts[number] : starts[number + 1]], u[into[number]], vertex[number]

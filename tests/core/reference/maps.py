@@ -43,10 +43,6 @@ def solve(c, z):
     Uses Newton's method from the straight triangle's solution. If a thin patch is bent by many times its width, the
     quadratic has a second solution outside, so steps start within BESIDE of the triangle; if the method does not
     converge, the point is outside at infinite distance.
-
-    Newton's method from the straight triangle's solution. Where a needle of a patch is bent by many times its width,
-    the quadratic has a second solution outside, so steps start within BESIDE of the triangle; where the method does
-    not end, the point is outside and the distance is infinite.
     """
     u, v, r0 = c[1] - c[0], c[2] - c[0], z - c[0]
     area = u.real * v.imag - u.imag * v.real

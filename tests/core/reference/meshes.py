@@ -78,8 +78,6 @@ def set_up(tri, width, top, bottom, grow, wrap, a, b, c):
     """Compute the edge functions a, b, c of a triangle, and the columns x0 .. x1 - 1 and rows y0 .. y1 - 1 to scan.
 
     Unless triangles wrap around, rows are among top .. bottom - 1 and columns on the grid.
-
-    Unless what lies outside comes in on the other side, rows are among top .. bottom - 1 and columns on the grid.
     """
     y0, y1 = span(tri, 1, top, bottom, grow, wrap)
     sign = turn(tri) if y0 < y1 else 0.0
