@@ -1,5 +1,6 @@
 """Geometry of the plane with complex numbers as points: areas, boxes, similarities, and exact orientation."""
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, overload
 
@@ -65,6 +66,28 @@ def distinct(z: Complex, closed: bool = True) -> Complex:
     tiny = 1e-12 * longer_side(*bounding_box(z))
     keep = np.abs(np.diff(z, prepend=z[-1:] if closed else np.inf)) > tiny
     return z[keep] if keep.any() else z[:1]
+
+
+def distinct_each(rings: Sequence[Complex]) -> list[Complex]:
+    """Apply `distinct` to each of several closed polylines; fast for many short ones."""
+    sizes = np.array([ring.size for ring in rings], dtype=np.intp)
+    if not sizes.size or not sizes.all():
+        return [distinct(ring) for ring in rings]
+    z = np.concatenate(rings)
+    starts = np.cumsum(sizes) - sizes
+    low, high = (
+        (extreme.reduceat(z.real, starts), extreme.reduceat(z.imag, starts))
+        for extreme in (np.minimum, np.maximum)
+    )
+    tiny = 1e-12 * np.maximum(high[0] - low[0], high[1] - low[1])
+    before = np.roll(z, 1)
+    before[starts] = z[starts + sizes - 1]
+    keep = np.abs(z - before) > np.repeat(tiny, sizes)
+    keep[starts] |= ~np.logical_or.reduceat(keep, starts)
+    if keep.all():
+        return list(rings)
+    kept = np.add.reduceat(keep, starts, dtype=np.intp)
+    return np.split(z[keep], np.cumsum(kept)[:-1])
 
 
 def rotation(z: Complex, w: Complex) -> complex:

@@ -124,7 +124,8 @@ def close_gaps(painted: shapely.Geometry, closed: shapely.Geometry, size: float)
     # The boundary of `closed` is rounded and simplified. It is used only to find the gaps: the frame is the union of
     # the exact drawing and these gaps, without slivers along the drawing's edges.
     gaps = _without_slivers(shapely.difference(closed, painted), size)
-    joined = unite([painted, gaps])
+    # one overlay of two valid regions, not a tree of the unions of thousands of parts
+    joined = shapely.union(painted, gaps)
     if joined.geom_type != "Polygon":
         return None
     return shapely.Polygon(joined.exterior)

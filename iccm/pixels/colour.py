@@ -124,8 +124,10 @@ def _colours(values: NDArray, alpha: int) -> list[int]:
 
 def _scaled(values: Float, alpha: int, *, divide: bool) -> Float:
     """Multiply colours by alpha, or divide them by it where it is not zero."""
-    a = values[..., alpha : alpha + 1]
-    colours = _colours(values, alpha)
+    factor = values[..., alpha]
+    if divide:
+        factor = np.where(factor != 0, factor, 1)
     out = values.copy()
-    out[..., colours] = values[..., colours] / np.where(a != 0, a, 1) if divide else values[..., colours] * a
+    for k in _colours(values, alpha):  # one by one: an array of indices would copy the pixels twice
+        (np.divide if divide else np.multiply)(values[..., k], factor, out=out[..., k])
     return out

@@ -42,12 +42,14 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
     if not alpha[REACH_TEXELS:-REACH_TEXELS, REACH_TEXELS:-REACH_TEXELS].min() < 1:  # opaque, or not finite
         return texture
     inside = _framed(_inside(texture, outlines))
-    most = dilated(np.where(inside, alpha, 0), REACH_TEXELS)
-    beyond = dilated(np.where(eroded(~inside), alpha, 0), REACH_TEXELS)
-    rim = inside & ~eroded(inside)
-    falls = rim & (beyond < NO_ALPHA_SHARE * most)
-    if 2 * falls.sum() <= rim.sum():
+    rim = np.flatnonzero(inside & ~eroded(inside))
+    most = _greatest_near(rim, REACH_TEXELS, alpha, inside)
+    beyond = _greatest_near(rim, REACH_TEXELS, alpha, eroded(~inside))
+    ending = rim[beyond < NO_ALPHA_SHARE * most]
+    if 2 * ending.size <= rim.size:
         return texture
+    falls = np.zeros_like(inside)
+    falls.ravel()[ending] = True
     fading = inside & dilated(falls, REACH_TEXELS)
     full = np.where(fading, _risen(alpha, inside), alpha)
     known = inside & (alpha > 0) & (2 * alpha >= full)  # colours are unreliable where alpha fades
@@ -102,6 +104,29 @@ def _risen(alpha: NDArray[np.float32], inside: NDArray[np.bool_]) -> NDArray[np.
         rows.append(eroded(rows[-1]))
     out = alpha.copy()
     for deeper, row in zip(rows[:0:-1], rows[-2::-1]):
-        here = row & ~deeper
-        out[here] = np.maximum(out, dilated(np.where(deeper, out, 0)))[here]
+        here = np.flatnonzero(row & ~deeper)
+        flat = out.ravel()
+        flat[here] = np.maximum(flat[here], _greatest_near(here, 1, out, deeper))
     return out
+
+
+def _greatest_near(
+    numbers: NDArray[np.intp], reach: int, values: NDArray[np.float32], counted: NDArray[np.bool_]
+) -> NDArray[np.float32]:
+    """Return the greatest of the values that count, and of 0, within so many texels of some texels.
+
+    Few texels are at the outline: looking around each of them takes a fraction of the time of `dilated`.
+
+    Args:
+        numbers: of these texels in framed arrays, row by row.
+        reach: at most REACH_TEXELS, so that what is looked at is in the frame.
+        values: (h, w), framed.
+        counted: (h, w) which of them count.
+    """
+    width = values.shape[1]
+    greatest = np.zeros(numbers.size, np.float32)
+    for down in range(-reach, reach + 1):
+        for right in range(-reach, reach + 1):
+            near = numbers + (down * width + right)
+            np.maximum(greatest, np.where(counted.ravel()[near], values.ravel()[near], 0), out=greatest)
+    return greatest

@@ -34,7 +34,7 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
 def _spread(pixels: NDArray, known: NDArray[np.bool_], wanted: NDArray[np.bool_], reach: int) -> None:
     """Fill wanted pixels with the colour of the nearest known pixel, in place."""
     source, away = nearest(known)
-    fill = np.flatnonzero(wanted & ((away <= reach) | (reach < 0)))
+    fill = np.flatnonzero(wanted if reach < 0 else wanted & (away <= reach))
     flat = pixels.reshape(-1, pixels.shape[2])
     flat[fill] = flat[source.ravel()[fill]]
     if not np.may_share_memory(flat, pixels):  # reshape copies arrays that are not contiguous

@@ -45,15 +45,18 @@ def on_paper(texture: Texture) -> Texture:
     values = decode(pixels, texture.alpha, srgb=False, associated=texture.associated, premultiply=True)
     alpha = values[..., texture.alpha].copy()
     colours = [k for k in range(pixels.shape[2]) if k != texture.alpha]
-    mean = values[..., colours].sum(axis=(0, 1), dtype=np.float64) / max(float(alpha.sum()), 1.0)
-    values[..., colours] += (1 - alpha)[..., None] * _paper(mean, texture.transfer == "srgb")
+    painted = max(float(alpha.sum()), 1.0)
+    mean = np.array([values[..., k].sum(dtype=np.float64) for k in colours]) / painted
+    bare = 1 - alpha
+    for k, paper in zip(colours, _paper(mean, texture.transfer == "srgb")):
+        values[..., k] += bare * paper
     values[..., texture.alpha] = 1
     return replace(
         texture, pixels=encode(values, pixels.dtype, texture.alpha, srgb=False, associated=texture.associated)
     )
 
 
-def _paper(mean: Float, is_srgb: bool) -> Float:
+def _paper(mean: Float | Real, is_srgb: bool) -> Float:
     """Return the colour (c,) of the paper for a drawing with a mean colour (c,)."""
     contrast = _contrast_with_white(mean[None], is_srgb)[0]
     if contrast < LEAST_CONTRAST_RATIO:

@@ -129,7 +129,7 @@ def runs_of(drawn: Node) -> list[PenPath]:
             pieces = [piece.under(drawn.affine) for piece in pieces]
             out.append(PenPath(drawn.affine(run.start), pieces, run.closed))
     whole = batches([piece for run in out for piece in run.pieces], Affine())
-    rough = np.concatenate([[run.start for run in out], *(batch.rough() for batch in whole)])
+    rough = np.concatenate([[run.start for run in out], *(batch.rough()[0] for batch in whole)])
     if not (np.abs(rough) <= limits.SVG_NUMBER).all():  # NaN included
         raise InputError("the coordinates are too large")
     return out

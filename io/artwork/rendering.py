@@ -8,7 +8,9 @@ import copy
 import math
 import subprocess
 import sys
+from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -54,7 +56,13 @@ def render(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limi
 def render_png(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limits.SVG_BYTES) -> bytes:
     """Render as `render` does, and return the content of a PNG file."""
     with naming(path):
-        return _rasterized(*_cleaned(drawing_bytes(path, max_bytes), box, size))
+        cleaned = _cleaned(drawing_bytes(path, max_bytes))
+        (low, high), (width, height) = box, size
+        view = [low.real, -high.imag, (high - low).real, (high - low).imag]
+        frame = f'viewBox="{" ".join(map(repr, view))}" width="{width}" height="{height}"'
+        space = attributes.SPACES[""]
+        document = f'<svg xmlns="{space}" {frame} preserveAspectRatio="none">{cleaned.text}</svg>'
+        return _rasterized(document, cleaned.needs_fonts)
 
 
 def canvas_of(path: Path, *, max_bytes: int = limits.SVG_BYTES) -> Box:
@@ -101,11 +109,20 @@ def _rasterized(text: str, fonts: bool) -> bytes:
     return done.stdout
 
 
-def _cleaned(data: bytes, box: Box, size: tuple[int, int]) -> tuple[str, bool]:
-    """Return the document without constraints, scripts and external references, in a view of a box.
+class _Cleaned(NamedTuple):
+    """A drawing as resvg gets it.
 
-    Also return whether it contains text that is not outlined.
+    Attributes:
+        text: its <svg> without constraints, scripts and references to other files.
+        needs_fonts: whether there is text in it that is not outlined.
     """
+
+    text: str
+    needs_fonts: bool
+
+
+@lru_cache(maxsize=1)  # a drawing is rendered again where the map needs it finer
+def _cleaned(data: bytes) -> _Cleaned:
     document = tree.parse(data)
     top, texts = document.top, _outlined_texts(document)
     for parent in list(top.iter()):
@@ -119,27 +136,16 @@ def _cleaned(data: bytes, box: Box, size: tuple[int, int]) -> tuple[str, bool]:
             if link in element.attrib and local(element) == "image":
                 element.set(link, typed(element.get(link, "")))
     confine(top)
-    (low, high), (width, height) = box, size
-    view = [low.real, -high.imag, (high - low).real, (high - low).imag]
-    outer = Element(
-        f"{SVG}svg",
-        {
-            "viewBox": " ".join(map(repr, view)),
-            "width": str(width),
-            "height": str(height),
-            "preserveAspectRatio": "none",
-        },
-    )
     for name in ("transform", "viewBox", "preserveAspectRatio", "x", "y", "width", "height"):
         top.attrib.pop(name, None)
     if document.canvas:
         sides = dict(zip(("x", "y", "width", "height"), map(repr, document.canvas)))
         top.attrib |= sides | {"viewBox": " ".join(sides.values()), "preserveAspectRatio": "none"}
     restyle(top, {"overflow": "visible"})
-    outer.append(top)
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)
-    return ElementTree.tostring(outer, encoding="unicode"), any(local(each) == "text" for each in top.iter())
+    has_text = any(local(each) == "text" for each in top.iter())
+    return _Cleaned(ElementTree.tostring(top, encoding="unicode"), has_text)
 
 
 def _is_constraint(element: Element) -> bool:

@@ -30,16 +30,25 @@ class Batch:
         """Return points at parameters t of the segments `which`."""
         raise NotImplementedError
 
-    def counts(self, tolerance: float) -> Index:
-        """Return (k,) numbers of points: with equal parameter steps h a chord errs by at most h² max|f''| / 8."""
-        steps = np.ceil(np.sqrt(self.bend / (8 * tolerance))) if tolerance else np.ones(self.end.size)
+    def counts(self, tolerance: Real) -> Index:
+        """Return (k,) numbers of points that keep each segment within its tolerance (k,).
+
+        With equal parameter steps h a chord errs by at most h² max|f''| / 8.
+        """
+        safe = np.where(tolerance > 0, tolerance, 1)
+        steps = np.where(tolerance > 0, np.ceil(np.sqrt(self.bend / (8 * safe))), 1)
         return np.maximum(1, np.minimum(steps, 2**40)).astype(np.int64)
 
-    def rough(self) -> Complex:
-        """Return a few points on the segments; their bounding box is at most as large as that of the segments."""
+    def rough(self) -> tuple[Complex, Index]:
+        """Return a few points on the segments, and for each point the index of its segment.
+
+        The bounding box of the points is at most as large as that of the segments.
+        """
+        if not self.bend.any():
+            return self.end, self.number
         which = np.repeat(np.arange(self.end.size), ROUGH.size)
-        inner = self.at(which, np.tile(ROUGH, self.end.size)) if self.bend.any() else np.empty(0, complex)
-        return np.concatenate([inner, self.end])
+        inner = self.at(which, np.tile(ROUGH, self.end.size))
+        return np.concatenate([inner, self.end]), np.concatenate([self.number[which], self.number])
 
     def points(self, counts: Index) -> Complex:
         """Return the points of all segments, one after the other, without their start points."""
@@ -95,13 +104,13 @@ class Stretches(Batch):
         self.number = number
         self.z = [affine(piece.z) for piece in pieces]
 
-    def counts(self, tolerance: float) -> Index:
+    def counts(self, tolerance: Real) -> Index:
         """Return the numbers of vertices except the first, whatever the tolerance."""
         return np.array([z.size - 1 for z in self.z])
 
-    def rough(self) -> Complex:
-        """Return all vertices."""
-        return np.concatenate(self.z)
+    def rough(self) -> tuple[Complex, Index]:
+        """Return all vertices, and for each the index of its polyline among all segments."""
+        return np.concatenate(self.z), np.repeat(self.number, [z.size for z in self.z])
 
     def points(self, counts: Index) -> Complex:
         """Return the points of all polylines, one after the other, without their start points."""

@@ -9,7 +9,7 @@ import shapely
 from ...arrays import Complex, Index, complex_of, xy_of
 from ...curve import polygon_of
 from ...errors import InputError
-from ...plane import cross, distinct
+from ...plane import cross, distinct_each
 from ...polygons import fill_holes, polygons_of, unite
 from .. import limits
 from . import crossings
@@ -74,7 +74,7 @@ def outlines(
     Raises:
         InputError: no ring encloses anything.
     """
-    rings = [ring for ring in (distinct(r) for r in rings) if ring.size]
+    rings = [ring for ring in distinct_each(list(rings)) if ring.size]
     whole = [ring for ring in rings if ring.size > 2]
     if not whole:
         raise InputError(
@@ -82,8 +82,10 @@ def outlines(
         )
     simple: list[Complex] = []
     refused: list[Refused] = []
-    for ring in whole:
-        lobes, twisted, place = _untangled(ring)
+    for ring, is_flat, polygon in zip(whole, _flat(whole), _polygons_of(whole)):
+        if is_flat:
+            continue
+        lobes, twisted, place = _untangled(ring, polygon)
         simple.extend(lobes if crossed or not place else [])
         if place and crossed:
             notes = (
@@ -141,15 +143,12 @@ def has_body(filled: shapely.Geometry) -> bool:
     return bool(filled.area >= BODY_AREA_SHARE * hulls.area)
 
 
-def _untangled(ring: Complex) -> tuple[list[Complex], float, str]:
-    """Split a ring into simple rings that paint the same.
+def _untangled(ring: Complex, polygon: shapely.Polygon) -> tuple[list[Complex], float, str]:
+    """Split a ring, given also as a polygon, into simple rings that paint the same.
 
     A crossing reverses the orientation of a part of the enclosed area, or encloses it twice. If that part is large, the
     ring is returned as it is, with the enclosed area and the position of a crossing.
     """
-    if _flat(ring):
-        return [], 0.0, ""
-    polygon = polygon_of(ring)
     if polygon.is_valid:
         return [ring], 0.0, ""
     faces, winding = _faces([ring])
@@ -225,11 +224,23 @@ class _Lines:
         return np.add.reduceat(crossed, first)
 
 
-def _flat(ring: Complex) -> bool:
-    """Return whether all points are collinear up to rounding."""
-    w = ring - ring[0]
-    far = w[np.argmax(np.abs(w))]
-    return bool(np.abs(cross(far, w)).max() <= 1e-13 * abs(far) ** 2)
+def _polygons_of(rings: Sequence[Complex]) -> np.ndarray:
+    """Return rings of three points or more as polygons, all at once: text has thousands of small ones."""
+    owner = np.repeat(np.arange(len(rings)), [ring.size for ring in rings])
+    return shapely.polygons(shapely.linearrings(xy_of(np.concatenate(rings)), indices=owner))
+
+
+def _flat(rings: Sequence[Complex]) -> np.ndarray:
+    """Return whether all points of each ring are collinear up to rounding."""
+    sizes = np.array([ring.size for ring in rings])
+    starts = np.cumsum(sizes) - sizes
+    z = np.concatenate(rings)
+    w = z - np.repeat(z[starts], sizes)
+    away = np.abs(w)
+    farthest = np.flatnonzero(away == np.repeat(np.maximum.reduceat(away, starts), sizes))
+    far = w[farthest[np.searchsorted(farthest, starts)]]
+    off = np.maximum.reduceat(np.abs(cross(np.repeat(far, sizes), w)), starts)
+    return off <= 1e-13 * np.abs(far) ** 2
 
 
 def _place(polygon: shapely.Polygon) -> str:

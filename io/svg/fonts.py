@@ -18,8 +18,6 @@ _ANY = (
 _LEFTWARD = {"R", "AL"}  # classes of Unicode's bidirectional algorithm
 _EITHER_WAY = {"NSM", "WS", "ON", "CS", "ES", "ET"}
 _SPACES = " \u00a0"
-_POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "Z": 0}
-"""Number of points of each path command."""
 
 
 class Spacing(NamedTuple):
@@ -107,15 +105,15 @@ class Font:
             x += spacing.letters + spacing.words * (text[last] in _SPACES)
         return found, x, all(glyph.number for glyph in found)
 
-    def _draw_glyph(self, number: int) -> tuple[tuple[str, ...], Complex]:
-        """Return the commands of a glyph's path data, and the points of all commands, in ems with y down."""
+    def _draw_glyph(self, number: int) -> tuple[str, Complex]:
+        """Return a glyph's path data with %r for each number, and the points of all commands, in ems with y down."""
         import uharfbuzz as hb
 
         commands: list[str] = []
         points: list[complex] = []
 
         def add(command: str, *places: float) -> None:
-            commands.append(command)
+            commands.append(command + " ".join(["%r"] * len(places)))
             points.extend(complex(x, -y) / self._em for x, y in zip(places[::2], places[1::2]))
 
         pen = hb.DrawFuncs()
@@ -125,7 +123,7 @@ class Font:
         pen.set_cubic_to_func(lambda a, b, c, d, e, f, _: add("C", a, b, c, d, e, f))
         pen.set_close_path_func(lambda _: add("Z"))
         self._font.draw_glyph(number, pen, None)
-        return tuple(commands), np.array(points, dtype=np.complex128)
+        return "".join(commands), np.array(points, dtype=np.complex128)
 
     def sets(self, text: str) -> bool:
         """Return whether the font has all letters, and they are of one script and direction."""
@@ -162,14 +160,9 @@ class Font:
         for glyph in self._shaped(text, spacing)[0]:
             if (found := place(glyph.begin, glyph.advance)) is None:
                 continue
-            commands, points = self._drawn(glyph.number)
+            template, points = self._drawn(glyph.number)
             placed = found @ translation(glyph.right - glyph.begin, -glyph.up)
-            numbers = iter(placed(points).view(np.float64).tolist())
-            drawn: list[str] = []
-            for command in commands:
-                words = [f"{next(numbers)!r} {next(numbers)!r}" for _ in range(_POINTS[command])]
-                drawn.append(command + " ".join(words))
-            yield glyph.cluster, "".join(drawn)
+            yield glyph.cluster, template % tuple(placed(points).view(np.float64).tolist())
 
     def set_at(self, text: str, x: float, y: float, size: float) -> list[tuple[int, str]]:
         """Return path data of a line's glyphs at a position and font size, as `draw_letters` yields it."""

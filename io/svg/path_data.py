@@ -5,17 +5,16 @@ such as `5.` and fails on arcs with extreme radii.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...arrays import Complex
+from ...arrays import Complex, Index, Real
 from ...errors import InputError
-from ...plane import diagonal
 from .. import limits
 from .affine import Affine
-from .batches import batches
+from .batches import Batch, batches
 from .budget import Budget
 from .curves import Lines, Piece, arc, bezier
 
@@ -260,22 +259,49 @@ def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = No
         InputError: as for `commands`, or the budget is exceeded.
     """
     budget = budget or Budget()
-    return [flatten(run, affine, flatness, budget) for run in runs(d, budget, joined=True)]
+    return flatten(runs(d, budget, joined=True), affine, flatness, budget)
 
 
-def flatten(run: PenPath, affine: Affine, flatness: float, budget: Budget) -> Subpath:
-    """Return a subpath under an affine map as a polyline, see `subpaths`."""
-    groups = batches(run.pieces, affine)
-    start = affine(run.start)
-    tolerance = flatness * diagonal(np.concatenate([[start], *(group.rough() for group in groups)]))
-    counts = np.empty(len(run.pieces), dtype=np.int64)
+def flatten(pens: Sequence[PenPath], affine: Affine, flatness: float, budget: Budget) -> list[Subpath]:
+    """Return subpaths under an affine map as polylines, see `subpaths`.
+
+    The segments of all subpaths are flattened together: text consists of thousands of subpaths of a few segments.
+
+    Raises:
+        InputError: the budget is exceeded.
+    """
+    if not pens:
+        return []
+    groups = batches([piece for run in pens for piece in run.pieces], affine)
+    lengths = np.array([len(run.pieces) for run in pens])
+    run_of = np.repeat(np.arange(len(pens)), lengths)
+    starts = affine(np.array([run.start for run in pens]))
+    tolerance = flatness * _diagonals(starts, groups, run_of)
+    counts = np.empty(run_of.size, dtype=np.int64)
     for group in groups:
-        counts[group.number] = group.counts(tolerance)
+        counts[group.number] = group.counts(tolerance[run_of[group.number]])
     budget.points.spend(int(counts.sum()))
-    z = np.empty(1 + counts.sum(), dtype=np.complex128)
-    z[0], ends = start, 1 + np.cumsum(counts)
+    z = np.empty(len(pens) + counts.sum(), dtype=np.complex128)
+    ends = 1 + run_of + np.cumsum(counts)  # of each piece in z, where each run also has its start
     for group in groups:
         own = counts[group.number]
         first = np.cumsum(own) - own
         z[np.repeat(ends[group.number] - own - first, own) + np.arange(own.sum())] = group.points(own)
-    return Subpath(z, run.closed)
+    sizes = 1 + np.bincount(run_of, counts, len(pens)).astype(np.int64)
+    last = np.cumsum(sizes)
+    z[last - sizes] = starts
+    return [Subpath(part, run.closed) for part, run in zip(np.split(z, last[:-1]), pens)]
+
+
+def _diagonals(starts: Complex, groups: Sequence[Batch], run_of: Index) -> Real:
+    """Return (r,) diagonals of the boxes of subpaths, from their start points and rough points of their segments."""
+    low_x, high_x = starts.real.copy(), starts.real.copy()
+    low_y, high_y = starts.imag.copy(), starts.imag.copy()
+    for group in groups:
+        points, piece = group.rough()
+        run = run_of[piece]
+        np.minimum.at(low_x, run, points.real)
+        np.maximum.at(high_x, run, points.real)
+        np.minimum.at(low_y, run, points.imag)
+        np.maximum.at(high_y, run, points.imag)
+    return np.hypot(high_x - low_x, high_y - low_y)

@@ -14,7 +14,7 @@ from ... import deadline
 from ...arrays import Complex
 from ...curve import polygon_of
 from ...errors import InputError, naming
-from ...plane import bounding_box, diagonal, distinct
+from ...plane import bounding_box, diagonal, distinct_each
 from .. import limits
 from . import tree
 from .basic_shapes import pen_paths
@@ -214,9 +214,9 @@ def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail
         for run in runs
         if run.before
     ]
-    for run in runs:
+    for run, ring in zip(runs, distinct_each([run.z for run in runs])):
         try:
-            rings.append(_ring(run, drawn, notes))
+            rings.append(_ring(run, ring, drawn, notes))
         except InputError as error:
             drawing.refused.append((float(np.ptp(run.z.real) * np.ptp(run.z.imag)), error))
     if runs and not rings:
@@ -348,11 +348,14 @@ def _shown(found: list[FilledOutline], drawn: Node, detail: Detail) -> list[Fill
     return shown if drawn.clips else found
 
 
-def _ring(run: Subpath, drawn: Node, notes: list[str]) -> Complex:
-    z = distinct(run.z)
-    gap = abs(run.z[-1] - run.z[0])
+def _ring(run: Subpath, z: Complex, drawn: Node, notes: list[str]) -> Complex:
+    """Return the distinct points z of a subpath as a ring.
+
+    Raises:
+        InputError: The subpath is open, and no fill closes it; or the width of its stroke is malformed.
+    """
     reach = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
-    if run.closed or z.size < 3 or gap <= max(reach, GAP_SIDE_SHARE * diagonal(z)):
+    if run.closed or z.size < 3 or abs(run.z[-1] - run.z[0]) <= max(reach, GAP_SIDE_SHARE * diagonal(z)):
         return z
     ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
     if not drawn.filled:
@@ -431,7 +434,7 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
         raise InputError("its transforms contain numbers that are too large")
     budget = budget or Budget()
     pens = pen_paths(drawn, budget, joined=True)
-    runs = [flatten(run, drawn.affine, flatness, budget) for run in pens]
+    runs = flatten(pens, drawn.affine, flatness, budget)
     if not all((np.abs(run.z) <= limits.SVG_NUMBER).all() for run in runs):
         raise InputError("coordinates are too large")
     return [

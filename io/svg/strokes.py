@@ -8,7 +8,7 @@ from shapely.affinity import affine_transform
 
 from ...arrays import Complex, xy_of
 from ...errors import InputError
-from ...plane import bounding_box, distinct
+from ...plane import bounding_box, distinct_each
 from ...polygons import unite
 from .. import limits
 from . import crossings
@@ -103,7 +103,10 @@ def areas(
         for drawn, runs in _uncovered(base, seen)
         if drawn.stroked
     ]
-    crossings.check([ring for area in (*fills, *(area for _, area in strokes)) for ring in rings_of(area)])
+    if rest or strokes:  # the boundaries of one region do not cross
+        crossings.check(
+            [ring for area in (*fills, *(area for _, area in strokes)) for ring in rings_of(area)]
+        )
     return unite(fills), strokes
 
 
@@ -115,7 +118,7 @@ class Fills:
 
     def of(self, drawn: Node, runs: Sequence[Subpath]) -> list[shapely.Polygon]:
         """Return the polygons that the fill of one shape paints."""
-        rings = [ring for ring in (distinct(run.z) for run in runs) if ring.size > 2]
+        rings = [ring for ring in distinct_each([run.z for run in runs]) if ring.size > 2]
         return self.painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
 
     def painted(self, rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
@@ -158,13 +161,15 @@ def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[S
     base, taken = shapely.Polygon(), set[Node]()
     for each in [each for each in shapes if not each[0].clips][:LARGEST_FILLS]:
         try:
-            crossings.check([*_closed([each]), *rings_of(base)])
+            if not base.is_empty:  # one shape's own crossings are counted when it is painted
+                crossings.check([*_closed([each]), *rings_of(base)])
             base = unite([base, *filled.of(*each)])
         except crossings.TooMuch:
             continue
         taken.add(each[0])
     rest = _uncovered(base, [each for each in shapes if each[0] not in taken])
-    crossings.check([*_closed(rest), *rings_of(base)])
+    if rest:
+        crossings.check([*_closed(rest), *rings_of(base)])
     return base, rest
 
 

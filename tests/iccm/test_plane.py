@@ -14,6 +14,7 @@ from iccm.plane import (
     cross,
     diagonal,
     distinct,
+    distinct_each,
     longer_side,
     orientation,
     polygon_area,
@@ -98,6 +99,13 @@ def test_repeated_vertices_are_left_out(z, data):
     times = data.draw(st.lists(st.integers(1, 3), min_size=z.size, max_size=z.size))
     assert np.array_equal(distinct(np.repeat(z, times), closed=False), z)
     assert np.array_equal(distinct(np.append(np.repeat(z, times), z[:1])), np.roll(z, -1))
+
+
+@given(st.lists(st.lists(st.sampled_from([0, 1, 1 + 1e-13, 3 - 2j, 1e9]), max_size=5), max_size=4))
+def test_vertices_that_repeat_go_from_many_rings_at_once_as_from_each(rings):
+    rings = [np.array(ring, dtype=complex) for ring in rings]
+    for each, alone in zip(distinct_each(rings), map(distinct, rings), strict=True):
+        assert np.array_equal(each, alone)
 
 
 @given(POINTS, COMPLEX, COMPLEX, st.booleans())

@@ -19,6 +19,7 @@ from iccm.io.pictures.image import Image
 from iccm.io.run import texture
 from iccm.io.run.job import Job
 from iccm.io.shapes import shape as shapes
+from iccm.io.svg.lettering import Lettering
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" {}>{}</svg>'
 CANVAS = 'viewBox="0 0 40 20"'
@@ -287,6 +288,23 @@ def test_it_is_rendered_as_finely_as_the_map_samples_it(files, made):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="alarms of POSIX")
+def test_the_letters_of_a_drawing_are_outlined_once_for_all_its_sizes(tmp_path, monkeypatch):
+    path = tmp_path / "a.svg"
+    path.write_text(
+        SVG.format(CANVAS, '<text x="2" y="15" font-size="12" font-family="DejaVu Sans">Qg</text>')
+    )
+    outlined = []
+    painted = Lettering.painted
+    monkeypatch.setattr(Lettering, "painted", lambda *given: outlined.append(given) or painted(*given))
+    coarse, fine = (rendering.render(path, WHOLE, size).pixels for size in ((40, 20), (80, 40)))
+    assert len(outlined) == 1
+    halves = fine[..., 3].reshape(20, 2, 40, 2).mean(axis=(1, 3))
+    assert np.abs(halves - coarse[..., 3]).max() < 40  # the same letters, at half the size
+    assert coarse[..., 3].max() == 255
+    path.write_text(path.read_text().replace("Qg", "i"))
+    assert not np.array_equal(rendering.render(path, WHOLE, (40, 20)).pixels, coarse)
+
+
 def test_the_renderer_ends_without_who_started_it():
     """It would render for minutes with nobody to stop it."""
     tall = '<feMorphology operator="dilate" radius="900"/>' * 9

@@ -8,6 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from iccm.io.svg import path_data
+from iccm.io.svg.affine import Affine
+from iccm.io.svg.budget import Budget
 from iccm.io.svg.curves import Arc
 
 number = st.integers(-99, 99).map(lambda k: k / 4)
@@ -55,3 +57,16 @@ def test_arcs_end_exactly_where_they_should():
     for piece, start in zip(run.pieces, (10 + 20j, 11 + 21.5j)):
         ends = piece.at(np.array([0.0, 1.0]))
         assert abs(ends - [start, piece.last()]).max() < 1e-13
+
+
+@settings(max_examples=60, deadline=None)
+@given(path)
+def test_runs_are_flattened_together_as_each_alone(d):
+    pens = [*path_data.runs(d, joined=True), *path_data.runs("M7 7Zm1 2", joined=True)]
+    affine = Affine.matrix(2, 0.5, -0.25, 1, 30, -4)
+    together = path_data.flatten(pens, affine, 1e-3, Budget())
+    for run, pen in zip(together, pens, strict=True):
+        (alone,) = path_data.flatten([pen], affine, 1e-3, Budget())
+        assert run.closed == alone.closed
+        assert np.array_equal(run.z, alone.z)
+        assert run.z[0] == affine(pen.start)
