@@ -30,6 +30,7 @@ def crack_share(target: Drawing, layers: Sequence[Sequence[Complex]]) -> float:
     layers
         Regions in its plane; the result is painted where all of them are. Each is given by its rings, those of parts
         counter-clockwise, those of holes clockwise.
+
     Examples
     --------
     >>> import shapely

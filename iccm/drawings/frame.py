@@ -160,7 +160,7 @@ def _without_slivers(gaps: shapely.Geometry, size: float) -> shapely.Geometry:
 
 
 def _closing(region: shapely.Geometry, radius: float) -> shapely.Geometry:
-    """Return a region dilated, then eroded by a disc."""
+    """Return a region dilated, then eroded by a disk."""
     return offset(offset(region, radius, quad_segs=ARC_SEGMENTS), -radius, quad_segs=ARC_SEGMENTS)
 
 

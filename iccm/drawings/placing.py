@@ -167,8 +167,10 @@ def _angles() -> Sequence[float]:
 
 
 def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
-    """Yield copies that lie inside up to rasterization: one in the largest inscribed circle, then the largest of each
-    rotation."""
+    """Yield copies that lie inside up to rasterization.
+
+    The first one is in the largest inscribed circle; then come the largest copies of each rotation.
+    """
     low_x, low_y, high_x, high_y = search.outer.bounds
     box = complex(low_x, low_y), complex(high_x, high_y)
     canvas = Canvas.about(*proportional(RASTER_PIXELS, box[1] - box[0]), box)

@@ -33,19 +33,32 @@ def morph(
 ) -> Iterator[TriangulatedMap]:
     """Yield maps of the source onto shapes between source and target, without folds or overlaps.
 
-    Args:
-        fit: a balanced map of whole outlines, or of the frames of two drawings (fit='frame').
-        shares: positions between the source (0) and the target (1), increasing.
-        placed: (a, b) of the similarity a z + b that places the source at the beginning.
+    Parameters
+    ----------
+    fit
+        A balanced map of whole outlines, or of the frames of two drawings (fit='frame').
+    shares
+        Positions between the source (0) and the target (1), increasing.
+    placed
+        (a, b) of the similarity a z + b that places the source at the beginning.
 
-    Raises:
-        InputError: the map is partial, from another method, or a deformation.
-    Examples:
-        >>> import iccm
-        >>> square = np.array([0, 1, 1 + 1j, 1j])
-        >>> middle = next(iccm.morph(iccm.fit(square, 3 * square), [0.5]))
-        >>> round(float(np.ptp(middle.image.real)), 6)  # the geometric mean
-        1.732051
+    Yields
+    ------
+    TriangulatedMap
+        For each share, the map from the source to the shape there; the last one, at 1, is the given map itself.
+
+    Raises
+    ------
+    InputError
+        The map is partial, from another method, or a deformation.
+
+    Examples
+    --------
+    >>> import iccm
+    >>> square = np.array([0, 1, 1 + 1j, 1j])
+    >>> middle = next(iccm.morph(iccm.fit(square, 3 * square), [0.5]))
+    >>> round(float(np.ptp(middle.image.real)), 6)  # the geometric mean
+    1.732051
     """
     map = fit.map
     if not isinstance(map, TriangulatedMap) or fit.target is None:

@@ -112,8 +112,10 @@ class Term:
 
 
 def closest(curve: Curve, *, tangent: bool) -> Callable[[Complex], Target]:
-    """Return the local step of Algorithm 1: closest points of a curve, with normals for the first-order distance
-    (Eq. 13)."""
+    """Return the local step of Algorithm 1: closest points of a curve.
+
+    With `tangent`, the targets have normals for the first-order distance (Eq. 13).
+    """
 
     def follow(image: Complex) -> Target:
         edge, t = curve.locate(np.minimum(curve.closest(image), np.nextafter(curve.length, 0)))

@@ -10,11 +10,25 @@ from numpy.typing import NDArray
 
 
 def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
-    """Return a (size, size, 3) sRGB picture of cells × cells squares, numbered row by row from 0 at the top left.
+    """Return an sRGB picture of cells × cells squares, numbered row by row from 0 at the top left.
 
     Digits make reflections and rotations visible. Hue varies with x and lightness with y, so that colours identify
     positions.
 
+    Parameters
+    ----------
+    size
+        Width and height in pixels.
+    cells
+        Number of squares in each direction.
+
+    Returns
+    -------
+    ndarray
+        (size, size, 3) uint8 pixels, row 0 at the top.
+
+    Examples
+    --------
     >>> checkerboard(64, cells=4).shape
     (64, 64, 3)
     """

@@ -116,7 +116,7 @@ class Carrier:
         starts = np.append(True, owner[1:] != owner[:-1])
         ends = np.append(starts[1:], True) & ~np.isin(
             heads[owner] + 1, last
-        )  # which the next segment begins with
+        )  # the next segment begins with it
         line = np.searchsorted(last, heads[owner])
         kept = ~ends & ~np.isnan(points)
         return np.split(points[kept], np.searchsorted(line[kept], np.arange(1, len(lines))))

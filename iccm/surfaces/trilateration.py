@@ -1,5 +1,7 @@
-"""Transfer a seam to another surface of similar proportions, to the points with the same geodesic distances from
-landmarks."""
+"""Transfer a seam to another surface of similar proportions.
+
+It is moved to the points with the same geodesic distances from landmarks.
+"""
 
 from itertools import pairwise
 
@@ -16,7 +18,7 @@ from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 
 FINE_TRIANGLES, MOST_HALVINGS = 10_000, 3
 """Triangles that are enough for the paths, and how often edges are halved at most to get them (by hand)."""
-SAMPLES_PER_EDGE = 8  # of each edge of a seam
+SAMPLES_PER_EDGE = 8  # samples of each edge of a seam
 ASTRAY_DISTANCE_SHARE = (
     0.01  # of the root of the area: difference of distances that doubles the cost of a path, by hand
 )

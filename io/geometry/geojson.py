@@ -167,7 +167,7 @@ def _dropped(item: Any) -> Any:
 
 def _holds(geometry: Any) -> bool:
     if geometry is None:
-        return True  # it never had a place
+        return True  # it had no position before
     if geometry["type"] == "GeometryCollection":
         geometry["geometries"] = [each for each in geometry["geometries"] if _holds(each)]
         return bool(geometry["geometries"])

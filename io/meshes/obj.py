@@ -109,7 +109,9 @@ class Obj(Elements):
         used: set[tuple[str, str]] = set()
         for keyword in ("o", "g", "usemtl"):
             said = [s for s in self.statements if s.keyword == keyword]
-            first = np.searchsorted(self.face_at, [s.at for s in said] + [len(self.data)])  # faces after each
+            first = np.searchsorted(
+                self.face_at, [s.at for s in said] + [len(self.data)]
+            )  # faces before each
             used |= {(keyword, name) for k in np.flatnonzero(np.diff(first)) for name in _names_of(said[k])}
         named = ((s.keyword, name) for s in self.statements for name in _names_of(s))
         return list(dict.fromkeys(name for keyword, name in named if (keyword, name) in used))

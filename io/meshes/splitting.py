@@ -1,5 +1,8 @@
-"""Add vertices to meshes: copies at seams, for formats with one texture coordinate per vertex, and new vertices of
-triangles that replace polygons."""
+"""Add vertices to meshes.
+
+These are copies at seams, for formats with one texture coordinate per vertex, and vertices of triangles that replace
+polygons.
+"""
 
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,7 @@
-"""Closed lines of DXF drawings, read by ezdxf: polylines with bulges, splines, circles, ellipses, chains of lines and
-arcs.
+"""Closed lines of DXF drawings, read by ezdxf.
 
-y points up; units are the file's. Loops inside each other on a layer are holes; names are those of layers.
+These are polylines with bulges, splines, circles, ellipses, and chains of lines and arcs. y points up; units are the
+file's. Loops inside each other on a layer are holes; names are those of layers.
 """
 
 import json

@@ -13,8 +13,8 @@ from .. import files, limits
 from ..svg.drawing import Drawing
 from . import antimeridian, topology
 
-Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and the rule that they are filled by
-MOST_NESTED_COLLECTIONS = 50  # collections in each other
+Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and their fill rule
+MOST_NESTED_COLLECTIONS = 50  # levels of nested collections
 MEMBERS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 NAMES = ("name", "id", "label", "title", "class")
 """Names, or ends of names, of properties that name a feature."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 
-MOST_NESTED_COLLECTIONS = 50  # collections in each other
+MOST_NESTED_COLLECTIONS = 50  # levels of nested collections
 
 
 def as_geojson(content: dict[str, Any]) -> dict[str, Any]:

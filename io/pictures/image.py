@@ -17,7 +17,7 @@ from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
 from ..formats import PictureFormat
 
-USUAL = {  # what the two spaces that are worked in are called: a look at OpenColorIO's own configuration takes 30 ms
+USUAL = {  # names of the two working spaces; reading OpenColorIO's built-in configuration takes 30 ms
     "sRGB": "sRGB",
     "srgb_rec709_scene": "sRGB",
     "lin_rec709": "lin_rec709",

@@ -1,5 +1,7 @@
-"""Rigid regions of a shape: elements of a drawing, groups of a mesh, masks on its canvas, listed polygons; and pictures
-that give the importance or the size of places of the source."""
+"""Rigid regions of a shape, and pictures that give the importance or the size of places of the source.
+
+Regions are elements of a drawing, groups of a mesh, masks on the shape's canvas, or listed polygons.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""Choose the order in which seams of two closed meshes run through pins, and their path on the source; and choose pins
-for meshes with the same connectivity."""
+"""Choose the order in which seams of two closed meshes run through pins, and their path on the source.
+
+For meshes with the same connectivity, also choose the pins.
+"""
 
 from collections.abc import Sequence
 from itertools import chain

@@ -224,8 +224,15 @@ def _sections(basis: Real, vertices: Complex) -> Complex:
 
 
 class Feet(NamedTuple):
-    """The nearest points of the curve: (p,) edge, sample before the point, share of the way to the next sample, unit
-    tangent, and distance."""
+    """The nearest points of a curve.
+
+    Attributes:
+        edge: (p,) edge of the control polygon.
+        sample: (p,) sample of the curve before the point.
+        share: (p,) share of the way to the next sample.
+        tangent: (p,) unit tangent.
+        distance: (p,) distance from the projected point.
+    """
 
     edge: NDArray[np.intp]
     sample: NDArray[np.intp]

@@ -18,7 +18,7 @@ from .mesh_shape import MeshShape
 
 LEFT = "{} edges at the boundary stay straight, because adjacent triangles would flip (rim_edges_left)"
 
-COARSE_TOLERANCES = 10  # tolerances: an outline farther off between vertices is reported
+COARSE_TOLERANCES = 10  # a chord that deviates by more from the outline is reported
 
 
 def missed(boundary: Mapping[str, float], tolerance: float, split: bool) -> list[str]:
