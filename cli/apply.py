@@ -24,8 +24,8 @@ def command(map: str, input: str, output: str, **given: Any) -> int:
     """Carry INPUT through MAP, a saved map. INPUT is a picture, a drawing, or a file of points, lines and polygons.
 
     MAP is an .npz file written by `iccm map -o map.npz`. It carries pictures, drawings (.svg), tables of points (.csv
-    .tsv), GeoJSON, lists of landmarks (.json .tps) and lines (.obj), in the units of the files, from the source to
-    the target or (--inverse) back. The output has the format of the input.
+    .tsv), GeoJSON, landmarks (.json .tps .pts), regions of ImageJ (.roi .zip) and lines (.obj), in the units of the
+    files, from the source to the target or (--inverse) back. The output has the format of the input.
 
     MAP can also be an STMap, written by `iccm map --stmap` or another program, which carries pictures. An STMap is a
     picture of floats that gives for each pixel the position from which its colour is taken: red runs from 0 at the

@@ -210,7 +210,7 @@ class Saved:
         counts |= {name.replace(" ", "_"): count for name, count in carrier.counts.items()}
         with ExitStack() as stack:
             written = stack.enter_context(files.writing(output, force=force, suffix=suffix))
-            written.write_text(given.text(images), encoding="utf-8", newline="")
+            written.write_bytes(given.encode(images))
             if report:
                 write_report(
                     {"schema": SCHEMA, "input": path, "map": self.name, **counts}, report, stack, force=force

@@ -45,7 +45,8 @@ TOPICS: dict[str, Topic] = {
     "constraints": Topic(
         "Pins, strokes and rigid regions",
         "--pin 30,40:28,44 --pin 60,40:70,41",
-        "pin exact_pins rigid rigid_target rigid_size constraints importance size_map start",
+        "pin exact_pins rigid rigid_target rigid_size constraints source_landmarks target_landmarks importance "
+        "size_map start",
     ),
     "method": Topic(
         "Which map",

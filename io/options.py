@@ -628,6 +628,17 @@ class JobOptions:
         aliases=(("pins", "{}"),),
         words="strokes pins-file",
     )
+    source_landmarks: str | None = _option(
+        "Read points on the source from a file of any program (.csv .tps .json .roi .zip .pts). Each becomes a pin to "
+        "the point of --target-landmarks with the same name, or to that at the same place in the list.",
+        "FILE",
+        commands=("map", "morph"),
+        words="points pins imagej napari elastix labelme fiji",
+    )
+    target_landmarks: str | None = _option(
+        "Read points on the target, see --source-landmarks.", "FILE", commands=("map", "morph"),
+        words="points pins imagej napari elastix labelme fiji",
+    )  # fmt: skip
     rigid: tuple[str, ...] = _option(
         "A region of the source that is moved, rotated and scaled but not bent: #id of an element of the "
         "drawing (or a group or material of an OBJ or GLB), or a mask picture that is white where rigid. "

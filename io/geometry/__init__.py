@@ -4,5 +4,7 @@ document   content of a file, and its reader by suffix
 table      CSV and TSV
 geojson    GeoJSON, and lists of landmarks in JSON
 tps        landmark files of morphometrics
+elastix    point sets of elastix and transformix
+rois       regions of interest of ImageJ
 polylines  OBJ lines and points
 """

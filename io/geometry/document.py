@@ -26,11 +26,13 @@ class Geometry:
         points: (p,) points; NaN for those without a position.
         lines: (k,) polylines.
         polygons: each a list of the outer ring (k,) and the rings of holes, without repeated end points.
+        names: (p,) names of the points, empty where a point has none; or nothing.
     """
 
     points: Complex = field(default_factory=lambda: np.empty(0, complex))
     lines: Sequence[Complex] = ()
     polygons: Sequence[list[Complex]] = ()
+    names: Sequence[str] = ()
 
 
 @dataclass
@@ -81,6 +83,10 @@ class Document(ABC):
     def text(self, images: Images) -> str:
         """Return the file's text with its geometry replaced by the images."""
 
+    def encode(self, images: Images) -> bytes:
+        """Return the same as bytes; formats that are not text override it."""
+        return self.text(images).encode()
+
 
 READERS = {
     ".csv": "table.Table",
@@ -89,6 +95,9 @@ READERS = {
     ".json": "geojson.GeoJson",
     ".tps": "tps.Tps",
     ".obj": "polylines.Polylines",
+    ".pts": "elastix.PointSet",
+    ".roi": "rois.Rois",
+    ".zip": "rois.Rois",
 }
 
 

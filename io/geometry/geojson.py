@@ -35,15 +35,23 @@ class GeoJson(Document):
         content = parse_json(data)
         found = _Found()
         if _is_geojson(content):
-            for geometry in _geometries(content):
-                found.take(geometry)
+            names = []
+            for geometry, feature in geometries(content):
+                before = len(found.points)
+                found.take(_simple(geometry))
+                count = len(found.points) - before
+                names += [_name(feature)] if count == 1 else [""] * count
         else:
-            for holder, key in _landmarks(content):
+            marks = _landmarks(content)
+            names = [name for _, _, name in marks]
+            for holder, key, _ in marks:
                 found.points.append(_pair(holder[key]))
         if not (found.points or found.lines or found.polygons):
             raise InputError("contains no points, lines or polygons")
         notes = ("heights of lines and polygons are dropped",) if found.heights else ()
-        return cls(content, Geometry(np.array(found.points, complex), found.lines, found.polygons), notes)
+        return cls(
+            content, Geometry(np.array(found.points, complex), found.lines, found.polygons, names), notes
+        )
 
     def text(self, images: Images) -> str:
         """Return the document with the coordinates of the images."""
@@ -56,7 +64,7 @@ class GeoJson(Document):
         else:
             content = self.content
             gone: list[tuple[Any, Any]] = []
-            for holder, key in list(_landmarks(content)):
+            for holder, key, _ in _landmarks(content):
                 z = next(points)
                 if z == z:
                     holder[key] = _moved(holder[key], z)
@@ -66,6 +74,8 @@ class GeoJson(Document):
                     gone.append((holder, key))
             for holder, key in reversed(gone):
                 del holder[key]
+            if gone and isinstance(content, dict) and isinstance(content.get("shapes"), list):
+                content["shapes"] = [shape for shape in content["shapes"] if shape.get("points") != []]
         return json.dumps(content, ensure_ascii=False, indent=None if len(images.points) > 1000 else 1) + "\n"
 
 
@@ -149,11 +159,25 @@ def _is_geojson(content: Any) -> bool:
 def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield every geometry with coordinates in order; bounding boxes, which become invalid, are removed."""
     for geometry, _ in geometries(content):
-        if not _is_geojson(geometry) or geometry["type"] not in SIMPLE:
-            raise InputError(
-                "not valid GeoJSON: it contains an object that is neither a feature nor a geometry"
-            )
-        yield geometry
+        yield _simple(geometry)
+
+
+def _simple(geometry: Any) -> dict[str, Any]:
+    """Return a geometry with coordinates.
+
+    Raises:
+        InputError: it is something else.
+    """
+    if not _is_geojson(geometry) or geometry["type"] not in SIMPLE:
+        raise InputError("not valid GeoJSON: it contains an object that is neither a feature nor a geometry")
+    return geometry
+
+
+def _name(feature: Any) -> str:
+    """Return the name among the properties of a feature, or ""."""
+    properties = feature.get("properties") if isinstance(feature, dict) else None
+    name = properties.get("name") if isinstance(properties, dict) else None
+    return name if isinstance(name, str) else ""
 
 
 def _dropped(item: Any) -> Any:
@@ -174,9 +198,13 @@ def _holds(geometry: Any) -> bool:
     return geometry.get("coordinates", []) != []
 
 
-def _landmarks(content: Any) -> list[tuple[Any, Any]]:
-    """Return containers and keys of the points of a list or object: itself, or its only member that contains points."""
-    found = _members(content)
+def _landmarks(content: Any) -> list[tuple[Any, Any, str]]:
+    """Return container, key and name of each point in JSON that is not GeoJSON.
+
+    The points are annotations of labelme, or the members of a list or an object: of the content itself, or of its only
+    member that has points only.
+    """
+    found = _labelled_points(content) or _members(content)
     if found is None and isinstance(content, dict):
         inner = [each for value in content.values() if (each := _members(value))]
         found = inner[0] if len(inner) == 1 else None
@@ -185,15 +213,39 @@ def _landmarks(content: Any) -> list[tuple[Any, Any]]:
     return found
 
 
-def _members(content: Any) -> list[tuple[Any, Any]] | None:
-    """Return container and key of each point of a list or object of points; None if it is something else."""
+def _labelled_points(content: Any) -> list[tuple[Any, Any, str]]:
+    """Return the places of the points that labelme annotates; shapes of other types stay as they are."""
+    shapes = content.get("shapes") if isinstance(content, dict) else None
+    return [
+        (shape["points"], 0, str(shape.get("label", "")))
+        for shape in (shapes if isinstance(shapes, list) else [])
+        if isinstance(shape, dict)
+        and shape.get("shape_type") == "point"
+        and isinstance(shape.get("points"), list)
+        and len(shape["points"]) == 1
+        and _is_point(shape["points"][0])
+    ]
+
+
+def _members(content: Any) -> list[tuple[Any, Any, str]] | None:
+    """Return container, key and name of each point of a list or object of points; None if it is something else."""
     if isinstance(content, list):
         keys: list[Any] = list(range(len(content)))
     elif isinstance(content, dict):
         keys = list(content)
     else:
         return None
-    return [(content, key) for key in keys] if keys and all(_is_point(content[key]) for key in keys) else None
+    if not keys or not all(_is_point(content[key]) for key in keys):
+        return None
+    return [(content, key, _name_of_member(content[key], key)) for key in keys]
+
+
+def _name_of_member(item: Any, key: Any) -> str:
+    """Return the name of a point: its key in an object, or what it says itself."""
+    if isinstance(key, str):
+        return key
+    name = item.get("name", item.get("label")) if isinstance(item, dict) else None
+    return name if isinstance(name, str) else ""
 
 
 def _is_point(item: Any) -> bool:

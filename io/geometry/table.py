@@ -17,6 +17,9 @@ from .document import NOWHERE, Document, Geometry, Images
 
 MISSING = frozenset(["na", "n/a", "#n/a", "nan", "null", "none", "missing"])
 """Cells, in lower case, that mean a missing value."""
+COORDINATE_COLUMNS = (("x", "y"), ("axis-2", "axis-1"), ("axis-1", "axis-0"))
+"""Names of the columns of x and y, in lower case: the usual ones, and those of napari, whose last axis is x."""
+NAME_COLUMNS = ("name", "landmark", "label")
 SNIFFED_ROWS = 50  # rows in which delimiter and decimal commas are detected
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
@@ -67,7 +70,7 @@ class Table(Document):
                 z[k] = _place(row, at, k + 1 + has_head)
         if not (np.isnan(z) | (np.abs(z) < 1e100)).all():
             raise InputError("some coordinates are not finite numbers")
-        return cls(head, rows, at, delimiter, ending, Geometry(z), comma)
+        return cls(head, rows, at, delimiter, ending, Geometry(z, names=_names(head, rows)), comma)
 
     def text(self, images: Images) -> str:
         """Return the rows with their images; rows without one are dropped, or get empty cells."""
@@ -131,11 +134,13 @@ def _has_decimal_commas(rows: list[list[str]], at: tuple[int, int]) -> bool:
 
 
 def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
-    """Return the indices of the columns of x and y: as named, else those called x and y, else the first two."""
+    """Return the indices of the columns of x and y: as named, else those called x and y (or as in napari), else the
+    first two.
+    """
     names = [name.strip() for name in first]
     low = [name.lower() for name in names]
     if wanted is None:
-        found = [low.index("x"), low.index("y")] if {"x", "y"} <= set(low) else [0, 1]
+        found = next((list(map(low.index, pair)) for pair in COORDINATE_COLUMNS if {*pair} <= {*low}), [0, 1])
     else:
         found = []
         for name in wanted.split(","):
@@ -150,6 +155,18 @@ def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
     if len(found) != 2 or max(found) >= len(names) or found[0] == found[1]:
         raise InputError("a table needs a column of x and one of y; name them with --columns X,Y")
     return found[0], found[1]
+
+
+def _names(head: list[str], rows: list[list[str]]) -> list[str]:
+    """Return the cells of the column called name, landmark or label, unless they repeat; else nothing."""
+    low = [name.strip().lower() for name in head]
+    for column in NAME_COLUMNS:
+        if column in low:
+            k = low.index(column)
+            names = [row[k].strip() if k < len(row) else "" for row in rows]
+            if len({*names}) == len(names):
+                return names
+    return []
 
 
 def _is_number(text: str) -> bool:

@@ -58,7 +58,8 @@ class Tps(Document):
             raise InputError("contains no landmarks (LM=…)")
         scaled = any(re.match(r"\s*SCALE\s*=", line, re.IGNORECASE) for line in lines)
         notes = ("SCALE is dropped, because it belongs to the original image",) if scaled else ()
-        return cls(lines, places, Geometry(np.array(z)), notes)
+        numbers = [str(number) for number in range(1, len(z) + 1)]
+        return cls(lines, places, Geometry(np.array(z), names=numbers), notes)
 
     def text(self, images: Images) -> str:
         """Return the lines with images of positions; missing ones become NA, so that landmarks keep their numbers."""

@@ -10,6 +10,7 @@ execute        `run`: inputs, map, outputs, report
 inputs         the input files of a job
 resolve        values of a job that are filled in from its files
 constraints    pins and strokes in the core plane
+point_files    pins from two files of points
 parts          `--parts all`
 by_position    pins between two meshes in the same place
 state          the state of a running job

@@ -30,7 +30,7 @@ def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
     from ..shapes.mesh_shape import as_mesh
 
     job = run.job
-    constrained = job.pin or job.constraints or job.start or job.rigid or job.rigid_target or job.several
+    constrained = job.has_pins or job.start or job.rigid or job.rigid_target or job.several
     if constrained or len(run.fits) != 1 or run.fit.status is not Status.DRIFTED:
         return []
     source, target = (as_mesh(shape).flattening.patch for shape in run.pairs[0])

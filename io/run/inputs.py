@@ -86,16 +86,22 @@ class Inputs(Files):
 
     @cached_property
     def listed(self) -> ConstraintsFile | None:
-        """The contents of the constraints file, if there is one.
+        """The contents of the constraints file and of the files of landmarks, if there are any.
 
         Raises:
-            InputError: the file is invalid.
+            InputError: a file is invalid.
         """
-        if not self.job.constraints:
+        job = self.job
+        if not job.constraints and not job.source_landmarks:
             return None
         from ..shapes import listing
 
-        return listing.read(self.job.constraints)
+        listed = listing.read(job.constraints) if job.constraints else listing.ConstraintsFile()
+        if job.source_landmarks and job.target_landmarks:
+            from .point_files import read_pairs
+
+            listed.add_pairs(read_pairs(job.source_landmarks, job.target_landmarks))
+        return listed
 
     def _seam(self, target: bool) -> list[Place]:
         """Return the pins of one side, in order, through which closed meshes on both sides are cut."""
@@ -117,7 +123,7 @@ class Inputs(Files):
             InputError: a mesh cannot be read.
         """
         job, pair = self.job, self._cut_pair
-        if pair is None or job.pin or job.constraints or job.start or job.several:
+        if pair is None or job.has_pins or job.start or job.several:
             return []
         from ..shapes.seam_order import same_vertices
 
@@ -205,7 +211,7 @@ class Inputs(Files):
             InputError: as in `shape`, or the pieces do not fit into the source.
         """
         job = self.job
-        one = (job.pin, job.constraints, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
+        one = (job.has_pins, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
         if job.parts == "largest" or any(one) or job.subdivide_rim or source.is_mesh:
             return None
         if not self.is_mesh(text) or self.is_layout(text):
@@ -284,7 +290,7 @@ class Inputs(Files):
             aspect = _first_proportions([Path(job.texture)])
         joins = source is not None and not source.holes
         # meshes mapped by landmarks, or onto another mesh, keep their boundary unless a cut is requested
-        bound = job.pin or job.constraints or job.start or self._both_meshes
+        bound = job.has_pins or job.start or self._both_meshes
         return {
             "cut": not job.no_cut,
             "cut_open": job.cut_open or not bound,

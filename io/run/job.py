@@ -223,6 +223,8 @@ class Job(Textured, JobOptions):
         "normal_down",
         "data",
         "constraints",
+        "source_landmarks",
+        "target_landmarks",
         "rigid",
         "rigid_target",
         "importance",
@@ -230,7 +232,7 @@ class Job(Textured, JobOptions):
         "start",
     )
     written = WRITTEN
-    templated = ("output", *WRITTEN, "constraints")
+    templated = ("output", *WRITTEN, "constraints", "source_landmarks", "target_landmarks")
     source: str
     target: str | None
     checkered: ClassVar[bool] = (
@@ -240,6 +242,10 @@ class Job(Textured, JobOptions):
     def __init__(self, **values: Any):
         super().__init__(**values)
         self._name_stmap()
+        for given, missing in (("source", "target"), ("target", "source")):
+            if getattr(self, f"{given}_landmarks") and not getattr(self, f"{missing}_landmarks"):
+                option = f"--{missing}-landmarks"
+                raise JobError([(f"{given}_landmarks", f"needs {option}, the same points on the {missing}")])
         if self.texture == CHECKER and not os.path.isfile(CHECKER):
             vars(self).update({"texture": None, "checkered": True})
         self._give_a_picture_each()
@@ -286,6 +292,11 @@ class Job(Textured, JobOptions):
     def solver(self) -> dict[str, Any]:
         """The options that are passed to `iccm.fit` and `iccm.deform`."""
         return {name: value for name in SOLVER if (value := getattr(self, name)) is not None}
+
+    @property
+    def has_pins(self) -> bool:
+        """Whether pins or strokes are given by options or files, beside those that are drawn."""
+        return bool(self.pin or self.constraints or self.source_landmarks)
 
     @property
     def exact(self) -> bool:

@@ -37,7 +37,7 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     """
     from ..shapes import parts
 
-    if job.pin or job.constraints:
+    if job.has_pins:
         raise InputError(f"--parts {job.parts}: pins and strokes only work for one shape; choose it with #id")
     for name in ("rigid", "rigid_target", "importance", "size_map"):
         if getattr(job, name):

@@ -443,6 +443,6 @@ def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
             many = f"{count} holes" if count > 1 else "hole"
             notes.append(f"{shape.spec}: the map ignores its {many}, which pictures fill")
         return filled(shape)
-    if job.holes == "auto" and job.holed and job.target and not (job.pin or job.constraints):
+    if job.holes == "auto" and job.holed and job.target and not job.has_pins:
         return without_holes(shape, notes.append)
     return as_drawn(shape)

@@ -35,13 +35,13 @@ class LandmarkPairs:
     """Named pairs of points of two shapes.
 
     Attributes:
-        axes: convention of their coordinates.
+        axes: conventions of the coordinates in the source and in the target.
         names: of each pair, possibly empty.
         source: points of the source.
         target: points of the target.
     """
 
-    axes: Axes
+    axes: tuple[Axes, Axes]
     names: list[str]
     source: list[Point]
     target: list[Point]
@@ -57,8 +57,9 @@ class LandmarkPairs:
                 raise InputError(
                     f"{shape.spec}: landmarks of images only work for drawings and pictures; use JSON"
                 )
+        before, after = self.axes
         return [
-            (name, _from_axes(self.axes, a, source), _from_axes(self.axes, b, target))
+            (name, _from_axes(before, a, source), _from_axes(after, b, target))
             for name, a, b in zip(self.names, self.source, self.target)
         ]
 
@@ -118,7 +119,7 @@ def _rows(text: str) -> list[tuple[int, list[str]]]:
 
 
 def _read_bigwarp(text: str) -> LandmarkPairs:
-    pairs = LandmarkPairs("image", [], [], [])
+    pairs = LandmarkPairs(("image", "image"), [], [], [])
     for line, row in _rows(text):
         if len(row) == BIGWARP_SPATIAL_COLUMNS:
             raise InputError(f"line {line}: landmarks in space are not supported; use two coordinates")
@@ -140,7 +141,7 @@ def _read_qgis(text: str) -> LandmarkPairs:
     sources = next((both for both in QGIS_SOURCE if set(both) <= set(header)), None)
     if sources is None or not {"mapX", "mapY"} <= set(header):
         raise InputError("has no columns mapX, mapY, sourceX and sourceY (QGIS)")
-    pairs = LandmarkPairs("upward", [], [], [])
+    pairs = LandmarkPairs(("upward", "upward"), [], [], [])
     for line, row in rows[1:]:
         cells = dict(zip(header, row))
         if cells.get("enable", "1").lower() in NO:
@@ -159,7 +160,7 @@ def _read_tps(text: str) -> LandmarkPairs:
     first, second = specimens
     if len(first) != len(second):
         raise InputError(f"the first specimen has {len(first)} landmarks but the second {len(second)}")
-    pairs = LandmarkPairs("lower-edge", [], [], [])
+    pairs = LandmarkPairs(("lower-edge", "lower-edge"), [], [], [])
     for number, (a, b) in enumerate(zip(first, second), 1):
         if a is not None and b is not None:  # else one of the specimens lacks it
             pairs.names.append(str(number))
@@ -219,7 +220,7 @@ def write(suffix: str, pins: Sequence[Any], source: Shape, target: Shape) -> str
     names = [pin.name for pin in pins]
     sides = [[_to_axes(axes, getattr(pin, side), shape) for pin in pins] for side, shape in
              (("source", source), ("target", target))]  # fmt: skip
-    return writer(LandmarkPairs(axes, names, *sides))
+    return writer(LandmarkPairs((axes, axes), names, *sides))
 
 
 def _text(value: float) -> str:

@@ -127,7 +127,7 @@ class ConstraintsFile(StrictModel):
     rigid: list[str | Polygon] = Field([])
     start: StartingMap | None = None
     landmarks: Landmarks = Landmarks()
-    _pairs: other_programs.LandmarkPairs | None = PrivateAttr(None)
+    _pairs: list[other_programs.LandmarkPairs] = PrivateAttr([])
 
     @property
     def all_pins(self) -> list[Pin]:
@@ -153,8 +153,12 @@ class ConstraintsFile(StrictModel):
         Raises:
             InputError: as `all_pins`, or landmarks of images for a mesh.
         """
-        pairs = self._pairs.in_file_units(source, target) if self._pairs else []
+        pairs = [pair for each in self._pairs for pair in each.in_file_units(source, target)]
         return [*self.all_pins, *(Pin(name=name[:200], source=a, target=b) for name, a, b in pairs)]
+
+    def add_pairs(self, pairs: other_programs.LandmarkPairs) -> None:
+        """Add pairs of landmarks of other programs to the pins."""
+        self._pairs.append(pairs)
 
     def check(self, source: Shape, target: Shape) -> None:
         """Refuse shapes whose sizes differ from those that the constraints were made for.
@@ -197,7 +201,7 @@ def parse(name: str, data: bytes) -> ConstraintsFile:
     """
     if other_programs.is_landmarks(name):
         listed = ConstraintsFile()
-        listed._pairs = other_programs.parse(name, data)
+        listed.add_pairs(other_programs.parse(name, data))
         return listed
     try:
         return ConstraintsFile.model_validate(files.parse_json(data, once=True))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import roifile
 
 import iccm as core
 from iccm.io.apply import PICTURE_OPTIONS
@@ -324,3 +325,46 @@ def test_a_drawing_becomes_a_picture_where_one_is_written(saved, shapes, iccm):
     pixels = image_files.read("two.png").pixels
     shown = {tuple(colour) for colour in pixels[pixels[..., 3] == 255][:, :3].tolist()}
     assert {(255, 0, 0), (0, 255, 0)} <= shown and not any(blue > 3 for _, _, blue in shown)
+
+
+def farthest(points, images):
+    """The largest distance of the images of points from the nearest of some positions."""
+    return np.linalg.norm(there(points)[:, None] - images, axis=2).min(axis=1).max()
+
+
+def test_regions_of_imagej_and_point_sets_of_elastix(saved, shapes, iccm):
+    square, hole = [(20, 20), (20, 70), (75, 70), (75, 20)], [(30, 30), (40, 30), (40, 45)]
+    path = [number for ring in (square, hole) for k, at in enumerate(ring) for number in (float(k > 0), *at)]
+    path = [*path[:12], 4.0, *path[12:], 4.0]
+    regions = {
+        "dots": (roifile.ROI_TYPE.POINT, square),
+        "line": (roifile.ROI_TYPE.POLYLINE, hole),
+        "cell": (roifile.ROI_TYPE.POLYGON, square),
+        "ring": (roifile.ROI_TYPE.RECT, square),
+    }
+    rois = []
+    for name, (kind, points) in regions.items():
+        rois.append(roifile.ImagejRoi.frompoints(np.array(points, float), name=name, position=4))
+        rois[-1].roitype = kind
+    rois[-1].subpixel_coordinates = rois[-1].integer_coordinates = None
+    rois[-1].n_coordinates, rois[-1].options = 0, roifile.ROI_OPTIONS(0)
+    rois[-1].multi_coordinates, rois[-1].shape_roi_size = np.array(path, np.float32), len(path)
+    roifile.roiwrite("rois.zip", rois)
+    assert iccm("apply", "map.npz", "rois.zip", "-o", "there.zip").code == 0
+    found = {roi.name: roi for roi in roifile.roiread("there.zip")}
+    assert set(found) == set(regions) and {roi.position for roi in found.values()} == {5}
+    for name, points in (("dots", square), ("line", hole), ("cell", square)):
+        images = found[name].coordinates()
+        assert found[name].roitype == regions[name][0]
+        # lines get more vertices where they bend; those of the file are among them
+        assert farthest(points, images) < 1e-3
+    rings = found["ring"].coordinates(multi=True)
+    assert len(rings) == 2 and farthest(hole, rings[1]) < 1e-3
+    Path("cell.roi").write_bytes(rois[2].tobytes())
+    assert iccm("apply", "map.npz", "cell.roi", "-o", "there.roi").code == 0
+    assert farthest(square, roifile.roiread("there.roi").coordinates()) < 1e-3
+    Path("in.pts").write_text("point\n2\n20 20\n75 30\n")
+    assert iccm("apply", "map.npz", "in.pts", "-o", "out.pts").code == 0
+    head, count, *rows = Path("out.pts").read_text().splitlines()
+    places = np.array([row.split() for row in rows], float)
+    assert (head, count) == ("point", "2") and np.allclose(places, there([(20, 20), (75, 30)]))
