@@ -1,4 +1,4 @@
-"""The build backend: setuptools, and ziglang as one more requirement where no C++ compiler is installed (PEP 517)."""
+"""The build backend: setuptools, which also requires ziglang if no C++ compiler is installed (PEP 517)."""
 
 from typing import Any
 
@@ -28,15 +28,15 @@ ZIG = "ziglang>=0.15"
 
 
 def missing_compiler() -> list[str]:
-    """Return the requirement that stands for a compiler, where there is none."""
+    """Return the requirement for a compiler as a list, empty if one is installed."""
     return [] if system_compiler() else [ZIG]
 
 
 def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
-    """Return what a wheel is built with."""
+    """Return the requirements for building a wheel."""
     return [*build_meta.get_requires_for_build_wheel(config_settings), *missing_compiler()]
 
 
 def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
-    """Return what an editable installation is built with."""
+    """Return the requirements for building an editable installation."""
     return [*build_meta.get_requires_for_build_editable(config_settings), *missing_compiler()]

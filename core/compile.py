@@ -1,11 +1,11 @@
-"""Compile the core: one shared library for each variant of the processor.
+"""Compile the core into one shared library for each variant of the processor.
 
-Run as a script, this fills a folder (by default the package's own) with libraries that are newer than their sources:
+As a script, it brings the libraries in a folder, by default the package's own, up to date:
 
     python core/compile.py [FOLDER]
 
-It needs a C++17 compiler and nothing else: the one that CXX names, else c++, g++ or clang++, else the one in the
-package `ziglang`. Objects are kept in build/core, and only those whose sources changed are compiled again.
+It needs only a C++17 compiler: the one that CXX names, else c++, g++ or clang++, else the one in the package
+`ziglang`. Objects are kept in build/core, and only those whose sources changed are compiled again.
 """
 
 import argparse
@@ -26,12 +26,13 @@ FOLDER = CORE.parent / "iccm" / "native" / "lib"
 FLAGS = (
     "-std=c++17",
     "-O3",
-    # results must not depend on the compiler or the processor: no fused products, nothing that reorders sums
+    # results must not depend on the compiler or the processor: no fused multiply-add, no reordered sums
     "-ffp-contract=off",
     "-fno-exceptions",
     "-fno-rtti",
     "-fno-threadsafe-statics",
-    # nobody reads errno or floating point exceptions; without them loops with roots and comparisons are vectorised
+    # errno and floating-point exceptions are not used; without them loops with roots and comparisons are
+    # vectorised
     "-fno-math-errno",
     "-fno-trapping-math",
     "-fvisibility=hidden",
@@ -47,11 +48,11 @@ ENDINGS = {"linux": ".so", "macos": ".dylib", "windows": ".dll", "wasi": ".wasm"
 
 
 class Variant(NamedTuple):
-    """A library for some processors.
+    """A variant of the library for some processors.
 
     Attributes:
-        name: of the library's file, without its ending.
-        flags: that the compiler takes for it.
+        name: the library's file name without its ending.
+        flags: the compiler's options for these processors.
     """
 
     name: str
@@ -59,14 +60,14 @@ class Variant(NamedTuple):
 
 
 class Compiler(NamedTuple):
-    """How to call a compiler, and what for.
+    """A compiler and the platform for which it compiles.
 
     Attributes:
-        command: that compiles C++.
-        link: that links without the C++ standard library.
+        command: the command that compiles C++.
+        link: the command that links, without the C++ standard library.
         system: linux, macos, windows or wasi.
-        machine: x86_64 or another.
-        zig: whether it is ziglang's, whose options for processors are its own.
+        machine: x86_64 or another architecture.
+        zig: whether the compiler is ziglang's, which has its own options for processors.
     """
 
     command: tuple[str, ...]
@@ -77,15 +78,15 @@ class Compiler(NamedTuple):
 
     @property
     def ending(self) -> str:
-        """Of a shared library."""
+        """The file name ending of shared libraries, such as ".so"."""
         return ENDINGS[self.system]
 
     @property
     def variants(self) -> tuple[Variant, ...]:
-        """The libraries that there are for the machine."""
+        """The variants of the library for the machine."""
         if self.machine == "x86_64":
-            # without fused products altogether: GCC 12 makes some while it vectorises complex ones, whatever
-            # -ffp-contract says
+            # FMA instructions are disabled altogether: GCC 12 uses them when it vectorises complex products,
+            # whatever -ffp-contract says
             old, wide = ("-march=x86-64",), ("-march=x86-64-v3", "-mno-fma")
             if self.zig:
                 old, wide = ("-mcpu=x86_64",), ("-mcpu=x86_64_v3-fma",)
@@ -94,20 +95,20 @@ class Compiler(NamedTuple):
 
 
 def this_machine() -> tuple[str, str]:
-    """Return the system and the processor that this runs on, as in `Compiler`."""
+    """Return the system and the architecture of this machine, as in `Compiler`."""
     system = {"Darwin": "macos", "Windows": "windows"}.get(platform.system(), "linux")
     return system, {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
 
 
 def library_names() -> list[str]:
-    """Return the files of this machine's libraries, for which no compiler needs to be there yet."""
+    """Return the file names of this machine's libraries; this does not need a compiler."""
     system, machine = this_machine()
     compiler = Compiler((), (), system, machine)
     return [variant.name + compiler.ending for variant in compiler.variants]
 
 
 def system_compiler() -> list[str] | None:
-    """Return the command of the compiler that is installed, None where there is none."""
+    """Return the command of the installed compiler, or None if there is none."""
     for name in (os.environ.get("CXX", ""), *SYSTEM_COMPILERS):
         command = shlex.split(name)
         if command and shutil.which(command[0]):
@@ -116,15 +117,18 @@ def system_compiler() -> list[str] | None:
 
 
 def find_compiler(target: str | None = None) -> Compiler:
-    """Return the system's compiler, or ziglang's where there is none, or where `target` names a platform as Zig does.
+    """Find the system's compiler, or ziglang's if there is none or if a target is given.
+
+    Args:
+        target: a platform as Zig names it, such as aarch64-macos; by default this machine.
 
     Raises:
-        SystemExit: there is neither.
+        SystemExit: neither compiler is installed.
     """
     if target is None:
         system, machine = this_machine()
         if command := system_compiler():
-            # --as-needed drops the C++ standard library, of which nothing is used
+            # --as-needed drops the unused C++ standard library
             link = ("-Wl,--as-needed",) if system == "linux" else ()
             return Compiler(tuple(command), (*command, *link), system, machine)
         options: tuple[str, ...] = ()
@@ -141,17 +145,26 @@ def find_compiler(target: str | None = None) -> Compiler:
 
 
 def sources() -> list[Path]:
-    """Return the files that are compiled."""
+    """Return the source files of the core, sorted."""
     return sorted(CORE.rglob("*.cpp"))
 
 
 def compile_core(
     folder: Path, compiler: Compiler, objects: Path | None = None, jobs: int | None = None
 ) -> list[Path]:
-    """Return the libraries, written into a folder.
+    """Compile the sources that changed, and link the libraries.
+
+    Args:
+        folder: where the libraries are written.
+        compiler: the compiler.
+        objects: folder for object files; by default build/core in the repository.
+        jobs: number of files compiled at a time; by default one for each processor core.
+
+    Returns:
+        The paths of the libraries.
 
     Raises:
-        SystemExit: the compiler finds fault with a source; its messages are on stderr.
+        SystemExit: a source does not compile (the compiler's messages are on stderr), or linking fails.
     """
     objects = objects or CORE.parent / "build" / "core"
     folder.mkdir(parents=True, exist_ok=True)
@@ -184,7 +197,7 @@ def _object(objects: Path, variant: Variant, source: Path) -> Path:
 
 
 def _compile(compiler: Compiler, flags: list[str], source: Path, header: float, to: Path) -> bool:
-    """Compiles a source unless its object is newer; whether that succeeds."""
+    """Compile a source unless its object is up to date; return whether that succeeds."""
     command = [*compiler.command, *flags, "-c", str(source)]
     record = to.with_suffix(".command")
     newer = to.is_file() and to.stat().st_mtime > max(source.stat().st_mtime, header)
@@ -202,12 +215,12 @@ def _compile(compiler: Compiler, flags: list[str], source: Path, header: float, 
 
 
 def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
-    """Link objects into a library, which appears whole and without what linkers write beside it."""
+    """Link objects into a library, which replaces an old one only when complete."""
     options: dict[str, tuple[str, ...]] = {
         "linux": ("-shared", "-Wl,-s", "-lm"),
         "macos": ("-shared", f"-Wl,-install_name,@rpath/{library.name}", "-lm"),
         "windows": ("-shared",),
-        # a module without a start of its own, whose host gets and frees memory in it
+        # a module without a start function, in which the host allocates and frees memory
         "wasi": ("-mexec-model=reactor", "-Wl,-s,--export-dynamic,--export=malloc,--export=free", "-lm"),
     }
     with tempfile.TemporaryDirectory(dir=library.parent, prefix=".linking-") as folder:

@@ -1,18 +1,18 @@
-"""Where the packages are: `iccm.io` is in the folder `io`, so that setuptools cannot find it by its name."""
+"""The folders of the packages: `iccm.io` is in the folder `io`, where setuptools cannot find it by its name."""
 
 from pathlib import Path
 
 from setuptools import find_packages
 
-FOLDERS = {"iccm": "iccm", "iccm.io": "io", "iccm.cli": "cli"}  # each with all packages in it
+FOLDERS = {"iccm": "iccm", "iccm.io": "io", "iccm.cli": "cli"}  # each including its subpackages
 DATA = {
-    "iccm.plugins": "plugins",  # what other programs import is no package of ours
+    "iccm.plugins": "plugins",  # modules for other programs, not importable as a package
     **{f"iccm.samples.{name}": f"samples/{name}" for name in ("limbs", "pins", "strokes")},  # of `iccm init`
 }
 
 
 def package_folders(root: Path) -> dict[str, str]:
-    """Find the folder of each package, relative to the repository `root`, by its name."""
+    """Return the folder of each package by its name, relative to the repository `root`."""
     found = {**FOLDERS, **DATA}
     for name, folder in FOLDERS.items():
         for inner in find_packages(str(root / folder)):

@@ -2,8 +2,9 @@
 
     python core/wheels.py [FOLDER]
 
-The wheel of this machine is built first, by the usual build backend. The others are the same files with the libraries
-of another platform: nothing else in a wheel depends on one, since the core needs no headers of Python's.
+The wheel of this machine is built first, by the usual build backend. The others contain the same files with the
+libraries of another platform: nothing else in a wheel depends on the platform, since the core does not use
+Python's headers.
 """
 
 import argparse
@@ -23,18 +24,18 @@ LIBRARIES = "iccm/native/lib/"  # in a wheel
 
 
 class Platform(NamedTuple):
-    """What a wheel is built for.
+    """A platform for which a wheel is built.
 
     Attributes:
-        target: as Zig names it, with the oldest version of the system.
-        tags: of the wheel.
+        target: its name as in Zig, with the oldest supported version of the system.
+        tags: platform tags of the wheel.
     """
 
     target: str
     tags: tuple[str, ...]
 
 
-# the oldest systems for which NumPy has wheels, too
+# the oldest systems for which NumPy also provides wheels
 PLATFORMS = (
     Platform("x86_64-linux-gnu.2.17", ("manylinux_2_17_x86_64", "manylinux2014_x86_64")),
     Platform("aarch64-linux-gnu.2.17", ("manylinux_2_17_aarch64", "manylinux2014_aarch64")),
@@ -45,7 +46,7 @@ PLATFORMS = (
 
 
 def native_wheel(folder: Path) -> Path:
-    """Return the wheel of this machine, by the build backend, in a folder that holds nothing else."""
+    """Build the wheel of this machine by the build backend, in an otherwise empty folder."""
     command = [sys.executable, "-m", "build", "--wheel", "--outdir", str(folder), str(CORE.parent)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     (wheel,) = folder.glob("*.whl")
@@ -53,7 +54,14 @@ def native_wheel(folder: Path) -> Path:
 
 
 def wheel_for(platform: Platform, native: Path, libraries: list[Path], folder: Path) -> Path:
-    """Return the files of a wheel with other libraries and other tags, written into a folder."""
+    """Copy a wheel with the libraries and tags of another platform; return its path.
+
+    Args:
+        platform: the other platform.
+        native: the wheel of this machine.
+        libraries: the libraries of the other platform.
+        folder: where the wheel is written.
+    """
     name, version, *_ = native.name.split("-")
     made = folder / f"{name}-{version}-py3-none-{'.'.join(platform.tags)}.whl"
     part = made.with_suffix(".part")
@@ -84,10 +92,10 @@ def wheel_for(platform: Platform, native: Path, libraries: list[Path], folder: P
 
 
 def check(library: Path) -> None:
-    """Look for the name of every exported function, which all formats of libraries hold as text.
+    """Check that a library contains the name of every exported function, which all formats store as text.
 
     Raises:
-        SystemExit: one is missing.
+        SystemExit: a name is missing.
     """
     content = library.read_bytes()
     text = "".join(source.read_text() for source in sources())
@@ -97,7 +105,7 @@ def check(library: Path) -> None:
 
 
 def main() -> None:
-    """Build the wheels, or those of some platforms."""
+    """Build the wheels of all platforms, or of those given by --only."""
     parser = argparse.ArgumentParser(description="Build iccm's wheels for all platforms.")
     parser.add_argument("folder", nargs="?", type=Path, default=CORE.parent / "dist")
     parser.add_argument("--only", metavar="TEXT", default="", help="platforms whose target has this in it")

@@ -1,5 +1,5 @@
-// Coarser triangulations of a surface by half-edge collapses, and the way back: Hormann, Greiner, Campagna,
-// Hierarchical parametrization of triangulated surfaces, Vision, Modeling and Visualization 1999.
+// Coarsening of a surface's triangulation by half-edge collapses, and the inverse, vertex insertion: Hormann, Greiner,
+// Campagna, Hierarchical parametrization of triangulated surfaces, Vision, Modeling and Visualization 1999.
 
 #include "iccm/core.h"
 #include "iccm/density.h"
@@ -8,12 +8,12 @@
 namespace iccm {
 namespace {
 
-constexpr Index MAX_DEGREE = 12;  // triangles around a vertex that is removed: twice as many as usual
+constexpr Index MAX_DEGREE = 12;  // most triangles around a removed vertex: twice the usual number
 
 // Points of space.
 typedef const double (*Points)[3];
 
-// Area over the sum of squared sides of a triangle in space, 1 for an equilateral one.
+// Roundness of a triangle in space: its area over the sum of its squared sides, scaled to 1 for an equilateral one.
 double roundness(Points points, Index a, Index b, Index c) {
     double sum = 0.0, x[3], y[3];
     for (int k = 0; k < 3; k++) {
@@ -24,8 +24,8 @@ double roundness(Points points, Index a, Index b, Index c) {
     return 2 * sqrt(3.0) * sqrt(s * s + t * t + r * r) / sum;
 }
 
-// The neighbours of a vertex in order, counter-clockwise. On the boundary the ring is open, and has one more neighbour
-// than triangles. Size 0 where the triangles form no ring.
+// The neighbours of a vertex in order, counter-clockwise. On the boundary the ring is open and has one more neighbour
+// than triangles. Its size is 0 if the triangles do not form a ring.
 struct Ring {
     Index neighbours[MAX_DEGREE + 1];
     Index size;
@@ -42,7 +42,8 @@ Ring ring_of(const Index (*faces)[3], const Index *around, Index degree, Index v
         int k = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
         ends[i][0] = corners[after(k)], ends[i][1] = corners[before(k)];
     }
-    // On the boundary one side begins where no other ends; more than one, and the triangles touch in v alone.
+    // On the boundary one side begins where no other ends; if there are several such sides, the triangles touch in v
+    // alone.
     Index begin = -1;
     for (Index i = 0; i < degree; i++) {
         bool first = true;
@@ -67,7 +68,7 @@ Ring ring_of(const Index (*faces)[3], const Index *around, Index degree, Index v
     return ring;
 }
 
-// What is kept of vertices that were removed, in that order: `Removed` of iccm.flattening.coarsening.
+// Records of the removed vertices, in the order of removal: `Removed` of iccm.flattening.coarsening.
 struct Removed {
     Index *vertex, *into;
     Index (*triangle)[3];
@@ -76,10 +77,11 @@ struct Removed {
     Index (*edges)[2];
 };
 
-// The neighbour onto which a vertex moves with the roundest triangles left, none of which is folded in the layout; -1
-// where some triangle would be thin for each of them. In an open ring only its ends count, so that the boundary stays.
+// The neighbour onto which a vertex can move so that the remaining triangles are roundest and none is folded in the
+// layout; -1 if every neighbour would leave a thin triangle. In an open ring only the two ends are considered, so that
+// the boundary stays.
 Index best_neighbour(Points points, const Complex *z, const Ring &ring, Index degree) {
-    constexpr double MIN_ROUNDNESS = 0.2;  // none thinner is made
+    constexpr double MIN_ROUNDNESS = 0.2;  // no collapse makes a thinner triangle
     double best = MIN_ROUNDNESS;
     Index into = -1;
     for (Index i = 0; i < ring.size; i += ring.open ? ring.size - 1 : 1) {
@@ -94,8 +96,8 @@ Index best_neighbour(Points points, const Complex *z, const Ring &ring, Index de
     return into;
 }
 
-// Record the removal of vertex v onto a neighbour w: the edges around, and the place of v in the triangle that it is
-// farthest inside of those that are left.
+// Record the collapse of vertex v onto a neighbour w: the edges of its hole, and the barycentric coordinates of v in
+// the remaining triangle that it is farthest inside.
 void record(const Complex *z, const Ring &ring, Index degree, Index v, Index w, Removed removed, Index number) {
     double inside = -INFINITY;
     Index end = removed.starts[number];
@@ -118,7 +120,7 @@ void record(const Complex *z, const Ring &ring, Index degree, Index v, Index w, 
     removed.starts[number + 1] = end + degree;
 }
 
-// Move vertex v onto its neighbour w: triangles of both get a first corner of -1.
+// Move vertex v onto its neighbour w; the triangles that contain both get a first corner of -1.
 void collapse(Index (*faces)[3], const Index *around, Index degree, Index v, Index w) {
     for (Index i = 0; i < degree; i++) {
         Index *corners = faces[around[i]];
@@ -129,15 +131,15 @@ void collapse(Index (*faces)[3], const Index *around, Index degree, Index v, Ind
     }
 }
 
-// --- The way back ---
+// --- Insertion ---
 
-// The sides (e, 2) opposite a vertex that comes back, counter-clockwise.
+// The sides (e, 2) opposite an inserted vertex, counter-clockwise.
 struct Hole {
     const Index (*edges)[2];
     Index count;
 };
 
-// The direction halfway between the first and the last of the other vertices around a hole as seen from w, on its rim.
+// The bisector, at vertex w on a hole's rim, of the directions to the first and the last of the rim's other vertices.
 Complex bisector(Hole hole, Index w, const Complex *u) {
     Index first = hole.edges[0][0];
     double angle = 0.0;
@@ -151,8 +153,8 @@ Complex bisector(Hole hole, Index w, const Complex *u) {
     return (u[first] - u[w]) * Complex{cos(0.5 * angle), sin(0.5 * angle)};
 }
 
-// The share of a step from a up to which all edges of a hole are seen from their left; 0 if they are not even to begin
-// with.
+// The largest share of a step from a up to which the point stays to the left of all edges of a hole; 0 if it does not
+// start there.
 double visible_share(Hole hole, const Complex *u, Complex a, Complex step) {
     double share = INFINITY;
     for (Index e = 0; e < hole.count; e++) {
@@ -165,14 +167,15 @@ double visible_share(Hole hole, const Complex *u, Complex a, Complex step) {
     return share;
 }
 
-// The energy of triangles, with its gradient and Hessian by the place of one vertex; infinite where one is folded.
+// The energy of triangles, with its gradient and Hessian with respect to the position of one vertex; infinite if a
+// triangle is folded.
 struct Energy {
     double value;
     Complex slope;
     double xx, yy, xy;
 };
 
-// The energy (density.h, with q = 1) of the triangles between v and a hole's edges, whose shapes are those in space.
+// The energy (density.h, with q = 1) of the triangles between v and a hole's edges, relative to their shapes in space.
 Energy energy_around(Points points, Hole hole, Index v, const Complex *u, double theta) {
     Energy sum = {0.0, {0, 0}, 0.0, 0.0, 0.0};
     for (Index e = 0; e < hole.count; e++) {
@@ -194,7 +197,7 @@ Energy energy_around(Points points, Hole hole, Index v, const Complex *u, double
             return sum;
         }
         Density w = density_derivatives(ff + gg, ff - gg, theta, 1.0, 0.0);
-        // The chain rule: gradients of p and d by the place of v. W is linear in p, so W_pp = 0.
+        // The chain rule: gradients of p and d with respect to the position of v. W is linear in p, so W_pp = 0.
         Complex of_f = 2 * conjugate(alpha) * f, of_g = 2 * alpha * g, of_p = of_f + of_g, of_d = of_f - of_g;
         double same = 4 * w.p * dot(alpha, alpha);
         sum.value += area * w.value;
@@ -206,8 +209,8 @@ Energy energy_around(Points points, Hole hole, Index v, const Complex *u, double
     return sum;
 }
 
-// Move v by Newton's method to where the triangles around it have least energy, until a step gains less than a share
-// `min_gain` of it.
+// Minimise the energy of the triangles around v by Newton's method, until a step lowers it by less than a share
+// `min_gain`.
 void settle(Points points, Hole hole, Index v, Complex *u, double theta, double min_gain) {
     Energy energy = energy_around(points, hole, v, u, theta);
     for (;;) {
@@ -216,7 +219,7 @@ void settle(Points points, Hole hole, Index v, Complex *u, double theta, double 
         Complex g = energy.slope;
         Complex step = -Complex{energy.yy * g.re - energy.xy * g.im, energy.xx * g.im - energy.xy * g.re} / determinant;
         Complex from = u[v];
-        // Half of the way to where a triangle would fold, at most: the energy is infinite there.
+        // At most half of the way to where a triangle would fold: the energy is infinite there.
         u[v] = from + min(1.0, 0.5 * visible_share(hole, u, from, step)) * step;
         Energy next = energy_around(points, hole, v, u, theta);
         if (!(next.value < energy.value)) {
@@ -228,11 +231,11 @@ void settle(Points points, Hole hole, Index v, Complex *u, double theta, double 
     }
 }
 
-// Give vertex v a position in its hole. False where a triangle folds.
+// Give vertex v a position in its hole. Returns false if a triangle folds.
 //
-// The whole hole is visible from the neighbour w that v was moved onto. So there is room near that: towards the place
-// that v had in a triangle, or else along the bisector. From there v goes to where the triangles around have least
-// energy.
+// The whole hole is visible from the neighbour w onto which v was moved. Therefore valid positions exist near w:
+// towards v's recorded position in a triangle, or else along the bisector. From there the energy of the triangles
+// around v is minimised.
 bool put_back(Points points, Hole hole, Index v, Index w, const Index *triangle, const double *weights, double theta,
               double min_gain, Complex *u) {
     Complex a = u[w], step = -a;
@@ -254,19 +257,19 @@ bool put_back(Points points, Hole hole, Index v, Index w, const Index *triangle,
 
 using namespace iccm;
 
-// Remove vertices that are not neighbours, each by a half-edge collapse. Returns how many.
+// Remove vertices of which no two are neighbours, each by a half-edge collapse. Returns their number.
 //
-//   faces     (m, 3) triangles, written; those that vanish get a first corner of -1
+//   faces     (m, 3) triangles, changed; those that vanish get a first corner of -1
 //   points    (n, 3) vertices in space
 //   z         (n,) a layout without folds
-//   n         how many vertices there are
+//   n         number of vertices
 //   starts    (n + 1,) where the triangles of each vertex begin in `around`
 //   around    (3m,) triangles of the vertices
-//   blocked   (n,) vertices that stay, written
-//   most      how many may be removed, and how many there is room for below
-//   vertex    (most,) written: those that are removed
+//   blocked   (n,) vertices that stay, changed
+//   most      most vertices to remove: the length of the arrays below
+//   vertex    (most,) written: the removed vertices
 //   into      (most,) written: the neighbour onto which each moves
-//   triangle  (most, 3) written: corners of the triangle in which each lies then
+//   triangle  (most, 3) written: corners of the remaining triangle in which each lies
 //   weights   (most, 3) written: its barycentric coordinates there
 //   ends      (most + 1,) written: where the sides around each begin in `edges`
 //   edges     (3m, 2) written: the sides opposite it, counter-clockwise
@@ -291,14 +294,15 @@ ICCM_EXPORT int64_t iccm_flattening_remove(int64_t *faces, const double *points,
     return number;
 }
 
-// Give positions to vertices that were removed, the last one first. Returns 1, or 0 where a triangle folds.
+// Give positions to the removed vertices, the last one first. Returns 1, or 0 if a triangle folds.
 //
 //   vertex, into, triangle, weights, starts, edges: as `iccm_flattening_remove` writes them
-//   count     how many were removed
+//   count     number of removed vertices
 //   points    (n, 3) vertices in space
 //   theta     weight of the area part of the energy
-//   min_gain  of a step of Newton's method, relative to the energy of the triangles around a vertex: less ends it
-//   u         (n,) positions, written for those that were removed
+//   min_gain  decrease in a step of Newton's method, relative to the energy of the triangles around a vertex, below
+//             which it ends
+//   u         (n,) positions, written for the removed vertices
 ICCM_EXPORT int64_t iccm_flattening_put_back(const int64_t *vertex, const int64_t *into, const int64_t *triangle,
                                              const double *weights, const int64_t *starts, const int64_t *edges,
                                              int64_t count, const double *points, double theta, double min_gain,

@@ -1,10 +1,10 @@
-// The multifrontal method (Duff and Reid, The Multifrontal Solution of Indefinite Sparse Symmetric Linear Equations, ACM
-// Transactions on Mathematical Software 9, 1983; Liu, The Multifrontal Method for Sparse Matrix Solution, SIAM Review
-// 34, 1992): the columns of a front are a dense trapezoid, eliminated at once, and what they leave to later columns, the
-// update, is added to the parent's front.
+// The multifrontal method (Duff and Reid, The Multifrontal Solution of Indefinite Sparse Symmetric Linear Equations,
+// ACM Transactions on Mathematical Software 9, 1983; Liu, The Multifrontal Method for Sparse Matrix Solution, SIAM
+// Review 34, 1992): the columns of a front are a dense trapezoid and are eliminated at once; their contribution to
+// later columns, the update, is added to the parent's front.
 //
-// Of [[H, g], [gᵀ, ·]] the factor's last row is (L⁻¹ g)ᵀ: with it as one more row of every front, half of solving is
-// done by the factorisation.
+// The factor of [[H, g], [gᵀ, ·]] has (L⁻¹ g)ᵀ as its last row: with g as one more row of every front, the
+// factorisation also does the forward substitution.
 #include "linalg/cholesky.h"
 
 #include "iccm/lanes.h"
@@ -13,8 +13,8 @@ namespace iccm {
 
 namespace {
 
-// A front under way: `own` columns of `tall` rows, then the lower triangle of its update, whose columns become shorter
-// only in what is used: each has tall - own numbers.
+// A front while it is eliminated: `own` columns of `tall` rows, then the lower triangle of its update, stored in full
+// columns of tall - own numbers.
 struct Front {
     double *panel, *update;
     Index own, tall;
@@ -23,7 +23,7 @@ struct Front {
     double *column(Index c) const { return c < own ? panel + c * (tall + 1) : update + (c - own) * (tall - own + 1); }
 };
 
-// Adds the front's part of the matrix and of the gradient to its columns, and fills in where its rows are.
+// Adds the front's part of the matrix and of the gradient to its columns, and fills in the positions of its rows.
 void assemble(const BlockPattern &pattern, const double *matrix, const Complex *gradient, Index number,
               const Front &front, Index *place) {
     const Fronts &fronts = pattern.fronts;
@@ -84,7 +84,7 @@ inline void subtract_columns(double *__restrict x, const double *block, Index ta
     }
 }
 
-// Σ x[i] y[i] as four sums side by side: one after the other each addition would wait for the one before.
+// Σ x[i] y[i] as four independent sums, so that no addition waits for the previous one.
 double product(const double *x, const double *y, Index count) {
     Double4 four = {0, 0, 0, 0};
     Index i = 0;
@@ -94,19 +94,20 @@ double product(const double *x, const double *y, Index count) {
     return sum(four) + rest;
 }
 
-// Subtracts from the lower triangle of all columns from `begin` on the columns of a block times themselves.
+// Subtracts the product B Bᵀ of a block's columns B from the lower triangle of all columns from `begin` on.
 template <int wide>
 void subtract_products(const Front &front, const double *block, Index begin) {
     for (Index c = begin; c < front.tall - 1; c++)
         subtract_columns<wide>(front.column(c), block + c, front.tall, front.tall - c);
 }
 
-// Eliminates the front's own columns, in blocks of eight or two; false where they are not positive definite.
+// Eliminates the front's own columns, in blocks of eight or two; false if they are not positive definite.
 bool eliminate(const Front &front) {
     Index tall = front.tall;
     for (Index begin = 0; begin < front.own;) {
         // The columns of a block are first finished one after another, then subtracted from all later ones at once, so
-        // that these are read and written once a block. Their number is even, so that blocks of two fill up the rest.
+        // that these are read and written once per block. The number of columns is even, so that blocks of two handle
+        // the remainder.
         Index wide = front.own - begin >= 8 ? 8 : 2;
         double *block = front.panel + begin * tall;
         for (Index j = 0; j < wide; j++) {
@@ -133,16 +134,16 @@ bool eliminate(const Front &front) {
 }  // namespace
 
 bool factorise(const BlockPattern &pattern, const double *matrix, const Complex *gradient, Factor &factor) {
-    // `values` holds the columns of all fronts, which are the factor, and after them a stack of updates: what fronts
-    // that are done leave to parents that are not yet. The stack has `top` entries, those of the fronts `waiting`;
-    // entry k begins at sources[k], and sources[top] is where there is room.
+    // `values` holds the columns of all fronts, which are the factor, and after them a stack of updates of finished
+    // fronts whose parents are still to come. The stack has `top` entries, for the fronts in `waiting`; entry k begins
+    // at sources[k], and free space begins at sources[top].
     const Fronts &fronts = pattern.fronts;
     double *values = factor.values;
     Index *waiting = factor.waiting, *sources = factor.sources, top = 0;
     sources[0] = fronts.panels[fronts.count];
     for (Index number = 0; number < fronts.count; number++) {
-        // Two numbers for each vertex, and one more row for the gradient: `own` columns to eliminate, and the `rest`
-        // of the rows, which is the size of the update. That is built on top of the stack.
+        // Two numbers for each vertex, and one more row for the gradient: `own` columns to eliminate, and the `rest` of
+        // the rows, which is the size of the update. The update is built on top of the stack.
         Index own = 2 * (fronts.starts[number + 1] - fronts.starts[number]);
         Index rest = 2 * (fronts.beyond_starts[number + 1] - fronts.beyond_starts[number]) + 1;
         Index update = sources[top];
@@ -157,9 +158,9 @@ bool factorise(const BlockPattern &pattern, const double *matrix, const Complex 
         }
         if (!eliminate(front)) return false;
         Index goal = sources[top];
-        // The children's updates are used up: this one's moves down to where they began.
+        // The children's updates are no longer needed: this front's update moves down to where they began.
         if (goal < update) memmove(values + goal, values + update, sizeof(double) * rest * rest);
-        if (rest > 1) {  // else it has no parent: there is nothing beyond but the gradient's row
+        if (rest > 1) {  // else the front has no parent: only the gradient's row is left
             waiting[top] = number;
             top++;
             sources[top] = goal + rest * rest;
@@ -223,7 +224,7 @@ void back_substitute(const BlockPattern &pattern, Factor &factor, Complex *step)
 
 using namespace iccm;
 
-// See cholesky.h. Returns 1, or 0 where the matrix is not positive definite.
+// See cholesky.h. Returns 1, or 0 if the matrix is not positive definite.
 ICCM_EXPORT int64_t iccm_linalg_factorise(const BlockPattern *pattern, const double *matrix, const Complex *gradient,
                                           Factor *factor) {
     return factorise(*pattern, matrix, gradient, *factor);

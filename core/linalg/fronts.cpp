@@ -1,30 +1,30 @@
-// Columns of a sparse Cholesky factor gathered into dense blocks, the fronts.
+// Grouping of a sparse Cholesky factor's columns into dense blocks, the fronts.
 #include "iccm/core.h"
 
 using namespace iccm;
 
-// Relaxed supernodes (Ashcraft and Grimes, The Influence of Relaxed Supernode Partitions on the Multifrontal Method, ACM
-// Transactions on Mathematical Software 15, 1989): an order in which children come right before their parents, and
-// columns that follow each other joined into fronts.
+// Relaxed supernodes (Ashcraft and Grimes, The Influence of Relaxed Supernode Partitions on the Multifrontal Method,
+// ACM Transactions on Mathematical Software 15, 1989): an order in which children come right before their parents, and
+// fronts of consecutive columns.
 //
-//   parents  (n,) of the columns in the elimination tree; n: none
+//   parents  (n,) parents of the columns in the elimination tree; n: none
 //   counts   (n,) rows of each column below the diagonal
-//   size     (n + 1,) ones, written: the columns of each subtree
-//   free     (n + 1,) of n, written: the place after the last one that each subtree has left
+//   size     (n + 1,) ones; changed: the number of columns of each subtree
+//   free     (n + 1,) all n; changed: the end of the free places of each subtree
 //   old      (n,) written: the columns in their new order
-//   zeros    (n,) written: those that each front stores
+//   zeros    (n,) written: the number of zeros that each front stores
 //   place    (n,) the new place of each column, written
 //   starts   (n + 1,) where each front begins, written
 //   last     (n,) the old place of the last column of each front, written
-//   few      columns that a front has at least, if it has a child next to it to take up
-//   share    of a front that may be zeros
+//   few      least number of columns of a front that has an adjacent child to join with
+//   share    largest share of a front that may be zeros
 //
-// Returns how many fronts there are.
+// Returns the number of fronts.
 ICCM_EXPORT int64_t iccm_linalg_supernodes(const int64_t *parents, const int64_t *counts, int64_t *size,
                                            int64_t *free, int64_t *old, int64_t *zeros, int64_t *place,
                                            int64_t *starts, int64_t *last, int64_t n, int64_t few, double share) {
     for (Index c = 0; c < n; c++) size[parents[c]] += size[c];
-    // postorder: each column takes the last place that its parent's subtree has left, its own subtree the ones before
+    // postorder: each column takes the last free place of its parent's subtree, its own subtree the places before
     for (Index c = n - 1; c >= 0; c--) {
         free[c] = free[parents[c]] - 1;
         place[c] = free[c];
@@ -40,7 +40,7 @@ ICCM_EXPORT int64_t iccm_linalg_supernodes(const int64_t *parents, const int64_t
         number++;
         while (number > 1 && parents[last[number - 2]] == last[number - 1]) {
             Index above = number - 1, below = number - 2;
-            // joined with the child's front right before it, a front stores `empty` zeros, and saves an update
+            // joined with its child's front right before it, a front stores `empty` zeros but saves an update
             Index more = at + 1 - starts[above], fewer = starts[above] - starts[below];
             Index empty = zeros[above] + zeros[below] + fewer * (more + counts[c] - counts[last[below]]);
             Index whole = (fewer + more) * (fewer + more + 2 * counts[c]) / 2;

@@ -1,11 +1,11 @@
-// A minimum degree ordering of a mesh's vertices, and the pattern of the Cholesky factor of its matrices.
+// Minimum degree ordering of a mesh's vertices, and the pattern of the Cholesky factor of its matrices.
 #include "iccm/core.h"
 
 using namespace iccm;
 
 namespace {
 
-// Rings of vertices of one degree: doubly linked lists, closed by a head that is not a vertex.
+// Rings of the vertices of equal degree: circular doubly linked lists, each with a head that is not a vertex.
 struct Rings {
     Index *after, *before;
 
@@ -27,22 +27,23 @@ struct Rings {
 
 // The minimum degree ordering on the quotient graph (George and Liu, The Evolution of the Minimum Degree Ordering
 // Algorithm, SIAM Review 31, 1989). The graph of a mesh's matrices is a union of cliques, the triangles, so that every
-// edge lies in an element from the start. A vertex that is eliminated joins the elements around it into one, whose
-// vertices are its column of the factor.
+// edge lies in an element from the start. Eliminating a vertex merges the elements around it into one, whose vertices
+// are its column of the factor.
 //
 //   starts   (n + 1,) where the elements of each vertex begin in `around`
 //   around   (3m,) elements of the vertices, at first the triangles; changed
-//   count    (n,) how many elements each vertex has; changed
-//   degree   (n,) of the vertices, at first the number of triangles, n at most; changed
-//   after    (2n + 1,) the next in a ring of vertices of one degree d, whose head is n + d; at first itself; changed
-//   before   (2n + 1,) the one before; changed
+//   count    (n,) number of elements of each vertex; changed
+//   degree   (n,) degrees of the vertices, at first the numbers of triangles, at most n; changed
+//   after    (2n + 1,) the next entry in the ring of the vertices of degree d, whose head is n + d; at first itself;
+//            changed
+//   before   (2n + 1,) the previous entry in the ring; changed
 //   members  (room,) vertices of the elements, at first of the triangles; the columns of the factor are appended
 //   first    (m + n + 1,) where each element begins in `members`; changed
-//   size     (m + n,) of the elements; 0: part of a later one; changed
+//   size     (m + n,) sizes of the elements; 0: part of a later one; changed
 //   marked   (n,) zeros; changed
 //   order    (n,) the order, written
 //
-// Returns 1, or 0 where `members` has too little room.
+// Returns 1, or 0 if `members` is too small.
 ICCM_EXPORT int64_t iccm_linalg_minimum_degree(const int64_t *starts, int64_t *around, int64_t *count, int64_t *degree,
                                                int64_t *after, int64_t *before, int64_t *members, int64_t room,
                                                int64_t *first, int64_t *size, int64_t *marked, int64_t *order,
@@ -57,7 +58,7 @@ ICCM_EXPORT int64_t iccm_linalg_minimum_degree(const int64_t *starts, int64_t *a
         rings.leave(pivot);
         order[made - m] = pivot;
         marked[pivot] = ++stamp;
-        // the elements of the pivot become one, of all their vertices
+        // the elements of the pivot are merged into one
         for (Index p = starts[pivot]; p < starts[pivot] + count[pivot]; p++) {
             Index e = around[p];
             for (Index j = first[e]; j < first[e] + size[e]; j++) {
@@ -73,7 +74,7 @@ ICCM_EXPORT int64_t iccm_linalg_minimum_degree(const int64_t *starts, int64_t *a
         for (Index c = first[made]; c < end; c++) {
             Index v = members[c];
             rings.leave(v);
-            // its elements are those that are left and the new one; how many vertices these have is its degree
+            // its elements are the remaining ones and the new one; its degree is the number of their vertices
             Index left = starts[v], wide = 0;
             stamp++;
             for (Index p = starts[v]; p < starts[v] + count[v]; p++)
@@ -96,19 +97,19 @@ ICCM_EXPORT int64_t iccm_linalg_minimum_degree(const int64_t *starts, int64_t *a
     return 1;
 }
 
-// The columns of the factor for an order that is given: each is what its vertex is coupled to, and the columns of its
+// The columns of the factor for a given order: each is the union of its vertex's neighbours and the columns of its
 // children in the elimination tree (Liu, The Role of Elimination Trees in Sparse Factorization, SIAM Journal on Matrix
 // Analysis 11, 1990).
 //
 //   starts   (n + 1,) where the triangles of each vertex begin in `around`
 //   around   (3m,) triangles of the vertices
-//   corners  (3m,) of the triangles
-//   order    (n,) vertices as they are eliminated
-//   ends     (n + 1,) where each column begins in `members`, written but for the first, 0
+//   corners  (3m,) corners of the triangles
+//   order    (n,) vertices in the order of elimination
+//   ends     (n + 1,) where each column begins in `members`; all written but the first, which is 0
 //   members  (room,) vertices of the columns, written
 //   work     (4n,) written
 //
-// Returns 1, or 0 where `members` has too little room.
+// Returns 1, or 0 if `members` is too small.
 ICCM_EXPORT int64_t iccm_linalg_fill(const int64_t *starts, const int64_t *around, const int64_t *corners,
                                      const int64_t *order, int64_t *ends, int64_t *members, int64_t room,
                                      int64_t *work, int64_t n) {
@@ -131,7 +132,7 @@ ICCM_EXPORT int64_t iccm_linalg_fill(const int64_t *starts, const int64_t *aroun
         for (Index below = child[c]; below >= 0; below = sibling[below])
             for (Index p = ends[below]; p < ends[below + 1]; p++) add(members[p]);
         ends[c + 1] = end;
-        if (least < n) {  // the column is part of that of its first row, its parent
+        if (least < n) {  // the parent is the column's first row, whose column contains the rest
             sibling[c] = child[least];
             child[least] = c;
         }

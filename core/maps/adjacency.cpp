@@ -1,4 +1,4 @@
-// Edges of triangulations, and the triangles beside them.
+// Edges of triangulations and their adjacent triangles.
 
 #include "iccm/core.h"
 #include "iccm/flips.h"
@@ -14,9 +14,10 @@ void sort_by_counting(const Index *key, const Index *order, Index count, Index b
     for (Index i = 0; i < count; i++) sorted[place[key[order[i]]]++] = order[i];
 }
 
-// The triangles across the sides of triangles, -1 for none.
+// The neighbours of triangles across their sides, -1 for none.
 Index join(const Index (*faces)[3], Index count, Index vertices, Index (*across)[3]) {
-    // Lists of the sides that begin at each vertex: the last one, and the one before each. Side k of t is 3 t + k.
+    // Linked lists of the sides that begin at each vertex: the last one, and the previous one of each. Side k of t is 3
+    // t + k.
     Buffer<Index> last(vertices, -1), previous(3 * count);
     if (!last || !previous) return OUT_OF_MEMORY;
     for (Index t = 0; t < count; t++)
@@ -25,7 +26,7 @@ Index join(const Index (*faces)[3], Index count, Index vertices, Index (*across)
             across[t][k] = -1;
             previous[3 * t + k] = last[start];
             last[start] = 3 * t + k;
-            // The neighbour has the same side the other way round.
+            // The neighbour has the same side in the opposite direction.
             for (Index side = last[end]; side >= 0; side = previous[side]) {
                 Index u = side / 3;
                 int j = static_cast<int>(side % 3);
@@ -38,7 +39,7 @@ Index join(const Index (*faces)[3], Index count, Index vertices, Index (*across)
     return 0;
 }
 
-// Edges, numbered in the order in which triangles have them.
+// Edges, numbered in the order of their first occurrence in the triangles.
 struct Edges {
     Index (*ends)[2];                // vertices, with the edge's first triangle on the left
     Index (*sides)[3];               // the edge on each side of the triangles
@@ -70,27 +71,27 @@ void number(const Index (*faces)[3], const Index (*across)[3], Index m, Edges &e
 
 using namespace iccm;
 
-// The triangles across the sides of triangles. Returns 0.
+// Find the neighbours of triangles across their sides. Returns 0.
 //
 //   faces     (m, 3) triangles
-//   m         how many
-//   vertices  a number above those of all vertices
+//   m         number of triangles
+//   vertices  a number above all vertex indices
 //   across    (m, 3) written: the triangle beyond the side opposite each corner, -1 for none
 ICCM_EXPORT int64_t iccm_maps_neighbours(const int64_t *faces, int64_t m, int64_t vertices, int64_t *across) {
     return join(rows<3>(faces), m, vertices, rows<3>(across));
 }
 
-// The edges of triangles, in the order in which these have them. Returns how many there are.
+// List the edges of triangles, in the order of their first occurrence. Returns their number.
 //
 //   faces     (m, 3) triangles
 //   across    (m, 3) their neighbours
-//   m         how many
+//   m         number of triangles
 //   ends      (3m, 2) written: the vertices of each edge
-//   sides     (m, 3) written: the edge on each side
+//   sides     (m, 3) written: the edge of each side
 //   rim       (3m,) written: edges with one triangle
 //   beside    (3m,) written: that triangle
 //   opposite  (3m,) written: its corner opposite the edge
-//   rim_count (1,) written: how many edges have one triangle
+//   rim_count (1,) written: number of edges with one triangle
 ICCM_EXPORT int64_t iccm_maps_number_edges(const int64_t *faces, const int64_t *across, int64_t m, int64_t *ends, int64_t *sides,
                                            int64_t *rim, int64_t *beside, int64_t *opposite, int64_t *rim_count) {
     Edges edges = {rows<2>(ends), rows<3>(sides), rim, beside, opposite, 0, 0};
@@ -99,13 +100,13 @@ ICCM_EXPORT int64_t iccm_maps_number_edges(const int64_t *faces, const int64_t *
     return edges.count;
 }
 
-// The order that sorts pairs of numbers by the first, then by the second one; equal pairs stay in order. Returns 0.
+// Sort pairs of numbers by the first, then by the second one; equal pairs stay in order. Returns 0.
 //
 //   first   (n,) numbers
 //   second  (n,) numbers
-//   n       how many
+//   n       number of pairs
 //   bound   a number above all of them; none is negative
-//   order   (n,) written: places in `first` and `second`
+//   order   (n,) written: indices into `first` and `second`
 ICCM_EXPORT int64_t iccm_maps_order_pairs(const int64_t *first, const int64_t *second, int64_t n, int64_t bound,
                                           int64_t *order) {
     Buffer<Index> place(bound + 1), by_second(n);

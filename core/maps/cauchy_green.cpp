@@ -39,9 +39,9 @@ Complex edge_log(Complex a, Complex b, Complex edge) {
 
 // L_e of a point z: on the edge the limit from inside, of imaginary part +π, and 0 at its ends.
 Complex inner_log(const Polygon &polygon, Complex z, Index e) {
-    constexpr double ON_EDGE = 1e-9;  // radians: an edge seen under an angle this close to -π is one the point lies on
-    // Relative error of a coordinate, which turns the angle by itself over the distance to an end; and the most, in
-    // radians, that both may amount to.
+    constexpr double ON_EDGE = 1e-9;  // radians: the point lies on an edge that it sees under an angle this close to -π
+    // Rounding error of a coordinate: divided by the distance to an end of the edge it is an error of the angle; and
+    // the most, in radians, that this error and ON_EDGE may add up to.
     constexpr double ROUNDING = 4e-16, MAX_SLACK = 0.5;
     Complex start = polygon.vertices[e] - z, end = polygon.vertices[polygon.next(e)] - z;
     const Complex zero = {0, 0};
@@ -54,8 +54,8 @@ Complex inner_log(const Polygon &polygon, Complex z, Index e) {
     return log;
 }
 
-// What the edges j - 1 and j add up to at vertex j: log(A_j / -A_{j-1}) with imaginary part in (0, 2π); the principal
-// value is wrong at convex vertices.
+// The sum of the logarithms of edges j - 1 and j at vertex j: log(A_j / -A_{j-1}) with imaginary part in (0, 2π); the
+// principal value is wrong at convex vertices.
 Complex vertex_log(const Polygon &polygon, Index j) {
     Complex vertex = polygon.vertices[j];
     Complex ratio = (polygon.vertices[polygon.next(j)] - vertex) / (polygon.vertices[polygon.previous(j)] - vertex);
@@ -63,8 +63,8 @@ Complex vertex_log(const Polygon &polygon, Index j) {
     return {log(size(ratio)), angle > 0 ? angle : angle + 2 * PI};
 }
 
-// L_e / (2πi A_e) of one point for all edges: what both the coordinates and their derivatives are made of. At vertex j
-// the pair of edges (j - 1, j) has 0 and what they add up to.
+// L_e / (2πi A_e) of one point for all edges, of which both the coordinates and their derivatives are made. At vertex j
+// the pair of edges (j - 1, j) has 0 and the sum of both.
 void edge_weights(const Polygon &polygon, Complex z, Complex *weights) {
     Index at = -1;
     for (Index e = 0; e < polygon.count; e++) {
@@ -80,8 +80,8 @@ void edge_weights(const Polygon &polygon, Complex z, Complex *weights) {
 
 // --- Integrals ---
 
-// Several points side by side, as many as a wide register holds. Sums run over edges, in one order for each point: they
-// do not depend on the width of registers.
+// Several points at a time, as many as fit in a wide register. Sums run over edges, in the same order for each point,
+// so that they do not depend on the width of registers.
 #if defined(__AVX__)
 constexpr int LANES = 4;
 #else
@@ -93,19 +93,20 @@ struct ComplexLanes {
     Lanes re, im;
 };
 
-// An edge as the series below needs it.
+// An edge in the form that the series below needs.
 struct Edge {
     double x, y;  // sum of its ends
     double dx, dy;
-    double far;  // squared |sum of the vectors to its ends| from which on the series holds
+    double far;  // squared length of the sum of the vectors to its ends from which on the series is accurate
 };
 
-// An edge by the sum of the vectors to its ends, from which on the series is exact: what is left out is 1e-16 of it.
+// Largest ratio of an edge to the sum of the vectors to its ends for which the series is exact: the truncation error is
+// 1e-16 of the value.
 constexpr double FAR = 0.05;
 
 // L_e of points from which an edge is short, log((1 + w) / (1 - w)) = 2 (w + w³/3 + …): a fraction of the work of a
-// logarithm. w is the edge by the sum of the vectors to its ends; Horner's rule in w². `near` falls to zero or below
-// where the edge is too long for it.
+// logarithm. w is the edge divided by the sum of the vectors to its ends; Horner's rule in w². `near` becomes zero or
+// less where the edge is too long for the series.
 inline ComplexLanes far_logs(const Edge &edge, const Lanes &zx, const Lanes &zy, Lanes &near) {
     Lanes a = edge.x - 2 * zx, b = edge.y - 2 * zy;
     Lanes size = a * a + b * b;
@@ -129,7 +130,7 @@ struct Densities {
     Index count, edges;
 };
 
-// Integrals and their derivatives for LANES points z, added up over the edges of a tile.
+// Integrals and their derivatives at LANES points z, summed over the edges of a tile.
 struct Sums {
     ComplexLanes total, rate;
 };
@@ -151,10 +152,10 @@ inline void accumulate(const Polygon &polygon, const Complex *values, const Comp
     sums = sum;
 }
 
-constexpr Index TILE = 64;  // edges whose logarithms are kept: with 8 points, 8 KiB of the 32 that the first cache has
+constexpr Index TILE = 64;  // edges whose logarithms are kept: with 8 points, 8 KiB of the first-level cache's 32
 
-// Replace the logarithms of edges that are close to a point, the one in a given lane: by the logarithm itself, on an
-// edge by its limit from inside. Returns whether the point is a vertex.
+// Replace the logarithms of the edges close to the point in a given lane: by the exact logarithm, or on an edge by its
+// limit from inside. Returns whether the point is a vertex.
 bool replace_near_logs(const Polygon &polygon, const Edge *edges, Complex z, Index first, Index last,
                        ComplexLanes *logs, int lane) {
     bool at_vertex = false;
@@ -169,8 +170,8 @@ bool replace_near_logs(const Polygon &polygon, const Edge *edges, Complex z, Ind
     return at_vertex;
 }
 
-// Integrals for LANES points; `edges` (n,) as `far_logs` needs them, `sums` (m,) written. Returns a bit for each point
-// that is a vertex.
+// Integrals for LANES points; `edges` (n,) in the form for `far_logs`, `sums` (m,) written. Returns a bit for each
+// point that is a vertex.
 unsigned integrate(const Polygon &polygon, const Densities &densities, const Edge *edges, const Lanes &zx,
                    const Lanes &zy, Sums *sums) {
     ComplexLanes logs[TILE];
@@ -196,14 +197,14 @@ unsigned integrate(const Polygon &polygon, const Densities &densities, const Edg
 
 using namespace iccm;
 
-// Cauchy-Green coordinates. Returns 0.
+// Compute Cauchy-Green coordinates. Returns 0.
 //
 //   vertices  (n,) polygon, counter-clockwise
-//   n         how many
+//   n         number of vertices
 //   z         (p,) points inside, on edges, or on vertices (there: the limit from inside)
-//   start     of the points
-//   stop      and their end
-//   out       (p, n) rows start to stop are written
+//   start     first point to compute
+//   stop      end of the points to compute, exclusive
+//   out       (p, n) rows start to stop written
 ICCM_EXPORT int64_t iccm_maps_coordinates(const Complex *vertices, int64_t n, const Complex *z, int64_t start,
                                           int64_t stop, Complex *out) {
     const Polygon polygon = {vertices, n};
@@ -222,14 +223,14 @@ ICCM_EXPORT int64_t iccm_maps_coordinates(const Complex *vertices, int64_t n, co
     return 0;
 }
 
-// Derivatives of Cauchy-Green coordinates by z. Returns 0.
+// Compute the derivatives of Cauchy-Green coordinates with respect to z. Returns 0.
 //
 //   vertices  (n,) polygon, counter-clockwise
-//   n         how many
+//   n         number of vertices
 //   z         (p,) points off the vertices
-//   start     of the points
-//   stop      and their end
-//   out       (p, n) rows start to stop are written
+//   start     first point to compute
+//   stop      end of the points to compute, exclusive
+//   out       (p, n) rows start to stop written
 ICCM_EXPORT int64_t iccm_maps_derivatives(const Complex *vertices, int64_t n, const Complex *z, int64_t start,
                                           int64_t stop, Complex *out) {
     const Polygon polygon = {vertices, n};
@@ -247,18 +248,19 @@ ICCM_EXPORT int64_t iccm_maps_derivatives(const Complex *vertices, int64_t n, co
     return 0;
 }
 
-// 2πi times the integrals of densities that are linear on every edge, and times their derivatives by z. Returns 0.
+// Compute 2πi times the integrals of densities that are linear on every edge, and 2πi times their derivatives with
+// respect to z. Returns 0.
 //
 //   vertices  (n,) polygon, counter-clockwise
-//   n         how many
-//   values    (m, n) of the densities at the vertices
-//   slopes    (m, n) on the edges
-//   m         how many densities
+//   n         number of vertices
+//   values    (m, n) densities at the vertices
+//   slopes    (m, n) slopes of the densities on the edges
+//   m         number of densities
 //   z         (p,) points inside, on edges, or on vertices, where there is no derivative
-//   start     of the points
-//   stop      and their end
-//   p         how many there are
-//   out       (2, m, p) written from start to stop: integrals and derivatives
+//   start     first point to compute
+//   stop      end of the points to compute, exclusive
+//   p         number of points
+//   out       (2, m, p) integrals and derivatives, written from start to stop
 ICCM_EXPORT int64_t iccm_maps_jets(const Complex *vertices, int64_t n, const Complex *values, const Complex *slopes,
                                    int64_t m, const Complex *z, int64_t start, int64_t stop, int64_t p, Complex *out) {
     const Polygon polygon = {vertices, n};
@@ -275,7 +277,7 @@ ICCM_EXPORT int64_t iccm_maps_jets(const Complex *vertices, int64_t n, const Com
     for (Index first = start; first < stop; first += LANES) {
         Lanes x, y;
         for (int lane = 0; lane < LANES; lane++) {
-            Complex point = z[min(first + lane, stop - 1)];  // the last point again where there are no more
+            Complex point = z[min(first + lane, stop - 1)];  // past the end, repeat the last point
             x[lane] = point.re, y[lane] = point.im;
         }
         unsigned at_vertex = integrate(polygon, densities, edges.data, x, y, sums.data);

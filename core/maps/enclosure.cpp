@@ -7,7 +7,8 @@ namespace {
 
 constexpr double TWO_PI = 2 * 3.14159265358979323846;
 
-// A polygon (n,), its edges z_{j+1} - z_j, and the rises φ_{j+1} - φ_j (densities, n) of one or two densities, Φ and Ψ̄.
+// A polygon (n,), its edges z_{j+1} - z_j, and the increments φ_{j+1} - φ_j (densities, n) of one or two densities, Φ
+// and Ψ̄.
 struct Densities {
     const Complex *polygon, *edge;
     Index n;
@@ -15,8 +16,8 @@ struct Densities {
     Index count;
 };
 
-// Bounds on one piece: |Φ″| + |Ψ″| in the middle; R of both; the sizes of the terms of f_z and f_z̄, added up, for
-// bounds of rounding; and whether a vertex may lie on the piece, where the others mean nothing.
+// Bounds on one piece: |Φ″| + |Ψ″| in the middle; R of both; the sum of the absolute terms of f_z and f_z̄, for bounds
+// on rounding; and whether a vertex may lie on the piece, in which case the others are meaningless.
 struct Bounds {
     double second, rest, terms;
     bool vertex;
@@ -63,19 +64,19 @@ Bounds bounds_on(const Densities &f, Complex m, double r, const Complex slope[2]
 
 using namespace iccm;
 
-// Bounds on pieces of a curve. Returns 0.
+// Compute bounds on pieces of a curve. Returns 0.
 //
 //   polygon    (n,) vertices
-//   edge       (n,) each vertex to the next
-//   n          how many
-//   rise       (densities, n) of each density along the edges
-//   densities  1 or 2
-//   middle     (p,) of the pieces
+//   edge       (n,) vectors from each vertex to the next
+//   n          number of vertices
+//   rise       (densities, n) increment of each density along the edges
+//   densities  number of densities, 1 or 2
+//   middle     (p,) middles of the pieces
 //   half       (p,) half their lengths
 //   slope      (2, p) derivatives of the densities' maps in the middles
-//   start      of the pieces
-//   stop       and their end
-//   p          how many there are
+//   start      first piece to compute
+//   stop       end of the pieces to compute, exclusive
+//   p          number of pieces
 //   out        (4, p) written from start to stop: |Φ″| + |Ψ″| in the middle, R, the terms added up in f_z and f_z̄, and
 //   1
 //              where a vertex may lie on the piece, else 0

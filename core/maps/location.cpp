@@ -1,6 +1,7 @@
-// Quadratic patches of a triangulated map's inverse: the patch that holds a point, values and derivatives, and bulges.
+// Quadratic patches of a triangulated map's inverse: the patch that contains a point, values and derivatives, and
+// bulges.
 //
-// With barycentric coordinates L of a triangle of the image, whose corners come from z_k of the source,
+// With barycentric coordinates L of a triangle of the image, whose corners are the images of z_k in the source,
 //
 //     g(L) = Σ L_k z_k + 2 (L_1 L_2 d_0 + L_2 L_0 d_1 + L_0 L_1 d_2),
 //
@@ -27,16 +28,16 @@ Tangents tangents(const Complex *c, Complex u, Complex v, double l0, double l1, 
     return {u + 2 * ((l0 - l1) * c[5] + l2 * (c[3] - c[4])), v + 2 * ((l0 - l2) * c[4] + l1 * (c[3] - c[5]))};
 }
 
-// Parameters on a patch, and how far outside of it they lie, in units of the plane; at most 0 inside.
+// Parameters on a patch, and how far outside it they lie, in units of the plane; at most 0 inside.
 struct Place {
     double l1, l2, away;
 };
 
-// The place of point z on a patch: Newton's method from the solution of the straight triangle, on which it ends with
-// its first step.
+// The parameters of point z on a patch: Newton's method from the solution for the straight triangle, which ends with
+// its first step if the patch is straight.
 //
-// Where a thin patch is bent by many times its width, the quadratic has a second solution outside, so steps start close
-// to the triangle. Where the method does not end, the point is outside, and the distance is infinite.
+// If a thin patch is bent by many times its width, the quadratic has a second solution outside; steps therefore start
+// close to the triangle. If the method does not converge, the point is outside and its distance is infinite.
 Place locate(const Complex *c, Complex z) {
     constexpr int MAX_STEPS = 12;     // 3 to 5 are usual, 6 was the most in millions of points on the most bent patches
     constexpr double OUTSIDE = 0.05;  // barycentric: how far outside a step may start
@@ -65,7 +66,8 @@ Place locate(const Complex *c, Complex z) {
     return {l1, l2, away};
 }
 
-// The largest relative deviation of a patch's derivative from that of its triangle: at a corner, since it is linear.
+// The largest relative deviation of a patch's derivative from that of its triangle, which is attained at a corner,
+// since the derivative is linear.
 //
 // With du and dv the deviations of the two tangents, the linear map that takes u to du and v to dv has the Wirtinger
 // derivatives p / (2i area) and q / (2i area), and the norm |p| + |q| over twice the area.
@@ -87,7 +89,7 @@ struct Patches {
     BucketGrid grid;           // of the boxes
 };
 
-// The patch that holds a point to within `rounding`, the best of several; -1 for none.
+// The patch that contains a point to within `rounding`, the best of several; -1 for none.
 Index patch_at(const Patches &patches, Complex z, double rounding, Place &place) {
     Index bucket = patches.grid.bucket_at(z), patch = -1;
     if (bucket < 0) return -1;
@@ -104,12 +106,12 @@ Index patch_at(const Patches &patches, Complex z, double rounding, Place &place)
     return patch;
 }
 
-// Shrink bulges until every patch's derivative deviates from that of its triangle by at most `most` (m,). All bulges of
-// a triangle that deviates too much shrink alike, each once in a round. Returns the number of rounds.
+// Shrink bulges until every patch's derivative deviates from that of its triangle by at most `most` (m,). In each round
+// all bulges of triangles that deviate too much shrink by the same factor, each once. Returns the number of rounds.
 Index shrink(const Complex (*corners)[3], const double *most, const bool *flat, const Index (*sides)[3], Index m,
              Complex *bulge, Index edges) {
     constexpr double SHRINK = 0.7;
-    // Every so many rounds, bulges that still shrink become 0: 0.7^40 = 6e-7 is as good as linear.
+    // Bulges that still shrink after this many rounds become 0: 0.7^40 = 6e-7 is as good as linear.
     constexpr Index MAX_ROUNDS = 40;
     Buffer<bool> changed(edges, true), shrinks(edges, false);
     if (!changed || !shrinks) return OUT_OF_MEMORY;
@@ -136,34 +138,34 @@ Index shrink(const Complex (*corners)[3], const double *most, const bool *flat, 
 
 using namespace iccm;
 
-// The place of a point on a patch. Returns 0.
+// Compute the parameters of a point on a patch. Returns 0.
 //
 //   patch  (6,) corners and bulges
-//   x      of the point
-//   y      of the point
-//   place  (3,) written: L_1, L_2, and how far outside they lie in units of the plane
+//   x      coordinate of the point
+//   y      coordinate of the point
+//   place  (3,) written: L_1, L_2, and how far outside the patch they lie, in units of the plane
 ICCM_EXPORT int64_t iccm_maps_solve_patch(const Complex *patch, double x, double y, double *place) {
     Place found = locate(patch, {x, y});
     place[0] = found.l1, place[1] = found.l2, place[2] = found.away;
     return 0;
 }
 
-// The patches that hold points, and the places there. Returns 0.
+// Find the patches that contain points, and the parameters there. Returns 0.
 //
 //   control     (m, 6) corners and bulges of the patches
 //   boxes       (m, 4) least x and y, greatest x and y of each
-//   low_x       lower left corner of the bucket grid of these boxes
-//   low_y       and its y
-//   size        of a bucket
-//   columns     of buckets
-//   rows_count  of buckets
+//   low_x       x of the lower left corner of the bucket grid of these boxes
+//   low_y       y of that corner
+//   size        side of a bucket
+//   columns     number of bucket columns
+//   rows_count  number of bucket rows
 //   begin       (columns · rows_count + 1,) where each bucket begins in `touching`, row by row
-//   touching    numbers of patches
+//   touching    patches that touch each bucket
 //   points      (p,) points
-//   p           how many
-//   rounding    how far outside of its patch a point may lie
-//   patch       (p,) written where there is one
-//   place       (p, 3) written where there is one: barycentric coordinates
+//   p           number of points
+//   rounding    how far outside its patch a point may lie
+//   patch       (p,) the patch of each point, written where there is one
+//   place       (p, 3) barycentric coordinates, written where there is a patch
 ICCM_EXPORT int64_t iccm_maps_locate(const Complex *control, const double *boxes, double low_x, double low_y,
                                      double size, int64_t columns, int64_t rows_count, const int64_t *begin,
                                      const int64_t *touching, const Complex *points, int64_t p, double rounding,
@@ -180,7 +182,7 @@ ICCM_EXPORT int64_t iccm_maps_locate(const Complex *control, const double *boxes
     return 0;
 }
 
-// Values and derivatives of patches at places found before. Returns 0.
+// Compute values and derivatives of patches at points that were located before. Returns 0.
 //
 // The linear map that takes the sides u, v of the image's triangle to the tangents a, b of the patch has the Wirtinger
 // derivatives (a v̄ - b ū) and (b u - a v), both times i / (2 u × v).
@@ -189,10 +191,10 @@ ICCM_EXPORT int64_t iccm_maps_locate(const Complex *control, const double *boxes
 //   corners   (m, 3) corners in the image
 //   triangle  (p,) patch of each point, -1 for none
 //   place     (p, 3) barycentric coordinates
-//   start     of the points
-//   stop      and their end
-//   p         how many there are
-//   out       (4, p) written from start to stop: the value z, its argument w, z_w and z_w̄
+//   start     first point to compute
+//   stop      end of the points to compute, exclusive
+//   p         number of points
+//   out       (4, p) the value z, its argument w, z_w and z_w̄, written from start to stop
 ICCM_EXPORT int64_t iccm_maps_evaluate(const Complex *control, const Complex *corners, const int64_t *triangle,
                                        const double *place, int64_t start, int64_t stop, int64_t p, Complex *out) {
     for (Index i = start; i < stop; i++) {
@@ -214,13 +216,13 @@ ICCM_EXPORT int64_t iccm_maps_evaluate(const Complex *control, const Complex *co
 
 // Shrink bulges until no patch's derivative deviates too much from that of its triangle. Returns the number of rounds.
 //
-//   corners  (m, 3) of the triangles
-//   most     (m,) deviation that each may have, relative to the derivative
-//   flat     (m,) triangles that are left out
+//   corners  (m, 3) corners of the triangles
+//   most     (m,) largest deviation of each, relative to the derivative
+//   flat     (m,) triangles to leave out
 //   sides    (m, 3) edge opposite each corner
-//   m        how many
-//   bulge    (edges,) of the edges, written
-//   edges    how many
+//   m        number of triangles
+//   bulge    (edges,) bulges of the edges, changed
+//   edges    number of edges
 ICCM_EXPORT int64_t iccm_maps_shrink_bulges(const Complex *corners, const double *most, const bool *flat,
                                             const int64_t *sides, int64_t m, Complex *bulge, int64_t edges) {
     return shrink(rows<3>(corners), most, flat, rows<3>(sides), m, bulge, edges);

@@ -1,13 +1,14 @@
 // Triangulations of a polygon's inside in which every triangle has a good shape: Lepp-Delaunay refinement.
 //
-// From a thin triangle one goes to the neighbour across the longest side, until that side is the longest of both its
-// triangles (the end of the longest-edge propagation path); it is cut in the middle there (Rivara, Hitschfeld, Simpson,
-// Terminal-edges Delaunay (small-angle based) algorithm, Computer-Aided Design 33, 2001). Flips in between keep the
-// triangulation Delaunay. The polygon's edges stay, or are cut in the middle.
+// A thin triangle leads to its neighbour across the longest side, and so on, until that side is the longest of both its
+// triangles (the end of the longest-edge propagation path); that side is cut in the middle (Rivara, Hitschfeld,
+// Simpson, Terminal-edges Delaunay (small-angle based) algorithm, Computer-Aided Design 33, 2001). Flips in between
+// keep the triangulation Delaunay. The polygon's edges are kept, or cut in the middle.
 //
 // `meshing/triangulate.cpp` has the other refiner, Ruppert's, which never cuts an edge of the outline: maps slide their
-// vertices along it. Here triangles beside the outline have to become as small as the map between vertices asks, and
-// edges are cut where it errs, so that Ruppert's rule (no circumcentre close to the outline) would leave them coarse.
+// vertices along it. Here triangles beside the outline must become as small as the map between vertices requires, and
+// its edges are cut where the map is inaccurate; Ruppert's rule (no circumcentre close to the outline) would leave
+// these triangles coarse.
 
 #include "iccm/core.h"
 #include "iccm/flips.h"
@@ -22,13 +23,13 @@ double roughness(const Complex *z, Index a, Index b, Index c) {
     return area > 0 ? (dot(u, u) + dot(v, v) + dot(w, w)) / area : INFINITY;
 }
 
-// Flip edges, from the triangles on the stack on, until no flip makes the triangulation less rough.
+// Flip edges, starting with the triangles on the stack, until no flip makes the triangulation less rough.
 //
 // The Delaunay triangulation has the least roughness of all (Musin, Properties of the Delaunay triangulation, 1997).
 // Unlike the in-circle test, the sum falls with every flip, so that rounding cannot make flips alternate forever,
 // however close to each other vertices lie.
 void make_delaunay(const Complex *z, Triangles mesh, Stack stack) {
-    constexpr double MAX_RATIO = 1 - 1e-6;  // of the roughness after and before a flip
+    constexpr double MAX_RATIO = 1 - 1e-6;  // ratio of the roughness after a flip to that before
     auto improves = [&](const Quadrilateral &q) {
         double now = roughness(z, q.a, q.b, q.c) + roughness(z, q.d, q.c, q.b);
         return roughness(z, q.a, q.b, q.d) + roughness(z, q.a, q.d, q.c) < MAX_RATIO * now;
@@ -36,7 +37,7 @@ void make_delaunay(const Complex *z, Triangles mesh, Stack stack) {
     flip_edges(mesh, stack, improves);
 }
 
-// A side, by a triangle and the corner opposite.
+// A side, given by a triangle and the opposite corner.
 struct Side {
     Index triangle;
     int corner;
@@ -59,12 +60,12 @@ Side longest_side(const Complex *z, Triangles mesh, Index t, double &longest) {
     return side;
 }
 
-// The side to cut for a thin triangle: the last one on the path across longest sides, or the polygon's.
+// The side to cut for a thin triangle: the last one on the path across longest sides, or an edge of the polygon.
 //
-// Where the polygon has the second longest side of either of the two triangles at the end, it is that one: vertices
-// inside would come closer and closer to it.
+// If the second longest side of either of the two triangles at the end is an edge of the polygon, that one is cut:
+// otherwise inner vertices would come closer and closer to it.
 Side terminal_side(const Complex *z, Triangles mesh, Index t) {
-    constexpr int MAX_PATH = 1000;  // found by hand; lengths grow along the path, so it ends by itself
+    constexpr int MAX_PATH = 1000;  // chosen by hand; lengths grow along the path, so that it is finite anyway
     double longest;
     Side side = longest_side(z, mesh, t, longest);
     for (int step = 0; step < MAX_PATH; step++) {
@@ -86,7 +87,7 @@ Side terminal_side(const Complex *z, Triangles mesh, Index t) {
     return side;
 }
 
-// Cut a side at vertex v. Returns the number of triangles, `count` before.
+// Cut a side at vertex v. Returns the new number of triangles, which was `count`.
 Index cut(const Complex *z, Index v, Triangles mesh, Side side, Index count, Stack stack) {
     Index t = side.triangle, u = mesh.across[t][side.corner];
     int k = side.corner;
@@ -112,21 +113,21 @@ Index cut(const Complex *z, Index v, Triangles mesh, Side side, Index count, Sta
     return count;
 }
 
-// Vertices and triangles so far, and how many of them there is room for.
+// Numbers of vertices and triangles so far, and the capacities for them.
 struct Counts {
     Index vertices, triangles, vertex_room, triangle_room;
 
     bool full() const { return vertices >= vertex_room || triangles + 2 > triangle_room; }
 };
 
-// Add vertices until no triangle is thin, or there is no room. Triangles whose squared longest side is below `tiniest`
-// stay as they are, since rounding decides their shape.
+// Add vertices until no triangle is thin, or the arrays are full. Triangles whose squared longest side is below
+// `tiniest` are left alone, since rounding decides their shape.
 void refine(Complex *z, Triangles mesh, Counts &counts, Stack stack, double thin, double tiniest) {
-    constexpr int MAX_SWEEPS = 30;  // over all triangles, found by hand
+    constexpr int MAX_SWEEPS = 30;  // over all triangles, chosen by hand
     make_delaunay(z, mesh, stack);
     for (int sweep = 0; sweep < MAX_SWEEPS; sweep++) {
         Index before_sweep = counts.vertices;
-        // Triangles that come to be in this sweep wait for the next one.
+        // Triangles that arise in this sweep wait for the next one.
         for (Index t = 0, end = counts.triangles; t < end; t++)
             while (!counts.full()) {
                 double longest;
@@ -147,20 +148,20 @@ void refine(Complex *z, Triangles mesh, Counts &counts, Stack stack, double thin
 
 using namespace iccm;
 
-// Make a triangulation Delaunay, and add vertices until no triangle is thin, or there is no room. Returns the number of
-// vertices.
+// Make a triangulation Delaunay, and add vertices until no triangle is thin, or the arrays are full. Returns the number
+// of vertices.
 //
 //   z              (vertex_room,) vertices, written
-//   vertices       how many there are
-//   vertex_room    how many there is room for
+//   vertices       number of vertices
+//   vertex_room    capacity for vertices
 //   faces          (triangle_room, 3) triangles, written
 //   across         (triangle_room, 3) their neighbours, written
-//   triangles      (1,) how many there are, written
-//   triangle_room  how many there is room for
-//   stack          (stack_size,) triangles to begin with, after their number; work space
-//   stack_size     of the stack
-//   thin           twice a triangle's area relative to its squared longest side: with less it is thin
-//   tiniest        squared longest side of triangles that stay as they are
+//   triangles      (1,) number of triangles, changed
+//   triangle_room  capacity for triangles
+//   stack          (stack_size,) triangles to visit first, after their number; work space
+//   stack_size     capacity of the stack
+//   thin           a triangle is thin if twice its area is less than this times its squared longest side
+//   tiniest        squared longest side below which triangles are left alone
 ICCM_EXPORT int64_t iccm_maps_refine(Complex *z, int64_t vertices, int64_t vertex_room, int64_t *faces, int64_t *across,
                                      int64_t *triangles, int64_t triangle_room, int64_t *stack, int64_t stack_size,
                                      double thin, double tiniest) {

@@ -4,7 +4,7 @@
 namespace iccm {
 namespace {
 
-// The place x, moved by multiples of `size` unless it lies among three others or half a texel beside them.
+// Coordinate x, shifted by multiples of `size` unless it lies between three others or within half a texel of them.
 double beside(double a, double b, double c, double x, double size) {
     const double low = min(min(a, b), c) - 0.5, high = max(max(a, b), c) + 0.5;
     if (x < low) return x + size * ceil((low - x) / size);
@@ -17,15 +17,15 @@ double beside(double a, double b, double c, double x, double size) {
 
 using namespace iccm;
 
-// An affine function a triangle at the texels that it owns; a texel that came in from the other side of the layout is
-// put back there.
+// Evaluate one affine function per triangle at the texels that the triangle owns; texels that wrapped around to the
+// other side of the layout are shifted back.
 //
-//   coefficients  (m, 3) of 1, x and y
-//   corners       (m, 3, 2) in texels
-//   owner         (count,) triangles
-//   at            (count,) numbers of texels, row by row, from row `first` on
-//   height, width of the layout
-//   z, zx, zy     (count,) written: the function, and its derivatives by x and y
+//   coefficients  (m, 3) coefficients of 1, x and y
+//   corners       (m, 3, 2) corners in texels
+//   owner         (count,) triangle that owns each texel
+//   at            (count,) indices of the texels, row by row, from row `first` on
+//   height, width size of the layout
+//   z, zx, zy     (count,) written: the function, and its derivatives with respect to x and y
 ICCM_EXPORT int64_t iccm_meshes_evaluate(const Complex *coefficients, const double *corners, const int32_t *owner,
                                          const int64_t *at, int64_t count, int64_t first, int64_t height, int64_t width,
                                          Complex *z, Complex *zx, Complex *zy) {

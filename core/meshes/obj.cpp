@@ -1,9 +1,8 @@
-// Wavefront OBJ files: a pass that counts lines, one that fills arrays, and one that rewrites texture indices.
+// Wavefront OBJ files: one pass counts lines, one fills arrays, and one rewrites texture indices.
 //
 // A line ends at \n or \r; a backslash before that continues it. Numbers of up to 15 digits are converted exactly here
 // (Clinger, How to read floating point numbers accurately, PLDI 1990, the fast path: both the digits and the power of
-// ten are doubles without rounding, so their product or quotient is rounded once). The others are listed for the
-// caller.
+// ten are exact as doubles, so their product or quotient is rounded once). The other numbers are listed for the caller.
 
 #include "iccm/core.h"
 
@@ -17,16 +16,16 @@ struct Text {
     uint8_t operator[](Index k) const { return bytes[k]; }
 };
 
-// What a line is; the same numbers as in iccm/io/meshes/obj_scan.py.
+// Kinds of lines; the same numbers as in iccm/io/meshes/obj_scan.py.
 enum Kind { OTHER, VERTEX, TEXTURE, NORMAL, FACE, STATEMENT, KINDS };
 
-// What is wrong with a line; the same numbers as there.
+// Faults of a line; the same numbers as there.
 enum Fault { NONE, FEW_CORNERS, BAD_INDEX, FEW_NUMBERS };
 
 constexpr Index ABSENT = -1;   // an index that is not given
 constexpr Index OUTSIDE = -2;  // an index that reaches before the first element
 
-// The next byte that is not blank; the end of a continued line is blank.
+// The next non-blank byte; the end of a continued line is blank.
 Index skip_blanks(Text text, Index k) {
     Index n = text.size;
     while (k < n) {
@@ -49,10 +48,10 @@ Index word_end(Text text, Index k) {
     return k;
 }
 
-// The word after the one that ends at `end` and began at k; further on in any case, also at a control character.
+// The word after the one that begins at k and ends at `end`; always beyond k, also at a control character.
 Index next_word(Text text, Index k, Index end) { return skip_blanks(text, max(end, k + 1)); }
 
-// The byte after the logical line that byte k is on.
+// The byte after the logical line that contains byte k.
 Index next_line(Text text, Index k) {
     while (k < text.size) {
         if (text[k] == '\\')
@@ -86,7 +85,7 @@ Kind kind_of(Text text, Index k, Index end) {
     return OTHER;
 }
 
-// The whole number from k to end. False where there is none, or it has more than 15 characters.
+// The integer from k to end. False if there is none, or if it has more than 15 characters.
 bool whole_number(Text text, Index k, Index end, Index &value) {
     value = 0;
     bool negative = k < end && text[k] == '-';
@@ -101,13 +100,12 @@ bool whole_number(Text text, Index k, Index end, Index &value) {
     return true;
 }
 
-// 10^0 to 10^22, the powers that doubles hold without rounding.
+// 10^0 to 10^22, the powers that doubles represent exactly.
 constexpr int MAX_POWER = 22;
 constexpr double POWERS[MAX_POWER + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
                                           1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
 
-// The decimal number from k to end. False, and 0, where it has too many digits for an exact conversion, or is no
-// number.
+// The decimal number from k to end. False, and 0, if it has too many digits for an exact conversion or is not a number.
 bool decimal_number(Text text, Index k, Index end, double &value) {
     value = 0.0;
     bool negative = k < end && text[k] == '-';
@@ -140,7 +138,7 @@ bool decimal_number(Text text, Index k, Index end, double &value) {
     return true;
 }
 
-// Numbers of one kind of line, and those that the caller must convert: their place among all, and their byte.
+// Numbers of one kind of line, and those that the caller must convert: their index among all, and their byte.
 struct Numbers {
     double *values;  // (lines, width)
     Index width;
@@ -148,7 +146,7 @@ struct Numbers {
     Index slow_count;
 };
 
-// Read up to `width` numbers of line i from byte k on. Returns how many there are.
+// Read up to `width` numbers of line i from byte k on. Returns how many were read.
 Index read_numbers(Text text, Index k, Index i, Numbers &numbers) {
     Index count = 0;
     while (count < numbers.width && !at_end(text, k)) {
@@ -162,8 +160,8 @@ Index read_numbers(Text text, Index k, Index i, Numbers &numbers) {
     return count;
 }
 
-// The zero-based index written from k to end, where `seen` elements are before it: ABSENT where nothing is written.
-// False where it is no index.
+// The zero-based index written from k to end, after `seen` elements; ABSENT if nothing is written. False if it is not a
+// valid index.
 bool resolve(Text text, Index k, Index end, Index seen, Index &index) {
     index = ABSENT;
     if (k == end) return true;
@@ -185,7 +183,7 @@ Index slash(Text text, Index k, Index end) {
     return k;
 }
 
-// A face's corner as it is written, `v/vt/vn`: from k to end, with slashes at `one` and `two` or there at the end.
+// The text of a face's corner, `v/vt/vn`, from k to end; missing slashes have `one` and `two` at the end.
 struct Corner {
     Index k, one, two, end;
 };
@@ -195,7 +193,7 @@ Corner corner_at(Text text, Index k) {
     return {k, one, slash(text, min(one + 1, end), end), end};
 }
 
-// The arrays of iccm.io.meshes.obj.Obj that are filled in.
+// The arrays of iccm.io.meshes.obj.Obj to fill in.
 struct Arrays {
     Numbers v, vt, vn;
     Index *vt_at, *face_at, *starts, *corner_at;
@@ -205,7 +203,7 @@ struct Arrays {
     Index *statement_at;
 };
 
-// Read the corners of face i from byte k on; `seen`: lines of each kind before it, c: corners before it.
+// Read the corners of face i from byte k on; `seen` is the number of lines of each kind before it, c that of corners.
 Fault read_face(Text text, Index k, Index i, const Index *seen, Arrays &out, Index &c) {
     while (!at_end(text, k)) {
         Corner corner = corner_at(text, k);
@@ -213,7 +211,7 @@ Fault read_face(Text text, Index k, Index i, const Index *seen, Arrays &out, Ind
         bool vertex = resolve(text, k, corner.one, seen[VERTEX], out.corners[c][0]);
         bool texture = resolve(text, min(corner.one + 1, end), corner.two, seen[TEXTURE], out.corners[c][1]);
         bool normal = resolve(text, min(corner.two + 1, end), end, seen[NORMAL], out.normals[c]);
-        if (!normal) out.normals[c] = ABSENT;  // normals are not needed
+        if (!normal) out.normals[c] = ABSENT;  // a bad normal is ignored, since normals are optional
         if (!(vertex && texture) || corner.one == k) return BAD_INDEX;
         out.relative[c] = corner.one + 1 < end && text[corner.one + 1] == '-';
         out.corner_at[c] = k;
@@ -224,7 +222,7 @@ Fault read_face(Text text, Index k, Index i, const Index *seen, Arrays &out, Ind
     return c - out.starts[i] < 3 ? FEW_CORNERS : NONE;
 }
 
-// Fill the arrays. Where a line has a fault, `place` is its first byte.
+// Fill the arrays. If a line has a fault, `place` is its first byte.
 Fault fill(Text text, Arrays &out, Index &place) {
     Index seen[KINDS] = {}, c = 0;
     out.starts[0] = 0;
@@ -241,7 +239,7 @@ Fault fill(Text text, Arrays &out, Index &place) {
             out.vt_at[i] = line;
             if (read_numbers(text, skip_blanks(text, end), i, out.vt) < 1) fault = FEW_NUMBERS;
         } else if (kind == NORMAL) {
-            read_numbers(text, skip_blanks(text, end), i, out.vn);  // those that are missing stay 0
+            read_numbers(text, skip_blanks(text, end), i, out.vn);  // missing ones stay 0
         } else if (kind == STATEMENT) {
             out.statement_at[i] = line;
         } else if (kind == FACE) {
@@ -257,7 +255,7 @@ Fault fill(Text text, Arrays &out, Index &place) {
     return NONE;
 }
 
-// A number in decimal digits; returns how many.
+// Write a number in decimal digits; returns their count.
 Index write_number(Index value, uint8_t *out) {
     uint8_t digits[20];
     Index count = 0;
@@ -274,8 +272,8 @@ using namespace iccm;
 // Count the lines of an OBJ file. Returns the number of face corners.
 //
 //   data   (size,) bytes
-//   size   how many
-//   lines  (6,) written: of other lines, v, vt, vn, f, and statements (o, g, usemtl, mtllib)
+//   size   number of bytes
+//   lines  (6,) written: numbers of other lines, v, vt, vn, f, and statements (o, g, usemtl, mtllib)
 ICCM_EXPORT int64_t iccm_meshes_count_obj(const uint8_t *data, int64_t size, int64_t *lines) {
     const Text text = {data, size};
     for (Index kind = 0; kind < KINDS; kind++) lines[kind] = 0;
@@ -292,26 +290,27 @@ ICCM_EXPORT int64_t iccm_meshes_count_obj(const uint8_t *data, int64_t size, int
     return corners;
 }
 
-// Fill the arrays of an OBJ file, which have the sizes that `iccm_meshes_count_obj` counts. Returns 0, or what is wrong
-// with a line: 1 few corners, 2 a bad index, 3 few numbers.
+// Fill the arrays of an OBJ file, whose sizes `iccm_meshes_count_obj` counts. Returns 0, or a line's fault: 1 too few
+// corners, 2 a bad index, 3 too few numbers.
 //
 //   data          (size,) bytes
-//   size          how many
+//   size          number of bytes
 //   v             (lines, 3) zeros; written: vertices
 //   vt            (lines, 2) zeros; written: texture coordinates
 //   vn            (lines, 3) zeros; written: normals
 //   vt_at         (lines,) written: the byte at which each line of vt begins
-//   face_at       (lines,) written: and each face
+//   face_at       (lines,) written: the byte at which each face begins
 //   starts        (lines + 1,) written: where the corners of each face begin
 //   corner_at     (corners,) written: the byte at which each corner begins
 //   corners       (corners, 2) written: zero-based vertex and texture coordinates; -1 for none, -2 before the first
-//   normals       (corners,) written: zero-based normals, likewise
+//   normals       (corners,) written: zero-based normals; -1 and -2 as above
 //   relative      (corners,) written: whether the index of texture coordinates is negative in the file
 //   statement_at  (lines,) written: the byte at which each statement begins
-//   slow_v        (numbers, 2) written: numbers of v that are left to convert, by their place and byte
-//   slow_vt       (numbers, 2) written: of vt
-//   slow_vn       (numbers, 2) written: of vn
-//   found         (4,) written: how many of v, vt and vn are left to convert, and the byte of the line that is wrong
+//   slow_v        (numbers, 2) written: index and byte of the numbers of v that are left to convert
+//   slow_vt       (numbers, 2) written: those of vt
+//   slow_vn       (numbers, 2) written: those of vn
+//   found         (4,) written: how many numbers of v, vt and vn are left to convert, and the first byte of the faulty
+//                 line
 ICCM_EXPORT int64_t iccm_meshes_fill_obj(const uint8_t *data, int64_t size, double *v, double *vt, double *vn,
                                          int64_t *vt_at, int64_t *face_at, int64_t *starts, int64_t *corner_at,
                                          int64_t *corners, int64_t *normals, bool *relative, int64_t *statement_at,
@@ -336,12 +335,12 @@ ICCM_EXPORT int64_t iccm_meshes_fill_obj(const uint8_t *data, int64_t size, doub
 // Copy a part of an OBJ file with the texture indices of some corners replaced. Returns the number of bytes written.
 //
 //   data       (size,) bytes
-//   size       how many
-//   start      of the part
-//   stop       and its end
-//   corner_at  (c,) increasing bytes of corners in the part
+//   size       number of bytes
+//   start      first byte of the part
+//   stop       end of the part, exclusive
+//   corner_at  (c,) bytes at which the corners begin, increasing
 //   new_vt     (c,) their new zero-based texture indices
-//   c          how many
+//   c          number of corners
 //   out        (stop - start + 20 c,) written
 ICCM_EXPORT int64_t iccm_meshes_rewrite_obj(const uint8_t *data, int64_t size, int64_t start, int64_t stop,
                                             const int64_t *corner_at, const int64_t *new_vt, int64_t c, uint8_t *out) {

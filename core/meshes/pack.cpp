@@ -1,6 +1,6 @@
-// Charts packed into a region without overlap: a bitmap of each, placed at the first free place from the bottom, as by
-// Lévy, Petitjean, Ray, Maillot, Least Squares Conformal Maps, 2002 (§4), but with whole bitmaps instead of horizons, so
-// that small charts fill the holes and concavities of large ones.
+// Packing of charts into a region without overlap: the bitmap of each is put at the first free place from the bottom,
+// as in Lévy, Petitjean, Ray, Maillot, Least Squares Conformal Maps, 2002 (§4), but with whole bitmaps instead of
+// horizons, so that small charts fill the holes and concavities of large ones.
 #include "iccm/core.h"
 
 namespace iccm {
@@ -9,7 +9,7 @@ namespace {
 using Word = uint64_t;
 constexpr Index BITS = 64;
 
-// Cells first .. last of a row of a chart: all that it covers between them, gaps included.
+// Cells first .. last of a row of a chart: its extent, including gaps.
 struct Run {
     Index row, first, last;
 };
@@ -18,7 +18,7 @@ struct Size {
     Index width, height;
 };
 
-// A corner in cells, for one of four orientations: rotated by quarters of a full rotation.
+// A corner in cells, for one of four orientations: rotations by multiples of 90°.
 void rotate(const double *corner, int quarters, double &x, double &y) {
     x = corner[0], y = corner[1];
     for (int k = 0; k < quarters; k++) {
@@ -27,8 +27,8 @@ void rotate(const double *corner, int quarters, double &x, double &y) {
     }
 }
 
-// Mark the cells that a triangle touches. In each row of cells a convex shape covers one interval, from the least to the
-// largest x of what of it lies in that row.
+// Mark the cells that a triangle touches. In each row of cells a convex shape covers one interval, from the least to
+// the largest x of its part in that row.
 void touch(const double (*t)[2], Word *cells, Index words, Size size) {
     double low = t[0][1], high = t[0][1];
     for (int k = 1; k < 3; k++) low = min(low, t[k][1]), high = max(high, t[k][1]);
@@ -54,7 +54,7 @@ void touch(const double (*t)[2], Word *cells, Index words, Size size) {
 
 bool is_set(const Word *row, Index x) { return row[x / BITS] >> (x % BITS) & 1; }
 
-// target |= row moved towards lower x by `by` cells; beyond the end of the row nothing is set.
+// target |= row shifted towards lower x by `by` cells; beyond the end of the row nothing is set.
 void or_shifted(Word *target, const Word *row, Index words, Index by) {
     const Index skip = by / BITS, rest = by % BITS;
     for (Index k = 0; k + skip < words; k++) {
@@ -64,16 +64,16 @@ void or_shifted(Word *target, const Word *row, Index words, Index by) {
     }
 }
 
-// row |= row moved towards lower x by 0 .. length - 1 cells, by doubling.
+// row |= row shifted towards lower x by 0 .. length - 1 cells, by doubling.
 void smear(Word *row, Index words, Index length) {
     for (Index reach = 1; reach < length;) {
         const Index by = min(reach, length - reach);
-        or_shifted(row, row, words, by);  // reads ahead of what it writes
+        or_shifted(row, row, words, by);  // reads ahead of its writes
         reach += by;
     }
 }
 
-// The runs of a chart's cells, those of the longest first: they decide soonest that a place is taken.
+// The runs of a chart's cells, the longest first, since they are the most likely to show that a place is taken.
 Index runs_of(const Word *cells, Index words, Size size, Run *out) {
     Index count = 0;
     for (Index y = 0; y < size.height; y++)
@@ -83,7 +83,7 @@ Index runs_of(const Word *cells, Index words, Size size, Run *out) {
             while (x + 1 < size.width && is_set(cells + y * words, x + 1)) x++;
             out[count++] = {y, first, x};
         }
-    // a shell sort: there are as many runs as rows, and few more
+    // a shell sort: there are few more runs than rows
     for (Index gap = count / 2; gap > 0; gap /= 2)
         for (Index k = gap; k < count; k++) {
             const Run run = out[k];
@@ -95,7 +95,7 @@ Index runs_of(const Word *cells, Index words, Size size, Run *out) {
     return count;
 }
 
-// The lowest row, below `limit`, at which a chart fits, and the first column there; limit if there is none.
+// The lowest row below `limit` at which a chart fits, and the first column there; `limit` if there is none.
 Index lowest_place(const Word *taken, Index words, Size grid, const Run *runs, Index count, Size size, Index start,
                    Index limit, Word *blocked, Word *smeared, Index &column) {
     const Index places = grid.width - size.width + 1;
@@ -123,7 +123,7 @@ Index lowest_place(const Word *taken, Index words, Size grid, const Run *runs, I
     return limit;
 }
 
-// Mark what a chart takes, and `margin` cells around it in all directions.
+// Mark the cells of a chart, and `margin` cells around it in all directions.
 void take(Word *taken, Index words, Size grid, const Run *runs, Index count, Index x, Index y, Index margin) {
     for (Index r = 0; r < count; r++) {
         const Index first = max(Index(0), x + runs[r].first - margin);
@@ -141,15 +141,16 @@ using namespace iccm;
 
 // Place charts one after the other, each at the lowest free place of the orientation that lies lowest.
 //
-//   corners       (m, 3, 2) corners of all triangles, chart by chart, in cells, y up
+//   corners       (m, 3, 2) corners of all triangles in cells, chart by chart, y up
 //   starts        (k + 1,) where each chart's triangles begin
 //   k             number of charts
-//   orientations  1: as they are; 4: also rotated by quarters
-//   taken         (height, words) bits of cells, 64 to a word, that are not free; written
-//   width, height the grid; words = ceil(width / 64)
+//   orientations  1: as given; 4: also rotated by multiples of 90°
+//   taken         (height, words) bits of the cells that are not free, 64 to a word; changed
+//   width, height size of the grid; words = ceil(width / 64)
 //   margin        cells between charts
-//   alike         (k,) whether a chart has the corners of the one before it: what did not fit that does not fit it
-//   places        (k, 3) quarters of a rotation about the origin, then what is added to x and to y; written
+//   alike         (k,) whether a chart has the same corners as the one before: places too small for that one are too
+//                 small for it
+//   places        (k, 3) rotation about the origin in multiples of 90°, then the offsets of x and y; written
 //
 // Returns the number of charts that were placed: k unless one does not fit.
 ICCM_EXPORT int64_t iccm_meshes_pack(const double *corners, const int64_t *starts, int64_t k, int64_t orientations,
@@ -157,7 +158,7 @@ ICCM_EXPORT int64_t iccm_meshes_pack(const double *corners, const int64_t *start
                                      double *places) {
     const Index words = (width + BITS - 1) / BITS;
     const Size grid{width, height};
-    // a row of a chart has at most a run for every other cell
+    // a row of a chart has at most one run for every other cell
     Buffer<Word> cells(height * words), blocked(words), smeared(words);
     Buffer<Run> runs(height * (width / 2 + 1)), best_runs(height * (width / 2 + 1));
     if (!cells || !blocked || !smeared || !runs || !best_runs) return OUT_OF_MEMORY;

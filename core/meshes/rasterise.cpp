@@ -1,19 +1,19 @@
-// Triangles and the texels that they cover: edge functions (Pineda, A parallel algorithm for polygon rasterization,
-// 1988) in double precision.
+// Rasterisation of triangles in texels by edge functions (Pineda, A parallel algorithm for polygon rasterization, 1988)
+// in double precision.
 #include "iccm/core.h"
 
 namespace iccm {
 namespace {
 
-// A corner in texels, x right, y down; texel centres are at + 0.5.
+// A corner in texels, x right, y down; texel centres are at half-integers.
 struct Point {
     double at[2];
 };
 
-// a x + b y + c, which is zero on an edge and positive on the triangle's side of it.
+// The edge function a x + b y + c, zero on an edge and positive on the triangle's side of it.
 struct Edge {
     double a, b, c;
-    bool kept;  // points on the edge belong to the triangle: it is a left or a top one
+    bool kept;  // whether points on the edge belong to the triangle, as for left and top edges
 
     double operator()(double x, double y) const { return a * x + b * y + c; }
     bool holds(double x, double y) const {
@@ -27,7 +27,7 @@ struct Range {
     Index first, last;
 };
 
-// A triangle ready to be rasterised: its edges, and the texels to look at.
+// A triangle prepared for rasterisation: its edges, and the range of texels to test.
 struct Setup {
     Edge edges[3];
     Range columns, rows;
@@ -37,17 +37,17 @@ bool before(const Point &p, const Point &q) { return p.at[0] < q.at[0] || (p.at[
 
 Edge edge(const Point &p, const Point &q) {
     const double a = p.at[1] - q.at[1], b = q.at[0] - p.at[0];
-    // anchored on the same end for both triangles of an edge: they compute the same number, opposite in sign
+    // anchored at the same end for both triangles of an edge, so that they compute the same number with opposite signs
     const Point &anchor = before(p, q) ? p : q;
     return {a, b, -(a * anchor.at[0] + b * anchor.at[1]), a > 0 || (a == 0 && b > 0)};
 }
 
-// The texels whose centres can lie in the triangle along an axis, grown by `margin`; unless triangles wrap around the
-// grid, those among start .. stop - 1.
+// The range of texels along an axis whose centres can lie in the triangle, grown by `margin`; limited to start .. stop
+// - 1 unless triangles wrap around the grid.
 Range range(const Point *t, int axis, Index start, Index stop, double margin, bool wrap) {
     const double low = min(min(t[0].at[axis], t[1].at[axis]), t[2].at[axis]);
     const double high = max(max(t[0].at[axis], t[1].at[axis]), t[2].at[axis]);
-    // far outside the grid, where nothing is, whole numbers would overflow
+    // far outside the grid integers would overflow
     const double far = 1e15, first = ceil(low - 0.5 - margin), last = floor(high - 0.5 + margin) + 1;
     if (!(fabs(first) < far && fabs(last) < far)) return {0, 0};
     if (wrap) return {Index(first), Index(last)};
@@ -74,13 +74,13 @@ bool set_up(const Point *t, Index width, Index top, Index bottom, double margin,
 
 using namespace iccm;
 
-// Give the texels of some rows to the triangles that hold their centres, the first one winning.
+// Assign the texels of some rows to the triangles that contain their centres, to the first one if there are several.
 //
-//   corners      (m, 3, 2) in texels; either orientation; without area: skipped
-//   owner        (height, width) negative where free; written in rows top .. bottom - 1
-//   wrap         whether what lies outside the grid comes in on the other side
+//   corners      (m, 3, 2) corners in texels, in either orientation; triangles without area are skipped
+//   owner        (height, width) triangle of each texel, negative where free; changed in rows top .. bottom - 1
+//   wrap         whether parts of triangles outside the grid wrap around to the other side
 //
-// Returns how many times a texel lies in a further triangle.
+// Returns how often a texel lies in a further triangle.
 ICCM_EXPORT int64_t iccm_meshes_fill(const double *corners, int64_t m, int32_t *owner, int64_t height, int64_t width,
                                      int64_t top, int64_t bottom, bool wrap) {
     const Point *points = reinterpret_cast<const Point *>(corners);
@@ -105,13 +105,13 @@ ICCM_EXPORT int64_t iccm_meshes_fill(const double *corners, int64_t m, int32_t *
     return overlaps;
 }
 
-// Give texels without a centre in any triangle to the triangle that enters their square the most.
+// Assign texels whose centre is in no triangle to the triangle that reaches farthest into their square.
 //
 //   corners       (m, 3, 2) as for iccm_meshes_fill
-//   chosen        (count,) the triangles that may have them
-//   owner         (height, width) written
-//   centre        (height, width) whether a texel's centre lies in its triangle: those stay
-//   nearest       (height, width) written: the distance of its centre from its triangle's edges, infinite before
+//   chosen        (count,) the candidate triangles
+//   owner         (height, width) triangle of each texel; changed
+//   centre        (height, width) whether a texel's centre lies in its triangle; such texels keep it
+//   nearest       (height, width) distance of a texel's centre from its triangle's edges, infinite before; changed
 //   wrap          as for iccm_meshes_fill
 ICCM_EXPORT int64_t iccm_meshes_touch(const double *corners, const int64_t *chosen, int64_t count, int32_t *owner,
                                       const bool *centre, float *nearest, int64_t height, int64_t width, bool wrap) {
@@ -141,10 +141,11 @@ ICCM_EXPORT int64_t iccm_meshes_touch(const double *corners, const int64_t *chos
     return 0;
 }
 
-// The affine functions c0 + cx x + cy y that take the corners of triangles to values; flat where there is no area.
+// Compute the affine functions c0 + cx x + cy y with given values at the corners of triangles; constant on triangles
+// without area.
 //
-//   corners  (m, 3, 2)
-//   values   (m, 3, parts)
+//   corners  (m, 3, 2) corners of triangles
+//   values   (m, 3, parts) values at the corners
 //   out      (m, 3, parts) written: c0, cx and cy
 ICCM_EXPORT int64_t iccm_meshes_affine(const double *corners, const double *values, int64_t m, int64_t parts,
                                        double *out) {

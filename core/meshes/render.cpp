@@ -12,12 +12,12 @@ double greatest(double a, double b, double c) { return max(max(a, b), c); }
 
 using namespace iccm;
 
-// Each sample's triangle nearest to the viewer.
+// Find the triangle nearest to the viewer at each sample.
 //
-//   corners  (m, 3, 2) in samples, x right, y down, centres at + 0.5; either orientation
-//   slopes   (m, 3) of depth: coefficients of 1, x and y; larger is nearer
-//   owner    (height, width) written: triangles; what is there stays where there is none
-//   depth    (height, width) of the nearest triangle so far; written
+//   corners  (m, 3, 2) corners in samples, x right, y down, centres at half-integers; either orientation
+//   slopes   (m, 3) coefficients of 1, x and y in each triangle's depth; larger is nearer
+//   owner    (height, width) triangle at each sample, written; unchanged where there is none
+//   depth    (height, width) depth of the nearest triangle so far; changed
 ICCM_EXPORT int64_t iccm_meshes_nearest(const double *corners, const double *slopes, int64_t m, int32_t *owner,
                                         float *depth, int64_t height, int64_t width) {
     for (Index t = 0; t < m; t++, corners += 6, slopes += 3) {

@@ -1,13 +1,13 @@
-// Quality triangulations of polygons with holes that keep the outlines, and points and lines inside, as they are.
+// Quality triangulation of polygons with holes, which preserves the outlines and given points and lines inside.
 //
 // The steps, in order: ear clipping of the outline; insertion of the given points, and recovery of the edges between
 // them by flips (Sloan, A fast algorithm for generating constrained Delaunay triangulations, Computers & Structures
 // 47(3), 1993); removal of the triangles in holes; Delaunay refinement (Ruppert, A Delaunay refinement algorithm for
 // quality 2-dimensional mesh generation, J. Algorithms 18, 1995; Shewchuk, Delaunay refinement algorithms for
-// triangular mesh generation, Computational Geometry 22, 2002). The outline's edges are never split: a circumcentre
-// that would come too close to one is left out.
+// triangular mesh generation, Computational Geometry 22, 2002). The outline's edges are never split: a circumcentre too
+// close to one is not inserted.
 //
-// The domain has an area of about one, which absolute tolerances refer to.
+// Absolute tolerances assume a domain with an area of about one.
 
 #include "iccm/core.h"
 #include "iccm/delaunay.h"
@@ -18,8 +18,9 @@ namespace {
 
 // --- Ear clipping ---
 
-// The polygon that is left of the outline while ears are cut off: a doubly linked list of vertices. Each remaining
-// edge, named by its first vertex, has the triangle on its other side, or -1, and which of its sides the edge is.
+// The polygon that remains of the outline while ears are cut off: a doubly linked list of vertices. For each remaining
+// edge, indexed by its first vertex, the triangle on its other side, or -1, and the edge's number among that triangle's
+// sides.
 struct Remaining {
     Index *next, *previous;
     Index *beyond;
@@ -28,7 +29,7 @@ struct Remaining {
 
 // Whether vertex i can be cut off: its corner is convex, and no other vertex lies in the triangle.
 bool is_ear(const Complex *z, const Remaining &left, Index i) {
-    // Area relative to the squared edges; three vertices on a line but for rounding have less.
+    // Area relative to the squared edges; three vertices that are collinear up to rounding have less.
     constexpr double MIN_EAR_AREA = 1e-13;
     // Vertices on an edge, within rounding, count as inside.
     constexpr double SLACK = -1e-15;
@@ -48,7 +49,7 @@ void join(Triangles mesh, Index u, Index side, Index t) {
 }
 
 // Triangulate a simple counter-clockwise polygon (Meisters, Polygons have ears, American Mathematical Monthly 82,
-// 1975). Returns the number of triangles, or -1 where no ear is left.
+// 1975). Returns the number of triangles, or -1 if no ear is left.
 Index clip_ears(const Complex *z, Index count, Remaining left, Triangles mesh) {
     for (Index v = 0; v < count; v++) {
         left.next[v] = v + 1 == count ? 0 : v + 1;
@@ -80,18 +81,18 @@ Index clip_ears(const Complex *z, Index count, Remaining left, Triangles mesh) {
 
 // --- Insertion of vertices ---
 
-// A mesh that grows.
+// A mesh to which vertices and triangles are added.
 struct Growing {
     Complex *z;
     Triangles mesh;
     Stack stack;
-    Index vertices, triangles;  // how many there are
+    Index vertices, triangles;  // their numbers
     Index room;                 // for vertices
 };
 
-// Insert vertex v into triangle t, and make the mesh Delaunay again. False where it lies on an edge: nothing changes.
+// Insert vertex v into triangle t, and make the mesh Delaunay again. False if v lies on an edge; then nothing changes.
 bool insert(Growing &grown, Index t, Index v, Index fixed, Links links) {
-    // Twice the area of the new triangles, below which the vertex counts as on an edge.
+    // Twice the area of a new triangle below which the vertex counts as lying on an edge.
     constexpr double MIN_TWICE_AREA = 1e-11;
     Triangles mesh = grown.mesh;
     const Complex *z = grown.z;
@@ -138,7 +139,7 @@ void split(Growing &grown, Index v, Index t, int k, Index fixed, Links links) {
 
 // --- Lines and holes ---
 
-// The triangle that holds a point: the one of whose sides it is farthest inside.
+// The triangle that contains a point: the one whose sides it is farthest inside of.
 Index holder_of(const Growing &grown, Complex point) {
     double best = -INFINITY;
     Index holder = 0;
@@ -154,19 +155,19 @@ Index holder_of(const Growing &grown, Complex point) {
     return holder;
 }
 
-// On which side of the line from p to q vertex v lies: 1 left, -1 right, 0 where rounding decides.
+// The side of the line from p to q on which vertex v lies: 1 left, -1 right, 0 within rounding.
 int side_of(const Complex *z, Index p, Index q, Index v) {
-    constexpr double ON_LINE = 1e-15;  // distance at which a vertex is on a line
+    constexpr double ON_LINE = 1e-15;  // distance within which a vertex counts as on a line
     Complex line = z[q] - z[p], to = z[v] - z[p];
     double area = cross(line, to);
     if (fabs(area) <= ON_LINE * (size(line) + size(to))) return 0;
     return area > 0 ? 1 : -1;
 }
 
-// Flip edges that cross the one from v to w until that is in the mesh (Sloan 1993, §5). False where it cannot be: it
-// crosses an edge that was recovered before, or flips run in a circle.
+// Flip edges that cross the segment from v to w until it is an edge of the mesh (Sloan 1993, §5). False if that is
+// impossible: it crosses an edge that was recovered before, or the flips repeat.
 bool recover_edge(const Complex *z, Triangles mesh, Index triangles, Index v, Index w, Links links) {
-    constexpr int MAX_SWEEPS = 60;              // a few are the most that drawings needed
+    constexpr int MAX_SWEEPS = 60;              // drawings needed only a few
     constexpr double MIN_FLIPPED_AREA = 1e-13;  // twice the area: more than for a Delaunay flip, since the edge's
                                                 // other diagonals are flipped back and forth
     for (int sweep = 0; sweep < MAX_SWEEPS; ++sweep) {
@@ -177,7 +178,7 @@ bool recover_edge(const Complex *z, Triangles mesh, Index triangles, Index v, In
                 Index u = mesh.across[t][k];
                 if (u < 0) continue;
                 Index d = mesh.faces[u][opposite(mesh, u, b, c)];
-                // Each edge once, from the triangle with the lower opposite vertex.
+                // Visit each edge once, from the triangle with the lower opposite vertex.
                 if (a > d || v == b || v == c || w == b || w == c) continue;
                 if (side_of(z, v, w, b) * side_of(z, v, w, c) >= 0 || side_of(z, b, c, v) * side_of(z, b, c, w) >= 0)
                     continue;
@@ -198,7 +199,7 @@ void push_all(Growing &grown) {
     for (Index t = 0; t < grown.triangles; t++) grown.stack.push(t);
 }
 
-// Insert the vertices from `border` to `given` and recover the edges between them. False where that cannot be done.
+// Insert the vertices from `border` to `given` and recover the edges between them. False if that is impossible.
 bool insert_given(Growing &grown, Index border, Index given, Links links) {
     const Links none = {links.next, 0};
     push_all(grown);
@@ -206,7 +207,7 @@ bool insert_given(Growing &grown, Index border, Index given, Links links) {
     for (Index v = border; v < given; v++) {
         Index t = holder_of(grown, grown.z[v]);
         if (insert(grown, t, v, 0, none)) continue;
-        // It lies on a side, or all but: split the one with which it spans the least area.
+        // The vertex lies on a side, or nearly so: split the side with which it spans the least area.
         double best = INFINITY;
         int side = -1;
         for (int k = 0; k < 3; k++) {
@@ -226,10 +227,10 @@ bool insert_given(Growing &grown, Index border, Index given, Links links) {
 }
 
 // Remove the triangles inside holes, whose outlines are the vertices from `first` to `last`, each linked to the next
-// one with the hole on the right. Returns how many triangles are left.
+// one with the hole on the right. Returns the number of remaining triangles.
 Index remove_holes(Triangles mesh, Index triangles, Index first, Index last, Links links, Stack stack) {
     constexpr Index KEPT = 0, REMOVED = -1;
-    Buffer<Index> place(triangles, KEPT);  // then the number of each triangle that is left
+    Buffer<Index> place(triangles, KEPT);  // later the new index of each remaining triangle
     if (!place) return OUT_OF_MEMORY;
     stack.entries[0] = 0;
     for (Index t = 0; t < triangles; t++)
@@ -268,7 +269,7 @@ Index remove_holes(Triangles mesh, Index triangles, Index first, Index last, Lin
 
 // --- Delaunay refinement ---
 
-// The largest area that triangles may have, on a grid of square cells; points outside belong to the nearest cell.
+// The largest allowed area of triangles on a grid of square cells; points outside belong to the nearest cell.
 struct SizeGrid {
     Complex corner;
     double side;
@@ -282,9 +283,9 @@ struct SizeGrid {
     }
 };
 
-// What refinement works with: whether a triangle has been seen from the newest point, and those that have.
+// Work space of refinement: marks of the triangles whose circumcircles contain the newest point, and a list of them.
 struct Cavity {
-    Index *mark;  // (triangles that there is room for,) zeros to begin with
+    Index *mark;  // (capacity for triangles,) initially zeros
     Index *members;
     Index room;
 };
@@ -296,10 +297,10 @@ Complex circumcentre(Complex a, Complex b, Complex c) {
     return {(v.im * uu - u.im * vv) * half, (u.re * vv - v.re * uu) * half};
 }
 
-// Whether triangle t is too large or too thin, and the circumcentre, which would mend it.
+// Whether triangle t is too large or too thin, and its circumcentre, whose insertion would remove it.
 bool is_bad(const Growing &grown, Index t, const SizeGrid &sizes, bool only_large, Complex &centre) {
     // The least angle follows from the shortest side and the circumradius, sin α = l / 2r (Ruppert 1995, §1). Above 28°
-    // refinement no longer ends in practice.
+    // refinement does not terminate in practice.
     constexpr double MIN_SQUARED_SINE = 0.17860619515673035;  // of 25°
     const Index *corners = grown.mesh.faces[t];
     Complex a = grown.z[corners[0]], b = grown.z[corners[1]], c = grown.z[corners[2]];
@@ -312,8 +313,8 @@ bool is_bad(const Growing &grown, Index t, const SizeGrid &sizes, bool only_larg
     return large || (thin && !only_large);
 }
 
-// The triangle that holds a point, found by walking straight there from t; -1 where the way leaves the polygon, crosses
-// a line, or is long.
+// The triangle that contains a point, found by walking there from t; -1 if the path leaves the polygon, crosses a line,
+// or is too long.
 Index walk(const Growing &grown, Index t, Complex point, Links links) {
     constexpr int MAX_STEPS = 200;
     for (int step = 0; step < MAX_STEPS; ++step) {
@@ -333,9 +334,9 @@ Index walk(const Growing &grown, Index t, Complex point, Links links) {
 }
 
 // Whether vertex v, inside triangle t, sees an edge of the outline or of a line in its cavity (the triangles whose
-// circumcircles hold it) under too wide an angle.
+// circumcircles contain it) under too wide an angle.
 bool encroaches(const Growing &grown, Index t, Index v, Cavity cavity, Index stamp, Links links) {
-    constexpr double MIN_COSINE = -0.3;  // found by trial; Ruppert's diametral circle would be 0
+    constexpr double MIN_COSINE = -0.3;  // chosen by hand; Ruppert's diametral circle would be 0
     cavity.members[0] = t, cavity.mark[t] = stamp;
     Index count = 1;
     for (Index at = 0; at < count; ++at) {
@@ -356,16 +357,16 @@ bool encroaches(const Growing &grown, Index t, Index v, Cavity cavity, Index sta
     return false;
 }
 
-constexpr int MAX_ROUNDS = 60;  // of refinement; 8 are the most that icons needed
+constexpr int MAX_ROUNDS = 60;  // of refinement; icons needed at most 8
 
-// Insert circumcentres, first those of large triangles only, until no triangle is left that can be mended.
+// Insert circumcentres, at first those of large triangles only, until no triangle can be improved.
 void refine(Growing &grown, Index fixed, Links links, Cavity cavity, const SizeGrid &sizes) {
     push_all(grown);
     legalise(grown.z, grown.mesh, grown.stack, fixed, links);
     Index stamp = 0;
     for (int round = 0; round < MAX_ROUNDS; ++round) {
         Index before_round = grown.vertices;
-        // Triangles that come to be in this round wait for the next one.
+        // Triangles that arise in this round wait for the next one.
         for (Index t = 0, end = grown.triangles; t < end; t++) {
             Complex centre;
             if (!is_bad(grown, t, sizes, round == 0, centre) || grown.vertices + 1 >= grown.room) continue;
@@ -379,8 +380,8 @@ void refine(Growing &grown, Index fixed, Links links, Cavity cavity, const SizeG
     }
 }
 
-// Split inner edges that join two of the first `given` vertices, but for those of lines, until there are none: where
-// these vertices slide along an outline such an edge would turn over.
+// Split all inner edges that join two of the first `given` vertices, except edges of lines: while these vertices slide
+// along an outline, such an edge could fold triangles.
 void split_chords(Growing &grown, Index given, Links links) {
     for (int round = 0; round < MAX_ROUNDS; ++round) {
         Index before_round = grown.vertices;
@@ -405,10 +406,10 @@ void split_chords(Growing &grown, Index given, Links links) {
 
 using namespace iccm;
 
-// Triangulate a simple counter-clockwise polygon by ear clipping. Returns the number of triangles, -1 where it fails.
+// Triangulate a simple counter-clockwise polygon by ear clipping. Returns the number of triangles, -1 on failure.
 //
 //   z       (n,) vertices
-//   n       how many
+//   n       number of vertices
 //   faces   (at least n - 2, 3) written: triangles
 //   across  (at least n - 2, 3) written: their neighbours
 ICCM_EXPORT int64_t iccm_meshing_clip_ears(const Complex *z, int64_t n, int64_t *faces, int64_t *across) {
@@ -418,18 +419,18 @@ ICCM_EXPORT int64_t iccm_meshing_clip_ears(const Complex *z, int64_t n, int64_t 
     return clip_ears(z, n, {first, first + n, first + 2 * n, first + 3 * n}, {rows<3>(faces), rows<3>(across)});
 }
 
-// Insert vertices into a triangulation and recover the edges between them. Returns the number of triangles, -1 where an
-// edge cannot be kept.
+// Insert vertices into a triangulation and recover the edges between them. Returns the number of triangles, or -1 if an
+// edge cannot be recovered.
 //
 //   z           (given,) vertices
-//   border      how many the triangulation has
-//   given       how many there are
-//   faces       (at least 2 given, 3) triangles, written
-//   across      (at least 2 given, 3) their neighbours, written
-//   triangles   how many there are
-//   links       (given,) for each vertex the one to which an edge must lead, -1 for none
+//   border      number of vertices in the triangulation
+//   given       number of given vertices
+//   faces       (at least 2 given, 3) triangles, changed
+//   across      (at least 2 given, 3) their neighbours, changed
+//   triangles   number of triangles
+//   links       (given,) for each vertex the one to which it must be joined by an edge, -1 for none
 //   stack       (stack_size,) work space
-//   stack_size  of the stack
+//   stack_size  capacity of the stack
 ICCM_EXPORT int64_t iccm_meshing_insert(Complex *z, int64_t border, int64_t given, int64_t *faces, int64_t *across,
                                         int64_t triangles, const int64_t *links, int64_t *stack, int64_t stack_size) {
     stack[0] = 0;
@@ -437,17 +438,17 @@ ICCM_EXPORT int64_t iccm_meshing_insert(Complex *z, int64_t border, int64_t give
     return insert_given(grown, border, given, {links, given}) ? grown.triangles : -1;
 }
 
-// Remove the triangles inside holes. Returns how many are left.
+// Remove the triangles inside holes. Returns the number of remaining triangles.
 //
-//   faces       (triangles, 3) triangles, written
-//   across      (triangles, 3) their neighbours, written
-//   triangles   how many there are
-//   first       vertex of the holes' outlines
-//   last        and the end of them: each of these is linked to the next one, with the hole on the right
-//   links       (given,) for each vertex the one to which an edge must lead, -1 for none
-//   given       how many vertices have links
+//   faces       (triangles, 3) triangles, changed
+//   across      (triangles, 3) their neighbours, changed
+//   triangles   number of triangles
+//   first       first vertex of the holes' outlines
+//   last        end of these vertices, exclusive: each is linked to the next one, with the hole on the right
+//   links       (given,) for each vertex the one to which it must be joined by an edge, -1 for none
+//   given       number of vertices with links
 //   stack       (stack_size,) work space
-//   stack_size  of the stack
+//   stack_size  capacity of the stack
 ICCM_EXPORT int64_t iccm_meshing_remove_holes(int64_t *faces, int64_t *across, int64_t triangles, int64_t first,
                                               int64_t last, const int64_t *links, int64_t given, int64_t *stack,
                                               int64_t stack_size) {
@@ -459,25 +460,26 @@ ICCM_EXPORT int64_t iccm_meshing_remove_holes(int64_t *faces, int64_t *across, i
 // vertices but for those linked. Returns the number of vertices.
 //
 //   z           (room,) vertices, written
-//   given       how many there are
-//   room        how many there is room for
+//   given       number of given vertices
+//   room        capacity for vertices
 //   faces       (2 room, 3) triangles, written
 //   across      (2 room, 3) their neighbours, written
-//   triangles   (1,) how many there are, written
-//   links       (given,) for each vertex the one to which an edge must lead, -1 for none
+//   triangles   (1,) number of triangles, changed
+//   links       (given,) for each vertex the one to which it must be joined by an edge, -1 for none
 //   stack       (stack_size,) work space
-//   stack_size  of the stack
-//   corner_x    lower left corner of a grid of square cells
-//   corner_y    and its y
-//   side        of a cell
-//   areas       (columns, row_count) the largest area of triangles in each cell; points outside are in the nearest one
-//   columns     of cells
-//   row_count   of cells
+//   stack_size  capacity of the stack
+//   corner_x    x of the lower left corner of a grid of square cells
+//   corner_y    y of that corner
+//   side        side of a cell
+//   areas       (columns, row_count) largest allowed area of triangles in each cell; points outside belong to the
+//               nearest one
+//   columns     number of columns
+//   row_count   number of rows
 ICCM_EXPORT int64_t iccm_meshing_refine(Complex *z, int64_t given, int64_t room, int64_t *faces, int64_t *across,
                                         int64_t *triangles, const int64_t *links, int64_t *stack, int64_t stack_size,
                                         double corner_x, double corner_y, double side, const double *areas,
                                         int64_t columns, int64_t row_count) {
-    constexpr Index MAX_CAVITY = 4000;  // triangles that a vertex may take the place of
+    constexpr Index MAX_CAVITY = 4000;  // most triangles that a vertex may replace
     Buffer<Index> mark(2 * room, 0), members(MAX_CAVITY);
     if (!mark || !members) return OUT_OF_MEMORY;
     stack[0] = 0;
@@ -490,31 +492,32 @@ ICCM_EXPORT int64_t iccm_meshing_refine(Complex *z, int64_t given, int64_t room,
     return grown.vertices;
 }
 
-// Flip edges that cross the one from vertex v to w until that is in the mesh. Returns 1, or 0 where that cannot be.
+// Flip edges that cross the segment from vertex v to w until it is an edge of the mesh. Returns 1, or 0 if that is
+// impossible.
 //
 //   z          (n,) vertices
-//   faces      (triangles, 3) triangles, written
-//   across     (triangles, 3) their neighbours, written
-//   triangles  how many there are
-//   v          start of the edge
+//   faces      (triangles, 3) triangles, changed
+//   across     (triangles, 3) their neighbours, changed
+//   triangles  number of triangles
+//   v          start of the segment
 //   w          its end
-//   links      (linked,) the vertex to which each of the first must be joined, -1 for none; those from vertices below both
-//              v and w are in the mesh already
-//   linked     how many
+//   links      (linked,) the vertex to which each of the first vertices must be joined, -1 for none; links from
+//              vertices below both v and w are edges of the mesh already
+//   linked     number of vertices with links
 ICCM_EXPORT int64_t iccm_meshing_recover(const Complex *z, int64_t *faces, int64_t *across, int64_t triangles,
                                          int64_t v, int64_t w, const int64_t *links, int64_t linked) {
     return recover_edge(z, {rows<3>(faces), rows<3>(across)}, triangles, v, w, {links, linked});
 }
 
-// Flip edges, from the triangles on the stack on, until all but the linked ones are Delaunay. Returns 0.
+// Flip edges, starting with the triangles on the stack, until all but the linked ones are Delaunay. Returns 0.
 //
 //   z           (n,) vertices
-//   faces       (t, 3) triangles, written
-//   across      (t, 3) their neighbours, written
+//   faces       (t, 3) triangles, changed
+//   across      (t, 3) their neighbours, changed
 //   links       (linked,) edges that stay
-//   linked      how many
-//   stack       (stack_size,) triangles to look at, after their number; emptied
-//   stack_size  of the stack
+//   linked      number of vertices with links
+//   stack       (stack_size,) triangles to visit, after their number; emptied
+//   stack_size  capacity of the stack
 ICCM_EXPORT int64_t iccm_meshing_legalise(const Complex *z, int64_t *faces, int64_t *across, const int64_t *links,
                                           int64_t linked, int64_t *stack, int64_t stack_size) {
     legalise(z, {rows<3>(faces), rows<3>(across)}, {stack, stack_size}, 0, {links, linked});

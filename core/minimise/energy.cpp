@@ -1,7 +1,7 @@
 // The balanced energy (see iccm/density.h), its gradient and its projected Hessian.
 //
-// The density depends on |a|² and |b|² alone, hence its 4 × 4 Hessian has closed eigenvectors: a 2 × 2 block of the
-// radial directions of a and b, and their tangential directions by themselves; negative eigenvalues are set to zero (the
+// The density depends on |a|² and |b|² only, hence its 4 × 4 Hessian has closed-form eigenvectors: a 2 × 2 block of the
+// radial directions of a and b, and separately their tangential directions; negative eigenvalues are set to zero (the
 // projection of Teran et al., Robust Quasistatic Finite Elements and Flesh Simulation, 2005, in the form of Smith, De
 // Goes and Kim, Analytic Eigensystems for Isotropic Distortion Energies, ACM Transactions on Graphics 38, 2019).
 #include "minimise/energy.h"
@@ -10,11 +10,11 @@ namespace iccm {
 
 namespace {
 
-constexpr double VOID_WEIGHT = 1e-3;      // of a void's angles beside the area of its image: see energy.py
+constexpr double VOID_WEIGHT = 1e-3;      // weight of a virtual triangle's angles relative to the area of its image
 constexpr double UNTANGLING_AREA = 0.5;  // weight of the area part while untangling
 
-// The density of a void: d + VOID_WEIGHT p/d, the area of its image and a barrier. For the inverse map, whose p and d
-// these are if not `forward`, the same.
+// The density of a virtual triangle: d + VOID_WEIGHT p/d, the area of its image and a barrier. If not `forward`, p and
+// d are those of the inverse map, and the density per area of the image is the same quantity.
 Density void_density(double p, double d, bool forward) {
     if (!forward) return {1 + VOID_WEIGHT * p, VOID_WEIGHT, 0.0, 0.0, 0.0, 0.0};
     double shape = VOID_WEIGHT / d;
@@ -109,7 +109,7 @@ double assemble(const RestShapes &rest, const Complex *u, const Objective &objec
     for (Index t = 0; t < rest.m; t++) {
         auto [a, b] = wirtinger(rest, u, t);
         bool aimed = objective.epsilon == 0 && rest.aimed && !is_zero(rest.aims[t]);
-        if (aimed) a -= rest.aims[t];  // quadratic: its derivatives by a - c and b are those of p
+        if (aimed) a -= rest.aims[t];  // quadratic: its derivatives with respect to a - c and b are those of p
         double aa = dot(a, a), bb = dot(b, b), weight = fabs(rest.weights[t]);
         Density w;
         if (aimed)
@@ -122,11 +122,11 @@ double assemble(const RestShapes &rest, const Complex *u, const Objective &objec
             w = density_derivatives(aa + bb, aa - bb, objective.theta, objective.q, objective.share);
         energy += weight * w.value;
         double size_a = sqrt(aa), size_b = sqrt(bb);
-        // directions of a and b; any will do where one vanishes, since the derivatives along them do then
+        // directions of a and b; where one vanishes any direction serves, since its derivatives vanish too
         Complex unit_a = size_a > 1e-140 ? a * (1 / size_a) : Complex{1, 0};
         Complex unit_b = size_b > 1e-140 ? b * (1 / size_b) : Complex{1, 0};
-        // the chain rule for |a| and |b|, p = |a|² + |b|² and d = |a|² - |b|²: slopes over |a| and |b|, which are
-        // the tangential eigenvalues too, then the 2 × 2 block of the radial directions
+        // the chain rule for |a| and |b|, p = |a|² + |b|² and d = |a|² - |b|²: derivatives divided by |a| and |b|,
+        // which are also the tangential eigenvalues, then the 2 × 2 block of the radial directions
         double along_a = 2 * weight * (w.p + w.d), along_b = 2 * weight * (w.p - w.d);
         Symmetric radial = projected(along_a + 4 * weight * (w.pp + 2 * w.pd + w.dd) * aa,
                                      along_b + 4 * weight * (w.pp - 2 * w.pd + w.dd) * bb,
@@ -134,8 +134,8 @@ double assemble(const RestShapes &rest, const Complex *u, const Objective &objec
         double around_a = max(along_a, 0.0), around_b = max(along_b, 0.0);
         along_a = along_a * size_a;
         along_b = along_b * size_b;
-        // as functions of the corners' values: a = Σ α u and b = Σ ᾱ u take the eigenvectors to multiples of the hat
-        // functions' gradients
+        // with respect to the values at the corners: through a = Σ α u and b = Σ ᾱ u the eigenvectors become multiples
+        // of the hat functions' gradients
         Complex over_a[3], over_b[3];
         for (Index k = 0; k < 3; k++) {
             Complex alpha = rest.gradients[3 * t + k];

@@ -1,13 +1,14 @@
-// Every vertex of the map is a point of the surface, the image of a triangle is the one that joins three of these, and the
-// derivative of a point in space by its place in the layout is that of the surface's triangle it is in; line searches
-// look at that. A light energy in the layout keeps triangles from folding there.
+// Every vertex of the map is a point of the surface, the image of a triangle is the flat triangle that joins three of
+// these, and the derivative of a point in space with respect to its position in the layout is that of the surface's
+// triangle that contains it; line searches evaluate this energy. A small additional energy in the layout prevents folds
+// there.
 #include "minimise/in_space.h"
 
 namespace iccm {
 
 namespace {
 
-// Divides a vector of space by its length, which is returned.
+// Divides a vector in space by its length, which is returned.
 double normalise(double *vector) {
     double squares = vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2];
     double length = max(sqrt(squares), 1e-300);
@@ -17,14 +18,14 @@ double normalise(double *vector) {
 
 double dot_in_space(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Fills in where vertices with places u (n,) are in space.
+// Fills in the points in space of vertices with layout positions u (n,).
 void land(SurfaceMap &surface, const Complex *u) {
     const Places &places = surface.ground.places;
     for (Index v = 0; v < surface.n; v++) {
         double shares[3];
         Index t = place_on(places, u[v], shares);
         const Index *face = places.faces + 3 * t;
-        // 0 but where the place is beside the surface, which goes on linearly there
+        // 0 unless the position is outside the layout, beyond which the surface is extended linearly
         Complex beside = u[v] - shares[0] * places.flat[face[0]] - shares[1] * places.flat[face[1]] -
                          shares[2] * places.flat[face[2]];
         const double *a = surface.ground.points + 3 * face[0], *b = surface.ground.points + 3 * face[1];
@@ -38,7 +39,8 @@ void land(SurfaceMap &surface, const Complex *u) {
     }
 }
 
-// Fills in the images of triangles laid flat, the first corner at 0 and the second on the x axis (Gram and Schmidt).
+// Fills in the images of triangles, moved to the plane with the first corner at 0 and the second on the x axis
+// (Gram-Schmidt).
 void lay(SurfaceMap &surface, const Complex *u) {
     for (Index t = 0; t < surface.layout.m; t++) {
         const Index *corner = surface.layout.corners + 3 * t;
@@ -65,7 +67,7 @@ void lay(SurfaceMap &surface, const Complex *u) {
     }
 }
 
-// The derivatives of a triangle's laid corners by their places in the layout.
+// The derivatives of a triangle's flattened corners with respect to their positions in the layout.
 struct Jacobians {
     double of[3][2][2];
 };
@@ -109,7 +111,7 @@ double assemble_in_space(const RestShapes &rest, SurfaceMap &surface, const Comp
         const Index *slot = surface.layout.slots + 6 * t;
         const double *block = surface.blocks + 24 * t;
         for (int k = 0; k < 3; k++) {
-            // Jₖᵀ g for the gradient g at a laid corner, Jₖᵀ B Jₗ for the block B of two
+            // Jₖᵀ g for the gradient g at a flattened corner, Jₖᵀ B Jₗ for the block B of two corners
             const double(*first)[2] = jacobians.of[k];
             Complex slope = surface.slopes[3 * t + k];
             Complex x{first[0][0], first[0][1]}, y{first[1][0], first[1][1]};

@@ -1,4 +1,4 @@
-// The line search of Newton's method, by itself so that another one can take its place.
+// The line search of Newton's method, separate so that it can be replaced.
 #pragma once
 
 #include "iccm/core.h"
@@ -13,12 +13,12 @@ struct Trial {
 
 // Backtrack: halve the share of a step until the energy there is low enough.
 //
-//   share      that is tried first
-//   energy_at  the energy of a share of the step; infinite where that is not allowed
-//   most       the most that the energy may be at a share
+//   share      first share to try
+//   energy_at  the energy after a share of the step; infinite if that is not allowed
+//   most       the largest accepted energy at a share
 template <class EnergyAt, class Most>
 Trial line_search(double share, EnergyAt energy_at, Most most) {
-    constexpr double SHORTEST_STEP = 1e-8;  // share below which rounding decides (by hand)
+    constexpr double SHORTEST_STEP = 1e-8;  // share below which rounding dominates (chosen by hand)
     for (; share > SHORTEST_STEP; share *= 0.5) {
         double energy = energy_at(share);
         if (energy <= most(share)) return {share, energy, true};

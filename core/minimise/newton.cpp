@@ -1,15 +1,15 @@
-// Projected Newton for a map without folds whose outline slides on the target's.
+// Projected Newton's method for a map without folds, whose outline slides on the target's.
 //
 // Every accepted step keeps all triangles positive (Smith and Schaefer, Bijective Parameterization with Free Boundaries,
 // ACM Transactions on Graphics 34, 2015, for the largest step) and the outline's vertices in order, and lowers the energy
 // (Armijo, Minimization of Functions Having Lipschitz Continuous First Partial Derivatives, Pacific Journal of
 // Mathematics 16, 1966).
 //
-// How far a step is tried first, and what is accepted, depends on what it is for:
+// The first share that is tried, and what is accepted, depend on the kind of step:
 //
-//   descending_step  of a map without folds
-//   moving_step      held vertices have a way to go to their goals: it is imposed on the step, the others take the step
-//                    that is best with it (the gradient is g + H r), and the energy may grow
+//   descending_step  for a map without folds
+//   moving_step      held vertices move to their goals: their displacement r is imposed on the step, the others take
+//                    the step that is best with it (the gradient is g + H r), and the energy may grow
 //   untangling_step  folds are allowed (epsilon > 0)
 #include "minimise/energy.h"
 #include "minimise/in_space.h"
@@ -22,20 +22,20 @@ namespace iccm {
 
 namespace {
 
-constexpr double SHARE_OF_FLIP = 0.95;      // of the largest step without a fold
-constexpr double SHARE_WHILE_MOVING = 0.9;  // likewise: more leaves triangles too thin to move on
-constexpr double ARMIJO = 1e-5;             // share of the slope that a step must gain
-constexpr double LONGEST = 0.5;             // of the energy: steps are at most 1 / (1 - LONGEST) of Newton's
-constexpr double GROWTH = 1.5;              // of the energy in one step while vertices move
-// vertices are stuck after CRAWLING steps of a share of their way below CRAWL, none of which is longer than the one before
-// by LONGER: without that condition 9 of 60 drags beside a filled hole ended in vain
+constexpr double SHARE_OF_FLIP = 0.95;      // share of the largest step without a fold
+constexpr double SHARE_WHILE_MOVING = 0.9;  // while vertices move: more would leave triangles too thin to continue
+constexpr double ARMIJO = 1e-5;             // share of the decrease predicted by the slope that a step must reach
+constexpr double LONGEST = 0.5;             // steps are at most 1 / (1 - LONGEST) times Newton's
+constexpr double GROWTH = 1.5;              // largest factor of the energy in one step while vertices move
+// Vertices are stuck after CRAWLING steps in succession that cover a share of their way below CRAWL and are not longer
+// than the previous step by the factor LONGER: without the second condition 9 of 60 drags beside a filled hole failed.
 constexpr double CRAWL = 0.03, LONGER = 1.1;
 constexpr Index CRAWLING = 5;
-constexpr double REGULAR = 1e-9;           // of the mean diagonal, added to it: the Hessian may be singular
-constexpr double SHORT = 0.1, LONG = 0.5;  // of a step in space: after a shorter share the next is damped more
-constexpr double DAMPED = 1e-4;            // of the mean diagonal: the first damping
+constexpr double REGULAR = 1e-9;           // share of the mean diagonal added to it: the Hessian may be singular
+constexpr double SHORT = 0.1, LONG = 0.5;  // shares of a step in space: after a shorter one damping increases
+constexpr double DAMPED = 1e-4;            // first damping, a share of the mean diagonal
 
-// Adds a share of the mean diagonal to it.
+// Adds a share of the mean diagonal to the diagonal.
 void regularise(const BlockPattern &pattern, double *matrix, double share) {
     double mean = 0.0;
     for (Index v = 0; v < pattern.n; v++) {
@@ -73,7 +73,7 @@ double largest_step(const Index *faces, const Complex *u, const Complex *step, I
 
 }  // namespace
 
-// A mesh whose vertices move: its triangles at rest, and what holds its vertices (iccm/balanced/minimise/newton.py).
+// A mesh whose vertices move: its rest triangles and constraints (iccm/balanced/minimise/newton.py).
 struct System {
     BlockPattern pattern;  // of the Hessian
     const int64_t *faces;  // (m, 3) triangles, counter-clockwise
@@ -93,16 +93,18 @@ class Descent {
         : system(system), objective(objective), surface(surface), u(u), tau(tau), factorised(factorised),
           space(system.workspace), n(system.pattern.n), c(system.constraints.border.count) {}
 
-    // Steps until two of them gain less than `tolerance` of the energy each, or held vertices are stuck on their way.
+    // Steps until two in succession gain less than `tolerance` of the energy each, or held vertices are stuck on their
+    // way.
     void run(Index steps, double tolerance) {
         for (done = 0; done < steps; done++) {
             evaluate();
             moving = constrain(system.pattern, system.constraints, u, tau, space);
-            if (!solve()) {  // rounding has made the Hessian indefinite: what there is is the best that there will be
+            if (!solve()) {  // rounding has made the Hessian indefinite: no further improvement is possible
                 energy = factor * energy;
                 return;
             }
-            // g and s are those of what may change, g·s the slope along the step; released, s is a step in the plane
+            // g and s refer to the reduced unknowns, and g·s is the slope along the step; after `release`, s is a step
+            // in the plane
             double slope = 0.0;
             for (Index v = 0; v < n; v++) slope += dot(space.gradient[v], space.step[v]);
             release(system.constraints, space);
@@ -122,8 +124,8 @@ class Descent {
     Index done = 0, small = 0;  // steps made, and how many of the last ones gained less than the tolerance
 
   private:
-    // Fills in energy and derivatives, those of the product with the factor of the rotation where there is one: energy
-    // stands for the first factor, `factor` for the second.
+    // Fills in the energy and derivatives; if the rotation has a cost, the derivatives of their product: `energy` is
+    // the first factor, `factor` the second, and derivatives are divided by the latter.
     void evaluate() {
         Index e = system.pattern.e;
         energy = surface ? assemble_in_space(system.rest, *surface, u, objective, space.matrix, space.gradient, n, e)
@@ -137,7 +139,7 @@ class Descent {
         factor = rotation_factor(system.upright, u, objective.q, n);
     }
 
-    // Fills in the Newton step -H⁻¹ g; false where H is not positive definite.
+    // Fills in the Newton step -H⁻¹ g; false if H is not positive definite.
     bool solve() {
         regularise(system.pattern, space.matrix, REGULAR + damping);
         if (factorised)
@@ -145,7 +147,7 @@ class Descent {
         else if (!factorise(system.pattern, space.matrix, space.gradient, space.factor))
             return false;
         back_substitute(system.pattern, space.factor, space.step);
-        if (curvature > 0) {  // the rotation's second derivative couples all vertices: a change of rank one
+        if (curvature > 0) {  // the rotation's second derivative couples all vertices: an update of rank one
             project_on_directions(system.constraints, space.directions, space.turning);
             forward_substitute(system.pattern, space.turning, space.factor);
             back_substitute(system.pattern, space.factor, space.answer);
@@ -154,15 +156,15 @@ class Descent {
         return true;
     }
 
-    // A step of Newton's method for log E: the same direction as for E, longer by 1/(1 - λ²/E) with λ² = gᵀH⁻¹g. Where one
-    // squeezed triangle makes up the energy, as x⁻⁶ does, Newton's own step widens it by a seventh only, this one doubles
-    // it; where none does the two are the same.
+    // A step of Newton's method for log E: the same direction as for E, longer by 1/(1 - λ²/E) with λ² = gᵀH⁻¹g. If one
+    // squeezed triangle dominates the energy, as x⁻⁶ does, Newton's own step widens it by a seventh only, whereas this
+    // one doubles it; otherwise the two are nearly the same.
     Trial descending_step(double slope) {
         double newton = 1 / (1 + max(slope / energy, -LONGEST));
         return armijo(largest_share(newton, SHARE_OF_FLIP), slope);
     }
 
-    // The whole way of held vertices to their goals, or as much of it as no triangle folds for.
+    // The whole way of held vertices to their goals, or the part of it before a triangle folds.
     Trial moving_step() {
         double share = largest_share(1.0, SHARE_WHILE_MOVING);
         energy = factor * energy;
@@ -172,7 +174,8 @@ class Descent {
     // Newton's own step, which may fold triangles.
     Trial untangling_step(double slope) { return armijo(1.0, slope); }
 
-    // The line search from a share on until the energy falls by a share of what the slope promises (Armijo's condition).
+    // The line search that begins at a share and ends when the energy decreases by a share of what the slope predicts
+    // (Armijo's condition).
     Trial armijo(double share, double slope) {
         energy = factor * energy;
         slope = factor * slope;
@@ -181,14 +184,14 @@ class Descent {
             [&](double part) { return energy + ARMIJO * part * slope; });
     }
 
-    // The share, or as much of it as keeps the curves' vertices in order, and a part `most` of the one that folds a
-    // triangle.
+    // The largest share, up to a given one, that keeps the curves' vertices in order and is at most `most` times the
+    // share at which a triangle folds.
     double largest_share(double share, double most) {
         share = gap_limit(system.constraints.border, tau, space.slide, share);
         return min(share, most * largest_step(system.faces, u, space.step, system.m));
     }
 
-    // The energy where a share of the step leads, which is filled in.
+    // The energy after a share of the step; fills in the positions there.
     double energy_at(double share) {
         move(system.constraints, u, tau, share, space, n);
         double found = border_energy(system.constraints.border, space.new_tau);
@@ -199,7 +202,7 @@ class Descent {
         return found * rotation_factor(system.upright, space.new_u, objective.q, n);
     }
 
-    // Goes where the line search came to last; what was gained.
+    // Accepts the last trial of the line search; returns the decrease in energy.
     double accept(const Trial &trial) {
         double gain = energy - trial.energy;
         memcpy(u, space.new_u, sizeof(Complex) * n);
@@ -208,8 +211,8 @@ class Descent {
         return gain;
     }
 
-    // Levenberg and Marquardt: between the triangles of a surface the energy has corners, of which its derivatives know
-    // nothing; after a step that was cut short the next is damped more, after a long one less.
+    // Levenberg-Marquardt damping: between the triangles of a surface the energy is not smooth, which its derivatives
+    // do not show; after a step that was cut short the next one is damped more, after a long one less.
     void adapt_damping(double share) {
         if (share < SHORT)
             damping = max(10 * damping, DAMPED);
@@ -217,7 +220,7 @@ class Descent {
             damping *= 0.1;
     }
 
-    // Whether vertices on the way to their goals hardly get ahead.
+    // Whether vertices on the way to their goals hardly advance.
     bool stuck(double share) {
         crawling = share < min(CRAWL, LONGER * before) ? crawling + 1 : 0;
         before = share;
@@ -257,13 +260,13 @@ Index descend(System &system, const Objective &objective, SurfaceMap *surface, C
 
 using namespace iccm;
 
-// See above, and `largest_step` of newton.py.
+// Exported for `largest_step` of newton.py; see above.
 ICCM_EXPORT double iccm_minimise_largest_step(const int64_t *faces, const Complex *u, const Complex *step, int64_t m) {
     return largest_step(faces, u, step, m);
 }
 
-// The one step that leads to the least of a quadratic energy, whose derivatives are in the workspace. Returns 1, or 0
-// where the matrix is not positive definite.
+// Take the one step that minimises a quadratic energy, whose derivatives are in the workspace. Returns 1, or 0 if the
+// matrix is not positive definite.
 //
 //   u    (n,) positions, changed
 //   tau  (c,) arclengths of the constrained vertices, changed
@@ -281,15 +284,15 @@ ICCM_EXPORT int64_t iccm_minimise_quadratic_step(System *system, Complex *u, dou
     return 1;
 }
 
-// A descent of a map in the plane.
+// Minimise the energy of a map in the plane.
 //
 //   u           (n,) positions on the side that moves, changed; without folds unless epsilon > 0, sliding vertices on
 //               their rails at tau
 //   tau         (c,) arclengths of the constrained vertices, increasing along each curve, changed
-//   factorised  whether the factor that is there serves for all steps: near the end little changes
-//   steps       the most there may be
-//   tolerance   relative decrease that counts as none; after two such steps the descent ends
-//   energy      (1,) written
+//   factorised  whether the present factor is used for all steps, since little changes near the end
+//   steps       largest number of steps
+//   tolerance   relative decrease below which a step counts as small; after two such steps the descent ends
+//   energy      (1,) final energy, written
 //   counts      (2,) steps made, and how many of the last ones gained less than the tolerance, written
 ICCM_EXPORT int64_t iccm_minimise_descend(System *system, const Objective *objective, Complex *u, double *tau,
                                           bool factorised, int64_t steps, double tolerance, double *energy,
@@ -297,7 +300,7 @@ ICCM_EXPORT int64_t iccm_minimise_descend(System *system, const Objective *objec
     return descend(*system, *objective, nullptr, u, tau, factorised, steps, tolerance, energy, counts);
 }
 
-// The same of a map onto a surface in space.
+// The same for a map onto a surface in space.
 ICCM_EXPORT int64_t iccm_minimise_descend_in_space(System *system, const Objective *objective, SurfaceMap *surface,
                                                    Complex *u, double *tau, bool factorised, int64_t steps,
                                                    double tolerance, double *energy, int64_t *counts) {

@@ -1,16 +1,16 @@
-// Each vertex of the outline, or of a stroke, has one unknown, its arclength τ on the polyline that it slides on. It
-// passes small bends; at a corner it stops, and stays as long as the slopes to both sides hold it. A stroke's polyline is
-// closed by running back along itself; vertices stay on the way there: the order is kept, and the ends do not pass its
-// ends.
+// Each vertex of an outline or a stroke has one unknown, its arclength τ on the polyline along which it slides. It
+// slides over small bends; at a corner it stops, and stays there as long as the slopes on both sides hold it. A
+// stroke's polyline is closed by running back along itself, but vertices use the forward half only: their order is
+// kept, and the end vertices do not pass the stroke's ends.
 #include "minimise/sliding.h"
 
 namespace iccm {
 
 namespace {
 
-constexpr double SHARE_OF_GAP = 0.9;  // by which two neighbours on a curve may approach in one step
+constexpr double SHARE_OF_GAP = 0.9;  // share of the gap by which two neighbours on a curve may approach in one step
 constexpr double SAME_PLACE = 1e-8;   // relative to the length: a vertex this close to a corner is on it
-constexpr double NUDGE = 1e-9;        // relative to the length: tangents beside a vertex are taken this far from it
+constexpr double NUDGE = 1e-9;        // relative to the length: how far from a vertex its two tangents are evaluated
 
 Rail rail_of(const Rails &rails, Index v) {
     const Index *a = rails.starts + 3 * rails.own[v], *b = a + 3;
@@ -49,8 +49,8 @@ Complex tangent(const Rail &rail, double s) {
     return step * (1 / size(step));
 }
 
-// The corners beside an arclength: whether it is on one, and the distances (negative, positive) to those behind and
-// ahead.
+// The corners nearest to an arclength: whether it is on one, and the signed distances (negative, positive) to the ones
+// behind and ahead.
 struct CornersBeside {
     bool on;
     double behind, ahead;
@@ -82,7 +82,8 @@ inline double gap_ahead(const Border &border, const double *tau, Index v) {
     return tau[border.following[v]] - tau[v] + border.laps[v];
 }
 
-// Fills in the derivative of the curves' energy by each τ, and the second derivative by each gap.
+// Fills in the derivatives of the curves' energy with respect to each τ, and the second derivatives with respect to
+// each gap.
 void border_derivatives(const Border &border, const double *tau, double *slope, double *curvature) {
     for (Index v = 0; v < border.count; v++) slope[v] = 0.0;
     for (Index v = 0; v < border.count; v++) {
@@ -94,10 +95,11 @@ void border_derivatives(const Border &border, const double *tau, double *slope, 
     }
 }
 
-// Fills in where each constrained vertex may slide: a unit tangent, 0 to stay, and the limits of its step.
+// Fills in the direction in which each constrained vertex may slide, a unit tangent or 0 to stay, and the limits of its
+// step.
 //
-//   gradient    (n,) of the energy in the plane
-//   slope       (c,) of the curves' energy
+//   gradient    (n,) gradient of the energy in the plane
+//   slope       (c,) derivatives of the curves' energy
 //   directions  (c,) written
 //   low         (c,) most negative step, written
 //   high        (c,) largest step, written
@@ -124,7 +126,7 @@ void choose_directions(const Constraints &constraints, const double *tau, const 
             slope_ahead = 0.0;
         else if (turning_point < INFINITY && tau[v] <= nudge)
             slope_behind = 0.0;
-        if (slope_ahead >= 0 && slope_behind <= 0) {  // both slopes hold it
+        if (slope_ahead >= 0 && slope_behind <= 0) {  // the energy increases on both sides
             directions[v] = {0, 0};
             high[v] = 0.0;
         } else if (slope_ahead >= 0 || (slope_behind > -slope_ahead && -slope_ahead > 0)) {
@@ -137,8 +139,8 @@ void choose_directions(const Constraints &constraints, const double *tau, const 
 
 inline bool is_zero(Complex a) { return a.re == 0 && a.im == 0; }
 
-// Rewrites the blocks of constrained vertices: the first unknown is along the direction, the missing ones have a one on
-// the diagonal.
+// Rewrites the blocks of constrained vertices: the first unknown is the step along the direction, and unused ones get a
+// one on the diagonal.
 void restrict_matrix(const BlockPattern &pattern, const Constraints &constraints, const Complex *directions,
                      double *matrix) {
     Index count = constraints.border.count;
@@ -168,7 +170,7 @@ void restrict_matrix(const BlockPattern &pattern, const Constraints &constraints
     }
 }
 
-// Adds the curves' second derivatives to a restricted matrix.
+// Adds the second derivatives of the curves' energy to a restricted matrix.
 void add_border_curvature(const BlockPattern &pattern, const Border &border, const Complex *directions,
                           const double *curvature, double *matrix) {
     for (Index v = 0; v < border.count; v++) {
@@ -180,7 +182,7 @@ void add_border_curvature(const BlockPattern &pattern, const Border &border, con
     }
 }
 
-// Fills in the way (n,) of held vertices to their goals; whether there is any.
+// Fills in the displacements (n,) of held vertices to their goals; returns whether there are any.
 bool ways_to_goals(const Constraints &constraints, const Complex *u, Complex *way, Index n) {
     bool moving = false;
     memset(way, 0, sizeof(Complex) * n);
@@ -192,7 +194,7 @@ bool ways_to_goals(const Constraints &constraints, const Complex *u, Complex *wa
     return moving;
 }
 
-// Adds the matrix times the way (n,) to the gradient (n,), both x + iy of each vertex.
+// Adds the matrix times the displacements (n,) to the gradient (n,), both x + iy for each vertex.
 void add_product(const BlockPattern &pattern, const double *matrix, const Complex *way, Complex *gradient) {
     for (Index k = 0; k < pattern.n; k++) {
         Index row = pattern.order[k];
@@ -232,7 +234,7 @@ bool constrain(const BlockPattern &pattern, const Constraints &constraints, cons
                Workspace &space) {
     border_derivatives(constraints.border, tau, space.slope, space.curvature);
     choose_directions(constraints, tau, space.gradient, space.slope, space.directions, space.low, space.high);
-    // the whole way of held vertices is imposed: the others' gradient is the one at its end, g + H way
+    // the whole displacement of held vertices is imposed: the others' gradient is that after it, g + H way
     bool moving = ways_to_goals(constraints, u, space.way, pattern.n);
     if (moving) add_product(pattern, space.matrix, space.way, space.gradient);
     restrict_matrix(pattern, constraints, space.directions, space.matrix);
@@ -278,7 +280,7 @@ void move(const Constraints &constraints, const Complex *u, const double *tau, d
 
 using namespace iccm;
 
-// The parts of a step, for Python: see above.
+// The parts of a step, exported for Python; see above.
 
 ICCM_EXPORT double iccm_minimise_border_energy(const Border *border, const double *tau) {
     return border_energy(*border, tau);
@@ -304,7 +306,7 @@ ICCM_EXPORT int64_t iccm_minimise_point_at(const double *knots, const Complex *v
     return 1;
 }
 
-// Fills in the distances (2,) to the corners behind and ahead; whether s is on a corner.
+// Fills in the distances (2,) to the corners behind and ahead; returns whether s is on a corner.
 ICCM_EXPORT int64_t iccm_minimise_corners_beside(const double *knots, int64_t size, const double *corners,
                                                  int64_t corner_count, double s, double *distances) {
     auto [on, behind, ahead] = corners_beside({knots, nullptr, size, corners, corner_count}, s);

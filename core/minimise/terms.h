@@ -1,17 +1,17 @@
-// Further terms of the energy, which the caller computes.
+// Additional terms of the energy, which the caller computes.
 #pragma once
 
 #include "iccm/core.h"
 
 namespace iccm {
 
-// The sum of the terms for images u (n,).
+// Returns the sum of the terms for images u (n,).
 typedef double (*TotalCallback)(const Complex *u);
-// The same; adds the terms' gradient (n,), x + iy, and blocks (e, 4) of their Hessian's upper triangle, which is positive
-// semidefinite.
+// The same; adds the terms' gradient (n,), x + iy, and the blocks (e, 4) of the upper triangle of their Hessian, which
+// must be positive semidefinite.
 typedef double (*DerivativesCallback)(const Complex *u, double *matrix, Complex *gradient);
 
-// Null where there are none (iccm/balanced/minimise/terms.py).
+// The callbacks, null if there are no terms (iccm/balanced/minimise/terms.py).
 struct Terms {
     TotalCallback total;
     DerivativesCallback derivatives;

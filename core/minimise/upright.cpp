@@ -1,5 +1,6 @@
-// The rotation of a map is the argument φ of S = ∫ f_z dA: of the mean derivative, and of the rotation closest to it. S is
-// linear in the image. A map costs its energy times (1 + w (1 - cos φ)/2)^q: upside down 1 + w times as much, at q = 1.
+// The rotation of a map is the argument φ of S = ∫ f_z dA, that is, of the mean derivative and of the rotation closest
+// to the map. S is linear in the image. The cost of a map is its energy times (1 + w (1 - cos φ)/2)^q: upside down, at
+// q = 1, 1 + w times as much as upright.
 #include "minimise/upright.h"
 
 namespace iccm {
@@ -12,7 +13,7 @@ Complex moment_of(const Upright &upright, const Complex *u, Index n) {
     return moment;
 }
 
-// What a rotation of this cosine multiplies the energy by, at q = 1.
+// The factor of the energy for a rotation with this cosine, at q = 1.
 double rotation_cost(double weight, double cosine) { return 1 + 0.5 * weight * (1 - cosine); }
 
 }  // namespace
@@ -26,7 +27,7 @@ double rotation_factor(const Upright &upright, const Complex *u, double q, Index
 
 RotationSlopes rotation_derivatives(const Upright &upright, const Complex *u, double q, Complex *turning, Index n) {
     Complex moment = moment_of(upright, u, n);
-    if (moment.re == 0 && moment.im == 0) {  // a map so squeezed that rounding leaves it no rotation
+    if (moment.re == 0 && moment.im == 0) {  // a map so squeezed that its rotation is lost in rounding
         memset(turning, 0, sizeof(Complex) * n);
         return {0.0, 0.0};
     }

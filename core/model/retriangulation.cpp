@@ -1,4 +1,4 @@
-// A map's triangulation changed where that lowers its energy: edges flipped, vertices and their images as they are.
+// Edge flips in a map's triangulation that lower its energy; vertices and their images stay.
 //
 // Dyn, Levin and Rippa, Data Dependent Triangulations for Piecewise Linear Interpolation, IMA Journal of Numerical
 // Analysis 10, 1990: long triangles along the direction in which a map changes least approximate it better than round
@@ -10,13 +10,13 @@ namespace iccm {
 
 namespace {
 
-constexpr double GAIN = 1e-6;  // relative, of an edge flip: rounding decides nothing, and flipping ends
+constexpr double GAIN = 1e-6;  // least relative gain of a flip, so that rounding decides nothing and flipping ends
 
 struct Weights {
     double theta, q, share;  // of the density
 };
 
-// The energy of a triangle; infinite where it, or its image, is turned over or has next to no area.
+// The energy of a triangle; infinite if it or its image is flipped or has almost no area.
 double energy(const Complex *z, const Complex *u, Index a, Index b, Index c, Weights weights) {
     double area = twice_area(z, a, b, c), image = twice_area(u, a, b, c);
     if (area <= MIN_FLIPPED_AREA || image <= MIN_FLIPPED_AREA) return INFINITY;
@@ -34,17 +34,18 @@ double energy(const Complex *z, const Complex *u, Index a, Index b, Index c, Wei
 
 using namespace iccm;
 
-// Flips edges, from the triangles on the stack on, while that lowers the energy.
+// Flip edges, starting with the triangles on the stack, while that lowers the energy.
 //
 //   z           (n,) vertices
 //   u           (n,) their images
-//   faces       (t, 3) triangles, written
-//   across      (t, 3) their neighbours, written
-//   stack       (stack_size,) triangles to look at, after their number; emptied
+//   faces       (t, 3) triangles, changed
+//   across      (t, 3) their neighbours, changed
+//   stack       (stack_size,) triangles to visit, after their number; emptied
 //   fixed       (t,) triangles that stay
-//   border      how many vertices are on outlines: no edge comes to join two of them
-//   links       (link_count,) the vertex to which each of the first is joined by an edge that stays
-//   theta, q, share  of the density
+//   border      number of vertices on outlines: no flip joins two of them
+//   links       (link_count,) the vertex to which each of the first vertices is joined by an edge that must stay, -1
+//               for none
+//   theta, q, share  parameters of the density
 ICCM_EXPORT int64_t iccm_model_flip_to_lower_energy(const Complex *z, const Complex *u, int64_t *faces, int64_t *across,
                                                     int64_t *stack, int64_t stack_size, const bool *fixed,
                                                     int64_t border, const int64_t *links, int64_t link_count,

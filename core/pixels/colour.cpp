@@ -1,9 +1,9 @@
-// Linear light as stored bytes.
+// Conversion of linear light to stored bytes.
 #include "pixels/colour.h"
 
 using namespace iccm;
 
-// Linear values as sRGB bytes; channel `alpha` is stored as it is.
+// Convert linear values to sRGB bytes; channel `alpha` is stored linearly.
 //
 //   values        (count, c)
 //   edges, start  see ByteEdges

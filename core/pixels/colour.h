@@ -1,18 +1,18 @@
-// Linear light as sRGB bytes (IEC 61966-2-1), by a table that rounds exactly.
+// Conversion of linear light to sRGB bytes (IEC 61966-2-1), by a table that rounds exactly.
 #pragma once
 
 #include "iccm/core.h"
 
 namespace iccm {
 
-// Made by iccm.pixels.colour.byte_edges.
+// The tables made by iccm.pixels.colour.byte_edges.
 struct ByteEdges {
-    static constexpr Index CELLS = 4096;  // of the linear values 0 .. 1, each narrower than any byte's share
+    static constexpr Index CELLS = 4096;  // cells of the linear values 0 .. 1, each narrower than any byte's interval
     const double *edges;                  // (257,) linear values at which bytes 0 .. 255 begin, and infinity
     const uint8_t *start;                 // (CELLS + 1,) the byte at each cell's lower end; one more may begin in it
 };
 
-// A number cut off at 0 and 1; 0 where it is not a number.
+// A number clamped to [0, 1]; 0 for NaN.
 inline double unit(double v) { return v > 0 ? min(v, 1.0) : 0.0; }
 
 inline uint8_t srgb_byte(float value, const ByteEdges &table) {

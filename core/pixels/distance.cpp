@@ -1,30 +1,30 @@
-// Distances of pixels from the nearest one of a set, exactly: Meijster, Roerdink, Hesselink, *A General Algorithm for
-// Computing Distance Transforms in Linear Time* (2000), with the pixel that is nearest.
+// Exact distances of pixels from a set of pixels (Meijster, Roerdink, Hesselink, *A General Algorithm for Computing
+// Distance Transforms in Linear Time*, 2000), together with the nearest pixel.
 #include "iccm/core.h"
 
 namespace iccm {
 namespace {
 
-// Squares of distances of pixels of a row, of which `up` is the nearest row of the set in each column.
+// Squared distances of the pixels of row i; `up` is the nearest row of the set in each column.
 struct Row {
     const int32_t *up;
     int64_t i;
 
-    // Squared distance of column x from the set's pixel of column j.
+    // Squared distance of the pixel in column x from the set's nearest pixel in column j.
     int64_t squared(int64_t x, int64_t j) const {
         const int64_t down = i - up[j];
         return (x - j) * (x - j) + down * down;
     }
 
-    // The last column that is no farther from the set's pixel of column j than from that of column u > j.
+    // The last column that is not farther from the set's pixel in column j than from that in column u > j.
     int64_t last_before(int64_t j, int64_t u) const {
         const int64_t left = i - up[j], right = i - up[u];
         return floor_divide(u * u - j * j + right * right - left * left, 2 * (u - j));
     }
 };
 
-// Fill in, for each pixel of the set or of a column of it, the nearest row of the set in that column; -1 for none. The
-// upper one of two.
+// Fill in the nearest row of the set in each pixel's column, the upper one of two; -1 if the column has no pixel of the
+// set.
 void nearest_rows(const bool *known, int64_t height, int64_t width, int32_t *rows) {
     for (Index i = 0; i < height; i++)
         for (Index j = 0; j < width; j++) {
@@ -44,16 +44,16 @@ void nearest_rows(const bool *known, int64_t height, int64_t width, int32_t *row
 
 using namespace iccm;
 
-// The nearest pixel of a set to each pixel, and its distance.
+// Find the nearest pixel of a set to each pixel, and its distance.
 //
 //   known      (height, width) the set
-//   nearest    (height, width) written: number of the nearest pixel in it, row by row; -1 if it is empty
-//   distances  (height, width) written: pixels to it; infinite if it is empty
+//   nearest    (height, width) written: index of the nearest pixel of the set, row by row; -1 if it is empty
+//   distances  (height, width) written: distance to it in pixels; infinite if the set is empty
 ICCM_EXPORT int64_t iccm_pixels_nearest_known(const bool *known, int64_t height, int64_t width, int32_t *nearest,
                                               float *distances) {
-    Buffer<int32_t> up(width, 0);          // of a row, while it is written
-    Buffer<int64_t> column(width, 0);      // of the pixels that are nearest to some of the row, from left to right,
-    Buffer<int64_t> first(width, 0);       // and the first column that each of them is nearest to
+    Buffer<int32_t> up(width, 0);      // the nearest rows of a row, which its output overwrites
+    Buffer<int64_t> column(width, 0);  // columns of the pixels that are nearest to a part of the row, left to right
+    Buffer<int64_t> first(width, 0);   // first column of each part
     if (!up || !column || !first) return OUT_OF_MEMORY;
     nearest_rows(known, height, width, nearest);
     for (Index i = 0; i < height; i++) {

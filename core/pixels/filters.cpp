@@ -5,7 +5,7 @@ namespace iccm {
 namespace {
 
 constexpr Index FRAME = 12;    // texels around a spline's coefficients
-constexpr double BLEND = 1.5;  // a spline gives way to the cubic between a footprint of one texel and this
+constexpr double BLEND = 1.5;  // the spline is blended into the cubic for footprints from one texel to this
 
 template <typename Stored>
 void nearest(const Pyramid &picture, const double *xy, Index count, float *out) {
@@ -40,9 +40,10 @@ void quintic(double t, double *weights) {
     }
 }
 
-// The spline through the texels at (x, y). coefficients: (height, width, c) with FRAME more on all sides than texels.
+// Evaluate the spline through the texels at (x, y). `coefficients` (height, width, c) extend FRAME beyond the texels on
+// all sides.
 void spline(const float *coefficients, Index height, Index width, Index c, Edge edge, double x, double y, double *out) {
-    const double past = 6;  // further out nothing changes
+    const double past = 6;  // farther out the value is constant
     const Index h = height - 2 * FRAME, w = width - 2 * FRAME;
     if (edge != Edge::clear) x = folded(x, w, edge), y = folded(y, h, edge);
     x = min(max(x, -past), double(w) + past), y = min(max(y, -past), double(h) + past);
@@ -64,10 +65,10 @@ void spline(const float *coefficients, Index height, Index width, Index c, Edge 
 
 using namespace iccm;
 
-// The texels that hold places.
+// Read the texels that contain points.
 //
 //   xy   (count, 2) texel coordinates, x right, y down, the first texel's centre at 0.5
-//   out  (count, c) written: their values, ready
+//   out  (count, c) written: the texels' values, decoded and premultiplied
 ICCM_EXPORT int64_t iccm_pixels_nearest(const Pyramid *picture, const double *xy, int64_t count, float *out) {
     switch (picture->base_bytes) {
         case 1: nearest<uint8_t>(*picture, xy, count, out); break;
@@ -77,10 +78,10 @@ ICCM_EXPORT int64_t iccm_pixels_nearest(const Pyramid *picture, const double *xy
     return 0;
 }
 
-// Values at places with footprints.
+// Filter a picture at points with footprints.
 //
 //   xy       (count, 2) as for iccm_pixels_nearest
-//   turn     (count, 4) derivatives of x and y by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy
+//   turn     (count, 4) derivatives of x and y with respect to the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy
 //   kernel   see Kernel
 //   clamped  whether each channel stays between the least and the greatest of the texels that the kernel reads
 //   out      (count c + LANES,) written
@@ -93,9 +94,9 @@ ICCM_EXPORT int64_t iccm_pixels_filter(const Pyramid *picture, const double *xy,
     }
 }
 
-// Put the spline in the place of the cubic's values, which it gives way to where the texture is shrunk.
+// Replace the cubic's values by those of the spline, blended into the cubic where the texture is reduced.
 //
-//   coefficients  (height, width, c) with FRAME more on all sides than there are texels
+//   coefficients  (height, width, c) of the spline, extending FRAME beyond the texels on all sides
 //   edge          see Edge
 //   xy, turn      as for iccm_pixels_filter
 //   out           (count, c) the cubic's values, changed

@@ -1,9 +1,9 @@
-// Reading a picture at points with the footprint that a map gives a pixel: a mip pyramid and a stretched kernel.
+// Filtering a picture at points whose footprints depend on a map: a mip pyramid and a stretched kernel.
 //
 // A pixel's footprint in the texture is the ellipse of J, d(texel) / d(pixel). The filter is k(u) k(v) with (u, v) =
-// S⁻¹ d, S being the symmetric square root of J Jᵀ with no axis under one texel: elliptical filters as in Heckbert,
-// Fundamentals of texture mapping and image warping (1989), with separable kernels in place of Gaussians. It is the
-// plain separable kernel where the texture is magnified. Wide kernels read a smaller level of the pyramid.
+// S⁻¹ d, S being the symmetric square root of J Jᵀ with no axis shorter than one texel: elliptical filters as in
+// Heckbert, Fundamentals of texture mapping and image warping (1989), with separable kernels in place of Gaussians. It
+// is the plain separable kernel where the texture is magnified. Wide kernels read a smaller level of the pyramid.
 #pragma once
 
 #include "pixels/pyramid.h"
@@ -11,14 +11,14 @@
 
 namespace iccm {
 
-constexpr Index MOST = 232;  // rows and columns of a kernel: Lanczos, axes of 32 and 4 texels, leaning by 22.5°
+constexpr Index MOST = 232;  // most rows and columns of a kernel: Lanczos, axes of 32 and 4 texels, rotated by 22.5°
 
-// Whole numbers from real ones; places that are not finite, or where no picture reaches, become 0.
+// Conversion to integers; coordinates that are not finite, or beyond any picture, become 0.
 inline Index whole(double x) { return fabs(x) < 1e15 ? Index(x) : 0; }
 inline Index round_down(double x) { return whole(floor(x)); }
 inline Index round_up(double x) { return whole(ceil(x)); }
 
-// Filters a picture at points. `scratch` holds texels that lie beside the picture or that are yet to be decoded.
+// Filters a picture at points. `scratch` is for copies of texels that lie outside the picture or have to be decoded.
 template <typename Stored>
 class Filter {
   public:
@@ -32,8 +32,8 @@ class Filter {
 
     explicit operator bool() const { return bool(scratch); }
 
-    // The values at `count` texel coordinates xy (count, 2) with footprints turn (count, 4) into out
-    // (count c + LANES,).
+    // Write the values at `count` texel coordinates xy (count, 2) with footprints turn (count, 4) to out (count c +
+    // LANES,).
     //
     // x is to the right, y down, and the first texel's centre at 0.5. If `clamped`, each channel of a value stays
     // between the least and the greatest of the texels that the kernel reads.
@@ -86,7 +86,8 @@ class Filter {
     Buffer<float> scratch;
 };
 
-// The place among n texels in a row that a place beyond them repeats; those of edges that do not repeat stay.
+// The coordinate within a row of n texels that corresponds to coordinate x on repeated or mirrored pictures; x itself
+// for other edges.
 inline double folded(double x, Index n, Edge edge) {
     if (edge == Edge::repeat) return x - double(n) * floor(x / double(n));
     if (edge == Edge::mirror) {
@@ -96,7 +97,8 @@ inline double folded(double x, Index n, Edge edge) {
     return x;
 }
 
-// Texels of a level from (i, j) on into `scratch`, ready; beyond the edge what lies there.
+// Copy texels of a level from (i, j) on to `scratch`, decoded and premultiplied; beyond the picture according to
+// `edge`.
 template <typename Stored>
 void Filter<Stored>::copy(Index number, Index i, Index j, Index rows, Index columns) {
     constexpr Index NOWHERE = -1;
@@ -104,7 +106,7 @@ void Filter<Stored>::copy(Index number, Index i, Index j, Index rows, Index colu
     const Index w = level.width, h = level.height, c = picture.channels;
     const bool empty = edge == Edge::clear;
     const float *stored = number ? picture.texels + level.start * c : picture.stored<float>();
-    Index sources[MOST];  // the column of the level that each one shows
+    Index sources[MOST];  // the level's column for each copied column
     for (Index b = 0; b < columns; b++)
         sources[b] = empty && (j + b < 0 || j + b >= w) ? NOWHERE : inside(j + b, w, edge);
     float *out = scratch.data;
@@ -131,8 +133,8 @@ void Filter<Stored>::values(const double *xy, const double *turn, Index count, f
     const bool repeats = edge == Edge::repeat;
     const bool direct = sizeof(Stored) == sizeof(float) && kernel == Kernel::cubic && w * c >= LANES;
     const float *texels = picture.stored<float>();
-    // some pixels' shapes before their values: where to read is known early then, and reading does not wait for roots;
-    // none where all are magnified
+    // The shapes of some pixels are computed before their values: addresses are then known early, and loads do not wait
+    // for square roots. No shapes are needed if all pixels are magnified.
     constexpr Index SOME = 64;
     Shape shapes[SOME];
     for (Index first = 0; first < count; first += SOME) {
@@ -148,8 +150,9 @@ void Filter<Stored>::values(const double *xy, const double *turn, Index count, f
             const Shape &shape = small ? POINT : shapes[n];
             double x = xy[0], y = xy[1];
             if (repeats) x = folded(x, w, Edge::repeat), y = folded(y, h, Edge::repeat);
-            // Magnified, and columns ceil(x - 2.5) .. floor(x + 1.5) are there, as are such rows and one more, since a
-            // register reaches beyond the last texel's channels: the short way to the same.
+            // A shortcut with the same result if the pixel is magnified and columns ceil(x - 2.5) .. floor(x + 1.5) are
+            // inside the picture, as well as the corresponding rows and one more, since a register extends beyond the
+            // last texel's channels.
             if (direct && shape.longest == 1 && x > 1.5 && y > 1.5 && x + 1.5 < double(w) &&
                 y + 1.5 < double(h - 1)) {
                 const double j = ceil(x - 2.5), i = ceil(y - 2.5);
@@ -172,12 +175,12 @@ void Filter<Stored>::stretched(double x, double y, Shape shape, float *out) {
     const Level level = picture.level(number);
     const double size = double(level.size);
     const Index w = level.width, h = level.height;
-    if (shape.shortest >= 4 * size)  // nothing smaller is left: the whole picture
+    if (shape.shortest >= 4 * size)  // beyond the last level: average the whole picture
         shape.p = 0.25 / size, shape.q = 0, shape.r = 0.25 / size;
     if (number) {
         x /= size, y /= size;
         shape.p *= size, shape.q *= size, shape.r *= size;
-        if (periodic) {  // the last texel of a level may reach beyond: all share the picture evenly
+        if (periodic) {  // the last texel of a level may extend beyond the picture: scale the level to fit
             x = x * size * double(w) / double(whole_picture.width);
             y = y * size * double(h) / double(whole_picture.height);
         }
@@ -188,7 +191,7 @@ void Filter<Stored>::stretched(double x, double y, Shape shape, float *out) {
     const Index columns = min(round_down(x + reach_x - 0.5) - j + 1, MOST);
     const Index rows = min(round_down(y + reach_y - 0.5) - i + 1, MOST);
     x = x - 0.5 - double(j), y = y - 0.5 - double(i);
-    // a row more, since COLUMNS texels are read at a time
+    // one more row, since COLUMNS texels are read at a time
     const bool there = i >= 0 && j >= 0 && i + rows < h && j + columns <= w && w >= COLUMNS;
     const float *texels = scratch.data;
     Index row = columns * c;

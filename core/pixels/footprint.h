@@ -5,7 +5,7 @@
 
 namespace iccm {
 
-constexpr double LONGEST = 8;  // longest over shortest axis of a kernel: beyond, the short one is widened
+constexpr double LONGEST = 8;  // largest ratio of a kernel's axes: beyond it the short one is lengthened
 
 // S⁻¹ = [[p, q], [q, r]], and the axes of S.
 struct Shape {
@@ -21,12 +21,12 @@ struct Gram {
     Gram(double xx, double xy, double yx, double yy)
         : e(xx * xx + xy * xy), f(xx * yx + xy * yy), g(yx * yx + yy * yy) {}
 
-    // Whether no axis is over one texel.
+    // Whether no axis is longer than one texel.
     bool small() const { return (e <= 1) & (g <= 1) & ((1 - e) * (1 - g) >= f * f); }
 };
 
-// The shape of the footprint [[xx, xy], [yx, yy]]; one that is not finite counts as a point. Without branches, so that
-// those of several pixels are computed side by side.
+// The shape of the footprint [[xx, xy], [yx, yy]]; one that is not finite counts as a point. Branch-free, so that the
+// shapes of several pixels are computed in parallel.
 inline Shape footprint(double xx, double xy, double yx, double yy) {
     const Gram gram(xx, xy, yx, yy);
     const double e = gram.e, f = gram.f, g = gram.g;
@@ -36,7 +36,8 @@ inline Shape footprint(double xx, double xy, double yx, double yy) {
     const double shortest = max(sqrt(max(mean - root, 1.0)), longest / LONGEST);
     const bool point = gram.small() | !(longest < 1e12);
     const bool round = (root <= 1e-6 * mean) | (longest == 1);
-    const double cosine = round ? 0 : half / root, sine = round ? 0 : f / root;  // of twice the longest axis's angle
+    // cosine and sine of twice the angle of the longest axis
+    const double cosine = round ? 0 : half / root, sine = round ? 0 : f / root;
     const double least = 1 / longest, most = round ? least : 1 / shortest;
     const double middle = 0.5 * (least + most), deviation = 0.5 * (least - most);
     return {point ? 1 : middle + deviation * cosine, point ? 0 : deviation * sine,

@@ -1,4 +1,4 @@
-// Kernels of filters, several values side by side.
+// Filter kernels, evaluated at several points at a time.
 #pragma once
 
 #include "iccm/lanes.h"
@@ -11,7 +11,7 @@ inline double radius(Kernel kernel) {  // in texels
     return kernel == Kernel::linear ? 1.0 : kernel == Kernel::cubic ? 2.0 : 3.0;
 }
 
-// Catmull-Rom by truncated powers, without branches.
+// The Catmull-Rom kernel by truncated powers, without branches.
 inline Floats cubic(Floats x) {
     const Floats zero = {}, negative = -x;
     x = higher(x, negative);
@@ -19,7 +19,7 @@ inline Floats cubic(Floats x) {
     return 0.5f * b * b * (b - 1) + a * a * (1 - 2 * a);
 }
 
-// The tent.
+// The linear (tent) kernel.
 inline Floats linear(Floats x) {
     const Floats zero = {}, negative = -x;
     return higher(1 - higher(x, negative), zero);
@@ -43,7 +43,7 @@ inline Floats product(Floats u, Floats v) {
     return out;
 }
 
-// Catmull-Rom's weights of the four texels around a place t past the second one, 0 <= t <= 1.
+// Catmull-Rom weights of the four texels around a point at distance t after the second one, 0 <= t <= 1.
 inline Float4 catmull_rom(float t) {
     const Float4 one = {0, 1, 0, 0}, linear = {-0.5f, 0, 0.5f, 0};
     const Float4 square = {1, -2.5f, 2, -0.5f}, cube = {-0.5f, 1.5f, -1.5f, 0.5f};

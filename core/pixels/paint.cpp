@@ -1,5 +1,5 @@
-// Pixels of a band as sRGB bytes: place, filter and encode one after the other, a row at a time, which stays in the
-// processor's nearest cache.
+// Painting of a band of pixels as sRGB bytes: pixels are located, filtered and encoded a row at a time, which stays in
+// the processor's first-level cache.
 #include "pixels/colour.h"
 #include "pixels/filters.h"
 #include "pixels/texture.h"
@@ -15,8 +15,8 @@ struct Band {
     Index rows, width, first, last;
 };
 
-// Filtered values of one pixel as stored bytes, unpremultiplied, alpha times the coverage; `alpha` is c if it is
-// appended.
+// Convert the filtered values of one pixel to stored bytes, unpremultiplied, with alpha times the coverage; `alpha` is
+// c if alpha is appended.
 void encode(const float *values, Index c, Index alpha, float covered, const ByteEdges &table, uint8_t *out) {
     float share = covered, opacity = 1;
     if (alpha < c) {
@@ -63,15 +63,15 @@ Index paint(const Pyramid &picture, const Band &band, const Corner &corner, Kern
 
 using namespace iccm;
 
-// sRGB bytes of the pixels of a band that are covered, in columns first .. last - 1.
+// Paint the covered pixels of a band as sRGB bytes, in columns first .. last - 1.
 //
 //   z, right, down, covered  (rows, width) as in iccm.pixels.canvas.Band
-//   corner        (4,) of the picture, see Corner
+//   corner        (4,) position and scale of the picture, see Corner
 //   kernel        see Kernel
 //   clamped       as for iccm_pixels_filter
-//   alpha         the channel that is, or c: appended
+//   alpha         index of the alpha channel; c to append one
 //   edges, start  see ByteEdges
-//   out           (rows, width, c), or one channel more; covered pixels are written
+//   out           (rows, width, c), or one more channel; covered pixels are written
 ICCM_EXPORT int64_t iccm_pixels_paint(const Pyramid *picture, const Complex *z, const Complex64 *right,
                                       const Complex64 *down, const float *covered, int64_t rows, int64_t width,
                                       int64_t first, int64_t last, const double *corner, int64_t kernel, bool clamped,

@@ -11,9 +11,9 @@ struct Span {
     Index first, last;
 };
 
-// The pixels of the line at y whose centres, at whole numbers, lie in a triangle. Where the line meets a side is
-// computed the same way for both triangles of the side, so that the spans of neighbours abut and each centre belongs to
-// one.
+// The pixels on the line at y whose centres, at integers, lie in a triangle. The intersection of the line with a side
+// is computed the same way for both triangles of the side, so that the spans of neighbours abut and each centre belongs
+// to one.
 Span span(const Complex *corners, double y, Index width) {
     double low = INFINITY, high = -INFINITY;
     for (int k = 0; k < 3; k++) {
@@ -28,12 +28,13 @@ Span span(const Complex *corners, double y, Index width) {
     return {Index(ceil(min(max(low, 0.0), double(width)))), Index(ceil(max(min(high, double(width)), 0.0)))};
 }
 
-// Coefficients of 1, x, y, x², xy, y² of a patch, x and y being counted from its first corner.
+// Coefficients of 1, x, y, x², xy, y² of a patch, x and y being relative to its first corner.
 struct Quadratic {
     Complex one, x, y, xx, xy, yy;
 };
 
-// A patch along a row of pixels: a + b x + c x². Its derivatives by x and y are linear, b + 2 c x and d + e x.
+// A patch along a row of pixels: a + b x + c x². Its derivatives with respect to x and y are b + 2 c x
+// and d + e x.
 class Row {
   public:
     Row(const Quadratic &patch, double y)
@@ -67,20 +68,20 @@ class Row {
 
 using namespace iccm;
 
-// Where the pixels whose centres lie in triangles come from; NaN elsewhere. Row by row, since a band is larger than the
-// processor's cache.
+// Compute the preimages of the pixels whose centres lie in triangles; NaN elsewhere. Row by row, since a band is larger
+// than the processor's cache.
 //
-//   corners      (m, 3) of all triangles, pixel centres at whole numbers
-//   powers       (m, 6) their patches, see Quadratic
+//   corners      (m, 3) corners of all triangles, pixel centres at integers
+//   powers       (m, 6) the triangles' patches, see Quadratic
 //   chosen       (count,) the triangles that may touch the band; later ones are drawn over earlier ones
 //   reach        (count, 2) their least and greatest y
 //   row          the first row of the band
-//   covered      (rows, width) area of each pixel
-//   z            (rows, width) written: points
-//   right, down  (rows, width) written if `slopes`: their derivatives by x and y
+//   covered      (rows, width) covered area of each pixel
+//   z            (rows, width) written: preimages
+//   right, down  (rows, width) written if `slopes`: derivatives of z with respect to x and y
 //   state        (rows, width) EMPTY; becomes FILLED, or TOUCHED where a pixel is covered but its centre is outside
 //
-// Returns how many pixels are FILLED.
+// Returns the number of FILLED pixels.
 ICCM_EXPORT int64_t iccm_pixels_fill(const Complex *corners, const Complex *powers, const int64_t *chosen,
                                      const double *reach, int64_t count, int64_t row, int64_t rows, int64_t width,
                                      const float *covered, Complex *z, Complex64 *right, Complex64 *down, bool slopes,

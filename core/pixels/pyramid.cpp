@@ -1,4 +1,4 @@
-// Making pyramids: a picture halved both ways, and stored integers decoded.
+// Construction of pyramids: halving of pictures, and decoding of stored integers.
 #include "pixels/pyramid.h"
 
 #include "iccm/lanes.h"
@@ -7,12 +7,12 @@ namespace iccm {
 namespace {
 
 constexpr Index TAPS = 12;    // of the half-band filter; output j is centred between taps 5 and 6, on input 2 j + 1/2
-constexpr Index BEFORE = 5;   // inputs that it reaches to before input 2 j
-constexpr Index AFTER = 7;    // and from 2 j on
-constexpr Index LANES = 4;    // channels that are weighed side by side
-constexpr Index PIECE = 1024; // numbers of a row that are added up in the processor's nearest cache
+constexpr Index BEFORE = 5;   // number of inputs before input 2 j that the filter reads
+constexpr Index AFTER = 7;    // number of inputs from input 2 j on
+constexpr Index LANES = 4;    // channels that are weighed at a time
+constexpr Index PIECE = 1024; // numbers of a row that are summed at a time, in the first-level cache
 
-// The weighted sum of TAPS rows of a picture around row 2 i, into `line`; within their range if CLAMPED.
+// Write the weighted sum of TAPS rows of a picture around row 2 i to `line`; within their range if CLAMPED.
 //
 // The negative lobes of the filter overshoot at edges. Clamping each step keeps the range of the texels below it, and
 // changes nothing where there is no overshoot.
@@ -47,14 +47,14 @@ void halve_down(const float *picture, Index height, Index size, Index i, const f
     }
 }
 
-// Fill in what lies beside a row of `width` texels: BEFORE of them before it, AFTER behind it.
+// Fill in the texels outside a row of `width` texels: BEFORE of them to its left, AFTER to its right.
 void surround(float *row, Index width, Index c, Edge edge) {
     for (Index k = 0; k < BEFORE * c; k++) row[k - BEFORE * c] = row[inside(k / c - BEFORE, width, edge) * c + k % c];
     for (Index k = 0; k < AFTER * c; k++) row[width * c + k] = row[inside(width + k / c, width, edge) * c + k % c];
 }
 
-// The weighted sums of TAPS texels around each second one of a row, which has its surroundings; within their range if
-// CLAMPED.
+// Write the weighted sums of TAPS texels around every second one of a row, whose surroundings are filled in; within
+// their range if CLAMPED.
 template <bool CLAMPED>
 void halve_across(const float *row, Index width, Index c, const float *taps, float *out) {
     for (Index j = 0; j < width; j++)
@@ -76,8 +76,8 @@ void halve_across(const float *row, Index width, Index c, const float *taps, flo
 template <bool CLAMPED>
 Index halve(const float *picture, Index height, Index width, Index c, const float *taps, Edge edge, float *out) {
     const Index out_height = (height + 1) / 2, out_width = (width + 1) / 2;
-    // zeros around the row, which is what is there if nothing is; LANES more, since a register reaches beyond the last
-    // texel's channels
+    // zeros around the row, as required if there is nothing outside; LANES more, since a register extends beyond the
+    // last texel's channels
     Buffer<float> line((width + BEFORE + AFTER) * c + LANES, 0.0f);
     if (!line) return OUT_OF_MEMORY;
     float *row = line.data + BEFORE * c;
@@ -105,10 +105,9 @@ void decode(const Stored *pixels, Index count, Index c, const float *table, Inde
 
 using namespace iccm;
 
-// Halve a picture both ways by a filter that rows and columns share: first down the columns, in single precision, then
-// across.
+// Halve a picture in both directions by the same filter: first down the columns, in single precision, then across.
 //
-//   picture  (height, width, c)
+//   picture  (height, width, c) values
 //   taps     (TAPS,)
 //   edge     see Edge
 //   clamped  whether each channel stays between the least and the greatest of the texels that are read
@@ -119,7 +118,7 @@ ICCM_EXPORT int64_t iccm_pixels_halve(const float *picture, int64_t height, int6
     return halve<false>(picture, height, width, c, taps, Edge(edge), out);
 }
 
-// Stored integers as linear premultiplied numbers.
+// Decode stored integers to linear premultiplied numbers.
 //
 //   pixels  bytes of (count, c) integers of 1 or 2 bytes each
 //   table   (levels, c) the linear value of every integer, by channel

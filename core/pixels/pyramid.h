@@ -1,26 +1,27 @@
-// Pictures as filters read them: a mip pyramid of reductions by powers of two (Williams, Pyramidal parametrics, 1983).
+// Pictures prepared for filtering: a mip pyramid of reductions by powers of two (Williams, Pyramidal parametrics,
+// 1983).
 #pragma once
 
 #include "iccm/core.h"
 
 namespace iccm {
 
-// What lies outside a picture: its edge texels, nothing, or the picture again, mirrored each time or not.
+// Continuation outside a picture: its edge texels, nothing, the picture repeated, or the picture mirrored.
 enum class Edge : Index { clamp = 0, clear = 1, repeat = 2, mirror = 3 };
 
 // One level of a pyramid.
 struct Level {
     Index size;   // width of its texels in texels of the picture; 1 is the picture itself
-    Index start;  // its first texel in Pyramid::texels (of reductions)
+    Index start;  // index of its first texel in Pyramid::texels (for reductions)
     Index height, width;
 };
 
-// A picture and its reductions. Field by field the structure of iccm/pixels/pyramid.py.
+// A picture and its reductions; the same structure as in iccm/pixels/pyramid.py.
 struct Pyramid {
     const uint8_t *base;    // bytes of the picture (h, w, c): float32 if it is ready to be filtered, else integers
-    int64_t base_bytes;     // of each of its numbers: 4, 1 or 2
+    int64_t base_bytes;     // bytes of each number: 4, 1 or 2
     int64_t channels;       // c
-    const float *decode;    // (levels, c) what stored integers mean, channel by channel
+    const float *decode;    // (levels, c) linear values of stored integers, by channel
     int64_t alpha;          // the channel that multiplies the others when they are decoded, or -1
     const float *texels;    // (t, c) the reductions, row after row
     const int64_t *levels;  // (level_count, 4) see Level
@@ -36,7 +37,7 @@ struct Pyramid {
     }
 };
 
-// The number of n texels in a row that stands for the one with any number i.
+// The index among n texels in a row that corresponds to any index i.
 inline Index inside(Index i, Index n, Edge edge) {
     if (edge == Edge::repeat) return floor_remainder(i, n);
     if (edge == Edge::mirror) {

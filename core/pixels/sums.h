@@ -1,4 +1,4 @@
-// Means of texels weighed by kernels, many numbers side by side.
+// Means of texels weighed by kernels, many numbers at a time.
 //
 // Weights and sums are in single precision: a mean is off by less than 1e-6 of the greatest texel
 // (tests/iccm/pixels/test_filters.py). Sums are split in the same way on every processor.
@@ -9,15 +9,15 @@
 
 namespace iccm {
 
-constexpr Index LANES = 4;    // channels that are weighed side by side
-constexpr Index COLUMNS = 8;  // texels of a row whose weights are computed side by side
+constexpr Index LANES = 4;    // channels that are weighed at a time
+constexpr Index COLUMNS = 8;  // texels of a row whose weights are computed at a time
 
 // The weights k(u) k(v), (u, v) = S⁻¹ d, of COLUMNS texels of a row, zero from column `count` on.
 struct RowWeights {
     static constexpr Index PARTS = COLUMNS / WIDTH;
     Floats part[PARTS];
 
-    // x: the kernel's middle, from the first texel's. dy: from there to the row.
+    // x is the kernel's centre relative to the first texel's; dy is the row's offset from the kernel's centre.
     template <Kernel KERNEL>
     static RowWeights of(const Shape &shape, Index count, float x, float dy) {
         const float p = float(shape.p), q = float(shape.q), r = float(shape.r);
@@ -31,7 +31,7 @@ struct RowWeights {
     }
 };
 
-// Registers number PART of a row of texels of C channels: number l belongs to texel l / C and is channel l % C. These
+// Register PART of a row of texels with C channels, where number l is channel l % C of texel l / C. These functions
 // repeat each weight for the channels of its texel, and a texel's channels for every texel.
 #if defined(__AVX__)
 template <int C, int PART>
@@ -62,8 +62,8 @@ Floats for_each_texel(Float4 texel) {
 }
 #endif
 
-// A mean within the range of its texels if CLAMPED. All the same the mean of equal texels is what they are, to the last
-// bit.
+// A mean, limited to the range of its texels if CLAMPED. In either case the mean of equal texels equals them to the
+// last bit.
 template <bool CLAMPED>
 Float4 bounded(Float4 mean, Float4 least, Float4 most) {
     if (CLAMPED) return lower(higher(mean, least), most);
@@ -72,7 +72,7 @@ Float4 bounded(Float4 mean, Float4 least, Float4 most) {
 
 inline Float4 plus(Float4 a, Float4 b) { return a + b; }
 
-// One texel of four, which lie in C registers.
+// Combine four texels, stored in C registers, into one.
 template <int C, typename Operation>
 Float4 joined(const Float4 *four, Operation join) {
     if constexpr (C == 1) {
@@ -91,7 +91,7 @@ Float4 joined(const Float4 *four, Operation join) {
     }
 }
 
-// Four numbers of many: those from 4 part on.
+// Four numbers of several registers: those from 4 part on.
 inline Float4 quarter(const Floats *registers, int part) {
 #if defined(__AVX__)
     const Floats eight = registers[part / 2];
@@ -101,7 +101,7 @@ inline Float4 quarter(const Floats *registers, int part) {
 #endif
 }
 
-// One texel of COLUMNS: those four apart are joined first.
+// Combine COLUMNS texels into one: first those four apart.
 template <int C, typename Operation>
 Float4 eighth(const Floats *parts, Operation join) {
     Float4 four[C];
@@ -109,15 +109,15 @@ Float4 eighth(const Floats *parts, Operation join) {
     return joined<C>(four, join);
 }
 
-// Sums over rows of texels, each texel times its weight, and their ranges: column by column, and as the numbers lie in
-// memory, so that registers are full for any number of channels.
+// Sums over rows of texels, each texel times its weight, and the texels' ranges: kept by column, in the memory order of
+// the numbers, so that registers are full for any number of channels.
 template <int C>
 class RowSums {
   public:
     explicit RowSums(const float *texel) : first(load(texel)) { begin(); }
 
-    // Rows of texels, `stride` numbers apart; COLUMNS texels of each are read, and those from `count` on do not matter.
-    // x, y: the kernel's middle, from the first texel's.
+    // Add rows of texels, `stride` numbers apart; COLUMNS texels of each are read, and those from `count` on are
+    // ignored. x, y: the kernel's centre relative to the first texel's.
     template <Kernel KERNEL>
     void add(const float *texels, Index stride, Index rows, Index count, const Shape &shape, float x, float y) {
         if (count == COLUMNS)
@@ -171,7 +171,7 @@ class RowSums {
 
 // The mean of rows × columns texels weighed by a kernel, in single precision; `row` numbers are one row of texels.
 //
-// Reads COLUMNS texels at a time, and writes LANES numbers where there may be fewer channels. If CLAMPED, each channel
+// Reads COLUMNS texels at a time, and writes LANES numbers even if there are fewer channels. If CLAMPED, each channel
 // stays between the least and the greatest of the texels.
 template <Kernel KERNEL, int C, bool CLAMPED>
 void weighed(const float *texels, Index row, Index rows, Index columns, double x, double y, const Shape &shape,
@@ -219,8 +219,8 @@ Float4 for_each_channel(Float4 weights) {
     return __builtin_shufflevector(weights, weights, L / C, (L + 1) / C, (L + 2) / C, (L + 3) / C);
 }
 
-// The mean of 4 × 4 texels weighed by the plain cubic kernel, x and y past the first texel; other arguments are those
-// of `weighed`. Down the columns first, as the numbers lie in memory.
+// The mean of 4 × 4 texels weighed by the plain cubic kernel, with x and y relative to the first texel; other arguments
+// are those of `weighed`. Columns are summed first, in the memory order of the numbers.
 template <int C, bool CLAMPED>
 void magnified(const float *texels, Index row, double x, double y, float *out) {
     const Float4 across = catmull_rom(float(x - 1)), down = catmull_rom(float(y - 1));

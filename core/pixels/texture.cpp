@@ -1,12 +1,12 @@
-// Where points lie in a picture.
+// Location of points in a picture.
 #include "pixels/texture.h"
 
 using namespace iccm;
 
-// Places in a picture that lies flat in the plane.
+// Compute texel coordinates of points in a picture that lies in the plane.
 //
 //   z            (count,) points
-//   right, down  (count,) their derivatives by the output's x and y
+//   right, down  (count,) their derivatives with respect to the output's x and y
 //   corner       (4,) see Corner
 //   xy, turn     (count, 2) and (count, 4) written: texel coordinates and their derivatives, in the order of Place
 ICCM_EXPORT int64_t iccm_pixels_place(const Complex *z, const Complex *right, const Complex *down, int64_t count,

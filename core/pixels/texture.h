@@ -1,4 +1,4 @@
-// Where points of the plane lie in a picture that lies flat in it.
+// Location of points of the plane in a picture that lies in it.
 #pragma once
 
 #include "iccm/core.h"
@@ -10,13 +10,13 @@ struct Complex64 {
     float re, im;
 };
 
-// The upper left corner of a picture in the plane, and texels a unit across and down.
+// The upper left corner of a picture in the plane, and the number of texels per unit, across and down.
 struct Corner {
     double left, top, across, down;
 };
 
-// Texel coordinates of a point, x right and y down, and their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx,
-// dy/dy.
+// Texel coordinates of a point, x right and y down, and their derivatives with respect to the output's x and y: dx/dx,
+// dx/dy, dy/dx, dy/dy.
 struct Place {
     double x, y, xx, xy, yx, yy;
 };

@@ -1,4 +1,4 @@
-// Which variant of the library this processor can run.
+// Detection of the library variant that this processor can run.
 #include "iccm/core.h"
 
 #if defined(__x86_64__) && !defined(__wasm__)
@@ -6,7 +6,7 @@
 
 namespace {
 
-// The operating system saves the upper halves of wide registers too (XCR0, Intel's manual volume 1, 13.3).
+// Whether the operating system saves the upper halves of wide registers too (XCR0, Intel's manual volume 1, 13.3).
 bool saves_wide_registers() {
     uint32_t low, high;
     __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
@@ -15,7 +15,7 @@ bool saves_wide_registers() {
 
 }  // namespace
 
-// The level of the x86-64 psABI: 3 where AVX2, BMI1, BMI2, F16C, FMA, LZCNT and MOVBE are there, else 1.
+// The level of the x86-64 psABI: 3 if AVX2, BMI1, BMI2, F16C, FMA, LZCNT and MOVBE are available, else 1.
 ICCM_EXPORT int64_t iccm_runtime_x86_64_level() {
     uint32_t a, b, c, d;
     if (!__get_cpuid(1, &a, &b, &c, &d)) return 1;

@@ -1,5 +1,5 @@
-// Square buckets over a plane, each with the boxes that touch it, so that what is near a point is found without a look
-// at everything.
+// A grid of square buckets over the plane, each listing the boxes that touch it, so that a search near a point need not
+// look at all of them.
 #pragma once
 
 #include "iccm/core.h"
@@ -12,9 +12,9 @@ struct BucketGrid {
     double size;  // of a bucket
     Index columns, rows;
     const Index *begin;  // (columns · rows + 1,) where each bucket's boxes begin, row by row
-    const Index *boxes;  // their numbers
+    const Index *boxes;  // numbers of the boxes
 
-    // The bucket that holds a point; -1 outside of the grid, and for points that are not finite.
+    // The bucket that contains a point; -1 outside the grid and for points that are not finite.
     Index bucket_at(Complex point) const {
         double x = floor((point.re - low.re) / size), y = floor((point.im - low.im) / size);
         if (!(0 <= x && x < static_cast<double>(columns) && 0 <= y && y < static_cast<double>(rows))) return -1;

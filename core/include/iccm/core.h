@@ -1,5 +1,5 @@
-// What every kernel uses: exported functions, complex numbers, and the few functions whose meaning must be that of
-// Python and NumPy to the last bit.
+// Definitions that every kernel uses: exported functions, complex numbers, and the few functions that must agree with
+// Python's and NumPy's to the last bit.
 #pragma once
 
 #include <math.h>
@@ -17,10 +17,10 @@ namespace iccm {
 
 using Index = int64_t;
 
-// Returned by functions that take memory of their own when there is none; the binding raises MemoryError.
+// Returned by functions that fail to allocate memory; the binding raises MemoryError.
 constexpr Index OUT_OF_MEMORY = INT64_MIN;
 
-// Python's min and max: the first argument unless the second one is smaller (larger), also when one is not a number.
+// Python's min and max: the first argument unless the second one is smaller (larger), also if one is NaN.
 template <typename T>
 inline T min(T a, T b) {
     return b < a ? b : a;
@@ -38,7 +38,7 @@ inline void swap(T &a, T &b) {
     b = first;
 }
 
-// Python's a // b and a % b of whole numbers: the quotient is rounded down, the rest has the sign of b.
+// Python's a // b and a % b of integers: the quotient is rounded down, the remainder has the sign of b.
 inline Index floor_divide(Index a, Index b) {
     Index quotient = a / b;
     return quotient - ((a % b != 0) && ((a < 0) != (b < 0)));
@@ -63,7 +63,7 @@ inline Complex &operator-=(Complex &a, Complex b) { return a = a - b; }
 inline bool operator==(Complex a, Complex b) { return a.re == b.re && a.im == b.im; }
 inline bool operator!=(Complex a, Complex b) { return !(a == b); }
 
-// The quotient as Smith (Algorithm 116, Communications of the ACM 5, 1962) computes it, without overflow in between.
+// The quotient as Smith (Algorithm 116, Communications of the ACM 5, 1962) computes it, without intermediate overflow.
 inline Complex operator/(Complex a, Complex b) {
     if (fabs(b.re) >= fabs(b.im)) {
         double ratio = b.im / b.re, size = b.re + b.im * ratio;
@@ -83,13 +83,13 @@ inline double dot(Complex a, Complex b) { return a.re * b.re + a.im * b.im; }
 // Twice the signed area of the triangle of vertices a, b, c of z. Rounded: where the sign decides, see orientation.
 inline double twice_area(const Complex *z, Index a, Index b, Index c) { return cross(z[b] - z[a], z[c] - z[a]); }
 
-// An array (n, N), of which the interface has the first number: rows<3>(faces)[t][k].
+// The rows of an array (n, N) that is given by the pointer to its first number: rows<3>(faces)[t][k].
 template <int N, typename T>
 inline T (*rows(T *first))[N] {
     return reinterpret_cast<T(*)[N]>(first);
 }
 
-// Memory for one call of an exported function: freed when the scope ends. `data` is null where there is none.
+// Memory for one call of an exported function, freed when the scope ends. `data` is null if the allocation failed.
 template <typename T>
 class Buffer {
   public:

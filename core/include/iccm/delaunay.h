@@ -1,14 +1,14 @@
-// Constrained Delaunay triangulations under edit.
+// Edge flips that keep an edited triangulation constrained Delaunay.
 #pragma once
 
 #include "iccm/flips.h"
 
 namespace iccm {
 
-// Twice the area, in a domain of area one, that a flip must leave to either triangle.
+// Twice the least area, in a domain of area one, that either triangle may have after a flip.
 constexpr double MIN_FLIPPED_AREA = 1e-14;
 
-// Edges that every mesh must keep: each of the first `count` vertices is joined to vertex next[v], or to none (-1).
+// Edges that must stay: each of the first `count` vertices v is joined to vertex next[v], or to none (-1).
 struct Links {
     const Index *next;
     Index count;
@@ -32,10 +32,11 @@ inline bool in_circle(const Complex *z, Index a, Index b, Index c, Index d) {
     return first + second + third > MARGIN * (fabs(first) + fabs(second) + fabs(third));
 }
 
-// Flip edges, from the triangles on the stack on, until all are Delaunay but for those that must stay (Lawson, Software
-// for C¹ surface interpolation, 1977). Empties the stack. No flip joins two of the first `fixed` vertices.
+// Flip edges, starting with the triangles on the stack, until all edges but those that must stay are Delaunay (Lawson,
+// Software for C¹ surface interpolation, 1977). Empties the stack. No flip joins two of the first `fixed` vertices.
 inline void legalise(const Complex *z, Triangles mesh, Stack stack, Index fixed, Links links) {
-    // Flips end by themselves in exact arithmetic; the bound, which no mesh comes near, ends them in any other.
+    // In exact arithmetic the flips are finite in number; the bound, which no mesh comes near, ends them with rounding
+    // too.
     constexpr Index MAX_VISITS = 2000000;
     auto improves = [&](const Quadrilateral &q) {
         if ((q.a < fixed && q.d < fixed) || links.join(q.b, q.c)) return false;

@@ -5,8 +5,8 @@
 //
 //     W = [ p/d · ((d + 1/d)/2)^θ ]^q · (1 - s + s d)
 //
-// p/d is 1 where the map is conformal, (d + 1/d)/2 is 1 where it keeps areas, and the last factor counts the source's
-// area and the image's by the share s, ½ where a map and its inverse have the same energy.
+// p/d is 1 where the map is conformal, (d + 1/d)/2 is 1 where it preserves areas, and the last factor is the measure:
+// the areas of source and image with weights 1 - s and s. With s = ½ a map and its inverse have the same energy.
 #pragma once
 
 #include "iccm/core.h"
@@ -34,7 +34,7 @@ inline double density(double p, double d, double theta, double q, double share) 
 
 inline Density density_derivatives(double p, double d, double theta, double q, double share) {
     double inverse = 1 / d;
-    // the area part A = (d + 1/d)/2 and its derivatives, A^θ and its own
+    // the area part A = (d + 1/d)/2 and its derivatives, then A^θ and its derivatives
     double area = 0.5 * (d + inverse), area1 = 0.5 * (1 - inverse * inverse), area2 = inverse * inverse * inverse;
     double grown = power(area, theta), less = 1 / area;
     double grown1 = theta * grown * less * area1;

@@ -1,4 +1,4 @@
-// Triangulations under edit: neighbours across edges, edge flips, and stacks of triangles to look at again.
+// Editable triangulations: neighbours across edges, edge flips, and stacks of triangles to visit again.
 //
 // Corners are numbered 0, 1, 2, counter-clockwise; side k is the one opposite corner k.
 #pragma once
@@ -8,7 +8,7 @@
 namespace iccm {
 
 // Corners (t, 3), counter-clockwise, and the triangles (t, 3) beyond the sides opposite them, -1 on the outline. Both
-// may have room for more triangles than there are.
+// arrays may be longer than the number of triangles.
 struct Triangles {
     Index (*faces)[3];
     Index (*across)[3];
@@ -25,7 +25,7 @@ inline void write(Triangles mesh, Index t, Index a, Index b, Index c, Index beyo
     across[0] = beyond_a, across[1] = beyond_b, across[2] = beyond_c;
 }
 
-// Make `replacement` the neighbour of triangle t where `old` was; t is -1 on the outline, which has no record.
+// Replace the neighbour `old` of triangle t by `replacement`; does nothing for t = -1, beyond the outline.
 inline void relink(Triangles mesh, Index t, Index old, Index replacement) {
     if (t < 0) return;
     for (int k = 0; k < 3; k++)
@@ -35,7 +35,7 @@ inline void relink(Triangles mesh, Index t, Index old, Index replacement) {
         }
 }
 
-// The corner that is neither vertex b nor vertex c: of a triangle, given its corners, and of triangle t of a mesh.
+// The corner that is neither vertex b nor vertex c: of a triangle given by its corners, and of triangle t of a mesh.
 inline int opposite(const Index *corners, Index b, Index c) {
     for (int k = 0; k < 3; k++)
         if (corners[k] != b && corners[k] != c) return k;
@@ -59,12 +59,12 @@ inline void flip(Triangles mesh, Index t, int k) {
     relink(mesh, beyond_ca, t, u);
 }
 
-// Triangles that have changed and are to be looked at; entry 0 is their number, as the callers' arrays have it.
+// Changed triangles that are to be visited; entry 0 is their number, as in the callers' arrays.
 struct Stack {
     Index *entries;
     Index size;  // of the array
 
-    // A full stack drops triangles: a mesh is then less than optimal, but valid.
+    // A full stack drops triangles: the mesh is then not optimal, but valid.
     void push(Index t) {
         if (entries[0] + 1 < size) entries[++entries[0]] = t;
     }
@@ -78,11 +78,11 @@ struct Quadrilateral {
     Index a, b, c, d;
 };
 
-// Flip edges, from the triangles on the stack on, while `improves` says of a quadrilateral that its diagonal ad is
-// better than bc. Empties the stack, unless that takes more visits than `most`. Returns the number of flips.
+// Flip edges, starting with the triangles on the stack, while `improves` prefers the diagonal ad of a quadrilateral to
+// bc. Empties the stack, unless that takes more than `most` visits. Returns the number of flips.
 //
-// Flips end where `improves` is a comparison of sums over triangles that leaves room for rounding: the sum falls with
-// every flip.
+// The flips are finite in number if `improves` compares sums over triangles with a margin for rounding, since the sum
+// then decreases with every flip.
 template <typename Improves>
 Index flip_edges(Triangles mesh, Stack stack, Improves improves, Index most = INT64_MAX) {
     Index flips = 0;

@@ -1,5 +1,5 @@
-// A few numbers side by side in wide registers (vector extensions of GCC and Clang). What a processor lacks, the
-// compiler takes apart.
+// Vectors of a few numbers in wide registers (vector extensions of GCC and Clang). The compiler splits operations that
+// the processor lacks.
 #pragma once
 
 #include "iccm/core.h"
@@ -23,7 +23,7 @@ constexpr Index WIDTH = 4;
 constexpr Floats COUNT = {0, 1, 2, 3};
 #endif
 
-// Four numbers from anywhere in memory, and back.
+// Load four numbers from an unaligned address, and store them.
 inline Float4 load(const float *numbers) {
     Float4 four;
     memcpy(&four, numbers, sizeof four);
@@ -38,7 +38,7 @@ inline Double4 load(const double *numbers) {
 
 inline void store(Float4 four, float *numbers) { memcpy(numbers, &four, sizeof four); }
 
-// Single as double precision, and back. (GCC 12 takes the general form apart even where one instruction does it.)
+// Single as double precision, and back. (GCC 12 splits the general form even where one instruction would do.)
 inline Double4 widen(Float4 four) {
 #if defined(__AVX__)
     return Double4(_mm256_cvtps_pd(four));
@@ -57,8 +57,8 @@ inline Float4 narrow(Double4 four) {
 
 inline double sum(Double4 four) { return (four[0] + four[2]) + (four[1] + four[3]); }
 
-// The lower and the higher one of each pair; `b` where they cannot be compared. (Where one number is zero, GCC 12 would
-// take two instructions for one.)
+// The lower and the higher one of each pair; `b` if either is NaN. (Where one number is zero, GCC 12 would use two
+// instructions instead of one.)
 template <typename Lanes>
 inline Lanes lower(Lanes a, Lanes b) {
     return a < b ? a : b;

@@ -1,4 +1,4 @@
-// The triangle of a flat mesh that a point of the plane lies in: a walk from triangle to triangle that begins at a grid.
+// Point location in a flat mesh: a walk from triangle to triangle, whose first triangle is looked up in a grid.
 #pragma once
 
 #include "iccm/core.h"
@@ -17,7 +17,7 @@ struct Places {
     double scale;           // cells to the unit
 };
 
-// Barycentric coordinates of the point of triangle a, b, c nearest to z, given z's own.
+// Barycentric coordinates of the point of triangle a, b, c nearest to z, given those of z.
 inline void clamp_to_triangle(Complex a, Complex b, Complex c, Complex z, const double own[3], double *weights) {
     for (int k = 0; k < 3; k++) weights[k] = own[k];
     if (min(min(own[0], own[1]), own[2]) >= 0) return;
@@ -38,10 +38,10 @@ inline void clamp_to_triangle(Complex a, Complex b, Complex c, Complex z, const 
     }
 }
 
-// The triangle of a point: from triangle t across the edge that the point lies farthest beyond, until it lies beyond
-// none, or a border stops the walk. Its barycentric coordinates (3,) are filled in.
+// The triangle that contains a point, reached from triangle t by crossing the edge that the point lies farthest beyond,
+// until it lies beyond none or a border stops the walk. Fills in its barycentric coordinates (3,).
 inline Index walk_to(const Complex *flat, const Index *faces, const Index *twin, Complex z, Index t, double *weights) {
-    constexpr Index MOST_STEPS = 4096;  // a walk does not run in a circle but for rounding
+    constexpr Index MOST_STEPS = 4096;  // rounding may make a walk cyclic
     auto twice = [](Complex o, Complex a, Complex b) {
         return (a.re - o.re) * (b.im - o.im) - (a.im - o.im) * (b.re - o.re);
     };
@@ -65,7 +65,7 @@ inline Index walk_to(const Complex *flat, const Index *faces, const Index *twin,
     }
 }
 
-// The triangle of a point, whose barycentric coordinates (3,) are filled in.
+// The triangle that contains a point. Fills in its barycentric coordinates (3,).
 inline Index place_on(const Places &places, Complex z, double *weights) {
     double last = double(places.size - 1);
     double x = (z.re - places.low_x) * places.scale, y = (z.im - places.low_y) * places.scale;
