@@ -18,14 +18,12 @@ from ..plane import cross, diagonal, polygon_area, triangle_areas
 
 OVERLAP_GRID_CELLS = 512  # cells per side of the grid on which overlaps are measured (by hand)
 UNREPORTED_SHARE = 0.01  # of a chart's area: smaller overlaps with other charts are not reported (by hand)
-SLIP_AREA_SHARE = (
-    1e-5  # of a chart's area: a smaller part that folds back is a slip, and is flipped (by hand)
-)
+SLIP_AREA_SHARE = 1e-5
+"""Share of a chart's area; a smaller part that folds back is a slip, and is flipped (by hand)."""
 MOST_SLIPS, SLIP_ROUNDS = 1000, 100  # most triangles that are flipped, and most sweeps through them (by hand)
 SLIP_HEIGHT_SHARE = 1e-5  # of the layout's diagonal: height that flipped triangles get
-MOST_MOVED_SHARE = (
-    1e-3  # of the layout's diagonal: most that a vertex moves for it, a texel of a 1024 texture (by hand)
-)
+MOST_MOVED_SHARE = 1e-3
+"""Share of the layout's diagonal that a vertex may move for it; a texel of a 1024 texture (by hand)."""
 DRAWN_IN_SHARE = 1e-5
 """Of a chart's diagonal: how far vertices that the outline passes twice are moved inwards (by hand)."""
 

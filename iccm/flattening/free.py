@@ -17,14 +17,11 @@ from ..linalg.cholesky import BlockPattern, system_of
 from ..meshes.stretch import laid_flat
 from ..plane import triangle_areas
 
-STEPS_AT_ONCE, LARGE_VERTEX_COUNT = (
-    8,
-    20_000,
-)  # Newton steps between checks for signals; vertices from which it is one step, which then takes seconds
+STEPS_AT_ONCE, LARGE_VERTEX_COUNT = 8, 20_000
+"""Newton steps between checks for signals; number of vertices from which each step is checked, as it takes seconds."""
 
-SMALL_GAIN_SHARE = (
-    0.01  # of the energy: after a step that gains less, second derivatives have hardly changed (by hand)
-)
+SMALL_GAIN_SHARE = 0.01
+"""Share of the energy; after a step that gains less, second derivatives have hardly changed (by hand)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,8 @@ from ..meshes.packing import pack
 from ..meshes.patch import Patch
 from .method import convex, flatten
 
-SAME_LENGTH_SHARE = (
-    1e-5  # of a piece's longest edge: pieces whose edge lengths differ by less are copies (by hand)
-)
+SAME_LENGTH_SHARE = 1e-5
+"""Share of a piece's longest edge; pieces whose edge lengths differ by less are copies (by hand)."""
 
 
 def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Flattening | InputError]:

@@ -70,14 +70,10 @@ def _arc(x: float, y: float, width: float, height: float, start: int, end: int) 
     return list(zip(x + width * np.cos(angles), y + height * np.sin(angles)))
 
 
-DIGIT_HEIGHT_CELLS, DIGIT_WIDTH_HEIGHTS = (
-    0.27,
-    0.68,
-)  # of digits: height relative to the cell, width relative to the height
-STROKE_WIDTH_HEIGHTS, GAP_HEIGHTS = (
-    0.22,
-    0.24,
-)  # thickness of strokes and gap between digits, relative to the height
+DIGIT_HEIGHT_CELLS, DIGIT_WIDTH_HEIGHTS = 0.27, 0.68
+"""Height of digits relative to the cell, and their width relative to the height."""
+STROKE_WIDTH_HEIGHTS, GAP_HEIGHTS = 0.22, 0.24
+"""Thickness of strokes and gap between digits, relative to the height."""
 STROKES: tuple[Sequence[Sequence[tuple[float, float]]], ...] = (
     [_arc(0.5, 0.5, 0.5, 0.5, 0, 360)],
     [[(0.1, 0.2), (0.55, 0), (0.55, 1)], [(0.1, 1), (1, 1)]],

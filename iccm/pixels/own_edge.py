@@ -17,9 +17,8 @@ from .raster import dilated, eroded
 from .texture import Texture
 
 REACH_TEXELS = 2  # texels: radius of a cubic filter, and width of an antialiased edge
-NO_ALPHA_SHARE = (
-    0.1  # of the alpha inside: less counts as nothing, since lossy pictures have some noise (by hand)
-)
+NO_ALPHA_SHARE = 0.1
+"""Share of the alpha inside; less counts as transparent, since lossy pictures have some noise (by hand)."""
 BYTES_PER_TEXEL = 64  # working memory per texel (by hand)
 
 

@@ -10,14 +10,13 @@ from ..maps.triangulated.map import TriangulatedMap
 from .canvas import Band, Canvas
 from .triangulated_preimages import TriangulatedPreimages
 
-USUAL_ERROR_TEXELS = (
-    0.05  # requested error of source points at which triangulated maps are made with ERROR_TEXELS, same units
-)
+USUAL_ERROR_TEXELS = 0.05
+"""Requested error of source points, in texels, for which triangulated maps are made with ERROR_TEXELS."""
 OUTLINE_ERROR_PIXELS = 0.01  # pixels: error of the outline, less than one of 255 levels of coverage
 
 
 Bands = Callable[[int], Band]
-"""A function from a row to the band of `canvas.BAND` rows that starts there; it must be thread-safe."""
+"""A function from a row to the band of `canvas.BAND_ROWS` rows that starts there; it must be thread-safe."""
 
 
 class Mapping(Protocol):

@@ -19,18 +19,14 @@ _halve = function("""int64_t iccm_pixels_halve(
     float *out)""")
 _decode = function("""int64_t iccm_pixels_decode(
     const uint8_t *pixels, int64_t bytes, int64_t count, int64_t c, const float *table, int64_t alpha, float *out)""")
-FRAME_TEXELS = (
-    12  # texels around a spline's coefficients: the pole of the spline to this power is 0.43 ** 12 = 4e-5
-)
+FRAME_TEXELS = 12
+"""Texels around a spline's coefficients: the pole of the spline to this power is 0.43 ** 12 = 4e-5."""
 CLAMP, CLEAR, REPEAT, MIRROR = 0, 1, 2, 3
 EDGES = {"clamp": CLAMP, "transparent": CLEAR, "repeat": REPEAT, "mirror": MIRROR}
 STRIP_VALUES, LEAST_ROWS = 1 << 20, 64
 """Numbers of a picture, and least number of rows, that are processed at a time (by hand)."""
-HALO_ROWS = (
-    0,
-    6,
-    20,
-)  # rows above and below needed for so many halvings: 6, and 6 + 2 · 6 rounded up to a multiple of 4
+HALO_ROWS = (0, 6, 20)
+"""Rows above and below needed for so many halvings: 6, and 6 + 2 · 6 rounded up to a multiple of 4."""
 
 
 class Pyramid(NamedTuple):

@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 Float = NDArray[np.float32]
 
 BAND_ROWS = 256  # rows of a result that are computed at a time
-NARROW_SIGMA_PIXELS = (
-    4.0  # pixels: Gaussians of at least twice this standard deviation are applied at a lower resolution
-)
+NARROW_SIGMA_PIXELS = 4.0
+"""Standard deviation in pixels; Gaussians of at least twice this are applied at a lower resolution."""
 
 _nearest_known = function(
     """int64_t iccm_pixels_nearest_known(

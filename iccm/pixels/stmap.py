@@ -22,10 +22,8 @@ from . import preimages
 from .canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from .texture import Placing, Texture
 
-JUMP_PICTURE_SHARE, STEEPER_RATIO = (
-    1 / 512,
-    4,
-)  # of the picture, and relative to the step on the other side: larger steps are seams
+JUMP_PICTURE_SHARE, STEEPER_RATIO = 1 / 512, 4
+"""Step as a share of the picture, and relative to the step on the other side; larger steps are seams."""
 FINEST_TEXELS_ACROSS = 16384  # texels across: accuracy sufficient for any picture (by hand)
 
 

@@ -98,9 +98,8 @@ class Placing(Protocol):
         """Return the places of points z (p,), given their derivatives (p,) by the output's x and y."""
 
 
-ROUNDED_TEXELS = (
-    1e-6  # texels: points closer than this to the texture's edge count as inside (by hand, above rounding)
-)
+ROUNDED_TEXELS = 1e-6
+"""Distance in texels; points closer than this to the texture's edge count as inside (by hand, above rounding)."""
 
 
 Wrap = tuple[str, str]

@@ -18,11 +18,8 @@ from ..native import function
 from .canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from .coverage import coverage, coverage_box
 
-EMPTY, FILLED, TOUCHED = (
-    0,
-    1,
-    2,
-)  # states of a pixel; TOUCHED: covered by the image, but its centre is outside
+EMPTY, FILLED, TOUCHED = 0, 1, 2
+"""States of a pixel; TOUCHED: covered by the image, but its centre is outside."""
 _fill = function("""int64_t iccm_pixels_fill(
     const Complex *corners, const Complex *powers, const int64_t *chosen, const double *reach, int64_t count,
     int64_t row, int64_t rows, int64_t width, const float *covered, Complex *z, Complex64 *right, Complex64 *down,

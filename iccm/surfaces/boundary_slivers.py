@@ -13,9 +13,8 @@ from ..meshes.flatten import Flattening
 from ..plane import cross
 
 LIFTING_ROUNDS = 20  # rounds of lifting; one is enough unless such triangles lie behind one another
-MOST_MOVED_SHARE = (
-    1e-3  # of the outline's diagonal, the default tolerance: how far a vertex may leave the outline
-)
+MOST_MOVED_SHARE = 1e-3
+"""Default tolerance, a share of the outline's diagonal: how far a vertex may leave the outline."""
 HEIGHT_SHARE = 1e-4  # of its base: height given to a triangle, far more than the rounding of files
 LEAST_HEIGHT_SHARE = 2e-7  # of the diagonal: least such height; the ulp of single precision at 1 is 1.2e-7
 

@@ -13,9 +13,8 @@ from .refined import RefinedSurface
 
 NEAR_BARYCENTRIC = 0.03
 """Barycentric coordinate below which a point is moved to the opposite edge, by hand; avoids thin triangles."""
-MOST_CROSSED_TRIANGLES = (
-    1000  # triangles between two points of a path, by hand: far more than any should cross
-)
+MOST_CROSSED_TRIANGLES = 1000
+"""Most triangles that a path may cross between two of its points (by hand, far more than usual)."""
 
 
 class Opening(NamedTuple):

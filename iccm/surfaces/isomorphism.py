@@ -16,12 +16,10 @@ from ..arrays import Flags, Index, Real, distinct_rows
 from ..meshes.topology import labels
 
 SURROUNDING_STEPS = 32  # radius, in half-edges, of the neighbourhoods that are compared (by hand)
-SEEDS_TRIED = (
-    64  # candidates tried as partner of one half-edge; with many equal pieces, the nearest ones (by hand)
-)
-MOST_PIECES = (
-    1000  # meshes with more pieces are polygon soups, whose pieces would take too long to match (by hand)
-)
+SEEDS_TRIED = 64
+"""Candidates tried as partner of one half-edge; with many equal pieces, the nearest ones (by hand)."""
+MOST_PIECES = 1000
+"""Meshes with more pieces are polygon soups, whose pieces would take too long to match (by hand)."""
 ALIKE_RESIDUAL_RATIO = 2.0
 """Times the least residual: candidates that fit this well are ranked by their rotation instead (by hand)."""
 EXACT_RESIDUAL = 1e-12  # a residual of nothing but rounding

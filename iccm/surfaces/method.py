@@ -31,10 +31,8 @@ from .problem import Layouts, SurfaceProblem
 from .target_mesh_map import OwnMap, on_own_mesh
 
 SURE_ENERGY = 1.3  # energy of a map between similar surfaces below which no other map is sought, by hand
-MOST_SLIDES, WORTHWHILE_SLIDE_DECREASE = (
-    4,
-    1e-3,
-)  # times that the boundary is slid until it is stable, and the least relative decrease for one more
+MOST_SLIDES, WORTHWHILE_SLIDE_DECREASE = 4, 1e-3
+"""Most times that the boundary is slid, and the least relative decrease that is worth another time."""
 NEWTON_STEPS, LEAST_DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it
 
 

@@ -19,9 +19,8 @@ from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 FINE_TRIANGLES, MOST_HALVINGS = 10_000, 3
 """Triangles that are enough for the paths, and how often edges are halved at most to get them (by hand)."""
 SAMPLES_PER_EDGE = 8  # samples of each edge of a seam
-ASTRAY_DISTANCE_SHARE = (
-    0.01  # of the root of the area: difference of distances that doubles the cost of a path, by hand
-)
+ASTRAY_DISTANCE_SHARE = 0.01
+"""Difference of distances that doubles the cost of a path, as a share of the root of the area (by hand)."""
 
 
 def subdivide(points: Real, faces: Index) -> RefinedSurface:

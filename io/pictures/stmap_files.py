@@ -16,9 +16,8 @@ from ...pixels.warp import BYTES_PER_PIXEL, Warp
 from .. import formats, limits
 from . import image_files
 
-TILE_EDGE_SHARE = (
-    1e-4  # of a tile's size: distance from its edge within which a point may belong to either (by hand)
-)
+TILE_EDGE_SHARE = 1e-4
+"""Distance from a tile's edge, as a share of its size, within which a point may belong to either tile (by hand)."""
 _SAID = "STMap: R = s from the left, G = t from the bottom, 0..1; A = coverage"
 
 

@@ -110,7 +110,7 @@ class MeshShape(Shape):
         return tree
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
-        """Return positions (..., 2) in the plane as the file's units, or as texture coordinates."""
+        """Convert complex points of the plane to (..., 2) flat positions, or to texture coordinates."""
         return super().to_file(self._seen(np.asarray(z, dtype=complex))) / (self.aspect, 1)
 
     def _seen(self, z: Complex) -> Complex:

@@ -14,12 +14,10 @@ from ...pixels.raster import Float, blurred, depths, nearest, pieces, resized_by
 
 LONGER_SIDE_PIXELS = 2048  # of the picture that is analysed (by hand: limits the time)
 BLOCKS_ACROSS = 48  # blocks along the longer side, to whose medians the background is fitted (by hand)
-LEAST_DIFFERENCE = (
-    1e-3  # of the range of colours: smaller differences from the background are ignored (by hand)
-)
-BORDER_DRAWS = (
-    500  # random samples of border blocks: if 70 % are paper, 1 in 70 samples has 12 blocks of paper
-)
+LEAST_DIFFERENCE = 1e-3
+"""Share of the range of colours; smaller differences from the background are ignored (by hand)."""
+BORDER_DRAWS = 500
+"""Random samples of border blocks: if 70 % are paper, 1 in 70 samples has 12 blocks of paper."""
 NOISE_DEVIATIONS = 3  # times the variation of the background: smaller differences do not stand out
 SPECK_SIDE_SHARE = (
     1 / 200
