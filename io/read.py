@@ -21,7 +21,7 @@ def read_shape(path: str | PathLike, *, trace: str = "auto", cut_open: bool = Fa
     path
         A file, or `file#id`, an element of it, as on the command line: `logo.svg#badge`, `font.ttf#text=Word`.
     trace
-        What of a picture is the shape: "auto", "dark", "light" or "inside".
+        How to find a shape in a picture: "auto", "dark", "light" or "inside".
     cut_open
         Whether a closed mesh may be cut open.
 

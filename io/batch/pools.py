@@ -17,10 +17,10 @@ from . import worker
 
 GRACE_SECONDS = 3.0  # seconds that a worker has to end on its own (chosen by hand)
 WAITING_TASKS = 1
-"""Tasks that wait at a thread of a cluster for the one before to end, so that it need not wait itself: 200 of."""
-# 50 ms on two workers took 48 to 101 ms each with 0, 29 and 32 with 1, 27 and 64 with 2 (a busy machine; 25 is least)
+"""Tasks that wait at each thread of a cluster, so that it is never idle: 200 tasks of 50 ms on two workers took 48 to
+101 ms each with 0, 29 and 32 with 1, 27 and 64 with 2 (on a busy machine; at least 25)."""
 TASK_SECONDS = 0.5
-"""Seconds that short jobs take together in one task; Dask's overhead (8.6 ms) is 2 % of that."""
+"""Seconds that short jobs in one task take together; Dask's overhead (8.6 ms) is 2 % of that."""
 MOST_TASK_JOBS = 64  # jobs in a task at most (chosen by hand)
 RECENT_JOBS = 15  # jobs from whose times the next ones' are predicted (chosen by hand)
 CLUSTER_TIMEOUT = "10s"  # time for a cluster to answer (chosen by hand)

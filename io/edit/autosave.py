@@ -48,8 +48,8 @@ def make_private(path: Path) -> None:
     """Make a folder in `folder()` readable by the user alone, and create it if necessary: the token of the page's
     address is stored there.
 
-    InputError: the folder cannot be created or made private.
-        InputError: it cannot be made so.
+    Raises:
+        InputError: the folder cannot be created or made private.
     """
     make_private_folder(path, folder().parent)
 

@@ -77,8 +77,8 @@ class Workspace:
         """Return a path for a file from the browser: an identical file in the current folder, else a copy in the user's
         state folder.
 
-        InputError: the name is not allowed, or the copy cannot be written.
-            InputError: its name is none, or it cannot be written.
+        Raises:
+            InputError: the name is not allowed, or the copy cannot be written.
         """
         local(name)
         path = Path(name)

@@ -1,4 +1,4 @@
-"""Intermediate drawings of a morph: the movement of the plane, and what of both drawings is painted.
+"""Intermediate drawings of a morph: the movement of the plane, and how both drawings are blended.
 
 The map of two drawings defines the movement of the plane; `iccm.morph` gives the maps of the source's frame onto the
 intermediate ones. What is painted changes, too: a part or hole of one drawing may lie in a gap of the other. A frame

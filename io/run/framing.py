@@ -1,5 +1,5 @@
-"""Framing: what of the target's plane pictures show and at which size, and what of the source's plane the texture
-covers.
+"""Framing: which part of the target's plane pictures show, at which size, and which part of the source's plane the
+texture covers.
 """
 
 from __future__ import annotations

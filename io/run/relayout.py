@@ -367,8 +367,8 @@ def _middles(mesh: Charted) -> Real:
 def _outputs(name: str, mesh: Charted, force: bool) -> dict[complex | None, str]:
     """Return the files of an output, by tile of the layout.
 
-    InputError: a file cannot be written, or faces lie where tiles have no number.
-        InputError: one cannot be written, or faces lie where no tile has a number.
+    Raises:
+        InputError: a file cannot be written, or faces lie where tiles have no number.
     """
     if not tiles.is_pattern(name):
         return {None: name}

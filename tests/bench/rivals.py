@@ -78,8 +78,8 @@ def aligned(mesh: Mesh, images: np.ndarray, z: np.ndarray) -> np.ndarray:
 def polygon_harmonic(mesh: Mesh, images: np.ndarray) -> np.ndarray:
     """[SH15] Harmonic onto a regular polygon, then the inverse of the target's harmonic map onto it.
 
-    T. Schneider, K. Hormann, *Smooth bijective maps between arbitrary planar polygons*, 2015;
-    one intermediate polygon.
+    T. Schneider, K. Hormann, *Smooth bijective maps between arbitrary planar polygons*, 2015; with one intermediate
+    polygon.
     """
     corners = np.exp(2j * np.pi * np.arange(mesh.boundary) / mesh.boundary)
     rim = Curve.domain(images)

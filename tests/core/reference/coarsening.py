@@ -104,10 +104,10 @@ def _round(faces, points, z, starts, around, blocked, most, vertex, into, triang
         faces: (m, 3) changed.
         points: (n, 3) in space.
         z: (n,) layout.
+        starts: (n + 1,) where the triangles at each vertex begin in `around`.
         around: (3m,) triangles at the vertices.
         blocked: (n,) vertices that stay, written.
         most: largest number of vertices to remove.
-        most: how many may go.
         vertex, into, triangle, weights, ends, edges: of `Removed`, written.
     """
     ring, number = np.empty(DEGREE + 1, np.int64), 0

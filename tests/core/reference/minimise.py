@@ -591,8 +591,8 @@ def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
 def restrict(system, kinds, directions, matrix):
     """Rewrite the blocks of constrained vertices: the first unknown is along the direction, missing ones have 1.
 
-    system: the pattern.
-        system: pattern.
+    Args:
+        system: the pattern.
         kinds: (c,) of the first c vertices; FREE ones keep their blocks.
         directions: (c,) of these vertices; 0 for a fixed one.
         matrix: (e, 4), changed in place.

@@ -88,15 +88,15 @@ def fill(corners, powers, chosen, reach, row, covered, z, right, down, state):
     processor's cache.
 
     Args:
+        corners: (m, 3) of all triangles.
         powers: (m, 6) coefficients of the patches.
         chosen: (t,) the triangles that may touch the band.
-        chosen: (t,) the triangles that may touch the band.
+        reach: (t, 2) their least and greatest y.
         row: first row of the band.
         covered: (rows, width) area of each pixel.
-        covered: (rows, width) area of each pixel.
+        z, right, down: (rows, width), written; the last two may have no rows.
         state: (rows, width), EMPTY; written: FILLED, or TOUCHED for a pixel that is partly covered but whose centre is
             not.
-        state: (rows, width), EMPTY; written: FILLED, or TOUCHED where a pixel without a centre is covered in part.
 
     Returns:
         The number of FILLED pixels.
