@@ -83,7 +83,7 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any
     if len(jobs) > 1:
         folder = Path(root if root is not None else ".")
         tasks = _from_patterns(jobs, named, folder, force=given["force"])
-        folder = Path(os.path.commonpath([os.path.dirname(path) for path in _outputs(tasks)] or ["."]))
+        folder = Path(files.common_folder([os.path.dirname(path) for path in _outputs(tasks)] or ["."]))
         if not dry_run:
             files.make_folder(folder)
     elif named or os.path.isdir(name) or _is_shape(name):
@@ -189,7 +189,9 @@ def _signals() -> Iterator[list[int]]:
             raise KeyboardInterrupt
         caught.append(number)
 
-    ends = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    ends = [
+        getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
+    ]
     names = [name for name in ends if signal.getsignal(name) is not signal.SIG_IGN]  # as nohup has them
     _start_tracker()
     before: dict[signal.Signals, Callable | int | None] = {name: signal.signal(name, note) for name in names}

@@ -175,7 +175,7 @@ def apply(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:
 
 @contextmanager
 def raise_on_signals() -> Iterator[None]:
-    """Raise an exception on SIGTERM and SIGHUP while the block runs (main thread only)."""
+    """Raise an exception on SIGTERM, SIGHUP and SIGBREAK (Windows) while the block runs (main thread only)."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -183,7 +183,7 @@ def raise_on_signals() -> Iterator[None]:
     def stop(number: int, frame: object) -> None:
         raise Terminated(number)
 
-    names = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    names = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
     before = {
         number: signal.signal(number, stop) for number in names if signal.getsignal(number) is signal.SIG_DFL
     }

@@ -96,6 +96,7 @@ def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) ->
 
 def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None) -> int:
     """Map frames one after another, each starting from the map of the previous one, and return the exit code."""
+    from ..io import files
     from ..io.batch import dispatch, manifest, pools
     from ..io.batch.journal import Journal
 
@@ -103,7 +104,7 @@ def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None)
         raise InputError(f"--{used[0]}: cannot be combined with --sequence")
     tasks = manifest.frames(options.values(given), root=Path("."))
     folders = {os.path.dirname(os.path.abspath(name)) for task in tasks for name in task.job.outputs}
-    os.makedirs(home := os.path.commonpath(folders), exist_ok=True)
+    os.makedirs(home := files.common_folder(folders), exist_ok=True)
     book = Journal(Path(home))
     tasks = dispatch.prepare(tasks, book, resume=own["resume"], make=not own["dry_run"])
     if own["dry_run"]:

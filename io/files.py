@@ -152,6 +152,42 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
     return real
 
 
+def relative_path(path: str | os.PathLike, folder: str | os.PathLike) -> str:
+    """Return the path of a file relative to a folder; on another drive of Windows, its absolute path."""
+    try:
+        return os.path.relpath(path, folder)
+    except ValueError:
+        return os.path.abspath(path)
+
+
+def common_folder(folders: Iterable[str]) -> str:
+    """Return the deepest folder that contains all of these.
+
+    Raises:
+        InputError: they are on several drives of Windows.
+    """
+    folders = list(folders)
+    try:
+        return os.path.commonpath(folders)
+    except ValueError:
+        listed = ", ".join(
+            sorted({os.path.splitdrive(folder)[0] or "the current drive" for folder in folders})
+        )
+        raise InputError(
+            f"outputs: they are on several drives ({listed}); write all of them to one drive"
+        ) from None
+
+
+def _is_input(output: Path, inputs: Collection[Path]) -> bool:
+    """Return whether an output is one of the inputs, also where the system ignores the case of names."""
+    if output in inputs:
+        return True
+    if not output.exists():
+        return False
+    alike = [path for path in inputs if str(path).casefold() == str(output).casefold()]
+    return any(path.exists() and output.samefile(path) for path in alike)
+
+
 def check_outputs(
     names: Iterable[str],
     inputs: Iterable[str | Path],
@@ -171,7 +207,7 @@ def check_outputs(
     read, seen = ({Path(name).resolve() for name in given} for given in (inputs, taken))
     for name in names:
         real = check_output(name, force=True)
-        if real in read:
+        if _is_input(real, read):
             raise InputError(f"{name}: is also an input; choose another output")
         if real in seen:
             raise InputError(f"{name}: is used for two outputs; give each a separate name")

@@ -57,7 +57,9 @@ def reports_are_valid(monkeypatch):
 @pytest.fixture(autouse=True)
 def own_state(tmp_path_factory, monkeypatch):
     """Keep the state of runs in a separate folder for each test."""
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+    state = str(tmp_path_factory.mktemp("state"))
+    monkeypatch.setenv("XDG_STATE_HOME", state)
+    monkeypatch.setenv("LOCALAPPDATA", state)  # the same on Windows
 
 
 @pytest.fixture

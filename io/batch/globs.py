@@ -80,9 +80,7 @@ class Globs:
 
     def _check(self, path: str) -> None:
         real = os.path.realpath(path or ".")
-        if self._real is not None and not any(
-            os.path.commonpath([root, real]) == root for root in self._real
-        ):
+        if self._real is not None and not any(Path(real).is_relative_to(root) for root in self._real):
             raise InputError(
                 f"matches {path}, outside the manifest's folder and the root; allow this with --allow-outside"
             )

@@ -123,7 +123,7 @@ class Journal:
         return os.path.join(self._root, path)
 
     def _relative(self, path: str) -> str:
-        return os.path.relpath(os.path.realpath(path), self._real)
+        return files.relative_path(os.path.realpath(path), self._real)
 
     def _lines(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Yield the position and contents of each line; results are read again when needed."""

@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 from ...errors import InputError
 from .. import formats
+from ..files import relative_path
 from ..page import Cell, Row, address, page
 
 THUMBNAIL_PIXELS = 96  # longer side in pixels
@@ -33,7 +34,7 @@ def _row(result: dict[str, Any], where: str, pictured: bool) -> Row:
     shown = next((path for path in outputs if formats.of(path).picture), None)
     first = shown or next(iter(outputs), None)
     good = result["status"] == "done"
-    link = quote(os.path.relpath(first, where).replace(os.sep, "/")) if first else None
+    link = quote(relative_path(first, where).replace(os.sep, "/")) if first else None
     cells = [
         Cell(str(result["job"]), sort=result["job"]),
         Cell(result["name"], image=thumbnail(shown) if shown and pictured else None, link=link),

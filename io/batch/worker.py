@@ -49,10 +49,8 @@ def prepare(threads: int, of_main_thread: bool) -> None:
     """
     for name in THREADS:
         os.environ[name] = "1" if name.startswith(("OPENBLAS", "MKL")) else str(threads)
-    for name in (
-        "SIGINT",
-        "SIGHUP",
-    ):  # Ctrl-C and a closed terminal reach the whole group; the parent decides
+    # Ctrl-C, Ctrl-Break and a closed terminal reach the whole group; the parent decides.
+    for name in ("SIGINT", "SIGHUP", "SIGBREAK"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _stop)

@@ -269,7 +269,7 @@ def _named(value: Any, folder: Path) -> Any:
     if not isinstance(value, str):
         return value
     path, colon, text = value.partition(": ")
-    parts = [part for part in path.split("/") if part not in ("", ".")]
+    parts = Path(path).relative_to(Path(path).anchor).parts
     ends = ("/".join(parts[k:]) for k in range(len(parts)))
     return next((end for end in ends if os.path.isfile(folder / end)), path) + colon + text
 

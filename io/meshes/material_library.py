@@ -9,6 +9,7 @@ from pathlib import Path
 from ...errors import InputError
 from ...pixels.texture import REPEAT, Wrap
 from .. import limits, references
+from ..files import relative_path
 
 ONE = ("-blendu", "-blendv", "-cc", "-clamp", "-texres", "-imfchan", "-type", "-bm", "-boost")
 ARGUMENTS = dict.fromkeys(ONE, 1) | {"-mm": 2}
@@ -161,10 +162,7 @@ def picture_of(mesh: Path, material: str | None, word: str) -> Path:
 
 def relative(file: Path, folder: Path) -> str:
     """Return the path of a file relative to a folder, with forward slashes."""
-    try:
-        return Path(os.path.relpath(file, folder)).as_posix()
-    except ValueError:  # another drive
-        return file.resolve().as_posix()
+    return Path(relative_path(file, folder)).as_posix()
 
 
 def file_name(rest: str) -> str:

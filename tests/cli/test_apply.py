@@ -290,7 +290,7 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
     ],
 )
 def test_bad_files_get_one_line(saved, shapes, iccm, name, content, options, said):
-    (shapes / name).write_text(content)
+    (shapes / name).write_text(content, encoding="utf-8")
     typed = iccm("apply", "map.npz", name, "-o", f"out{name[1:]}", *options)
     errors = [line for line in typed.lines if line.startswith("error: ")]
     assert typed.code == 2 and len(errors) == 1 and said in errors[0], typed.err

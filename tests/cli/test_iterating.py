@@ -5,6 +5,7 @@ import shutil
 
 import pytest
 
+STATE = "LOCALAPPDATA" if os.name == "nt" else "XDG_STATE_HOME"
 SMALL = ("--size", "24", "--method", "paper", "--vertices", "40")
 
 
@@ -47,9 +48,9 @@ def test_other_files_are_kept(shapes, iccm, monkeypatch, change):
     elif change == "other target":
         given[2] = "disk.svg"
     elif change == "forgotten":
-        monkeypatch.setenv("XDG_STATE_HOME", str(shapes / "elsewhere"))
+        monkeypatch.setenv(STATE, str(shapes / "elsewhere"))
     else:
-        log = os.path.join(os.environ["XDG_STATE_HOME"], "iccm", "outputs.jsonl")
+        log = os.path.join(os.environ[STATE], "iccm", "outputs.jsonl")
         with open(log, "rb+") as file:
             file.truncate(20)
     kept = out.read_bytes()
@@ -62,7 +63,7 @@ def test_meshes_need_force_and_a_state_folder_that_is_none_hinders_nothing(shape
     given = ("map", "square.svg", "m.obj", "-o", "out.obj")
     assert iccm(*given).code == 0 and iccm(*given).code == 2
     (shapes / "file").touch()
-    monkeypatch.setenv("XDG_STATE_HOME", str(shapes / "file"))
+    monkeypatch.setenv(STATE, str(shapes / "file"))
     assert iccm("map", "square.svg", "blob.svg", *SMALL).code == 0
 
 
@@ -72,6 +73,6 @@ def test_what_is_remembered_stays_small(shapes, iccm, monkeypatch):
     monkeypatch.setattr(earlier, "MOST_BYTES", 400)
     for count in range(4):
         assert iccm("map", "square.svg", "blob.svg", *SMALL, "-o", f"{count}.png").code == 0
-    place = os.path.join(os.environ["XDG_STATE_HOME"], "iccm", "outputs.jsonl")
+    place = os.path.join(os.environ[STATE], "iccm", "outputs.jsonl")
     assert os.path.getsize(place) < 1200
     assert iccm("map", "square.svg", "blob.svg", *SMALL, "-o", "3.png").code == 0

@@ -2,6 +2,7 @@
 
 import errno
 import hashlib
+import ntpath
 import os
 import stat
 
@@ -80,7 +81,8 @@ def test_impossible_outputs_are_one_line(tmp_path, name, message):
     assert "\n" not in str(caught.value) and only(tmp_path)
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
+@pytest.mark.skipif(os.name != "nt" and os.geteuid() == 0, reason="root may write anywhere")
 def test_a_read_only_folder(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(InputError, match="not writable"), files.replacing(tmp_path / "a"):
@@ -127,6 +129,7 @@ def test_inputs(tmp_path):
             call()
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes of POSIX")
 def test_a_pipe_does_not_hang(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="plain file"):
@@ -155,7 +158,11 @@ def test_temporary_files_of_an_output_are_known_by_their_names(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["picture", "a.b.jsonl", "x" * 60 + ".png", "two\nlines.png", ".hidden", "p.abcdefgh"]
+    "name",
+    [
+        *("picture", "a.b.jsonl", "x" * 60 + ".png", ".hidden", "p.abcdefgh"),
+        *([] if os.name == "nt" else ["two\nlines.png"]),
+    ],
 )
 def test_temporary_files_of_any_name_are_swept(tmp_path, name):
     with files.replacing(tmp_path / name) as temporary:
@@ -227,3 +234,27 @@ def test_json_with_halves_of_surrogate_pairs_is_refused(data):
 def test_whole_surrogate_pairs_are_characters(tmp_path):
     assert files.parse_json(rb'{"id": "\ud83d\ude00"}') == {"id": "\N{GRINNING FACE}"}
     assert files.parse_json('["é"]'.encode("utf-16")) == ["é"]
+
+
+def test_paths_on_several_drives(monkeypatch):
+    monkeypatch.setattr(files.os, "path", ntpath)
+    here = files.relative_path(r"C:\out\a.png", r"C:\out\site")
+    there = files.relative_path(r"D:\out\a.png", r"C:\out\site")
+    common = files.common_folder([r"C:\out\a", r"c:\out\b"])
+    with pytest.raises(InputError) as caught:
+        files.common_folder([r"C:\out\a", r"D:\out\b"])
+    monkeypatch.undo()
+    assert (here, there, common) == (r"..\a.png", r"D:\out\a.png", r"C:\out")
+    assert "C:, D:" in str(caught.value) and "one drive" in str(caught.value)
+
+
+def test_an_input_is_found_under_a_name_of_another_case(tmp_path):
+    """As on macOS, where both names are one file: here one is a link to the other."""
+    (tmp_path / "Shape.svg").write_text("input")
+    with pytest.raises(InputError, match="another output"):
+        files.check_outputs([str(tmp_path / "Shape.svg")], [tmp_path / "Shape.svg"], force=True)
+    os.link(tmp_path / "Shape.svg", tmp_path / "shape.SVG")
+    with pytest.raises(InputError, match="another output"):
+        files.check_outputs([str(tmp_path / "shape.SVG")], [tmp_path / "Shape.svg"], force=True)
+    os.link(tmp_path / "Shape.svg", tmp_path / "copy.svg")  # a file of its own, as far as names say
+    files.check_outputs([str(tmp_path / "copy.svg")], [tmp_path / "Shape.svg"], force=True)

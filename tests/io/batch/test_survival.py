@@ -17,6 +17,7 @@ import pytest
 
 from iccm.io.pictures import image_files
 
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals of POSIX, and processes as in /proc")
 ICCM = str(Path(sys.executable).parent / "iccm")
 WHOLE = {"done": 4}
 
@@ -176,7 +177,7 @@ def test_a_worker_in_native_code_ends_with_its_parent(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [1, 2, 15], ids=["SIGHUP", "SIGINT", "SIGTERM"])
 def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
     (folder / "jobs.jsonl").write_text(manifest(size=2500))
     process = start("-j", "1", start_new_session=True)
