@@ -1,0 +1,76 @@
+"""Run the fast tests as on Windows, one folder after another, and count the results.
+
+python -m tests.portable [tests/io/batch …] [-k expression]
+
+`site/sitecustomize.py` lists what is imitated. What cannot be imitated here: paths with drives and backslashes and the
+case of names in calls of the system, `msvcrt`, consoles, the sharing of files between processes, symbolic links that
+need a privilege, and the libraries' own code for Windows. The core is the one of this system.
+"""
+
+import argparse
+import os
+import re
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SITE = Path(__file__).resolve().parent / "site"
+COUNTED = ("passed", "failed", "skipped", "error", "errors")
+
+
+def environment() -> dict[str, str]:
+    """Return the environment of the imitated system: each Python process that inherits it sees Windows."""
+    path = os.pathsep.join(part for part in (str(SITE), os.environ.get("PYTHONPATH", "")) if part)
+    return {
+        **os.environ,
+        "PYTHONPATH": path,
+        "PYTHONIOENCODING": "cp1252",
+        "ICCM_IMITATE": "windows",
+    }
+
+
+def folders() -> list[Path]:
+    """Return the folders of tests, and the files of tests that are in none."""
+    found = {path.parent for path in (ROOT / "tests").rglob("test_*.py")} - {ROOT / "tests"}
+    return [*sorted(found), *sorted((ROOT / "tests").glob("test_*.py"))]
+
+
+def run(path: Path, *options: str) -> tuple[Counter, list[str]]:
+    """Run the fast tests of a folder, without those of its folders, and return counts and the lines about failures."""
+    tests = [str(path)] if path.is_file() else sorted(map(str, path.glob("test_*.py")))
+    command = [sys.executable, "-X", "faulthandler", "-m", "pytest", "-p", "as_on_windows", "-m", "not slow"]
+    command += ["-q", "-n", "0", "-rfE", "--tb", "short", *options, *tests]
+    done = subprocess.run(command, cwd=ROOT, env=environment(), capture_output=True, text=True)
+    last = (done.stdout.strip().splitlines() or [""])[-1]
+    counts = Counter(
+        {name: int(number) for number, name in re.findall(r"(\d+) (\w+)", last) if name in COUNTED}
+    )
+    if done.returncode not in (0, 1, 5) and not counts:  # 5: no tests were selected
+        counts["errors"] += 1
+    return counts, [] if done.returncode in (0, 5) else [done.stdout[-20_000:], done.stderr[-2_000:]]
+
+
+def main() -> int:
+    """Print a line for each folder, and the sum; return 1 if a test failed."""
+    parser = argparse.ArgumentParser(prog="python -m tests.portable", description=__doc__.partition("\n")[0])
+    parser.add_argument("paths", nargs="*", type=Path, help="folders or files of tests [default: all]")
+    parser.add_argument("-k", metavar="EXPRESSION", help="tests to select, as pytest's option")
+    given = parser.parse_args()
+    total, options = Counter(), ["-k", given.k] if given.k else []
+    for path in [path.resolve() for path in given.paths] or folders():
+        counts, trouble = run(path, *options)
+        total += counts
+        print(f"{path.relative_to(ROOT)}: {describe(counts)}", *trouble, sep="\n", flush=True)
+    print(f"all: {describe(total)}")
+    return int(any(total[name] for name in ("failed", "error", "errors")))
+
+
+def describe(counts: Counter) -> str:
+    """Return counts of results in words."""
+    return ", ".join(f"{number} {name}" for name, number in counts.items()) or "no tests"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

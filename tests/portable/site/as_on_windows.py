@@ -1,0 +1,6 @@
+"""A plug-in of pytest: test modules, which pytest loads by itself, see Windows as `sitecustomize` imitates it."""
+
+import sitecustomize
+from _pytest.assertion.rewrite import AssertionRewritingHook
+
+AssertionRewritingHook.exec_module = sitecustomize.with_our_builtins(AssertionRewritingHook.exec_module)
