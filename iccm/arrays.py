@@ -16,8 +16,7 @@ Box = tuple[complex, complex]
 
 
 def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
-    """Convert complex numbers, or real ones with a last axis of x and y, to an (n,) or (n, columns) complex
-    array.
+    """Convert complex numbers, or real ones with a last axis of x and y, to an (n,) or (n, columns) complex array.
 
     Args:
         z: the numbers.
@@ -73,8 +72,7 @@ def at_vertices(values: Real, faces: Index, count: int) -> Real:
 
 
 def distinct_rows(rows: NDArray) -> tuple[Index, Index]:
-    """Return the first occurrence of each distinct row of (n, k), in ascending order of rows, and (n,) the
-    group of each row.
+    """Return the first occurrence of each distinct row of (n, k) in ascending order, and (n,) each row's group.
 
     This is `numpy.unique(axis=0)`, which takes five times as long, and blocks all threads meanwhile.
     """

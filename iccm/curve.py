@@ -102,16 +102,18 @@ class Curve:
 
     @cached_property
     def diameter(self) -> float:
-        """Largest distance of two vertices. Unlike the diagonal, which it never exceeds, it is invariant under
-        rotation.
+        """Largest distance of two vertices.
+
+        Unlike the diagonal, which it never exceeds, it is invariant under rotation.
         """
         points = shapely.MultiPoint(xy_of(self.z))
         return _widest(complex_of(shapely.get_coordinates(points.convex_hull)))
 
     @property
     def polygon(self) -> shapely.Polygon:
-        """The inside of a closed curve as a shapely polygon; a new object at each access, so that threads do
-        not share it.
+        """The inside of a closed curve as a shapely polygon.
+
+        It is a new object at each access, so that threads do not share it.
         """
         return polygon_of(self.z)
 
@@ -144,9 +146,7 @@ class Curve:
         return edge, np.clip((s - self.knots[edge]) / self.lengths[edge], 0, 1)
 
     def sample(self, per_edge: int) -> Complex:
-        """Return (e · per_edge,) points at the middles of `per_edge` equal parts of each edge, so never at a
-        vertex.
-        """
+        """Return (e · per_edge,) points at the middles of `per_edge` equal parts of each edge, so never at a vertex."""
         t = (np.arange(per_edge) + 0.5) / per_edge
         return (self.z[: self.edges.size, None] + self.edges[:, None] * t).ravel()
 
@@ -171,8 +171,9 @@ class Curve:
         return np.where(self.contains(w), w, self.nearest(w)) if w.size else w
 
     def resample(self, count: int) -> "Curve":
-        """Return the curve with about `count` vertices, with nearly equal edges, and with all corners sharper
-        than 30°.
+        """Return the curve with about `count` vertices and nearly equal edges.
+
+        All corners sharper than 30° are kept.
         """
         return Curve(self.at(resampled_knots(self, count)), self.closed)
 

@@ -74,9 +74,7 @@ class JobError(ValueError):
 
 
 def lacks_memory(error: BaseException) -> bool:
-    """Return whether an error is due to a lack of memory, including failures to load a library or to start a
-    thread.
-    """
+    """Return whether an error is due to a lack of memory, including failures to load a library or to start a thread."""
     if isinstance(error, MemoryError):
         return True
     if (

@@ -73,9 +73,7 @@ assert set(FITS) == set(get_args(FitName))
 
 
 def is_partial(name: str | None) -> bool:
-    """Return whether a value of `fit` leaves out parts of a shape in any case; None is the default, which does
-    not.
-    """
+    """Return whether a value of `fit` leaves out parts of a shape in any case; None is the default, which does not."""
     return name is not None and FITS[name].is_partial
 
 

@@ -73,8 +73,7 @@ def flattening_of(shape: Any) -> Flattening | None:
 
 
 def as_points_of(points: Any, name: str, axes: str = "xy", columns: int = 0) -> Any:
-    """Convert complex points, or pairs in the given axes, to (n,) or (n, columns); also accepts OpenCV's (n, 1,
-    2).
+    """Convert complex points, or pairs in the given axes, to (n,) or (n, columns); also accepts OpenCV's (n, 1, 2).
 
     Other objects are returned unchanged.
     """
@@ -150,8 +149,7 @@ def _of_geometry(axes: str) -> str:
 
 
 def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
-    """Return the whole drawing that a shape represents: several polygons, a list of rings, or a shape read from
-    a file.
+    """Return the whole drawing that a shape represents: several polygons, a list of rings, or a shape read from a file.
 
     Returns:
         The drawing; None for a single outline or polygon, and for surfaces.

@@ -251,9 +251,7 @@ class Options:
 
     @property
     def switched_by(self) -> str:
-        """The option that selects another method than the default one, if no method is named; else an empty
-        string.
-        """
+        """The option that selects another method than the default one, if no method is named; else an empty string."""
         others = self._given(WEIGHTED_ONLY)
         return others[0] if others and self.method is None else ""
 

@@ -25,8 +25,9 @@ def thread_count(threads: int | None = None) -> int:
 def over_slices(
     work: Callable[[slice], None], count: int, threads: int | None = None, step: int = SLICE_ITEMS
 ) -> None:
-    """Call work(slice) for slices of `step` items that cover range(count); the work has to release the GIL to
-    run in parallel.
+    """Call work(slice) for slices of `step` items that cover range(count).
+
+    The work has to release the GIL to run in parallel.
     """
     parts = [slice(k, min(k + step, count)) for k in range(0, count, step)]
     workers = min(thread_count(threads), len(parts))
@@ -41,8 +42,9 @@ def over_slices(
 
 
 def within_time(work: Callable[[Item], Result]) -> Callable[[Item], Result]:
-    """Return the same work, which in other threads also ends when the time limit of this thread is over (see
-    `deadline`).
+    """Return the same work, limited in other threads too by the time limit of this thread.
+
+    See `deadline`.
     """
     limit = deadline.current()
 

@@ -113,8 +113,9 @@ class Similarity(NamedTuple):
 
     @classmethod
     def fit(cls, z: Complex, w: Complex, weights: Real | None = None) -> "Similarity":
-        """Return the similarity that takes points z (n,) closest to w, by least squares; a translation if z is
-        one point.
+        """Return the similarity that takes points z (n,) closest to w, by least squares.
+
+        It is a translation if z is one point.
 
         Args:
             z: points.
@@ -149,8 +150,9 @@ class Similarity(NamedTuple):
         )
 
     def rotated(self, angle: float) -> "Similarity":
-        """Return the similarity followed by a rotation about the centre's image, by an angle in radians, before
-        mirroring.
+        """Return the similarity followed by a rotation about the centre's image.
+
+        The angle is in radians, before mirroring.
         """
         return self._replace(factor=self.factor * complex(np.exp(1j * angle)))
 

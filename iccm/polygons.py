@@ -1,5 +1,4 @@
-"""Regions of many polygons: unions, filled holes and offsets, in time nearly proportional to the number of
-parts.
+"""Regions of many polygons: unions, filled holes and offsets, in time nearly proportional to the number of parts.
 
 GEOS unites in a tree of pairs, and orders the parts of an offset by comparing all pairs, which takes minutes
 for text of 5,000 letters. Parts that do not reach each other are therefore processed separately.
@@ -31,8 +30,9 @@ def polygons_of(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> Po
 
 
 def unite(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> shapely.Geometry:
-    """Return the union of the polygons of one or several geometries: a Polygon, empty if there are none, or a
-    MultiPolygon.
+    """Return the union of the polygons of one or several geometries.
+
+    The result is a Polygon, which is empty if there are none, or a MultiPolygon.
 
     Raises
     ------

@@ -84,8 +84,7 @@ def within(what: str) -> Iterator[None]:
 
 
 def tell(what: str, done: int = 0, of: int = 0) -> None:
-    """Report the current step to the listener of this thread, and in a loop of length `of` check the time
-    limit.
+    """Report the current step to the listener of this thread, and in a loop of length `of` check the time limit.
 
     Raises:
         TimeUp: the time is over (see `deadline`).

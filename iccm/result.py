@@ -156,9 +156,7 @@ class Fit:
 
     @property
     def _has_drifted(self) -> bool:
-        """Whether two surfaces lie in the same place, including their landmarks, and the map moves points far
-        away.
-        """
+        """Whether two surfaces lie in the same place, including their landmarks, and the map moves points far away."""
         source, target = self.layouts
         assert source is not None and target is not None
         away = self._apart["apart"]["p95"]
@@ -182,8 +180,9 @@ class Fit:
 
     @cached_property
     def lost(self) -> float:
-        """Share of the source's area that the inverse does not recover, because it folds or shrinks below
-        numerical precision.
+        """Share of the source's area that the inverse does not recover.
+
+        There it folds or shrinks below numerical precision.
 
         It is sampled, unless the certificate covers nearly all of the source.
         """
@@ -214,8 +213,9 @@ class Fit:
 
     @property
     def transform(self) -> Transform:
-        """The map and its inverse on complex points or pairs of x and y, with the interface of scikit-image's
-        transforms.
+        """The map and its inverse with the interface of scikit-image's transforms.
+
+        Points are complex or pairs of x and y.
 
         Pairs are always x and y, as in `skimage.transform`; y is down if the shapes were given that way. The
         inverse has a value everywhere inside the target: where the target stays bare, it is that of the nearest
@@ -407,9 +407,7 @@ class Fit:
 
     @cached_property
     def image(self) -> Complex:
-        """The image of the boundary of the map's polygon, in order; a curved one is approximated to
-        FLATNESS_SHARE.
-        """
+        """The image of the boundary of the map's polygon, in order; a curved one is approximated to FLATNESS_SHARE."""
         map = self.map
         if isinstance(map, TriangulatedMap):
             return map(map.polygon)
@@ -426,8 +424,9 @@ class Fit:
 
     @property
     def diagonal(self) -> float:
-        """The unit of reported lengths: the diagonal of the target's bounding box, or of the image's without a
-        target.
+        """The unit of reported lengths: the diagonal of the target's bounding box.
+
+        Without a target, it is that of the image's.
         """
         return (self.target or Curve(self.image)).diagonal
 
@@ -570,8 +569,9 @@ class Fit:
 
     @property
     def _source_gap(self) -> float:
-        """Two-sided Hausdorff distance of the boundary that the map covers from the source's, relative to its
-        diagonal.
+        """Distance of the boundary that the map covers from the source's boundary.
+
+        It is the two-sided Hausdorff distance, relative to the source's diagonal.
         """
         outer = closer_outline(self.map.polygon, self.filled and self.filled[0], self.source)
         pairs = [(Curve(outer), self.source)]
@@ -639,8 +639,9 @@ class Fit:
 
     @cached_property
     def triangles(self) -> Distortion:
-        """Distortion of the map at the centroid of each triangle, in order; of a harmonic map, on the triangles
-        that approximate it.
+        """Distortion of the map at the centroid of each triangle, in order.
+
+        For a harmonic map, the triangles are those that approximate it.
 
         Its `energies` are the terms of the balanced energy.
         """
@@ -763,8 +764,7 @@ class Fit:
 
 
 def load(path: str | PathLike) -> Fit:
-    """Return the result that `Fit.save`, or `iccm map -o map.npz`, wrote; it evaluates to the same values, bit
-    for bit.
+    """Return the result that `Fit.save`, or `iccm map -o map.npz`, wrote; it evaluates to the same values, bit for bit.
 
     Raises:
         InputError: the file does not exist, or does not contain a valid map.

@@ -420,8 +420,9 @@ def _solve(
 def _judged_by(
     settings: Options, found: Fit, layouts: tuple[Flattening | None, Flattening | None] = (None, None)
 ) -> Fit:
-    """Return the result of a method that weights constraints, with its tolerance, and a note on the choice of
-    the method.
+    """Complete the result of a method that weights constraints.
+
+    It gets the layouts, the method's tolerance, and a note if constraints determined the choice of the method.
     """
     notes = [_switch_note(settings), *found.notes] if settings.switched_by else found.notes
     return replace(found, layouts=layouts, tolerance=settings.tolerance, notes=notes)

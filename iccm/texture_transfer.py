@@ -296,8 +296,9 @@ def stmap(
 
 
 def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Box | None = None) -> Transform:
-    """Return the map that an STMap contains, with its inverse; it is accurate to a pixel at the outline, and
-    far better inside.
+    """Return the map that an STMap contains, with its inverse.
+
+    It is accurate to a pixel at the outline, and far better inside.
 
     Args:
         st: (h, w, c) s, t and, in the fourth channel if there is one, coverage; without coverage, pixels with s

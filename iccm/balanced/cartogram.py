@@ -67,8 +67,9 @@ def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMa
 
 
 def parts_of(field: Field) -> Index:
-    """Return (h, w) the index of the connected part of equal size that each pixel is in; SIZE_LEVELS are
-    distinguished.
+    """Return (h, w) the index of the connected part of equal size that contains each pixel.
+
+    At most SIZE_LEVELS sizes are distinguished.
     """
     from scipy.ndimage import label  # slow to import, and seldom needed
 

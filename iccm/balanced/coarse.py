@@ -60,8 +60,9 @@ def coarse_map(source: Curve, target: Curve, settings: Settings, *, most: float 
 
 
 def coarse_filled(source: Curve, target: Curve, settings: Settings) -> Iterator[CoarseMap]:
-    """Yield coarse maps of two outlines with filled concavities, on the side that `settings.fit` (contain or
-    cover) names.
+    """Yield coarse maps of two outlines with filled concavities.
+
+    The filled side is the one that `settings.fit` (contain or cover) names.
     """
     frames = frames_of(source, target, settings.turn, ((), ()))
     for problem in bay_choices(_problem(source, target, NONE, frames, settings), settings):

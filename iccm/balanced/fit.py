@@ -84,8 +84,7 @@ def solve(
 
 
 def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
-    """Return a note with the figures of the map with fit and holes set to auto, if its dilatation is at most
-    half.
+    """Return a note with the figures of the map with fit and holes set to auto, if its dilatation is at most half.
 
     The dilatations compared are those that are not exceeded on 95 % of the target.
     """
@@ -246,8 +245,7 @@ def solve_inverse(
     *,
     moved: bool,
 ) -> Solution:
-    """Solve a problem with rigid regions of the target through its inverse, in which they are regions of the
-    source.
+    """Solve a problem with rigid regions of the target through its inverse, in which they are regions of the source.
 
     The inverse map has the same energy. See `method.solve` for the arguments.
 
@@ -528,9 +526,7 @@ def stretch_notes(found: Distortion) -> list[str]:
 
 
 def coverage_notes(fit: Fit) -> list[str]:
-    """Return notes on ignored holes, on the share of the source that is hidden, and on the share of the target
-    that is bare.
-    """
+    """Return notes on ignored holes, and on the hidden share of the source and the bare share of the target."""
     counts = zip(("source", "target"), map(len, fit.passed_holes))
     many = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]
     said = [f"The map ignores {' and '.join(many)} (holes)."] if many else []

@@ -1,5 +1,4 @@
-"""A balanced map that follows its pins and strokes while they are dragged, each update starting from the map
-before.
+"""A balanced map that follows its pins and strokes while they are dragged, each update starting from the map before.
 
 Soft pins are terms of the energy: if they move, or their number changes, Newton's method continues on the mesh
 of the converged map, and nothing visible changes when it converges again. If the targets of exact pins inside
@@ -68,16 +67,18 @@ class _Pair:
 
     @property
     def inverted(self) -> bool:
-        """Whether the inverse map is the one that is updated: holes of the target that open from slits are
-        filled there.
+        """Whether the inverse map is the one that is updated.
+
+        In that case the target's holes that open from slits are filled there.
         """
         return len(self.holes.source) < len(self.holes.target)
 
     def checked(
         self, pins: Complex, strokes: Sequence[tuple[Curve, Curve]], softness: Softness | None
     ) -> tuple[Pins, PinnedPatches]:
-        """Return the exact pins and strokes of the updated map, in unit coordinates, and soft pins in the
-        user's coordinates.
+        """Return the checked pins and strokes of the updated map.
+
+        Exact pins and strokes are in unit coordinates, soft pins in the user's coordinates.
 
         Pins in holes only state which holes correspond.
 
@@ -195,8 +196,7 @@ class Live:
         *,
         dragged: bool = False,
     ) -> "Live":
-        """Start from a balanced map, with pins (k, 2) and strokes as in `solve`; see `moved` for the other
-        arguments.
+        """Start from a balanced map, with pins (k, 2) and strokes as in `solve`; see `moved` for the other arguments.
 
         Raises:
             NoMapError: no map without folds was found.
@@ -319,8 +319,7 @@ class Live:
         return not same or bool(before.strokes or given.strokes)
 
     def _pulled(self, given: Pins, steps: int) -> DiscreteMap | None:
-        """Return the map with new goals for its constrained vertices, or with these moved towards their new
-        sources.
+        """Return the map with new goals for its constrained vertices, or with these moved towards their new sources.
 
         Moving sources takes up to half of the given steps. The steps left are in `spared`.
 
@@ -380,8 +379,9 @@ def _at_sources(state: DiscreteMap) -> bool:
 
 
 def _towards(state: DiscreteMap) -> DiscreteMap:
-    """Return the map after some Newton steps at FINE_POWER, like the converged map; at 1 if that does not reach
-    the goals.
+    """Return the map after some Newton steps at FINE_POWER, which bring it close to the converged map.
+
+    If these do not reach the goals, steps at power 1 are taken instead.
     """
     found = state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=True)
     return found if found.miss == 0 else state.forward(1.0, FORWARD_STEPS, AT_REST_DECREASE, corners=True)

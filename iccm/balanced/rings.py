@@ -90,8 +90,9 @@ def best_seam(
 
 
 def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
-    """Return the cost of the best coarse map between two whole outlines, from elastic matches; infinite if
-    there is none.
+    """Return the cost of the best coarse map between two whole outlines; infinite if there is none.
+
+    The search starts from elastic matches.
     """
     frames = frames_of(source, target, settings.turn, ((), ()))
     outlines = unit_curve(frames[0], source), unit_curve(frames[1], target)

@@ -101,8 +101,9 @@ class View:
         return Coarse(self.measure, self.mass)
 
     def disc(self, z: Complex) -> Complex:
-        """Return the images of points inside under the Riemann map to the disc: the Cauchy integral of its
-        boundary values.
+        """Return the images of points inside under the Riemann map to the disc.
+
+        They are Cauchy integrals of its boundary values.
         """
         values = np.exp(1j * TURN * self.circle.turns[:-1])
         return cauchy_green.coordinates(self.measure.z, z) @ values

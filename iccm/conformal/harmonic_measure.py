@@ -76,8 +76,9 @@ class HarmonicMeasure:
         self._outflow = -stiffness[boundary][:, free]
 
     def masses(self, centres: Complex) -> Real:
-        """Return (c, p) positive masses of the panels, seen from the nodes closest to the centres; each row
-        sums to one.
+        """Return (c, p) positive masses of the panels as seen from the centres; each row sums to one.
+
+        Each centre is represented by the closest node.
         """
         source = np.zeros((self._factors.shape[0], centres.size))
         source[self._corner[self._tree.query(xy_of(centres))[1]], np.arange(centres.size)] = 1.0
@@ -93,8 +94,9 @@ class HarmonicMeasure:
 
 
 class Circle:
-    """A boundary as the unit circle seen from one centre: arclength s ↔ turns F, both lifted to the line and
-    increasing.
+    """A boundary as the unit circle seen from one centre.
+
+    It maps arclength s to turns F and back, both lifted to the line and increasing.
     """
 
     def __init__(self, measure: HarmonicMeasure, mass: Real):
@@ -139,8 +141,7 @@ class Circle:
 
 
 def corner_powers(measure: HarmonicMeasure) -> tuple[Real, np.ndarray]:
-    """Return the exponents π/angle of the harmonic measure's growth from a corner, for panels at a corner, else
-    1.
+    """Return the exponents π/angle of the harmonic measure's growth from a corner, for panels at a corner, else 1.
 
     Returns:
         (p,) exponents, and whether the corner is at the panel's end rather than at its start.
@@ -161,8 +162,9 @@ def _place(knots: Real, x: Real) -> tuple[np.ndarray, Real]:
 
 
 def inner_points(curve: Curve, ends: Real) -> Complex:
-    """Return points for a graded triangulation: centres of the leaves of a quadtree, with cells that grow away
-    from the panels.
+    """Return points for a graded triangulation.
+
+    They are the centres of a quadtree's leaves, which grow away from the panels.
     """
     z = curve.at(ends)
     panel = np.abs(np.roll(z, -1) - z)
@@ -194,8 +196,9 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
 
 
 def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
-    """Return the stiffness matrix of quadratic elements on vertices and edge midpoints, and the indices of the
-    panels' midpoints.
+    """Return the stiffness matrix of quadratic elements on vertices and edge midpoints.
+
+    The second result is the indices of the panels' midpoints.
 
     With S_ij the linear elements' integrals of grad λ_i · grad λ_j (minus half a cotangent off the diagonal),
     the quadratic ones are K_ii = S_ii, K_ij = -S_ij/3, K_i,ij = 4/3 S_ij, K_ij,ij = 8/3 (S_ii + S_jj + S_ij),

@@ -1,15 +1,14 @@
-"""The conformal method: a global start, boundary vertices where they are needed, Newton's method, a measured
-gap.
+"""The conformal method: a global start, boundary vertices where they are needed, Newton's method, a measured gap.
 
 It overcomes limits of the paper's algorithm (local minima, missed protrusions, folds near the boundary):
 
 1. The harmonic measures of both domains give the boundary correspondence of a conformal map; its three free
-parameters are determined by least distortion or by pins (`measure`, `normalise`).
+   parameters are determined by least distortion or by pins (`measure`, `normalise`).
 2. Vertices are placed with an even interpolation error, both at the source's corners and at the preimages of
-the target's detail (`vertices`).
+   the target's detail (`vertices`).
 3. Newton's method makes the boundary values those of a holomorphic map (`riemann_hilbert`).
 4. The gap is measured, and vertices are placed anew from the improved correspondence, until the gap is within
-the tolerance.
+   the tolerance.
 5. Pins, strokes and quasi-conformal terms are then added by the first-order iteration of §3.4.
 """
 
@@ -211,8 +210,9 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
 
 
 def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
-    """Return the harmonic measure of a boundary on panels graded towards its corners, with longer panels if
-    there are too many.
+    """Return the harmonic measure of a boundary on panels graded towards its corners.
+
+    Panels are longer if there are too many.
     """
     progress.tell("harmonic measure")
     ends = graded(curve, spacing, sharp)
@@ -238,8 +238,9 @@ def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: 
 
 
 def crowding(c: Correspondence) -> dict[str, str]:
-    """Return notes, keyed by "source" and "target", if parts of one boundary correspond to parts of the other
-    that double precision cannot resolve.
+    """Return notes on parts of a boundary whose partners double precision cannot resolve.
+
+    The keys are "source" and "target".
     """
     there = np.diff(c.between.inverse(c.target.circle.turns))
     here = np.diff(c.between(c.source.circle.turns))
@@ -299,8 +300,9 @@ def pairs(c: Correspondence) -> tuple[Real, Real]:
 
 
 def gap_of(state: State) -> float:
-    """Return the two-sided Hausdorff distance of the image of the boundary from the target, relative to its
-    diameter.
+    """Return the Hausdorff distance of the boundary's image from the target, relative to its diameter.
+
+    It is the two-sided distance.
     """
     polygon = state.source.at(state.s)
     image = HarmonicMap(polygon, state.phi, np.zeros_like(polygon))(boundary_samples(polygon, 2))

@@ -74,8 +74,7 @@ def centres(curve: Curve, spacing: float) -> Complex:
 
 
 def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
-    """Return the variance of log|f'| over both boundaries, weighted by arclength; it is zero exactly for
-    similarities.
+    """Return the variance of log|f'| over both boundaries, weighted by arclength; it is zero exactly for similarities.
 
     Args:
         source: boundary of the source.
@@ -108,8 +107,9 @@ def charged_distortion(distortion: Real, cosine: Real) -> Real:
 def search(
     source: HarmonicMeasure, target: HarmonicMeasure, pins: Complex | None = None, upright: complex = 1.0
 ) -> Correspondence:
-    """Return the correspondence with the least distortion; with pins, the one that meets them best with the
-    least distortion.
+    """Return the correspondence with the least distortion.
+
+    With pins, it is the one with the least distortion of those that meet them best.
 
     Every pair of centres is tried with several rotations, and the best candidates are refined over all three
     parameters. Of maps with about the same distortion, the one with the least rotation from `upright` is
@@ -178,8 +178,9 @@ class Wish:
         return Candidate(float(self.score(a, b, m, found)), float(found), a, b, p)
 
     def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
-        """Return a candidate refined until convergence, from the centres that resolve it best unless that leads
-        elsewhere.
+        """Return a candidate refined until convergence.
+
+        It is seen from the centres that resolve it best, unless that leads elsewhere.
         """
         polished = self.polished(_seen_well(t, views), FINE_SEARCH)
         return polished if polished.cost <= NEARLY_BEST_RATIO * t.cost else self.polished(t, FINE_SEARCH)
@@ -212,8 +213,9 @@ class Wish:
         return moment.real / np.maximum(np.abs(moment), 1e-300)
 
     def cost(self, a: View, b: View) -> Callable[[Moebius], Real]:
-        """Return the cost as a function of the Möbius map: the distortion, plus the distances from pins if
-        there are any.
+        """Return the cost as a function of the Möbius map.
+
+        It is the distortion, plus the distances from pins if there are any.
         """
         pins = self.pins
         if pins is None:

@@ -22,8 +22,9 @@ def corners(curve: Curve, least: float = CORNER) -> np.ndarray:
 
 
 def thickness(curve: Curve, per_length: float) -> tuple[np.ndarray, Complex, Real]:
-    """Return the radius of the largest inner disc that touches the boundary, at sample points (the shrinking
-    ball method).
+    """Return the radius of the largest inner disc that touches the boundary, at sample points.
+
+    The shrinking ball method is used.
 
     Returns:
         Edge, point and radius of each sample; samples are about `per_length` apart, with at least one per edge.
@@ -79,8 +80,9 @@ def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
 
 @cache
 def _positions(samples: int) -> Real:
-    """Return the positions on an edge at which the panel length is evaluated: even ones, and ones that
-    accumulate at both ends.
+    """Return the positions on an edge at which the panel length is evaluated.
+
+    Some are evenly spaced, and others accumulate at both ends.
     """
     ends = np.concatenate([[0.0], np.geomspace(1e-12, 0.5, 80)])
     return np.unique(np.concatenate([np.linspace(0, 1, 4 * samples + 1), ends, 1 - ends]))

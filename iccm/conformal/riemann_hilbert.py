@@ -34,8 +34,9 @@ def cyclic_gaps(s: Real, length: float) -> Real:
 
 
 def shares(source: Curve, s: Real, target: Curve, tau: Real) -> Real:
-    """Return (n,) quadrature weights from both sides, ½(ds/|S| + dτ/|T|): a protrusion counts even if its
-    preimage is tiny.
+    """Return (n,) quadrature weights ½(ds/|S| + dτ/|T|) from both sides.
+
+    A protrusion counts even if its preimage is tiny.
     """
     parts = [cyclic_gaps(s, source.length) / source.length, cyclic_gaps(tau, target.length) / target.length]
     gaps = 0.5 * (parts[0] + parts[1])
@@ -49,8 +50,9 @@ def stretches(s: Real, source: Curve, tau: Real, target: Curve) -> Real:
 
 
 def interpolate_means(w: Complex, z: Complex) -> Complex:
-    """Return values φ whose linear interpolation has the mean, on every edge, of the holomorphic function with
-    values w.
+    """Return values φ whose linear interpolation has the means of a holomorphic function on the edges.
+
+    The holomorphic function has the values w at the vertices.
 
     The mean error of linear interpolation is w'' Δz²/12. Raising vertices by a sixth of their distance from the
     linear function through their neighbours compensates it, so that the error for smooth boundaries is O(h³),
@@ -65,8 +67,7 @@ def interpolate_means(w: Complex, z: Complex) -> Complex:
 
 
 def consistency(z: Complex) -> Complex:
-    """Return the (n, n) matrix D = (C - ½I)(I + P) - ½I, with D w = 0 for the boundary values w of holomorphic
-    maps.
+    """Return the (n, n) matrix D = (C - ½I)(I + P) - ½I, with D w = 0 for the boundary values w of holomorphic maps.
 
     C contains the Cauchy coordinates of the vertices z, and φ = (I + P) w are the values of
     `interpolate_means`. The error of their linear interpolation oscillates with mean zero, and half of it is
@@ -136,8 +137,9 @@ def newton(
 
 
 def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real) -> Callable[[float], Real]:
-    """Return the Levenberg-Marquardt step of ‖q D T(τ)‖² in τ, scaled by the local spacing, as a function of
-    the damping.
+    """Return the Levenberg-Marquardt step of ‖q D T(τ)‖² in τ as a function of the damping.
+
+    It is scaled by the local spacing.
     """
     edge, _ = target.locate(tau)
     gaps = cyclic_gaps(tau, target.length)

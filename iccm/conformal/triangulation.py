@@ -24,9 +24,7 @@ class TooThinError(InputError):
 
 
 class PlaneMesh(NamedTuple):
-    """Counter-clockwise triangles (t, 3), and those across the edges opposite to their vertices (t, 3), -1 for
-    none.
-    """
+    """Counter-clockwise triangles (t, 3), and those across the edges opposite to their vertices (t, 3), -1 for none."""
 
     faces: Index
     across: Index
@@ -46,8 +44,9 @@ def missing(mesh: PlaneMesh, panels: int, nodes: int) -> Flags:
 
 
 def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
-    """Return the triangulation with all panels as edges, and with all other edges Delaunay subject to that
-    (Sloan 1993).
+    """Return the triangulation with all panels as edges (Sloan 1993).
+
+    All other edges are Delaunay subject to that.
 
     Args:
         nodes: (n,) nodes, the panels' ends first and in order.
@@ -72,8 +71,9 @@ def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
 
 
 def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:
-    """Return (m, 3) the triangles inside a closed curve, without degenerate ones with three nodes on one of its
-    edges.
+    """Return (m, 3) the triangles inside a closed curve.
+
+    Degenerate ones, with three nodes on one of the curve's edges, are omitted.
     """
     a, b, c = nodes[mesh.faces].T
     longest = np.maximum.reduce([np.abs(b - a), np.abs(c - b), np.abs(a - c)])

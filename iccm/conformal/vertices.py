@@ -23,8 +23,9 @@ OFFSETS = np.geomspace(
 
 
 def clean(s: Real, tau: Real, source: Curve, target: Curve) -> tuple[Real, Real]:
-    """Return pairs in increasing order of both arclengths, within one lap, without those that coincide in
-    double precision.
+    """Return pairs in increasing order of both arclengths, within one lap.
+
+    Pairs that coincide in double precision are omitted.
     """
     lap = np.floor(s / source.length)
     s, tau = s - lap * source.length, tau - lap * target.length
@@ -60,8 +61,7 @@ def radius_along(curve: Curve, spacing: float) -> Callable[[Real], Real]:
 
 @dataclass(frozen=True, eq=False)
 class Allowance:
-    """The allowed error at places of the source: an absolute error, limited to a share of the local size of the
-    image.
+    """The allowed error at places of the source: an absolute error, limited to a share of the local size of the image.
 
     Where the map shrinks the source a lot (the end of a protrusion, a sharp corner), an absolute error alone
     would permit folds.

@@ -1,5 +1,4 @@
-"""Hermitian systems over large surfaces, with one complex unknown per vertex: a multifrontal factorisation on
-BLAS.
+"""Hermitian systems over large surfaces, with one complex unknown per vertex: a multifrontal factorisation on BLAS.
 
 Liu, *The Multifrontal Method for Sparse Matrix Solution*, SIAM Review 1992, in the order of
 `nested_dissection`. Nearly all work consists of dense matrix products, so that twice the vertices take little

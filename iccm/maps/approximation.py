@@ -1,5 +1,4 @@
-"""Approximate harmonic maps by triangulated ones to a given error, for drawing, writing, and inverting many
-points.
+"""Approximate harmonic maps by triangulated ones to a given error, for drawing, writing, and inverting many points.
 
 The mesh is refined where the quadratic patches of the inverse are not accurate enough. Between vertices at
 which the map has derivatives, those of the inverse determine the bulge of each edge to fourth order. The third
@@ -169,8 +168,9 @@ class Samples:
         return bulge, np.where(corner.all(axis=1), np.inf, error)
 
     def triangles(self, mesh: Triangulation, bulge: Complex, marked: Flags) -> Flags:
-        """Return (e,) the longest sides of triangles with inaccurate midpoints; each is checked once, when its
-        sides are accurate.
+        """Return (e,) the longest sides of triangles with inaccurate midpoints.
+
+        Each triangle is checked once, when its sides are accurate.
         """
         sides = mesh.edges.sides
         i, j = mesh.edges.ends.T
@@ -191,8 +191,9 @@ class Samples:
         return found
 
     def _off(self, w: Complex, z: Complex) -> tuple[Complex, Complex]:
-        """Return the distances of the preimages of points w (p,) from points z close to them, and of w from
-        their images.
+        """Return displacements of the preimages of points w (p,) from points z, and of w from z's images.
+
+        The points z are close to the preimages; the former displacements are of first order.
         """
         image, f_z, f_zbar = self.map.jet_inside(z)
         p, q = inverted(f_z, f_zbar)
@@ -202,8 +203,7 @@ class Samples:
         return (source <= self.errors[0]) & (image <= self.errors[1])
 
     def _known(self, along: Complex | Real, step: Complex | Real) -> Flags:
-        """Return whether edges are long enough to be split: visible in the image, and with distinct ends in the
-        source.
+        """Return whether edges are long enough to be split: visible in the image, and with distinct ends in the source.
 
         It is False for NaN.
         """

@@ -12,8 +12,9 @@ MOST_POINTS = 400_000
 
 
 def outline(map: HarmonicMap, flatness: float) -> Complex:
-    """Return (k,) the image of the polygon: a closed polyline whose deviation from the image is about
-    `flatness` (target units).
+    """Return (k,) the image of the polygon as a closed polyline.
+
+    Its deviation from the image is about `flatness`, in units of the target.
     """
     map, _, shift = map.centred()
     z = map.polygon

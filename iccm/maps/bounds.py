@@ -38,8 +38,9 @@ def meets_bounds(map: TriangulatedMap, max_dilatation: float | None, max_stretch
 
 
 def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> list[str]:
-    """Return a note for each requested bound: the share of the target where it is exceeded, and the least
-    possible value.
+    """Return a note for each requested bound.
+
+    It states the share of the target where the bound is exceeded, and the least possible value.
 
     The least possible value follows from the outlines' angles, see `angle_ratio`.
     """
@@ -63,8 +64,7 @@ def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch:
 
 
 def angle_ratio(map: TriangulatedMap) -> float:
-    """Return the largest ratio, at a vertex of the outline and its image, of the larger inner angle to the
-    smaller.
+    """Return the largest ratio, at a vertex of the outline and its image, of the larger inner angle to the smaller.
 
     Around a vertex, a piecewise smooth map is r e^{it} -> r ρ(t) e^{iφ(t)}. Its dilatation is at least φ' or
     1/φ', and the mean of φ' is the ratio of the angles. So no such map has a smaller dilatation, nor a smaller

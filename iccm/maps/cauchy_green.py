@@ -77,9 +77,7 @@ def coordinates(polygon: Complex, z: Complex) -> Complex:
 
 
 def derivatives(polygon: Complex, z: Complex) -> Complex:
-    """Return (p, n) D_j(z) = dC_j/dz (paper, Appendix A), for points that are not vertices, where it does not
-    exist.
-    """
+    """Return (p, n) D_j(z) = dC_j/dz (paper, Appendix A), for points that are not vertices, where it does not exist."""
     return _filled(_derivatives, polygon, z)
 
 

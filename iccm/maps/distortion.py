@@ -87,8 +87,9 @@ class Distortion:
 
     @property
     def squeezed(self) -> float:
-        """The larger of the shares of source and target on which the map nearly folds, with a dilatation over
-        SQUEEZED_DILATATION.
+        """The share on which the map nearly folds, with a dilatation over SQUEEZED_DILATATION.
+
+        It is the larger of the shares of source and target.
         """
         before = self.area / np.maximum(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2), 1e-300)
         on = self.dilatations > SQUEEZED_DILATATION
@@ -96,8 +97,9 @@ class Distortion:
 
     @property
     def turn(self) -> float:
-        """Mean rotation of the picture in degrees, counter-clockwise, in (-180, 180]: that of the mean of f_z /
-        |f_z|.
+        """Mean rotation of the picture in degrees, counter-clockwise, in (-180, 180].
+
+        It is that of the mean of f_z / |f_z|.
         """
         size = np.abs(self.f_z)
         mean = self.area @ np.divide(self.f_z, size, out=np.zeros_like(self.f_z), where=size > 0)

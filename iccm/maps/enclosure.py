@@ -1,5 +1,4 @@
-"""Bounds on harmonic maps between samples: enclosures of the derivatives and of the image of a curve, piece by
-piece.
+"""Bounds on harmonic maps between samples: enclosures of the derivatives and of the image of a curve, piece by piece.
 
 With φ linear on every edge, Φ' has logarithms, but Φ″ is rational,
 
@@ -75,22 +74,22 @@ class Pieces:
 
     @property
     def loose(self) -> np.ndarray:
-        """(k,) whether the bounds do not yet prove that the map preserves orientation along a piece and is
-        injective on it.
-        """
+        """(k,) whether the bounds leave open if the map is injective and preserves orientation on a piece."""
         return ~(self.spread <= MOST_TANGENT_RADIUS * self.jacobian)
 
     @property
     def half_angle(self) -> Real:
-        """(k,) upper bound on half the angle of the cone that contains the tangents; valid for pieces that are
-        not loose.
+        """(k,) upper bound on half the angle of the cone that contains the tangents.
+
+        It is valid for pieces that are not loose.
         """
         return np.arcsin(np.minimum(self.spread / np.abs(self.tangent), 1.0))
 
     @property
     def zeros(self) -> Index:
-        """(rings,) winding number of f_z along each ring, the number of its zeros inside; exact if no piece is
-        loose.
+        """(rings,) winding number of f_z along each ring, the number of its zeros inside.
+
+        It is exact if no piece is loose.
         """
         turn = np.angle(self.slope[self.following] * self.slope.conj())
         return np.rint(np.bincount(self.ring, turn) / (2 * np.pi)).astype(int)
@@ -116,8 +115,9 @@ class Encloser:
         self.rounding = ROUNDING_SHARE * float(np.abs(image - image[0]).max())
 
     def pieces(self, rings: list[Complex]) -> Pieces:
-        """Divide rings (first point not repeated) into pieces that are short relative to their distance from
-        the vertices.
+        """Divide rings into pieces that are short relative to their distance from the vertices.
+
+        A ring's first point is not repeated.
         """
         start, ring = np.concatenate(rings), np.repeat(np.arange(len(rings)), [z.size for z in rings])
         for _ in range(HALVING_ROUNDS):

@@ -63,8 +63,9 @@ class ExtendedInverse:
             self.away = max(self.away, float(away.max(initial=0.0)))
 
     def slopes(self, z: Complex) -> tuple[Complex, Complex]:
-        """Return z_w and z_w̄ of the inverse at points z of the source; NaN where the map has no derivative or
-        folds.
+        """Return z_w and z_w̄ of the inverse at points z of the source.
+
+        They are NaN where the map has no derivative or folds.
         """
         _, a, b = self._map.jet(z, self.threads)
         z_w, z_wbar = inverted(a, b)

@@ -98,8 +98,9 @@ class HarmonicMap:
         return Curve(self.polygon)
 
     def placed(self, z: Complex) -> Complex:
-        """Return (p,) points: inside unchanged, others moved to the closest point of the polygon, NaN if that
-        is too far.
+        """Return (p,) points, those outside moved to the closest point of the polygon.
+
+        Points that are too far outside become NaN.
         """
         out = z.copy()
         beyond = np.flatnonzero(~self.outline.contains(z))
@@ -121,8 +122,9 @@ class HarmonicMap:
         return out
 
     def derivatives(self, z: Complex) -> tuple[Complex, Complex]:
-        """Return the Wirtinger derivatives f_z = ½(∂_x - i∂_y) f and f_z̄ = ½(∂_x + i∂_y) f; NaN outside and at
-        vertices.
+        """Return the Wirtinger derivatives f_z = ½(∂_x - i∂_y) f and f_z̄ = ½(∂_x + i∂_y) f.
+
+        They are NaN outside and at vertices.
 
         The paper swaps the two operators under Eq. 9 and drops the ½.
         """

@@ -166,9 +166,7 @@ class InsetDomain:
 
 
 def ring_of(part: shapely.Polygon) -> Complex:
-    """Return (k,) vertices of a polygon's boundary, counter-clockwise, without those that coincide within
-    rounding.
-    """
+    """Return (k,) vertices of a polygon's boundary, counter-clockwise, without those that coincide within rounding."""
     z = complex_of(shapely.get_coordinates(part.exterior)[:-1])
     kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST_EDGE_SHARE * part.exterior.length]
     return kept if Curve(kept).area > 0 else kept[::-1]
@@ -185,7 +183,7 @@ def _fold_between(pieces: Pieces) -> str:
 
 
 def _failed(depth: float, what: str, pieces: Pieces | None = None, zeros: int = 0) -> Certificate:
-    """Return a certificate that states why nothing is certified at a depth."""
+    """Return a certificate that nothing is certified at a depth, with the reason `what`."""
     beltrami = float(np.nanmax(pieces.quotient, initial=0.0)) if pieces is not None else 0.0
     return Certificate(False, depth, zeros, beltrami, False, f"at depth {depth:.1e}: {what}")
 

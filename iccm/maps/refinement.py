@@ -36,8 +36,7 @@ _refine = function(
 
 @dataclass(frozen=True, eq=False)
 class Triangulation:
-    """Vertices (n,), counter-clockwise triangles (m, 3), and the triangles across the sides opposite to their
-    corners.
+    """Vertices (n,), counter-clockwise triangles (m, 3), and the triangles across the sides opposite to their corners.
 
     The latter are -1 on the boundary.
     """

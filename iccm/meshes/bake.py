@@ -1,5 +1,4 @@
-"""Resample a texture into a mesh's own UV layout: each texel is mapped back through its flat position to the
-source.
+"""Resample a texture into a mesh's own UV layout: each texel is mapped back through its flat position to the source.
 
 Where the inverse map is nearly linear within a triangle (to `max_error` texels of the texture), it is
 interpolated from the corners; elsewhere it is evaluated at each texel.
@@ -149,8 +148,9 @@ def _filled(
 
 
 class _Source:
-    """Preimages of the texels of a part of a layout in its source's plane; `first` is the part's first triangle
-    there.
+    """Preimages of the texels of a part of a layout in its source's plane.
+
+    `first` is the part's first triangle there.
     """
 
     def __init__(self, part: BakedPart, grid: Layout, first: int, max_error: float):
@@ -167,8 +167,9 @@ class _Source:
         self.flat = affine(self.corners, self.w[self.faces], threads) if self.exact.any() else None
 
     def rows(self, rows: slice) -> tuple[Index, Callable[[slice], Origins]]:
-        """Return the covered texels of some rows, numbered from the first, and a function that returns the
-        origins of a slice.
+        """Return the covered texels of some rows, and a function that returns the origins of a slice.
+
+        Texels are numbered from the first row.
         """
         owner = self.owner[rows].ravel() - self.first
         at = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
@@ -222,8 +223,9 @@ class _Source:
 
 
 def _into(triangle: Complex, w: Complex) -> Complex:
-    """Return points (p,) moved into their triangles (p, 3): texels that a chart's border only touches have
-    centres outside.
+    """Return points (p,) moved into their triangles (p, 3).
+
+    Texels that a chart's border only touches have centres outside.
     """
     a, b, c = triangle.T
     area = cross(b - a, c - a)

@@ -41,7 +41,7 @@ class Charted:
         """Return all triangles of a mesh.
 
         Raises:
-            InputError: an element is invalid, which the message names, or there are no texture coordinates.
+            InputError: an element, named in the message, is invalid, or there are no texture coordinates.
         """
         corner = triangulate(check(mesh))
         if mesh.uv is None or mesh.uv_corners is None:

@@ -1,5 +1,6 @@
-"""Cut a surface open into a disk: closed surfaces along a path, handles along short loops, and further to
-relieve stretch.
+"""Cut a surface open into a disk.
+
+Closed surfaces are cut along a path, handles along short loops; further cuts relieve stretch.
 """
 
 from collections.abc import Sequence
@@ -99,8 +100,9 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
 
 @lru_cache(maxsize=MOST_KEPT_PATHS)
 def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
-    """Return (n,) factors of lengths that are 1 on the geodesic between two vertices, and large at an edge's
-    distance from it.
+    """Return (n,) factors of lengths for paths close to the geodesic between two vertices.
+
+    They are 1 on the geodesic, and large at an edge's distance from it.
 
     A detour through a vertex at a small distance x from the middle of a geodesic of length L is longer by
     2x²/L.
@@ -168,8 +170,9 @@ def handle_loops(whole: Patch) -> tuple[Index, Index]:
 
 
 def spanning_cut(whole: Patch) -> tuple[Index, Index]:
-    """Return the ends of edges that open the surface into one disk without holes: those that a tree of
-    triangles does not cross.
+    """Return the ends of edges that open the surface into one disk without holes.
+
+    They are the edges that a tree of triangles does not cross.
 
     Dangling edges are removed; the remaining ones connect handles and holes.
     """

@@ -179,9 +179,7 @@ def open_piece(whole: Patch, *, cut: bool, through: Real | None = None) -> Patch
 
 
 def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
-    """Return one piece of the mesh, valid and oriented, but not cut open; arguments and errors as for
-    `disk_patch`.
-    """
+    """Return one piece of the mesh, valid and oriented, but not cut open; arguments and errors as for `disk_patch`."""
     joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
     mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
     shape, corner = _one_piece(joined, piece, notes)

@@ -63,8 +63,9 @@ class Flattening:
 
     @cached_property
     def stretch(self) -> tuple[Real, Real]:
-        """(m,) larger and smaller singular value of the map from each triangle to the plane; the latter is < 0
-        if it is flipped.
+        """(m,) larger and smaller singular value of the map from each triangle to the plane.
+
+        The smaller one is negative if the triangle is flipped.
         """
         corners = self.patch.points[self.patch.faces]
         return stretches(corners, self.flat[self.patch.faces])
@@ -171,8 +172,9 @@ def _overlap_of_charts(result: Flattening) -> str | None:
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:
-    """Return (p,) the least squares conformal map, with the two farthest vertices of the outline pinned; NaN if
-    it fails.
+    """Return (p,) the least squares conformal map; NaN if it fails.
+
+    The two farthest vertices of the outline are pinned.
 
     It is computed by libigl, and for large patches by a solver with nearly linear time. The patch has to be
     valid: libigl ends the process or returns NaN otherwise.
@@ -224,8 +226,9 @@ def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
 
 
 def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
-    """Return the form's diagonal, the ends of edges, and the entries for these; not finite if a triangle has no
-    area.
+    """Return the form's diagonal, the ends of edges, and the entries for these.
+
+    They are not finite if a triangle has no area.
     """
     triangles = patch.triangles
     flat = laid_flat(patch.points[patch.faces])
@@ -257,8 +260,7 @@ def farthest(points: Real) -> tuple[int, int]:
 
 
 def upright(patch: Patch, flat: Complex) -> Complex:
-    """Return flat positions scaled to the surface's area, centred, and rotated to agree best with a view from
-    outside.
+    """Return flat positions scaled to the surface's area, centred, and rotated to agree best with a view from outside.
 
     Up is +y, or -z for a surface that faces up or down.
     """

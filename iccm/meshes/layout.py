@@ -80,8 +80,9 @@ def layout(
 
 
 def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES) -> Real:
-    """Check the texture coordinates of the triangles' corners and return them (m, 3, 2); see `layout` for
-    arguments and errors.
+    """Check the texture coordinates of the triangles' corners and return them (m, 3, 2).
+
+    See `layout` for arguments and errors.
 
     `most` is the largest number of pictures that a triangle may span; for a layout that is only sampled it may
     be any.
@@ -108,8 +109,9 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
 
 
 def turned_over(corners: Real) -> dict[str, int]:
-    """Return how many of the triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`,
-    exactly.
+    """Return how many triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`.
+
+    The test is exact.
     """
     z = complex_of(corners)
     turn = orientation(*z.T)

@@ -92,8 +92,9 @@ class Locator:
 
 
 def barycentric(corners: Real, points: Real) -> Real:
-    """Return (p, 3) barycentric coordinates of points (p, 3) on triangles (p, 3, 3) in space, clipped to be
-    nonnegative.
+    """Return (p, 3) barycentric coordinates of points (p, 3) on triangles (p, 3, 3) in space.
+
+    They are clipped to be nonnegative.
     """
     inner = along(corners[:, 1:] - corners[:, :1], points - corners[:, 0])
     weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
@@ -101,8 +102,9 @@ def barycentric(corners: Real, points: Real) -> Real:
 
 
 def along(edges: Real, way: Real) -> Real:
-    """Return (p, 2) coordinates of vectors (p, 3) in the basis of two edges (p, 2, 3), ignoring orthogonal
-    components.
+    """Return (p, 2) coordinates of vectors (p, 3) in the basis of two edges (p, 2, 3).
+
+    Orthogonal components are ignored.
     """
     gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, way)
     det = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2

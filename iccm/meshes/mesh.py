@@ -1,5 +1,4 @@
-"""Polygon meshes as arrays: the class that every mesh format is read into, checks of its elements, and
-triangulation.
+"""Polygon meshes as arrays: the class that every mesh format is read into, checks of its elements, and triangulation.
 
 Input is not trusted here. libigl trusts its input (an index out of range ends the process), so call `check`
 before it.
@@ -330,8 +329,7 @@ def _split_polygon(polygon: Real) -> Index:
 
 
 def _delaunay(z: NDArray[np.complex128]) -> Index:
-    """Return the constrained Delaunay triangulation of a simple polygon, for which ear clipping would take too
-    long.
+    """Return the constrained Delaunay triangulation of a simple polygon, for which ear clipping would take too long.
 
     Raises:
         ValueError: it is not simple.

@@ -117,8 +117,9 @@ class _Stack:
         self._alike = np.array([False, *alike])
 
     def placed(self, scale: float, taken: NDArray[np.int64], margin: int) -> Real | None:
-        """Return (k, 3) multiples of 90° and translations, in cells, of all charts at a scale; None if one does
-        not fit.
+        """Return the places of all charts at a scale; None if one does not fit.
+
+        They are (k, 3) multiples of 90° and translations in cells.
         """
         height, words = taken.shape
         count = self._starts.size - 1
@@ -141,8 +142,9 @@ class _Stack:
 def _outside(
     region: shapely.Geometry, low: complex, high: complex, cell: float, border: int
 ) -> NDArray[np.int64]:
-    """Return (h, words) bits of the cells that are not entirely in a region, at least `border` cells from its
-    outline.
+    """Return (h, words) bits of the cells that charts must avoid.
+
+    These are all but the cells that are inside a region, at least `border` cells from its outline.
     """
     width, height = (
         max(1, int(np.ceil(extent / cell - 1e-9))) for extent in ((high - low).real, (high - low).imag)
@@ -174,8 +176,9 @@ def _areas(corners: Complex) -> Real:
 
 
 def _size(corners: Complex) -> float:
-    """Return the sort key of charts: the sum of the sides of their boxes, since long charts are the hardest to
-    place.
+    """Return the sort key of charts: the sum of the sides of their boxes.
+
+    Long charts are the hardest to place.
     """
     if not corners.size:
         return 0.0

@@ -88,8 +88,9 @@ class Patch:
 
     @cached_property
     def drawn(self) -> NDArray[np.bool_]:
-        """(3m,) whether a half-edge is on an edge of the file's polygons, rather than a diagonal; cuts follow
-        only these.
+        """(3m,) whether a half-edge is on an edge of the file's polygons, rather than a diagonal.
+
+        Cuts follow only these.
         """
         face = self.polygon
         twin = self.triangles.twin
@@ -98,9 +99,7 @@ class Patch:
 
     @cached_property
     def fans(self) -> tuple[Index, Index]:
-        """(k, 3) vertices of the triangles of all fans of its polygons (see `mesh.fans`), and (k,) the face of
-        each.
-        """
+        """(k, 3) vertices of the triangles of all fans of its polygons (see `mesh.fans`), and (k,) the face of each."""
         corners, face = fans(self.mesh)
         vertex = np.full(self.mesh.corners.size, -1)
         vertex[self.corner] = self.faces

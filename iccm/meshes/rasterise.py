@@ -118,8 +118,7 @@ def affine(corners: Real, values: NDArray, threads: int | None = None) -> NDArra
 
 
 def open_edges(uv_corners: Index, twin: Index) -> NDArray[np.bool_]:
-    """Return (m,) whether a triangle is on a chart's border: an edge has no neighbour, or one with other
-    coordinates.
+    """Return (m,) whether a triangle is on a chart's border: an edge has no neighbour, or one with other coordinates.
 
     Args:
         uv_corners: (m, 3) texture coordinate of each corner.

@@ -189,9 +189,7 @@ class Origin:
         return Conflicts(int(differ.sum()), int(wrapped.sum()))
 
     def _old_places(self, own: NDArray, rows: Index, columns: Index) -> tuple[Index, Real]:
-        """Return (p,) old triangles and (p, 2) old texture coordinates of texels, according to given new
-        triangles.
-        """
+        """Return (p,) old triangles and (p, 2) old texture coordinates of texels, according to given new triangles."""
         weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
         triangle = self.partner[own].copy()
         there = np.take_along_axis(weights, self.order[own], axis=1)
@@ -500,8 +498,9 @@ def overlap_in_one_picture(sheet: Charted, tiles: Index) -> bool:
 
 
 def nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
-    """Return the triangle of the old mesh nearest to each point, the barycentric coordinates of the nearest
-    point, and the distance.
+    """Return the triangle of the old mesh nearest to each point.
+
+    Further results are the barycentric coordinates of the nearest point, and the distance.
     """
     if not len(points):
         return np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros(0)

@@ -19,8 +19,9 @@ CREASE_COSINE = 0.7  # cosine of 45 degrees
 
 
 def view(points: Real, faces: Index) -> Real:
-    """Return (3, 3) the view axes as rows: right, up, and towards the viewer, slightly to the side of the mean
-    normal, +y up.
+    """Return (3, 3) the view axes as rows: right, up, and towards the viewer.
+
+    The view is slightly to the side of the mean normal, with +y up.
 
     A closed surface, whose mean normal is about zero, is seen from the front left and above.
     """
@@ -85,8 +86,7 @@ def _frame(toward: Real, up: Real) -> Real:
 
 
 def _light(points: Real, faces: Index, axes: Real) -> Real:
-    """Return (m, 3) the brightness at each triangle's corners: a lamp over the viewer's left shoulder, both
-    sides lit.
+    """Return (m, 3) the brightness at each triangle's corners: a lamp over the viewer's left shoulder, both sides lit.
 
     A corner has the normal of its vertex, or that of its triangle at edges sharper than CREASE_COSINE.
     """

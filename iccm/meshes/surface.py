@@ -66,8 +66,9 @@ class Surface:
         tiles: Box | None = None,
         wrap: Wrap = REPEAT,
     ) -> "Surface":
-        """Create it from (m, 3, 2) texture coordinates, v up; with `tiles`, the texture covers only that box of
-        the layout.
+        """Create it from (m, 3, 2) texture coordinates, v up.
+
+        With `tiles`, the texture covers only that box of the layout.
         """
         return cls(locator, texels(uv, size, tiles, wrap), size, wrap if tiles is None else None)
 

@@ -43,8 +43,7 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
 
 
 def surface_distances(flat: Distortion, source: Flattening, target: Flattening) -> dict[str, float]:
-    """Return the median, 95th percentile and maximum of the distances in space between points and their
-    preimages.
+    """Return the median, 95th percentile and maximum of the distances in space between points and their preimages.
 
     They are taken over the target's area, relative to the diagonal of the target's box. For copies of one model
     in the same place, these are the errors of the map.
@@ -80,8 +79,9 @@ def gap_between(source: Flattening, target: Flattening) -> float:
 
 
 def distances_at(pairs: Complex, source: Flattening, target: Flattening) -> Real:
-    """Return (k,) distances in space between the points of pairs (k, 2) in both layouts, relative to the
-    target's diagonal.
+    """Return (k,) distances in space between the points of pairs (k, 2) in both layouts.
+
+    They are relative to the target's diagonal.
     """
     away = np.linalg.norm(_in_space(source, pairs[:, 0]) - _in_space(target, pairs[:, 1]), axis=1)
     return away / np.linalg.norm(np.ptp(target.patch.points, axis=0))

@@ -114,8 +114,7 @@ class Triangles:
         return labels(inner // 3, self.twin[inner] // 3, len(self.faces))
 
     def oriented(self) -> tuple["Triangles", int] | None:
-        """Return consistently oriented triangles and how many were flipped, a minority; None for a one-sided
-        surface.
+        """Return consistently oriented triangles and how many were flipped, a minority; None for a one-sided surface.
 
         Two copies of every triangle, one for each side, are joined across edges: a surface is one-sided exactly
         if both copies of a triangle are connected.
@@ -134,8 +133,9 @@ class Triangles:
         return Triangles(faces, self.count), int(turn.sum())
 
     def fans(self, cut: NDArray[np.bool_] | None = None) -> Index:
-        """Return (3m,) the fan of triangles to which each corner belongs, if the half-edges in `cut` separate
-        their triangles.
+        """Return (3m,) the fan of triangles to which each corner belongs.
+
+        Half-edges in `cut` separate their triangles.
 
         Without a cut, a vertex has one fan unless the surface touches itself there. With a cut, fans are the
         new vertices.
@@ -168,10 +168,9 @@ class Triangles:
         *,
         rims: bool = True,
     ) -> tuple[Real, Index]:
-        """Return (n,) the length of the shortest path along usable half-edges (3m,) from a source, and the
-        previous vertex.
+        """Return (n,) the length of the shortest path from a source, and the previous vertex on it.
 
-        The vertex before a source is negative.
+        Paths follow the usable half-edges. The vertex before a source is negative.
 
         Args:
             points: (n, 3) positions.
@@ -205,17 +204,16 @@ class Triangles:
 
 
 def _fans(twin: Index) -> Index:
-    """Return (3m,) the fan of triangles to which each corner belongs, given the twin half-edges (3m,), -1 for
-    none.
-    """
+    """Return (3m,) the fan of triangles to which each corner belongs, given the twin half-edges (3m,), -1 for none."""
     joined = np.flatnonzero(twin >= 0)
     other = twin[joined]
     return labels(joined, 3 * (other // 3) + (other + 1) % 3, twin.size)
 
 
 def _seams(shape: Triangles, points: Real) -> list[Index]:
-    """Return pairs of half-edges (k, 2) along which two surfaces could be joined, those with most common edges
-    first.
+    """Return pairs of half-edges (k, 2) along which two surfaces could be joined.
+
+    Surfaces with most common edges come first.
     """
     order, begins = shape._sorted_edges
     label, found = shape.components(), dict[tuple[int, int], list[tuple[int, int]]]()
@@ -247,8 +245,9 @@ def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
 
 
 def _flattens(before: Index, after: Index, pairs: Index) -> bool:
-    """Return whether surfaces joined at pairs of half-edges are connected there, and can be flattened if one of
-    them could.
+    """Return whether surfaces joined at pairs of half-edges can be flattened if one of them could.
+
+    They must also be connected there.
     """
     label = _labels_of(before)
     own = _labels_of(after) == _labels_of(after)[pairs[0, 0] // 3]

@@ -48,8 +48,7 @@ class DrawnStroke:
 def separate(
     domains: tuple[Curve, ...], strokes: Sequence[tuple[Curve, Curve]], sticks: Flags
 ) -> tuple[list[DrawnStroke], list[DrawnStroke]]:
-    """Return the strokes inside, with their ends on the outlines moved exactly onto them, and those along the
-    outlines.
+    """Return the strokes inside, with their ends on the outlines moved exactly onto them, and those along the outlines.
 
     Args:
         domains: source and target, or the source alone.
@@ -235,8 +234,9 @@ def _left_of(curve: Curve, stroke: Curve, points: Complex) -> Flags:
 
 
 def _samples(curve: Curve, stroke: Curve) -> np.ndarray:
-    """Return arclengths along a stroke, including its vertices, dense enough to detect that it touches a
-    shape's outline.
+    """Return arclengths along a stroke, dense enough to detect whether it touches a shape's outline.
+
+    They include the stroke's vertices.
     """
     count = int(np.ceil(SAMPLES_PER_LENGTH * stroke.length / (ON_OUTLINE_SHARE * curve.diagonal)))
     return np.union1d(np.linspace(0, stroke.length, min(count, 20_000) + 2), stroke.knots)

@@ -61,9 +61,7 @@ def simplify(curve: Curve, fineness: float) -> Curve:
 
 
 def rail_of(curve: Curve) -> Rail:
-    """Return the stroke traversed forth and back as a rail; sliding vertices stop at its sharp corners and its
-    ends.
-    """
+    """Return the stroke traversed forth and back as a rail; sliding vertices stop at its sharp corners and its ends."""
     loop = Curve(np.append(curve.z, curve.z[-2:0:-1]))
     edges = loop.edges
     sharp = np.abs(np.angle(edges / np.roll(edges, 1))) > SHARP_CORNER_RADIANS

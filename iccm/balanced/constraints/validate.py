@@ -238,8 +238,9 @@ def _line(z: Complex) -> shapely.LineString:
 
 
 def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tuple[Complex, Index]:
-    """Return the pins without repeated ones, and their indices; without `image_unit`, two points may have the
-    same place.
+    """Return the pins without repeated ones, and their indices.
+
+    Without `image_unit`, two points may have the same place.
     """
     keep: list[int] = []
     for k, (z, w) in enumerate(pins):
@@ -318,8 +319,7 @@ class OutlinePoints:
         return ConstraintError(message, pins, [self.strokes[k] for k in which if self.pins[k] < 0])
 
     def in_order(self, source: Curve, target: Curve) -> Complex:
-        """Return (k, 2) the points moved onto the outlines, in their order around the source, without
-        duplicates.
+        """Return (k, 2) the points moved onto the outlines, in their order around the source, without duplicates.
 
         Raises:
             ConstraintError: the order around the target differs.

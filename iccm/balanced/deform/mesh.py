@@ -84,9 +84,7 @@ def sizes_at_pins(outline: Complex, size: float, energy: Energy) -> Sizes:
 
 
 def _spaced(outline: Curve, spacing: float, points: Complex) -> tuple[Complex, Complex]:
-    """Return the vertices of an outline on the grid, see `space_out`, and those at the same positions of the
-    given outline.
-    """
+    """Return the vertices of an outline on the grid (see `space_out`), and the same positions on the given one."""
     z = on_grid(outline.z)
     rounded = Curve(z)
     if (rounded.lengths == 0).any() or not rounded.polygon.is_valid:
@@ -113,8 +111,9 @@ def space_out(outline: Curve, spacing: float, points: Complex) -> Complex:
 
 
 def _beside(outline: Curve, spacing: float, points: Complex) -> list[tuple[float, float]]:
-    """Return arclengths around the feet of points, with steps that double from the point's distance up to the
-    spacing.
+    """Return arclengths around the feet of points.
+
+    Steps double from the point's distance up to the spacing.
     """
     found = []
     for s, point in zip(outline.closest(points), points):

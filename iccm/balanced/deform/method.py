@@ -188,8 +188,7 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
 
 
 def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
-    """Return the mesh of `state` with the images of another map of the shape, which are copied if the mesh is
-    the same.
+    """Return the mesh of `state` with the images of another map of the shape, which are copied if the mesh is the same.
 
     Raises:
         Stuck: folds remain.

@@ -1,5 +1,6 @@
-"""Simplify the outlines of a domain with holes for one level: coarse enough to be cheap, fine enough to stay
-disjoint.
+"""Simplify the outlines of a domain with holes for one level.
+
+The result is coarse enough to be cheap, and fine enough to remain disjoint.
 """
 
 from collections.abc import Sequence

@@ -37,8 +37,9 @@ def clip_ears(z: Complex, faces: Index, across: Index) -> int:
 
 
 def legalise(z: Complex, faces: Index, across: Index, stack: Index, links: Index) -> None:
-    """Flip edges, starting from the triangles on the stack, until all but the constrained ones are Delaunay
-    (Lawson 1977).
+    """Flip edges, starting with the triangles on the stack, until all but the constrained ones are Delaunay.
+
+    The method is that of Lawson 1977.
 
     Args:
         z: (n,) vertices.

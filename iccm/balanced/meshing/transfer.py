@@ -10,8 +10,7 @@ from ...plane import cross
 
 
 def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> Complex:
-    """Return the piecewise linear function at points, extended linearly from the closest triangle beyond the
-    mesh.
+    """Return the piecewise linear function at points, extended linearly from the closest triangle beyond the mesh.
 
     Args:
         z: (n,) vertices.

@@ -143,9 +143,7 @@ def separate(gradients: Complex, weights: Real) -> RestShapes:
 
 
 def total_in_space(rest: RestShapes, surface: SurfaceMap, u: Complex, objective: Objective) -> float:
-    """Compute the energy of images u (n,), without the curves' energy; infinite if a triangle is folded in the
-    layout.
-    """
+    """Compute the energy of images u (n,), without the curves'; infinite if a triangle is folded in the layout."""
     return float(_total_in_space(rest.record(), surface.record(), u, objective.record()))
 
 

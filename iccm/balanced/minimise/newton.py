@@ -181,9 +181,7 @@ class System:
 
 
 def largest_step(faces: Index, u: Complex, step: Complex) -> float:
-    """Return the smallest positive t at which a triangle (m, 3) of u + t · step is degenerate; 1e9 if there is
-    none.
-    """
+    """Return the smallest positive t at which a triangle (m, 3) of u + t · step is degenerate; 1e9 if there is none."""
     return float(_largest_step(faces, u, step, len(faces)))
 
 
@@ -196,8 +194,7 @@ def descend(
     steps: int,
     tolerance: float,
 ) -> tuple[float, int, int]:
-    """Make Newton steps until two of them gain less than `tolerance`, or held vertices cannot reach their
-    goals.
+    """Make Newton steps until two in succession gain less than `tolerance`, or held vertices get stuck.
 
     `u` and `tau` are changed in place.
 

@@ -166,8 +166,10 @@ def border_energy(border: Border, tau: Real) -> float:
 
 
 def border_derivatives(border: Border, tau: Real, slope: Real, curvature: Real) -> None:
-    """Fill in derivatives of the curves' energy: first by each τ, slope (c,), and second by each gap, curvature
-    (c,).
+    """Fill in derivatives of the curves' energy.
+
+    `slope` (c,) is the first derivative with respect to each τ, `curvature` (c,) the second with respect to
+    each gap.
     """
     _border_derivatives(border.record(), tau, slope, curvature)
 
@@ -203,9 +205,7 @@ def point_at(rail: Rail, s: float) -> complex:
 
 
 def corners_beside(rail: Rail, s: float) -> tuple[bool, float, float]:
-    """Return whether arclength s is at a corner, and the signed distances to the previous (negative) and the
-    next corner.
-    """
+    """Return whether arclength s is at a corner, and the distances to the previous (< 0) and the next corner."""
     distances = np.empty(2)
     on = _corners_beside(rail.knots, rail.vertices.size, rail.corners, rail.corners.size, s, distances)
     return bool(on), float(distances[0]), float(distances[1])

@@ -245,8 +245,7 @@ def _kernel(rho: Real) -> Real:
 def _core_weights(
     pin: complex, radius: float, vertices: Index, w: Complex, vertex_areas: Real
 ) -> Real | None:
-    """Return weights (s,) of a core's vertices with which the pin is their weighted mean; None if there are too
-    few vertices.
+    """Return weights (s,) with which the pin is the mean of a core's vertices; None if these are too few.
 
     They are the kernel, times the areas around the vertices, times a linear function that moves the mean to the
     pin: the weighted mean of a linear map is then its value at the pin.

@@ -83,8 +83,7 @@ def unfold_in(u: Complex, faces: Index, held: Flags, rest: Complex) -> Complex:
 
 
 def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float) -> Complex:
-    """Remove folds of a surface's vertices in a plane, group by group of folded triangles that are near each
-    other.
+    """Remove folds of a surface's vertices in a plane, group by group of folded triangles that are near each other.
 
     Groups in which folds would remain are left as they are.
 
@@ -130,8 +129,9 @@ def _around(faces: Index, folded: Flags, rings: int, count: int) -> Flags:
 def _move(
     u: Complex, faces: Index, free: Flags, gradients: Complex, areas: Real, weights: Real | float = 1.0
 ) -> Complex:
-    """Return (n,) images with the free vertices (n,) moved; rest shapes are scaled to the total area of their
-    images.
+    """Return (n,) images with the free vertices (n,) moved.
+
+    Rest shapes are scaled to the total area of their images.
     """
     hit = free[faces].any(axis=1)
     if not hit.any():

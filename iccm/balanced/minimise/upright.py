@@ -65,8 +65,7 @@ def rotation_factor(upright: Upright, u: Complex, q: float) -> float:
 
 
 def rotation_derivatives(upright: Upright, u: Complex, q: float, turning: Complex) -> tuple[float, float]:
-    """Compute derivatives of the factor's logarithm with respect to the angle, and fill in the angle's
-    gradient.
+    """Compute derivatives of the factor's logarithm with respect to the angle, and fill in the angle's gradient.
 
     Args:
         upright: the cost.

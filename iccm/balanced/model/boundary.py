@@ -18,7 +18,7 @@ NO_PINS, NO_GOALS = np.empty(0, np.int64), np.empty(0, np.complex128)
 
 
 class Support(NamedTuple):
-    """What holds the constrained vertices on the side of a map that moves.
+    """The constraints of vertices on the side of a map that moves.
 
     Attributes:
         tau: (c,) arclengths on their rails.
@@ -236,8 +236,9 @@ class MatchedBoundary:
         return moving, Border(self.following, spans, stiffness, laps)
 
     def slid(self, forward: bool, tau: Real, corners: bool) -> "MatchedBoundary":
-        """Return the boundary with vertices at arclengths tau (b,) on one side, without target corners that
-        were released.
+        """Return the boundary with vertices at arclengths tau (b,) on one side.
+
+        Target corners that were released are omitted.
         """
         if not forward:
             return replace(self, pairs=self.pairs._replace(s=tau))

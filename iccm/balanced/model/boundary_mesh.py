@@ -140,8 +140,9 @@ def middle_of(region: Sequence[Complex]) -> complex:
 
 
 def regions_of(places: Complex, regions: Sequence[Sequence[Complex]]) -> Index:
-    """Return (p,) the index of the region that contains each place, -1 for none. Regions are disjoint, and may
-    have holes.
+    """Return (p,) the index of the region that contains each place, -1 for none.
+
+    Regions are disjoint, and may have holes.
     """
     found = np.full(places.size, -1)
     for k, (outer, *holes) in enumerate(regions):

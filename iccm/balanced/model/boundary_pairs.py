@@ -153,8 +153,7 @@ def limit_slope(match: Match, steepest: float) -> Match:
 def boundary_pairs(
     source: Outline, target: Outline, match: Match, spacing: float, anchors: Match | None = None
 ) -> Pairs:
-    """Return the corners of both outlines with their partners, and as many pairs between them as the spacing
-    requires.
+    """Return the corners of both outlines with their partners, and as many pairs between them as the spacing requires.
 
     Args:
         source: outline of the source.
@@ -227,8 +226,7 @@ def are_distinct(values: Real, others: Real, length: float) -> Flags:
 
 
 def _merge_corners(s: Real, tau: Real, kind, length: float, goal: float, near: float):
-    """Merge neighbours, one a corner of the source and one of the target, into one pair where both gaps are
-    small.
+    """Merge neighbours, one a corner of the source and one of the target, into one pair where both gaps are small.
 
     The pair takes its place on each outline from that outline's corner, which widens one neighbouring gap on
     each side. A merge that would more than double such a gap is skipped.

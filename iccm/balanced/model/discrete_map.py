@@ -120,8 +120,9 @@ class DiscreteMap(MeshMap):
 
     @property
     def constrained(self) -> int:
-        """Number of vertices that are held or slide on a curve: those of the outline, and those of constraints
-        in force.
+        """Number of vertices that are held or slide on a curve.
+
+        They are those of the outline, and those of constraints in force.
         """
         return self.inner.stop if self.bound else self.border
 
@@ -142,8 +143,9 @@ class DiscreteMap(MeshMap):
         return replace(self, pattern=system_of(self.faces, self.following, self.z.size, stencils))
 
     def with_cores(self) -> "DiscreteMap":
-        """Return the map with entries in the pattern for the vertices at the cores of soft pins, which change
-        as vertices move.
+        """Return the map with entries in the pattern for the vertices at the cores of soft pins.
+
+        These change as vertices move.
         """
         pins = self.energy.pins
         if pins is None:
@@ -343,8 +345,7 @@ class DiscreteMap(MeshMap):
         return replace(moved, boundary=self.boundary)
 
     def relaxed(self) -> "DiscreteMap":
-        """Make a few steps at q = 1 if a triangle is badly stretched, first on the inside, then on all
-        vertices.
+        """Make a few steps at q = 1 if a triangle is badly stretched, first on the inside, then on all vertices.
 
         With higher powers q, Newton's method widens such triangles slowly.
         """

@@ -37,8 +37,9 @@ def on_grid(frame: Similarity, z: Complex) -> Complex:
 
 
 def unit_curve(frame: Similarity, curve: Curve) -> Curve:
-    """Return a curve on the grid of unit coordinates, starting at its farthest vertex. Its orientation is kept
-    even if the frame is mirrored.
+    """Return a curve on the grid of unit coordinates, starting at its farthest vertex.
+
+    Its orientation is kept even if the frame is mirrored.
     """
     return Curve(begun_farthest(on_grid(frame, curve.z[::-1] if frame.mirrored else curve.z)))
 
@@ -50,8 +51,9 @@ def unit_ring(frame: Similarity, ring: Complex) -> Complex:
 
 
 def begun_farthest(w: Complex) -> Complex:
-    """Return a polygon's vertices starting at the one farthest from 0; ties go to the rightmost, then the
-    highest vertex.
+    """Return a polygon's vertices starting at the one farthest from 0.
+
+    Ties go to the rightmost, then the highest vertex.
     """
     distance = np.round(np.abs(w), 9)
     ties = np.flatnonzero(distance == distance.max())
@@ -109,8 +111,7 @@ def _farthest_angle(frame: Similarity, curve: Curve) -> float:
 
 
 def handedness(*loops: Complex) -> float:
-    """Return a number that changes its sign when closed polylines are mirrored, and is invariant under
-    rotation.
+    """Return a number that changes its sign when closed polylines are mirrored, and is invariant under rotation.
 
     Coordinates have to be relative to the centroid.
     """

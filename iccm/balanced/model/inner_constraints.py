@@ -1,5 +1,6 @@
-"""Constraints inside the domains as vertices of a mesh: first those of strokes, which slide, then pins, which
-are held.
+"""Constraints inside the domains as vertices of a mesh.
+
+Those of strokes, which slide, come first; those of pins, which are held, follow.
 """
 
 from typing import NamedTuple
@@ -100,15 +101,17 @@ class InnerConstraints(NamedTuple):
         return np.column_stack([first, self.links[first]])
 
     def rays(self, outline: Complex) -> Index:
-        """Return (e, 2) edges from the outline, with vertices (b,), to inner vertices, where strokes meet the
-        outline.
+        """Return (e, 2) edges from the outline to inner vertices, where strokes meet the outline.
+
+        The outline has the vertices (b,).
         """
         ends = [(int(np.abs(outline - foot.place).argmin()), foot.vertex) for foot in self.feet]
         return np.array(ends, np.int64).reshape(-1, 2)
 
     def lines_with(self, outline: Complex) -> Index:
-        """Return (l, 2) vertex pairs of the strokes' edges, in a mesh whose first vertices are those (b,) of
-        the outline.
+        """Return (l, 2) vertex pairs of the strokes' edges.
+
+        The first vertices of the mesh are those (b,) of the outline.
         """
         rays = self.rays(outline)
         rays[:, 1] += outline.size

@@ -41,9 +41,7 @@ def turn_of(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> 
 
 
 def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> tuple[Real, Real, Real]:
-    """Return (m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, with both domains scaled to area
-    one.
-    """
+    """Return (m,) dilatation K = s1/s2, stretch max(s1, 1/s2) and determinant, with both domains scaled to area one."""
     a, b, _ = derivatives(z, u, faces, metrics)
     large, small = np.abs(a) + np.abs(b), np.abs(a) - np.abs(b)
     small = np.maximum(small, 1e-300)
@@ -51,8 +49,7 @@ def stretches(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -
 
 
 def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real:
-    """Return lower bounds (m,) on the dilatation that follow from the angles at the outline's vertices; 1
-    inside.
+    """Return lower bounds (m,) on the dilatation that follow from the angles at the outline's vertices; 1 inside.
 
     The triangles around a vertex of the outline (one of the first `border`) have to fill the angle of the image
     there. With dilatation K, an angle α of a triangle becomes one between 2 atan(tan(α/2) / K) and 2 atan(K

@@ -22,8 +22,9 @@ GRID_CELLS_ACROSS = 40  # along the longer side
 
 
 def graded(z: Complex, u: Complex, faces: Index, area: float) -> Sizes:
-    """Return the area limit divided by the local magnification of the map z -> u, clipped to between 1 and
-    MOST_MAGNIFIED.
+    """Return the area limit divided by the local magnification of the map z -> u.
+
+    The magnification is clipped to between 1 and MOST_MAGNIFIED.
     """
     _, _, magnified = stretches(z, u, faces)
     middle = z[faces].mean(1)
@@ -79,8 +80,7 @@ def _middles(sizes: Sizes) -> Complex:
 
 
 def coarser_in_bays(sizes: Sizes, outline: Complex, bays: Sequence[Complex]) -> Sizes:
-    """Return limits that are AREA_FACTOR_IN_BAYS times as large in filled concavities, which shrink in the
-    image.
+    """Return limits that are AREA_FACTOR_IN_BAYS times as large in filled concavities, which shrink in the image.
 
     Args:
         sizes: limits elsewhere.

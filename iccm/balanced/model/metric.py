@@ -125,9 +125,7 @@ class FieldMetric(Metric):
     def of(
         cls, frame: Similarity, inside: Complex, size: Field | None, weight: Field | None
     ) -> "FieldMetric":
-        """Return the metric of a domain, which is represented by evenly spread points (p,) in the given
-        coordinates.
-        """
+        """Return the metric of a domain, which is represented by evenly spread points (p,) in the given coordinates."""
         scale = 1.0 if size is None else 1 / np.sqrt(np.mean(size(inside) ** 2))
         return cls(
             frame, size, weight, float(scale), 1.0 if weight is None else float(np.mean(weight(inside)))

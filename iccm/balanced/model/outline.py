@@ -101,8 +101,9 @@ class Outline:
 
 
 def _turns_within(curve: Curve, spacing: float) -> Real:
-    """Return (n,) the angles in radians by which a closed polyline bends within half the spacing before and
-    after each vertex.
+    """Return (n,) the turning angles in radians of a closed polyline around each vertex.
+
+    They cover half the spacing before and after the vertex.
     """
     turns = np.angle(curve.edges / np.roll(curve.edges, 1))
     sums = np.append(0, np.cumsum(np.tile(turns, 3)))
@@ -114,16 +115,18 @@ def _turns_within(curve: Curve, spacing: float) -> Real:
 
 
 def simplify(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Curve:
-    """Return the curve with fewer vertices, within `fineness` relative to its diagonal. It stays simple and
-    keeps its first vertex.
+    """Return the curve with fewer vertices, within `fineness` relative to its diagonal.
+
+    It stays simple and keeps its first vertex.
     """
     kept = kept_vertices(curve, fineness, always)
     return curve if kept.size == curve.z.size else Curve(curve.z[kept])
 
 
 def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Index:
-    """Return the indices of the vertices kept by Douglas & Peucker (1973), topology preserved, and of those in
-    `always`.
+    """Return the indices of the vertices that simplification keeps, and of those in `always`.
+
+    The method is that of Douglas & Peucker (1973), with the topology preserved.
     """
     ring = curve.polygon.simplify(fineness * curve.diagonal).exterior
     kept = complex_of(shapely.get_coordinates(ring)).tolist()

@@ -53,8 +53,9 @@ def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
 
 
 def _split_boundary(boundary: MatchedBoundary) -> tuple[MatchedBoundary, Index]:
-    """Return the boundary with all vertices of its outlines, and (b,) the former number of each vertex, -1 for
-    new ones.
+    """Return the boundary with all vertices of its outlines.
+
+    The second result is (b,) the former number of each vertex, -1 for new ones.
     """
     outer = boundary.match
     matches = [outer, *(hole.match for hole in outer.holes)]
@@ -83,9 +84,7 @@ def _with_all_corners(outline: Outline) -> Outline:
 
 
 def _split_loop(loop: MatchedLoop, match: Match, boundary: MatchedBoundary) -> tuple[Pairs, Index]:
-    """Return the pairs of a loop with all vertices of its outlines, and (b,) their former numbers, -1 for new
-    ones.
-    """
+    """Return the pairs of a loop with all vertices of its outlines, and (b,) their former numbers, -1 for new ones."""
     own = boundary.pairs.of(loop.vertices)
     s, at_source = _missing(own.s, loop.source)
     tau, at_target = _missing(own.tau, loop.target)

@@ -1,5 +1,4 @@
-"""Change a map's triangulation where that lowers its energy: edges are flipped, vertices and images do not
-move.
+"""Change a map's triangulation where that lowers its energy: edges are flipped, vertices and images do not move.
 
 Dyn, Levin & Rippa, *Data dependent triangulations for piecewise linear interpolation*, 1990: long triangles in
 the direction in which a map changes least approximate it better than round ones.
@@ -23,7 +22,7 @@ _flip_to_lower_energy = function(
 
 
 def flip_edges(state: DiscreteMap, q: float) -> DiscreteMap:
-    """Flip edges while that lowers the energy of the two triangles at them.
+    """Flip edges while that lowers the energy of the two adjacent triangles.
 
     Edges of outlines, strokes, virtual triangles and rigid regions are kept, and no new edge joins two vertices
     of outlines. Maps between surfaces are returned unchanged, since their triangles have the shapes of those in

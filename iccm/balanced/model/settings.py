@@ -109,8 +109,9 @@ class Solution:
     softness: Softness = field(default_factory=lambda: Softness.free(0))
 
     def inverse(self) -> "Solution":
-        """Return the solution of the inverse problem; rigid regions of the source become regions of the target,
-        and vice versa.
+        """Return the solution of the inverse problem.
+
+        Rigid regions of the source become regions of the target, and vice versa.
         """
         return replace(
             self,

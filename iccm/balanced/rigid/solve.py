@@ -140,8 +140,7 @@ def keep_rigid(
 def kept_by(
     problem: UnitProblem, rigid: Rigid, beginning: "Beginning", settings: Settings, *, again: bool
 ) -> list[DiscreteMap]:
-    """Return the maps with rigid regions from one beginning: of the first variant that keeps them, and of those
-    before.
+    """Return the maps with rigid regions from one beginning: of the first variant that keeps them, and of those before.
 
     Args:
         problem: the problem.
@@ -221,7 +220,7 @@ class FromMap:
     places: Placing
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
-        """See `Beginning`."""
+        """Return the map with its regions put into their places; see `Beginning`."""
         begun = carry_over(level, self.sketch, split=split)
         if (self.rigid.turns | self.rigid.sizes).any():
             found = harden(begun, self.rigid, begun.value)
@@ -276,7 +275,7 @@ class AroundPlaces:
         return cls(MeshMap.plain(whole.z, whole.u, whole.faces, border, loops=kept), places)
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
-        """See `Beginning`."""
+        """Return the map around the regions on a mesh that includes them, in their places; see `Beginning`."""
         around = self.around
         sizes = mesh_sizes.graded(around.z, around.u, around.faces, 0.5 * level.size**2)
         fine = level.mapped(match_on(level, around), sizes)
@@ -328,7 +327,7 @@ class Growing:
         return places_of(self.problem, self.sketch, self.rigid, shares * self.room)[0]
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
-        """See `Beginning`."""
+        """Return the map after the regions have grown; see `Beginning`."""
         if self.around is not None:
             state = self.around.on(level, split=split)
         else:
@@ -337,8 +336,9 @@ class Growing:
 
 
 def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
-    """Return the map without regions, converged on a mesh that has their outlines as edges; see `Beginning` for
-    `split`.
+    """Return the map without regions, converged on a mesh that has their outlines as edges.
+
+    See `Beginning` for `split`.
     """
     state = warm_start.continue_from(level, sketch)
     state = state.forward(FINE_POWER, WEIGHT_STEPS, WEIGHT_DECREASE)
@@ -348,8 +348,9 @@ def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
 def places_of(
     problem: UnitProblem, sketch: MeshMap, rigid: Rigid, sizes: Real | float = 1.0
 ) -> tuple[Placing, bool, Real]:
-    """Find room for regions with shares (k,) of their sizes, or as much of these as possible, close to where a
-    map has them.
+    """Find room for regions close to where a map has them.
+
+    They have shares (k,) of their sizes, or as much of these as possible.
 
     Returns:
         The similarities, whether a place is far from the region's image, and (k,) the share of these sizes that

@@ -248,8 +248,9 @@ def harmonic_map(level: Level) -> DiscreteMap:
 def _compose(
     level: Level, there: DiscreteMap, back: DiscreteMap, pairs: Sequence[tuple[int, int]]
 ) -> DiscreteMap:
-    """Compose a map to a circle domain with the inverse of another, on smaller triangles where it magnifies if
-    necessary.
+    """Compose a map to a circle domain with the inverse of another.
+
+    If the result folds, triangles are refined where it magnifies them.
     """
     ways = {hole.target: hole.match for hole in back.match.holes}
     holes = tuple(

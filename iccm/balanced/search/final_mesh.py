@@ -63,7 +63,7 @@ def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
 
 
 def has_fine_mesh(problem: UnitProblem, size: float) -> bool:
-    """Return whether there is a mesh of this size for `fine_map`; this is known before there is a map."""
+    """Return whether `fine_map` can build a mesh of this size; the map itself is not needed."""
     return not Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE).is_too_long
 
 
@@ -136,8 +136,9 @@ def on_final_mesh(
 
 
 def eased(state: DiscreteMap) -> DiscreteMap:
-    """Return the map with its triangulation adapted to it, especially at new vertices on its outlines, and a
-    few steps.
+    """Return the map after a few steps, with its triangulation adapted to it.
+
+    Triangles change especially at new vertices on its outlines.
     """
     # Steps use the metric at the vertices' present positions, so the outline is kept there.
     if state.metrics != PLANES:
@@ -157,8 +158,9 @@ def final_level(
 def meet_bounds(
     state: DiscreteMap, settings: Settings, journal: SolveLog, decrease: float | None = None
 ) -> DiscreteMap:
-    """Return the converged map with lower worst stretch, and with the requested bounds met; see `descend` for
-    `decrease`.
+    """Return the converged map with lower worst stretch, and with the requested bounds met.
+
+    See `descend` for `decrease`.
     """
     return meet_bounds_by(lambda state, q: descend(state, q, journal, decrease), state, settings)
 
@@ -261,9 +263,7 @@ def refine_pinned(level: Level, state: MeshMap, sizes: Sizes) -> DiscreteMap:
 
 
 def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) -> tuple[Real, Real]:
-    """Return (m,) `excesses`, 0 in virtual triangles, and the smallest dilatations that the outlines' angles
-    permit.
-    """
+    """Return (m,) `excesses`, 0 in virtual triangles, and the smallest dilatations that the outlines' angles permit."""
     over = excesses(state.z, state.u / scale, state.faces, settings, state.metrics)
     if state.weights is not None:
         over[state.weights != 1] = 0

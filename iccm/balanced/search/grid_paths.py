@@ -21,8 +21,7 @@ STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
 def route(domain: Curve, here: complex, there: complex, others: Complex) -> Complex:
-    """Return (k,) points on the cheapest path from `here` to `there`; cells cost more the smaller their
-    clearance.
+    """Return (k,) points on the cheapest path from `here` to `there`; cells cost more the smaller their clearance.
 
     Args:
         domain: the path stays inside this curve.
@@ -49,7 +48,7 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
 
 
 def _graph(cost: np.ndarray, inside: np.ndarray) -> "csr_array":
-    """Neighbouring cells inside, joined by the mean of their costs times the distance."""
+    """Sparse graph of the cells inside; edges between neighbours weigh the mean of their costs times the distance."""
     from scipy.sparse import csr_array
 
     rows, columns = cost.shape

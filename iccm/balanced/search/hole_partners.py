@@ -42,9 +42,7 @@ class Partners:
         self._matches: dict[tuple[int, int, int], Match] = {}
 
     def assigned(self, turn: float) -> tuple[Index, Index]:
-        """Return the pairs of holes with the least total cost at a rotation, as many as the smaller side has
-        holes.
-        """
+        """Return the pairs of holes with the least total cost at a rotation, as many as the smaller side has holes."""
         from scipy.optimize import linear_sum_assignment
 
         here, there = self.middles

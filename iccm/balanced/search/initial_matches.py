@@ -34,8 +34,7 @@ ANY_TURN = (0.0, 4), (0.5 * np.pi, 2), (np.pi, 2), (-0.5 * np.pi, 2)
 
 
 def step_gains(score: Real) -> Real:
-    """Return (k, n + 1, 2n) the gain of each step to each pair of samples, with the second curve's samples
-    repeated.
+    """Return (k, n + 1, 2n) the gain of each step to each pair of samples, with the second curve's samples repeated.
 
     Args:
         score: (n, n) gain of matching sample i of one curve with sample j of the other.

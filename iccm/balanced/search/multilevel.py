@@ -236,9 +236,7 @@ def free_map(
 
 
 def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal: SolveLog) -> MeshMap:
-    """Return the map on the final mesh, from the result of `coarse_to_fine`, in the direction of the given
-    problem.
-    """
+    """Return the map on the final mesh, from the result of `coarse_to_fine`, in the direction of the given problem."""
     state = finish(used, fine_map, settings, journal)
     return state.inverse() if used.inverted else state
 
@@ -422,8 +420,7 @@ def fine_size(problem: UnitProblem) -> float:
 
 
 def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
-    """Return the problem and its inverse in the order in which they are tried, or only one of them if holes are
-    filled.
+    """Return the problem and its inverse in the order in which they are tried, or only one of them if holes are filled.
 
     Without constraints and holes, the one with the longer outline is meshed first: triangles that fit its
     protrusions can be spread over a block, but those of a block hardly fit into protrusions (8 % less energy on
@@ -458,8 +455,9 @@ def mirrored_half_map(
     *,
     unfinished: bool = False,
 ) -> MeshMap:
-    """Return the map of the right halves, mirrored, and transferred to the given outlines if these are not
-    quite symmetric.
+    """Return the map of the right halves, mirrored.
+
+    It is transferred to the given outlines if these are not quite symmetric.
 
     Raises:
         Stuck: it folds on the final mesh, unless `unfinished`, in which case it is returned on the mesh before.

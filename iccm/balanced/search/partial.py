@@ -28,8 +28,7 @@ LARGEST_FILLED_AREA = 16.0
 
 
 def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
-    """Return the problem with all of its holes, with those that have partners, and with those of requested
-    pairs only.
+    """Return the problem with all of its holes, with those that have partners, and with those of requested pairs only.
 
     The map ignores the other holes.
     """
@@ -67,9 +66,7 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
 
 
 def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | None:
-    """Return the problem with concavities filled on the same side as in another problem; None if that is
-    impossible.
-    """
+    """Return the problem with concavities filled on the same side as in another problem; None if that is impossible."""
     if not other.bays:
         return problem
     given = with_bays(problem.inverse() if other.inverted else problem)
@@ -112,16 +109,19 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
 
 
 def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:
-    """Return whether a whole map is accepted without trying partial ones: it has little stretch, and is as
-    upright as requested.
+    """Return whether a whole map is accepted without trying partial ones.
+
+    That is so if it has little stretch, and is as upright as requested.
     """
     upright = problem.energy.upright == 0 or abs(state.turn) <= GOOD_ROTATION_RADIANS
     return upright and stretch_quantile(state.z, state.u, state.material, 0.95) <= GOOD_STRETCH
 
 
 def cost(problem: UnitProblem, state: DiscreteMap) -> float:
-    """Return the mean energy at q = 1 over source and target, without the outline's term, with the cost of
-    rotation and of uncovered parts.
+    """Return the cost by which partial maps are compared.
+
+    It is the mean energy at q = 1 over source and target, without the outline's term, with the cost of rotation
+    and of uncovered parts.
     """
     lost = lost_shares(problem, state)
     return problem.energy.cost(state.z, state.u, state.material, lost, state.metrics, state.turn)

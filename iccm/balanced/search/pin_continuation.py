@@ -94,8 +94,9 @@ def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
 
 
 def rank(state: DiscreteMap) -> tuple[float, float]:
-    """Return a sort key: maps that meet their constraints come first, by energy; the others by their distance
-    to the goals.
+    """Return a sort key of maps.
+
+    Maps that meet their constraints come first, by energy; the others follow by their distance to the goals.
     """
     return state.miss, state.value
 
@@ -178,8 +179,9 @@ def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
 
 
 def again(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """Return the map with pins met that were not reached on coarser meshes; unchanged if they are not met on
-    this mesh.
+    """Return the map with pins met that were not reached on coarser meshes.
+
+    It is unchanged if they are not met on this mesh either.
     """
     if level.problem.strokes:
         return state

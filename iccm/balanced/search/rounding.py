@@ -1,5 +1,4 @@
-"""Round outlines to a grid before the search, so that noise far below the grid spacing does not change any
-decision.
+"""Round outlines to a grid before the search, so that noise far below the grid spacing does not change any decision.
 
 Decisions are the choice of vertices, of triangles, and between maps that are about equally good. At the end,
 rounded points are restored to the given ones.
@@ -25,9 +24,7 @@ ON_GRID_SHARE = 1e-9  # relative to the root of the area: vertices this close to
 
 
 def rounded(source: Curve, target: Curve, holes: Holes) -> tuple[Curve, Curve, Holes]:
-    """Return domains in unit coordinates with their outlines on the grid; unchanged if rounded outlines would
-    touch.
-    """
+    """Return domains in unit coordinates with their outlines on the grid; unchanged if rounded outlines would touch."""
     loops = [
         [_loop_on_grid(c.z) for c in (outer, *inner)] for outer, inner in zip((source, target), holes.sides)
     ]
@@ -68,8 +65,9 @@ def _loop_on_grid(z: Complex) -> Complex:
 
 
 def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[Complex]) -> MeshMap:
-    """Return the map with the vertices of both outlines at the given positions, and other boundary vertices
-    moved along.
+    """Return the map with the vertices of both outlines at the given positions.
+
+    Other boundary vertices are moved along.
 
     Boundary vertices that would fold a triangle are not moved. If triangles fold all the same, the map is
     returned unchanged.

@@ -65,7 +65,11 @@ def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
 
 
 def _same(hole: Curve, others: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:
-    """Return which of the other curves is this one rotated, and their correspondence."""
+    """Find the curve among others that equals this one rotated.
+
+    Returns:
+        Its number, and the correspondence; None if there is none.
+    """
     ends = np.array([0.0, 1.0])
     w = turn * hole.at(hole.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
     for number, other in enumerate(others):

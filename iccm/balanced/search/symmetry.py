@@ -34,8 +34,9 @@ class Half:
 
 
 def half_of(curve: Curve) -> Half | None:
-    """Return the right half of a domain; None if the domain is not symmetric, or its axis crosses the outline
-    more than twice.
+    """Return the right half of a domain.
+
+    None if the domain is not symmetric, or its axis crosses the outline more than twice.
     """
     low, high = curve.box
     middle = 0.5 * (low.real + high.real)
@@ -64,8 +65,9 @@ def _begun_at_axis(ring: Complex, axis: float, worst: float) -> Half | None:
 
 
 def asymmetry(curve: Curve, axis: float) -> float:
-    """Return the largest distance of the outline, mirrored about a vertical line, from itself, relative to the
-    diagonal.
+    """Return the largest distance of the outline from its mirror image about a vertical line.
+
+    It is relative to the diagonal.
     """
     z = curve.at(curve.length * np.arange(ASYMMETRY_SAMPLES) / ASYMMETRY_SAMPLES)
     mirrored = 2 * axis - z.conj()

@@ -62,8 +62,9 @@ def through_disc(level: Level) -> list[DiscreteMap]:
 
 
 def through(there: Match, back: Match, lap: float) -> Match:
-    """Return a match to a curve, shifted by a share `lap` of the curve's length, composed with the inverse of
-    another match.
+    """Return a match to a curve composed with the inverse of another match.
+
+    The former is shifted by a share `lap` of the curve's length.
     """
     way = there.tau + lap * (there.tau[-1] - there.tau[0])
     return Match(there.s, back.inverse().at(way))

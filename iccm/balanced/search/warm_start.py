@@ -47,8 +47,7 @@ LEAST_TRIANGLE_SHARE = (
 
 
 def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
-    """Return the earlier map with the problem's constraints met, or as close as it came; unchanged if it meets
-    them.
+    """Return the earlier map with the problem's constraints met, or as close as it came; unchanged if it meets them.
 
     Raises:
         Stuck: no map without folds follows these outlines.
@@ -220,9 +219,7 @@ def _vertices_on(outline: Outline, z: Complex) -> Index | None:
 
 
 def _along(curve: Curve, w: Complex) -> Real | None:
-    """Return ascending arclengths of points in order on a closed curve; None if they are not on it, or not in
-    order.
-    """
+    """Return ascending arclengths of points in order on a closed curve; None if they are not on it, or not in order."""
     s = curve.closest(w)
     if np.abs(curve.at(s) - w).max() > SAME_PLACE_SHARE:
         return None

@@ -1,5 +1,4 @@
-"""Find the quadratic patch that contains a point, and the point's parameters on it: buckets, then Newton's
-method.
+"""Find the quadratic patch that contains a point, and the point's parameters on it: buckets, then Newton's method.
 
 The patches of a plane neither overlap nor leave gaps, so that a point has one patch, apart from rounding: the
 one that contains it best is chosen. Straight triangles are patches without bulges, for which Newton's method
@@ -59,9 +58,7 @@ class PatchLocator:
         return BucketGrid.of(self.boxes)
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-        """Return (p,) the patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its
-        parameter.
-        """
+        """Return (p,) the patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
         patch, place = np.full(z.size, -1), np.full((z.size, 3), np.nan)
         z, grid = np.ascontiguousarray(z, np.complex128), self.grid
         buckets = grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches
@@ -84,8 +81,7 @@ class PatchLocator:
 
 
 def solve(patch: Complex, z: complex) -> tuple[float, float, float]:
-    """Return the parameters L_1 and L_2 of a point on a patch (6,), and the distance of the parameters outside
-    of it.
+    """Return the parameters L_1 and L_2 of a point on a patch (6,), and the distance of the parameters outside of it.
 
     The distance is in units of the plane. Newton's method starts from the straight triangle's solution; the
     distance is infinite if it does not converge.

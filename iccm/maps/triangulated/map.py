@@ -20,8 +20,7 @@ NEAR_SHARE = 1e-3  # relative to the diagonal; outlines are simplified to 1e-4 a
 
 @dataclass(frozen=True, eq=False)
 class TriangulatedMap:
-    """A map that takes the triangles of the source to those of the image; its inverse is quadratic on each
-    triangle.
+    """A map that takes the triangles of the source to those of the image; its inverse is quadratic on each triangle.
 
     A point outside by at most `near` is treated as the nearest point of the outline; farther out, everything is
     NaN.
@@ -254,9 +253,7 @@ class TriangulatedMap:
 
 
 def inverted(p: Complex, q: Complex) -> tuple[Complex, Complex]:
-    """Return the derivatives of the inverse from those of a map, or vice versa; not finite where the Jacobian
-    is 0.
-    """
+    """Return the derivatives of the inverse from those of a map, or vice versa; not finite where the Jacobian is 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         jacobian = np.abs(p) ** 2 - np.abs(q) ** 2
         return p.conj() / jacobian, -q / jacobian

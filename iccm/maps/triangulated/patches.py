@@ -1,5 +1,4 @@
-"""Quadratic patches on the triangles of the image: together a map from the image to the source that is nearly
-C¹.
+"""Quadratic patches on the triangles of the image: together a map from the image to the source that is nearly C¹.
 
 With barycentric coordinates L of a triangle of the image, whose corners are the images of z_k in the source,
 
@@ -39,8 +38,9 @@ _shrink = function(
 
 
 def gradients(faces: Index, image: Complex, source: Complex) -> tuple[Complex, Complex]:
-    """Return (m,) p and q of the linear map image -> source on each triangle, dz = p dw + q conj(dw); 0 without
-    area.
+    """Return (m,) p and q of the linear map image -> source on each triangle.
+
+    It is dz = p dw + q conj(dw); both are 0 if the triangle has no area.
     """
     a, b, c = image[faces].T
     u, v, (x, y, z) = b - a, c - a, source[faces].T
@@ -102,8 +102,9 @@ def bulges(
 
 
 def differences(faces: Index, image: Complex, source: Complex, p: Complex, q: Complex) -> Real:
-    """Return (m,) the largest differences of the derivatives p and q (n,) at a triangle's vertices, relative to
-    its own.
+    """Return (m,) the largest relative differences of p and q at vertices from those of the triangle.
+
+    The arguments p and q (n,) are derivatives at vertices.
     """
     own_p, own_q = (each[:, None] for each in gradients(faces, image, source))
     dp, dq = (each[faces] - each[np.roll(faces, 1, axis=1)] for each in (p, q))
@@ -159,8 +160,7 @@ def _sliver(corners: Complex) -> np.ndarray:
 
 
 def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Complex]]:
-    """Return the values of ∂g/∂L_1 and ∂g/∂L_2 (with dependent L_0), which are linear, at the three corners;
-    (m,) each.
+    """Return the values of ∂g/∂L_1 and ∂g/∂L_2 (with dependent L_0), which are linear, at the three corners; (m,) each.
 
     Args:
         corners: (m, 3) source points of the corners.
@@ -172,8 +172,7 @@ def tangents(corners: Complex, bulge: Complex) -> tuple[list[Complex], list[Comp
 
 
 def bernstein(corners: Complex, bulge: Complex) -> Real:
-    """Return (6, m) Bernstein coefficients of degree 2 of each patch's Jacobian, in units of twice the source's
-    area.
+    """Return (6, m) Bernstein coefficients of degree 2 of each patch's Jacobian, in units of twice the source's area.
 
     They belong to the three corners, and to the sides 12, 20, 01. The Jacobian lies between the least and the
     greatest.

@@ -1,6 +1,4 @@
-"""The boundary edges of a triangulated map, for points slightly outside, which are treated as their nearest
-points.
-"""
+"""The boundary edges of a triangulated map, for points slightly outside, which are treated as their nearest points."""
 
 import numpy as np
 
@@ -23,8 +21,9 @@ class Rim:
         self.start, self.along = points[ends[:, 0]], np.diff(points[ends], axis=1)[:, 0]
 
     def closest(self, w: Complex) -> tuple[Index, Real, Real]:
-        """Return, for points (p,), the nearest boundary edge, the fraction of it in [0, 1], and the distance;
-        (p,) each.
+        """Return the boundary edge nearest to each of points (p,), the fraction of it, and the distance.
+
+        All are (p,); fractions are in [0, 1].
         """
         edge, part = nearest_segments(w, self.start, self.start + self.along)
         return edge, part, np.abs(self.start[edge] + part * self.along[edge] - w)
@@ -38,8 +37,7 @@ class Rim:
 
 
 def unslid(part: Real, slide: Real) -> Real:
-    """Return the fraction of the image's edge that corresponds to a fraction of the source's, for |slide| <
-    1/2.
+    """Return the fraction of the image's edge that corresponds to a fraction of the source's, for |slide| < 1/2.
 
     It is the root t in [0, 1] of t + 2 t (1 - t) slide = part.
     """

@@ -61,8 +61,9 @@ def _meeting(a: Complex, b: Complex, c: Complex, d: Complex) -> NDArray[np.bool_
 
 
 def _turn(loop: Complex) -> int:
-    """Return 1 for a counter-clockwise simple loop, -1 for a clockwise one, from the turn at its leftmost
-    lowest vertex.
+    """Return 1 for a counter-clockwise simple loop, -1 for a clockwise one.
+
+    The turn at its leftmost lowest vertex decides.
     """
     k = int(np.lexsort([loop.imag, loop.real])[0])
     at = np.arange(k - 1, k + 2) % loop.size
@@ -70,8 +71,9 @@ def _turn(loop: Complex) -> int:
 
 
 def _surrounds(loop: Complex, point: complex) -> bool:
-    """Return whether a point that is not on a simple loop is inside, by counting edges that cross the ray to
-    its right.
+    """Return whether a point that is not on a simple loop is inside.
+
+    Edges that cross the ray to its right are counted.
     """
     a, b = loop, np.roll(loop, -1)
     crossing = (a.imag <= point.imag) != (b.imag <= point.imag)
