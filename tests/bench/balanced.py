@@ -72,7 +72,7 @@ def measured(source: Shape, target: Shape, fit: str) -> tuple[Row | None, iccm.F
 
 
 def wild_pairs(count: int, seed: int, refusals: list[str]) -> list[tuple[Shape, Shape]]:
-    """Return random pairs of shapes from the packages in `shapes.WILD`, the same for each seed."""
+    """Return random pairs of shapes from the packages in `shapes.WILD`, which the seed determines."""
     choice, names = random.Random(seed), sorted(shapes.WILD)
     return [
         (shapes.drawn_shape(choice, refusals, names), shapes.drawn_shape(choice, refusals, names))
