@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Complex, Index, Real
+from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
 from ..errors import InputError
 from ..fits import FITS, is_partial, with_constraints
@@ -26,7 +26,7 @@ from ..status import Status
 from . import cartogram, rings
 from .constraints.soft import bands_of, patches_of, softness_of
 from .constraints.validate import check, check_free
-from .errors import NoMapError
+from .errors import NoMapError, OutOfTime
 from .holes.given import Holes, named_partners, open_holes, unequal
 from .method import solve as solved
 from .minimise.terms import Term
@@ -126,6 +126,7 @@ def solve_once(
         attempt = _attempt(problem, options, _map_of_less_balance(problem, options), moved=True)
     else:
         attempt = _attempt(problem, options, start, moved=moved)
+    attempt = _with_exact_pins(attempt, problem, options, start, moved=moved)
     fit, settings = attempt.fit, attempt.settings
     if settings.fit != "whole" and loses_too_much(fit, options):
         return solve_once(problem, replace(options, fit="whole"), start)
@@ -172,6 +173,58 @@ class _Attempt(NamedTuple):
     rotation: float
     is_free: bool
     soft_pins: Complex
+
+
+def _with_exact_pins(
+    attempt: _Attempt, problem: Problem, options: Options, start: TriangulatedMap | None, *, moved: bool
+) -> _Attempt:
+    """Return another attempt whose pins are met, where soft ones miss their places: first those that miss are exact,
+    then all.
+
+    The place of a pin matters more than the form of what is around it. Pins of which more is given than their place
+    stay soft. If nothing meets all pins, the first attempt is returned.
+    """
+    free = ~problem.softness.is_given & problem.softness.is_soft
+    exact = np.zeros(len(problem.pins), bool)
+    best = attempt
+    for everything in (False, True):
+        if best.fit.status is not Status.PINS or not len(best.soft_pins):
+            break
+        soft = free & np.isin(problem.pins[:, 0], best.soft_pins[:, 0])
+        missed = soft & ~_are_near(best, problem.pins)
+        chosen = soft if everything else missed
+        if not chosen.any():
+            break
+        exact |= chosen
+        firm = problem.softness.with_pins(np.flatnonzero(exact), Softness.exact(int(exact.sum())))
+        try:
+            best = _attempt(replace(problem, softness=firm), options, start, moved=moved)
+        except (NoMapError, OutOfTime):
+            break
+    if best is attempt or best.fit.status is Status.PINS:
+        return attempt
+    best.fit.notes.append(exact_pin_note(np.flatnonzero(exact)))
+    return best
+
+
+def _are_near(attempt: _Attempt, pins: Complex) -> Flags:
+    """Return (k,) which pins (k, 2) come as close to their places as the soft ones must."""
+    fit = attempt.fit
+    assert fit.softness is not None
+    limits = {here: limit for here, limit in zip(fit.pins[:, 0].tolist(), fit.softness.limits.tolist())}
+    most = np.array([limits.get(here, np.nan) for here in pins[:, 0].tolist()])
+    away = np.abs(triangulated(fit.map)(pins[:, 0]) - pins[:, 1])
+    # without a limit, of exact pins and those in holes, nothing is known
+    return ~(away > MOST_LIMIT_RATIO * most)
+
+
+def exact_pin_note(numbers: Index) -> str:
+    """Return a sentence on pins (k,) that are met exactly, since as soft ones they missed their places."""
+    named = [str(number + 1) for number in numbers]
+    if len(named) == 1:
+        return f"Pin {named[0]} is met exactly, because as a soft pin it would miss its place (radius)."
+    listed = f"{', '.join(named[:-1])} and {named[-1]}"
+    return f"Pins {listed} are met exactly, because as soft pins some would miss their places (radius)."
 
 
 def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, *, moved: bool) -> _Attempt:

@@ -33,7 +33,7 @@ from .model.frames import frames_of, unit_curve
 from .model.mesh_map import MeshMap
 from .model.mesh_sizes import graded
 from .model.settings import Settings
-from .search.final_mesh import FINE_EXACTNESS, MOST_STIFFENED, final_level
+from .search.final_mesh import AIMED_LIMITS, FINE_EXACTNESS, MOST_STIFFENED, final_level
 from .search.homotopy import satisfy_constraints
 from .search.levels import FINE_POWER, Level, refine
 from .search.multilevel import STEEPEST, energy_of, problem_of
@@ -309,6 +309,8 @@ class Live:
         if pins is None or self.stiffening.size != self.state.energy.pin_count:
             return self
         missed = pins.misses(self.state.z, self.state.u, self.state.material) / pins.limits
+        # as in `follow_pins` where they are too soft; where too stiff, slowly, so that they do not swing
+        missed = np.where(missed > 1, (missed / AIMED_LIMITS) ** 2, missed)
         factors = self.stiffening * np.clip(missed, 1 / MOST_STIFFENED, MOST_STIFFENED)
         return replace(self, stiffening=np.maximum(factors, 1))
 

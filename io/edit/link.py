@@ -30,6 +30,7 @@ Answered = Place | Suggest | Save | Draw | Export | Forget | ReadPins | WritePin
 Keep = Callable[[Session, Scene], None]
 SENTENCES = ("message", "error", "notes")  # fields of messages that contain text for the user
 IDLE_SECONDS = 0.5  # seconds without a change before a map is compared with the one from scratch
+MOST_RELAXATIONS = 30  # steps of some 50 ms in which a map comes to rest
 RELOAD_GRACE_SECONDS = 3.0  # seconds that the server waits for a page that is being reloaded to be requested
 LOADING_SECONDS = 30.0  # seconds within which a requested page must connect
 UNSUPPORTED = 1003  # close code (RFC 6455, 7.4.1): the type of data is not accepted
@@ -208,10 +209,24 @@ class _Link:
             if kind == "solve" and session.scene is not message.scene and shown.kind != "error":
                 continue  # the user is dragging again
             await self._show(message, shown)
+            if kind == "follow":
+                await self._relax(message)
             if kind == "solve":
                 await self._kept(message.scene)
             if shown.kind == "full":
                 self._put("compare", message)
+
+    async def _relax(self, message: Follow | Solve) -> None:
+        """Continue and show the coarse map while nothing moves, until it is at rest."""
+        session, queue = self._session, self._newest["follow"]
+        for _ in range(MOST_RELAXATIONS):
+            if not queue.empty() or session.scene is not message.scene:
+                return
+            shown: Any = await self._done("follow", session.relax, message.scene)
+            if not isinstance(shown, MapUpdate):
+                return
+            if session.scene is message.scene:  # else the converged map has been requested
+                await self._show(message, shown)
 
     async def _kept(self, scene: Scene) -> None:
         """Keep unsaved changes; report a failure once."""
@@ -234,6 +249,7 @@ class _Link:
                 shown: Any = await self._done("compare", session.compare, message.scene)
                 if isinstance(shown, MapUpdate) and session.scene is message.scene:
                     await self._show(message, shown)
+                    await self._kept(message.scene)
 
     def _put(self, kind: str, message: Follow | Solve) -> None:
         """Queue a request in place of the one that is waiting."""

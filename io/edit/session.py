@@ -68,6 +68,12 @@ pins.
 """
 FOLLOWED_LIMIT_RATIO = 1.5
 """How far a soft pin may be from its place while it is dragged, relative to its limit, since the map lags behind."""
+STILL_SHARE, STILL_QUANTILE = 2e-4, 0.95
+"""A map is at rest if this quantile of its vertices moves less than this share of the target's diagonal in a step, a
+sixth of a pixel of 800."""
+BETTER_STRETCH_RATIO = 1.2
+"""How many times the stretch on 95 % of the target a continued map may have compared with the one from scratch, before
+that one replaces it: many drags, each of which is small, may twist a map more than its pins require."""
 # a map from scratch that ends like this replaces no other
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 # significant digits of coordinates relative to the shape's size, the same on the page and in files
@@ -267,8 +273,8 @@ class Session:
         """Compare a continued map with the one from scratch; return an update of the page if there is something to
         report.
 
-        If they look the same, the map from scratch replaces the other: then only pins and strokes have to be saved.
-        Maps of meshes are not compared, because each takes seconds.
+        If they look the same, or the map from scratch is stretched much less, it replaces the other: then only pins and
+        strokes have to be saved. Maps of meshes are not compared, because each takes seconds.
         """
         if self.source.is_mesh or (self.target and self.target.is_mesh):
             return None
@@ -284,7 +290,10 @@ class Session:
             return None
         if same(before.map, solved.maps[0]):  # type: ignore[arg-type]
             return self._settle(scene, solved, MapChoice())
-        self._choices[scene.key] = chosen = replace(chosen, other=True)
+        chosen = replace(chosen, other=True)
+        if solved.status.ok and BETTER_STRETCH_RATIO * _stretch(solved.fit) < _stretch(before):
+            return self._settle(scene, solved, replace(chosen, fresh=True))
+        self._choices[scene.key] = chosen
         return replace(self._last[1], drawn=None, other=chosen.alternative)
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
@@ -292,7 +301,9 @@ class Session:
         pair = self.source, self.target
         try:
             found = self._before(scene)
-            return None if found is None else StartingMap.of(found, *pair).map(*pair)
+            if found is None:
+                return None
+            return StartingMap.of(found, *pair, pins=self.core(scene).pins[:, 0]).map(*pair)
         except InputError:  # what is wrong with the scene will be reported from scratch, too
             return None
 
@@ -463,6 +474,24 @@ class Session:
         )
         return replace(found, wrong=wrong, message=message)
 
+    def relax(self, scene: Scene) -> MapUpdate | None:
+        """Return the coarse map after further steps at the same constraints; None once it hardly moves.
+
+        One update of a drag has no time for all Newton steps that its map needs. The rest is done while the hand rests,
+        so that the map seen then is the one after the release.
+        """
+        before = self._map
+        if self.deforming or before is None or not (scene.whole and self._is_whole):
+            return None
+        shown, after = self.follow(scene), self._map
+        if shown.kind == "error" or after is None:
+            return None
+        if after.image.size == before.image.size:
+            moved = np.abs(after.image - before.image)
+            if float(np.quantile(moved, STILL_QUANTILE)) < STILL_SHARE * self.target.curve.diagonal:
+                return None
+        return shown
+
     def _bend(self, scene: Scene) -> MapUpdate:
         """Return the deformation, continued from the previous one."""
         try:
@@ -497,7 +526,8 @@ class Session:
 
     def _continue(self, scene: Scene, placed: PlacedConstraints, *, dragged: bool = False) -> Live:
         """Return the coarse map at the constraints `placed` of a scene."""
-        pins, strokes, softness = placed.pins, placed.strokes, self._softness(placed.settings)
+        pins, strokes = placed.pins, placed.strokes
+        softness = self._as_met(pins, self._softness(placed.settings))
         if self._live is not None:
             return self._live.moved(pins, strokes, softness, scene.balance, dragged=dragged)
         if self._fit is None:
@@ -505,6 +535,16 @@ class Session:
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
         asked = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.job.tolerance)
         return Live.of(self._fit, asked, pins, strokes, softness, dragged=dragged)
+
+    def _as_met(self, pins: Complex, softness: Softness | None) -> Softness | None:
+        """Make pins exact that the last map meets exactly because they would miss their places as soft pins."""
+        fit = self._fit
+        if softness is None or fit is None or fit.softness is None or fit.softness.is_soft.all():
+            return softness
+        met = {tuple(pin) for pin in fit.pins[~fit.softness.is_soft].tolist()}
+        is_exact = [tuple(pin) in met for pin in pins.tolist()]
+        numbers = np.flatnonzero(~softness.is_given & np.array(is_exact))
+        return softness.with_pins(numbers, Softness.exact(numbers.size)) if numbers.size else softness
 
     def transfer(self, side: str, points: Sequence[Place]) -> list[list[float]]:
         """Carry points of one side, in file coordinates, to the other; points on the outline stay on it.
@@ -604,6 +644,11 @@ class Session:
                 {"radius": radius / self.source.unit_at(here), "tolerance": tolerance / target.unit_at(there)}
             )
         return found
+
+
+def _stretch(fit: Fit) -> float:
+    """Return the largest stretch on 95 % of the target."""
+    return fit.distortion.quantile(fit.distortion.stretches, 0.95)
 
 
 def _axis(view: PageHalf, shape: Shape) -> float | None:

@@ -17,6 +17,7 @@ constraints     pins and strokes, drawn or listed
 regions         rigid regions: elements, masks, polygons
 listing         constraints listed in a JSON file
 landmarks       landmarks of other programs
+packed_map      maps as short texts
 starts          an earlier map to continue from
 seam_order      the order of seams through pins
 """

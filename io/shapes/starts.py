@@ -4,24 +4,29 @@ It is a triangulation of both shapes, with vertices in the units of their files 
 plane)::
 
     {"start": {"source": [[x, y], ...], "target": [[x, y], ...], "triangles": [[0, 1, 2], ...]}}
+
+It is written as packed text (see `packed_map`), and both forms are read::
+
+    {"start": {"packed": "..."}}
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_serializer, model_validator
 
 from ...arrays import Complex
 from ...errors import InputError
 from ...maps.triangulated.map import TriangulatedMap
 from ...meshes.mesh import proper
 from ...meshes.topology import Triangles
-from ...plane import polygon_area, triangle_areas
+from ...plane import diagonal, polygon_area, triangle_areas
 from .. import limits
 from ..checked import StrictModel
+from . import packed_map
 from .shape import Shape
 
 Number = Annotated[
@@ -29,6 +34,9 @@ Number = Annotated[
 ]
 Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=limits.START_ENTRIES)]
 Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
+
+
+SAME_PLACE_SHARE = 1e-8  # of the diagonal: a vertex this close to a pin is that of the pin
 
 
 class StartingMap(StrictModel):
@@ -40,13 +48,50 @@ class StartingMap(StrictModel):
         list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=limits.START_ENTRIES)
     ]
 
+    @model_validator(mode="before")
     @classmethod
-    def of(cls, map: TriangulatedMap, source: Shape, target: Shape) -> StartingMap:
-        """Convert a map to the form of a constraints file."""
-        rows = (shape.to_file(w) for shape, w in ((source, map.source), (target, map.image)))
-        digits = [[(float(f"{x:.12g}"), float(f"{y:.12g}")) for x, y in side.tolist()] for side in rows]
-        faces = [(a, b, c) for a, b, c in map.faces.tolist()]
-        return cls.model_construct(source=digits[0], target=digits[1], triangles=faces)
+    def _unpack(cls, given: Any) -> Any:
+        if not (isinstance(given, dict) and given.keys() == {"packed"} and isinstance(given["packed"], str)):
+            return given
+        source, target, triangles = packed_map.unpack(given["packed"])
+        return {
+            "source": [tuple(place) for place in source.tolist()],
+            "target": [tuple(place) for place in target.tolist()],
+            "triangles": [tuple(corners) for corners in triangles.tolist()],
+        }
+
+    @model_serializer
+    def _pack(self) -> dict[str, str]:
+        sides = (np.array(side, np.float64) for side in (self.source, self.target))
+        return {"packed": packed_map.pack(packed_map.PackedMap(*sides, np.array(self.triangles, np.int64)))}
+
+    @classmethod
+    def of(
+        cls, map: TriangulatedMap, source: Shape, target: Shape, *, pins: Complex | None = None
+    ) -> StartingMap:
+        """Convert a map to the form of a constraints file, with rounded coordinates.
+
+        Args:
+            map: from the source to the target.
+            source: its shape.
+            target: as above.
+            pins: (k,) points of the source, in the core plane. Vertices there are rounded finely, like those of the
+                outlines; None rounds all vertices finely, for a map that is rounded already.
+        """
+        kept = np.ones(map.source.size, bool)
+        if pins is not None:
+            near = SAME_PLACE_SHARE * diagonal(map.source)
+            kept = np.isin(np.arange(map.source.size), np.concatenate(map.loops))
+            kept |= (np.abs(map.source[:, None] - pins) <= near).any(axis=1)
+        rows = (
+            np.reshape(shape.to_file(w), (-1, 2)) for shape, w in ((source, map.source), (target, map.image))
+        )
+        rounded = packed_map.round_map(*rows, map.faces, kept)
+        return cls.model_construct(
+            source=[(x, y) for x, y in rounded.source.tolist()],
+            target=[(x, y) for x, y in rounded.target.tolist()],
+            triangles=[(a, b, c) for a, b, c in rounded.triangles.tolist()],
+        )
 
     def map(self, source: Shape, target: Shape) -> TriangulatedMap:
         """Return the map between two shapes.

@@ -237,7 +237,10 @@ function showMap(message, floats) {
   if (message.kind === 'full') showNotes([...page.hello.notes, ...(message.figures.notes ?? [])]);
   showOtherMap(message.other ?? '');
   if (message.command) byId('command').textContent = message.command;
-  const further = message.other === 'fresh' ? ' A computation from scratch finds another map.' : '';
+  const further = {
+    fresh: ' A computation from scratch finds another map.',
+    kept: ' This map was computed from scratch.',
+  }[message.other ?? ''] ?? '';
   const sentence = failed ? `${message.message}. The last valid map is shown.` : message.message + further;
   report(sentence, !message.ok);
   refresh();

@@ -5,7 +5,7 @@ import {contentOf} from './history.js';
 /** @import {History} from './history.js' */
 /** @import {MapMessage, Patch, Pin, PinEnd, Region, Scene, Stroke, Wrong} from './types.d.ts' */
 
-const REST = 250;  // milliseconds without movement after which the converged map is requested during a drag
+const REST = 150;  // milliseconds without movement after which the converged map is requested during a drag
 
 export class Editor {
   /** @type {Scene} */
@@ -36,7 +36,6 @@ export class Editor {
   shown = 0;
   /** Whether the converged map is being computed. */
   busy = false;
-  #failed = false;
   #solved = 0;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #rest;
@@ -126,7 +125,7 @@ export class Editor {
   /** Request the coarse map while something is dragged, and the converged one once nothing moves. */
   follow() {
     this.#ask('follow');
-    this.#rest = setTimeout(() => { if (!this.#failed) this.solve(); }, REST);
+    this.#rest = setTimeout(() => this.solve(), REST);
     this.changed();
   }
 
@@ -158,12 +157,11 @@ export class Editor {
    *   answers the last request
    */
   receive(message) {
-    const wanted = message.kind === 'coarse' ? message.seq > this.shown : message.seq === this.asked;
+    const wanted = message.kind === 'coarse' ? message.seq >= this.shown : message.seq === this.asked;
     if (!wanted) return false;
     this.shown = message.seq;
     this.kind = message.kind;
     this.wrong = message.wrong;
-    this.#failed = !message.ok;
     if (message.kind !== 'coarse') this.busy = false;
     if (message.kind !== 'error') {
       this.regions = message.figures.regions ?? [];

@@ -255,6 +255,21 @@ def test_a_pin_far_from_its_place_is_told_by_the_status():
     assert np.abs(found.map(mirrored[:, 0]) - mirrored[:, 1]).max() > 1.05
 
 
+def test_pins_that_would_miss_their_places_are_exact():
+    """Two points side by side, drawn to both ends of a bar: no patch that keeps its form gets there."""
+    bar = np.array([0, 2, 2 + 1j, 1j])
+    pins = np.array([[0.5 + 0.5j, 0.3 + 0.5j], [0.62 + 0.5j, 1.7 + 0.5j]])
+    found = iccm.fit(bar, bar, pins=pins)
+    assert found.status.ok and found.certificate.certified and not found.softness.is_soft.all()
+    exact = ~found.softness.is_soft
+    assert np.abs(found.map(pins[exact, 0]) - pins[exact, 1]).max() < 1e-9
+    assert any(
+        f"{np.flatnonzero(exact)[0] + 1}" in note and "exactly, because" in note for note in found.notes
+    )
+    soft = iccm.fit(bar, bar, pins=[iccm.Pin(here, there, radius=0.1) for here, there in pins])
+    assert soft.softness.is_soft.all() and soft.status is iccm.Status.PINS  # their radius was asked for
+
+
 def test_a_deformation_follows_its_pins_however_far():
     pins = np.array([[-20, -20], [20, 130 + 60j]])
     found = iccm.deform(EGG, pins=pins)
