@@ -162,8 +162,10 @@ def _order(source: Points) -> NDArray[np.int64]:
     return np.lexsort((source[:, 0], source[:, 1], strip))
 
 
-def _differences(values: NDArray[np.generic]) -> bytes:
-    return _as_bytes(np.diff(values.astype(np.int64), prepend=0))
+def _differences(values: NDArray[np.float64] | NDArray[np.int64]) -> bytes:
+    whole = values.astype(np.int64)
+    whole[1:] -= whole[:-1].copy()
+    return _as_bytes(whole)
 
 
 def _as_bytes(values: NDArray[np.int64]) -> bytes:

@@ -62,8 +62,9 @@ class StartingMap(StrictModel):
 
     @model_serializer
     def _pack(self) -> dict[str, str]:
-        sides = (np.array(side, np.float64) for side in (self.source, self.target))
-        return {"packed": packed_map.pack(packed_map.PackedMap(*sides, np.array(self.triangles, np.int64)))}
+        source, target = np.array(self.source, np.float64), np.array(self.target, np.float64)
+        triangles = np.array(self.triangles, np.int64)
+        return {"packed": packed_map.pack(packed_map.PackedMap(source, target, triangles))}
 
     @classmethod
     def of(
@@ -83,10 +84,11 @@ class StartingMap(StrictModel):
             near = SAME_PLACE_SHARE * diagonal(map.source)
             kept = np.isin(np.arange(map.source.size), np.concatenate(map.loops))
             kept |= (np.abs(map.source[:, None] - pins) <= near).any(axis=1)
-        rows = (
-            np.reshape(shape.to_file(w), (-1, 2)) for shape, w in ((source, map.source), (target, map.image))
+        here, there = (
+            np.reshape(source.to_file(map.source), (-1, 2)),
+            np.reshape(target.to_file(map.image), (-1, 2)),
         )
-        rounded = packed_map.round_map(*rows, map.faces, kept)
+        rounded = packed_map.round_map(here, there, map.faces, kept)
         return cls.model_construct(
             source=[(x, y) for x, y in rounded.source.tolist()],
             target=[(x, y) for x, y in rounded.target.tolist()],

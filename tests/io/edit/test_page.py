@@ -797,10 +797,19 @@ def test_axe_finds_nothing_at_any_width(page, axe):
         for scheme in ("light", "dark"):
             edited.screen(1, width, 700, scheme)
             assert edited.driver.execute_async_script(FINDINGS) == [], (width, scheme)
-    for dialog in ("export", "keys"):
-        edited.js(f"document.getElementById('{dialog}').showModal()")
-        assert edited.driver.execute_async_script(FINDINGS) == [], dialog
-        edited.js(f"document.getElementById('{dialog}').close()")
+    for scheme in ("light", "dark"):
+        edited.screen(1, 1400, 700, scheme)
+        for dialog in ("export", "keys", "lasso"):
+            edited.js(f"document.getElementById('{dialog}').showModal()")
+            assert edited.driver.execute_async_script(FINDINGS) == [], (dialog, scheme)
+            edited.js(f"document.getElementById('{dialog}').close()")
+        edited.js("document.getElementById('choose').click()")
+        edited.wait("document.querySelector('#samples button')")
+        assert edited.driver.execute_async_script(FINDINGS) == [], ("files", scheme)
+        edited.js("document.getElementById('files').close()")
+        edited.js("document.getElementById('tour-again').click()")
+        assert edited.driver.execute_async_script(FINDINGS) == [], ("tour", scheme)
+        edited.js("document.getElementById('tour-end').click()")
 
 
 def test_axe_finds_nothing_where_pins_turn(page, axe):
@@ -1204,6 +1213,62 @@ def test_a_photograph_is_its_rectangle_its_silhouette_or_what_a_lasso_encloses(p
         broken,
     )
     edited.wait("document.getElementById('files-said').textContent.startsWith('flat.png: ')")
+
+
+def test_the_tour_shows_each_part_of_the_page_within_the_window(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.js("document.getElementById('tour-again').click()")
+    box = "(r => [r.left, r.top, r.right, r.bottom])(document.querySelector('{}').getBoundingClientRect())"
+    texts, shown = [], []
+    for width in (1400, 390):
+        edited.screen(1, width, 700)
+        edited.js("document.getElementById('tour-again').click()")
+        while edited.js("document.getElementById('tour').checkVisibility()"):
+            left, top, right, bottom = edited.js(box.format("#tour"))
+            assert left >= 0 and top >= 0 and right <= width and bottom <= 700
+            about = edited.js(box.format(".toured"))
+            assert about[1] < 700 and about[3] > 0, "what is explained is in sight"
+            texts.append(edited.js("document.getElementById('tour-text').textContent"))
+            shown.append(edited.js("document.getElementById('tour-count').textContent"))
+            edited.js("document.getElementById('tour-next').click()")
+        assert not edited.js("document.querySelector('.toured')")
+    half = len(texts) // 2
+    assert texts[:half] == texts[half:] and len(set(texts)) == half and half >= 5
+    assert shown[0] == f"1 of {half}" and shown[half - 1] == f"{half} of {half}"
+    assert not edited.scene["pins"]
+
+
+def test_samples_have_thumbnails_and_open_with_their_texture(page):
+    edited = page("rose-leaf")
+    samples = "[...document.querySelectorAll('#samples button')]"
+    drawn = f"{samples}.map((e) => [...e.querySelectorAll('svg path')].map((p) => p.getBBox().width > .1))"
+    assert edited.js(drawn) == [[True, True]] * edited.js(f"{samples}.length") and edited.js(drawn)
+    edited.js(f"{samples}.find((e) => e.textContent.startsWith('Limbs')).click()")
+    edited.wait("globalThis.iccm")
+    assert edited.settled() == "full"
+    names = edited.js("[iccm.panes.source.shape.name, iccm.panes.target.shape.name]")
+    assert [Path(name).name for name in names] == ["gingerbread.svg", "starfish.svg"]
+
+
+def test_the_texture_is_a_checkerboard_or_the_drawing_of_the_source(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "checker")
+
+    def colours(name):
+        edited.js("document.getElementById('choose').click()")
+        edited.wait("document.querySelector('#files[open]')")
+        edited.js(f"document.getElementById('{name}').click()")
+        said = edited.js("document.querySelector('[data-role=texture] .name').textContent")
+        edited.js("(delete globalThis.iccm, document.getElementById('files-open').click())")
+        edited.wait("globalThis.iccm")
+        assert edited.settled() == "full"
+        shown = edited.picture(200, 200)
+        return said, shown[shown[..., 3] > 250][:, :3].astype(int)
+
+    said, own = colours("own-texture")
+    assert said == "the source’s own drawing"
+    said, checker = colours("checkerboard")
+    assert said == "a checkerboard"
+    assert np.abs(own.mean(axis=0) - checker.mean(axis=0)).max() > 10
 
 
 def test_a_deformation_shows_only_what_applies_to_it(page):
