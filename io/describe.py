@@ -16,7 +16,7 @@ from .outlines import polygons
 from .shapes import shape as shapes
 from .spec import Spec
 
-LISTED_ITEMS = 20  # entries of each kind that are listed (chosen by hand)
+LISTED_ITEMS = 20  # entries of each kind that are listed: a screenful
 # values with coordinates of corners, and significant digits relative to their extent
 BOXES, DIGITS = ("box", "canvas"), 6
 

@@ -16,16 +16,19 @@ from ..meshes.rasterise import rasterise
 from ..meshes.topology import Triangles, labels
 from ..plane import cross, diagonal, polygon_area, triangle_areas
 
-OVERLAP_GRID_CELLS = 512  # cells per side of the grid on which overlaps are measured (by hand)
-UNREPORTED_SHARE = 0.01  # of a chart's area: smaller overlaps with other charts are not reported (by hand)
+OVERLAP_GRID_CELLS = 512
+"""Cells per side of the grid on which overlaps are measured: finer than the shares that are reported."""
+UNREPORTED_SHARE = 0.01
+"""Of a chart's area: smaller overlaps with other charts are hardly visible, and not reported."""
 SLIP_AREA_SHARE = 1e-5
-"""Share of a chart's area; a smaller part that folds back is a slip, and is flipped (by hand)."""
-MOST_SLIPS, SLIP_ROUNDS = 1000, 100  # most triangles that are flipped, and most sweeps through them (by hand)
+"""Share of a chart's area; a smaller part that folds back is a slip of an unwrapping program, and is flipped."""
+MOST_SLIPS, SLIP_ROUNDS = 1000, 100  # most triangles that are flipped, and most sweeps, which bound the time
 SLIP_HEIGHT_SHARE = 1e-5  # of the layout's diagonal: height that flipped triangles get
 MOST_MOVED_SHARE = 1e-3
-"""Share of the layout's diagonal that a vertex may move for it; a texel of a 1024 texture (by hand)."""
+"""Share of the layout's diagonal that a vertex may move for it; a texel of a 1024 texture, which is not visible."""
 DRAWN_IN_SHARE = 1e-5
-"""Of a chart's diagonal: how far vertices that the outline passes twice are moved inwards (by hand)."""
+"""Of a chart's diagonal: how far vertices that the outline passes twice are moved inwards: far above rounding, and
+invisible."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ STEPS_AT_ONCE, LARGE_VERTEX_COUNT = 8, 20_000
 """Newton steps between checks for signals; number of vertices from which each step is checked, as it takes seconds."""
 
 SMALL_GAIN_SHARE = 0.01
-"""Share of the energy; after a step that gains less, second derivatives have hardly changed (by hand)."""
+"""Share of the energy; after a step that gains less, second derivatives have hardly changed, and are used once more."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,8 @@ from ..plane import cross, orientation, triangle_areas, triangle_heights
 from .tutte import settled
 
 HEIGHT_SHARES = (0.1, 0.01, 1e-4)
-"""Heights of triangles relative to their bases, tried in this order (by hand)."""
+"""Heights of triangles relative to their bases, tried in this order: the largest for which there is room keeps the
+most digits."""
 ROOM_STEPS = 1000  # most projections to find a place of that height: acute regions converge slowly
 
 

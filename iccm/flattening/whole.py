@@ -16,7 +16,8 @@ from ..meshes.patch import Patch
 from .method import convex, flatten
 
 SAME_LENGTH_SHARE = 1e-5
-"""Share of a piece's longest edge; pieces whose edge lengths differ by less are copies (by hand)."""
+"""Share of a piece's longest edge; pieces whose edge lengths differ by less, which files of six digits make, are
+copies."""
 
 
 def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Flattening | InputError]:

@@ -21,7 +21,7 @@ from ..arrays import Complex, Index, Real
 from ..blas import on_one_thread
 from .nested_dissection import Node, Numbers, nested_dissection
 
-STRIP_COLUMNS = 64  # columns that are added at once, so that they stay in the cache (chosen by hand)
+STRIP_COLUMNS = 64  # columns that are added at once, so that they stay in the cache
 
 
 class Hermitian(NamedTuple):

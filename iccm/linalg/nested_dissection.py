@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 
-LEAF_VERTICES = 96  # sets of fewer vertices are not divided (chosen by hand)
+LEAF_VERTICES = 96  # sets of fewer vertices are not divided: their fill-in is small in any order
 ONE, OTHER, BETWEEN = 0, 1, 2  # sides of a division
 Numbers = NDArray[np.integer]  # 32 bits where that saves memory
 Node = tuple[int, int, list[int]]

@@ -33,9 +33,9 @@ that is a little larger than its shape.
 CUBIC_MAXIMUM = 3**0.5 / 36  # maximum of |t (t - 1/2) (t - 1)| on [0, 1]
 LOGARITHM_ERROR_RATIO = 3
 """Ratio of the errors for z log z and for a cubic with the same tangent."""
-REFINEMENT_ROUNDS = 40  # rounds of refinement (chosen by hand)
-MOST_TRIANGLES = 400_000  # triangles (chosen by hand): an irregular map could need more than is useful
-# Relative to the coordinates: shorter edges are not split for lack of digits (chosen by hand).
+REFINEMENT_ROUNDS = 40  # rounds of refinement: each halves edges, so that digits end before
+MOST_TRIANGLES = 400_000  # triangles: an irregular map could need more than is useful
+# Relative to the coordinates: shorter edges are not split for lack of digits.
 DIGITS_SHARE = 1e-13
 FOLDED_AREA_SHARE = 1e-6
 """Relative to the image's area: a smaller turned-over area is due to rounding, or between two vertices at a

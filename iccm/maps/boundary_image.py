@@ -7,7 +7,7 @@ from .harmonic import HarmonicMap
 
 HALVING_ROUNDS = 40  # of halving: 2 ** -40 of an edge is comparable to rounding
 FIRST_PARTS = 3  # initial parts of each edge
-# Points (chosen by hand): the image under an irregular map could need more than is useful.
+# Points: the image under an irregular map could need more than is useful.
 MOST_POINTS = 400_000
 
 

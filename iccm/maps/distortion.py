@@ -21,7 +21,8 @@ STRETCHED_P95, DILATED_P95 = (
     5.0,
     10.0,
 )  # if exceeded on 5 % of the target, pictures look stretched into stripes
-SQUEEZED_DILATATION = 100.0  # dilatation from which a triangle counts as nearly folded (chosen by hand)
+SQUEEZED_DILATATION = 100.0
+"""Dilatation from which a triangle counts as nearly folded: a circle becomes a line."""
 
 
 @dataclass(frozen=True, eq=False)

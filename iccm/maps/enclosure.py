@@ -25,13 +25,12 @@ from ..parallel import over_slices
 from .harmonic import HarmonicMap
 
 MOST_DISTANCE_RATIO = 0.5  # largest half length of a piece, relative to its distance from the nearest vertex
-MOST_TANGENT_RADIUS = (
-    0.5  # largest radius of the disc that contains the tangents of a piece's image, relative to its centre
-)
+MOST_TANGENT_RADIUS = 0.5
+"""Largest radius of the disc that contains the tangents of a piece's image, relative to its centre."""
 ROUNDING_SHARE = 1e-13  # relative to the sum of absolute values in the map or its derivatives
 MOST_PIECES = 30_000  # a map that needs more pieces is not certified
-HALVING_ROUNDS = 50  # of halving pieces (chosen by hand)
-SLICE_PIECES = 256  # pieces that a thread takes at a time (chosen by hand)
+HALVING_ROUNDS = 50  # of halving pieces: digits end before
+SLICE_PIECES = 256  # pieces that a thread takes at a time: milliseconds of work
 
 _bounds = function(
     """int64_t iccm_maps_enclosure(

@@ -12,7 +12,7 @@ from ..parallel import over_slices
 from .approximation import AnyMap, triangulated
 from .triangulated.map import inverted
 
-SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time (chosen by hand)
+SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time: milliseconds of work
 
 _bends = function(
     """int64_t iccm_maps_bends(

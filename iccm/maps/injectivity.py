@@ -12,7 +12,7 @@ from .harmonic import HarmonicMap
 
 DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
 """Depths that are tried, relative to the inradius of the source."""
-DEPTH_BISECTIONS = 3  # between two depths (chosen by hand)
+DEPTH_BISECTIONS = 3  # between two depths: the depth is then right to an eighth of their ratio
 TINIEST_ROUNDINGS = 8  # smallest image of a piece, in units of rounding
 CLOSER_ROUNDS = 12  # rounds of halving pieces whose images are close to each other
 SHORTEST_EDGE_SHARE = 1e-12  # of a ring moved inwards, relative to its length

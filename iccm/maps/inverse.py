@@ -14,7 +14,10 @@ from .approximation import TEXELS_ACROSS, triangulated
 from .harmonic import HarmonicMap
 from .triangulated.map import inverted
 
-MOST_NEWTON_STEPS, MOST_HALVINGS = 60, 30  # of Newton's method, and of one step (chosen by hand)
+MOST_NEWTON_STEPS, MOST_HALVINGS = (
+    60,
+    30,
+)  # of Newton's method, and of one step: far more than usual points need
 EXACT_RESIDUAL_SHARE = 1e-9  # relative to the image's size: |r| up to which a point is accepted, if also
 CLOSE_STEP_SHARE = 1e-8  # relative to the source's size: the next Newton step is at most this
 # Relative to the image's size: |r| up to which points without a Newton step are accepted.

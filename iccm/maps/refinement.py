@@ -21,7 +21,8 @@ from ..flips import neighbours
 from ..native import function
 from .triangulated.adjacency import Edges, edges_across
 
-THIN_RATIO = 0.15  # twice the area over the squared longest side: about 9 degrees (chosen by hand)
+THIN_RATIO = 0.15
+"""Twice the area over the squared longest side: about 9 degrees, below which interpolation errors grow."""
 TINIEST_SIDE_SHARE = (
     # Relative to the polygon's diagonal: rounding determines the shape of triangles with shorter sides.
     1e-14

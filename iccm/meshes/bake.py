@@ -26,7 +26,10 @@ from .rasterise import affine
 _evaluate = function("""int64_t iccm_meshes_evaluate(
     const Complex *coefficients, const double *corners, const int32_t *owner, const int64_t *at, int64_t count,
     int64_t first, int64_t height, int64_t width, Complex *z, Complex *zx, Complex *zy)""")
-ROWS_AT_ONCE, TEXELS_AT_ONCE = 64, 512  # texels of the layout that are filtered at a time (chosen by hand)
+ROWS_AT_ONCE, TEXELS_AT_ONCE = (
+    64,
+    512,
+)  # texels of the layout that are filtered at a time, which bounds memory
 BYTES_PER_TEXEL = 48  # bytes of work arrays per texel of the layout
 
 Origins = tuple[Complex, Complex, Complex]

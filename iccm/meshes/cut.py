@@ -17,7 +17,8 @@ from .geodesics import GeodesicGraph
 from .patch import Patch
 from .topology import Triangles, walk
 
-MOST_GEODESIC_TRIANGLES = 100_000  # with more triangles, paths along edges are used (chosen by hand)
+MOST_GEODESIC_TRIANGLES = 100_000
+"""With more triangles, paths along edges are used: geodesics would take too long, and edges are short."""
 CORRIDOR_EDGES = 2.0
 """Width, in mean edge lengths, of the corridor around an approximate shortest path in which it is refined
 (chosen by hand).

@@ -11,7 +11,8 @@ from ..plane import orientation
 from .rasterise import Ownership, open_edges, rasterise
 from .topology import labels
 
-MOST_TILES = 64  # a triangle that spans more pictures is a mistake in the file (chosen by hand)
+MOST_TILES = 64
+"""A triangle that spans more pictures is a mistake in the file: tiled textures repeat a few times."""
 MOST_COORDINATE = 1e6
 """Largest texture coordinate: beyond, single precision distinguishes fewer than 16 positions across a picture."""
 

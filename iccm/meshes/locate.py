@@ -15,7 +15,8 @@ from .rasterise import rasterise
 _walk = function("""int64_t iccm_meshes_walk(
     const Complex *flat, const int64_t *faces, const int64_t *twin, const Complex *z, const int32_t *start,
     int64_t count, int64_t *triangle, double *weights)""")
-GRID_CELLS_ACROSS = 1024  # cells along the longer side of the grid of starting triangles (chosen by hand)
+GRID_CELLS_ACROSS = 1024
+"""Cells along the longer side of the grid of starting triangles: a walk then passes few of them."""
 
 
 class Places(NamedTuple):

@@ -25,8 +25,9 @@ _touch = function("""int64_t iccm_meshes_touch(
 _affine = function("""int64_t iccm_meshes_affine(
     const double *corners, const double *values, int64_t m, int64_t parts, double *out)""")
 NONE = -1
-SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time (chosen by hand)
-ROWS_AT_ONCE = 1024  # rows that a thread fills at a time, checking all triangles (chosen by hand)
+SLICE_TRIANGLES = 1 << 15  # triangles that a thread takes at a time: milliseconds of work
+ROWS_AT_ONCE = 1024
+"""Rows that a thread fills at a time, checking all triangles: few bands, since each does that."""
 
 
 @dataclass(frozen=True, eq=False)

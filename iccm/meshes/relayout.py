@@ -31,8 +31,9 @@ by hand).
 """
 POINTS_AT_ONCE = 5_000
 """Points that are located at a time; this takes 0.8 s on a busy machine for 82k triangles (measured)."""
-TILE_GRID_CELLS = 1024  # across a grid on which overlaps of tiles are detected (chosen by hand)
-PROBED_TEXELS_ACROSS = 128  # texels across a layout for choosing the size of pictures (chosen by hand)
+TILE_GRID_CELLS = 1024  # across a grid on which overlaps of tiles are detected: the texels of a usual texture
+PROBED_TEXELS_ACROSS = 128
+"""Texels across a layout for choosing the size of pictures, which takes powers of two."""
 COLOUR_TEXELS_ACROSS = 1024
 """Texels across a picture if charts are smaller than two texels, and so do not determine its size (chosen by
 hand).
@@ -47,7 +48,7 @@ MOST_MAGNIFIED = 2
 (chosen by hand).
 """
 LOST_UNSEEN = 1.1
-"""Texels of the old texture per texel of a new picture up to which no loss of detail is visible (chosen by hand)."""
+"""Texels of the old texture per texel of a new picture up to which no loss of detail is visible."""
 TEXELS_PER_REPETITION = 8
 """Texels of a new picture per repetition of the old texture below which it is hardly recognizable (chosen by
 hand).
@@ -56,7 +57,7 @@ MEAN_COLOUR_TEXELS = 256
 """Texels across a picture that shows hardly more than mean colours of a texture. Its texels are expensive,
 since their footprints in the texture are large (chosen by hand).
 """
-ROWS_AT_ONCE = 64  # rows of the layout that are filtered at a time (chosen by hand)
+ROWS_AT_ONCE = 64  # rows of the layout that are filtered at a time, which bounds memory
 
 
 class Conflicts(NamedTuple):

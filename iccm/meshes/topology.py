@@ -18,7 +18,7 @@ MOST_SEAMS, MOST_LOOKED = (
     64,
     10_000_000,
 )  # number of pairs, and number of pairs times triangles of the mesh
-MOST_FACES = 64  # faces at one edge that are checked (chosen by hand)
+MOST_FACES = 64  # faces at one edge that are checked: more would take their number squared
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,10 +20,11 @@ from .energies import Basis, Target, Term, closeness, consistency, points, quasi
 from .least_squares import System
 from .normalised import NormalisedProblem, measure_of
 
-PAPER_VERTICES = 200  # default number of evenly spaced vertices (by hand)
-LEAST_DECREASE = 1e-4  # relative decrease of the energy below which iteration stops (by hand)
-SAMPLES_PER_EDGE = 4  # default number of samples of each edge (by hand)
-STROKE_SAMPLES = 50  # samples of each stroke (by hand)
+PAPER_VERTICES = 200  # default number of evenly spaced vertices: enough for outlines that bend as letters do
+LEAST_DECREASE = 1e-4
+"""Relative decrease of the energy below which iteration stops: further steps are not visible."""
+SAMPLES_PER_EDGE = 4  # default number of samples of each edge: the map between them is smooth
+STROKE_SAMPLES = 50  # samples of each stroke: enough for a stroke that bends a few times
 UNITS = {
     "quasiconformal": -2,
     "smoothness": -4,

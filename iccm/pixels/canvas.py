@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex
 
-BAND_ROWS = 128  # rows processed at a time (by hand)
+BAND_ROWS = 128  # rows processed at a time, which bounds memory
 LONGER_SIDE_PIXELS = 1024  # default length of a picture's longer side in pixels
 
 

@@ -18,8 +18,8 @@ from .texture import Texture
 
 REACH_TEXELS = 2  # texels: radius of a cubic filter, and width of an antialiased edge
 NO_ALPHA_SHARE = 0.1
-"""Share of the alpha inside; less counts as transparent, since lossy pictures have some noise (by hand)."""
-BYTES_PER_TEXEL = 64  # working memory per texel (by hand)
+"""Share of the alpha inside; less counts as transparent, since lossy pictures have some noise."""
+BYTES_PER_TEXEL = 64  # working memory per texel: arrays counted
 
 
 def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:

@@ -24,7 +24,7 @@ FRAME_TEXELS = 12
 CLAMP, CLEAR, REPEAT, MIRROR = 0, 1, 2, 3
 EDGES = {"clamp": CLAMP, "transparent": CLEAR, "repeat": REPEAT, "mirror": MIRROR}
 STRIP_VALUES, LEAST_ROWS = 1 << 20, 64
-"""Numbers of a picture, and least number of rows, that are processed at a time (by hand)."""
+"""Numbers of a picture, and least number of rows, that are processed at a time, which bounds memory."""
 HALO_ROWS = (0, 6, 20)
 """Rows above and below needed for so many halvings: 6, and 6 + 2 · 6 rounded up to a multiple of 4."""
 

@@ -17,8 +17,8 @@ from .normals import rotate
 from .texture import Places, Texture, check_kind, mend, strip_bytes
 
 LARGE_VALUES = 1 << 27
-"""Number of values of a texture from which it is not converted to floats: they would take half a gigabyte (by hand)."""
-SLICE_POINTS = 1 << 15  # points filtered at a time (by hand)
+"""Number of values of a texture from which it is not converted to floats: they would take half a gigabyte."""
+SLICE_POINTS = 1 << 15  # points filtered at a time, which bounds memory
 KINDS = ("colour", "data", "normal", "normal-down")
 
 

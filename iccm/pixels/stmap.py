@@ -24,7 +24,7 @@ from .texture import Placing, Texture
 
 JUMP_PICTURE_SHARE, STEEPER_RATIO = 1 / 512, 4
 """Step as a share of the picture, and relative to the step on the other side; larger steps are seams."""
-FINEST_TEXELS_ACROSS = 16384  # texels across: accuracy sufficient for any picture (by hand)
+FINEST_TEXELS_ACROSS = 16384  # texels across: accuracy sufficient for any picture, since few are larger
 
 
 def stmap(

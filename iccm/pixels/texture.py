@@ -18,7 +18,7 @@ _place = function("""int64_t iccm_pixels_place(
     const Complex *z, const Complex *right, const Complex *down, int64_t count, const double *corner,
     double *xy, double *turn)""")
 Corner = tuple[float, float, float, float]
-MENDING_BYTES_PER_TEXEL = 48  # working memory in bytes per texel where some are not finite (by hand)
+MENDING_BYTES_PER_TEXEL = 48  # working memory in bytes per texel where some are not finite: arrays counted
 
 
 def check_kind(kind: str, channels: int, name: str = "the picture") -> None:
@@ -99,7 +99,7 @@ class Placing(Protocol):
 
 
 ROUNDED_TEXELS = 1e-6
-"""Distance in texels; points closer than this to the texture's edge count as inside (by hand, above rounding)."""
+"""Distance in texels; points closer than this to the texture's edge count as inside: far above rounding."""
 
 
 Wrap = tuple[str, str]

@@ -19,8 +19,10 @@ from ..meshes.mesh import face_areas
 from ..meshes.stretch import laid_flat, linear
 from ..plane import orientation, polygon_area, triangle_areas
 
-SLIT_AREA_SHARE = 1e-12  # of the layout's area: rounding makes a slit enclose less than this (by hand)
-SAMPLES_PER_EDGE = 8  # samples of each chord at which its distance to the outline is taken (by hand)
+SLIT_AREA_SHARE = 1e-12  # of the layout's area: rounding makes a slit enclose less than this
+SAMPLES_PER_EDGE = 8
+"""Samples of each chord at which its distance to the outline is taken: outlines between vertices bend once at
+most."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,9 @@ from ..meshes.patch import Patch
 from .refined import RefinedSurface
 
 NEAR_BARYCENTRIC = 0.03
-"""Barycentric coordinate below which a point is moved to the opposite edge, by hand; avoids thin triangles."""
+"""Barycentric coordinate below which a point is moved to the opposite edge, which avoids thin triangles."""
 MOST_CROSSED_TRIANGLES = 1000
-"""Most triangles that a path may cross between two of its points (by hand, far more than usual)."""
+"""Most triangles that a path may cross between two of its points (far more than usual), which bounds the time."""
 
 
 class Opening(NamedTuple):

@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 from ..arrays import Flags, Index, Real, distinct_rows
 from ..meshes.topology import labels
 
-SURROUNDING_STEPS = 32  # radius, in half-edges, of the neighbourhoods that are compared (by hand)
+SURROUNDING_STEPS = 32
+"""Radius, in half-edges, of the neighbourhoods that are compared: farther ones rarely tell candidates apart."""
 SEEDS_TRIED = 64
-"""Candidates tried as partner of one half-edge; with many equal pieces, the nearest ones (by hand)."""
+"""Candidates tried as partner of one half-edge; with many equal pieces, the nearest ones, which bounds the time."""
 MOST_PIECES = 1000
-"""Meshes with more pieces are polygon soups, whose pieces would take too long to match (by hand)."""
+"""Meshes with more pieces are polygon soups, whose pieces would take too long to match."""
 ALIKE_RESIDUAL_RATIO = 2.0
-"""Times the least residual: candidates that fit this well are ranked by their rotation instead (by hand)."""
+"""Times the least residual: candidates that fit this well are ranked by their rotation instead, since rounding
+decides between them."""
 EXACT_RESIDUAL = 1e-12  # a residual of nothing but rounding
 
 

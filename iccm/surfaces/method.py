@@ -30,7 +30,8 @@ from .ground import ground_of
 from .problem import Layouts, SurfaceProblem
 from .target_mesh_map import OwnMap, on_own_mesh
 
-SURE_ENERGY = 1.3  # energy of a map between similar surfaces below which no other map is sought, by hand
+SURE_ENERGY = 1.3
+"""Energy of a map between similar surfaces below which no other map is sought: sizes then differ by little."""
 MOST_SLIDES, WORTHWHILE_SLIDE_DECREASE = 4, 1e-3
 """Most times that the boundary is slid, and the least relative decrease that is worth another time."""
 NEWTON_STEPS, LEAST_DECREASE = 40, 1e-3  # of Newton's method in space, and the relative decrease that ends it

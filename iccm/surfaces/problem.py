@@ -24,7 +24,8 @@ from ..plane import Similarity
 from ..problem import Problem
 from .side import Side
 
-ROUNDED_TOLERANCE_SHARE = 0.2  # of the tolerance: used for outlines between two surfaces, by hand
+ROUNDED_TOLERANCE_SHARE = 0.2
+"""Of the tolerance: used for outlines between two surfaces: the rest is left to their triangles."""
 Layouts = tuple[Flattening | None, Flattening | None]
 
 

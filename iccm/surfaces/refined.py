@@ -10,7 +10,7 @@ from ..arrays import Flags, Index, Real
 from ..meshes.topology import Triangles
 
 ON_EDGE_BARYCENTRIC = 1e-6
-"""Barycentric coordinate below which a point is on the opposite edge, by hand; far above rounding."""
+"""Barycentric coordinate below which a point is on the opposite edge: far above rounding."""
 
 
 @dataclass(frozen=True, eq=False)

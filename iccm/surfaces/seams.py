@@ -28,10 +28,11 @@ MOST_TRIANGLES = 20_000  # with more, the order is left as given: a search would
 BEAM_WIDTH = 50_000
 """Partial orders that are kept, the cheapest ones: with up to eight landmarks these are all that exist."""
 ASTRAY_RADIANS, LONGER_LOG_RATIO = 0.5, 0.2
-"""Difference in direction (radians) and in log length that doubles the cost of a path; by hand."""
+"""Difference in direction (radians) and in log length that doubles the cost of a path: half a radian off is as bad
+as a fifth longer."""
 ORDERS_TRIED = 8  # orders whose layouts are compared
 FEWEST_STOPS = 4  # landmarks needed for trilateration: two places may be equally far from three points
-COARSE_TRIANGLES = 3000  # triangles, by hand: with more, edge paths are close to the geodesics
+COARSE_TRIANGLES = 3000  # triangles: with more, edge paths are close to the geodesics
 CLEAR_UNLIKENESS = 0.03  # difference between layouts below which no further order is tried
 
 

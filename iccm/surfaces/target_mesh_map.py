@@ -28,7 +28,7 @@ from .refined import RefinedSurface
 from .side import Side
 
 UNFOLDING_STEPS, POLISHING_STEPS = 200, 30  # steps at most: a bunny with holes takes over 40
-ROOM_HALVINGS = 4  # times that triangles around folds are halved, by hand
+ROOM_HALVINGS = 4  # times that triangles around folds are halved at most: each makes four times as many
 THIN_AREA_RATIO = 0.1  # of the mean area: triangles at the boundary with less are moved, too
 COARSE_TRIANGLES = 4000
 """Edges of surfaces with fewer triangles are halved, which lowers median errors by 20 to 40 %."""

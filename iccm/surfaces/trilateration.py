@@ -17,10 +17,12 @@ from ..meshes.topology import Triangles
 from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 
 FINE_TRIANGLES, MOST_HALVINGS = 10_000, 3
-"""Triangles that are enough for the paths, and how often edges are halved at most to get them (by hand)."""
+"""Triangles that are enough for the paths, and how often edges are halved at most to get them, which bounds the
+time."""
 SAMPLES_PER_EDGE = 8  # samples of each edge of a seam
 ASTRAY_DISTANCE_SHARE = 0.01
-"""Difference of distances that doubles the cost of a path, as a share of the root of the area (by hand)."""
+"""Difference of distances that doubles the cost of a path, as a share of the root of the area: what the eye takes
+for another place."""
 
 
 def subdivide(points: Real, faces: Index) -> RefinedSurface:

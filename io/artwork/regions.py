@@ -17,7 +17,8 @@ from .clip import Domain
 NEAR_DIAGONAL_SHARE = 3e-4
 """Of the source's diagonal: points this close outside count as on the outline, which is flattened."""
 MAP_ERROR_SHARE = 0.1
-"""Of the tolerance: allowed error of the map when paths are fitted within the tolerance (by hand)."""
+"""Of the tolerance: allowed error of the map when paths are fitted within the tolerance: a tenth, so that it can be
+neglected."""
 ALONG = np.arange(9) / 8  # parameters at which segments are tested
 
 

@@ -20,7 +20,7 @@ from .manifest import ManifestError, Task
 from .pools import Pool
 
 SCHEMA = "iccm.result/1"
-# relative to --timeout: time limit of the solver, since a job that is killed leaves no output (chosen by hand)
+# relative to --timeout: time limit of the solver, since a job that is killed leaves no output
 EARLY_TIMEOUT_SHARE = 0.8
 POLL_SECONDS = 0.2  # seconds until a signal or an expired job is noticed at the latest
 NAMED_JOBS = 3  # running jobs whose names are shown

@@ -15,15 +15,16 @@ from typing import Any, Protocol
 from ...errors import InputError
 from . import worker
 
-GRACE_SECONDS = 3.0  # seconds that a worker has to end on its own (chosen by hand)
+GRACE_SECONDS = 3.0  # seconds that a worker has to end on its own, before it is killed
 WAITING_TASKS = 1
 """Tasks that wait at each thread of a cluster, so that it is never idle: 200 tasks of 50 ms on two workers took 48 to
 101 ms each with 0, 29 and 32 with 1, 27 and 64 with 2 (on a busy machine; at least 25)."""
 TASK_SECONDS = 0.5
 """Seconds that short jobs in one task take together; Dask's overhead (8.6 ms) is 2 % of that."""
-MOST_TASK_JOBS = 64  # jobs in a task at most (chosen by hand)
-RECENT_JOBS = 15  # jobs from whose times the next ones' are predicted (chosen by hand)
-CLUSTER_TIMEOUT = "10s"  # time for a cluster to answer (chosen by hand)
+MOST_TASK_JOBS = 64  # jobs in a task at most, so that no thread waits for another long
+RECENT_JOBS = 15
+"""Jobs from whose times the next ones' are predicted: recent ones, since manifests are sorted."""
+CLUSTER_TIMEOUT = "10s"  # time for a cluster to answer, after which the address is probably wrong
 
 
 class Pool(Protocol):

@@ -22,15 +22,16 @@ THREADS = (
     "MKL_NUM_THREADS",
     "OPENCV_FOR_THREADS_NUM",
 )
-GRACE_SECONDS = 5.0  # seconds for a worker that has lost its parent to clean up (chosen by hand)
+GRACE_SECONDS = 5.0  # seconds for a worker that has lost its parent to clean up, before it is killed
 PR_SET_PDEATHSIG = 1  # option of prctl, from linux/prctl.h
-# seconds after which the remaining jobs of a bundle are returned, if one took longer than expected (chosen by hand)
+# seconds after which the remaining jobs of a bundle are returned, if one took longer than expected,
+# since another worker may be idle
 RETURN_SECONDS = 1.0
 FIGURES = (
     *("boundary", "dilatation", "log10_area", "injective", "shown", "covered", "cracks"),
     *("uv", "distance", "same_triangles"),
 )
-KEPT_NOTES = 5  # notes of a job in its line of the journal at most (chosen by hand)
+KEPT_NOTES = 5  # notes of a job in its line of the journal at most, in order of importance
 
 
 _state = {"busy": False}  # whether a job is running

@@ -25,7 +25,8 @@ NORMALS = ("norm", "map_norm")
 BUMPS = ("bump", "map_bump")  # heights according to the format, but most programs write normals there
 ELSEWHERE = ("refl", "map_refl")  # environment maps, which are not on the surface
 LEAST_MEAN_BLUE, MOST_MEAN_LEAN = 0.7, 0.15
-"""Mean color of a normal map: at least so blue, and red and green at most so far from grey (by hand)."""
+"""Mean color of a normal map: at least so blue, and red and green at most so far from grey: normals point outwards
+on average."""
 
 
 Kinds = dict[tuple[str, Path], str]

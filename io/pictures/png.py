@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..formats import PNG
 
 UP_FILTER = 2  # the filter: what is stored is the difference from the row above
-COMPRESSION_LEVEL = 2  # of ISA-L's four: the smallest files of pictures and drawings (by hand)
+COMPRESSION_LEVEL = 2  # of ISA-L's four: the smallest files of pictures and drawings (measured)
 
 
 class PngOutput:

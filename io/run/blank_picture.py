@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 ALIKE_VALUE_SHARE = 0.01
 """Relative to white, or to the largest value: colours that differ by less look the same."""
-OPAQUE_ALPHA = 0.99  # alpha above which a pixel counts as opaque (chosen by hand)
+OPAQUE_ALPHA = 0.99  # alpha above which a pixel counts as opaque: the highest 8-bit values
 
 
 class Colours:

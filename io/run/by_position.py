@@ -18,7 +18,8 @@ MOST_PINS, MOST_PINS_OF_CUT = 24, 6
 pins contradict each other. A closed mesh is cut through all of its pins, which leaves room for only a few.
 """
 NEAR_SHARE = 0.05
-"""Relative to the target's diagonal: points farther from the source are not pinned (chosen by hand)."""
+"""Relative to the target's diagonal: points farther from the source are not pinned, since they may belong to
+something else."""
 
 
 def pins_by_position(run: Run) -> list[tuple[Place, Place]]:

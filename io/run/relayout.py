@@ -47,7 +47,7 @@ SCHEMA = "iccm.relayout/1"
 SEEN_BLACK_SHARE = 0.01
 """Share of a picture: less black outside the charts is not reported."""
 CONFLICTING_SHARE = 1e-3
-"""Share of the covered texels: fewer conflicting ones are at most seams of rounded coordinates (by hand)."""
+"""Share of the covered texels: fewer conflicting ones are at most seams of rounded coordinates."""
 # figures of a layout that are counted separately for each tile
 TEXELS = ("overlapping_texels", "covered_texels")
 _Read = list[MeshFile]  # all geometries of a file

@@ -48,7 +48,7 @@ MOST_STRETCHED_SHARE = 0.98
 MOST_PAINTED_BY_LINES_SHARE = 1 / 3
 """Relative to its convex hull: a drawing that paints less consists of lines."""
 CELL_PIXELS = 128  # side of a square of the checkerboard
-KEPT_VALUES = 1 << 24  # numbers in a picture that is cached for the next job at most (chosen by hand)
+KEPT_VALUES = 1 << 24  # numbers in a picture that is cached for the next job at most: 64 MB as floats
 
 
 def on_mesh(job: Job, source: Shape) -> bool:

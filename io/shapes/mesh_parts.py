@@ -13,7 +13,8 @@ from ...meshes.patch import Patch
 from ..meshes.mesh_format import MeshFile
 from .mesh_shape import MeshShape
 
-GAP_SIDE_SHARE = 0.02  # of the larger side: gap between pieces placed side by side (by hand)
+GAP_SIDE_SHARE = 0.02
+"""Of the larger side: gap between pieces placed side by side: visible, and little of the area."""
 
 
 def side_by_side(shapes: list[MeshShape]) -> list[MeshShape]:

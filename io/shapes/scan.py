@@ -12,24 +12,25 @@ from scipy import ndimage
 from ...errors import InputError
 from ...pixels.raster import Float, blurred, depths, nearest, pieces, resized_by_area
 
-LONGER_SIDE_PIXELS = 2048  # of the picture that is analysed (by hand: limits the time)
-BLOCKS_ACROSS = 48  # blocks along the longer side, to whose medians the background is fitted (by hand)
+LONGER_SIDE_PIXELS = 2048  # of the picture that is analysed, which bounds the time
+BLOCKS_ACROSS = 48
+"""Blocks along the longer side, to whose medians the background is fitted: shadows are wider, and drawings
+narrower, than a few blocks."""
 LEAST_DIFFERENCE = 1e-3
-"""Share of the range of colours; smaller differences from the background are ignored (by hand)."""
+"""Share of the range of colours; smaller differences from the background are ignored: a quarter of a step of 8 bits."""
 BORDER_DRAWS = 500
 """Random samples of border blocks: if 70 % are paper, 1 in 70 samples has 12 blocks of paper."""
 NOISE_DEVIATIONS = 3  # times the variation of the background: smaller differences do not stand out
-SPECK_SIDE_SHARE = (
-    1 / 200
-)  # of the longer side: pieces smaller than this in both directions are noise (by hand)
-GAP_SIDE_SHARE = 1 / 32  # of the longer side: radius of the largest disk that closes gaps (by hand)
+SPECK_SIDE_SHARE = 1 / 200  # of the longer side: pieces smaller than this in both directions are noise
+GAP_SIDE_SHARE = 1 / 32
+"""Of the longer side: radius of the largest disk that closes gaps: wider ones are taken for openings."""
 BACKGROUND_SHARE = 0.9
 """Of a picture's border: with less background, objects are cut off there, as in most photographs. Coins on a table
 leave 92 %, a portrait outdoors 81 %."""
 PAPER_SHARE = 0.7  # the same for a line drawing, next to which a table may be visible
 SCATTERED_PIECES = 50  # pieces (limits.PIECES are traced); a page of text or a starry sky has hundreds
 FAINTEST_SHARE = 0.1  # of a plain background's difference: half of a line's pixels stand out by more
-LINE_AREA_SHARE = 0.2  # of the enclosed area: ink that covers less is a line around it (by hand)
+LINE_AREA_SHARE = 0.2  # of the enclosed area: ink that covers less is a line around it
 
 
 class Photograph(InputError):

@@ -29,14 +29,14 @@ SPECK_PIXELS = 4  # pixels; smaller pieces are noise
 # edge is a staircase that deviates that far to either side: less than 0.75 would keep the steps.
 SOFT_ALPHA, HARD_ALPHA = 0.25, 0.75
 UNEVEN_BORDER_SHARE = 0.1
-"""Of the border's pixels: if more are neither background nor shape, the background is not plain (by hand)."""
+"""Of the border's pixels: if more are neither background nor shape, the background is not plain."""
 EXACT_COLOUR_DISTANCE, ALIKE_COLOUR_DISTANCE = 0.03, 0.06
 """Differences of colours that are ignored: in a flat background, and with noise or JPEG artefacts."""
 FLAT_BORDER_SHARE, HALF_BORDER_SHARE, CUT_SIDES, SLIVER_SHARE = 0.9, 0.5, 2, 0.02
 """Shares of the border. A background is plain if one colour has FLAT_BORDER_SHARE of it; or HALF_BORDER_SHARE of it, if
 the object is cut off by at most CUT_SIDES sides, once each, like a bust: horizons, crosses of flags and contents of
 photographs reach three or four sides. Contacts shorter than SLIVER_SHARE of a side do not count."""
-LINE_WIDTHS_PER_SIDE = 32  # longer side / largest width of a pencil line around a drawing (by hand)
+LINE_WIDTHS_PER_SIDE = 32  # longer side / largest width of a pencil line around a drawing
 FEW_SHARE = 0.005  # of the pixels: fewer of another colour, such as noise, do not count
 CANVAS, SILHOUETTE = "canvas", "silhouette"
 PHOTOGRAPH = (
@@ -45,7 +45,8 @@ PHOTOGRAPH = (
 )
 INSIDE = "the inside of the line is used; --trace dark uses the line itself"
 LEAST_LEVEL_DISTANCE = 1e-3
-"""Least difference of each pixel's coverage from the contour level, which keeps contours apart (by hand)."""
+"""Least difference of each pixel's coverage from the contour level, which keeps contours apart: a thousandth of a
+pixel."""
 
 
 class Handed:

@@ -34,7 +34,8 @@ ALONG_WEIGHT = 0.3
 """Weight of distances along the curve relative to those across it, which alone measure the fit."""
 STAY_WEIGHT = 0.05  # weight of the distance from the previous position, which makes the solution unique
 FITTING_ROUNDS = 3
-"""Number of least squares solutions; points are projected onto the curve again in between (by hand)."""
+"""Number of least squares solutions; points are projected onto the curve again in between: the curve settles in a
+few."""
 SAMPLES_PER_EDGE = 16  # points of the curve per edge: they miss 1/128 of a sagitta of two tolerances
 FINE_PIXELS = 0.02  # sagitta of the result's edges, invisible even when enlarged 30 times
 POINTS_AT_ONCE = 4096  # points projected at a time, to limit memory

@@ -23,7 +23,7 @@ MITRE_LIMIT = 4.0  # SVG's default
 ROUND_SEGMENTS = 32  # segments per quarter circle: accurate to 3e-4 of half the width
 FIRST_LOOK_SEGMENTS, MORE_FACTOR = 2000, 4
 """Shapes' subpaths after which crossings are first checked, and the factor until the next check."""
-LARGEST_FILLS = 16  # fills that are tested for covering others (by hand)
+LARGEST_FILLS = 16  # fills that are tested for covering others, which bounds the time
 
 Seen = tuple[Node, list[Subpath]]
 

@@ -16,7 +16,8 @@ from ...meshes.locate import Locator, Places
 from ...native import Record, function, record
 from .energy import Objective, RestShapes
 
-BARRIER_WEIGHT = 0.01  # weight of the energy in the layout (chosen by hand)
+BARRIER_WEIGHT = 0.01
+"""Weight of the energy in the layout, which prevents folds there: so low that it hardly changes the map."""
 
 PlacesRecord = record(
     """struct Places {

@@ -11,7 +11,7 @@ from ..errors import Tangled
 from .energy import RestShapes, geometry
 from .untangle import untangle
 
-# Rings of triangles around folds whose vertices move; more if folds remain (chosen by hand).
+# Rings of triangles around folds whose vertices move; more if folds remain, each twice as many.
 RINGS = 2, 4, 8, 16
 BARE = 1e-9  # ratio of areas, relative to the mean, below which a triangle counts as folded
 STEPS, POLISHING = 100, 30

@@ -41,7 +41,9 @@ SMOOTHED_RINGS, SMOOTHINGS = (
 # Weights of virtual triangles during untangling: in holes without a partner, and in concavities.
 FILLED, BAY = 2e-2, 1e-2
 LOCAL = 0.5  # share of the inside; local unfolding hardly ever succeeds if more than this must move
-PASSED_OVER = 0.1  # weight of triangles in a hole of a surface that the map ignores; chosen by hand
+PASSED_OVER = 0.1
+"""Weight of triangles in a hole of a surface that the map ignores: little, but enough to keep them from
+collapsing."""
 FORWARD = 8  # Newton steps on the map before steps on its inverse
 GOOD_ENOUGH = 5e-4  # a Newton step with a smaller relative decrease is the last
 SETTLED = 1e-3  # a round of steps with a smaller relative decrease is the last

@@ -11,8 +11,8 @@ from ..model.discrete_map import DiscreteMap
 
 # First and least share of the path in a stage; Newton steps in each.
 FIRST_SHARE, LEAST_SHARE, STAGE_STEPS = 0.25, 0.02, 15
-MOVING_STEPS = 40  # Newton steps while constrained points move straight (chosen by hand)
-MOVING_DECREASE = 1e-3  # relative decrease of a step that ends a stage (chosen by hand)
+MOVING_STEPS = 40  # most Newton steps while constrained points move straight, which bounds the time
+MOVING_DECREASE = 1e-3  # relative decrease of a step that ends a stage: the next stage moves the points again
 LEAST_FACTOR = 1e-3  # scale of the similarity below which constraints are only translated
 
 

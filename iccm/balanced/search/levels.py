@@ -39,7 +39,7 @@ from .unit_problem import UnitProblem
 
 SPACING_MESH_SIZES = 0.75  # distance of the outline's vertices, in mesh sizes
 BACKWARD_STEPS = 3  # Newton steps on the inverse of a coarse map, after those on the map
-RELEASED_STEPS = 8  # Newton steps after each release of corners (chosen by hand)
+RELEASED_STEPS = 8  # Newton steps after each release of corners; the next mesh continues from there
 FINE_POWER = 3.0
 """Power q of the density on fine meshes. At q = 1 a pin pulls out a spike: the largest K of a square with its
 centre moved is 7.4, and 3.4 at q = 3.

@@ -12,7 +12,7 @@ OUTLINE_SAMPLES = 256  # points of each outline that are compared
 # Relative to the root of the area: vertices this close to the largest distance from the centroid may be the
 # farthest.
 AS_FAR_SHARE = 1e-7
-MOST_STARTS = 64  # positions tried; a regular polygon has as many as vertices (chosen by hand)
+MOST_STARTS = 64  # positions tried; a regular polygon has as many as vertices, which would take too long
 
 
 def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:

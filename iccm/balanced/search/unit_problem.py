@@ -11,7 +11,7 @@ from ..constraints.validate import NO_PINS
 from ..model.energy import Energy
 from ..model.metric import PLANES, Metrics
 
-STROKE_SAMPLES = 8  # points of each stroke that align starts (chosen by hand)
+STROKE_SAMPLES = 8  # points of each stroke that align starts: enough to see its bends
 
 Numbers = tuple[tuple[int, ...], tuple[int, ...]]  # of holes of the source and of the target
 
