@@ -125,6 +125,18 @@ def test_points_are_located_in_patches(monkeypatch):
     equal(one, other)
 
 
+def test_few_points_are_located_alike_without_buckets():
+    rng = np.random.default_rng(21)
+    corners, bulge, _ = bent_patches(21)
+    z = rng.uniform(-0.5, 3.2, 40) + 1j * rng.uniform(-0.2, 2.6, 40)
+    z[:10], z[10], z[11] = corners[:10, 1], np.nan, 1e300
+    locator = location.PatchLocator(corners, bulge)
+    for few in (z, z[:1], z[10:12], z[:0]):
+        for once, prepared in zip(locator.locate_once(few), locator(few), strict=True):
+            assert np.array_equal(once, prepared, equal_nan=True)
+    assert 0 < np.count_nonzero(locator(z)[0] >= 0) < 40
+
+
 def test_a_point_that_newton_does_not_find_is_infinitely_far():
     patch = np.array([0, 1, 0.3 + 0.01j, 0.4j, -0.3 + 0.2j, 0.1j])
     rng = np.random.default_rng(9)

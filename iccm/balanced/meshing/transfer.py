@@ -8,6 +8,8 @@ from ...maps.triangulated.location import PatchLocator
 from ...maps.triangulated.rim import Rim
 from ...plane import cross
 
+FEW_POINTS = 8  # such as pins: compared with all boxes of a mesh sooner than these are sorted (measured)
+
 
 def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> Complex:
     """Return the piecewise linear function at points, extended linearly from the closest triangle beyond the mesh.
@@ -29,7 +31,8 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
 def nearest_triangles(z: Complex, faces: Index, points: Complex) -> Index:
     """Return (p,) the triangle that contains each point, or the closest one."""
     corners = z[faces]
-    found, _ = PatchLocator(corners, np.zeros_like(corners))(points, 1)
+    locator = PatchLocator(corners, np.zeros_like(corners))
+    found, _ = locator.locate_once(points) if points.size <= FEW_POINTS else locator(points, 1)
     outside = found < 0
     if outside.any():
         rim = Rim(z, edges_of(faces))

@@ -124,7 +124,7 @@ def keep_rigid(
             elif attempt == "around":
                 beginning = AroundPlaces.of(problem, sketch, rigid, places, patient=patient)
             else:
-                beginning = Growing.of(problem, sketch, rigid, float(attempt))
+                beginning = Growing.of(problem, sketch, rigid, room, float(attempt))
             found += kept_by(problem, rigid, beginning, settings, again=attempt == "around")
         if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE_SIZE_SHARE:
             break
@@ -309,13 +309,12 @@ class Growing:
     around: AroundPlaces | None = None
 
     @classmethod
-    def of(cls, problem: UnitProblem, sketch: MeshMap, rigid: Rigid, begun: float) -> "Growing":
+    def of(cls, problem: UnitProblem, sketch: MeshMap, rigid: Rigid, room: Real, begun: float) -> "Growing":
         """Return the growing regions, with the map around them if they begin with more than 0.
 
         Raises:
             Stuck, NoMapError: as in `AroundPlaces.of`.
         """
-        _, _, room = places_of(problem, sketch, rigid)
         growing = cls(problem, sketch, rigid, room, begun)
         if not begun:
             return growing

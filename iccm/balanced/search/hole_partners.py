@@ -1,6 +1,6 @@
 """Assign holes to holes and match their outlines, for each start."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -24,11 +24,17 @@ class Partners:
         source: outlines of the source, the outer one first.
         target: those of the target.
         wished: (i, j) holes that must be partners.
+        prescribed: returns the match of two holes if it is given, and None otherwise; by default none is given.
     """
 
     def __init__(
-        self, source: Sequence[Outline], target: Sequence[Outline], wished: Sequence[tuple[int, int]]
+        self,
+        source: Sequence[Outline],
+        target: Sequence[Outline],
+        wished: Sequence[tuple[int, int]],
+        prescribed: Callable[[int, int], Match | None] = lambda source, target: None,
     ):
+        self.prescribed = prescribed
         self.outer = source[0].curve, target[0].curve
         self.holes = [o.curve for o in source[1:]], [o.curve for o in target[1:]]
         self.middles = [
@@ -58,6 +64,8 @@ class Partners:
     def _match(self, i: int, j: int, turn: float) -> Match:
         key = int(i), int(j), round(turn / ROTATION_STEP_RADIANS)
         if key not in self._matches:
+            if (given := self.prescribed(key[0], key[1])) is not None:
+                return given
             source, target = self.holes[0][i], self.holes[1][j]
             here, there = (Curve(frame_of(curve)(curve.z)) for curve in (source, target))
             best = next(initial_matches.elastic_matches(here, there, key[2] * ROTATION_STEP_RADIANS))

@@ -41,7 +41,16 @@ def satisfy_constraints(
     state: DiscreteMap, steps: int = MOVING_STEPS, decrease: float = MOVING_DECREASE
 ) -> DiscreteMap:
     """Move constrained vertices to their goals, straight or in stages; return the map as close as it came."""
-    straight = move_straight(state, steps, decrease)
+    return stages_unless_met(state, move_straight(state, steps, decrease))
+
+
+def stages_unless_met(state: DiscreteMap, straight: DiscreteMap) -> DiscreteMap:
+    """Move constrained vertices to their goals in stages, if they were not met by moving straight.
+
+    Args:
+        state: the map to start from.
+        straight: the map to which `move_straight` took it.
+    """
     if straight.miss == 0:
         return straight
     return min(move_in_stages(state), straight, key=lambda each: each.miss)

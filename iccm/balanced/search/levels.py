@@ -195,15 +195,14 @@ class Level:
         """Return whether a hole of the source is one that is cut out (around a rigid region)."""
         return hole >= len(self.holes[0]) - self.problem.cut_out
 
-    def with_cut_out(self, match: Match) -> Match:
-        """Return the match with the cut-out holes mapped to their partners by shares of the length."""
-        holes = []
-        for hole in match.holes:
-            pair = self.holes[0][hole.source], self.holes[1][hole.target]
-            shares = np.unique(np.round(np.concatenate([[0.0, 1.0], *(each.shares for each in pair)]), 12))
-            here, there = (each.at_shares(shares) for each in pair)
-            holes.append(hole._replace(match=Match(here, there)) if self.keeps(hole.source) else hole)
-        return match._replace(holes=tuple(holes))
+    def prescribed_match(self, source: int, target: int) -> Match | None:
+        """Return the match of a cut-out hole with its partner, by shares of the length; None for other holes."""
+        if not self.keeps(source):
+            return None
+        pair = self.holes[0][source], self.holes[1][target]
+        shares = np.unique(np.round(np.concatenate([[0.0, 1.0], *(each.shares for each in pair)]), 12))
+        here, there = (each.at_shares(shares) for each in pair)
+        return Match(here, there)
 
     def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
         """Return the outer outlines, and those of holes, in the source and in the target."""

@@ -550,8 +550,8 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
 
 def with_partners(level: Level, matches: list[Match]) -> list[Match]:
     """Return the matches with matches of holes."""
-    partners = Partners(*level.domains, level.problem.partners)
-    return [level.with_cut_out(partners.of(match)) for match in matches]
+    partners = Partners(*level.domains, level.problem.partners, level.prescribed_match)
+    return [partners.of(match) for match in matches]
 
 
 def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> MeshMap:

@@ -18,7 +18,7 @@ from ..model.settings import SolveLog
 from . import initial_matches
 from .candidates import without_duplicates
 from .grid_paths import route
-from .homotopy import MOVING_DECREASE, move_straight, satisfy_constraints
+from .homotopy import MOVING_DECREASE, move_straight, satisfy_constraints, stages_unless_met
 from .levels import (
     BACKWARD_STEPS,
     RELEASED_STEPS,
@@ -113,10 +113,12 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
     free = min((state.value for state in states), default=np.inf)
     states = [aim_feet(level.problem.strokes, state, BESIDE) for state in states]
     straight = (move_straight(state) for state in progress.counted("pins moved", states))
-    ends = sorted(until_time_is_over(straight), key=rank)
+    moved = list(zip(states, until_time_is_over(straight)))
+    ends = sorted((end for _, end in moved), key=rank)
     if ends and ends[0].miss > 0:
-        states = sorted(states, key=lambda s: s.value)[:BROUGHT]
-        staged = (satisfy_constraints(s) for s in progress.counted("pins moved in stages", states))
+        moved = sorted(moved, key=lambda pair: pair[0].value)[:BROUGHT]
+        states = [state for state, _ in moved]
+        staged = (stages_unless_met(*pair) for pair in progress.counted("pins moved in stages", moved))
         ends = sorted([*until_time_is_over(staged), *ends], key=rank)
     if ends and ends[0].miss > 0 and not level.problem.strokes:
         ways = progress.counted("pins led around each other", states[:LED])

@@ -58,23 +58,41 @@ class PatchLocator:
         return BucketGrid.of(self.boxes)
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
+<<<<<<< HEAD
         """Return (p,) the patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
+=======
+        """Return (p,) the patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its
+        parameter.
+        """
+        return self._located(self.control, self.boxes, self.grid, z, threads)
+
+    def locate_once(self, z: Complex) -> tuple[Index, Real]:
+        """Return the same for few points (p,), without the preparation for further queries.
+
+        All boxes are compared with each point, which for few points takes less time than to sort them into buckets.
+        """
+        x, y = z.real[:, None], z.imag[:, None]
+        low_x, low_y, high_x, high_y = self.boxes.T
+        over = (low_x <= x) & (x <= high_x) & (low_y <= y) & (y <= high_y)
+        near = np.flatnonzero(over.any(axis=0))
+        if not near.size:
+            return np.full(z.size, -1), np.full((z.size, 3), np.nan)
+        boxes = self.boxes[near]
+        patch, place = self._located(self.control[near], boxes, BucketGrid.of(boxes), z, 1)
+        return np.where(patch < 0, -1, near[patch]), place
+
+    def _located(
+        self, control: Complex, boxes: Real, grid: BucketGrid, z: Complex, threads: int | None
+    ) -> tuple[Index, Real]:
+        """Locate points among patches with these boxes and their grid."""
+>>>>>>> bce5353c (Locate few points without a grid, and skip searches whose result is given or known)
         patch, place = np.full(z.size, -1), np.full((z.size, 3), np.nan)
-        z, grid = np.ascontiguousarray(z, np.complex128), self.grid
+        z = np.ascontiguousarray(z, np.complex128)
         buckets = grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches
 
         def locate(part: slice) -> None:
             points = z[part]
-            _locate(
-                self.control,
-                self.boxes,
-                *buckets,
-                points,
-                points.size,
-                self.rounding,
-                patch[part],
-                place[part],
-            )
+            _locate(control, boxes, *buckets, points, points.size, self.rounding, patch[part], place[part])
 
         over_slices(locate, z.size, threads)
         return patch, place

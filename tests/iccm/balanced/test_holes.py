@@ -14,9 +14,11 @@ from iccm.balanced.holes.given import Holes, hole_at
 from iccm.balanced.holes.outlines import are_disjoint, outlines_of
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
+from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.energy import Energy
 from iccm.balanced.model.frames import frames_of, unit_curve
 from iccm.balanced.model.outline import Outline
+from iccm.balanced.search import initial_matches
 from iccm.balanced.search.circle_domains import circle_domain, through_circles
 from iccm.balanced.search.hole_partners import Partners, middle_of
 from iccm.balanced.search.levels import Level
@@ -174,6 +176,24 @@ def test_holes_are_paired_at_the_turn_of_the_start():
     partners = Partners(source, target, ())
     assert [list(side) for side in partners.assigned(0.0)] == [[0, 1, 2], [1, 2, 0]]
     assert partners.assigned(np.pi)[1][2] != 0
+
+
+def test_the_match_of_a_cut_out_hole_is_prescribed(monkeypatch):
+    source, target = ([Outline.of(c, 0.0, 0.0) for c in (s[0], *s[1])] for s in (FACE, MASK))
+    outer = Match(np.array([0.0, source[0].curve.length]), np.array([0.0, target[0].curve.length]))
+    plain = Partners(source, target, ()).of(outer)
+    given = Match(np.array([0.0, 1.0]), np.array([0.0, 2.0]))
+    matched = []
+    search = initial_matches.elastic_matches
+    monkeypatch.setattr(
+        initial_matches, "elastic_matches", lambda *which: matched.append(which) or search(*which)
+    )
+    holes = Partners(source, target, (), lambda here, there: given if here == 1 else None).of(outer).holes
+    assert [hole.match is given for hole in holes] == [hole.source == 1 for hole in holes]
+    assert len(matched) == len(holes) - 1  # nothing is searched for that is given
+    for hole, alone in zip(holes, plain.holes, strict=True):
+        assert (hole.source, hole.target) == (alone.source, alone.target)
+        assert hole.source == 1 or np.array_equal(hole.match.tau, alone.match.tau)
 
 
 @pytest.fixture(scope="module")
