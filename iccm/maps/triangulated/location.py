@@ -58,12 +58,7 @@ class PatchLocator:
         return BucketGrid.of(self.boxes)
 
     def __call__(self, z: Complex, threads: int | None = None) -> tuple[Index, Real]:
-<<<<<<< HEAD
         """Return (p,) the patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its parameter."""
-=======
-        """Return (p,) the patch of each point (p,), -1 outside, and (p, 3) barycentric coordinates of its
-        parameter.
-        """
         return self._located(self.control, self.boxes, self.grid, z, threads)
 
     def locate_once(self, z: Complex) -> tuple[Index, Real]:
@@ -85,7 +80,6 @@ class PatchLocator:
         self, control: Complex, boxes: Real, grid: BucketGrid, z: Complex, threads: int | None
     ) -> tuple[Index, Real]:
         """Locate points among patches with these boxes and their grid."""
->>>>>>> bce5353c (Locate few points without a grid, and skip searches whose result is given or known)
         patch, place = np.full(z.size, -1), np.full((z.size, 3), np.nan)
         z = np.ascontiguousarray(z, np.complex128)
         buckets = grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches
