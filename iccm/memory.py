@@ -24,4 +24,6 @@ class Memory:
         return asked
 
     def check(self, each: int, what: str) -> None:
-        """Raise, before a map is solved, if there will not be room for some work; arguments as for `threads`."""
+        """Raise if memory will not suffice for some work, before a map is solved for it; arguments as for
+        `threads`.
+        """

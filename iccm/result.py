@@ -183,9 +183,8 @@ class Fit:
     def lost(self) -> float:
         """Share of the source's area that the inverse does not recover.
 
-        There it folds or shrinks below numerical precision.
-
-        It is sampled, unless the certificate covers nearly all of the source.
+        There it folds or shrinks below numerical precision. The share is sampled, unless the certificate covers
+        nearly all of the source.
         """
         if self.certificate.share >= CERTAIN_SHARE or (self.target is None and self.certificate.zeros == 0):
             # Without a target, a map without folds may overlap itself, which is reported for the outline.
@@ -216,11 +215,9 @@ class Fit:
     def transform(self) -> Transform:
         """The map and its inverse with the interface of scikit-image's transforms.
 
-        Points are complex or pairs of x and y.
-
-        Pairs are always x and y, as in `skimage.transform`; y is down if the shapes were given that way. The
-        inverse has a value everywhere inside the target: where the target stays bare, it is that of the nearest
-        covered point.
+        Points are complex or pairs of x and y. Pairs are always x and y, as in `skimage.transform`; y is down
+        if the shapes were given that way. The inverse has a value everywhere inside the target: where the
+        target stays bare, it is that of the nearest covered point.
         """
         source, target = ("xy" if axes == "xy" else "screen" for axes in self.axes)
         return Transform(self.map, self._inverse_inside, (source, target))
@@ -642,9 +639,8 @@ class Fit:
     def triangles(self) -> Distortion:
         """Distortion of the map at the centroid of each triangle, in order.
 
-        For a harmonic map, the triangles are those that approximate it.
-
-        Its `energies` are the terms of the balanced energy.
+        For a harmonic map, the triangles are those that approximate it. The `energies` of the result are the
+        terms of the balanced energy.
         """
         return distortion.in_middles(triangulated(self.map))
 

@@ -178,11 +178,11 @@ class _Attempt(NamedTuple):
 def _with_exact_pins(
     attempt: _Attempt, problem: Problem, options: Options, start: TriangulatedMap | None, *, moved: bool
 ) -> _Attempt:
-    """Return another attempt whose pins are met, where soft ones miss their places: first those that miss are exact,
-    then all.
+    """Return an attempt with exact pins, if the given one misses the places of soft pins.
 
-    The place of a pin matters more than the form of what is around it. Pins of which more is given than their place
-    stay soft. If nothing meets all pins, the first attempt is returned.
+    First the pins that miss are made exact, then all soft ones: the place of a pin matters more than the shape
+    of its surroundings. Pins that were given with more than a place stay soft. If pins are missed all the same,
+    the first attempt is returned.
     """
     free = ~problem.softness.is_given & problem.softness.is_soft
     exact = np.zeros(len(problem.pins), bool)
@@ -208,18 +208,20 @@ def _with_exact_pins(
 
 
 def _are_near(attempt: _Attempt, pins: Complex) -> Flags:
-    """Return (k,) which pins (k, 2) come as close to their places as the soft ones must."""
+    """Return (k,) whether pins (k, 2) are as close to their places as soft ones must be; true if they have no
+    limit.
+    """
     fit = attempt.fit
     assert fit.softness is not None
     limits = {here: limit for here, limit in zip(fit.pins[:, 0].tolist(), fit.softness.limits.tolist())}
     most = np.array([limits.get(here, np.nan) for here in pins[:, 0].tolist()])
     away = np.abs(triangulated(fit.map)(pins[:, 0]) - pins[:, 1])
-    # without a limit, of exact pins and those in holes, nothing is known
+    # exact pins, and pins in holes, have no limit
     return ~(away > MOST_LIMIT_RATIO * most)
 
 
 def exact_pin_note(numbers: Index) -> str:
-    """Return a sentence on pins (k,) that are met exactly, since as soft ones they missed their places."""
+    """Return a sentence on soft pins (k,) that were made exact because they would miss their places."""
     named = [str(number + 1) for number in numbers]
     if len(named) == 1:
         return f"Pin {named[0]} is met exactly, because as a soft pin it would miss its place (radius)."

@@ -78,9 +78,8 @@ class _Pair:
     ) -> tuple[Pins, PinnedPatches]:
         """Return the checked pins and strokes of the updated map.
 
-        Exact pins and strokes are in unit coordinates, soft pins in the user's coordinates.
-
-        Pins in holes only state which holes correspond.
+        Exact pins and strokes are in unit coordinates, soft pins in the user's coordinates. Pins in holes only
+        state which holes correspond.
 
         Raises:
             InputError: no one-to-one map meets the constraints.

@@ -198,11 +198,9 @@ def inner_points(curve: Curve, ends: Real) -> Complex:
 def _stiffness(nodes: Complex, triangles: np.ndarray, panels: int):
     """Return the stiffness matrix of quadratic elements on vertices and edge midpoints.
 
-    The second result is the indices of the panels' midpoints.
-
-    With S_ij the linear elements' integrals of grad λ_i · grad λ_j (minus half a cotangent off the diagonal),
-    the quadratic ones are K_ii = S_ii, K_ij = -S_ij/3, K_i,ij = 4/3 S_ij, K_ij,ij = 8/3 (S_ii + S_jj + S_ij),
-    K_ij,jk = 8/3 S_ik.
+    The second result is the indices of the panels' midpoints. With S_ij the linear elements' integrals of grad
+    λ_i · grad λ_j (minus half a cotangent off the diagonal), the quadratic ones are K_ii = S_ii, K_ij =
+    -S_ij/3, K_i,ij = 4/3 S_ij, K_ij,ij = 8/3 (S_ii + S_jj + S_ij), K_ij,jk = 8/3 S_ik.
     """
     middle, count = _edge_numbers(triangles, panels, nodes.size)
     s = np.empty((3, 3, len(triangles)))

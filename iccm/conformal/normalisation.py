@@ -109,12 +109,10 @@ def search(
 ) -> Correspondence:
     """Return the correspondence with the least distortion.
 
-    With pins, it is the one with the least distortion of those that meet them best.
-
-    Every pair of centres is tried with several rotations, and the best candidates are refined over all three
-    parameters. Of maps with about the same distortion, the one with the least rotation from `upright` is
-    chosen, in particular if the distortion does not depend on the rotation, as between discs. With pins,
-    rotation is ignored.
+    With pins, it is the one with the least distortion of those that meet them best. Every pair of centres is
+    tried with several rotations, and the best candidates are refined over all three parameters. Of maps with
+    about the same distortion, the one with the least rotation from `upright` is chosen, in particular if the
+    distortion does not depend on the rotation, as between discs. With pins, rotation is ignored.
     """
     views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
     wish = Wish(pins if pins is not None and pins.size else None, upright)

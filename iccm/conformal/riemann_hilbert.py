@@ -52,11 +52,9 @@ def stretches(s: Real, source: Curve, tau: Real, target: Curve) -> Real:
 def interpolate_means(w: Complex, z: Complex) -> Complex:
     """Return values φ whose linear interpolation has the means of a holomorphic function on the edges.
 
-    The holomorphic function has the values w at the vertices.
-
-    The mean error of linear interpolation is w'' Δz²/12. Raising vertices by a sixth of their distance from the
-    linear function through their neighbours compensates it, so that the error for smooth boundaries is O(h³),
-    not O(h²).
+    The holomorphic function has the values w at the vertices. The mean error of linear interpolation is w''
+    Δz²/12. Raising vertices by a sixth of their distance from the linear function through their neighbours
+    compensates it, so that the error for smooth boundaries is O(h³), not O(h²).
 
     Args:
         w: (n,) values at the vertices.

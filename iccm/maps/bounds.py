@@ -40,9 +40,8 @@ def meets_bounds(map: TriangulatedMap, max_dilatation: float | None, max_stretch
 def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch: float | None) -> list[str]:
     """Return a note for each requested bound.
 
-    It states the share of the target where the bound is exceeded, and the least possible value.
-
-    The least possible value follows from the outlines' angles, see `angle_ratio`.
+    It states the share of the target where the bound is exceeded, and the least possible value. The least
+    possible value follows from the outlines' angles, see `angle_ratio`.
     """
     found, ratio = distortion.of_triangles(map), angle_ratio(map)
     asked = [

@@ -124,9 +124,7 @@ class HarmonicMap:
     def derivatives(self, z: Complex) -> tuple[Complex, Complex]:
         """Return the Wirtinger derivatives f_z = ½(∂_x - i∂_y) f and f_z̄ = ½(∂_x + i∂_y) f.
 
-        They are NaN outside and at vertices.
-
-        The paper swaps the two operators under Eq. 9 and drops the ½.
+        They are NaN outside and at vertices. The paper swaps the two operators under Eq. 9 and drops the ½.
         """
         z = as_points(z)
         at = self.placed(z.ravel())

@@ -103,10 +103,8 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
 def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     """Return (n,) factors of lengths for paths close to the geodesic between two vertices.
 
-    They are 1 on the geodesic, and large at an edge's distance from it.
-
-    A detour through a vertex at a small distance x from the middle of a geodesic of length L is longer by
-    2x²/L.
+    They are 1 on the geodesic, and large at an edge's distance from it. A detour through a vertex at a small
+    distance x from the middle of a geodesic of length L is longer by 2x²/L.
     """
     from scipy.spatial import cKDTree
 
@@ -173,9 +171,8 @@ def handle_loops(whole: Patch) -> tuple[Index, Index]:
 def spanning_cut(whole: Patch) -> tuple[Index, Index]:
     """Return the ends of edges that open the surface into one disk without holes.
 
-    They are the edges that a tree of triangles does not cross.
-
-    Dangling edges are removed; the remaining ones connect handles and holes.
+    They are the edges that a tree of triangles does not cross. Dangling edges are removed; the remaining ones
+    connect handles and holes.
     """
     shape = whole.triangles
     half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))

@@ -174,10 +174,8 @@ def _overlap_of_charts(result: Flattening) -> str | None:
 def lscm(patch: Patch, outline: Index) -> Complex:
     """Return (p,) the least squares conformal map; NaN if it fails.
 
-    The two farthest vertices of the outline are pinned.
-
-    It is computed by libigl, and for large patches by a solver with nearly linear time. The patch has to be
-    valid: libigl ends the process or returns NaN otherwise.
+    The two farthest vertices of the outline are pinned. It is computed by libigl, and for large patches by a
+    solver with nearly linear time. The patch has to be valid: libigl ends the process or returns NaN otherwise.
     """
     a, b = farthest(patch.points[outline])
     pins = np.array([outline[a], outline[b]])

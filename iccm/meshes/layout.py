@@ -83,10 +83,8 @@ def layout(
 def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES) -> Real:
     """Check the texture coordinates of the triangles' corners and return them (m, 3, 2).
 
-    See `layout` for arguments and errors.
-
-    `most` is the largest number of pictures that a triangle may span; for a layout that is only sampled it may
-    be any.
+    See `layout` for arguments and errors. `most` is the largest number of pictures that a triangle may span;
+    for a layout that is only sampled it may be any.
     """
     if (uv_faces < 0).any():
         bad = int(np.flatnonzero((uv_faces < 0).any(axis=1))[0])

@@ -21,9 +21,8 @@ CREASE_COSINE = 0.7  # cosine of 45 degrees
 def view(points: Real, faces: Index) -> Real:
     """Return (3, 3) the view axes as rows: right, up, and towards the viewer.
 
-    The view is slightly to the side of the mean normal, with +y up.
-
-    A closed surface, whose mean normal is about zero, is seen from the front left and above.
+    The view is slightly to the side of the mean normal, with +y up. A closed surface, whose mean normal is
+    about zero, is seen from the front left and above.
     """
     a, b, c = (points[faces[:, k]] for k in range(3))
     across = np.cross(b - a, c - a)

@@ -135,10 +135,8 @@ class Triangles:
     def fans(self, cut: NDArray[np.bool_] | None = None) -> Index:
         """Return (3m,) the fan of triangles to which each corner belongs.
 
-        Half-edges in `cut` separate their triangles.
-
-        Without a cut, a vertex has one fan unless the surface touches itself there. With a cut, fans are the
-        new vertices.
+        Half-edges in `cut` separate their triangles. Without a cut, a vertex has one fan unless the surface
+        touches itself there. With a cut, fans are the new vertices.
         """
         return _fans(self.twin if cut is None else np.where(cut, -1, self.twin))
 

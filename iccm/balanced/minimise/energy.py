@@ -148,9 +148,8 @@ def assemble(rest: RestShapes, u: Complex, objective: Objective, matrix: Real, g
 def energy_of(z: Complex, u: Complex, faces: Index, theta: float = 1.0, q: float = 1.0) -> float:
     """Return the energy of the piecewise linear map z -> u (n,) on triangles (m, 3).
 
-    Both domains are scaled to area one.
-
-    It does not include the outline's term. A similarity has energy 1, and a map has the energy of its inverse.
+    Both domains are scaled to area one. It does not include the outline's term. A similarity has energy 1, and
+    a map has the energy of its inverse.
     """
     _, areas = geometry(z, faces)
     _, images = geometry(u, faces)

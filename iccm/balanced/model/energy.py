@@ -85,10 +85,8 @@ class Energy:
     def between(self, z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
         """Return the energy of a map z -> u at q = 1.
 
-        The costs of rotation and of the outline's parametrization are not included.
-
-        Both domains are scaled to area one, so that a similarity has energy 1, and a map the same energy as its
-        inverse.
+        The costs of rotation and of the outline's parametrization are not included. Both domains are scaled to
+        area one, so that a similarity has energy 1, and a map the same energy as its inverse.
 
         Args:
             z: (n,) vertices.

@@ -19,9 +19,8 @@ LEAST_FACTOR = 1e-3  # scale of the similarity below which constraints are only 
 def path_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
     """Return a path from points (k,) to goals (k,).
 
-    It is a similarity that rotates and grows uniformly, and straight lines for the rest.
-
-    The path is a function of a share between 0 and 1.
+    It is a similarity that rotates and grows uniformly, and straight lines for the rest. The path is a function
+    of a share between 0 and 1.
     """
     middle, end = begun.mean(), goals.mean()
     factor = Similarity.fit(begun, goals).factor

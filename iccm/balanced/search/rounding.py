@@ -67,10 +67,8 @@ def _loop_on_grid(z: Complex) -> Complex:
 def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[Complex]) -> MeshMap:
     """Return the map with the vertices of both outlines at the given positions.
 
-    Other boundary vertices are moved along.
-
-    Boundary vertices that would fold a triangle are not moved. If triangles fold all the same, the map is
-    returned unchanged.
+    Other boundary vertices are moved along. Boundary vertices that would fold a triangle are not moved. If
+    triangles fold all the same, the map is returned unchanged.
 
     Args:
         state: the map.
