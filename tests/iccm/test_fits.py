@@ -41,6 +41,13 @@ def test_plug_ins_offer_the_fits_of_what_they_map():
     assert set(re.findall(r'^    \("(\w+)"', menu, re.MULTILINE)) == OF_OUTLINES
 
 
+def test_inkscape_offers_every_way_to_map_parts():
+    names = get_args(options_of()["parts"][0])
+    dialog = (ROOT / "plugins/inkscape/iccm_fit.inx").read_text()
+    menu = re.search(r'<param name="parts".*?</param>', dialog, re.DOTALL)[0]
+    assert set(re.findall(r'<option value="(\w+)">', menu)) == set(names)
+
+
 @pytest.mark.parametrize("name", fits.FITS)
 def test_a_fit_is_explained_on_its_page(name):
     assert f"`{name}`" in (ROOT / "docs/choose.md").read_text()

@@ -105,16 +105,15 @@ def constrained_map(
         source, target = (with_points(c, side) for c, side in zip((source, target), pins.outer.T))
         source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
     problem = problem_of(source, target, holes, pins, settings, None if moved else start)
-    slides = moved and settings.metric is not None
     # The target's holes are filled, in the inverse problem.
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):
-        back, met = solve_from(problem.inverse(), start.inverse(), settings, journal, slides=slides)
+        back, met = solve_from(problem.inverse(), start.inverse(), settings, journal, moved=moved)
         # Else solve from scratch: the triangles that fill holes are not in the earlier map, and may be in the
         # way.
         if met:
             return back.inverse(), met
     elif start is not None:
-        return solve_from(problem, start, settings, journal, slides=slides)
+        return solve_from(problem, start, settings, journal, moved=moved)
     used, found = coarse_to_fine(problem, journal)
     for partial in bay_choices(problem, settings):
         log = SolveLog()
@@ -171,17 +170,19 @@ def energy_of(settings: Settings, pins: Pins) -> Energy:
 
 
 def solve_from(
-    problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, slides: bool = False
+    problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, moved: bool = False
 ) -> tuple[DiscreteMap, bool]:
     """Return the map that starts from an earlier one, and whether it meets all constraints.
 
-    With `slides`, which is for other sizes, the outlines slide first, since material has to move past corners.
+    Where outlines have `moved`, or other sizes are asked for, the correspondence of the outlines is optimized again.
+    Otherwise each map of a sequence would keep the one that was carried to its outlines, and their shear would add up:
+    a flag that waves would only be sheared, and its lettering would not rotate with the cloth.
 
     Raises:
         NoMapError: the earlier map cannot be transferred to these outlines without folds.
     """
     with suppress(Stuck):
-        if slides:
+        if moved:
             state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start)
             return meet_bounds(state, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)
