@@ -80,12 +80,20 @@ class Document(ABC):
         """
 
     @abstractmethod
-    def text(self, images: Images) -> str:
-        """Return the file's text with its geometry replaced by the images."""
+    def encode(self, images: Images) -> bytes:
+        """Return the file's content with its geometry replaced by the images."""
+
+
+class TextDocument(Document):
+    """A document that is text in UTF-8."""
 
     def encode(self, images: Images) -> bytes:
-        """Return the same as bytes; formats that are not text override it."""
+        """Return the file's content with its geometry replaced by the images."""
         return self.text(images).encode()
+
+    @abstractmethod
+    def text(self, images: Images) -> str:
+        """Return the file's text with its geometry replaced by the images."""
 
 
 READERS = {

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ..point_syntax import coordinate
-from .document import Document, Geometry, Images
+from .document import Geometry, Images, TextDocument
 
 HEADS = ("point", "index")
 """First lines of an input file: points in the units of the image, or numbers of its pixels."""
@@ -17,7 +17,7 @@ _RESULT = re.compile(r"\bOutputPoint\s*=\s*\[([^\]]*)\]")
 
 
 @dataclass
-class PointSet(Document):
+class PointSet(TextDocument):
     """Points in the plane, one a line."""
 
     keeps = False

@@ -14,7 +14,7 @@ from ...errors import InputError
 from ..files import parse_json
 from ..outlines.polygons import geometries
 from ..point_syntax import coordinate
-from .document import Document, Geometry, Images
+from .document import Geometry, Images, TextDocument
 
 SIMPLE = {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
 """Types of geometries with coordinates."""
@@ -22,7 +22,7 @@ TYPES = {*SIMPLE, "GeometryCollection", "Feature", "FeatureCollection"}
 
 
 @dataclass
-class GeoJson(Document):
+class GeoJson(TextDocument):
     """GeoJSON, or a list or object of points, which are pairs or have members x and y."""
 
     content: Any

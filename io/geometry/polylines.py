@@ -8,13 +8,13 @@ import numpy as np
 
 from ...errors import InputError
 from ..point_syntax import coordinate
-from .document import Document, Geometry, Images
+from .document import Geometry, Images, TextDocument
 
 _KEPT = (b"o", b"g", b"#")
 
 
 @dataclass
-class Polylines(Document):
+class Polylines(TextDocument):
     """Elements in order: text that is kept, points, and lines.
 
     Attributes:

@@ -88,14 +88,6 @@ class Rois(Document):
         geometry = Geometry(np.array(points, complex), lines, polygons, names)
         return cls(rois, is_archive, geometry, notes)
 
-    def text(self, images: Images) -> str:
-        """Not possible: the format is binary.
-
-        Raises:
-            TypeError: always; see `encode`.
-        """
-        raise TypeError("ROI files are not text; see Rois.encode")
-
     def encode(self, images: Images) -> bytes:
         """Return the file with the images of its regions; what was cut becomes several, named "a", "a-2", …
 

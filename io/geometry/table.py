@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import InputError
 from ..point_syntax import coordinate
-from .document import NOWHERE, Document, Geometry, Images
+from .document import NOWHERE, Geometry, Images, TextDocument
 
 MISSING = frozenset(["na", "n/a", "#n/a", "nan", "null", "none", "missing"])
 """Cells, in lower case, that mean a missing value."""
@@ -26,7 +26,7 @@ _INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
 @dataclass
-class Table(Document):
+class Table(TextDocument):
     """Rows of cells; empty coordinates are points without a position."""
 
     head: list[str]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ..point_syntax import coordinate
-from .document import NOWHERE, Document, Geometry, Images
+from .document import NOWHERE, Geometry, Images, TextDocument
 
 MISSING = "NA NA"
 _COUNT = re.compile(r"\s*(LM|POINTS)\s*=\s*(\d+)\s*", re.IGNORECASE)
@@ -17,7 +17,7 @@ _KEY = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
 
 
 @dataclass
-class Tps(Document):
+class Tps(TextDocument):
     """Lines of text, and the numbers of those that are positions."""
 
     upward = True
