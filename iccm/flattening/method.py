@@ -46,6 +46,7 @@ def flatten(
     method: str = "conformal",
     chart: bool = False,
     joins: bool = False,
+    seam_extensions: int | None = None,
 ) -> Flattening:
     """Flatten a patch into the plane.
 
@@ -59,6 +60,7 @@ def flatten(
         chart: whether the layout only carries textures. Then a growing seam may join holes, and is lengthened until
             angles are preserved.
         joins: whether a growing seam may run into holes where that helps; these become part of the outline.
+        seam_extensions: most times that a growing seam is extended; None: as often as areas need.
 
     Raises:
         InputError: there is no such loop, least squares have no solution, or no flattening without overlap was
@@ -82,11 +84,12 @@ def flatten(
     growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN_AREA_SPREAD)
     joins = growing and (chart or joins)
     sound = plain if fault is None else None
+    most = SEAM_ROUNDS if seam_extensions is None else seam_extensions
     if method == "balanced":
-        return _check(_even_with_seam(plain, growing, joins, sound)[0])
+        return _check(_even_with_seam(plain, growing, joins, sound, most)[0])
     if fault is None and not growing:
         return plain
-    found = _conformal(*_even_with_seam(plain, growing, joins, sound))
+    found = _conformal(*_even_with_seam(plain, growing, joins, sound, most))
     found = _check(_lengthen_seam(found) if growing and chart else found)
     return replace(found, notes=() if fault is None else (f"LSCM produced {fault}; another method was used",))
 
@@ -128,7 +131,7 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
 
 
 def _even_with_seam(
-    layout: Flattening, growing: bool, joins: bool, sound: Flattening | None
+    layout: Flattening, growing: bool, joins: bool, sound: Flattening | None, most: int
 ) -> tuple[Flattening, Elastic]:
     """Return the even layout with a long enough seam, and the surface on which it was found.
 
@@ -137,6 +140,7 @@ def _even_with_seam(
         growing: whether the seam may be lengthened.
         joins: whether it may run into holes.
         sound: a layout of this patch without folds or overlaps, used as the start if it is close enough.
+        most: most times that the seam is extended.
     """
     patch = layout.patch
     coarsely = (
@@ -147,20 +151,20 @@ def _even_with_seam(
     if not growing:
         sheet = surface(patch.points, patch.faces)
         return _relax(start, sheet, 1.0), sheet
-    result, sheet, _ = _with_seam(start, joins)
+    result, sheet, _ = _with_seam(start, joins, most)
     return _relax(result, sheet, 1.0), sheet
 
 
-def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, list[int]]:
+def _with_seam(start: Flattening, joins: bool, most: int) -> tuple[Flattening, Elastic, list[int]]:
     """Return a nearly even layout with a long enough seam, its surface, and the vertices that the seam was extended to.
 
     Seams of large surfaces are found on a coarser triangulation first. On others, extensions are dropped again that are
-    not needed with those that came later. `start` is a layout without folds.
+    not needed with those that came later. `start` is a layout without folds; there are at most `most` extensions.
     """
     small = coarser_layout(start, COARSE_SEAM_VERTICES)
-    ends = [] if small is None else small[1][_with_seam(small[0], joins)[2]].tolist()
+    ends = [] if small is None else small[1][_with_seam(small[0], joins, most)[2]].tolist()
     result, sheet, _ = _roughly(_cut_to(start, ends, joins))
-    while len(ends) < SEAM_ROUNDS and result.strained(95) >= STRETCHED_P95:
+    while len(ends) < most and result.strained(95) >= STRETCHED_P95:
         tried = []
         for end in seams.ends(result, joins):
             further = result.cut_further(seams.lengthened(result, [end], joins))

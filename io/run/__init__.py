@@ -5,6 +5,7 @@
 Names are imported when first used, so that reading a job costs no numerics.
 
 job            `Job`: the validated description of one run
+cut_choice     the cut of a mesh target, chosen by the final map
 earlier        outputs of earlier runs, which the same command may replace
 execute        `run`: inputs, map, outputs, report
 inputs         the input files of a job

@@ -67,6 +67,10 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     if run.source.is_mesh and run.target.is_mesh and job.target:
         run, wanted = _matched_by_position(run, wanted, threads, again)
         job = run.job
+    elif run.target.is_mesh:
+        from .cut_choice import choose_cut
+
+        choose_cut(run, solve_pairs)
     outputs.tell_share(run)
     if sampled and len(run.fits) == 1:
         run.note(*texture.notes_on_lines(job, run.source, run.fits[0]))

@@ -172,7 +172,14 @@ class Inputs(Files):
 
         return self.is_mesh(text) and (self.job.plane == "uv" or names_layout(text))
 
-    def shape(self, text: str, *, target: bool = False, source: Shape | None = None) -> Shape:
+    def shape(
+        self,
+        text: str,
+        *,
+        target: bool = False,
+        source: Shape | None = None,
+        seam_extensions: int | None = None,
+    ) -> Shape:
         """Read a shape from a drawing, a picture or a mesh.
 
         Args:
@@ -180,6 +187,7 @@ class Inputs(Files):
             target: whether it is the target; this determines the proportions of a mesh.
             source: the shape mapped onto a target; if a mesh has to be cut, its holes are kept only if the source has
                 holes.
+            seam_extensions: most times that the cut of a mesh is extended, see `flattening.flatten`.
 
         Raises:
             InputError: it cannot be read, is not a valid shape, or exceeds --max-faces or --max-pixels.
@@ -201,6 +209,7 @@ class Inputs(Files):
             split=not target,
             opening=None if target else self._seams[1],
             united=self._names_regions(target),
+            seam_extensions=seam_extensions,
             **self._lying(target, source),
         )
 

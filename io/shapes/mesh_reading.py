@@ -56,6 +56,7 @@ def read(
     joins: bool = False,
     opening: Opening | None = None,
     united: bool = False,
+    seam_extensions: int | None = None,
 ) -> MeshShape:
     """Read and flatten the mesh that `file`, `file#part`, `file#loop` or `file#part#loop` specifies.
 
@@ -76,6 +77,7 @@ def read(
         chart: whether the plane only carries textures; see `flattening.flatten`.
         joins: whether a cut may run into holes; see `flattening.flatten`.
         opening: a mesh split along its cut, which replaces the paths between pins.
+        seam_extensions: most times that a cut is extended; see `flattening.flatten`.
         united: whether to read all geometries of the mesh, since glTF has one for each material.
 
     Raises:
@@ -93,7 +95,8 @@ def read(
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
     grow = cut and through is None  # lengthened seams would differ between two meshes
     grow &= cut_open or len(piece.seam) > 0
-    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), chart=chart, joins=joins)
+    how: dict[str, Any] = {"chart": chart, "joins": joins, "seam_extensions": seam_extensions}
+    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), **how)
 
 
 def read_whole(
@@ -201,7 +204,7 @@ def flatten_patch(
     grow: bool,
     method: str,
     start: int = -1,
-    **how: bool,
+    **how: Any,
 ) -> MeshShape:
     """Flatten a piece of a mesh; arguments as for `read` and `flatten` (`how`), `start` as for `MeshShape`."""
     file, piece = _of_patch(file, piece)

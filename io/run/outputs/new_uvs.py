@@ -93,14 +93,14 @@ def new_uvs(
         images = [pull(part.flattening.flat) for pull, part in zip(trials, shapes)]
 
         def placed(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
-            return complex_of(mesh_files.as_written(st_of(lying, _pull_back(map, pull, layout)), name))
+            return complex_of(mesh_files.as_written(st_of(lying, pull_back(map, pull, layout)), name))
 
         placing = [partial(placed, *each) for each in zip(maps, trials)]
         split, rims, rim_notes = subdivide_rims(shapes, images, maps, tolerance, placing)
         parts, figures = list(zip(split, maps, sources)), figures | rims
     target = join([part for part, _, _ in parts])
     found = [
-        _uv_of(source, lying, _pull_back(map, pull, part.flattening), part, threads)
+        _uv_of(source, lying, pull_back(map, pull, part.flattening), part, threads)
         for (part, map, source), pull in zip(parts, pulls)
     ]
     corners, triangles = target.corners
@@ -137,7 +137,7 @@ def new_uvs(
     return NewUVs(figures, measured, written.files, notes)
 
 
-def _pull_back(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
+def pull_back(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
     """Return the preimages of a mesh's vertices, adjusted where the source's outline leaves no room for a triangle."""
     z = pull(layout.flat)
     if not isinstance(map, TriangulatedMap):
