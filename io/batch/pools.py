@@ -8,6 +8,7 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from statistics import median
 from typing import Any, Protocol
@@ -139,6 +140,23 @@ class Processes:
         lane.executor.shutdown(wait=wait, cancel_futures=True)
 
 
+@contextlib.contextmanager
+def _terminal_signals_blocked() -> Iterator[None]:
+    """Block the signals of a terminal in this thread, and in processes that it starts in the meantime.
+
+    They reach the whole process group. Python would end with a traceback if it got one while it imports modules;
+    a worker unblocks them when it ignores them.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, worker.terminal_signals())
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class _Lane:
     """A worker process and its current jobs."""
 
@@ -146,7 +164,8 @@ class _Lane:
         spawn = multiprocessing.get_context("spawn")  # a fork while threads are running may hang
         of_main_thread = threading.current_thread() is threading.main_thread()
         self.executor: Executor = ProcessPoolExecutor(1, spawn, worker.prepare, (threads, of_main_thread))
-        self._pid = self.executor.submit(os.getpid)
+        with _terminal_signals_blocked():
+            self._pid = self.executor.submit(os.getpid)
         self.future: Future = self._pid
 
     @property

@@ -41,6 +41,12 @@ class Stopped(BaseException):
     """Raised when the parent asks the worker to stop, so that temporary files are removed."""
 
 
+def terminal_signals() -> list[signal.Signals]:
+    """Return the signals of Ctrl-C, Ctrl-Break and a closed terminal, which reach a whole process group."""
+    names = ("SIGINT", "SIGHUP", "SIGBREAK")
+    return [getattr(signal, name) for name in names if hasattr(signal, name)]
+
+
 def prepare(threads: int, of_main_thread: bool) -> None:
     """Set up a new worker process: thread limits, signals, and its end when the parent ends.
 
@@ -50,10 +56,10 @@ def prepare(threads: int, of_main_thread: bool) -> None:
     """
     for name in THREADS:
         os.environ[name] = "1" if name.startswith(("OPENBLAS", "MKL")) else str(threads)
-    # Ctrl-C, Ctrl-Break and a closed terminal reach the whole group; the parent decides.
-    for name in ("SIGINT", "SIGHUP", "SIGBREAK"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    for number in terminal_signals():  # the parent decides
+        signal.signal(number, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):  # blocked while it was started
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, terminal_signals())
     signal.signal(signal.SIGTERM, _stop)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     if of_main_thread and sys.platform == "linux":

@@ -20,6 +20,7 @@ from iccm.io.pictures import image_files
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="signals of POSIX, and processes as in /proc")
 ICCM = str(Path(sys.executable).parent / "iccm")
 WHOLE = {"done": 4}
+LARGE = {"source": "d.svg", "target": "blob.svg", "size": 8000, "output": "large.png"}
 
 
 def manifest(size=1000, **more):
@@ -194,6 +195,35 @@ def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
     assert "cancelled" in err.splitlines()[-1] and "Traceback" not in err
     until(lambda: not any(map(alive, workers)), 10)
     assert whole(folder / "out")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moment", ["read", "workers start", "jobs run"])
+def test_an_interrupt_while_a_batch_is_resumed_prints_no_traceback(folder, start, moment):
+    """Ctrl-C reaches workers, too, also while they import modules."""
+    assert ended(start("-j", "2"))[0] == WHOLE
+    made = sorted((folder / "out").glob("*.png"))
+    kept = {path: path.read_bytes() for path in made[1:]}
+    made[0].unlink()
+    (folder / "jobs.jsonl").write_text(manifest(size=1000) + "\n" + json.dumps(LARGE))
+    process = start("-j", "2", "--resume", start_new_session=True)
+    moments = {
+        "read": lambda: b"numpy" in Path(f"/proc/{process.pid}/maps").read_bytes(),
+        "workers start": lambda: children(process.pid),
+        "jobs run": lambda: writing(folder),
+    }
+    until(moments[moment])
+    workers = children(process.pid)
+    os.killpg(process.pid, signal.SIGINT)
+    counts, _, err = ended(process)
+    assert process.returncode == 130
+    assert "Traceback" not in err and "KeyboardInterrupt" not in err and "worker died" not in err
+    last = err.splitlines()[-1]
+    assert last.endswith("interrupted") if not counts else "cancelled" in last
+    assert moment == "read" or counts["cancelled"] >= 1
+    until(lambda: not any(map(alive, workers)), 10)
+    assert whole(folder / "out")
+    assert all(path.read_bytes() == content for path, content in kept.items())
 
 
 @pytest.mark.slow
