@@ -19,7 +19,7 @@ REGIONS_AT_ONCE = 512
 """Regions that are processed between two checks of the time limit; they take a tenth of a second for letters
 (measured).
 """
-SMALL_REGION_VERTICES = 8
+SMALL_REGION_PARTS = 8
 """Number of parts up to which GEOS offsets a region faster as a whole than part by part (measured with letters)."""
 
 
@@ -82,7 +82,7 @@ def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
     for start in range(0, len(regions), REGIONS_AT_ONCE):
         deadline.check(REGION)
         part = slice(start, start + REGIONS_AT_ONCE)
-        small = shapely.get_num_geometries(regions[part]) <= SMALL_REGION_VERTICES
+        small = shapely.get_num_geometries(regions[part]) <= SMALL_REGION_PARTS
         moved[part][small] = shapely.buffer(regions[part][small], distance, **style)
         moved[part][~small] = [offset(region, distance, **style) for region in regions[part][~small]]
     return moved

@@ -136,12 +136,12 @@ def _of_solver(name: str, hint: Any, option: Option) -> Option:
     return option
 
 
-FREE_SCALE = 0
+FREE_SIDE = 0
 """A side of a picture that follows from the other side and the proportions of the visible area."""
 
 
 def size(value: Any) -> Any:
-    """Parse a size: `WxH`, one number for the longer side, or `Wx` and `xH` for one side, with `FREE_SCALE` for the
+    """Parse a size: `WxH`, one number for the longer side, or `Wx` and `xH` for one side, with `FREE_SIDE` for the
     other."""
     if isinstance(value, str):
         match = re.fullmatch(r"\s*(\d+)()\s*|\s*(\d*)\s*[xX×]\s*(\d*)\s*", value)
@@ -149,12 +149,12 @@ def size(value: Any) -> Any:
         if not any(parts):
             raise ValueError(f"{value!r} is not a size; write WxH or N, such as 1024x768 or 1024")
         is_single = match is not None and match[1] is not None
-        value = [int(parts[0])] if is_single else [int(part or FREE_SCALE) for part in parts]
+        value = [int(parts[0])] if is_single else [int(part or FREE_SIDE) for part in parts]
         given = [int(part) for part in parts if part]
     else:
         given = [value] if isinstance(value, int) else value
-        if isinstance(given, list | tuple) and len(given) == 2 and list(given) != [FREE_SCALE, FREE_SCALE]:
-            given = [side for side in given if side != FREE_SCALE]
+        if isinstance(given, list | tuple) and len(given) == 2 and list(given) != [FREE_SIDE, FREE_SIDE]:
+            given = [side for side in given if side != FREE_SIDE]
     if isinstance(given, list | tuple) and any(
         isinstance(n, int | float) and not 1 <= n <= limits.SIDE for n in given
     ):

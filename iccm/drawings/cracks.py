@@ -13,7 +13,7 @@ RASTER_PIXELS = 512
 """Pixels of the target drawing's longer side."""
 CRACK_RADIUS_PIXELS = 3
 """Radius in pixels of the disk by which the result is closed, which fills slits up to twice as wide."""
-PAINTED_ALPHA = 0.5
+PAINTED_PIXEL_SHARE = 0.5
 """Share of a pixel from which it counts as painted."""
 
 
@@ -41,10 +41,10 @@ def crack_share(target: Drawing, layers: Sequence[Sequence[Complex]]) -> float:
     left, low, right, high = target.painted.bounds
     box = complex(left, low), complex(right, high)
     canvas = Canvas.about(*proportional(RASTER_PIXELS, box[1] - box[0]), box)
-    painted = painted_share(target.rings, canvas) >= PAINTED_ALPHA
+    painted = painted_share(target.rings, canvas) >= PAINTED_PIXEL_SHARE
     result = painted.copy()
     for rings in layers:
-        result &= painted_share(rings, canvas) >= PAINTED_ALPHA
+        result &= painted_share(rings, canvas) >= PAINTED_PIXEL_SHARE
     if not painted.any() or (result == painted).all():
         return 0.0
     # the padding keeps the erosion away from the raster's border

@@ -11,8 +11,8 @@ from ..plane import triangle_areas
 from .cost import price
 from .region import Region
 
-PIXEL_SUBDIVISIONS = 3
-"""Subdivisions of a triangle's edge: each triangle is sampled at the centroids of SUBDIVISION² equal parts."""
+EDGE_SUBDIVISIONS = 3
+"""Subdivisions of a triangle's edge: each triangle is sampled at the centroids of EDGE_SUBDIVISIONS² equal parts."""
 
 
 class Seen(NamedTuple):
@@ -46,7 +46,7 @@ def seen(
     *,
     covering: Region | None,
     theta: float = 1.0,
-    subdivision: int = PIXEL_SUBDIVISIONS,
+    subdivision: int = EDGE_SUBDIVISIONS,
 ) -> Seen:
     """Measure the energy and losses of a piecewise linear map of two drawings.
 
@@ -102,7 +102,7 @@ def shares_seen(
     target: Region,
     *,
     covering: Region | None,
-    subdivision: int = PIXEL_SUBDIVISIONS,
+    subdivision: int = EDGE_SUBDIVISIONS,
 ) -> Shares:
     """Measure the visible share of each triangle; arguments as for `seen`."""
     weights = middles(subdivision)

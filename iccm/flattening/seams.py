@@ -20,7 +20,7 @@ from ..meshes.topology import walk
 # Measured on eight benchmark meshes: 3 paths at a time gave shorter seams than 6, and dividing gains by the square root
 # of the length gave shorter seams than the power 0.35. RELIEVED_SHARE values of 0.3 and 0.6 gave about the same.
 SEAMS_TRIED = 2  # candidate vertices; the one whose layout has the least energy is taken
-POINTS_AT_ONCE = 3  # paths added per round for angles
+PATHS_AT_ONCE = 3  # paths added per round for angles
 RELIEVED_SHARE = 0.3  # factor on the dilatation beside a new path, which the path relieves
 
 
@@ -85,7 +85,7 @@ def sharper(result: Flattening) -> Patch:
     reached = np.zeros(inner.size, bool)
     reached[result.loop] = True
     found = []
-    for _ in range(POINTS_AT_ONCE):
+    for _ in range(PATHS_AT_ONCE):
         way = _worthwhile(patch, np.flatnonzero(reached), dilated, convex)
         reached[way] = True
         beside = np.unique(patch.faces[np.isin(patch.faces, way).any(axis=1)])

@@ -16,7 +16,7 @@ PAPER_CONTRAST_RATIO = 1.25
 has half the drawing's contrast with white (in logarithms), if that is less."""
 LEAST_CONTRAST_RATIO = 1.3
 """Contrast with white (WCAG 2.2: from 1 to 21) below which a drawing is meant for a dark page."""
-LEVELS_TRIED = 100
+INK_SHARES_TRIED = 100
 """Number of shares of ink in the paper that are compared; neighbours differ by less than is visible."""
 LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
 
@@ -61,7 +61,7 @@ def _paper(mean: Float | Real, is_srgb: bool) -> Float:
     contrast = _contrast_with_white(mean[None], is_srgb)[0]
     if contrast < LEAST_CONTRAST_RATIO:
         return (INK_SHARE * mean).astype(np.float32)
-    shares = np.linspace(INK_SHARE, 1, LEVELS_TRIED)[:, None]
+    shares = np.linspace(INK_SHARE, 1, INK_SHARES_TRIED)[:, None]
     papers = shares * mean + (1 - shares)
     wanted = min(PAPER_CONTRAST_RATIO, np.sqrt(contrast))
     first = np.argmax(_contrast_with_white(papers, is_srgb) >= wanted)

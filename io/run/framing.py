@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Box
 from ...errors import InputError
 from ...pixels.canvas import LONGER_SIDE_PIXELS, proportional
-from ..options import FREE_SCALE
+from ..options import FREE_SIDE
 from .job import Job
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # relative to the canvas: pictures of a shape that takes up no more show its bounding box instead
 SMALL_CANVAS_SHARE = 0.25
-UNLIKE_SIDE_SHARE = 0.05  # logarithm of the ratio of proportions: larger stretch is reported
+UNLIKE_LOG_RATIO = 0.05  # logarithm of the ratio of proportions: larger stretch is reported
 SQUARES_PER_SIDE = 8  # squares along a side of the checkerboard
 # squares that should at least lie on a shape's bounding box; with fewer, squares are smaller
 FEWEST_SQUARES = 10
@@ -94,7 +94,7 @@ def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:
         return []
     height, width = shape[:2]
     size = source.box[1] - source.box[0]
-    if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE_SIDE_SHARE:
+    if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE_LOG_RATIO:
         return []
     text = f"{width}x{height} pixels are stretched to the canvas of {size.real:g}x{size.imag:g}"
     return [f"{job.texture}: {text}; crop the picture to these proportions to avoid this"]
@@ -171,9 +171,9 @@ def size_within(size: tuple[int, ...], extent: complex, most: int) -> tuple[int,
         InputError: there are more pixels than `most`.
     """
     width, height = size if len(size) == 2 else proportional(size[0], extent)
-    if width == FREE_SCALE:
+    if width == FREE_SIDE:
         width = max(1, round(height * extent.real / extent.imag))
-    elif height == FREE_SCALE:
+    elif height == FREE_SIDE:
         height = max(1, round(width * extent.imag / extent.real))
     if width * height > most:
         raise InputError(f"--size: {width}x{height} exceeds the limit of {most} pixels; raise --max-pixels")

@@ -13,7 +13,7 @@ from ...errors import InputError
 from .. import files, formats, references
 from ..meshes import mesh_files
 from ..meshes.mesh_format import MeshFormat
-from ..options import FREE_SCALE
+from ..options import FREE_SIDE
 from ..point_syntax import Place, vertex_of
 from ..shapes import shape
 from ..shapes.shape import Shape
@@ -291,7 +291,7 @@ class Inputs(Files):
         """
         job = self.job
         aspect: Any = None
-        if target and job.size and len(job.size) == 2 and FREE_SCALE not in job.size:
+        if target and job.size and len(job.size) == 2 and FREE_SIDE not in job.size:
             aspect = job.size[0] / job.size[1]
         elif target or not job.texture:
             aspect = _first_proportions

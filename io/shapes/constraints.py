@@ -20,7 +20,7 @@ from .shape import Shape
 if TYPE_CHECKING:
     from .listing import ConstraintsFile, Pin, Stroke
 
-ROTATED_RADIANS, LEAST_CIRCLE_POINTS = 0.05, 6
+ROTATED_RADIUS_SHARE, CIRCLE_PINS = 0.05, 6
 """Of the diagonal: radius of the disk that rotates with a pin, if there is room; and number of pins around it that
 impose the rotation."""
 LEAST_ROOM_SHARE = 2e-3
@@ -152,8 +152,8 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
             raise InputError(
                 f"pin {k + 1}: too close to the outline or to other pins to rotate the shape; move it away"
             )
-        around = min(ROTATED_RADIANS * size, room / 2) * np.exp(
-            2j * np.pi * np.arange(LEAST_CIRCLE_POINTS) / LEAST_CIRCLE_POINTS
+        around = min(ROTATED_RADIUS_SHARE * size, room / 2) * np.exp(
+            2j * np.pi * np.arange(CIRCLE_PINS) / CIRCLE_PINS
         )
         goals = target.at(pin.target) + around * np.exp(1j * np.radians(pin.turn))
         found += [(*pair, pin.weight, pin.name, {}) for pair in zip(z[k] + around, goals)]

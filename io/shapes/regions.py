@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..point_syntax import Place
 
 MARK = "#"  # prefix of an element of the source's drawing
-NEAR_WHITE = 0.1  # least brightness: darker pixels count as this
+LEAST_BRIGHTNESS = 0.1  # least brightness: darker pixels count as this
 WHITE_BRIGHTNESS = 0.5  # brightness from which a mask marks a pixel as rigid
 GREY_EDGE_SHARE = 0.1  # of the pixels of a mask that are not black: a smaller share of grey is antialiasing
 
@@ -80,7 +80,7 @@ def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[
         if source.is_mesh:
             raise InputError(f"{option}: only works for drawings and pictures, and {source.spec} is a mesh")
         bright = _brightness(Path(path), option)
-        found[name] = Field.of(least + bright, source.box, NEAR_WHITE, f"{option} {path}")
+        found[name] = Field.of(least + bright, source.box, LEAST_BRIGHTNESS, f"{option} {path}")
     return found
 
 
@@ -97,12 +97,16 @@ def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]
     found = [
         bright
         for bright in found
-        if ((bright > NEAR_WHITE) & (bright < WHITE_BRIGHTNESS)).sum()
-        > GREY_EDGE_SHARE * (bright > NEAR_WHITE).sum()
+        if ((bright > LEAST_BRIGHTNESS) & (bright < WHITE_BRIGHTNESS)).sum()
+        > GREY_EDGE_SHARE * (bright > LEAST_BRIGHTNESS).sum()
     ]
     if len({bright.shape for bright in found}) > 1:
         raise InputError("--rigid: masks with grey have different sizes; give them the same size")
-    return {"importance": Field.of(np.max(found, axis=0), source.box, NEAR_WHITE, "--rigid")} if found else {}
+    return (
+        {"importance": Field.of(np.max(found, axis=0), source.box, LEAST_BRIGHTNESS, "--rigid")}
+        if found
+        else {}
+    )
 
 
 def _refuse_missing(shape: Shape, name: str, option: str) -> None:

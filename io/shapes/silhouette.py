@@ -27,7 +27,7 @@ STRAY_PIXEL_SHARE = 1e-3  # of the pixels: fewer transparent pixels in an opaque
 SPECK_PIXELS = 4  # pixels; smaller pieces are noise
 # Tolerances of outlines in pixels. In a mask without grey levels, the outline is known to half a pixel, and a straight
 # edge is a staircase that deviates that far to either side: less than 0.75 would keep the steps.
-SOFT_ALPHA, HARD_ALPHA = 0.25, 0.75
+SOFT_TOLERANCE_PIXELS, HARD_TOLERANCE_PIXELS = 0.25, 0.75
 UNEVEN_BORDER_SHARE = 0.1
 """Of the border's pixels: if more are neither background nor shape, the background is not plain."""
 EXACT_COLOUR_DISTANCE, ALIKE_COLOUR_DISTANCE = 0.03, 0.06
@@ -440,7 +440,7 @@ def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> F
     bounds = whole.bounds
     diagonal = np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1])
     soft = np.mean((values > 0.02) & (values < 0.98)) * values.size > 0.25 * len(whole.exterior.coords)
-    tolerance = max(SOFT_ALPHA if soft else HARD_ALPHA, flatness * diagonal)
+    tolerance = max(SOFT_TOLERANCE_PIXELS if soft else HARD_TOLERANCE_PIXELS, flatness * diagonal)
     smooth = smooth_outline(whole, tolerance, flatness * diagonal)
     inner = [c for c in contours if c is not whole and c.area >= SPECK_PIXELS]
     holes = [smooth_outline(c, tolerance, flatness * diagonal) for c in inner]

@@ -19,7 +19,7 @@ HARMLESS_AREA_SHARE = 1e-3
 SEGMENTS_AT_ONCE, MOST_PAIRS = 1 << 16, 1 << 20
 """Pairs of points and segments tested for crossings at once, and pairs of points and rings whose boxes overlap: a few
 MB of memory."""
-DRAWN_LENGTH_SHARE = 1 / 3
+DRAWN_AREA_SHARE = 1 / 3
 """Of the enclosed area: a drawing that paints less is a line drawing, outlines around empty insides."""
 BODY_AREA_SHARE = 1 / 2
 """Of the area of the convex hulls of a drawing's parts. If lines and what they enclose cover less, most lines are open,
@@ -134,7 +134,7 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
 def with_lines_filled(ink: shapely.Geometry) -> shapely.Geometry:
     """Fill holes of an area if it covers so little of what it encloses that it is a line drawing."""
     whole = fill_holes(ink)
-    return whole if ink.area < DRAWN_LENGTH_SHARE * whole.area and has_body(whole) else ink
+    return whole if ink.area < DRAWN_AREA_SHARE * whole.area and has_body(whole) else ink
 
 
 def has_body(filled: shapely.Geometry) -> bool:

@@ -17,7 +17,7 @@ from .tree import Node
 GAP_SIDE_SHARE = 1 / 32
 """Of the longer side of the drawing: the widest gap that is closed, as in photographed pencil drawings; or the width of
 the line if that is larger."""
-MOST_ROTATION_DEGREES = 75
+MOST_ANGLE_DEGREES = 75
 """Largest angle between a line's end and the gap: a gap to the side of a line, as between two parallel bars, is not
 closed. At a corner of 30 degrees both lines end at 75 degrees to the gap."""
 MOST_ENDS = 2000  # drawings with more are hatched, with ends near each other by chance
@@ -44,7 +44,7 @@ def bridges(shapes: Sequence[Seen], extent: float) -> list[shapely.Geometry]:
     """Return areas that close small gaps between ends of strokes, each as wide as the thinner stroke.
 
     A gap is closed if its visible part is no longer than `GAP_SIDE_SHARE` of the drawing or the width of the line, and
-    if it continues both lines within `MOST_ROTATION_DEGREES`. The shortest gaps are closed first, and each end once.
+    if it continues both lines within `MOST_ANGLE_DEGREES`. The shortest gaps are closed first, and each end once.
 
     Args:
         shapes: shapes with their subpaths in the root's units.
@@ -91,5 +91,5 @@ def _continue_each_other(one: _End, other: _End, extent: float) -> bool:
     gap = other.place - one.place
     if abs(gap) - one.cap - other.cap > max(GAP_SIDE_SHARE * extent, min(one.width, other.width)):
         return False
-    least = math.cos(math.radians(MOST_ROTATION_DEGREES)) * abs(gap)
+    least = math.cos(math.radians(MOST_ANGLE_DEGREES)) * abs(gap)
     return (gap * one.way.conjugate()).real >= least and (-gap * other.way.conjugate()).real >= least

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from ...polygons import fill_holes, polygons_of, unite
-from .fill import DRAWN_LENGTH_SHARE, has_body, with_lines_filled
+from .fill import DRAWN_AREA_SHARE, has_body, with_lines_filled
 from .gaps import bridges
 from .strokes import Fills, Seen, areas, width_of
 from .tree import Node
@@ -59,7 +59,7 @@ def painted_areas(
     lines = max(widths) <= LINE_WIDTH_SHARE * extent
     closed = fill_holes(_without_gaps(every, shapes, extent)) if lines else every
     enclosed = fill_holes(unite([both, closed]))
-    if lines and fills.area < DRAWN_LENGTH_SHARE * enclosed.area:
+    if lines and fills.area < DRAWN_AREA_SHARE * enclosed.area:
         whole = unite([with_lines_filled(fills), closed]) if has_body(enclosed) else both
         return _thinned(both, extent), _thinned(whole, extent)
     visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]

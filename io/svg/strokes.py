@@ -21,7 +21,7 @@ JOINS = {"round": "round", "bevel": "bevel"}  # others (arcs, miter-clip) are dr
 CAPS = {"round": "round", "square": "square"}
 MITRE_LIMIT = 4.0  # SVG's default
 ROUND_SEGMENTS = 32  # segments per quarter circle: accurate to 3e-4 of half the width
-FIRST_LOOK_SEGMENTS, MORE_FACTOR = 2000, 4
+FIRST_LOOK_SUBPATHS, MORE_FACTOR = 2000, 4
 """Shapes' subpaths after which crossings are first checked, and the factor until the next check."""
 LARGEST_FILLS = 16  # fills that are tested for covering others, which bounds the time
 
@@ -138,7 +138,7 @@ def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
         InputError: lines cross too often, and are not all covered.
     """
     seen: list[Seen] = []
-    count, look = 0, FIRST_LOOK_SEGMENTS
+    count, look = 0, FIRST_LOOK_SUBPATHS
     for drawn, runs in shapes:
         if count >= look:  # more shapes follow; the caller makes the final check
             _base(seen, filled)

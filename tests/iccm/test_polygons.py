@@ -78,7 +78,7 @@ def test_small_regions_are_offset_as_large_ones_are(monkeypatch):
     touching = shapely.MultiPolygon([shapely.box(0, 0, 1, 1), shapely.box(1, 0, 2, 3)])
     regions = np.array([RING, touching, shapely.MultiPolygon([RING, ISLAND, FAR])], dtype=object)
     at_once = {distance: offset_each(regions, distance, join_style="mitre") for distance in (0.3, -0.1)}
-    monkeypatch.setattr("iccm.polygons.SMALL_REGION_VERTICES", 0)
+    monkeypatch.setattr("iccm.polygons.SMALL_REGION_PARTS", 0)
     monkeypatch.setattr("iccm.polygons.REGIONS_AT_ONCE", 2)
     for distance, found in at_once.items():
         apart = offset_each(regions, distance, join_style="mitre")

@@ -368,7 +368,7 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/svg/fill.py",
-        "return whole if ink.area < DRAWN_LENGTH_SHARE * whole.area and has_body(whole) else ink",
+        "return whole if ink.area < DRAWN_AREA_SHARE * whole.area and has_body(whole) else ink",
         "return whole",
         SVG + " tests/io/svg/test_clips.py",
         "holes of all drawings are filled",
@@ -785,8 +785,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/run/framing.py",
-        "if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE_SIDE_SHARE:",
-        "if abs(math.log(width / height * size.real / size.imag)) <= UNLIKE_SIDE_SHARE:",
+        "if abs(math.log(width / height * size.imag / size.real)) <= UNLIKE_LOG_RATIO:",
+        "if abs(math.log(width / height * size.real / size.imag)) <= UNLIKE_LOG_RATIO:",
         "tests/io/run/test_framing.py tests/cli/test_framing.py",
         "oblong textures that fit their canvas are noted as stretched",
     ),

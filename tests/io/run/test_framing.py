@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.io.options import FREE_SCALE
+from iccm.io.options import FREE_SIDE
 from iccm.io.run import framing, report
 from iccm.io.run.blank_picture import Colours
 from iccm.io.run.job import Job
@@ -59,7 +59,7 @@ def test_a_texture_is_rotated_by_degrees():
 
 @pytest.mark.parametrize(
     ("size", "found"),
-    [((100,), (100, 33)), ((FREE_SCALE, 50), (150, 50)), ((90, FREE_SCALE), (90, 30)), ((7, 9), (7, 9))],
+    [((100,), (100, 33)), ((FREE_SIDE, 50), (150, 50)), ((90, FREE_SIDE), (90, 30)), ((7, 9), (7, 9))],
 )
 def test_a_side_that_is_free_has_the_proportions_of_what_is_shown(size, found):
     assert framing.size_within(size, 3 + 1j, 10_000) == found
