@@ -231,7 +231,9 @@ def _parts_of_picture(path: str) -> list[dict[str, Any]]:
 
 
 def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
-    """Return one of these shapes, with its thumbnail in a unit square, y down."""
+    """Return one of these shapes, with its thumbnail in a unit square, y down: outlines, and the frame around several
+    parts.
+    """
     low, high = part.box
     size = max((high - low).real, (high - low).imag)
 
@@ -242,4 +244,11 @@ def _part(part: Shape, spec: str, name: str) -> dict[str, Any]:
         return "M" + "L".join(f"{x:.3f} {1 - y:.3f}" for x, y in points) + "Z"
 
     width, height = (high - low).real / size, (high - low).imag / size
-    return {"spec": spec, "name": name, "d": "".join(map(ring, rings)), "extent": [width, height]}
+    framed = part.drawing is not None and not part.drawing.is_one_part
+    return {
+        "spec": spec,
+        "name": name,
+        "d": "".join(map(ring, rings)),
+        "frame": ring(part.curve.z) if framed else "",
+        "extent": [width, height],
+    }

@@ -130,18 +130,23 @@ export class Handles {
       pane.actions.select(item);
       return;
     }
-    const start = pane.pixelOf(event), from = pane.pixel(pane.page(pane.place(item)));
+    const start = pane.pixelOf(event), from = pane.pixel(pane.page(pane.place(item))), entry = pane.entry(item);
     /** @type {Point | null} */
     let to = null;
     followPointer(element, event, (next) => {
+      if (pane.entry(item) !== entry) {  // undone or removed by a key: the drag has ended
+        to = null;
+        return;
+      }
       const now = pane.pixelOf(next);
       if (!to && distance(now, start) <= CLICK_REACH) return;
       to = pane.clamp([from[0] + now[0] - start[0], from[1] + now[1] - start[1]]);
       pane.loupe = pane.drag(item, to, {attracted: !next.altKey});
       pane.redraw(Boolean(pane.loupe));
     }, () => {
+      if (pane.entry(item) !== entry) to = null;
       if (to && pane.surface) pane.drag(item, to, {last: true});
-      if (to) pane.redraw();
+      pane.redraw();
       pane.loupe = null;
       pane.guide = null;
       if (to) pane.actions.drop();
@@ -155,7 +160,7 @@ export class Handles {
    */
   #rotate(event, element, item) {
     const pane = this.#pane;
-    this.#pull(event, element, (now) => {
+    this.#pull(event, element, item, (now) => {
       const [x, y] = pane.pixel(pane.page(pane.scene.pins[item.number].target));
       const degrees = Math.atan2(x - now[0], y - now[1]) * 180 / Math.PI;
       pane.actions.turn(item, Number(degrees.toFixed(1)));
@@ -169,7 +174,7 @@ export class Handles {
    */
   #resize(event, element, item) {
     const pane = this.#pane;
-    this.#pull(event, element, (now) => {
+    this.#pull(event, element, item, (now) => {
       pane.actions.hold(item, {radius: pane.radiusTo(item.number, now)}, false);
     });
   }
@@ -178,10 +183,11 @@ export class Handles {
    * Follow the pointer once it has moved farther than in a click; commit the change on release.
    * @param {PointerEvent} event
    * @param {HTMLElement} element
+   * @param {Item} item
    * @param {(pixel: Point) => void} move
    */
-  #pull(event, element, move) {
-    const pane = this.#pane;
+  #pull(event, element, item, move) {
+    const pane = this.#pane, entry = pane.entry(item);
     if (event.button) return;
     event.stopPropagation();
     const start = pane.pixelOf(event);
@@ -189,9 +195,9 @@ export class Handles {
     followPointer(element, event, (next) => {
       const now = pane.pixelOf(next);
       moved ||= distance(now, start) > CLICK_REACH;
-      if (moved) move(now);
+      if (moved && pane.entry(item) === entry) move(now);
     }, () => {
-      if (moved) pane.actions.drop();
+      if (moved && pane.entry(item) === entry) pane.actions.drop();
     });
   }
 

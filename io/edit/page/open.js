@@ -5,9 +5,9 @@ import {lasso} from './lasso.js';
 
 /** @typedef {'source' | 'target' | 'texture'} Role */
 /**
- * @typedef {{spec: string, name: string, d: string, extent: [number, number], picture?: boolean}} Part a shape of a
- *   file, with its path data in the unit square, and the width and height of the file's canvas there; `picture` if the
- *   file's picture is shown behind it
+ * @typedef {{spec: string, name: string, d: string, frame: string, extent: [number, number], picture?: boolean}} Part a
+ *   shape of a file, with path data of its outlines, and of the frame around several parts, in the unit square, and the
+ *   width and height of the file's canvas there; `picture` if the file's picture is shown behind it
  */
 /** @typedef {{name: string, shapes: string[]}} Sample a pair to try, with path data of both shapes */
 /** @typedef {Partial<Record<Role, string>>} Chosen the spec of each role */
@@ -119,12 +119,12 @@ function nameOf(role, name) {
  */
 function thumbnail(role, part, parts) {
   const element = document.createElement('button');
-  const picture = part.picture ? overPicture(part, pictures[role] ?? '') : silhouette(parts[0].d, part.d);
+  const picture = part.picture ? overPicture(part, pictures[role] ?? '') : silhouette(parts[0].d, part.d, part.frame);
   const name = part.name || `part ${part.spec.slice(part.spec.lastIndexOf('#') + 1)}`;
   const isWhole = part === parts[0] && !parts.some(({spec}) => spec === chosen[role]);
   if (part.picture) element.append(part.name);
   element.prepend(picture);
-  element.title = name;
+  element.title = part.frame ? `${name}, with the frame around all parts` : name;
   element.setAttribute('aria-label', `${role}: ${name}`);
   element.setAttribute('aria-pressed', String(isWhole || chosen[role] === part.spec));
   element.onclick = () => {
@@ -139,8 +139,9 @@ function thumbnail(role, part, parts) {
  * Return a drawing of a shape, or of one of its parts with the rest behind it.
  * @param {string} all path data
  * @param {string} [part]
+ * @param {string} [frame] path data of the frame around several parts
  */
-function silhouette(all, part = all) {
+function silhouette(all, part = all, frame = '') {
   const picture = document.createElementNS(SVG, 'svg');
   picture.setAttribute('viewBox', '-0.04 -0.04 1.08 1.08');
   picture.setAttribute('aria-hidden', 'true');
@@ -149,6 +150,11 @@ function silhouette(all, part = all) {
     path.setAttribute('d', d);
     path.setAttribute('fill-rule', 'evenodd');
     path.classList.toggle('rest', d !== part);
+  }
+  if (frame) {
+    const path = picture.appendChild(document.createElementNS(SVG, 'path'));
+    path.setAttribute('d', frame);
+    path.classList.add('around');
   }
   return picture;
 }

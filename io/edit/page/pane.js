@@ -252,6 +252,14 @@ export class Pane {
   }
 
   /**
+   * Return an entry of the scene; another object once it was removed or undone.
+   * @param {Item} item
+   */
+  entry({kind, number}) {
+    return this.scene[kind][number];
+  }
+
+  /**
    * Return the place of an entry of the scene on this side.
    * @param {Item} item
    * @returns {Place}

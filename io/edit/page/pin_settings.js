@@ -52,7 +52,7 @@ const textOf = (value) => (typeof value === 'number' ? String(value) : '');
  */
 function placeholderOf(name, patch) {
   if (name === 'turn' || name === 'scale') return 'free';
-  return patch ? `${rounded(patch[name])} (chosen)` : 'exact';
+  return patch ? `${rounded(patch[name])} auto` : 'exact';
 }
 
 /**

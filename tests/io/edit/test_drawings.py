@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import shlex
 
 import numpy as np
@@ -11,6 +12,7 @@ from PIL import Image
 from iccm.io.edit import saving
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
+from iccm.io.edit.workspace import parts_of
 from iccm.io.run.job import make
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
@@ -122,3 +124,14 @@ def test_all_parts_of_a_drawing_are_deformed(drawings):
     before, after = edited.describe()["target"]["painted"], shown.outlines[1:]
     far = [np.abs(np.mean(a, axis=0) - np.mean(b, axis=0)).max() for a, b in zip(before, after)]
     assert max(far) > 0.05 and min(far) < 0.05
+
+
+def test_the_thumbnail_of_a_whole_drawing_shows_the_frame_around_its_parts(drawings):
+    whole, *parts = parts_of("bars.svg")
+    xs, ys = (
+        np.array(re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", whole[name]), float).T for name in ("d", "frame")
+    )
+    assert whole["name"] == "all" and whole["frame"].count("M") == 1 < whole["d"].count("M")
+    for of_parts, of_frame in zip(xs, ys):  # around all parts
+        assert of_frame.min() <= of_parts.min() + 2e-3 and of_frame.max() >= of_parts.max() - 2e-3
+    assert [part["frame"] for part in parts if part["name"] != "silhouette"] == [""] * 3

@@ -1215,6 +1215,23 @@ def test_a_photograph_is_its_rectangle_its_silhouette_or_what_a_lasso_encloses(p
     edited.wait("document.getElementById('files-said').textContent.startsWith('flat.png: ')")
 
 
+def test_a_key_that_removes_what_is_dragged_ends_the_drag(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.click("source", 259, 156)
+    edited.click("source", 200, 250)
+    dragged, kept = (pin["target"] for pin in edited.scene["pins"])
+    for key, others in (("Delete", {}), ("z", {"ctrl": True})):
+        x, y = edited.scene["pins"][0]["target"]
+        edited.drag("target", (x, y), (x + 20, y + 10), release=False)
+        edited.key(key, **others)
+        edited.mouse("mouseMoved", edited.at("target", x + 40, y + 10), 1)
+        edited.mouse("mouseReleased", edited.at("target", x + 40, y + 10))
+        assert edited.settled() == "full"
+        places = [pin["target"] for pin in edited.scene["pins"]]
+        # the other pin stays; what was undone comes back where it was
+        assert places == ([kept] if key == "Delete" else [dragged, kept])
+
+
 def test_the_tour_shows_each_part_of_the_page_within_the_window(page):
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
     edited.js("document.getElementById('tour-again').click()")
