@@ -152,7 +152,7 @@ def _is_shape(name: str) -> bool:
 
 def _lacking(name: str, named: dict[str, Any]) -> str:
     """Explain what to do about a single name that is not a manifest, or options that belong in the manifest."""
-    if name.endswith((".toml", ".jsonl", ".json")) or name == "-":
+    if named and (name.endswith((".toml", ".jsonl", ".json")) or name == "-"):
         option = next(iter(named))
         return (
             f"--{option.replace('_', '-')}: not an option for a manifest; add {option} = … to "

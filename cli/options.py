@@ -249,7 +249,9 @@ def _click(command: str, name: str, hint: Any, option: Option) -> Decorator:
         keywords |= {"callback": _checked(hint, option)}
     else:
         shown = option.default is not None
-        keywords |= {"default": option.default, "show_default": shown, "type": _type(hint, option)}
+        keywords |= {"show_default": shown, "type": _type(hint, option)}
+        if not option.required:  # to click 8.3 and later, a default of None is a value
+            keywords["default"] = option.default
     keywords |= {"is_flag": False, "flag_value": option.flag} if option.flag else {}
     if name in MESSAGES:
         keywords |= {"callback": apply, "expose_value": False, "show_default": False}

@@ -132,7 +132,7 @@ class Saved:
         wanted = outputs.of(made, inputs)
         files.check_outputs(made.outputs, [*made.inputs, self.name], force=made.force)
         phases = Phases()
-        room = within(made.memory, made.outputs[0])
+        room = within(made.memory, next(iter(made.outputs), None))  # none if the picture goes to stdout
         run = Run(made, inputs, [(source, target)], room, tell, phases, threads, fits=[self.fit])
         for output in outputs.check(run, wanted):
             with files.writing(output.name, force=made.force) as path:

@@ -204,7 +204,8 @@ def check_outputs(
         InputError: as in `check_output`, or because of a conflict.
     """
     names, inputs = list(names), list(inputs)
-    read, seen = ({Path(name).resolve() for name in given} for given in (inputs, taken))
+    # unlike Path.resolve before Python 3.13, realpath accepts links that form a loop
+    read, seen = ({Path(os.path.realpath(name)) for name in given} for given in (inputs, taken))
     for name in names:
         real = check_output(name, force=True)
         if _is_input(real, read):

@@ -99,7 +99,7 @@ def within(limit: int | None, output: str | None) -> memory.Memory:
     """Return memory within --memory, if given; the scratch file is on the disk of the output."""
     if not limit:
         return memory.Memory()
-    return Bounded(limit, Path(output).resolve().parent if output else tempfile.gettempdir())
+    return Bounded(limit, os.path.dirname(os.path.realpath(output)) if output else tempfile.gettempdir())
 
 
 def resident() -> int:

@@ -48,7 +48,7 @@ def check_inside(folder: Path, path: Path) -> None:
     Raises:
         InputError: it does.
     """
-    if not path.resolve().is_relative_to(folder.resolve()):
+    if not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
         raise InputError(f"{path}: is a link to a file outside {folder}; copy the file itself there")
 
 

@@ -223,7 +223,7 @@ def _options(rest: str) -> tuple[list[list[str]], str]:
 def _move(line: str, old: Path, new: Path) -> str:
     """Return a line with its file name made relative to the new folder."""
     word, rest = split(line)
-    if old.resolve() == new.resolve() or not word.lower().startswith(MAPS):
+    if os.path.realpath(old) == os.path.realpath(new) or not word.lower().startswith(MAPS):
         return line
     name = file_name(rest)
     if not name or Path(name).is_absolute() or "\\" in name:

@@ -3,6 +3,7 @@
 Coordinates are pixels, x right and y down; the centre of the upper left pixel is at (0.5, 0.5).
 """
 
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -81,7 +82,7 @@ def _key(path: Path, trace: str, part: str | None) -> object:
         seen = path.stat()
     except OSError:
         return object()
-    return path.resolve(), seen.st_mtime_ns, seen.st_size, trace, part
+    return os.path.realpath(path), seen.st_mtime_ns, seen.st_size, trace, part
 
 
 def read(

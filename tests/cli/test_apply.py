@@ -2,6 +2,7 @@
 
 import functools
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -368,3 +369,20 @@ def test_regions_of_imagej_and_point_sets_of_elastix(saved, shapes, iccm):
     head, count, *rows = Path("out.pts").read_text().splitlines()
     places = np.array([row.split() for row in rows], float)
     assert (head, count) == ("point", "2") and np.allclose(places, there([(20, 20), (75, 30)]))
+
+
+def test_without_an_output_the_option_is_named(saved, iccm):
+    image_files.write("t.png", image_files.Image(core.checkerboard(16)))
+    for names in (("map.npz", "square.svg"), ("t.png", "t.png")):
+        answer = iccm("apply", *names)
+        assert answer.code == 2 and "--output" in answer.err and len(answer.err.splitlines()) == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
+def test_a_picture_is_carried_to_stdout(saved, shell):
+    image_files.write("t.png", image_files.Image(core.checkerboard(16)))
+    done = shell(
+        "iccm apply map.npz t.png -o - --size 24 > out.png; iccm apply map.npz t.png -o to.png --size 24"
+    )
+    assert done.returncode == 0 and not done.stdout
+    assert np.array_equal(image_files.read("out.png").pixels, image_files.read("to.png").pixels)

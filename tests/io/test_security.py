@@ -1,7 +1,9 @@
 """Hostile inputs: no unexpected file is read, and limits apply before memory is allocated."""
 
 import json
+import os
 import struct
+import sys
 import zlib
 
 import pytest
@@ -46,6 +48,35 @@ def test_hostile_drawings_end_at_once_in_one_line(shapes, iccm, name):
     assert typed.code == 2 and len(typed.lines) == 1 and name in typed.err
     with open("/etc/hostname") as file:
         assert file.read().strip() not in typed.err
+
+
+COMMANDS = {
+    "svg": "map {} blob.svg -o o.png",
+    "png": "map blob.svg blob.svg --texture {} -o o.png",
+    "obj": "flatten {} --uv o.obj",
+    "glb": "map blob.svg {} -o o.obj",
+    "geojson": "map {} blob.svg -o o.png",
+    "npz": "apply {} blob.svg -o o.svg",
+    "json": "map blob.svg blob.svg --constraints {} -o o.png",
+    "toml": "batch {}",
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kinds of files of POSIX")
+@pytest.mark.parametrize("suffix", COMMANDS)
+@pytest.mark.parametrize("kind", ["pipe", "endless device", "link to itself", "folder"])
+def test_what_is_not_a_plain_file_is_refused_in_one_line(shapes, iccm, kind, suffix):
+    path = shapes / f"odd.{suffix}"
+    make = {
+        "pipe": lambda: os.mkfifo(path),
+        "endless device": lambda: path.symlink_to("/dev/zero"),
+        "link to itself": lambda: path.symlink_to(path.name),
+        "folder": path.mkdir,
+    }
+    make[kind]()
+    typed = iccm(*COMMANDS[suffix].format(path.name).split())
+    assert typed.code == 2 and len(typed.lines) == 1 and path.name in typed.err
+    assert not list(shapes.glob("o.*"))
 
 
 def test_a_huge_picture_is_refused_by_its_header(shapes, iccm):
