@@ -263,16 +263,16 @@ class Options:
         """Reject options that the method does not have, so that none is ignored silently."""
         others = self._given(WEIGHTED_ONLY)
         if self.method == "balanced" and others:
-            raise InputError(f"{others[0]}: an option of --method conformal or paper, not of balanced")
+            raise InputError(f"{others[0]}: only works with method conformal or paper, not balanced")
         own = [name for name in self._given(BALANCED_ONLY) if self.balance or name != "balance"]
         if own and not self.is_balanced:
             asked = others[0] if others else "balance 0"
             other = (
                 self.method
                 if self.method != "balanced" and self.method
-                else f"conformal, which {asked} asks for"
+                else f"conformal, which {asked} requires"
             )
-            raise InputError(f"{own[0]}: needs the balanced method, not of {other}")
+            raise InputError(f"{own[0]}: only works with method balanced, not {other}")
 
 
 ROWS: dict[str, OptionRow] = {each.name: each.metadata["row"] for each in fields(Options)}

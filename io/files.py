@@ -148,7 +148,7 @@ def check_output(path: str | os.PathLike, *, force: bool = False) -> Path:
             raise
         raise InputError(f"{path!s}: cannot write this file: {_reason(error)}") from error
     if not os.access(real.parent, os.W_OK | os.X_OK):
-        raise InputError(f"{path}: the folder {real.parent} is not writable; choose another folder folder")
+        raise InputError(f"{path}: the folder {real.parent} is not writable; choose another folder")
     return real
 
 

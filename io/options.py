@@ -616,8 +616,8 @@ class JobOptions:
         words="point points landmark landmarks anchor correspondence pins handle",
     )  # fmt: skip
     exact_pins: bool = _option(
-        "Take each pin exactly to its place, whatever distortion that costs, instead of drawing a patch around it "
-        "there.",
+        "Map each pin exactly onto its target point, whatever distortion that causes. Without this option, "
+        "a small patch around the pin is brought close to it.",
         solver=True, commands=("map", "deform", "morph", "edit"), words="hard strict soft nail",
     )  # fmt: skip
     constraints: str | None = _option(
@@ -677,7 +677,7 @@ class JobOptions:
         default=False, commands=("map",),
     )  # fmt: skip
     pin_weight: float | None = _option(
-        "Weight of pins relative to the outline (conformal, paper; balanced meets pins exactly).  [default: 1]",
+        "Weight of pins relative to the outline (conformal, paper).  [default: 1]",
         "W",
         above=0,
         solver=True,
@@ -757,7 +757,7 @@ class JobOptions:
         parse=vertices, solver=True,
     )  # fmt: skip
     samples_per_edge: int | None = _option(
-        "Samples per edge with --method paper.  [default: 4; with --literal 1, the vertex]",
+        "Samples per edge with --method paper.  [default: 4; with --literal only the vertex itself]",
         "N",
         most=64,
         solver=True,
@@ -826,14 +826,14 @@ class JobOptions:
     )  # fmt: skip
     texture_scale: tuple[float] | tuple[float, float] | None = _option(
         "Size of the texture relative to the size at which it covers the source, scaled about its "
-        "center; two numbers: across and down.",
+        "centre; two numbers: across and down.",
         "S|SX,SY", parse=scale,
     )  # fmt: skip
     texture_offset: tuple[float, float] | None = _option(
         "Move the texture on the source, in the file's units.", "X,Y", parse=pair
     )
     texture_turn: float = _option(
-        "Rotate the texture on the source, counter-clockwise about its center.", "DEGREES", default=0.0
+        "Rotate the texture on the source, counter-clockwise about its centre.", "DEGREES", default=0.0
     )
     padding: int | None = _option(
         "Pixels by which colours extend beyond the outline; -1: over the whole picture.", "N", least=-1
@@ -872,9 +872,9 @@ class JobOptions:
         default=False, commands=("map",),
     )  # fmt: skip
     cut_open: bool = _option(
-        "Cut also meshes with a boundary where that evens the scale, if they are mapped by landmarks or onto "
-        "another mesh; other meshes are cut where they have to be.", default=False, commands=EDITED, old=("cut",),
-        words="seam seams unwrap open",
+        "Also cut a mesh with a boundary, where that makes the scale more uniform, if it is mapped by landmarks or "
+        "onto another mesh; all other meshes are cut automatically where necessary.",
+        default=False, commands=EDITED, old=("cut",), words="seam seams unwrap open",
     )  # fmt: skip
     no_cut: bool = _option(
         "Refuse closed meshes and those with handles instead of cutting them open.", default=False,

@@ -188,7 +188,7 @@ class _Archive:
         map = self.harmonic() if "polygon" in self else self.triangulated()
         planes = tuple(self.plane(side, name) for side, name in zip(("source", "target"), about["names"]))
         if planes[0].outline is None:
-            raise InputError("source: it has no vertices")
+            raise InputError("source: has no vertices")
         arrays = {name: self.array(name, *form) for name, form in ARRAYS.items()}
         rings = {name: [] if self.lacks(name) else self.rings(name) for name in RINGS}
         return MapFile(map, (planes[0], planes[1]), arrays, rings, about)
@@ -266,7 +266,7 @@ class _Archive:
             raise InputError(f"{side}_box: not a lower left and an upper right corner")
         y = int(self.array(f"{side}_y", "int32", 0))
         if y not in (1, -1):
-            raise InputError(f"{side}_y: is {y}, not 1 or -1")
+            raise InputError(f"{side}_y: is {y}, but must be 1 or -1")
         return Plane(outline if outline.size else None, (low, high), y < 0, self.rings(f"{side}_rings"), name)
 
     def pair(self, name: str) -> Complex:
@@ -280,7 +280,7 @@ class _Archive:
         found = self.split(name, self.array(name, "complex128"))
         least = 2 if name.startswith("stroke") else 3
         if any(ring.size < least for ring in found):
-            raise InputError(f"{name}: one of them has fewer than {least} points")
+            raise InputError(f"{name}: an item has fewer than {least} points")
         return found
 
     def split(self, name: str, joined: Any) -> list[Any]:

@@ -159,7 +159,7 @@ def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) ->
         return
     x, y = scaled(a), scaled(b)
     if not np.array_equal(np.isfinite(x), np.isfinite(y)):
-        verdict.problems.append("NaN or infinity in other pixels than in the baseline")
+        verdict.problems.append("NaN or infinity at different pixels than in the baseline")
         return
     x, y = finite(x), finite(y)
     gap = np.abs(x - y)

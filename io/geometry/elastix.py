@@ -41,7 +41,7 @@ class PointSet(TextDocument):
             raise InputError("does not begin with point or index and the number of points (elastix)")
         count, places = int(rows[1][1]), rows[2:]
         if len(places) != count:
-            raise InputError(f"announces {count} points and has {len(places)}")
+            raise InputError(f"announces {count} points, but contains {len(places)}")
         if not count:
             raise InputError("contains no points")
         return cls(head, Geometry(_points(places)))

@@ -110,7 +110,7 @@ class Rois(Document):
         if not self.is_archive:
             if len(made) != 1:
                 raise InputError(
-                    f"the result has {len(made)} regions and a .roi file holds one; read a .zip instead"
+                    f"the result has {len(made)} regions, but a .roi file holds one; use a .zip as the input"
                 )
             return made[0][1]
         file = io.BytesIO()

@@ -162,7 +162,7 @@ def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
         notes.append("left out " + ", ".join(f"{count} {kind}" for kind, count in others.items()))
     if joined:
         more = f" and {len(joined) - NAMED_FEATURES} more" if len(joined) > NAMED_FEATURES else ""
-        notes.append(f"{', '.join(joined[:NAMED_FEATURES])}{more}: crossing 180°, joined there")
+        notes.append(f"{', '.join(joined[:NAMED_FEATURES])}{more}: joined across the 180° meridian")
 
 
 def _labelme(content: dict[str, Any]) -> Iterator[Found]:

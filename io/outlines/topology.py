@@ -63,7 +63,7 @@ def _ring(numbers: list[int], arcs: list[NDArray[np.float64]]) -> list[list[floa
     for number in numbers:
         at = ~number if number < 0 else number
         if at >= len(arcs):
-            raise InputError(f"refers to arc {at} of {len(arcs)}")
+            raise InputError(f"refers to arc {at}, but there are only {len(arcs)} arcs")
         arc = arcs[at][::-1] if number < 0 else arcs[at]
         points += arc.tolist()[1 if points else 0 :]
     return points

@@ -43,7 +43,7 @@ def read_pairs(source: str, target: str) -> LandmarkPairs:
     # formats that count landmarks keep the numbers of missing ones
     pairs = [(name, z, w) for name, z, w in pairs if not cmath.isnan(z) and not cmath.isnan(w)]
     if not pairs:
-        raise InputError(f"{source}: has no point that {target} has as well")
+        raise InputError(f"{source}: no point has a position both in this file and in {target}")
     if len(pairs) > limits.PAGE_PINS:
         raise InputError(f"{source}: contains more than {limits.PAGE_PINS} points; leave some out")
     return LandmarkPairs(

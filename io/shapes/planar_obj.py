@@ -107,7 +107,7 @@ def _polylines(content: Obj) -> list[tuple[str, Edges]]:
         words = line[1].split(b"#")[0].replace(b"\\", b" ").split()
         index = np.array([_index(content, word, line.start()) for word in words], dtype=np.int64)
         if index.size < 2:
-            raise InputError(f"{_place(content, line.start())}: l needs at least 2 vertices")
+            raise InputError(f"{_place(content, line.start())}: a line (l) needs at least 2 vertices")
         if (index < 0).any():  # relative to the vertices so far
             if vertices is None:
                 vertices = np.array([m.start() for m in _VERTEX.finditer(content.data)])

@@ -165,8 +165,8 @@ def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
         if whole.sum() > 2 * ink.sum():
             return whole | ink
     raise InputError(
-        f"no line in the picture encloses an area, even with gaps of {2 * _radii(mask)[-1]} pixels "
-        "closed; close the line, or use --trace dark"
+        f"no line in the picture encloses an area, even after gaps of up to {2 * _radii(mask)[-1]} pixels "
+        "are closed; close the line, or use --trace dark"
     )
 
 

@@ -399,7 +399,9 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
     notes = [*drawing.notes, *(f"ignored: {error}" for _, error in drawing.refused)]
     if drawing.pins or drawing.strokes or drawing.rigid:
         what = "pins, strokes and rigid regions" if drawing.rigid else "pins and strokes"
-        notes.append(f"ignored the {what} drawn in it, which belong to one shape; choose it with #id")
+        notes.append(
+            f"ignored the {what} drawn in it, because they only apply to a single shape; choose one with #id"
+        )
     for number, outline in enumerate(drawing.outlines):
         try:
             curves[number] = Curve.domain(_core(outline.z, drawing.flip), f"{text}#{number + 1}")

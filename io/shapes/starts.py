@@ -106,7 +106,7 @@ class StartingMap(StrictModel):
         if len(z) != len(w):
             raise InputError(f"start: has {len(z)} vertices in the source but {len(w)} in the target")
         if not np.array_equal(np.unique(faces), np.arange(len(z))):
-            raise InputError(f"start: the triangles must use each of its {len(z)} vertices")
+            raise InputError(f"start: each of its {len(z)} vertices must belong to a triangle")
         for side, at in (("source", z), ("target", w)):
             if not proper(faces).all() or (triangle_areas(at[faces]) <= 0).any():
                 raise InputError(f"start: a triangle is flipped or has no area in the {side}")

@@ -80,7 +80,7 @@ class _Builder(TreeBuilder):
         self.shapes += tag.rpartition("}")[2] in SHAPES
         if self.shapes > limits.SVG_SHAPES:
             raise InputError(
-                f"more than {limits.SVG_SHAPES} shapes; split the drawing, or unite shapes into paths"
+                f"more than {limits.SVG_SHAPES} shapes; split the drawing, or combine shapes into paths"
             )
         return super().start(tag, attrs)
 

@@ -131,7 +131,7 @@ def keep_rigid(
         if attempt in BEGUN and any(is_rigid(state) for state in found):
             break
     if not found:
-        raise NoMapError("rigid: no map without folds follows the outlines of the regions")
+        raise NoMapError("rigid: found no map without folds that follows the outlines of the regions")
     best = min(found, key=lambda state: shortfall(state, np.abs(places.factors)))
     journal.energies.append(best.value)
     return best
@@ -192,7 +192,7 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
             if shortfall(found[-1], np.abs(goal.factors)) <= 1 - LARGE_SIZE_SHARE:
                 return found[-1]
     if not found:
-        raise NoMapError("rigid: no map without folds keeps the regions")
+        raise NoMapError("rigid: found no map without folds that keeps the regions rigid")
     return min(found, key=lambda state: shortfall(state, np.abs(goal.factors)))
 
 

@@ -56,7 +56,7 @@ class TexturedMesh(Output):
             raise InputError(f"{self.name}: {suffix[1:].upper()} cannot contain a normal map; use {able}")
         if job.carry_maps:
             raise InputError(
-                f"{self.name}: --normal replaces the normal map that --carry-maps carries; leave one of the two out"
+                f"{self.name}: --normal and --carry-maps both provide a normal map; leave one of the two out"
             )
 
     def check(self, run: Run) -> None:
