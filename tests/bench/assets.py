@@ -5,7 +5,11 @@ uniformity of scale, and whether triangles are flipped although the exit code is
 by xatlas (`pip install xatlas`), its materials are transferred, and the colours of 20,000 points of its surface are
 compared between both files. Files are read and colours sampled without code of iccm.
 
-python -m tests.bench.assets FOLDER [NAME …] [--only map | relayout]
+With `--validator`, outputs of `map` are checked by the Khronos validator, the npm package `gltf-validator` unpacked in
+a folder. `--keep` keeps them, to be rendered. The sources are those of `tests.bench.asset_sources`.
+
+python -m tests.bench.asset_sources FOLDER
+python -m tests.bench.assets FOLDER [NAME …] [--only map | relayout] [--validator FOLDER] [--keep FOLDER]
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ import argparse
 import io
 import json
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -260,6 +265,17 @@ def mapped(path: Path, folder: Path) -> dict[str, Any]:
     }
 
 
+def validator_errors(path: Path, package: Path) -> list[str]:
+    """Return the codes of a GLB file's errors, by the Khronos validator."""
+    script = (
+        "const [, at, file] = process.argv; const fs = require('fs');"
+        "require(at).validateBytes(new Uint8Array(fs.readFileSync(file)), {maxIssues: 0}).then(found => "
+        "console.log(JSON.stringify(found.issues.messages.filter(each => each.severity === 0).map(each => each.code))))"
+    )
+    words = ["node", "-e", script, str(package.absolute()), str(path)]
+    return json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+
+
 def carried(path: Path, folder: Path) -> dict[str, Any]:
     """Measure how far colours are off after a relayout."""
     try:
@@ -290,7 +306,10 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--only", choices=PARTS)
+    parser.add_argument("--validator", type=Path)
+    parser.add_argument("--keep", type=Path)
     given = parser.parse_args()
+    package, kept = given.validator, given.keep
     paths = [path for path in given.folder.rglob("*.glb") if not given.names or path.name in given.names]
     paths.sort(key=lambda path: (path.stat().st_size, path))
     rows = []
@@ -298,12 +317,20 @@ def main() -> None:
         for path in filter(textured, paths):
             found = [make(path, Path(folder)) for name, make in PARTS.items() if given.only in (None, name)]
             rows.append(row := {key: value for each in found for key, value in each.items()})
-            line = [f"{path.name[:50]:50}"]
+            line = [f"{path.parent.name[:12]:12} {path.name[:50]:50}"]
+            made = Path(folder) / "out.glb"
+            row["invalid"] = []
+            if "map" in row and row["map"].code < 2:
+                if package is not None and (errors := validator_errors(made, package)):
+                    # what is wrong with the input stays wrong
+                    row["invalid"] = sorted(set(errors) - set(validator_errors(path, package)))
+                if kept is not None:
+                    shutil.copy(made, kept / f"{path.parent.name}-{path.name}")
             if "map" in row:
                 said = " FLIPS UNTOLD" if row["untold"] else ""
                 line.append(
                     f"map {row['map'].code} {row['share']:6.1%} K95 {row['dilatation']:6.2f} within 2x "
-                    f"{row['within2']:4.2f}{said} {row['map'].seconds:6.1f} CPU-s"
+                    f"{row['within2']:4.2f}{said} {row['map'].seconds:6.1f} CPU-s {' '.join(row['invalid'])}"
                 )
             if "relayout" in row:
                 line.append(
@@ -317,6 +344,9 @@ def main() -> None:
         print(f"{sum(row['covers'] for row in rows)} of {len(rows)} mapped by {SHARE:.0%} at exit 0")
         print(f"{sum(even)} of {len(rows)} with K95 <= {MOST_DILATED:g} and within 2x >= {LEAST_WITHIN2:g}")
         print(f"{sum(row['untold'] for row in rows)} with flips at exit 0")
+        print(
+            f"{sum(bool(row['invalid']) for row in rows)} with errors of the validator that the input has not"
+        )
     if given.only != "map":
         good = [row["mean"] < OFF for row in rows if row["relayout"].code == 0]
         print(f"{sum(good)} of {len(good)} relayouts at exit 0 within {OFF:g} of 255, of {len(rows)}")

@@ -1,0 +1,186 @@
+"""Textured assets of public packages, as GLB files in a folder of the cache; none of them is part of this repository.
+
+Packages of npm are fetched by `npm pack`, wheels of PyPI by `pip download`, Debian packages by `apt-get download`. OBJ
+files are converted to GLB by trimesh, which iccm does not use for that; a model in a JavaScript file is decoded.
+
+python -m tests.bench.asset_sources FOLDER [SOURCE …]
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+MOST_BYTES = 6_000_000  # of a file of a mesh; larger ones take the bench minutes each
+
+
+class Source(NamedTuple):
+    """A package with models.
+
+    Attributes:
+        registry: npm, pypi or debian.
+        package: its name there.
+        version: the version that was measured.
+        patterns: of the files that are taken, below the unpacked package.
+    """
+
+    registry: str
+    package: str
+    version: str
+    patterns: tuple[str, ...]
+
+
+SOURCES = {
+    "webxr": Source(
+        "npm",
+        "@webxr-input-profiles/assets",
+        "1.0.20",
+        ("package/dist/profiles/*/left.glb", "package/dist/profiles/*/none.glb"),
+    ),
+    "pmndrs": Source("npm", "@pmndrs/assets", "1.7.0", ("package/models/*.glb.js",)),
+    "pybullet": Source(
+        "pypi",
+        "pybullet",
+        "3.2.7",
+        (
+            "pybullet_data/*.obj",
+            "pybullet_data/a1/meshes/*.obj",
+            "pybullet_data/aliengo/meshes/*.obj",
+            "pybullet_data/domino/*.obj",
+            "pybullet_data/franka_panda/meshes/visual/*.obj",
+            "pybullet_data/jenga/*.obj",
+            "pybullet_data/laikago/*.obj",
+            "pybullet_data/quadruped/*.obj",
+            "pybullet_data/racecar/meshes/left*.obj",
+            "pybullet_data/t*/*.obj",
+        ),
+    ),
+    "robosuite": Source("pypi", "robosuite", "1.5.2", ("robosuite/models/assets/objects/meshes/*.obj",)),
+    "genesis": Source(
+        "pypi",
+        "genesis-world",
+        "1.4.5",
+        (
+            "genesis/assets/meshes/**/*.glb",
+            "genesis/assets/meshes/*/*.obj",
+            "genesis/assets/tower/*[0-9e].glb",
+        ),
+    ),
+    "mani_skill": Source(
+        "pypi",
+        "mani_skill",
+        "3.0.1",
+        ("mani_skill/assets/*.glb", "mani_skill/assets/robots/*/meshes/visual/*.glb"),
+    ),
+    "trigger_rally": Source("debian", "trigger-rally-data", "0.6.6.1-3", ("**/vehicles/*/*.obj",)),
+    "assimp": Source(
+        "debian",
+        "assimp-testmodels",
+        "5.2.5~ds0-1",
+        ("**/models/OBJ/*.obj", "**/models/glTF2/**/*.glb"),
+    ),
+}
+
+
+def run(*words: object, folder: Path) -> str:
+    """Run a program in a folder and return what it prints."""
+    done = subprocess.run([*map(str, words)], cwd=folder, check=True, capture_output=True, text=True)
+    return done.stdout.strip()
+
+
+def download(source: Source, folder: Path) -> Path:
+    """Return the file of a package, which is downloaded if it is not there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    known = sorted(path for path in folder.iterdir() if path.suffix in (".tgz", ".whl", ".deb"))
+    if known:
+        return known[0]
+    package, version = source.package, source.version
+    if source.registry == "npm":
+        run("npm", "pack", "--silent", f"{package}@{version}", folder=folder)
+    elif source.registry == "pypi":
+        words = ("pip", "download", "-q", "--no-deps", "--only-binary", ":all:", f"{package}=={version}")
+        run(sys.executable, "-m", *words, folder=folder)
+    else:
+        run("apt-get", "download", f"{package}={version}", folder=folder)
+    return next(path for path in folder.iterdir() if path.suffix in (".tgz", ".whl", ".deb"))
+
+
+def unpack(archive: Path, folder: Path) -> None:
+    """Unpack a package, and archives in it that hold its models."""
+    if folder.exists():
+        return
+    folder.mkdir()
+    if archive.suffix == ".deb":
+        run("dpkg-deb", "-x", archive, folder, folder=folder)
+        for inner in folder.rglob("*.zip"):
+            shutil.unpack_archive(inner, folder / inner.stem)
+    else:
+        shutil.unpack_archive(archive, folder, "zip" if archive.suffix == ".whl" else "gztar")
+
+
+def as_glb(path: Path, out: Path) -> None:
+    """Write a model as GLB.
+
+    Raises:
+        Exception: it cannot be converted.
+    """
+    if path.suffix == ".glb":
+        shutil.copy(path, out)
+    elif path.suffix == ".js":
+        held = re.search(r"base64,([A-Za-z0-9+/=]+)", path.read_text())
+        out.write_bytes(base64.b64decode(held[1] if held else ""))
+    else:
+        import trimesh
+        from trimesh.resolvers import FilePathResolver
+
+        class Anywhere(FilePathResolver):
+            """Also finds pictures in folders above."""
+
+            def get(self, name: str) -> bytes:
+                return (path.parent / name.strip()).read_bytes()
+
+        scene = trimesh.load_scene(path, resolver=Anywhere(str(path)))
+        out.write_bytes(scene.export(file_type="glb"))
+
+
+def fetch(name: str, folder: Path) -> list[Path]:
+    """Return the GLB files of a source, downloaded and converted if they are not there."""
+    source, own = SOURCES[name], folder / name
+    unpack(download(source, folder / "downloads" / name), folder / "downloads" / name / "unpacked")
+    own.mkdir(exist_ok=True)
+    found = []
+    below = folder / "downloads" / name / "unpacked"
+    for path in sorted({path for pattern in source.patterns for path in below.glob(pattern)}):
+        if path.stat().st_size > MOST_BYTES:
+            continue
+        out = own / ("-".join(path.relative_to(below).parts[-3:]).split(".")[0] + ".glb")
+        try:
+            if not out.exists():
+                as_glb(path, out)
+            found.append(out)
+        except Exception as error:  # files that are broken on purpose, other programs' formats
+            out.unlink(missing_ok=True)
+            print(f"{path.name}: not converted: {type(error).__name__}: {error}", file=sys.stderr)
+    return found
+
+
+def main() -> None:
+    """Fetch the sources named, or all of them."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("sources", nargs="*", choices=[*SOURCES, []])
+    given = parser.parse_args()
+    for name in given.sources or SOURCES:
+        print(f"{name}: {len(fetch(name, given.folder.absolute()))} models", flush=True)
+
+
+if __name__ == "__main__":
+    main()
