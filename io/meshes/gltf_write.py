@@ -144,6 +144,7 @@ class GltfEditor:
         Raises:
             InputError: one of these is missing.
         """
+        _make_roots(self.tree)
         for number, image in enumerate(self.tree.get("images", [])):
             if "uri" in image and not image["uri"].startswith("data:"):
                 content = self.source.image(number)
@@ -152,6 +153,33 @@ class GltfEditor:
                 image |= {"mimeType": image.get("mimeType", _type_of(content))}
                 image["bufferView"] = self.view(content)
         return glb(self.tree, self.views)
+
+
+def _make_roots(tree: dict[str, Any]) -> None:
+    """Make the nodes of scenes roots, as the format demands (Khronos, *glTF 2.0*, §3.5.1).
+
+    A node whose parent the scene does not show leaves that parent, so that the scene looks the same. One whose parent
+    it shows is in the scene anyway.
+    """
+    nodes = tree.get("nodes", [])
+    for scene in tree.get("scenes", []):
+        listed = scene.get("nodes", [])
+        children = {child for node in nodes for child in node.get("children", [])}
+        shown, waiting = set[int](), [number for number in listed if number not in children]
+        while waiting:
+            number = waiting.pop()
+            if number not in shown:
+                shown.add(number)
+                waiting += nodes[number].get("children", [])
+        apart = [number for number in listed if number in children and number not in shown]
+        if not children.intersection(listed):
+            continue
+        scene["nodes"] = [number for number in listed if number not in children or number in apart]
+        for node in nodes:
+            if set(node.get("children", [])) & set(apart):
+                node["children"] = [child for child in node["children"] if child not in apart]
+                if not node["children"]:
+                    del node["children"]
 
 
 def with_coordinates(

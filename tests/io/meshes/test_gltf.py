@@ -7,6 +7,7 @@ import sys
 
 import DracoPy
 import numpy as np
+import pygltflib as gl
 import pytest
 from PIL import Image
 
@@ -482,3 +483,20 @@ def test_meshopt_that_cannot_be_read_is_told_in_a_line(shapes, iccm, monkeypatch
         monkeypatch.setitem(sys.modules, "meshopt", None)
     done = iccm("flatten", "meshopt.gltf")
     assert done.code == 2 and len(done.lines) == 1 and message in done.err
+
+
+def test_nodes_of_scenes_become_roots(tmp_path, monkeypatch, iccm):
+    """A validator refuses a scene with a child of another node; one with a parent outside the scene keeps its place."""
+    monkeypatch.chdir(tmp_path)
+    points, normals, uv, faces = rich_glb.sheet(5)
+    file = rich_glb.read_bytes(rich_glb.rich(points, normals, uv, faces))
+    file.nodes[4].translation = [1, 2, 3]  # the hat, a child of the world
+    file.nodes.append(gl.Node(name="beyond", children=[1], translation=[9, 9, 9]))
+    file.scenes[0].nodes = [0, 1, 4]
+    file.save_binary("old.glb")
+    assert iccm("flatten", "old.glb#body", "--uv", "new.glb").code == 0
+    new = rich_glb.read("new.glb")
+    assert new.scenes[0].nodes == [0, 1]
+    children = [child for node in new.nodes for child in node.children or []]
+    assert sorted(children) == [2, 3, 4]  # the hat stays where its parent puts it, and is shown once
+    assert new.nodes[4].translation == [1, 2, 3] and not new.nodes[-1].children
