@@ -1,0 +1,61 @@
+"""The comparison of speed with another version, with versions whose times are given."""
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.bench import guard, guarded
+
+
+class Version:
+    """A version whose tasks take given seconds, one after another, and which notes when it was asked."""
+
+    def __init__(self, name, asked, **seconds):
+        self.name, self.asked, self._seconds = name, asked, seconds
+
+    @property
+    def tasks(self):
+        return list(self._seconds)
+
+    def seconds(self, task):
+        self.asked.append(self.name)
+        return self._seconds[task].pop(0)
+
+
+def test_versions_are_asked_by_turns():
+    asked = []
+    new, old = Version("new", asked, solve=[3.0, 6.0]), Version("old", asked, solve=[2.0, 3.0], other=[1.0])
+    assert guard.compare(new, old, 2) == {"solve": [1.5, 2.0]}
+    assert asked == ["new", "old", "old", "new"]
+
+
+def test_only_the_median_counts(capsys):
+    ratios = {"solve": [1.0, 9.0, 1.1, 1.0, 9.0], "warp": [1.3, 1.0, 1.3, 1.3, 1.0], "map": [1.0] * 5}
+    assert guard.report(ratios, 1.2) == ["warp"]
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("solve    1.100 (") and "above" not in lines[0] and "above 1.2" in lines[1]
+
+
+@pytest.mark.parametrize("name", ["solve", "map", "warp", "flatten"])
+def test_there_is_a_task_for_each_part(name):
+    assert name in guarded.tasks()
+
+
+def test_a_version_answers_with_seconds(tmp_path):
+    version = guard.Version(sys.executable, tmp_path)
+    try:
+        assert 0 < version.seconds("map") < 60 and "solve" in version.tasks
+    finally:
+        version.end()
+    assert version.process.returncode == 0
+
+
+def test_a_version_that_does_not_start_is_reported(tmp_path, monkeypatch):
+    monkeypatch.setattr(guard, "TASKS", tmp_path / "none.py")
+    with pytest.raises(SystemExit, match="could not be started"):
+        guard.Version(sys.executable, tmp_path)
+    assert (
+        subprocess.run([sys.executable, "-m", "tests.bench.guard", "--help"], capture_output=True).returncode
+        == 0
+    )
