@@ -9,7 +9,7 @@ CORE   := $(VENV)/.core
 ZIG    := $(VENV)/.zig
 NODE   := node_modules/.ready
 
-.PHONY: demo test test-slow lint lint-page docs bench gallery wheels wasm clean
+.PHONY: demo test test-slow test-portable lint lint-page docs bench gallery wheels wasm clean
 
 $(READY): pyproject.toml setup.py
 	@echo "Installing iccm and what it needs into $(VENV) (some minutes, once) ..."
@@ -36,6 +36,10 @@ test: $(CORE)
 # The module for WebAssembly is among them, which ziglang compiles.
 test-slow: $(CORE) $(ZIG)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
+
+# The fast tests as on Windows, as far as it can be imitated, folder by folder: half an hour.
+test-portable: $(CORE)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.portable
 
 # mypy must see the package as it is installed, not the folders of the repository: stage it.
 lint: $(READY) lint-page
