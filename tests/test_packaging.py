@@ -5,9 +5,12 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+
+import iccm
 
 ROOT = Path(__file__).parents[1]
 SCRIPT = ROOT / "packaging" / "check-jobs.sh"
@@ -59,3 +62,23 @@ def test_the_action_uses_the_inputs_that_it_declares():
     declared = set(re.findall(r"^  ([\w-]+):$", action.split("runs:")[0], re.M))
     assert declared == set(re.findall(r"inputs\.([\w-]+)", action)) and "manifest" in declared
     assert "packaging/check-jobs.sh" in action
+
+
+OF_CONDA = {
+    "isal": "python-isal",
+    "libigl": "igl",
+    "matplotlib": "matplotlib-base",
+    "openimageio": "py-openimageio",
+}
+
+
+def test_the_conda_recipe_needs_what_the_project_needs():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    recipe = (ROOT / "packaging" / "conda" / "recipe.yaml").read_text(encoding="utf-8")
+    listed = recipe.partition("  run:\n")[2].partition("\n\n")[0]
+    needed = {f"python {project['requires-python']}"}
+    for requirement in project["dependencies"]:
+        name, _, bound = requirement.partition(">=")
+        needed.add(f"{OF_CONDA.get(name.lower(), name)} >={bound}")
+    assert {line.strip(" -") for line in listed.splitlines()} == needed
+    assert f'version: "{iccm.__version__}"' in recipe
