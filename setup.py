@@ -12,6 +12,7 @@ sys.path.insert(0, str(ROOT / "core"))
 
 from compile import compile_core, find_compiler, library_names, sources  # noqa: E402
 from package_folders import package_folders  # noqa: E402
+from package_page import description, links, repository  # noqa: E402
 
 
 class BuildCore(build_ext):
@@ -49,6 +50,9 @@ FILES = {name.partition(".")[0].replace("-", "_"): name for name in library_name
 SOURCES = [str(path.relative_to(ROOT)) for path in sources()]
 FOLDERS = package_folders(ROOT)
 setup(
+    long_description=description((ROOT / "README.md").read_text(encoding="utf-8"), repository()),
+    long_description_content_type="text/markdown",
+    project_urls=links(repository()),
     packages=list(FOLDERS),
     package_dir=FOLDERS,
     ext_modules=[Extension(f"iccm.native.lib.{name}", SOURCES) for name in FILES],

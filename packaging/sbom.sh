@@ -18,4 +18,16 @@ trap 'rm -rf "$folder"' EXIT
 "${PYTHON:-python3}" -m pip --python "$folder/venv" install --quiet --disable-pip-version-check \
     --find-links "$wheels" --only-binary iccm iccm
 cyclonedx-py environment --pyproject "$here/pyproject.toml" --mc-type application \
-    --output-reproducible --of JSON --output-file "$output" "$folder/venv"
+    --output-reproducible --of JSON --output-file "$folder/iccm.json" "$folder/venv"
+# The version is not in pyproject.toml, from which the main component is read.
+"$folder/venv/bin/python" - "$folder/iccm.json" "$output" <<'EOF'
+import json
+import sys
+from importlib.metadata import version
+
+with open(sys.argv[1], encoding="utf-8") as file:
+    bill = json.load(file)
+bill["metadata"]["component"]["version"] = version("iccm")
+with open(sys.argv[2], "w", encoding="utf-8") as file:
+    json.dump(bill, file, indent=2)
+EOF

@@ -1,5 +1,6 @@
 """Scripts for other systems: the script of the GitHub action, and the files that call it."""
 
+import importlib
 import os
 import re
 import shutil
@@ -82,3 +83,56 @@ def test_the_conda_recipe_needs_what_the_project_needs():
         needed.add(f"{OF_CONDA.get(name.lower(), name)} >={bound}")
     assert {line.strip(" -") for line in listed.splitlines()} == needed
     assert f'version: "{iccm.__version__}"' in recipe
+
+
+@pytest.fixture
+def page(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "core"))
+    for name in ("ICCM_REPOSITORY", "GITHUB_SERVER_URL", "GITHUB_REPOSITORY", "GITHUB_REF_NAME"):
+        monkeypatch.delenv(name, raising=False)
+    return importlib.import_module("package_page")
+
+
+README = """\
+# Title
+
+![a heart](docs/heart.png)
+
+| 1 | 2 |
+|---|---|
+| ![a](docs/a.png) | ![b](docs/b.svg) |
+
+| command | purpose |
+|---|---|
+| `iccm map` | see [Options](docs/map.md) and [the paper](https://paper.example) |
+"""
+
+
+def test_without_an_address_the_page_has_no_pictures_and_no_broken_links(page):
+    assert page.repository() is None and page.links(None) == {}
+    text = page.description(README, None)
+    assert [line for line in text.splitlines() if line] == [
+        "# Title",
+        "| command | purpose |",
+        "|---|---|",
+        "| `iccm map` | see Options and [the paper](https://paper.example) |",
+    ]
+
+
+def test_with_an_address_pictures_and_links_are_absolute(page, monkeypatch):
+    monkeypatch.setenv("GITHUB_SERVER_URL", "https://host.example")
+    monkeypatch.setenv("GITHUB_REPOSITORY", "us/iccm")
+    monkeypatch.setenv("GITHUB_REF_NAME", "v1.2.0")
+    address = page.repository()
+    text = page.description(README, address)
+    base = "https://host.example/us/iccm"
+    assert f"![a heart]({base}/raw/v1.2.0/docs/heart.png)" in text and "(docs/" not in text
+    assert f"[Options]({base}/blob/v1.2.0/docs/map.md)" in text and "(https://paper.example)" in text
+    assert page.links(address)["Source"] == base
+
+
+def test_the_readme_leaves_nothing_relative_on_the_page(page):
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    plain = page.description(readme, None)
+    assert "](docs" not in plain and "![" not in plain and "## First commands" in plain
+    assert "](docs" not in page.description(readme, "https://host.example/us/iccm")
