@@ -71,7 +71,7 @@ class Command(click.Command):
         )
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
-        """Return its options and `--version`, which people also try after a command."""
+        """Return the options of the command and `--version`, which people also try after a command."""
         version = click.version_option(__version__, prog_name="iccm", help="Show the version.")
         holder: Any = version(lambda: None)
         return [*super().get_params(ctx), *holder.__click_params__]

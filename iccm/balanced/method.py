@@ -163,7 +163,7 @@ def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, .
 def sketch_of(
     map: TriangulatedMap, frames: tuple[Similarity, Similarity], holes: Sequence[tuple[int, int, int]] = ()
 ) -> MeshMap:
-    """Return a map in unit coordinates, with the vertices of the outlines first.
+    """Convert a map to unit coordinates, and move the vertices of its outlines to the front.
 
     Args:
         map: the map in the given coordinates.

@@ -212,7 +212,7 @@ class Atlas:
 
 
 def _unfolded(shape: Triangles, turn: Real) -> Index:
-    """Return (m,) labels of pieces of a layout, which are joined across edges where it does not fold."""
+    """Label the pieces (m,) of a layout: triangles on both sides of an edge where it does not fold belong together."""
     one, two = _across(shape, turn)[0].T
     return labels(one, two, len(shape.faces))
 

@@ -198,7 +198,7 @@ def triangulate(mesh: Mesh) -> Index:
 
 
 def fans(mesh: Mesh) -> tuple[Index, Index]:
-    """Return (k, 3) corners of triangles into which programs may divide faces, and (k,) the face of each.
+    """Return all triangles (k, 3) into which other programs may divide polygons, and the face of each (k,).
 
     These are all fans of quads, and of larger polygons with up to MOST_EAR_CORNERS corners that are convex in
     space.

@@ -73,14 +73,14 @@ def flat(box: Box, turn: complex = 1) -> Texture:
 
 
 def st_of(placing: Placing, z: Complex) -> Real:
-    """Return (p, 2) s and t of points of the source's plane, given their places in a texture of one texel."""
+    """Convert points (p,) of the source's plane to s and t (p, 2), given their places in a texture of one texel."""
     still = np.zeros(z.size, complex)
     xy = placing.places(z, still, still).xy
     return np.column_stack([xy[:, 0], 1 - xy[:, 1]])
 
 
 def point_of(lying: Texture, st: Real) -> Complex:
-    """Return (p,) points of the source's plane for s and t (p, 2); inverse of `st_of` for a texture in that plane."""
+    """Convert s and t (p, 2) to points (p,) of the source's plane; inverse of `st_of` for a texture in that plane."""
     low, size = lying.box[0], lying.box[1] - lying.box[0]
     z, middle = low + st[:, 0] * size.real + 1j * st[:, 1] * size.imag, low + size / 2
     return middle + (z - middle) * lying.turn
@@ -150,7 +150,7 @@ class Stored:
         self.box = (0j, complex(aspect, 1))
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
-        """Return its own bands; other canvases are not supported, and accuracy cannot be increased."""
+        """Return the bands of the STMap; other canvases are not supported, and accuracy cannot be increased."""
         return self.band
 
     def band(self, row: int) -> Band:

@@ -188,7 +188,7 @@ class Warp:
         put(out.reshape(-1, self.channels), part, self.sampler.stored(self._values(band, part), share))
 
     def _values(self, band: Band, at: NDArray[np.intp]) -> NDArray:
-        """Return filtered values of the band's pixels with flat indices `at`.
+        """Return the filtered values of those pixels of the band whose flat indices are `at`.
 
         Pixels that show two source points are mixed, if values of this kind can be mixed.
         """

@@ -191,7 +191,7 @@ class SurfaceProblem:
 
 
 def _scaled(softness: Softness, here: Real, there: Real) -> Softness:
-    """Return softness (k,) with lengths scaled by `here` (k,) in the source and `there` (k,) in the target."""
+    """Scale the lengths in the softness of k pins: by `here` (k,) in the source and by `there` (k,) in the target."""
     return replace(
         softness,
         radii=here * softness.radii,

@@ -45,7 +45,7 @@ def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict
 
 
 def settled(document: Document) -> Document:
-    """Move rules that depend on the position of elements from the style sheet into their own styles, in place."""
+    """Copy rules that depend on an element's place in the tree from the style sheet to `style` attributes, in place."""
     sheet = document.sheet
     if sheet is None or not sheet.contextual:
         return document

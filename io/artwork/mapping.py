@@ -140,7 +140,7 @@ class ToFit(NamedTuple):
 
 
 def _together(found: Sequence[Clipped]) -> Clipped:
-    """Join the parts of a shape in several regions."""
+    """Join the parts of a shape that lie in different regions."""
     if len(found) == 1:
         return found[0]
     lines, fills = ([run for each in found for run in getattr(each, name)] for name in ("line", "fill"))

@@ -217,7 +217,7 @@ class _Link:
                 self._put("compare", message)
 
     async def _relax(self, message: Follow | Solve) -> None:
-        """Continue and show the coarse map while nothing moves, until it is at rest."""
+        """Continue and show the coarse map while nothing moves, until it has converged."""
         session, queue = self._session, self._newest["follow"]
         for _ in range(MOST_RELAXATIONS):
             if not queue.empty() or session.scene is not message.scene:

@@ -69,12 +69,12 @@ pins.
 FOLLOWED_LIMIT_RATIO = 1.5
 """How far a soft pin may be from its place while it is dragged, relative to its limit, since the map lags behind."""
 STILL_SHARE, STILL_QUANTILE = 2e-4, 0.95
-"""A map is at rest if this quantile of its vertices moves less than this share of the target's diagonal in a step, a
-sixth of a pixel of 800."""
+"""A map has converged if, in a step, this quantile of its vertices moves less than this share of the target's
+diagonal: a sixth of a pixel of 800."""
 BETTER_STRETCH_RATIO = 1.2
 """How many times the stretch on 95 % of the target a continued map may have compared with the one from scratch, before
 that one replaces it: many drags, each of which is small, may twist a map more than its pins require."""
-# a map from scratch that ends like this replaces no other
+# a map from scratch with one of these statuses does not replace another map
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 # significant digits of coordinates relative to the shape's size, the same on the page and in files
 PLACE_DIGITS = 7

@@ -258,7 +258,7 @@ class Primitive:
         return self.document.wrap_of(shown["index"]) if shown else REPEAT
 
     def triangles(self) -> Mesh:
-        """Return its triangles, with the texture coordinates of its material's base colour."""
+        """Return the triangles of the primitive, with the texture coordinates of its material's base colour."""
         path, faces = self.document.path, self.faces.ravel()
         uv, normals = self.uv(base(self.material)), self.normals
         return Mesh(

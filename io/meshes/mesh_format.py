@@ -138,7 +138,7 @@ class MeshFile:
         return self.content.wrap(self.faces)
 
     def part_of(self, content: MeshContent, faces: Flags) -> MeshFile:
-        """Return the same part, given by the polygons marked in `faces` (f,), of changed content."""
+        """Return the same part of changed content; `faces` (f,) marks the polygons that belong to it."""
         return replace(self, mesh=content.part(faces, self.mesh.name), faces=faces, content=content)
 
 

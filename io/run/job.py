@@ -452,7 +452,7 @@ def described(kind: type[Kind], values: dict[str, Any]) -> Kind:
 
 
 def _of_option(key: str, text: str) -> str:
-    """Return a mistake in terms of the command line, which counts from 1."""
+    """Name the option in a message about a mistake as on the command line, where items count from 1."""
     if any(key in kind.rows and kind.rows[key][1] is None for kind in KINDS.values()):
         return f"{key.upper()}: {text}"
     option, _, rest = key.partition(".")

@@ -136,7 +136,7 @@ class MeshShape(Shape):
         return complex(self.to_core(place)) if number is None else self.vertex(number)
 
     def all_at(self, place: Place) -> list[complex]:
-        """Return the position as `at` does, or those of all copies of a vertex on the seam through pins.
+        """Return the position, as `at`, or the positions of all copies of a vertex on the seam through pins.
 
         Copies are in order around the outline, from the first pin.
 

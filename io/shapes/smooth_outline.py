@@ -291,7 +291,7 @@ def _curvature_changes(polygon: Complex, sharp: NDArray[np.bool_], length: float
 def _solve(
     points: Complex, feet: Feet, basis: Real, vertices: Complex, fairness: sparse.csr_array
 ) -> Complex:
-    """Return (n,) the vertices whose curve is nearest to the points by least squares, with feet held fixed.
+    """Fit the curve to the points by least squares, with the feet on the curve held fixed. Returns its vertices (n,).
 
     Distances across the curve have full weight, those along it little, since feet may slide.
     """

@@ -21,7 +21,7 @@ class Piece(ABC):
 
     @abstractmethod
     def under(self, affine: Affine) -> "Piece":
-        """Return its image under an affine map."""
+        """Return the image of the segment under an affine map."""
 
     @abstractmethod
     def at(self, t: np.ndarray) -> Complex:
@@ -33,7 +33,7 @@ class Piece(ABC):
 
     @abstractmethod
     def last(self) -> complex:
-        """Return its exact end point."""
+        """Return the exact end point of the segment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +50,11 @@ class Bezier(Piece):
     p: tuple[complex, ...]
 
     def under(self, affine: Affine) -> "Bezier":
-        """Return its image under an affine map."""
+        """Return the image of the segment under an affine map."""
         return Bezier(tuple(affine(point) for point in self.p))
 
     def last(self) -> complex:
-        """Return its exact end point."""
+        """Return the exact end point of the segment."""
         return self.p[-1]
 
     def bend(self) -> float:
@@ -82,13 +82,13 @@ class Arc(Piece):
     end: complex
 
     def under(self, affine: Affine) -> "Arc":
-        """Return its image under an affine map."""
+        """Return the image of the segment under an affine map."""
         centre = affine(self.centre)
         u, v = (affine(axis) - affine(0j) for axis in (self.u, self.v))
         return Arc(centre, u, v, self.begin, self.sweep, affine(self.end))
 
     def last(self) -> complex:
-        """Return its exact end point."""
+        """Return the exact end point of the segment."""
         return self.end
 
     def bend(self) -> float:

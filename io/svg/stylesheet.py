@@ -121,7 +121,7 @@ class Stylesheet:
 
 
 class _Matcher(cssselect2.Matcher):
-    """Matches selectors; each test counts with the cost of the most expensive selector."""
+    """Match selectors, and charge each test at the cost of the most expensive selector."""
 
     def __init__(self, tests: Quota):
         super().__init__()

@@ -12,7 +12,7 @@ from ..model.mesh_map import MeshMap
 
 
 class Cut(NamedTuple):
-    """A map without the triangles that fill concavities, and holes of the target.
+    """A map without the triangles that fill concavities and those that fill holes of the target.
 
     Attributes:
         vertices: (n,) the vertices that remain.
@@ -34,7 +34,7 @@ class Cut(NamedTuple):
 
 
 def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
-    """Return the map without the triangles that fill concavities, and holes of the target.
+    """Remove the triangles that fill concavities and those that fill holes of the target.
 
     Triangles that fill holes of the source remain, so that the picture has no crack. If the unit coordinates
     are `mirrored`, the orientation of triangles and loops is reversed.

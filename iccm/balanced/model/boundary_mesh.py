@@ -38,9 +38,9 @@ def mesh_boundary(
     # on its polyline, -1 at an end.
     pairs = boundary.pairs
     outer, *inner = (loop.source.curve.at(pairs.s[loop.vertices]) for loop in boundary.loops)
-    # `soft` has the links of all inner vertices but the constraints', counted from the first of these vertices.
-    # Each part appended is shifted by the size so far; at the end all are shifted by the number of constraints'
-    # vertices.
+    # `soft` has the links of all inner vertices that do not belong to constraints. While it is built, these vertices
+    # are numbered from 0, so each part that is appended is shifted by the number before it. In `links` they follow
+    # the vertices of constraints, so at the end all are shifted by the number of those.
     around = closed_links([rim.size for rim in filled])
     soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
     kept, around_kept = kept_by(regions, inside.z)
@@ -52,9 +52,9 @@ def mesh_boundary(
     rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
     z, faces = triangulate(outer, sizes, points, links, inner, rays)
 
-    # 2. The matrix of Newton's method couples vertices that slide to the next one on the same curve
-    # (`following`): those of the boundary and of constraints. All other vertices do not slide; their next
-    # vertex is themselves.
+    # 2. The matrix of Newton's method couples each vertex that slides, on the boundary or on a constraint, to the
+    # next one on the same curve (`following`). For all other vertices, which do not slide, `following` is the
+    # vertex itself.
     given = np.arange(points.size)
     ends = np.where((links >= 0) & (given < inside.z.size), links, given)
     following = np.append(boundary.following, boundary.size + ends)

@@ -9,8 +9,8 @@ from .unit_problem import UnitProblem
 
 SAME_OUTLINE_SHARE = 1e-9  # relative to the root of the area: outlines this close are the same
 OUTLINE_SAMPLES = 256  # points of each outline that are compared
-# Relative to the root of the area: vertices this close to the largest distance from the centroid may be the
-# farthest.
+# Relative to the root of the area: vertices whose distance from the centroid is within this of the largest one all
+# count as farthest.
 AS_FAR_SHARE = 1e-7
 MOST_STARTS = 64  # positions tried; a regular polygon has as many as vertices, which would take too long
 

@@ -134,7 +134,7 @@ class Picture(Output):
 
 
 def displayed(run: Run, canvas: Canvas) -> NDArray:
-    """Return (height, width, channels) the texture carried to a canvas as screens show it: 8 bits per channel, sRGB."""
+    """Carry the texture to a canvas for display. Returns (height, width, channels), sRGB with 8 bits per channel."""
     warped = whole(Warp(run.mapping, run.sampler, canvas, placing=run.placing), threads=run.threads)
     return prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp")).pixels
 
