@@ -22,7 +22,7 @@ DEFAULT_SECONDS = 900.0
 
 
 class TimeUp(InputError):
-    """The time limit was exceeded; the message says by what, and what the limit was."""
+    """The time limit was exceeded; the message names the step and the limit."""
 
     def named(self, place: object) -> "TimeUp":
         """Return the error with a place in front of its message."""

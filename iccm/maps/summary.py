@@ -87,7 +87,7 @@ def _picture_size(pixels: dict[str, Any]) -> str:
 
 
 def _outline_gap(report: dict[str, Any]) -> str:
-    """Return the distance of the outline, if the status says that it is missed."""
+    """Return the distance of the outline, if the status is that it is missed."""
     gap = (report.get("boundary") or {}).get("hausdorff")
     if gap is None or report["status"] not in ("gap", "source_gap", "crowded"):
         return ""

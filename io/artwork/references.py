@@ -81,7 +81,7 @@ def sheet(text: str) -> tuple[str, int]:
 
 
 def style(text: str) -> tuple[str, int]:
-    """Return a style attribute without declarations that refer out of the document, and their number."""
+    """Remove declarations that refer to other documents from a style attribute. Returns it, and their number."""
     return _confined(_declarations, tinycss2.parse_blocks_contents, text)
 
 

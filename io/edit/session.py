@@ -419,7 +419,7 @@ class Session:
         return {"regions": found}
 
     def _settle(self, scene: Scene, solved: Solved, chosen: MapChoice) -> MapUpdate:
-        """Return what is shown of a map, and make it the current one if it meets the constraints."""
+        """Return the update that shows a map, and make the map the current one if it meets the constraints."""
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:

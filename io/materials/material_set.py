@@ -57,7 +57,7 @@ class Material:
         name: its name in the file.
         key: its unique key, see `mesh_format.Pictures`.
         maps: its pictures by slot of glTF (see `gltf_materials.slots`), or statement of MTL.
-        source: everything that the file says about it: glTF's JSON, or the lines of an MTL.
+        source: everything in the file about it: glTF's JSON, or the lines of an MTL.
         factors: by slot, factors of its pictures of colours and numbers, or the values without a picture: linear red,
             green, blue and optionally alpha.
         kind: a text that represents all properties which are not in pictures.

@@ -71,7 +71,7 @@ FOLLOWED_SHARE = 0.05
 def named_partners(
     holes: Holes, source: Curve, target: Curve, pins: Complex, strokes: Sequence[tuple[Curve, Curve]]
 ) -> tuple[Holes, Complex, Index]:
-    """Return the holes with the partners that pins (k, 2) in them name, the other pins, and their numbers.
+    """Pair holes in which pins (k, 2) lie; return the holes with partners, the other pins, and their numbers.
 
     Raises:
         InputError: a pin is in a hole or on its outline in one shape only; pins name two partners for a hole;

@@ -84,7 +84,7 @@ def _with_all_corners(outline: Outline) -> Outline:
 
 
 def _split_loop(loop: MatchedLoop, match: Match, boundary: MatchedBoundary) -> tuple[Pairs, Index]:
-    """Return the pairs of a loop with all vertices of its outlines, and (b,) their former numbers, -1 for new ones."""
+    """Add all vertices of the outlines to a loop's pairs; return them and their former numbers (b,), -1 if new."""
     own = boundary.pairs.of(loop.vertices)
     s, at_source = _missing(own.s, loop.source)
     tau, at_target = _missing(own.tau, loop.target)

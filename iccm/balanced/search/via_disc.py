@@ -62,7 +62,7 @@ def through_disc(level: Level) -> list[DiscreteMap]:
 
 
 def through(there: Match, back: Match, lap: float) -> Match:
-    """Return a match to a curve composed with the inverse of another match.
+    """Compose a match to a curve with the inverse of another match.
 
     The former is shifted by a share `lap` of the curve's length.
     """
