@@ -1,6 +1,6 @@
 """Pins: points of the source with their places in the target, soft or exact.
 
-A soft pin draws a patch around its point to its place: the patch keeps its shape, and may miss the place a
+A soft pin pulls a patch around its point to its place: the patch keeps its shape, and may miss the place a
 little if that saves distortion. An exact pin takes one point to its place, whatever distortion that causes.
 """
 

@@ -109,7 +109,7 @@ def fit(
         the surface, and figures describe the surface.
     pins
         Points of the source and their places in the target: (k, 2) complex or (k, 2, 2) pairs, or a list of `iccm.Pin`.
-        Either both are inside, or both are on the outlines. The balanced method draws a patch around each inner pin to
+        Either both are inside, or both are on the outlines. The balanced method pulls a patch around each inner pin to
         its place, which may miss it a little; with `exact_pins` it meets all exactly.
     strokes
         Pairs of open polylines: (p,) in the source, and (q,) in the target, onto which it is mapped. Its ends slide

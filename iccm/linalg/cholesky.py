@@ -90,7 +90,7 @@ class BlockPattern:
 
     @cached_property
     def record(self) -> Record:
-        """The record for the core."""
+        """The struct that is passed to the core."""
         fronts = self.fronts
         dense = FrontsRecord(
             fronts.starts,
@@ -134,7 +134,7 @@ class Factor:
 
     @cached_property
     def record(self) -> Record:
-        """The record for the core."""
+        """The struct that is passed to the core."""
         return FactorRecord(self.values, self.place, self.waiting, self.sources, self.part, self.left)
 
     @classmethod

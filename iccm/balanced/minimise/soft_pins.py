@@ -4,7 +4,7 @@ A single point has zero capacity in the plane: an energy of first derivatives le
 A map that is held at a point has a cusp there, which is sharper the finer the mesh, so that the map depends on
 the mesh. A soft pin holds a patch around the point instead:
 
-- The mean position of the patch's core is drawn to the pin's place by a spring.
+- The mean position of the patch's core is pulled to the pin's place by a spring.
 - Distortion costs more in the patch, so that its content keeps its shape: most at the pin, and less towards the
   radius.
 - If a rotation or a size is requested, the mean derivative of the core is drawn to it by another spring.
