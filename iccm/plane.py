@@ -71,7 +71,7 @@ def distinct(z: Complex, closed: bool = True) -> Complex:
 def distinct_each(rings: Sequence[Complex]) -> list[Complex]:
     """Apply `distinct` to each of several closed polylines; fast for many short ones."""
     sizes = np.array([ring.size for ring in rings], dtype=np.intp)
-    if not sizes.size or not sizes.all():
+    if sizes.size < 2 or not sizes.all():
         return [distinct(ring) for ring in rings]
     z = np.concatenate(rings)
     starts = np.cumsum(sizes) - sizes

@@ -96,11 +96,7 @@ def outlines(
             refused.append(
                 (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
             )
-    polygons = (
-        [polygon_of(ring) for ring in simple]
-        if len(simple) == 1 and polygon_of(simple[0]).is_valid
-        else (paint or painted)(simple, rule)
-    )
+    polygons = (paint or painted)(simple, rule)
     found = outlines_of(shapely.MultiPolygon(polygons), name, notes)
     if not found and not refused:
         raise InputError(f"{name}: encloses no area")
@@ -126,6 +122,8 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
     """Return the polygons painted by filling rings by `rule`; rings may cross."""
     if not rings:
         return []
+    if len(rings) == 1 and (alone := polygon_of(rings[0])).is_valid:  # most shapes of a drawing
+        return list(polygons_of(alone))
     faces, winding = _faces(rings)
     inside = winding % 2 != 0 if rule == "evenodd" else winding != 0
     return list(polygons_of(unite(faces[inside])))

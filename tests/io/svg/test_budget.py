@@ -366,3 +366,15 @@ def test_many_rings_wind_around_points_as_each_does(monkeypatch, at_once):
     z = np.array([complex(p.x, p.y) for p in points])
     angles = [np.angle((np.roll(ring, -1) - z[:, None]) / (ring - z[:, None])).sum(axis=1) for ring in rings]
     assert np.array_equal(winding, np.rint(sum(angles) / (2 * np.pi))) and np.ptp(winding) > 2
+
+
+def test_shapes_without_crossings_are_painted_without_cutting_the_plane(tmp_path, monkeypatch):
+    monkeypatch.setattr(fill, "_faces", None)
+    path = tmp_path / "many.svg"
+    path.write_text(SVG.format("".join(f'<path d="M{3 * k} 0h2v{k + 1}z"/>' for k in range(30))))
+    read = shape.read(str(path), whole=True)
+    assert read.drawing.painted.area == pytest.approx(sum(range(1, 31)))
+    monkeypatch.undo()
+    path.write_text(SVG.format('<path d="M0 0H9V9L2 -3z"/><path d="M20 0h8v8h-8zm2 2v4h4v-4z"/>'))
+    with_crossings = shape.read(str(path), whole=True)
+    assert with_crossings.drawing.painted.area > 8 * 8 - 4 * 4
