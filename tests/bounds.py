@@ -30,20 +30,17 @@ HELPERS = ("httpx2>=2.0", "svgelements>=1.9.6", "pygltflib>=1.16")
 COPIED = ("tests", "docs", "samples", "man", "pyproject.toml", "README.md", "CHANGELOG.md")
 REPRESENTATIVE = (
     "tests/cli/test_holes.py",
-    "tests/cli/test_flatten_outputs.py",
-    "tests/io/test_files.py",
-    "tests/io/test_spec.py",
-    "tests/io/artwork",
     "tests/io/batch/test_commands.py",
     "tests/io/edit/test_server.py",
-    "tests/io/materials",
-    "tests/io/meshes",
-    "tests/io/outlines",
-    "tests/io/pictures",
-    "tests/io/shapes",
-    "tests/iccm/drawings",
-    "tests/iccm/saved",
-    "tests/iccm/test_texture_transfer.py",
+    "tests/io/meshes/test_gltf.py",
+    "tests/io/outlines/test_outlines.py",
+    "tests/io/pictures/test_pillow.py",
+    "tests/io/pictures/test_image_files.py",
+    "tests/io/svg/test_lettering.py",
+    "tests/io/test_spec.py",
+    "tests/iccm/drawings/test_placing.py",
+    "tests/iccm/saved/test_map_file.py",
+    "tests/iccm/test_given.py",
 )
 
 

@@ -1,6 +1,7 @@
 """Reports of a check: the page, the summary, JSON Lines, and updating a single baseline."""
 
 import json
+import os
 import re
 import shlex
 import shutil
@@ -91,6 +92,7 @@ def test_a_summary_and_lines_of_json(changed, iccm):
     )
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows does not allow such names")
 def test_hostile_names_stay_text(changed, iccm):
     run, base = changed
     name = HOSTILE.replace("/", "")
