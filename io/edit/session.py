@@ -462,7 +462,7 @@ class Session:
         gap = np.abs(map(pins[:, 0]) - pins[:, 1])
         far = gap > FOLLOWED_LIMIT_RATIO * softness.limits
         missed = np.where(
-            softness.is_soft, far, ~live.met & (gap > MISSED_DIAGONAL_SHARE * self.target.curve.diagonal)
+            softness.is_soft, far, (not live.met) & (gap > MISSED_DIAGONAL_SHARE * self.target.curve.diagonal)
         )
         if live.met and not missed.any():
             return found
