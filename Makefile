@@ -9,7 +9,7 @@ CORE   := $(VENV)/.core
 ZIG    := $(VENV)/.zig
 NODE   := node_modules/.ready
 
-.PHONY: demo test test-slow test-portable lint lint-page docs bench gallery wheels wasm clean
+.PHONY: demo test test-slow test-portable lint lint-page docs generated bench gallery wheels wasm clean
 
 $(READY): pyproject.toml setup.py
 	@echo "Installing iccm and what it needs into $(VENV) (some minutes, once) ..."
@@ -67,6 +67,11 @@ $(PAGES): $(READY)
 docs: $(PAGES)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@$(BIN)/python docs/links.py build/site
+
+# What is written from the code and committed: man pages, and the list of what is public.
+generated: $(CORE)
+	$(BIN)/python docs/man.py
+	$(BIN)/python -m tests.public_surface --record
 
 bench: $(CORE)
 	$(BIN)/python -m tests.bench

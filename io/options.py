@@ -104,8 +104,12 @@ def _option(*words: str, **more: Any) -> Any:
     return Option(*words, **more)
 
 
+TABLE: list[type] = []
+"""All classes of options, in the order of help, which is that of this module."""
+
+
 def _table(*commands: str) -> Callable[[type], type]:
-    """Return a decorator that annotates a class with its options, and sets their defaults."""
+    """Return a decorator that annotates a class with its options, sets their defaults, and adds it to `TABLE`."""
 
     def fill(cls: type) -> type:
         for name, hint in get_type_hints(cls).items():
@@ -115,6 +119,7 @@ def _table(*commands: str) -> Callable[[type], type]:
             row = replace(option, commands=option.commands or commands)
             cls.__annotations__[name] = Annotated[hint, row]
             setattr(cls, name, row.default)
+        TABLE.append(cls)
         return cls
 
     return fill
@@ -943,24 +948,6 @@ class MessageOptions:
         "Show messages as text, or as JSON with one object per line.", default="text"
     )
     debug: bool = _option("Show tracebacks of errors.", default=False)
-
-
-TABLE: tuple[type, ...] = (
-    *(
-        ApplyOptions,
-        FlattenOptions,
-        MorphOptions,
-        RelayoutOptions,
-        BatchOptions,
-        CheckOptions,
-        InfoOptions,
-        DoctorOptions,
-        CompletionOptions,
-        PluginsOptions,
-    ),
-    *(JobOptions, CommonOptions, EditOptions, MessageOptions),
-)
-"""All classes of options, in the order of help."""
 
 
 def options_of(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from iccm.io import formats
 from iccm.io.pictures import image_files
 
 from .test_samples import LIMIT, difference
@@ -195,6 +196,20 @@ def test_links_to_samples_lead_to_their_place_on_the_site():
     assert (
         SITE.on_page_markdown(text) == "![a](../samples/pins/cat.svg) and [b](../../samples/pins/README.md)"
     )
+
+
+@pytest.mark.parametrize(
+    ("page", "written"),
+    [("docs/reference/map.md", True), ("docs/reference/shapes.md", False), ("SECURITY.md", False)],
+)
+def test_pages_name_every_mesh_format(page, written):
+    text = (ROOT / page).read_text(encoding="utf-8").lower()
+    rows = formats.FORMATS.items()
+    names = [
+        suffix for suffix, row in rows if row.mesh and (row.uv or not written) and suffix != ".gltf"
+    ]  # as .glb
+    assert len(names) >= 3
+    assert not [name for name in names if not re.search(rf"\b{name[1:]}\b", text)]
 
 
 def test_tables_of_options_have_every_option_once():
