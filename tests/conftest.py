@@ -15,6 +15,7 @@ sys.path.insert(
 )  # so that `from tests import shapes` works however pytest is started
 
 from iccm import cli
+from iccm.native import library
 
 SCHEMAS = Path(__file__).parents[1] / "docs" / "reference" / "schemas"
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
@@ -23,6 +24,13 @@ SHAPES = {
     "blob.svg": '<path d="M10 40C10 10 40 5 60 12S98 40 90 60 60 95 40 90 10 70 10 40Z"/>',
     "disk.svg": '<circle id="rim" cx="50" cy="50" r="40"/>',
 }
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionstart(session):
+    """Compile the core if its sources have changed, which takes longer than a test may; workers find it compiled."""
+    if not hasattr(session.config, "workerinput"):
+        library.refresh()
 
 
 @functools.cache

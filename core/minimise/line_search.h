@@ -15,10 +15,13 @@ struct Trial {
 //
 //   share      first share to try
 //   energy_at  the energy after a share of the step; infinite if that is not allowed
-//   most       the largest accepted energy at a share
+//   most       the largest accepted energy at a share; a constant where the map is moved and its energy may grow
+//
+// The caller keeps the positions of the last call of energy_at, so a search that returns an earlier share must
+// evaluate it again. `tests/core/reference/minimise.py` has the same search in Python, whose results are compared.
 template <class EnergyAt, class Most>
 Trial line_search(double share, EnergyAt energy_at, Most most) {
-    constexpr double SHORTEST_STEP = 1e-8;  // share below which rounding dominates (chosen by hand)
+    constexpr double SHORTEST_STEP = 1e-8;  // share below which rounding dominates
     for (; share > SHORTEST_STEP; share *= 0.5) {
         double energy = energy_at(share);
         if (energy <= most(share)) return {share, energy, true};

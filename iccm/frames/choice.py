@@ -15,7 +15,6 @@ Only the cheapest candidate is solved for on a fine mesh.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 import shapely
@@ -32,9 +31,8 @@ from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
 from ..drawings.pairing import pair_by_place
 from ..drawings.seen import NOTHING_SEEN, Seen, seen
+from ..fits import FitName
 from ..plane import triangle_areas
-
-Way = Literal["whole", "cover", "contain"]
 
 GOOD_STRETCH_P95 = 2.2
 """A map of whole outlines is accepted without further search if its stretch on 95 % of the area is at most this."""
@@ -75,7 +73,7 @@ class Choice:
     """
 
     frames: tuple[Frame, Frame]
-    way: Way = "whole"
+    way: FitName = "whole"
     holed: bool = False
     cost: float = np.inf
     seen: Seen = NOTHING_SEEN
@@ -165,7 +163,7 @@ class _Judge:
         self.least_cost = np.inf
 
     def choice(
-        self, frames: tuple[Frame, Frame], way: Way, coarse: CoarseMap, *, holed: bool = False
+        self, frames: tuple[Frame, Frame], way: FitName, coarse: CoarseMap, *, holed: bool = False
     ) -> Choice:
         """Return the choice for a coarse map, with its cost and losses."""
         shown = self._seen(coarse)

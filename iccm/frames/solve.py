@@ -9,7 +9,7 @@ from ..errors import InputError
 from ..fits import FITS
 from ..options import Options
 from ..result import Fit
-from .choice import Choice, Way, choices, may_pair
+from .choice import Choice, choices, may_pair
 
 Solver = Callable[..., Fit]
 """Solves for the map of two outlines: `solver(source, target, source_holes, target_holes, options)`."""
@@ -89,8 +89,7 @@ def paired_parts(
 
 def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
     """Return the choice of the tightest frames that contain all of both drawings, mapped as the options request."""
-    ways: dict[str, Way] = {"contain": "contain", "cover": "cover"}
-    way = ways.get(options.fit, "whole")
+    way = options.fit if FITS[options.fit].is_partial else "whole"
     holed = source.is_one_part and target.is_one_part and not FITS[options.fit].of_drawings
     return Choice((source.tightest, target.tightest), way, holed)
 

@@ -31,7 +31,7 @@ def library() -> ctypes.CDLL:
     Raises:
         CoreMissing: there is none for this platform.
     """
-    _refresh()
+    refresh()
     if wanted := os.environ.get(VARIANT):
         return _load(f"core-{wanted}")
     if platform.machine() not in ("x86_64", "AMD64"):
@@ -55,7 +55,7 @@ def _load(name: str) -> ctypes.CDLL:
         raise CoreMissing(f"{file}: the compiled core cannot be loaded: {error}") from error
 
 
-def _refresh() -> None:
+def refresh() -> None:
     """Compile the core in a checkout if it is older than its sources; an installed package has no sources."""
     core = FOLDER.parents[2] / "core"
     if not (core / "include" / "iccm" / "core.h").is_file():

@@ -6,11 +6,15 @@ from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
+import shapely
 
 import iccm
 from iccm import capabilities, fits
+from iccm.drawings.drawing import Drawing
+from iccm.frames.solve import fit_drawings
 from iccm.io.edit.messages import Scene
 from iccm.io.options import options_of
+from iccm.options import Options
 
 ROOT = Path(__file__).parents[2]
 OF_OUTLINES = {name for name, mode in fits.FITS.items() if not mode.of_drawings}
@@ -104,3 +108,17 @@ def test_the_solver_refuses_what_the_table_does_not_list():
         (name,) = constraint
         with pytest.raises(iccm.InputError, match=f"^{name}"):
             iccm.fit(SQUARE, 2 * SQUARE, method="conformal", **constraint)
+
+
+@pytest.mark.parametrize("name", [name for name, mode in fits.FITS.items() if mode.is_partial])
+def test_a_partial_fit_reaches_the_maps_of_drawings(name):
+    drawings = [Drawing(shapely.box(0, 0, *size)) for size in ((3, 1), (2, 1.5))]
+    asked = []
+
+    def solver(source, target, source_holes, target_holes, options):
+        asked.append(options.fit)
+        raise iccm.InputError("not solved here")
+
+    with pytest.raises(iccm.InputError):
+        fit_drawings(*drawings, Options(fit=name), solver)
+    assert asked == [name]
