@@ -300,8 +300,8 @@ ICCM_EXPORT int64_t iccm_flattening_remove(int64_t *faces, const double *points,
 //   count     number of removed vertices
 //   points    (n, 3) vertices in space
 //   theta     weight of the area part of the energy
-//   min_gain  decrease in a step of Newton's method, relative to the energy of the triangles around a vertex, below
-//             which it ends
+//   min_gain  Newton's method for a vertex ends when a step lowers the energy of the triangles around it by less than
+//             this share
 //   u         (n,) positions, written for the removed vertices
 ICCM_EXPORT int64_t iccm_flattening_put_back(const int64_t *vertex, const int64_t *into, const int64_t *triangle,
                                              const double *weights, const int64_t *starts, const int64_t *edges,

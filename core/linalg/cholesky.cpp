@@ -23,7 +23,7 @@ struct Front {
     double *column(Index c) const { return c < own ? panel + c * (tall + 1) : update + (c - own) * (tall - own + 1); }
 };
 
-// Adds the front's part of the matrix and of the gradient to its columns, and fills in the positions of its rows.
+// Add the front's part of the matrix and of the gradient to its columns, and fill in the positions of its rows.
 void assemble(const BlockPattern &pattern, const double *matrix, const Complex *gradient, Index number,
               const Front &front, Index *place) {
     const Fronts &fronts = pattern.fronts;
@@ -47,7 +47,7 @@ void assemble(const BlockPattern &pattern, const double *matrix, const Complex *
     }
 }
 
-// Adds a child's update to the columns and to the update of its parent's front ("extend-add").
+// Add a child's update to the columns and to the update of its parent's front ("extend-add").
 void extend_add(const Fronts &fronts, Index child, const double *update, const Index *place, const Front &parent) {
     const Index *beyond = fronts.beyond + fronts.beyond_starts[child];
     Index count = fronts.beyond_starts[child + 1] - fronts.beyond_starts[child], size = 2 * count + 1;
@@ -142,8 +142,8 @@ bool factorise(const BlockPattern &pattern, const double *matrix, const Complex 
     Index *waiting = factor.waiting, *sources = factor.sources, top = 0;
     sources[0] = fronts.panels[fronts.count];
     for (Index number = 0; number < fronts.count; number++) {
-        // Two numbers for each vertex, and one more row for the gradient: `own` columns to eliminate, and the `rest` of
-        // the rows, which is the size of the update. The update is built on top of the stack.
+        // A front has two rows for each vertex, and one more for the gradient. `own` of its columns are eliminated
+        // here; the `rest` of the rows is the size of the update, which is built on top of the stack.
         Index own = 2 * (fronts.starts[number + 1] - fronts.starts[number]);
         Index rest = 2 * (fronts.beyond_starts[number + 1] - fronts.beyond_starts[number]) + 1;
         Index update = sources[top];
@@ -208,8 +208,9 @@ void back_substitute(const BlockPattern &pattern, Factor &factor, Complex *step)
             part[tall + 1] = found.im;
             tall += 2;
         }
-        // Row j of Lᵀ x + L⁻¹ g = 0: column j of L, which begins at its diagonal entry and ends with L⁻¹ g, times the
-        // solution below, which ends with a one. Solved for x[j] from the last row to the first.
+        // Solve row j of Lᵀ x + L⁻¹ g = 0 for x[j], from the last row to the first. Column j of L is stored from its
+        // diagonal entry on and ends with L⁻¹ g, and the solution below it ends with a one, so that one scalar product
+        // covers both terms.
         part[tall] = 1.0;
         tall++;
         const double *column = factor.values + fronts.panels[number] + (own - 1) * tall;

@@ -37,14 +37,14 @@ struct Factor {
     double *left;      // (2n,) what is left of a gradient while it is eliminated
 };
 
-// Factorises H, blocks xx, xy, yx, yy of the upper triangle (e, 4), and eliminates the gradient g (n,) with it; false
+// Factorise H, blocks xx, xy, yx, yy of the upper triangle (e, 4), and eliminate the gradient g (n,) with it; false
 // if H is not positive definite.
 bool factorise(const BlockPattern &pattern, const double *matrix, const Complex *gradient, Factor &factor);
 
 // Replaces L⁻¹ g by that of another gradient g (n,).
 void forward_substitute(const BlockPattern &pattern, const Complex *gradient, Factor &factor);
 
-// Fills in the step -H⁻¹ g (n,) for the factor of H and g: the x with Lᵀ x + L⁻¹ g = 0.
+// Fill in the step -H⁻¹ g (n,) for the factor of H and g: the x with Lᵀ x + L⁻¹ g = 0.
 void back_substitute(const BlockPattern &pattern, Factor &factor, Complex *step);
 
 }  // namespace iccm

@@ -16,8 +16,9 @@ struct Densities {
     Index count;
 };
 
-// Bounds on one piece: |Φ″| + |Ψ″| in the middle; R of both; the sum of the absolute terms of f_z and f_z̄, for bounds
-// on rounding; and whether a vertex may lie on the piece, in which case the others are meaningless.
+// Bounds on one piece: `second` is |Φ″| + |Ψ″| in the middle, `rest` the sum of R for Φ and for Ψ (R: see below),
+// `terms` the sum of the absolute terms of f_z and f_z̄, for bounds on rounding errors. If a vertex may lie on the
+// piece (`vertex`), the numbers are meaningless.
 struct Bounds {
     double second, rest, terms;
     bool vertex;

@@ -70,7 +70,7 @@ Symmetric projected(double first, double second, double coupling) {
     return {share * (first - small), share * (second - small), share * coupling};
 }
 
-// Adds the block r aᵀ + s bᵀ + (i x)(i a)ᵀ + (i y)(i b)ᵀ of complex numbers taken as vectors.
+// Add the block r aᵀ + s bᵀ + (i x)(i a)ᵀ + (i y)(i b)ᵀ of complex numbers taken as vectors.
 inline void add_block(double *block, Complex r, Complex s, Complex x, Complex y, Complex a, Complex b) {
     block[0] += r.re * a.re + s.re * b.re + x.im * a.im + y.im * b.im;
     block[1] += r.re * a.im + s.re * b.im - x.im * a.re - y.im * b.re;
@@ -125,8 +125,9 @@ double assemble(const RestShapes &rest, const Complex *u, const Objective &objec
         // directions of a and b; where one vanishes any direction serves, since its derivatives vanish too
         Complex unit_a = size_a > 1e-140 ? a * (1 / size_a) : Complex{1, 0};
         Complex unit_b = size_b > 1e-140 ? b * (1 / size_b) : Complex{1, 0};
-        // the chain rule for |a| and |b|, p = |a|² + |b|² and d = |a|² - |b|²: derivatives divided by |a| and |b|,
-        // which are also the tangential eigenvalues, then the 2 × 2 block of the radial directions
+        // The chain rule for p = |a|² + |b|² and d = |a|² - |b|² gives the derivatives with respect to |a| and |b|.
+        // Divided by |a| and |b|, they are also the tangential eigenvalues. `radial` is the 2 × 2 block of the radial
+        // directions.
         double along_a = 2 * weight * (w.p + w.d), along_b = 2 * weight * (w.p - w.d);
         Symmetric radial = projected(along_a + 4 * weight * (w.pp + 2 * w.pd + w.dd) * aa,
                                      along_b + 4 * weight * (w.pp - 2 * w.pd + w.dd) * bb,
@@ -158,7 +159,7 @@ double assemble(const RestShapes &rest, const Complex *u, const Objective &objec
 
 using namespace iccm;
 
-// Fills in the Wirtinger gradients of the hat functions of triangles, and their areas.
+// Fill in the Wirtinger gradients of the hat functions of triangles, and their areas.
 //
 //   corners    (m, 3) triangles of either orientation
 //   z          (n,) vertices

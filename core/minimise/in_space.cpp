@@ -1,7 +1,7 @@
-// Every vertex of the map is a point of the surface, the image of a triangle is the flat triangle that joins three of
-// these, and the derivative of a point in space with respect to its position in the layout is that of the surface's
-// triangle that contains it; line searches evaluate this energy. A small additional energy in the layout prevents folds
-// there.
+// Every vertex of the map is a point of the surface, and the image of a triangle is the flat triangle in space that
+// joins three of these points. The derivative of a point in space with respect to its position in the layout is that of
+// the surface's triangle that contains it. Line searches evaluate this energy. A small additional energy in the layout
+// prevents folds there.
 #include "minimise/in_space.h"
 
 namespace iccm {
@@ -18,7 +18,7 @@ double normalise(double *vector) {
 
 double dot_in_space(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Fills in the points in space of vertices with layout positions u (n,).
+// Fill in the points in space of vertices with layout positions u (n,).
 void land(SurfaceMap &surface, const Complex *u) {
     const Places &places = surface.ground.places;
     for (Index v = 0; v < surface.n; v++) {
@@ -39,7 +39,7 @@ void land(SurfaceMap &surface, const Complex *u) {
     }
 }
 
-// Fills in the images of triangles, moved to the plane with the first corner at 0 and the second on the x axis
+// Fill in the images of triangles, moved to the plane with the first corner at 0 and the second on the x axis
 // (Gram-Schmidt).
 void lay(SurfaceMap &surface, const Complex *u) {
     for (Index t = 0; t < surface.layout.m; t++) {

@@ -35,7 +35,7 @@ constexpr double REGULAR = 1e-9;           // share of the mean diagonal added t
 constexpr double SHORT = 0.1, LONG = 0.5;  // shares of a step in space: after a shorter one damping increases
 constexpr double DAMPED = 1e-4;            // first damping, a share of the mean diagonal
 
-// Adds a share of the mean diagonal to the diagonal.
+// Add a share of the mean diagonal to the diagonal.
 void regularise(const BlockPattern &pattern, double *matrix, double share) {
     double mean = 0.0;
     for (Index v = 0; v < pattern.n; v++) {
@@ -124,7 +124,7 @@ class Descent {
     Index done = 0, small = 0;  // steps made, and how many of the last ones gained less than the tolerance
 
   private:
-    // Fills in the energy and derivatives; if the rotation has a cost, the derivatives of their product: `energy` is
+    // Fill in the energy and derivatives; if the rotation has a cost, the derivatives of their product: `energy` is
     // the first factor, `factor` the second, and derivatives are divided by the latter.
     void evaluate() {
         Index e = system.pattern.e;
@@ -139,7 +139,7 @@ class Descent {
         factor = rotation_factor(system.upright, u, objective.q, n);
     }
 
-    // Fills in the Newton step -H⁻¹ g; false if H is not positive definite.
+    // Fill in the Newton step -H⁻¹ g; false if H is not positive definite.
     bool solve() {
         regularise(system.pattern, space.matrix, REGULAR + damping);
         if (factorised)
@@ -286,10 +286,10 @@ ICCM_EXPORT int64_t iccm_minimise_quadratic_step(System *system, Complex *u, dou
 
 // Minimise the energy of a map in the plane.
 //
-//   u           (n,) positions on the side that moves, changed; without folds unless epsilon > 0, sliding vertices on
-//               their rails at tau
+//   u           (n,) positions on the side that moves, changed; they must have no folds unless epsilon > 0, and
+//               sliding vertices must lie at arclengths tau of their curves
 //   tau         (c,) arclengths of the constrained vertices, increasing along each curve, changed
-//   factorised  whether the present factor is used for all steps, since little changes near the end
+//   factorised  whether all steps use the present factor, which saves time near the end, where little changes
 //   steps       largest number of steps
 //   tolerance   relative decrease below which a step counts as small; after two such steps the descent ends
 //   energy      (1,) final energy, written

@@ -82,7 +82,7 @@ inline double gap_ahead(const Border &border, const double *tau, Index v) {
     return tau[border.following[v]] - tau[v] + border.laps[v];
 }
 
-// Fills in the derivatives of the curves' energy with respect to each τ, and the second derivatives with respect to
+// Fill in the derivatives of the curves' energy with respect to each τ, and the second derivatives with respect to
 // each gap.
 void border_derivatives(const Border &border, const double *tau, double *slope, double *curvature) {
     for (Index v = 0; v < border.count; v++) slope[v] = 0.0;
@@ -95,7 +95,7 @@ void border_derivatives(const Border &border, const double *tau, double *slope, 
     }
 }
 
-// Fills in the direction in which each constrained vertex may slide, a unit tangent or 0 to stay, and the limits of its
+// Fill in the direction in which each constrained vertex may slide, a unit tangent or 0 to stay, and the limits of its
 // step.
 //
 //   gradient    (n,) gradient of the energy in the plane
@@ -170,7 +170,7 @@ void restrict_matrix(const BlockPattern &pattern, const Constraints &constraints
     }
 }
 
-// Adds the second derivatives of the curves' energy to a restricted matrix.
+// Add the second derivatives of the curves' energy to a restricted matrix.
 void add_border_curvature(const BlockPattern &pattern, const Border &border, const Complex *directions,
                           const double *curvature, double *matrix) {
     for (Index v = 0; v < border.count; v++) {
@@ -182,7 +182,7 @@ void add_border_curvature(const BlockPattern &pattern, const Border &border, con
     }
 }
 
-// Fills in the displacements (n,) of held vertices to their goals; returns whether there are any.
+// Fill in the displacements (n,) of held vertices to their goals; returns whether there are any.
 bool ways_to_goals(const Constraints &constraints, const Complex *u, Complex *way, Index n) {
     bool moving = false;
     memset(way, 0, sizeof(Complex) * n);
@@ -194,7 +194,7 @@ bool ways_to_goals(const Constraints &constraints, const Complex *u, Complex *wa
     return moving;
 }
 
-// Adds the matrix times the displacements (n,) to the gradient (n,), both x + iy for each vertex.
+// Add the matrix times the displacements (n,) to the gradient (n,), both x + iy for each vertex.
 void add_product(const BlockPattern &pattern, const double *matrix, const Complex *way, Complex *gradient) {
     for (Index k = 0; k < pattern.n; k++) {
         Index row = pattern.order[k];
@@ -299,14 +299,14 @@ ICCM_EXPORT int64_t iccm_minimise_choose_directions(const Constraints *constrain
     return constraints->border.count;
 }
 
-// Fills in the point (1,) at arclength s of a rail with `size` vertices.
+// Fill in the point (1,) at arclength s of a rail with `size` vertices.
 ICCM_EXPORT int64_t iccm_minimise_point_at(const double *knots, const Complex *vertices, int64_t size, double s,
                                            Complex *point) {
     *point = point_at({knots, vertices, size, nullptr, 0}, s);
     return 1;
 }
 
-// Fills in the distances (2,) to the corners behind and ahead; returns whether s is on a corner.
+// Fill in the distances (2,) to the corners behind and ahead; returns whether s is on a corner.
 ICCM_EXPORT int64_t iccm_minimise_corners_beside(const double *knots, int64_t size, const double *corners,
                                                  int64_t corner_count, double s, double *distances) {
     auto [on, behind, ahead] = corners_beside({knots, nullptr, size, corners, corner_count}, s);

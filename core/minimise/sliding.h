@@ -86,7 +86,7 @@ void release(const Constraints &constraints, Workspace &space);
 // The largest share of the step, at most `most`, that keeps the curves' vertices well in order.
 double gap_limit(const Border &border, const double *tau, const double *slide, double most);
 
-// Fills in the positions after a share t of the step, new_u and new_tau; a whole step takes held vertices to their
+// Fill in the positions after a share t of the step, new_u and new_tau; a whole step takes held vertices to their
 // goals.
 void move(const Constraints &constraints, const Complex *u, const double *tau, double t, Workspace &space, Index n);
 

@@ -1,6 +1,6 @@
-// The rotation of a map is the argument φ of S = ∫ f_z dA, that is, of the mean derivative and of the rotation closest
-// to the map. S is linear in the image. The cost of a map is its energy times (1 + w (1 - cos φ)/2)^q: upside down, at
-// q = 1, 1 + w times as much as upright.
+// The rotation of a map is the argument φ of S = ∫ f_z dA, that is, the rotation of the mean derivative, which is the
+// one closest to the map. S is linear in the image. The cost of a map is its energy times (1 + w (1 - cos φ)/2)^q: if
+// q = 1, an upside-down map costs 1 + w times as much as an upright one.
 #include "minimise/upright.h"
 
 namespace iccm {
@@ -60,7 +60,7 @@ ICCM_EXPORT double iccm_minimise_rotation_factor(const Upright *upright, const C
     return rotation_factor(*upright, u, q, n);
 }
 
-// Fills in the angle's gradient (n,), and the two slopes (2,).
+// Fill in the angle's gradient (n,), and the two slopes (2,).
 ICCM_EXPORT int64_t iccm_minimise_rotation_derivatives(const Upright *upright, const Complex *u, double q,
                                                        Complex *turning, double *slopes, int64_t n) {
     auto [first, second] = rotation_derivatives(*upright, u, q, turning, n);

@@ -23,8 +23,8 @@ struct Row {
     }
 };
 
-// Fill in the nearest row of the set in each pixel's column, the upper one of two; -1 if the column has no pixel of the
-// set.
+// Fill in, for each pixel, the nearest row of its column that belongs to the set: the upper one if two are equally
+// near, -1 if the column has no pixel of the set.
 void nearest_rows(const bool *known, int64_t height, int64_t width, int32_t *rows) {
     for (Index i = 0; i < height; i++)
         for (Index j = 0; j < width; j++) {

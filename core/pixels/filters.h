@@ -97,8 +97,8 @@ inline double folded(double x, Index n, Edge edge) {
     return x;
 }
 
-// Copy texels of a level from (i, j) on to `scratch`, decoded and premultiplied; beyond the picture according to
-// `edge`.
+// Copy the rows × columns texels of a level that begin at (i, j) to `scratch`, decoded and premultiplied. Texels beyond
+// the picture follow from `edge`.
 template <typename Stored>
 void Filter<Stored>::copy(Index number, Index i, Index j, Index rows, Index columns) {
     constexpr Index NOWHERE = -1;
