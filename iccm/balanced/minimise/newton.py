@@ -106,7 +106,7 @@ class Workspace:
 
     @cached_property
     def record(self) -> Record:
-        """The record for the core."""
+        """The struct that is passed to the core."""
         return WorkspaceRecord(
             self.matrix,
             self.factor.record,
@@ -167,7 +167,7 @@ class System:
 
     @cached_property
     def record(self) -> Record:
-        """The record for the core."""
+        """The struct that is passed to the core."""
         return SystemRecord(
             self.pattern.record,
             self.faces,

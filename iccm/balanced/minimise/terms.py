@@ -117,7 +117,7 @@ class TermsOnMesh:
 
     @cached_property
     def record(self) -> Record:
-        """The record for the core."""
+        """The struct that is passed to the core."""
         if not self.terms:
             return TermsRecord(None, None)
         assert self._pattern is not None
