@@ -78,9 +78,7 @@ def interpreter(folder: Path) -> str:
 
 
 def folders(program: str) -> list[Path]:
-    """Return a program's folders for extensions, as reported by the program, its environment variables, or by
-    default.
-    """
+    """Return a program's folders for extensions, from the program, its environment variables, or the defaults."""
     return _of_inkscape() if program == "inkscape" else _of_blender()
 
 

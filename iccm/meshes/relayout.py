@@ -321,7 +321,10 @@ class TextureUse:
     def measure(
         cls, old: Charted, triangles: Flags | Index, size: tuple[int, int], tiles: Box | None = None
     ) -> "TextureUse":
-        """Measure some triangles of an old layout; `tiles` as for `Origin.places`."""
+        """Measure how some triangles of an old layout use its texture.
+
+        `tiles` is as for `Origin.places`.
+        """
         extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]
         areas = np.abs(triangle_areas(complex_of(old.uv[old.uv_faces[triangles]])))
         repetitions = float(np.sqrt(areas.sum() / (extent.real * extent.imag)))

@@ -120,7 +120,7 @@ def padded(pixels: NDArray, alpha: int, reach: int, fill: str) -> NDArray:
 
 
 class Warp:
-    """A warp prepared for its bands.
+    """A warp that is computed in bands of rows.
 
     Args:
         map: source → target, of any kind; or an STMap.

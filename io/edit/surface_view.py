@@ -64,7 +64,7 @@ class SurfaceView:
 
 
 def lay_out(job: Job, shape: MeshShape, image: Image, box: Box, most: int) -> Image:
-    """Return the texture of a mesh with its own coordinates, as a picture of a box in the plane of the flattening."""
+    """Resample the texture of a mesh to a box in the plane of the flattening, by the mesh's own texture coordinates."""
     texture = image.texture(box, kind=job.kind)
     placing = shape.placing(texture)
     size = box[1] - box[0]

@@ -76,7 +76,7 @@ class Objective(NamedTuple):
         return cls(float(theta), float(q), float(share), forward=forward)
 
     def record(self) -> Record:
-        """Return the record for the core."""
+        """Return the struct that is passed to the core."""
         return ObjectiveRecord(self.theta, self.q, self.share, self.epsilon, self.forward)
 
 
@@ -112,7 +112,7 @@ class RestShapes(NamedTuple):
         return total(self, u, objective)
 
     def record(self) -> Record:
-        """Return the record for the core."""
+        """Return the struct that is passed to the core."""
         m, aimed = len(self.corners), self.aims.size > 0
         return RestShapesRecord(self.corners, self.slots, self.gradients, self.weights, self.aims, m, aimed)
 

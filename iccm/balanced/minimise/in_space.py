@@ -65,7 +65,7 @@ class Ground(NamedTuple):
         return cls(locator.places, np.ascontiguousarray(points), slopes)
 
     def record(self) -> Record:
-        """Return the record for the core."""
+        """Return the struct that is passed to the core."""
         flat, faces, twin, grid, low, scale = self.places
         places = PlacesRecord(flat, faces, twin, grid, len(grid), low.real, low.imag, scale)
         return GroundRecord(places, self.points, self.slopes)
@@ -119,7 +119,7 @@ class SurfaceMap(NamedTuple):
         )
 
     def record(self) -> Record:
-        """Return the record for the core."""
+        """Return the struct that is passed to the core."""
         return SurfaceMapRecord(
             self.ground.record(),
             self.layout.record(),

@@ -69,7 +69,7 @@ NO_RAIL = Rail(np.array([0.0, 1.0]), np.zeros(1, np.complex128), np.empty(0))
 
 
 class Rails(NamedTuple):
-    """The rails of all constrained vertices, concatenated, the outline's first.
+    """The rails (curves on which vertices slide) of all constrained vertices, concatenated, the outline's first.
 
     Attributes:
         knots: of all rails.
@@ -99,7 +99,7 @@ class Rails(NamedTuple):
         return cls(knots, vertices, corners, starts, own, np.array(ends))
 
     def record(self) -> Record:
-        """Return the record for the core."""
+        """Return the struct that is passed to the core."""
         return RailsRecord(self.knots, self.vertices, self.corners, self.starts, self.own, self.ends)
 
 
@@ -129,7 +129,7 @@ class Border(NamedTuple):
         return Border(*(np.append(a, b) for a, b in zip(self, more)))
 
     def record(self) -> Record:
-        """Return the record for the core."""
+        """Return the struct that is passed to the core."""
         return BorderRecord(self.following, self.spans, self.stiffness, self.laps, self.following.size)
 
 
@@ -156,7 +156,7 @@ class Constraints(NamedTuple):
         return cls(kinds, u[those], Rails.of([NO_RAIL], 0 * those), Border.still(those))
 
     def record(self) -> Record:
-        """Return the record for the core."""
+        """Return the struct that is passed to the core."""
         return ConstraintsRecord(self.kinds, self.goals, self.rails.record(), self.border.record())
 
 

@@ -47,7 +47,7 @@ class Upright(NamedTuple):
         return cls(out, float(weight))
 
     def record(self) -> Record:
-        """Return the record for the core."""
+        """Return the struct that is passed to the core."""
         return UprightRecord(self.moments, self.weight)
 
 
