@@ -5,6 +5,7 @@ import hashlib
 import ntpath
 import os
 import stat
+from types import SimpleNamespace
 
 import pytest
 
@@ -237,7 +238,7 @@ def test_whole_surrogate_pairs_are_characters(tmp_path):
 
 
 def test_paths_on_several_drives(monkeypatch):
-    monkeypatch.setattr(files.os, "path", ntpath)
+    monkeypatch.setattr(files, "os", SimpleNamespace(path=ntpath))
     here = files.relative_path(r"C:\out\a.png", r"C:\out\site")
     there = files.relative_path(r"D:\out\a.png", r"C:\out\site")
     common = files.common_folder([r"C:\out\a", r"c:\out\b"])
