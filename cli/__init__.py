@@ -4,6 +4,7 @@ map       `iccm map`
 deform    `iccm deform`
 morph     `iccm morph`
 apply     `iccm apply`
+compose   `iccm compose`
 edit      `iccm edit`
 flatten   `iccm flatten`
 relayout  `iccm relayout`
@@ -45,6 +46,7 @@ COMMANDS = {
     "deform": "Deform a shape and its texture with pins and strokes.",
     "morph": "Animate one shape into another.",
     "apply": "Carry pictures, drawings, points, lines and polygons through a saved map.",
+    "compose": "Compose saved maps, or invert one.",
     "edit": "Place pins and strokes in the browser and watch the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",
     "relayout": "Carry textures from one UV layout of a mesh to another.",

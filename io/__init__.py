@@ -24,6 +24,7 @@ artwork/       drawings mapped as vector graphics
 run/           one job
 read           reading shapes and pictures from Python
 apply          `iccm apply` with a saved map
+compose        `iccm compose`
 batch/         many jobs
 check/         results compared with baselines
 edit/          the page of `iccm edit`

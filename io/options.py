@@ -317,6 +317,13 @@ class ApplyOptions:
     )
 
 
+@_table("compose")
+class ComposeOptions:
+    """Options of `iccm compose`."""
+
+    output: str = _option("The saved map to write (.npz).", "FILE", required=True, short="-o")
+
+
 @_table("flatten")
 class FlattenOptions:
     """Options of `iccm flatten`."""
@@ -575,7 +582,7 @@ class JobOptions:
     force: bool = _option(
         "Replace existing files.",
         default=False,
-        commands=(*EVERY, "morph", "flatten", "relayout", "batch", "info", "init"),
+        commands=(*EVERY, "compose", "morph", "flatten", "relayout", "batch", "info", "init"),
         basic=True,
         aliases=(("overwrite", "{}"),),
         words="replace clobber yes",
@@ -936,7 +943,7 @@ class EditOptions:
 
 
 @_table(
-    *("map", "deform", "morph", "apply", "edit", "flatten", "relayout"),
+    *("map", "deform", "morph", "apply", "compose", "edit", "flatten", "relayout"),
     *("batch", "init", "check", "info", "doctor", "completion", "plugins", "help"),
 )
 class MessageOptions:

@@ -20,7 +20,7 @@ ORDER = (
     "io.edit",
     "io.check",
     "io.batch",
-    "io.apply",
+    "io.apply io.compose",
     "io.run",
     "io.artwork",
     "io.geometry",

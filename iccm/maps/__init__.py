@@ -13,6 +13,7 @@ triangulated/     maps given by two triangulations
 refinement        triangulations of a polygon, with marked edges refined
 folds             the visible sheet of a folded map
 approximation     approximation of harmonic maps by triangulated ones, to a given error
+composition       several maps, one after the other, as one
 extended_inverse  preimages of points in the image and just outside
 boundary_image    the image of the boundary, to a given flatness
 moved_rings       images of closed polylines inside the source

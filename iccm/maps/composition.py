@@ -1,0 +1,172 @@
+"""Compose triangulated maps into one, on a mesh that is refined until it is accurate.
+
+The mesh lives in the plane between the first map and the second: there the first map's patches are straight
+triangles, and their edges stay edges of the result. An edge is split where its midpoint is mapped too far from the
+middle of its ends' images, on either side. Refinement ends before a triangle would fold, so that the result is
+one-to-one; `Composition.error` is the error that remains.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index
+from ..errors import InputError
+from ..flips import neighbours
+from ..plane import diagonal, triangle_areas
+from .refinement import Triangulation
+from .triangulated.map import TriangulatedMap
+
+ERROR_SHARE = 1e-4
+"""Of the diagonal of either side, at which refinement ends: a tenth of a pixel of 1000."""
+REFINEMENT_ROUNDS = 14
+"""Each halves edges; so many take an edge that is as long as the shape to ERROR_SHARE."""
+MOST_TRIANGLES = 200_000
+"""An irregular map could need more than is useful."""
+
+Function = Callable[[Complex], Complex]
+
+
+class Composition(NamedTuple):
+    """A composed map.
+
+    Attributes:
+        map: the map.
+        error: how far it is from the given maps at the middle of edges, 99 % of them, relative to the diagonal.
+    """
+
+    map: TriangulatedMap
+    error: float
+
+
+def composed(middle: Complex, faces: Index, backward: Function, forward: Function) -> Composition:
+    """Return the map that takes backward(p) to forward(p), for points p of the plane between both.
+
+    Parameters
+    ----------
+    middle
+        (n,) vertices of a mesh of that plane, at which the result is exact.
+    faces
+        (m, 3) its triangles, counter-clockwise.
+    backward, forward
+        Take points (p,) of the mesh to the source and to the image of the result.
+
+    Raises
+    ------
+    InputError
+        A point has no image on one side, or a triangle of the mesh is folded.
+    """
+
+    def both(points: Complex) -> Complex:
+        images = np.stack([backward(points), forward(points)])
+        if not np.isfinite(images).all():
+            raise InputError("a point where the maps meet lies outside one of them")
+        return images
+
+    faces = np.ascontiguousarray(faces, np.int64)
+    images = both(middle)
+    sizes = np.array([diagonal(w) for w in images])
+    found: Composition | None = None
+    for _ in range(REFINEMENT_ROUNDS):
+        mesh = Triangulation(middle, faces, neighbours(faces, middle.size))
+        i, j = mesh.edges.ends.T
+        folded = _folded(images, faces)
+        if folded.any():
+            faces, folded = flip_folded(images, mesh, folded)
+            mesh = Triangulation(middle, faces, neighbours(faces, middle.size))
+            i, j = mesh.edges.ends.T
+        away = both(0.5 * (middle[i] + middle[j])) - 0.5 * (images[:, i] + images[:, j])
+        errors = (np.abs(away) / sizes[:, None]).max(axis=0)
+        if not folded.any():
+            rim = mesh.edges.ends[mesh.edges.rim]
+            map = TriangulatedMap(images[0], images[1], faces, loops_of(middle, rim))
+            found = Composition(map, float(np.quantile(errors, 0.99)))
+        elif found is not None:
+            break  # smaller triangles straddle bends of the maps between them
+        marked = errors > ERROR_SHARE
+        marked[mesh.edges.sides[folded]] = True
+        if not marked.any() or len(faces) > MOST_TRIANGLES:
+            break
+        before = middle.size
+        middle, faces = bisected(mesh, marked)
+        images = np.concatenate([images, both(middle[before:])], axis=1)
+    if found is None:
+        raise InputError("no composition without folds was found; a map between them is too irregular")
+    return found
+
+
+def _folded(images: Complex, faces: Index) -> Flags:
+    """Return (m,) the triangles without a positive area on either side."""
+    flags: Flags = ~np.all([triangle_areas(w[faces]) > 0 for w in images], axis=0)
+    return flags
+
+
+def flip_folded(images: Complex, mesh: Triangulation, folded: Flags) -> tuple[Index, Flags]:
+    """Flip edges of folded triangles where that unfolds them.
+
+    Returns the triangles (m, 3), and which of them are still folded.
+
+    A triangle that straddles a sharp bend of a map is folded though the map is not; with the other diagonal of the
+    quadrilateral, the edge follows the bend.
+    """
+    faces, across, folded = mesh.faces.copy(), mesh.across, folded.copy()
+    changed = np.zeros(len(faces), bool)
+    for t in np.flatnonzero(folded):
+        for k in range(3):
+            other = across[t, k]
+            if other < 0 or changed[t] or changed[other]:
+                continue  # neighbours are known only of triangles that have not changed
+            a, b, c = np.roll(faces[t], -k)
+            d = faces[other][~np.isin(faces[other], [b, c])][0]
+            pair = np.array([[a, b, d], [a, d, c]])
+            if not _folded(images, pair).any() and not (triangle_areas(mesh.z[pair]) <= 0).any():
+                faces[[t, other]] = pair
+                folded[[t, other]], changed[[t, other]] = False, True
+    return faces, folded
+
+
+def bisected(mesh: Triangulation, marked: Flags) -> tuple[Complex, Index]:
+    """Return vertices and triangles with the marked edges (e,) split.
+
+    The longest sides of their triangles are split, too, so that triangles keep a good shape (Rivara, *Algorithms for
+    refining triangular grids*, 1984). No edge is flipped.
+    """
+    ends, sides, z, faces = mesh.edges.ends, mesh.edges.sides, mesh.z, mesh.faces
+    length = np.abs(np.diff(z[ends], axis=1)[:, 0])
+    longest = sides[np.arange(len(sides)), length[sides].argmax(axis=1)]
+    marked, before = marked.copy(), 0
+    while before < (count := int(marked.sum())):
+        before = count
+        marked[longest[marked[sides].any(axis=1)]] = True
+    number = np.full(marked.size, -1)
+    number[marked] = z.size + np.arange(int(marked.sum()))
+    first = length[sides].argmax(axis=1)
+    turn = (first[:, None] + np.arange(3)) % 3  # the longest side lies opposite corner a
+    (a, b, c), (p, q, r) = (np.take_along_axis(values, turn, axis=1).T for values in (faces, number[sides]))
+    cut = p >= 0
+    parts = [
+        (~cut, (a, b, c)),
+        (cut & (r < 0), (a, b, p)),
+        (cut & (r >= 0), (r, b, p)),
+        (cut & (r >= 0), (a, r, p)),
+        (cut & (q < 0), (a, p, c)),
+        (cut & (q >= 0), (a, p, q)),
+        (cut & (q >= 0), (q, p, c)),
+    ]
+    split = np.concatenate([np.stack(corners, axis=1)[where] for where, corners in parts])
+    return np.append(z, z[ends[marked]].mean(axis=1)), split
+
+
+def loops_of(z: Complex, rim: Index) -> tuple[Index, ...]:
+    """Return the loops that boundary edges (r, 2) form, the outer one, which reaches farthest left, first."""
+    after = dict(rim.tolist())
+    loops = []
+    while after:
+        start, following = after.popitem()
+        loop = [start]
+        while following != start:
+            loop.append(following)
+            following = after.pop(following)
+        loops.append(np.array(loop))
+    return tuple(sorted(loops, key=lambda loop: z[loop].real.min()))

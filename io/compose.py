@@ -1,0 +1,203 @@
+"""Saved maps composed into one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..arrays import Complex
+from ..curve import Curve, hausdorff
+from ..errors import InputError, naming
+from ..maps.approximation import triangulated
+from ..maps.composition import Function, composed
+from ..maps.triangulated.map import NEAR_SHARE, TriangulatedMap
+from ..plane import diagonal
+from ..result import Fit
+from ..saved.map_file import Plane
+from ..saved.map_file import read as read_file
+from ..status import Status
+from . import files
+
+INVERSE_MARK = "~"
+"""Before the name of a map's file: the inverse of that map."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A saved map, or its inverse, as a part of a composition.
+
+    Attributes:
+        name: as typed.
+        fit: the saved map.
+        map: its mesh, from the source of this step to its target.
+        forward: maps points of its source, NaN outside.
+        backward: the inverse.
+        planes: of this step's source and target.
+        is_inverse: whether it is the inverse of the saved map.
+    """
+
+    name: str
+    fit: Fit
+    map: TriangulatedMap
+    forward: Function
+    backward: Function
+    planes: tuple[Plane, Plane]
+    is_inverse: bool
+
+    @classmethod
+    def read(cls, name: str) -> Step:
+        """Read a step from a file, whose name may begin with `~`.
+
+        Raises:
+            InputError: the file does not contain a valid map, or one that cannot be composed.
+        """
+        is_inverse = name.startswith(INVERSE_MARK)
+        path = name.removeprefix(INVERSE_MARK)
+        held = read_file(files.open_input(path))
+        with naming(path):
+            fit = Fit.of(held)
+        if fit.target is None or fit.filled is not None:
+            what = "the map of a deformation" if fit.target is None else "a map of parts of its shapes"
+            raise InputError(f"{path}: {what} cannot be composed; use maps of whole shapes (--fit whole)")
+        map = triangulated(fit.map)
+        if map.seen is not None:
+            raise InputError(f"{path}: the map folds, so it cannot be composed")
+        if is_inverse:
+            back = replace(map.linear_inverse(), axes=fit.axes[::-1])
+            return cls(name, fit, back, map.inverse, _everywhere(map), held.planes[::-1], is_inverse)
+        map = replace(map, axes=fit.axes)
+        return cls(name, fit, map, _everywhere(map), map.inverse, held.planes, is_inverse)
+
+    @property
+    def outlines(self) -> tuple[list[Curve], list[Curve]]:
+        """The boundaries of its source and of its target as the mesh has them, the outer ones first."""
+        return tuple([Curve(w[loop]) for loop in self.map.loops] for w in (self.map.source, self.map.image))  # type: ignore[return-value]
+
+    @property
+    def domains(self) -> tuple[tuple[Curve, Sequence[Curve]], tuple[Curve, Sequence[Curve]]]:
+        """Outline and holes of its source and of its target, as they were given."""
+        assert self.fit.target is not None
+        both = (self.fit.source, self.fit.source_holes), (self.fit.target, self.fit.target_holes)
+        return both[::-1] if self.is_inverse else both
+
+
+def _everywhere(map: TriangulatedMap) -> Function:
+    """Return a map that also has images on slivers.
+
+    The quadratic patch of a triangle whose sides are bent by more than its width may not find its points, and
+    they would be taken for points outside. There the triangle's linear map is used.
+    """
+    straight = replace(map, bulge=np.zeros_like(map.bulges))
+
+    def function(z: Complex) -> Complex:
+        w = map.jet(z)[0]
+        lost = np.isnan(w)
+        if lost.any():
+            w[lost] = straight.jet(z[lost])[0]
+        return w
+
+    return function
+
+
+def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
+    """Return the composition of saved maps, the first of which is applied first, and the planes it maps between.
+
+    Parameters
+    ----------
+    names
+        Files of maps; `~name` is the inverse of a map.
+
+    Raises
+    ------
+    InputError
+        A file does not contain a map that can be composed, or a map does not begin where the one before ends.
+    """
+    steps = [Step.read(name) for name in names]
+    for before, after in pairwise(steps):
+        _check_joint(before, after)
+    first, last = steps[0], steps[-1]
+
+    def forward(points: Complex) -> Complex:
+        for step in steps[1:]:
+            points = step.forward(points)
+        return points
+
+    def backward(points: Complex) -> Complex:
+        for step in steps[-2::-1]:
+            points = step.backward(points)
+        return points
+
+    with naming(" ".join(names)):
+        try:
+            map, error = composed(first.map.image, first.map.faces, first.backward, forward)
+        except InputError:  # the mesh of the last map may do where that of the first one does not
+            map, error = composed(last.map.source, last.map.faces, backward, last.forward)
+    map = replace(map, axes=(first.map.axes[0], last.map.axes[1]))
+    (source, source_holes), (target, target_holes) = first.domains[0], last.domains[1]
+    drawings = None
+    if all(step.fit.drawings for step in steps):
+        begin, end = first.fit.drawings or (), last.fit.drawings or ()
+        drawings = begin[-1 if first.is_inverse else 0], end[0 if last.is_inverse else -1]
+    fit = Fit(
+        map,
+        Status.REACHED,
+        [],
+        source,
+        target,
+        first.fit.pins[:0],
+        [],
+        [f"Composed of {', '.join(names)}, to within {error:.1e} of the diagonal."],
+        source_holes=source_holes,
+        target_holes=target_holes,
+        hole_partners=[
+            (_nearest(map.source[loop], source_holes), _nearest(map.image[loop], target_holes))
+            for loop in map.loops[1:]
+        ],
+        tolerance=max(step.fit.tolerance for step in steps),
+        axes=map.axes,
+        drawings=drawings,
+    )
+    if not fit.certificate.certified:
+        fit = replace(fit, ended=Status.FOLDED)
+    elif fit.is_far_off:
+        fit = replace(fit, ended=Status.GAP)
+    return fit, (first.planes[0], last.planes[1])
+
+
+def _check_joint(before: Step, after: Step) -> None:
+    """Check that a map begins on the shape on which the map before it ends.
+
+    Raises:
+        InputError: it does not; the message states how far the outlines are from each other.
+    """
+    ends, begins = before.outlines[1], after.outlines[0]
+    if len(ends) != len(begins):
+        raise InputError(
+            f"{after.name}: its source has {len(begins) - 1} holes, but the target of {before.name} has "
+            f"{len(ends) - 1}; compose maps that meet in the same shape"
+        )
+    if before.planes[1].down != after.planes[0].down:
+        raise InputError(
+            f"{after.name}: y points the other way than in the target of {before.name}; make both maps with the same "
+            "file of the shape between them"
+        )
+    size = diagonal(ends[0].z)
+    apart = max(min(hausdorff(end, begin) for begin in begins) for end in ends) / size
+    if apart > NEAR_SHARE:
+        raise InputError(
+            f"{after.name}: its source is not the target of {before.name}: their outlines are up to {apart:.2%} "
+            "of the diagonal apart. Maps of whole drawings go by way of frames, which may differ; --parts largest maps "
+            "outlines"
+        )
+
+
+def _nearest(loop: Complex, holes: Sequence[Curve]) -> int:
+    """Return the number of the hole that a loop of a mesh is the boundary of; -1 for none."""
+    if not holes:
+        return -1
+    away = [hausdorff(Curve(loop), hole) / hole.diagonal for hole in holes]
+    nearest = min(range(len(holes)), key=away.__getitem__)
+    return nearest if away[nearest] <= 0.5 else -1

@@ -1,0 +1,112 @@
+"""`iccm compose`: saved maps one after the other, and their inverses."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import iccm as core
+
+CIRCLE = np.exp(2j * np.pi * np.arange(48) / 48)
+LEAF = CIRCLE * (2 + 0.4 * np.cos(2 * np.angle(CIRCLE)) + 0.2 * np.sin(np.angle(CIRCLE))) + 1
+ELL = np.array([0, 6, 6 + 2j, 2.5 + 2j, 2.5 + 4j, 4j])
+BOX = np.array([0, 5, 5 + 3j, 3j])
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with maps from a leaf to an L, from the L to a box, and from a ring to another."""
+    folder = tmp_path_factory.mktemp("maps")
+    core.fit(LEAF, ELL, fit="whole").save(folder / "leaf-ell.npz")
+    core.fit(ELL, BOX, fit="whole").save(folder / "ell-box.npz")
+    core.deform(BOX, pins=[(1 + 1j, 1 + 1j), (4 + 2j, 4.3 + 2.2j)]).save(folder / "bent.npz")
+    holes = {"source_holes": [0.4 * CIRCLE[::-1] + 1.3], "target_holes": [0.5 * CIRCLE[::-1] + 1.2 + 1.4j]}
+    core.fit(LEAF, BOX, fit="whole", holes="keep", **holes).save(folder / "rings.npz")
+    return folder
+
+
+@pytest.fixture
+def maps(made, tmp_path, monkeypatch):
+    """Those maps in the current folder."""
+    for path in made.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    monkeypatch.chdir(tmp_path)
+
+
+def error(found, wanted, diagonal):
+    """The distance of points that 99 % of them keep, relative to a diagonal; none may be missing."""
+    away = np.abs(found - wanted) / diagonal
+    assert np.isfinite(away).all()
+    return np.quantile(away, 0.99)
+
+
+def test_maps_are_composed_and_certified_again(maps, iccm):
+    typed = iccm("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz")
+    assert typed.code == 0, typed.err
+    first, second, both = (core.load(f"{name}.npz") for name in ("leaf-ell", "ell-box", "leaf-box"))
+    assert both.certificate.certified and both.status.ok
+    assert both.boundary["hausdorff"] < 1e-3
+    z = both.interior
+    assert error(both.map(z), second.map(first.map(z)), both.diagonal) < 2e-4
+    w = both.map(z)
+    assert error(both.inverse(w), first.inverse(second.inverse(w)), both.diagonal) < 2e-4
+    area = np.abs(both.target.area)
+    assert area == pytest.approx(15) and both.target.distances(both.image).max() < 1e-3 * both.diagonal
+
+
+def test_a_tilde_inverts_a_map_in_any_place(maps, iccm):
+    assert iccm("compose", "~ell-box.npz", "~leaf-ell.npz", "-o", "box-leaf.npz").code == 0
+    assert iccm("compose", "~leaf-ell.npz", "-o", "ell-leaf.npz").code == 0
+    assert iccm("compose", "leaf-ell.npz", "ell-leaf.npz", "-o", "same.npz").code == 0
+    first, second = core.load("leaf-ell.npz"), core.load("ell-box.npz")
+    back, inverse, same = (core.load(f"{name}.npz") for name in ("box-leaf", "ell-leaf", "same"))
+    assert back.certificate.certified and inverse.certificate.certified
+    w = inverse.interior
+    assert error(inverse.map(w), first.inverse(w), first.diagonal) < 2e-4
+    z = same.interior
+    assert error(same.map(z), z, same.diagonal) < 4e-4  # two approximations
+    u = back.interior
+    assert error(back.map(u), first.inverse(second.inverse(u)), back.diagonal) < 4e-4
+
+
+def test_holes_are_composed_too(maps, iccm):
+    assert iccm("compose", "rings.npz", "~rings.npz", "-o", "same.npz").code == 0
+    same = core.load("same.npz")
+    assert same.certificate.certified and len(same.map.loops) == 2 and list(same.hole_partners) == [(0, 0)]
+    assert error(same.map(same.interior), same.interior, same.diagonal) < 4e-4
+    assert not np.isfinite(same.map(np.array([1.3 + 0j]))).any()  # in the hole
+
+
+def test_a_composition_carries_what_its_maps_carry_one_after_the_other(maps, iccm):
+    Path("p.csv").write_text("x,y\n1,0.5\n-0.2,0.1\n2.5,-0.7\n")
+    for command in (
+        ("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz"),
+        ("apply", "leaf-ell.npz", "p.csv", "-o", "q.csv"),
+        ("apply", "ell-box.npz", "q.csv", "-o", "r.csv"),
+        ("apply", "leaf-box.npz", "p.csv", "-o", "s.csv"),
+    ):
+        assert iccm(*command).code == 0
+    one_by_one, at_once = (np.loadtxt(name, delimiter=",", skiprows=1) for name in ("r.csv", "s.csv"))
+    assert np.abs(one_by_one - at_once).max() < 1e-3 * abs(5 + 3j)
+    assert np.ptp(at_once, axis=0).min() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("ell-box.npz", "leaf-ell.npz", "-o", "no.npz"), ("leaf-ell.npz", "ell-box.npz", "outlines")),
+        (("leaf-ell.npz", "~ell-box.npz", "-o", "no.npz"), ("~ell-box.npz", "outlines")),
+        (("rings.npz", "~ell-box.npz", "-o", "no.npz"), ("~ell-box.npz", "holes")),
+        (("bent.npz", "-o", "no.npz"), ("bent.npz", "deformation")),
+        (("~none.npz", "-o", "no.npz"), ("none.npz", "no such file")),
+        (("leaf-ell.npz", "-o", "no.png"), ("no.png", ".npz")),
+        (("leaf-ell.npz", "-o", "leaf-ell.npz"), ("leaf-ell.npz",)),
+        (("leaf-ell.npz", "-o", "ell-box.npz"), ("ell-box.npz", "exists")),
+    ],
+)
+def test_wrong_compositions_are_refused_in_one_line(maps, iccm, arguments, words):
+    before = {path.name: path.read_bytes() for path in Path().iterdir()}
+    typed = iccm("compose", *arguments)
+    assert typed.code == 2 and len(typed.lines) == 1
+    assert all(word in typed.err for word in words)
+    assert {path.name: path.read_bytes() for path in Path().iterdir()} == before
