@@ -33,37 +33,80 @@ struct Place {
     double l1, l2, away;
 };
 
-// The parameters of point z on a patch: Newton's method from the solution for the straight triangle, which ends with
-// its first step if the patch is straight.
-//
-// If a thin patch is bent by many times its width, the quadratic has a second solution outside; steps therefore start
-// close to the triangle. If the method does not converge, the point is outside and its distance is infinite.
-Place locate(const Complex *c, Complex z) {
-    constexpr int MAX_STEPS = 12;     // 3 to 5 are usual, 6 was the most in millions of points on the most bent patches
+// Parameters on a patch, from which a step of Newton's method starts.
+struct Start {
+    double l1, l2;
+};
+
+// The start with each parameter at least -OUTSIDE, rescaled to the sum 1.
+Start clamped(const Complex &, const Complex &, double l1, double l2) {
     constexpr double OUTSIDE = 0.05;  // barycentric: how far outside a step may start
+    double l0 = max(1 - l1 - l2, -OUTSIDE);
+    l1 = max(l1, -OUTSIDE), l2 = max(l2, -OUTSIDE);
+    double sum = l0 + l1 + l2;
+    return {l1 / sum, l2 / sum};
+}
+
+// The start whose point on the straight triangle, with sides u and v from its first corner, is closest.
+//
+// On a triangle that is much longer than wide, this moves a point across and keeps its place along, where clamping
+// moves it along as well.
+Start projected(const Complex &u, const Complex &v, double l1, double l2) {
+    if (l1 >= 0 && l2 >= 0 && l1 + l2 <= 1) return {l1, l2};
+    const Complex z = l1 * u + l2 * v, side = v - u;
+    auto share = [](Complex from, Complex along) { return min(max(dot(from, along) / dot(along, along), 0.0), 1.0); };
+    double first = share(z, u), second = share(z, v), third = share(z - u, side);
+    const Start starts[3] = {{first, 0}, {0, second}, {1 - third, third}};
+    Start best = starts[0];
+    double least = INFINITY;
+    for (const Start &start : starts) {
+        double distance = size(z - (start.l1 * u + start.l2 * v));
+        if (distance < least) best = start, least = distance;
+    }
+    return best;
+}
+
+// Newton's method for the parameters of point z on a bent patch, from `place`, with steps that begin at `start_at`.
+// Returns whether it converged.
+template <class StartAt>
+bool descend(const Complex *c, Complex z, Place &place, StartAt start_at) {
+    constexpr int MAX_STEPS = 12;        // 3 to 5 are usual
     constexpr double SMALL_STEP = 1e-8;  // the error after a step is about its square
     Complex u = c[1] - c[0], v = c[2] - c[0], r0 = z - c[0];
+    for (int step = 0; step < MAX_STEPS; ++step) {
+        Start start = start_at(u, v, place.l1, place.l2);
+        double l1 = start.l1, l2 = start.l2, l0 = 1 - l1 - l2;
+        Complex r = r0 - (l1 * u + l2 * v + bulge_at(c, l0, l1, l2));
+        Tangents to = tangents(c, u, v, l0, l1, l2);
+        double jacobian = cross(to.first, to.second);
+        double h1 = cross(r, to.second) / jacobian, h2 = cross(to.first, r) / jacobian;
+        place.l1 = l1 + h1, place.l2 = l2 + h2;
+        if (fabs(h1) + fabs(h2) < SMALL_STEP) return true;
+    }
+    return false;
+}
+
+// The parameters of point z on a patch: Newton's method from the solution for the straight triangle, which is the
+// result if the patch is straight.
+//
+// If a thin patch is bent by many times its width, the quadratic has a second solution outside; steps therefore start
+// close to the triangle. If the method converges with neither way to start, the point is outside and its distance is
+// infinite.
+Place locate(const Complex *c, Complex z) {
+    Complex u = c[1] - c[0], v = c[2] - c[0], r0 = z - c[0];
     double area = cross(u, v);
-    double l1 = cross(r0, v) / area, l2 = cross(u, r0) / area;
+    const Place straight = {cross(r0, v) / area, cross(u, r0) / area, INFINITY};
+    Place place = straight;
     const Complex zero = {0, 0};
     if (c[3] != zero || c[4] != zero || c[5] != zero) {
-        bool ended = false;
-        for (int step = 0; step < MAX_STEPS && !ended; ++step) {
-            double l0 = max(1 - l1 - l2, -OUTSIDE);
-            l1 = max(l1, -OUTSIDE), l2 = max(l2, -OUTSIDE);
-            double sum = l0 + l1 + l2;
-            l1 = l1 / sum, l2 = l2 / sum, l0 = 1 - l1 - l2;
-            Complex r = r0 - (l1 * u + l2 * v + bulge_at(c, l0, l1, l2));
-            Tangents to = tangents(c, u, v, l0, l1, l2);
-            double jacobian = cross(to.first, to.second);
-            double h1 = cross(r, to.second) / jacobian, h2 = cross(to.first, r) / jacobian;
-            l1 = l1 + h1, l2 = l2 + h2;
-            ended = fabs(h1) + fabs(h2) < SMALL_STEP;
+        if (!descend(c, z, place, clamped)) {
+            place = straight;
+            if (!descend(c, z, place, projected)) return {place.l1, place.l2, INFINITY};
         }
-        if (!ended) return {l1, l2, INFINITY};
     }
-    double away = max(max(-(1 - l1 - l2) / size(v - u), -l1 / size(v)), -l2 / size(u)) * fabs(area);
-    return {l1, l2, away};
+    double l1 = place.l1, l2 = place.l2;
+    place.away = max(max(-(1 - l1 - l2) / size(v - u), -l1 / size(v)), -l2 / size(u)) * fabs(area);
+    return place;
 }
 
 // The largest relative deviation of a patch's derivative from that of its triangle, which is attained at a corner,

@@ -41,24 +41,53 @@ def solve(c, z):
     """Return the parameters L_1 and L_2 of a point on a patch (6,), and its distance outside, in units of the plane.
 
     Uses Newton's method from the straight triangle's solution. If a thin patch is bent by many times its width, the
-    quadratic has a second solution outside, so steps start within BESIDE of the triangle; if the method does not
-    converge, the point is outside at infinite distance.
+    quadratic has a second solution outside, so steps start within BESIDE of the triangle; if they do not converge, each
+    starts at the closest point of the triangle. If these do not either, the point is outside at infinite distance.
     """
     u, v, r0 = c[1] - c[0], c[2] - c[0], z - c[0]
     area = u.real * v.imag - u.imag * v.real
     l1 = (r0.real * v.imag - r0.imag * v.real) / area
     l2 = (u.real * r0.imag - u.imag * r0.real) / area
     if c[3] != 0 or c[4] != 0 or c[5] != 0:
-        for _ in range(STEPS):
-            l1, l2 = _pulled_in(l1, l2)
-            h1, h2 = _step(c, u, v, r0, l1, l2)
-            l1, l2 = l1 + h1, l2 + h2
-            if abs(h1) + abs(h2) < 1e-8:  # the error after the step is about its square
-                break
-        else:
+        straight = l1, l2
+        l1, l2, converged = _descend(c, u, v, r0, straight, lambda l1, l2: _pulled_in(l1, l2))
+        if not converged:
+            l1, l2, converged = _descend(c, u, v, r0, straight, lambda l1, l2: _projected(u, v, l1, l2))
+        if not converged:
             return l1, l2, np.inf
     away = max(-(1 - l1 - l2) / abs(v - u), -l1 / abs(v), -l2 / abs(u)) * abs(area)
     return l1, l2, away
+
+
+def _descend(c, u, v, r0, straight, start_at):
+    """Return the parameters after Newton's method, and whether it converged."""
+    l1, l2 = straight
+    for _ in range(STEPS):
+        l1, l2 = start_at(l1, l2)
+        h1, h2 = _step(c, u, v, r0, l1, l2)
+        l1, l2 = l1 + h1, l2 + h2
+        if abs(h1) + abs(h2) < 1e-8:  # the error after the step is about its square
+            return l1, l2, True
+    return l1, l2, False
+
+
+def _projected(u, v, l1, l2):
+    """Return the parameters of the closest point of the straight triangle."""
+    if l1 >= 0 and l2 >= 0 and l1 + l2 <= 1:
+        return l1, l2
+
+    def share(a, b):
+        dot = a.real * b.real + a.imag * b.imag
+        return min(max(dot / (b.real * b.real + b.imag * b.imag), 0.0), 1.0)
+
+    z = l1 * u + l2 * v
+    third = share(z - u, v - u)
+    starts = [(share(z, u), 0.0), (0.0, share(z, v)), (1 - third, third)]
+    return min(starts, key=lambda start: np.hypot(*_parts(z - (start[0] * u + start[1] * v))))
+
+
+def _parts(z):
+    return z.real, z.imag
 
 
 def _pulled_in(l1, l2):

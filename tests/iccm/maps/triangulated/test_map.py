@@ -279,3 +279,14 @@ def test_the_most_bent_patches_are_inverted():
     found = np.array([solve(patches[t], z[t]) for t in triangle])
     assert np.abs(found[:, :2] - place[:, 1:]).max() < 1e-6
     assert found[:, 2].max() < 1e-12
+
+
+def test_a_patch_bent_by_many_times_its_width_is_inverted():
+    corners = [0, 0.0012103 - 0.0016471j, 0.8015406 + 0.6378634j]
+    bulges = [0.00164 + 0.0350331j, 0.0015095 + 0.0351483j, 1.7e-5 - 2.32e-5j]
+    patch = np.array([*corners, *bulges])
+    place = np.random.default_rng(2).dirichlet([0.7] * 3, 2000)
+    z = evaluate(patch[None], SQUARE[None, :3], np.zeros(2000, int), place)[0]
+    found = np.array([solve(patch, point) for point in z])
+    assert np.abs(found[:, :2] - place[:, 1:]).max() < 1e-6
+    assert found[:, 2].max() < 1e-12
