@@ -235,7 +235,8 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
     carried = start
     if start is not None:
         carried = carry_map(start, source, target, (problem.source_holes, problem.target_holes))
-        moved = moved or carried is not start
+    outlines_moved = carried is not start
+    moved = moved or outlines_moved
     strokes = problem.strokes
     given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named_partners(given, source, target, problem.pins, strokes)
@@ -261,6 +262,7 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
             carried,
             problem.rigid_target,
             moved=moved,
+            outlines_moved=outlines_moved,
         )
     else:
         found = solved(
@@ -275,6 +277,7 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
             problem.rigid,
             fields,
             moved=moved,
+            outlines_moved=outlines_moved,
             softness=softness,
             stroke_widths=problem.stroke_widths,
         )
@@ -299,6 +302,7 @@ def solve_inverse(
     rigid: Sequence[Complex],
     *,
     moved: bool,
+    outlines_moved: bool,
 ) -> Solution:
     """Solve a problem with rigid regions of the target through its inverse, in which they are regions of the source.
 
@@ -324,6 +328,7 @@ def solve_inverse(
         start and start.linear_inverse(),
         rigid,
         moved=moved,
+        outlines_moved=outlines_moved,
     )
     said, told = unequal(swapped), unequal(holes)
     notes = [note for note in found.notes if note not in said]

@@ -48,6 +48,7 @@ def solve(
     fields: tuple[Field | None, Field | None] = (None, None),
     *,
     moved: bool = False,
+    outlines_moved: bool = False,
     softness: Softness | None = None,
     stroke_widths: Sequence[float] = (),
 ) -> Solution:
@@ -68,6 +69,7 @@ def solve(
         softness: of the pins; None if all are exact.
         stroke_widths: widths of the bands around strokes that keep their shape; empty for none.
         moved: whether the start needs a new mesh, because its outlines or options were different.
+        outlines_moved: whether its outlines were different.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -94,7 +96,13 @@ def solve(
         journal.notes += [*unequal(holes), *given.notes]
         before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
         state, met = multilevel.constrained_map(
-            *curves, given.unit(frames), settings, journal, before, moved=moved
+            *curves,
+            given.unit(frames),
+            settings,
+            journal,
+            before,
+            moved=moved,
+            outlines_moved=outlines_moved,
         )
         if rigid:
             regions = regions_of(rigid, source, holes.source, pins, strokes)

@@ -63,6 +63,10 @@ USELESS_ENERGY = HOPELESS * LOST_POINT_ENERGY
 """Energy from which a coarse map with pins is useless: on average, lengths change 50 times as much in one
 direction as in the other.
 """
+SLIDING_BALANCE = 2.0
+"""Balance up to which outlines slide in a sequence. With larger weights of areas, their steps end before they have
+converged: with 4, the energy of a map onto a moved outline was 1000 times that of a map from scratch.
+"""
 NO_MAP = "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
 SIMILAR = "The shapes are similar: the map is the similarity."
 ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
@@ -80,6 +84,7 @@ def constrained_map(
     start: MeshMap | None = None,
     *,
     moved: bool = False,
+    outlines_moved: bool = False,
 ) -> tuple[MeshMap, bool]:
     """Return the map in unit coordinates that meets pins and strokes, and whether it does.
 
@@ -92,6 +97,7 @@ def constrained_map(
         journal: collects energies and notes.
         start: an earlier map to start from.
         moved: whether to solve on a new mesh in any case.
+        outlines_moved: whether the start was carried from other outlines.
 
     Raises:
         NoMapError: none without folds was found.
@@ -105,15 +111,18 @@ def constrained_map(
         source, target = (with_points(c, side) for c, side in zip((source, target), pins.outer.T))
         source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
     problem = problem_of(source, target, holes, pins, settings, None if moved else start)
+    # With other sizes, material has to move past corners.
+    slides = moved and settings.metric is not None
+    slides = slides or (outlines_moved and settings.energy.balance <= SLIDING_BALANCE)
     # The target's holes are filled, in the inverse problem.
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):
-        back, met = solve_from(problem.inverse(), start.inverse(), settings, journal, moved=moved)
+        back, met = solve_from(problem.inverse(), start.inverse(), settings, journal, slides=slides)
         # Else solve from scratch: the triangles that fill holes are not in the earlier map, and may be in the
         # way.
         if met:
             return back.inverse(), met
     elif start is not None:
-        return solve_from(problem, start, settings, journal, moved=moved)
+        return solve_from(problem, start, settings, journal, slides=slides)
     used, found = coarse_to_fine(problem, journal)
     for partial in bay_choices(problem, settings):
         log = SolveLog()
@@ -170,19 +179,19 @@ def energy_of(settings: Settings, pins: Pins) -> Energy:
 
 
 def solve_from(
-    problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, moved: bool = False
+    problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, slides: bool = False
 ) -> tuple[DiscreteMap, bool]:
     """Return the map that starts from an earlier one, and whether it meets all constraints.
 
-    Where outlines have `moved`, or other sizes are asked for, the correspondence of the outlines is optimized again.
-    Otherwise each map of a sequence would keep the one that was carried to its outlines, and their shear would add up:
-    a flag that waves would only be sheared, and its lettering would not rotate with the cloth.
+    If the outlines slide, their correspondence is optimized again. Where outlines have moved, each map of a sequence
+    would otherwise keep the one that was carried to its outlines, and their shear would add up: a flag that waves would
+    only be sheared, and its lettering would not rotate with the cloth.
 
     Raises:
         NoMapError: the earlier map cannot be transferred to these outlines without folds.
     """
     with suppress(Stuck):
-        if moved:
+        if slides:
             state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start)
             return meet_bounds(state, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)

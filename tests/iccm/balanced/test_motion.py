@@ -123,3 +123,13 @@ def test_a_flag_does_not_shear_further_the_longer_it_waves():
         fit = iccm.fit(source, banner(phase)[1], fit="whole", start=fit)
         costs.append(fit.energies[-1]["total"])
     assert costs[-1] == pytest.approx(costs[0], rel=0.01)
+
+
+@pytest.mark.parametrize("balance", [2.0, 4.0, 10.0])
+def test_a_map_onto_moved_outlines_costs_little_more_than_one_from_scratch_whatever_the_balance(balance):
+    source, target = np.array([0, 3, 3 + 2j, 2j]), banner(0.0)[1] / 40
+    moved = target + 0.15j * np.sin(target.real)
+    start = iccm.fit(source, target, fit="whole", balance=balance)
+    found = iccm.fit(source, moved, fit="whole", balance=balance, start=start)
+    alone = iccm.fit(source, moved, fit="whole", balance=balance)
+    assert found.status.ok and found.energies[-1]["total"] < 1.1 * alone.energies[-1]["total"]

@@ -376,7 +376,7 @@ def test_the_seam_of_a_large_surface_grows_on_a_coarser_triangulation(monkeypatc
 def test_ways_of_a_seam_that_it_does_without_are_left_out(monkeypatch):
     patch = disk_patch(sphere(40, 30), cut=True)
     start = method._start(patch, patch.loops[0])
-    _, _, alone = method._with_seam(start, True)
+    _, _, alone = method._with_seam(start, True, method.SEAM_ROUNDS)
     rim, ends, asked = np.concatenate(patch.loops), seams.ends, []
     beside = patch.faces[np.isin(patch.faces, rim).sum(axis=1) == 1]
     short = int(np.setdiff1d(beside, rim)[0])  # next to the seam: a cut there helps little
@@ -386,6 +386,6 @@ def test_ways_of_a_seam_that_it_does_without_are_left_out(monkeypatch):
         return [short] if len(asked) == 1 else ends(result, joins)
 
     monkeypatch.setattr(seams, "ends", first_the_short_one)
-    layout, _, found = method._with_seam(start, True)
+    layout, _, found = method._with_seam(start, True, method.SEAM_ROUNDS)
     assert len(asked) > 1 and short not in found and len(found) <= len(alone) + 1
     assert layout.strained(95) < method.STRETCHED_P95 and overlap(layout) is None

@@ -189,10 +189,10 @@ SQUARE = [[20, 20], [80, 20], [80, 80], [20, 80]]
     ("change", "said"),
     [
         ({"triangles": [[0, 1, 2], [0, 2, 3]]}, "is flipped"),
-        ({"triangles": [[0, 2, 1]]}, "use each"),
+        ({"triangles": [[0, 2, 1]]}, "each"),
         ({"triangles": [[0, 2, 1], [0, 3, 2], [0, 2, 1]]}, "do not form a disk"),
         ({"triangles": [[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]], "double": True}, "do not form a disk"),
-        ({"triangles": [[0, 1, 9]]}, "use each"),
+        ({"triangles": [[0, 1, 9]]}, "each"),
         ({"triangles": [[0, -1, 2]]}, "at least 0"),
         ({"target": SQUARE[:3]}, "4 vertices in the source but 3 in the target"),
         ({"source": [[20, 20]] * 4}, "no area"),

@@ -247,7 +247,7 @@ def test_topojson_has_the_polygons_that_its_arcs_make(tmp_path):
     assert east.curve.box == (100 + 10j, 104 + 18j) and east.curve.area == 32
     wrong = TOPOLOGY | {"objects": {"a": {"type": "Polygon", "arcs": [[7]]}}}
     path.write_text(json.dumps(wrong))
-    with pytest.raises(InputError, match="arc 7 of 3"):
+    with pytest.raises(InputError, match=r"arc 7.* 3 arcs"):
         shape.read(str(path))
 
 
