@@ -31,7 +31,6 @@ from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
 from ..drawings.pairing import pair_by_place
 from ..drawings.seen import NOTHING_SEEN, Seen, seen
-from ..fits import FitName
 from ..plane import triangle_areas
 
 GOOD_STRETCH_P95 = 2.2
@@ -73,7 +72,7 @@ class Choice:
     """
 
     frames: tuple[Frame, Frame]
-    way: FitName = "whole"
+    way: str = "whole"
     holed: bool = False
     cost: float = np.inf
     seen: Seen = NOTHING_SEEN
@@ -163,7 +162,7 @@ class _Judge:
         self.least_cost = np.inf
 
     def choice(
-        self, frames: tuple[Frame, Frame], way: FitName, coarse: CoarseMap, *, holed: bool = False
+        self, frames: tuple[Frame, Frame], way: str, coarse: CoarseMap, *, holed: bool = False
     ) -> Choice:
         """Return the choice for a coarse map, with its cost and losses."""
         shown = self._seen(coarse)
