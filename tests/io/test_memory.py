@@ -85,7 +85,7 @@ def test_what_is_no_size(text):
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")
 @pytest.mark.parametrize("source", ["a.svg", "a.obj"])
 def test_a_run_stays_within_its_bound(tmp_path, source):
-    """4096² in and out: 780 MiB without a limit."""
+    """4096² in and out: 575 MiB and more without a limit."""
     from iccm.io.pictures import image_files
 
     strip = np.random.default_rng(0).integers(0, 256, (256, 4096, 4), dtype=np.uint8)
@@ -110,7 +110,7 @@ def test_a_run_stays_within_its_bound(tmp_path, source):
         "4096",
     ]
     made, peaks = [], []
-    for bound in ("64G", "600M"):
+    for bound in ("64G", "560M"):
         # of its own memory: wait4 also counts that of the process it was forked from
         code = (
             "import re, sys\nfrom iccm import cli\n"
@@ -122,5 +122,5 @@ def test_a_run_stays_within_its_bound(tmp_path, source):
         peaks.append(int(done.stdout) / 1024)
         made.append((tmp_path / "o.tif").read_bytes())
     assert made[0] == made[1]
-    assert peaks[1] < 600 < peaks[0]
+    assert peaks[1] < 560 < peaks[0]
     assert {path.name for path in tmp_path.iterdir()} == {"a.svg", "a.obj", "b.svg", "t.tif", "o.tif"}
