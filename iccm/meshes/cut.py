@@ -20,8 +20,8 @@ from .topology import Triangles, walk
 MOST_GEODESIC_TRIANGLES = 100_000
 """With more triangles, paths along edges are used: geodesics would take too long, and edges are short."""
 CORRIDOR_EDGES = 2.0
-"""Width, in mean edge lengths, of the corridor around an approximate shortest path in which it is refined
-(chosen by hand).
+"""Width, in mean edge lengths, of the corridor around an approximate shortest path in which it is refined:
+shortest paths of usual meshes stay inside.
 """
 PARTS_OF_EDGE = 32
 """Parts of an edge near a geodesic; with these, maps of four models by landmarks are the same as with exact

@@ -26,8 +26,8 @@ from .surface import texels
 
 SAME_PLACE_SHARE = 1e-6  # relative to the diagonal: corners this close are the same
 SAME_PLACE = 2e-3
-"""Difference of texture coordinates below which two triangles show the same place: two texels of 1024 (chosen
-by hand).
+"""Difference of texture coordinates below which two triangles show the same place: two texels of 1024,
+which is hardly visible.
 """
 POINTS_AT_ONCE = 5_000
 """Points that are located at a time; this takes 0.8 s on a busy machine for 82k triangles (measured)."""
@@ -35,8 +35,8 @@ TILE_GRID_CELLS = 1024  # across a grid on which overlaps of tiles are detected:
 PROBED_TEXELS_ACROSS = 128
 """Texels across a layout for choosing the size of pictures, which takes powers of two."""
 COLOUR_TEXELS_ACROSS = 1024
-"""Texels across a picture if charts are smaller than two texels, and so do not determine its size (chosen by
-hand).
+"""Texels across a picture if charts are smaller than two texels, and so do not determine its size: that
+of a usual texture.
 """
 MOST_TEXELS_ACROSS = 1e60
 """Limit on computed texels across a layout, so that squares are finite; pictures have far fewer
@@ -44,18 +44,18 @@ MOST_TEXELS_ACROSS = 1e60
 """
 LARGEST_TEXELS_ACROSS = 4096  # texels across if no size is requested, unless the old texture has more
 MOST_MAGNIFIED = 2
-"""Largest width of pictures relative to the old texture with all of its repetitions, if no size is requested
-(chosen by hand).
+"""Largest width of pictures relative to the old texture with all of its repetitions, if no size is requested:
+larger ones would show nothing more.
 """
 LOST_UNSEEN = 1.1
 """Texels of the old texture per texel of a new picture up to which no loss of detail is visible."""
 TEXELS_PER_REPETITION = 8
-"""Texels of a new picture per repetition of the old texture below which it is hardly recognizable (chosen by
-hand).
+"""Texels of a new picture per repetition of the old texture below which it is hardly
+recognizable.
 """
 MEAN_COLOUR_TEXELS = 256
 """Texels across a picture that shows hardly more than mean colours of a texture. Its texels are expensive,
-since their footprints in the texture are large (chosen by hand).
+since their footprints in the texture are large.
 """
 ROWS_AT_ONCE = 64  # rows of the layout that are filtered at a time, which bounds memory
 

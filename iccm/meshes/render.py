@@ -12,9 +12,8 @@ from .rasterise import affine
 _nearest = function("""int64_t iccm_meshes_nearest(
     const double *corners, const double *slopes, int64_t m, int32_t *owner, float *depth, int64_t height,
     int64_t width)""")
-# Values were chosen by hand unless a comment gives a reason.
-SAMPLES_PER_AXIS = 2  # a pixel and axis
-AMBIENT_SHARE = 0.35  # share of ambient light
+SAMPLES_PER_AXIS = 2  # per pixel and axis, which smooths edges
+AMBIENT_SHARE = 0.35  # share of ambient light: faces that turn away stay recognizable
 CREASE_COSINE = 0.7  # cosine of 45 degrees
 
 

@@ -9,7 +9,7 @@ from ..parallel import over_slices
 
 SLIVER_HEIGHT_SHARE = 1e-4
 """Height relative to the longest side that is assumed for triangles with less, including those without area
-(chosen by hand).
+: below, rounding decides their shape.
 """
 
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 
-# Limits on the pairs of surfaces with common crowded edges that are checked, those with most edges first
-# (chosen by hand).
+# Limits on the pairs of surfaces with common crowded edges that are checked, those with most edges first,
+# which bound the time.
 MOST_SEAMS, MOST_LOOKED = (
     64,
     10_000_000,
