@@ -8,8 +8,8 @@ from ..arrays import Complex, Real
 from ..parallel import over_slices
 
 SLIVER_HEIGHT_SHARE = 1e-4
-"""Height relative to the longest side that is assumed for triangles with less, including those without area
-: below, rounding decides their shape.
+"""Height relative to the longest side that is assumed for triangles with less, including those without area, since
+rounding decides their shape.
 """
 
 
