@@ -161,12 +161,22 @@ class Origin:
         Returns:
             (p, k) values of these texels, row by row.
         """
-        rows, columns = np.nonzero(where)
+        _, _, triangle, there = self._on_old(*np.nonzero(where))
+        return _at(values[triangle], there)
+
+    def _on_old(self, rows: NDArray, columns: NDArray) -> tuple[NDArray, Real, NDArray, Real]:
+        """Return where texels (p,) of the new layout lie on both meshes.
+
+        Returns:
+            (p,) triangles of the new mesh, (p, 3) barycentric coordinates there, and both on the old mesh.
+        """
         own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
         weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
-        there, lonely = np.take_along_axis(weights, self.order[own], axis=1), slot >= 0
+        lonely = slot >= 0
+        triangle = np.where(lonely, self.nearest[slot] if self.nearest.size else 0, self.partner[own])
+        there = np.take_along_axis(weights, self.order[own], axis=1)
         there[lonely] = self.weights[slot[lonely]]
-        return _at(values[self.triangles[rows, columns]], there)
+        return own, weights, triangle, there
 
     def conflicts(self, textures: Index | None = None) -> "Conflicts":
         """Count texels in several triangles of the new layout that show different places of the old texture.
@@ -235,12 +245,7 @@ class Origin:
             tiles: box of the old layout that it covers; None for 0..1.
             wrap: how it continues beyond 0..1.
         """
-        own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
-        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
-        lonely = slot >= 0
-        triangle = np.where(lonely, self.nearest[slot] if self.nearest.size else 0, self.partner[own])
-        there = np.take_along_axis(weights, self.order[own], axis=1)
-        there[lonely] = self.weights[slot[lonely]]
+        own, weights, triangle, there = self._on_old(rows, columns)
         corners = texels(self.old.uv[self.old.uv_faces[triangle]], size, tiles, wrap)
         steps = self._steps(own)
         turn = np.empty((own.size, 4))
@@ -293,9 +298,7 @@ def texels_across(
     turn = np.clip(turn, -MOST_TEXELS_ACROSS, MOST_TEXELS_ACROSS)
     square, area = np.sum(turn * turn, axis=1), turn[:, 0] * turn[:, 3] - turn[:, 1] * turn[:, 2]
     most = (square + np.sqrt(np.maximum(square * square - 4 * area * area, 0))) / 2
-    extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]
-    spots = _extents(probe.old)[probe.triangles[rows, columns]] * size < (2 * extent.real, 2 * extent.imag)
-    most[spots.all(axis=1)] = COLOUR_TEXELS_ACROSS**2
+    most[_are_spots(probe.old, probe.triangles[rows, columns], size, tiles)] = COLOUR_TEXELS_ACROSS**2
     own = probe.grid.owners.owner[rows, columns]
     areas = np.maximum(np.abs(triangle_areas(complex_of(probe.grid.corners[own]))), 1e-300)
     mean = np.average(most, weights=areas / np.bincount(own)[own])
@@ -319,17 +322,16 @@ class TextureUse:
 
     @classmethod
     def measure(
-        cls, old: Charted, triangles: Flags | Index, size: tuple[int, int], tiles: Box | None = None
+        cls, old: Charted, triangles: Index, size: tuple[int, int], tiles: Box | None = None
     ) -> "TextureUse":
         """Measure how some triangles of an old layout use its texture.
 
         `tiles` is as for `Origin.places`.
         """
-        extent = 1 + 1j if tiles is None else tiles[1] - tiles[0]
+        extent = _extent(tiles)
         areas = np.abs(triangle_areas(complex_of(old.uv[old.uv_faces[triangles]])))
         repetitions = float(np.sqrt(areas.sum() / (extent.real * extent.imag)))
-        spots = (_extents(old)[triangles] * size < (2 * extent.real, 2 * extent.imag)).all(axis=1)
-        return cls(size, max(repetitions, 1.0), bool(spots.any()))
+        return cls(size, max(repetitions, 1.0), bool(_are_spots(old, triangles, size, tiles).any()))
 
     @property
     def most_texels_across(self) -> int:
@@ -337,6 +339,23 @@ class TextureUse:
         doubled = 2 ** int(np.log2(MOST_MAGNIFIED * max(self.size) * self.repetitions))
         largest = max(doubled, COLOUR_TEXELS_ACROSS) if self.spots else doubled
         return max(min(LARGEST_TEXELS_ACROSS, largest), _power_of_two(max(self.size)))
+
+
+def picture_side(
+    probe: Origin, where: Flags, size: tuple[int, int], tiles: Box | None = None, wrap: Wrap = REPEAT
+) -> tuple[int, str]:
+    """Return the side of a square picture of the new layout if no size is requested, and a note if it loses detail.
+
+    Args:
+        probe: positions in both layouts, at any resolution.
+        where: (h, w) texels that show the texture; the side is 0 if there are none.
+        size: width and height of the texture.
+        tiles, wrap: as for `Origin.places`.
+    """
+    across = texels_across(probe, where, size, tiles, wrap)
+    use = TextureUse.measure(probe.old, np.unique(probe.triangles[where]), size, tiles)
+    made = limited(across, use)
+    return made, too_small(across, made, use) if across > LOST_UNSEEN * made else ""
 
 
 def limited(across: int, use: TextureUse) -> int:
@@ -355,11 +374,6 @@ def limited(across: int, use: TextureUse) -> int:
     if across * TEXELS_PER_REPETITION > largest * max(use.size):
         return min(MEAN_COLOUR_TEXELS, largest)
     return min(_power_of_two(across / LOST_UNSEEN), largest)
-
-
-def loses_detail(across: int, made: int) -> bool:
-    """Return whether a picture is visibly narrower than one that shows all detail."""
-    return across > LOST_UNSEEN * made
 
 
 def _power_of_two(least: float) -> int:
@@ -384,6 +398,18 @@ def too_small(across: int, made: int, use: TextureUse) -> str:
     return (
         f"pictures {made} texels wide lose detail of the old textures; use --size {across} to keep all of it"
     )
+
+
+def _extent(tiles: Box | None) -> complex:
+    """Return width and height of the part of a layout that a texture covers, as width + i height."""
+    return 1 + 1j if tiles is None else tiles[1] - tiles[0]
+
+
+def _are_spots(old: Charted, triangles: Index, size: tuple[int, int], tiles: Box | None) -> Flags:
+    """Return (p,) whether triangles belong to charts of less than two texels both ways."""
+    extent = _extent(tiles)
+    spots: Flags = np.all(_extents(old)[triangles] * size < (2 * extent.real, 2 * extent.imag), axis=1)
+    return spots
 
 
 def _extents(old: Charted) -> Real:

@@ -1,9 +1,10 @@
 """Bake the pictures of a material set for new texture coordinates: for each new material, one picture per slot."""
 
-from collections.abc import Container, Hashable, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +15,10 @@ from ...meshes.relayout import (
     COLOUR_TEXELS_ACROSS,
     PROBED_TEXELS_ACROSS,
     Origin,
-    TextureUse,
     carry,
-    limited,
-    loses_detail,
     paint,
+    picture_side,
     spread,
-    texels_across,
-    too_small,
 )
 from ...pixels import colour
 from ...pixels.sampler import Sampler
@@ -29,10 +26,10 @@ from ...pixels.texture import check_kind
 from .. import formats, limits
 from ..meshes.gltf_materials import BASE, DEFAULT_ALPHA_CUTOFF, DIFFUSE, kind_of
 from ..pictures.image import Image, prepare
-from ..pictures.image_files import as_png
 from .material_set import Material, MaterialMap, MaterialSet
 
 Pictures = dict[str, Image]  # by slot
+T = TypeVar("T")
 FLAT_NORMAL = (128 / 255, 128 / 255, 1.0)  # a neutral normal
 
 
@@ -207,12 +204,8 @@ class MaterialBaker:
                 self.material_set.owner[probe.triangles] == material
             )
             size = self._read(map).pixels.shape[1::-1] if shown.any() else (1, 1)
-            wanted = texels_across(self._shown(probe, map), shown, size, wrap=map.wrap)
-            triangles = np.unique(probe.triangles[shown])
-            use = TextureUse.measure(self.material_set.shown_by(map), triangles, size)
-            made = self._sides[id(map)] = limited(wanted, use)
-            if loses_detail(wanted, made):
-                self.notes.append(too_small(wanted, made, use))
+            self._sides[id(map)], note = picture_side(self._shown(probe, map), shown, size, wrap=map.wrap)
+            self.notes += [note] if note else []
         return self._sides[id(map)]
 
     def _read(self, map: MaterialMap) -> Image:
@@ -297,11 +290,11 @@ class MaterialBaker:
             image.pixels[own, image.alpha] = np.where(seen, top, 0)
 
 
-def as_png_files(pictures: Mapping[str, Image]) -> dict[str, bytes]:
-    """Return pictures by slot as PNG files; a picture shared by several slots is compressed once."""
+def convert_each(pictures: Mapping[str, Image], convert: Callable[[Image], T]) -> dict[str, T]:
+    """Return converted pictures by slot; a picture that several slots share is converted once, and stays shared."""
     distinct = {id(image): image for image in pictures.values()}
-    contents = {key: as_png(image) for key, image in distinct.items()}
-    return {slot: contents[id(image)] for slot, image in pictures.items()}
+    converted = {key: convert(image) for key, image in distinct.items()}
+    return {slot: converted[id(image)] for slot, image in pictures.items()}
 
 
 def without_profile(image: Image) -> Image:

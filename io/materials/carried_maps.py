@@ -14,8 +14,9 @@ from .. import formats
 from ..meshes import gltf_materials, material_library, mesh_files
 from ..meshes.gltf_format import primitives_of
 from ..meshes.mesh_format import MeshFile, NewCoordinates
+from ..pictures.image_files import as_png
 from . import of_gltf, of_mtl
-from .carried import BakeSettings, MaterialBaker, as_png_files
+from .carried import BakeSettings, MaterialBaker, convert_each
 from .material_set import MaterialSet, part
 
 TEXTURE_SLOTS = (gltf_materials.BASE, gltf_materials.DIFFUSE, "map_kd")  # slots of a mapped texture
@@ -109,7 +110,7 @@ class CarriedMaps:
             same = own, np.tile(np.arange(3), (own.size, 1))
             baker = MaterialBaker(material_set, part(sheet, own), same, BakeSettings(threads=threads))
             slots = [slot for slot in material.maps if own.size and not (shown and slot in TEXTURE_SLOTS)]
-            made[material.key] = as_png_files({slot: baker.image(slot) for slot in slots})
+            made[material.key] = convert_each({slot: baker.image(slot) for slot in slots}, as_png)
             notes += [note for note in baker.notes if note not in notes]
         return CarriedPictures(made, notes)
 

@@ -11,7 +11,7 @@ from ..meshes.material_library import Library
 from ..meshes.obj_format import obj_content
 from ..pictures.image_files import as_png
 from . import gltf_assignment, of_gltf, translate
-from .carried import MaterialBaker, Pictures, as_png_files, without_profile
+from .carried import MaterialBaker, Pictures, convert_each, without_profile
 from .gltf_assignment import MaterialAssignment
 from .relaid import Relaid
 
@@ -66,11 +66,13 @@ def _assignment(
         of_gltf.multiplied_slots(material, baker.multiplied)
         samplers = {slot: each.options for slot, each in source_material.maps.items() if each.options}
     else:
-        images, material, notes = translate.to_gltf(_without_profiles(images), baker.kinds, source_material)
+        images, material, notes = translate.to_gltf(
+            convert_each(images, without_profile), baker.kinds, source_material
+        )
         relaid.told(notes)
     if baker.origin(baker.size).grid.report["outside_triangles"]:
         samplers = {slot: sampler | gltf_materials.REPEATING for slot, sampler in samplers.items()}
-    layout, pictures = of_gltf.layout_of(group[0]), as_png_files(images)
+    layout, pictures = of_gltf.layout_of(group[0]), convert_each(images, as_png)
     return MaterialAssignment(group, material, pictures, samplers, layout, relaid.settings.vertex_colours)
 
 
@@ -93,7 +95,7 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
         for word, image in images.items():
             first_word.setdefault(id(image), word)
         paths = {word: _picture(relaid, old.name, first_word[id(image)]) for word, image in images.items()}
-        contents |= {paths[word]: as_png(images[word]) for word in first_word.values()}
+        contents |= {paths[word]: content for word, content in convert_each(images, as_png).items()}
         names = {word: material_library.name_of(path, library.parent) for word, path in paths.items()}
         own = rename[old.name if old.name in rename else None]  # a name may be empty
         body = [f"newmtl {own}", *(line for line in lines if _stays(line, set(images)))]
@@ -116,7 +118,7 @@ def _statements(relaid: Relaid, baker: MaterialBaker, images: Pictures) -> tuple
         return images, list(baker.material.source or translate.PLAIN)
     material = replace(baker.material, source=deepcopy(baker.material.source))
     of_gltf.multiplied_slots(material.source, baker.multiplied)
-    images, lines, notes = translate.to_mtl(_without_profiles(images), material)
+    images, lines, notes = translate.to_mtl(convert_each(images, without_profile), material)
     relaid.told(notes)
     return images, lines
 
@@ -131,8 +133,3 @@ def _picture(relaid: Relaid, material: str, word: str) -> Path:
     """Return the path of a material's picture."""
     several = len(relaid.after.materials) > 1
     return material_library.picture_of(relaid.name, material if several else None, word)
-
-
-def _without_profiles(images: Pictures) -> Pictures:
-    plain = {id(image): without_profile(image) for image in images.values()}
-    return {slot: plain[id(image)] for slot, image in images.items()}

@@ -20,13 +20,9 @@ from ...meshes.relayout import (
     SAME_PLACE_SHARE,
     Conflicts,
     Origin,
-    TextureUse,
     carry,
-    limited,
-    loses_detail,
     partners,
-    texels_across,
-    too_small,
+    picture_side,
 )
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
@@ -183,12 +179,9 @@ class _Pictures:
             shown = probe.reached(self.settings.limit)
             for image, box in self.read:
                 size = image.pixels.shape[1::-1]
-                wanted = texels_across(probe, shown, size, box)
-                triangles = np.unique(probe.triangles[shown])
-                use = TextureUse.measure(self.before, triangles, size, box)
-                sides.append(limited(wanted, use))
-                if loses_detail(wanted, sides[-1]):
-                    self.cut.append(too_small(wanted, sides[-1], use))
+                side, note = picture_side(probe, shown, size, box)
+                sides.append(side)
+                self.cut += [note] if note else []
         return (max(sides) or COLOUR_TEXELS_ACROSS,) * 2
 
     def _origin(self, width: int, height: int, tile: complex | None) -> Origin:
