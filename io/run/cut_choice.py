@@ -28,8 +28,10 @@ among these for five, and as good for the sixth."""
 MOST_TRIANGLES = 20_000
 """Largest target for which several cuts are tried. Each costs a further map: 0.7 CPU-s for a small target, about 2 for
 one of this size."""
-GOOD_STRETCH = 1.5  # cost below which no further cut is tried; a map of that cost looks even (by hand)
-WORTHWHILE_DECREASE = 0.05  # relative decrease of the cost for which the cut is replaced (by hand)
+GOOD_STRETCH = 1.5  # cost below which no further cut is tried; a map of that cost looks even
+WORTHWHILE_DECREASE = (
+    0.05  # relative decrease of the cost for which the cut is replaced: less is hardly visible
+)
 
 
 def cost_of(run: Run) -> float:
@@ -64,8 +66,11 @@ def choose_cut(run: Run, solve: Callable[[Run], None]) -> None:
             solve(trial)
         except InputError:
             continue
-        if trial.fit.status.ok and cost_of(trial) < (1 - WORTHWHILE_DECREASE) * cost:
-            run.pairs, run.fits, cost = trial.pairs, trial.fits, cost_of(trial)
+        if not trial.fit.status.ok:
+            continue
+        cost_of_trial = cost_of(trial)
+        if cost_of_trial < (1 - WORTHWHILE_DECREASE) * cost:
+            run.pairs, run.fits, cost = trial.pairs, trial.fits, cost_of_trial
     if cost < first:
         edges = len(as_mesh(run.target).flattening.patch.seam)
         run.note(
@@ -77,14 +82,7 @@ def choose_cut(run: Run, solve: Callable[[Run], None]) -> None:
 def _has_choice(run: Run) -> bool:
     """Return whether the target is a mesh that was cut freely."""
     job = run.job
-    bound = (
-        job.pin
-        or job.constraints
-        or job.start
-        or job.rigid
-        or job.rigid_target
-        or run.constraints.get("pins")
-    )
+    bound = job.has_pins or job.start or job.rigid or job.rigid_target or run.constraints.get("pins")
     if bound or job.several or not job.target or run.source.is_mesh or not run.target.is_mesh:
         return False
     target = as_mesh(run.target)
