@@ -95,12 +95,12 @@ def rim_spacing(
     return min(spacing, *(outline.length / fewest for outline in outlines))
 
 
-def space_out(outline: Outline, spacing: float, *, kinks: bool = False) -> Complex:
+def space_out(outline: Outline, spacing: float, *, every_vertex: bool = False) -> Complex:
     """Return the corners of an outline, and points between them, no farther apart than `spacing`.
 
-    With `kinks`, these are all vertices of the polyline rather than its `corners`.
+    With `every_vertex`, these are all vertices of the polyline rather than its `corners`.
     """
-    corners = outline.curve.knots[:-1] if kinks else outline.corners
+    corners = outline.curve.knots[:-1] if every_vertex else outline.corners
     corners = corners if corners.size else np.zeros(1)
     gaps = np.diff(corners, append=corners[0] + outline.length)
     own, share = subdivide(gaps, min(spacing, outline.length / FEWEST_RIM_VERTICES))

@@ -157,7 +157,7 @@ class Level:
         drawn = drawn or [stroke.even for stroke in problem.strokes]
         kept = inside(problem.strokes, drawn, spacing, problem.pins)
         alone = self.alone(match.holes)  # holes whose outlines do not slide
-        filled = [space_out(self.holes[0][k], spacing, kinks=self.smooth) for k in alone]
+        filled = [space_out(self.holes[0][k], spacing, every_vertex=self.smooth) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
         boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
