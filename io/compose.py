@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-import numpy as np
-
 from ..arrays import Complex
 from ..curve import Curve, hausdorff
 from ..errors import InputError, naming
@@ -67,9 +65,9 @@ class Step:
             raise InputError(f"{path}: the map folds, so it cannot be composed")
         if is_inverse:
             back = replace(map.linear_inverse(), axes=fit.axes[::-1])
-            return cls(name, fit, back, map.inverse, _everywhere(map), held.planes[::-1], is_inverse)
+            return cls(name, fit, back, map.inverse, map, held.planes[::-1], is_inverse)
         map = replace(map, axes=fit.axes)
-        return cls(name, fit, map, _everywhere(map), map.inverse, held.planes, is_inverse)
+        return cls(name, fit, map, map, map.inverse, held.planes, is_inverse)
 
     @property
     def outlines(self) -> tuple[list[Curve], list[Curve]]:
@@ -82,24 +80,6 @@ class Step:
         assert self.fit.target is not None
         both = (self.fit.source, self.fit.source_holes), (self.fit.target, self.fit.target_holes)
         return both[::-1] if self.is_inverse else both
-
-
-def _everywhere(map: TriangulatedMap) -> Function:
-    """Return a map that also has images on slivers.
-
-    The quadratic patch of a triangle whose sides are bent by more than its width may not find its points, and
-    they would be taken for points outside. There the triangle's linear map is used.
-    """
-    straight = replace(map, bulge=np.zeros_like(map.bulges))
-
-    def function(z: Complex) -> Complex:
-        w = map.jet(z)[0]
-        lost = np.isnan(w)
-        if lost.any():
-            w[lost] = straight.jet(z[lost])[0]
-        return w
-
-    return function
 
 
 def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:

@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..flips import neighbours
 from ..plane import diagonal, triangle_areas
 from .refinement import Triangulation
+from .triangulated.adjacency import loops_along
 from .triangulated.map import TriangulatedMap
 
 ERROR_SHARE = 1e-4
@@ -79,8 +80,11 @@ def composed(middle: Complex, faces: Index, backward: Function, forward: Functio
         away = both(0.5 * (middle[i] + middle[j])) - 0.5 * (images[:, i] + images[:, j])
         errors = (np.abs(away) / sizes[:, None]).max(axis=0)
         if not folded.any():
-            rim = mesh.edges.ends[mesh.edges.rim]
-            map = TriangulatedMap(images[0], images[1], faces, loops_of(middle, rim))
+            # the outer loop, which reaches farthest left, is the first
+            loops = sorted(
+                loops_along(*mesh.edges.ends[mesh.edges.rim].T), key=lambda loop: middle[loop].real.min()
+            )
+            map = TriangulatedMap(images[0], images[1], faces, tuple(loops))
             found = Composition(map, float(np.quantile(errors, 0.99)))
         elif found is not None:
             break  # smaller triangles straddle bends of the maps between them
@@ -132,41 +136,10 @@ def bisected(mesh: Triangulation, marked: Flags) -> tuple[Complex, Index]:
     The longest sides of their triangles are split, too, so that triangles keep a good shape (Rivara, *Algorithms for
     refining triangular grids*, 1984). No edge is flipped.
     """
-    ends, sides, z, faces = mesh.edges.ends, mesh.edges.sides, mesh.z, mesh.faces
-    length = np.abs(np.diff(z[ends], axis=1)[:, 0])
-    longest = sides[np.arange(len(sides)), length[sides].argmax(axis=1)]
+    sides = mesh.edges.sides
+    longest = sides[np.arange(len(sides)), mesh.lengths[sides].argmax(axis=1)]
     marked, before = marked.copy(), 0
     while before < (count := int(marked.sum())):
         before = count
         marked[longest[marked[sides].any(axis=1)]] = True
-    number = np.full(marked.size, -1)
-    number[marked] = z.size + np.arange(int(marked.sum()))
-    first = length[sides].argmax(axis=1)
-    turn = (first[:, None] + np.arange(3)) % 3  # the longest side lies opposite corner a
-    (a, b, c), (p, q, r) = (np.take_along_axis(values, turn, axis=1).T for values in (faces, number[sides]))
-    cut = p >= 0
-    parts = [
-        (~cut, (a, b, c)),
-        (cut & (r < 0), (a, b, p)),
-        (cut & (r >= 0), (r, b, p)),
-        (cut & (r >= 0), (a, r, p)),
-        (cut & (q < 0), (a, p, c)),
-        (cut & (q >= 0), (a, p, q)),
-        (cut & (q >= 0), (q, p, c)),
-    ]
-    split = np.concatenate([np.stack(corners, axis=1)[where] for where, corners in parts])
-    return np.append(z, z[ends[marked]].mean(axis=1)), split
-
-
-def loops_of(z: Complex, rim: Index) -> tuple[Index, ...]:
-    """Return the loops that boundary edges (r, 2) form, the outer one, which reaches farthest left, first."""
-    after = dict(rim.tolist())
-    loops = []
-    while after:
-        start, following = after.popitem()
-        loop = [start]
-        while following != start:
-            loop.append(following)
-            following = after.pop(following)
-        loops.append(np.array(loop))
-    return tuple(sorted(loops, key=lambda loop: z[loop].real.min()))
+    return mesh.split(marked)

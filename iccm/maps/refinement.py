@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Flags, Index, complex_of
+from ..arrays import Complex, Flags, Index, Real, complex_of
 from ..curve import polygon_of
 from ..flips import neighbours
 from ..native import function
@@ -60,13 +60,24 @@ class Triangulation:
         return edges_across(self.faces, self.across)
 
     def refined(self, marked: Flags) -> "Triangulation":
-        """Return the triangulation with the marked edges (e,) split at their midpoints."""
+        """Return the Delaunay triangulation with the marked edges (e,) split at their midpoints."""
+        return shaped(*self.split(marked))
+
+    @property
+    def lengths(self) -> Real:
+        """(e,) lengths of the edges."""
+        return np.abs(np.diff(self.z[self.edges.ends], axis=1)[:, 0])
+
+    def split(self, marked: Flags) -> tuple[Complex, Index]:
+        """Return vertices (n,) and triangles (m, 3) with the marked edges (e,) split at their midpoints.
+
+        A triangle is cut from the midpoint of the longest of its marked sides, first to the corner opposite.
+        """
         ends, sides = self.edges.ends[marked], self.edges.sides
         middle = np.full(marked.size, -1)
         middle[marked] = self.z.size + np.arange(len(ends))
         z = np.concatenate([self.z, 0.5 * (self.z[ends[:, 0]] + self.z[ends[:, 1]])])
-        length = np.abs(np.diff(self.z[self.edges.ends], axis=1)[:, 0])
-        first = np.where(middle[sides] >= 0, length[sides], -1).argmax(axis=1)
+        first = np.where(middle[sides] >= 0, self.lengths[sides], -1).argmax(axis=1)
         turn = (first[:, None] + np.arange(3)) % 3  # the longest of the cut sides lies opposite corner 0
         (a, b, c), (p, q, r) = (
             np.take_along_axis(values, turn, axis=1).T for values in (self.faces, middle[sides])
@@ -81,7 +92,7 @@ class Triangulation:
             (cut & (q >= 0), (a, p, q)),
             (cut & (q >= 0), (q, p, c)),
         ]
-        return shaped(z, np.concatenate([np.stack(corners, axis=1)[where] for where, corners in parts]))
+        return z, np.concatenate([np.stack(corners, axis=1)[where] for where, corners in parts])
 
     @property
     def loop(self) -> Index:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Index, Real
+from ..maps.triangulated.adjacency import loops_along
 
 # Limits on the pairs of surfaces with common crowded edges that are checked, those with most edges first,
 # which bound the time.
@@ -146,16 +147,7 @@ class Triangles:
         The triangles have to be oriented, with one fan per vertex.
         """
         border = np.flatnonzero(self.twin < 0)
-        after = dict(zip(self.tail[border].tolist(), self.head[border].tolist()))
-        loops = []
-        while after:
-            start, step = after.popitem()
-            loop = [start]
-            while step != start:
-                loop.append(step)
-                step = after.pop(step)
-            loops.append(np.array(loop))
-        return loops
+        return loops_along(self.tail[border], self.head[border])
 
     def paths(
         self,

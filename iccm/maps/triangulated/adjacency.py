@@ -65,3 +65,17 @@ def edges_across(faces: Index, across: Index) -> Edges:
     count = _number_edges(faces, across, m, ends, sides, rim, beside, corner, around)
     outer = slice(int(around[0]))
     return Edges(ends[:count], sides, rim[outer].copy(), beside[outer].copy(), corner[outer].copy())
+
+
+def loops_along(tails: Index, heads: Index) -> list[Index]:
+    """Return the loops, as vertices in order, that directed edges from tails (e,) to heads (e,) form."""
+    after = dict(zip(tails.tolist(), heads.tolist()))
+    loops = []
+    while after:
+        start, step = after.popitem()
+        loop = [start]
+        while step != start:
+            loop.append(step)
+            step = after.pop(step)
+        loops.append(np.array(loop))
+    return loops
