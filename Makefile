@@ -71,6 +71,7 @@ docs: $(PAGES)
 # What is written from the code and committed: man pages, and the list of what is public.
 generated: $(CORE)
 	$(BIN)/python docs/man.py
+	$(BIN)/python docs/menus.py
 	$(BIN)/python -m tests.public_surface --record
 
 bench: $(CORE)

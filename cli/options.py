@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 import click
 
 from .. import __version__, deadline
-from ..io.option_groups import MOST_SHORT_HELP_OPTIONS, TOPICS, grouped
+from ..io.option_groups import MOST_SHORT_HELP_OPTIONS, TOPICS, grouped, of_topic
 from ..io.options import (
     TABLE,
     CommonOptions,
@@ -139,21 +139,22 @@ def _sections(
 ) -> list[tuple[str, str, list[str]]]:
     """Return heading, example and option names of each section of the help."""
     if topic == ALL or len(rows) <= MOST_SHORT_HELP_OPTIONS:
-        return grouped(names)
+        return grouped(names, rows)
     if topic:
         chosen = TOPICS[topic]
-        return [(chosen.title, chosen.example, [name for name in chosen.names if name in names])]
+        return [(chosen.title, chosen.example, of_topic(topic, names, rows))]
     tables = [table for table in TABLE if table not in (JobOptions, CommonOptions, MessageOptions)]
     rows_of_its_own = of_command(command, *tables)
     own = [name for name in names if name in rows_of_its_own and rows[name].commands[0] == command]
     basic = {name for name, option in rows.items() if option.basic} | {"help"}
-    shared = [name for topic in TOPICS.values() for name in topic.names if name in basic - set(own)]
-    return [("Options", "", [*own, *(name for name in shared if name in names)])]
+    shared = [name for name in names if name in basic - set(own)]
+    by_topic = [name for topic in TOPICS for name in of_topic(topic, shared, rows)]
+    return [("Options", "", own + by_topic)]
 
 
 def _topics_of(rows: dict[str, Option]) -> list[str]:
     """Return the topics that contain options of a command."""
-    return [word for word, topic in TOPICS.items() if any(name in rows for name in topic.names)]
+    return [word for word in TOPICS if of_topic(word, rows, rows)]
 
 
 def _show_help(ctx: click.Context, parameter: click.Parameter, value: str | None) -> None:

@@ -13,12 +13,18 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..io.option_groups import TOPICS
-from ..io.options import Option
+from ..io.options import TABLE, Option, options_of
 
 FILE_VARIABLE = "ICCM_CONFIG"
-LIMITS = tuple(name for name in TOPICS["limits"].names if name not in ("resume", "dask"))
-"""The options that may be set for all commands."""
+LIMITS = tuple(
+    dict.fromkeys(
+        name
+        for table in TABLE
+        for name, (_, option) in options_of(table).items()
+        if option.topic == "limits" and name not in ("resume", "dask")
+    )
+)
+"""The options that may be set for all commands, each once."""
 
 
 def defaults(rows: Mapping[str, Option]) -> dict[str, str]:

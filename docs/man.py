@@ -49,7 +49,7 @@ def _page(name: str, command: click.Command) -> str:
         if isinstance(each, click.Option) and not each.hidden
     }
     text.append(".SH OPTIONS\n")
-    for title, example, names in grouped(rows):
+    for title, example, names in grouped(rows, getattr(command, "rows", {})):
         if len(names) < len(rows):
             text.append(f".SS {_plain(title)}\n" + (f"Such as {_plain(example)}\n" if example else ""))
         for option, said in filter(None, (rows[each] for each in names)):

@@ -117,7 +117,7 @@ def options_of(command: str) -> str:
     """Return the options of a command, as a table for each group."""
     rows = {name: row for name, row in options.of_command(command).items() if command not in row[1].hidden}
     parts = []
-    for title, example, names in grouped(rows):
+    for title, example, names in grouped(rows, {name: option for name, (_, option) in rows.items()}):
         if len(names) < len(rows):
             parts.append(f"**{title}**, such as `{example}`\n" if example else f"**{title}**\n")
         parts.append("| option | meaning |\n|---|---|")

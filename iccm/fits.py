@@ -1,10 +1,11 @@
 """The values of the option `fit`: how to map two shapes onto each other where they differ.
 
-There is one row for each value: its name in menus and help, and its properties. The command line, manifests,
-the outputs and the solver read this table; tests compare the menus of the page and of the plug-ins with it.
+There is one row for each value: its words in menus and help, and its properties. The command line, manifests,
+the outputs and the solver read this table; `make generated` writes the menus of the page and of the plug-ins from it.
 
 To add a value: its name in `FitName`, its row in `FITS`, its behaviour in the search (`balanced.search.partial`
 if it fills concavities, `frames.solve` if it is about whole drawings), its row in `docs/choose.md`, and a test.
+Then run `make generated`.
 """
 
 from dataclasses import dataclass
@@ -19,15 +20,17 @@ class FitMode:
     """Properties of a value of `fit`.
 
     Attributes:
-        label: words for menus.
-        help: a clause for the help of the command line.
+        title: a word or two for menus.
+        summary: what it shows, in a few words, for menus.
+        help: a clause for the help of the command line and beside menus.
         fills: the sides whose concavities may be filled. If the source's are, the target stays bare where they
             open; if the target's are, parts of the source that lie there are hidden.
         compares: whether the cheapest of several maps is chosen, including that of the whole outlines.
         of_drawings: whether it is about whole drawings; for outlines it is "whole".
     """
 
-    label: str
+    title: str
+    summary: str
     help: str
     fills: tuple[Side, ...] = ()
     compares: bool = False
@@ -50,20 +53,27 @@ class FitMode:
 
 
 FITS: dict[str, FitMode] = {
-    "auto": FitMode("auto: the cheapest", "the cheapest of these", ("source", "target"), compares=True),
+    "auto": FitMode(
+        "Automatic", "the cheapest map", "the cheapest of these", ("source", "target"), compares=True
+    ),
     "frame": FitMode(
-        "frame: a frame around all parts",
+        "Frames",
+        "a frame around all parts",
         "a region around the whole source, with its gaps closed, onto one around the target",
         of_drawings=True,
     ),
-    "whole": FitMode("whole outlines", "outline onto outline, including all concavities"),
+    "whole": FitMode(
+        "Whole outlines", "outline onto outline", "outline onto outline, including all concavities"
+    ),
     "contain": FitMode(
-        "contain: all of the source is shown",
+        "Show all",
+        "no part of the source is hidden",
         "all of the source is shown; the target stays bare where concavities of the source open",
         ("source",),
     ),
     "cover": FitMode(
-        "cover: the target is covered",
+        "Cover all",
+        "no part of the target stays bare",
         "the target is covered; parts of the source that would lie in its concavities are hidden",
         ("target",),
     ),

@@ -38,10 +38,11 @@ class Option:
         default: the value if it is not given.
         least, above, most: smallest number allowed, or exclusive lower bound, and largest number. Options of the solver
             have the bounds and defaults of `iccm.options`, unless a row narrows them.
+        topic: its heading in the help of commands with many options, a key of `TOPICS` in `io.option_groups`.
         parse: converts the text of the value.
         parse_each: converts each value of an option that may be repeated.
         solver: whether it is passed to `iccm.fit` and `iccm.deform`, unless it is None.
-        commands: those that have the option; if empty, those of its class.
+        commands: those that have the option; if empty, those of its class, or every command if the class names none.
         short: the one-letter name.
         required: whether it must be given.
         flag: its value if it is given without one.
@@ -58,6 +59,7 @@ class Option:
     metavar: str | None = None
     _: KW_ONLY
     default: Any = None
+    topic: str = ""
     least: float | None = None
     above: float | None = None
     most: float | None = None
@@ -109,7 +111,11 @@ TABLE: list[type] = []
 
 
 def _table(*commands: str) -> Callable[[type], type]:
-    """Return a decorator that annotates a class with its options, sets their defaults, and adds it to `TABLE`."""
+    """Return a decorator that annotates a class with its options, sets their defaults, and adds it to `TABLE`.
+
+    Args:
+        commands: those that have the options whose rows name none; without any, every command has them.
+    """
 
     def fill(cls: type) -> type:
         for name, hint in get_type_hints(cls).items():
@@ -288,7 +294,11 @@ class ApplyOptions:
     """Options of `iccm apply`."""
 
     output: str = _option(
-        "What to write, in the format of INPUT; - for stdout.", "FILE", required=True, short="-o"
+        "What to write, in the format of INPUT; - for stdout.",
+        "FILE",
+        required=True,
+        short="-o",
+        topic="output",
     )
     inverse: bool = _option(
         "Carry from the target back to the source (only for a map in an .npz file).", default=False
@@ -313,7 +323,9 @@ class ApplyOptions:
         old=("tolerance",),
     )
     report: str | None = _option(
-        "Report of what was carried and what lay outside the map (JSON); - for stdout.", "FILE.json"
+        "Report of what was carried and what lay outside the map (JSON); - for stdout.",
+        "FILE.json",
+        topic="output",
     )
 
 
@@ -321,7 +333,7 @@ class ApplyOptions:
 class ComposeOptions:
     """Options of `iccm compose`."""
 
-    output: str = _option("The saved map to write (.npz).", "FILE", required=True, short="-o")
+    output: str = _option("The saved map to write (.npz).", "FILE", required=True, short="-o", topic="output")
 
 
 @_table("flatten")
@@ -335,12 +347,16 @@ class FlattenOptions:
         default=(),
         parse=many,
         short="-o",
+        topic="output",
     )
-    uv: str | None = _option(f"Write the mesh with its flattening as texture coordinates ({MESHES}).", "FILE")
+    uv: str | None = _option(
+        f"Write the mesh with its flattening as texture coordinates ({MESHES}).", "FILE", topic="output"
+    )
     method: str = _option(
         "How to flatten. conformal: keeps angles, never folds; lscm: least squares conformal maps, which "
         "may fold; balanced: keeps angles and areas as far as possible.",
         "[conformal|lscm|balanced]", default="balanced",
+        topic="method",
     )  # fmt: skip
     onto: str | None = _option(
         "Flatten onto the outline of a drawing or picture (outline.svg, sheet.svg#id), with as uniform a "
@@ -349,15 +365,18 @@ class FlattenOptions:
     carry_maps: bool = _option(
         "With --uv FILE.glb or .obj: carry the other maps of its materials to the new coordinates.",
         default=False,
+        topic="mesh",
     )
     subdivide_rim: bool = _option(
         "With --onto: split triangles at the boundary until its edges follow the outline.",
         default=False,
+        topic="mesh",
     )
     parts: Literal["all", "largest"] = _option(
         "Which pieces to flatten. all: every piece of every geometry, packed side by side at one scale; "
         "largest: only the largest piece.",
         default="all", words="pieces components multiple all whole islands",
+        topic="shapes",
     )  # fmt: skip
     margin: int = _option(
         "Distance between charts, in texels of a texture of 1024 by 1024.",
@@ -366,16 +385,22 @@ class FlattenOptions:
     no_cut: bool = _option(
         "Refuse surfaces that have to be cut open: closed ones, and those with handles. Do not cut bag-like ones.",
         default=False, words="seam seams unwrap open",
+        topic="mesh",
     )  # fmt: skip
     cut_open: bool = _option(
         "Cut open closed surfaces, also with --onto.",
         default=False,
         old=("cut",),
         hidden=("flatten",), instead="surfaces are cut where they have to be, unless --no-cut is given",
+        topic="mesh",
     )  # fmt: skip
-    report: str | None = _option("Report of the flattening (JSON); - for stdout.", "FILE.json")
+    report: str | None = _option(
+        "Report of the flattening (JSON); - for stdout.", "FILE.json", topic="output"
+    )
     plot: str | None = _option(
-        "Plot the flat mesh and the surface with a checkerboard (.png .svg .pdf).", "FILE.png"
+        "Plot the flat mesh and the surface with a checkerboard (.png .svg .pdf).",
+        "FILE.png",
+        topic="output",
     )
 
 
@@ -391,6 +416,7 @@ class MorphOptions:
         "What to write: an animation (.webp .png .gif), or one file for each frame if the name contains "
         "{number}: pictures, or artwork (.svg). May be repeated.", "FILE",
         default=(), parse=many, required=True, short="-o",
+        topic="output",
     )  # fmt: skip
     target_texture: str | None = _option("Texture of TARGET; the source's texture fades into it.", "IMAGE")
 
@@ -404,29 +430,41 @@ class RelayoutOptions:
         "IMAGE",
         default=(),
         parse=many,
+        topic="texture",
     )
     normal: tuple[str, ...] = _option(
         "A tangent-space normal map with y pointing up (OpenGL, glTF, Blender).",
         "IMAGE",
         default=(),
         parse=many,
+        topic="texture",
     )
     normal_down: tuple[str, ...] = _option(
-        "A normal map with y pointing down (DirectX convention).", "IMAGE", default=(), parse=many
+        "A normal map with y pointing down (DirectX convention).",
+        "IMAGE",
+        default=(),
+        parse=many,
+        topic="texture",
     )
     data: tuple[str, ...] = _option(
-        "A picture of numbers, such as roughness, height or a mask.", "IMAGE", default=(), parse=many
+        "A picture of numbers, such as roughness, height or a mask.",
+        "IMAGE",
+        default=(),
+        parse=many,
+        topic="texture",
     )
     output: tuple[str, ...] = _option(
         "What to write: NEW as .glb or .obj with all maps of OLD's materials; or pictures, one -o for "
         "each input picture, or one name with {stem} for all of them. May be repeated.",
         "FILE", default=(), parse=many, required=True, short="-o",
+        topic="output",
     )  # fmt: skip
     size: tuple[int] | tuple[int, int] | None = _option(
         "Size of the new pictures; one number makes them square.  [default: as dense on the surface as "
         "the old ones]",
         "WxH|N",
         parse=size,
+        topic="output",
     )
     match: Literal["auto", "index", "topology", "position"] = _option(
         "How triangles of the two meshes are matched. position: by the positions of their corners; "
@@ -439,11 +477,14 @@ class RelayoutOptions:
         "Largest distance between the surfaces, relative to the diagonal; texels farther away stay empty.",
         default=0.01,
         least=0,
+        topic="method",
     )
     padding: int | None = _option(
-        "Texels by which colours extend beyond the charts.  [default: size / 32]", least=-1
+        "Texels by which colours extend beyond the charts.  [default: size / 32]",
+        least=-1,
+        topic="output",
     )
-    report: str | None = _option("Report of the transfer (JSON); - for stdout.", "FILE.json")
+    report: str | None = _option("Report of the transfer (JSON); - for stdout.", "FILE.json", topic="output")
 
 
 @_table("batch")
@@ -457,29 +498,40 @@ class BatchOptions:
         "Allow outputs outside the root folder, and patterns that match files outside the manifest's folder.",
         default=False,
         old=("outside",),
+        topic="mesh",
     )
     workers: int | None = _option(
         "Number of worker processes.  [default: all cores]",
         least=1,
         short="-j",
         words="jobs processes cores parallel",
+        topic="limits",
     )
-    threads: int = _option("Threads per worker.", default=1, least=1)
+    threads: int = _option("Threads per worker.", default=1, least=1, topic="limits")
     dask: str | None = _option(
-        "Use a Dask cluster, such as tcp://host:8786, instead of processes.", "ADDRESS"
+        "Use a Dask cluster, such as tcp://host:8786, instead of processes.",
+        "ADDRESS",
+        topic="limits",
     )
-    timeout: float | None = _option("Time limit for each job.", "SECONDS", above=0)
-    retries: int = _option("How often to retry a job whose worker died.", default=1, least=0)
+    timeout: float | None = _option("Time limit for each job.", "SECONDS", above=0, topic="limits")
+    retries: int = _option("How often to retry a job whose worker died.", default=1, least=0, topic="limits")
     fail_fast: bool = _option("Start no further jobs after the first failure.", default=False)
     resume: bool = _option(
         "Skip jobs (or frames of a --sequence) that an earlier run completed and whose inputs have not changed.",
         default=False, commands=("batch", "map"),
+        topic="limits",
     )  # fmt: skip
     dry_run: bool = _option(
-        "Check all jobs without running them.", default=False, old=("check",), words="validate test"
+        "Check all jobs without running them.",
+        default=False,
+        old=("check",),
+        words="validate test",
+        topic="output",
     )
     html: str | None = _option(
-        "Write a page with status, figures, thumbnails and links to the outputs.", "FILE.html"
+        "Write a page with status, figures, thumbnails and links to the outputs.",
+        "FILE.html",
+        topic="output",
     )
 
 
@@ -488,17 +540,27 @@ class CheckOptions:
     """Options of `iccm check`."""
 
     tolerances: str | None = _option(
-        "File of allowed differences.  [default: BASELINES/tolerances.toml, if it exists]", "FILE"
+        "File of allowed differences.  [default: BASELINES/tolerances.toml, if it exists]",
+        "FILE",
+        topic="method",
     )
-    junit: str | None = _option("Write a JUnit report for CI, with one test case per file.", "FILE.xml")
-    diff: str | None = _option("Write pictures of each difference: baseline, run, difference.", "DIR")
+    junit: str | None = _option(
+        "Write a JUnit report for CI, with one test case per file.", "FILE.xml", topic="output"
+    )
+    diff: str | None = _option(
+        "Write pictures of each difference: baseline, run, difference.", "DIR", topic="output"
+    )
     html: str | None = _option(
-        "Write a page with pictures before and after, figures and limits.", "FILE.html"
+        "Write a page with pictures before and after, figures and limits.",
+        "FILE.html",
+        topic="output",
     )
     summary: str | None = _option(
-        "Write a summary in Markdown, such as for a CI job's page; - for stdout.", "FILE.md"
+        "Write a summary in Markdown, such as for a CI job's page; - for stdout.",
+        "FILE.md",
+        topic="output",
     )
-    json: bool = _option("Print one JSON object per file, one per line.", default=False)
+    json: bool = _option("Print one JSON object per file, one per line.", default=False, topic="output")
     update: bool = _option("Replace the baselines by this run.", default=False)
     only: tuple[str, ...] = _option(
         "Compare or update only these files (a name or a pattern). May be repeated.", "NAME", default=(),
@@ -510,15 +572,17 @@ class CheckOptions:
 class InfoOptions:
     """Options of `iccm info`."""
 
-    json: bool = _option("Print one JSON object per file, one per line.", default=False)
-    plot: str | None = _option("Draw the numbered parts of one file (.png .svg .pdf).", "FILE.png")
+    json: bool = _option("Print one JSON object per file, one per line.", default=False, topic="output")
+    plot: str | None = _option(
+        "Draw the numbered parts of one file (.png .svg .pdf).", "FILE.png", topic="output"
+    )
 
 
 @_table("doctor")
 class DoctorOptions:
     """Options of `iccm doctor`."""
 
-    json: bool = _option("Print one JSON object per finding, one per line.", default=False)
+    json: bool = _option("Print one JSON object per finding, one per line.", default=False, topic="output")
 
 
 @_table("completion")
@@ -543,7 +607,7 @@ class PluginsOptions:
 
 @_table("map", "deform")
 class JobOptions:
-    """Options of a job, in the order in which help shows them."""
+    """Options of a job, by topic, in the order in which help shows them."""
 
     texture: str | None = _option(
         "Picture or SVG to carry through the map; checker is a numbered checkerboard.  [default: SOURCE "
@@ -552,270 +616,70 @@ class JobOptions:
         brief="Picture or SVG to carry through the map.  [default: SOURCE if it has several colours, else "
               "a checkerboard]",
         aliases=(("image", "{}"), ("picture", "{}"), ("photo", "{}")), words="pattern input material fill",
-    )  # fmt: skip
-    normal: tuple[str, ...] = _option(
-        "A tangent-space normal map with y pointing up, to carry through the same map. Give one -o for "
-        "each picture of this option and the next two, or one -o with {stem}, the picture's name, for "
-        "all; a mesh (-o x.glb) includes its normal map. May be repeated.", "IMAGE", default=(), parse=many,
-    )  # fmt: skip
-    normal_down: tuple[str, ...] = _option(
-        "A normal map with y pointing down (DirectX convention).", "IMAGE", default=(), parse=many
-    )
-    data: tuple[str, ...] = _option(
-        "A picture of numbers, such as roughness, height or a mask.", "IMAGE", default=(), parse=many
-    )
-    output: tuple[str, ...] = _option(
-        "What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg), "
-        "the map itself (.npz); - for a PNG on stdout. May be repeated.  [default, when nothing else is "
-        "written: SOURCE-TARGET.png or SHAPE-deformed.png here]", "FILE", default=(), parse=many, short="-o",
-        basic=True,
-        brief="What to write: .png .jpg .exr, .svg (the drawing), .obj .glb (a mesh), .npz (the map). May be repeated.",
-        aliases=(("out", "{}"),), words="save write result export",
-    )  # fmt: skip
-    report: str | None = _option("Report of the run (JSON); - for stdout.", "FILE.json")
-    plot: str | None = _option("Plot grids, the result, distortion and notes (.png .svg .pdf).", "FILE.png")
-    stmap: str | None = _option(
-        "Write the map as an STMap, for `iccm apply` and compositors; without FILE, the file of -o is "
-        "the STMap (-o map.exr --stmap).",
-        "[FILE.exr]", flag=OUTPUT, words="uvmap displacement warp",
-    )  # fmt: skip
-    force: bool = _option(
-        "Replace existing files.",
-        default=False,
-        commands=(*EVERY, "compose", "morph", "flatten", "relayout", "batch", "info", "init"),
-        basic=True,
-        aliases=(("overwrite", "{}"),),
-        words="replace clobber yes",
-    )
-
-    parts: Literal["auto", "joined", "each", "elements", "all", "largest"] = _option(
-        "How drawings of several parts are mapped. joined: each drawing as a whole, in a frame around "
-        "all its parts; all: each part onto a separate partner; auto: whichever of these two costs less; "
-        "each: the source onto every part of the target, such as the letters of a word; elements: onto "
-        "every letter or element with all of its parts, such as an i with its dot; largest: only the "
-        "largest part of each.",
-        default="auto", commands=("map", "morph"), basic=True,
-        brief="How drawings of several parts are mapped.", words="pieces components letters multiple all whole",
+        topic="texture",
     )  # fmt: skip
     gaps: Literal["paper", "transparent"] = _option(
         "What to show between the painted areas of a drawing that is its own texture. paper: a tint of "
         "the drawing's colours; transparent: nothing.",
         default="paper", commands=("map",), brief="What to show between a drawing's painted areas.",
         words="background transparent alpha paper bare",
+        topic="texture",
     )  # fmt: skip
-    trace: Literal["auto", "dark", "light", "inside"] = _option(
-        "Which part of a picture is the shape. auto: its opaque part, else the part that stands out from "
-        "the background, or the inside of a line; dark, light: the part that is darker or lighter than "
-        "the background; inside: the area that a line encloses.", default="auto", commands=MORPHED,
-        words="threshold background silhouette alpha invert",
+    normal: tuple[str, ...] = _option(
+        "A tangent-space normal map with y pointing up, to carry through the same map. Give one -o for "
+        "each picture of this option and the next two, or one -o with {stem}, the picture's name, for "
+        "all; a mesh (-o x.glb) includes its normal map. May be repeated.", "IMAGE", default=(), parse=many,
+        topic="texture",
     )  # fmt: skip
-    plane: Literal["flat", "uv"] = _option(
-        "The plane in which meshes are mapped. flat: their flattening; uv: their texture coordinates, like #uv.",
-        default="flat", hidden=("map", "deform"), instead="append #uv to the mesh's name instead: FILE#uv",
-    )  # fmt: skip
-    holes: Literal["auto", "keep", "cut", "fill"] = _option(
-        "How holes are treated. keep: holes are mapped onto holes and stay transparent; cut: the map "
-        "ignores holes, and the target's stay transparent; fill: the map ignores holes and paints over "
-        "them; auto: keep or cut, whichever costs less, and fill for shapes drawn only with lines.", default="auto",
-        commands=MORPHED, basic=True,
-        brief="Map holes onto holes, cut them out, or fill them.",
-        words="hole counters islands",
-    )  # fmt: skip
-    pin: tuple[Any, ...] = _option(
-        "A source point and its target point, in the files' units. May be repeated.", "SX,SY:TX,TY",
-        default=(), parse=many, parse_each=point_syntax.pin, commands=MORPHED, basic=True,
-        brief="A source point and its target point. May be repeated.",
-        words="point points landmark landmarks anchor correspondence pins handle",
-    )  # fmt: skip
-    exact_pins: bool = _option(
-        "Map each pin exactly onto its target point, whatever distortion that causes. Without this option, "
-        "a small patch around the pin is brought close to it.",
-        solver=True, commands=("map", "deform", "morph", "edit"), words="hard strict soft nail",
-    )  # fmt: skip
-    constraints: str | None = _option(
-        "Read pins and strokes from a JSON file, - for stdin; or pairs of landmarks of BigWarp (.csv), QGIS (.points) "
-        "or TPS (.tps).",
-        "FILE",
-        commands=MORPHED,
-        aliases=(("pins", "{}"),),
-        words="strokes pins-file",
+    normal_down: tuple[str, ...] = _option(
+        "A normal map with y pointing down (DirectX convention).",
+        "IMAGE",
+        default=(),
+        parse=many,
+        topic="texture",
     )
-    source_landmarks: str | None = _option(
-        "Read points on the source from a file of any program (.csv .tps .json .roi .zip .pts). Each becomes a pin to "
-        "the point of --target-landmarks with the same name, or to that at the same place in the list.",
-        "FILE",
-        commands=("map", "morph"),
-        words="points pins imagej napari elastix labelme fiji",
-    )
-    target_landmarks: str | None = _option(
-        "Read points on the target, see --source-landmarks.", "FILE", commands=("map", "morph"),
-        words="points pins imagej napari elastix labelme fiji",
-    )  # fmt: skip
-    rigid: tuple[str, ...] = _option(
-        "A region of the source that is moved, rotated and scaled but not bent: #id of an element of the "
-        "drawing (or a group or material of an OBJ or GLB), or a mask picture that is white where rigid. "
-        "May be repeated.", "REGION", default=(),
-        parse=many, basic=True,
-        brief="A part of the source that is not bent: #id, or a mask. May be repeated.",
-        words="mask protect keep lock stiff bones",
-    )  # fmt: skip
-    rigid_target: tuple[str, ...] = _option(
-        "A region of the target in which the picture is not bent, given like --rigid, which it replaces. "
-        "May be repeated.", "REGION",
-        default=(), parse=many, commands=("map",),
-    )  # fmt: skip
-    rigid_size: float | Literal["free"] | None = _option(
-        "Size of rigid regions relative to the mean scale of the map; free: chosen by the solver.  "
-        "[default: 1, or as large as there is room]",
-        "FACTOR|free", parse=rigid_size, solver=True, commands=("map",),
-    )  # fmt: skip
-    importance: str | None = _option(
-        "A picture on the source's canvas that is bright where distortion matters: white counts ten "
-        "times as much as black.",
-        "IMAGE", commands=("map",),
-    )  # fmt: skip
-    size_map: str | None = _option(
-        "A picture on the source's canvas that is bright where the result should be larger: lengths on "
-        "white become twice those on black.",
-        "IMAGE", commands=("map",),
-    )  # fmt: skip
-    start: str | None = _option(
-        "Continue from an earlier map (.npz) of these shapes or of the previous frame, so that the "
-        "result does not jump; if the shapes differ too much, a new map is computed (balanced).", "FILE.npz",
-    )  # fmt: skip
-    sequence: bool = _option(
-        "SOURCE, TARGET or --texture are patterns of frames ('frames/*.svg'). Each frame continues from "
-        "the map of the previous one, and its map is saved next to its picture (.npz).",
-        default=False, commands=("map",),
-    )  # fmt: skip
-    pin_weight: float | None = _option(
-        "Weight of pins relative to the outline (conformal, paper).  [default: 1]",
-        "W",
-        above=0,
-        solver=True,
-    )
-    stroke_weight: float | None = _option(
-        "Weight of strokes relative to the outline (conformal, paper).  [default: 1]",
-        "W",
-        above=0,
-        solver=True,
-    )
-
-    quasi: float | None = _option(
-        "Allow a quasi-conformal map, with this weight against shear (conformal, paper).",
-        "WEIGHT",
-        above=0,
-        solver=True,
-    )
-    method: solver.MethodName | None = _option(
-        "balanced: nearly uniform scale, meets the outline, pins and strokes; conformal: keeps angles "
-        "exactly; paper: Algorithm 1 as published.  [default: balanced; conformal with its own options]", solver=True,
-    )  # fmt: skip
-    balance: float = _option(
-        "Weight of areas against angles: 0 keeps angles only, 1 weights both equally, larger values keep "
-        "areas (balanced).", "THETA",
-        most=limits.BALANCE, solver=True, commands=MORPHED,
-    )  # fmt: skip
-    turn: float | Literal["any"] | None = _option(
-        "Rotation of the picture in degrees, counter-clockwise; any: whatever suits the shapes best "
-        "(balanced).  [default: 0, or from pins]",
-        "DEGREES|any", parse=turn, solver=True, commands=("map", "morph", "edit"), basic=True,
-        brief="Rotation of the picture in degrees.",
-        aliases=(("rotate", "{}"),), words="rotation angle orientation upright",
-    )  # fmt: skip
-    fit: fits.FitName | None = _option(
-        fits.help_text(),
-        solver=True, commands=("map", "morph"), basic=True,
-        brief="Which parts may be cropped or left empty where the shapes differ.",
-        words="mode crop contain cover frame",
-    )  # fmt: skip
-    place: solver.PlaceName = _option(
-        "How the drawing is placed on the target. fill: it takes the target's form; inside: it keeps its "
-        "proportions and is as large as possible inside the target; slice: it keeps its proportions, "
-        "covers the target and is cropped to it.", solver=True, commands=("map",), basic=True,
-        brief="Fill the target, or keep the drawing's proportions inside it or covering it.",
-        words="aspect proportions ratio undistorted logo meet preserve",
-    )  # fmt: skip
-    max_left_out: float | None = _option(
-        "Largest share of the source that may be hidden, such as 0.1.  [default: no limit]", "SHARE",
-        solver=True, commands=("map",),
-    )  # fmt: skip
-    max_uncovered: float | None = _option(
-        "Largest share of the target that may stay bare, such as 0.1.  [default: no limit]", "SHARE",
-        solver=True, commands=("map",),
-    )  # fmt: skip
-    effort: int | None = _option(
-        "Multiply the search effort by N: slower, and sometimes a better map.  [default: 1]", "N",
-        solver=True, commands=("map", "morph"), old=("starts",), words="quality tries attempts",
-    )  # fmt: skip
-    max_dilatation: float | None = _option(
-        "Largest dilatation allowed (balanced).",
-        "K",
-        above=1,
-        solver=True,
-        commands=EDITED,
-    )
-    max_stretch: float | None = _option(
-        "Largest stretch allowed (balanced).", "S", above=1, solver=True, commands=EDITED
-    )
-    order: Literal[0, 1] | None = _option(
-        "Order of the distance that is minimised, 0 or 1.  [default: depends on the method]", solver=True
-    )
-    max_iterations: int | None = _option(
-        "Stop after N iterations.  [default: depends on the method]", "N", solver=True
-    )
-    vertices: int | Literal["source"] | None = _option(
-        "Number of boundary vertices; source: the vertices of the file.  [default: depends on the shape]", "N|source",
-        parse=vertices, solver=True,
-    )  # fmt: skip
-    samples_per_edge: int | None = _option(
-        "Samples per edge with --method paper.  [default: 4; with --literal only the vertex itself]",
-        "N",
-        most=64,
-        solver=True,
-    )
-    literal: bool = _option(
-        "Follow the paper to the letter: the source's vertices, samples only at vertices, sums instead "
-        "of integrals, full steps (paper).", solver=True,
-    )  # fmt: skip
-    smoothness: float | None = _option(
-        "Resistance to bending.  [default: depends on the command]", "W", solver=True
-    )
-    tolerance: float = _option(
-        "Largest distance between the mapped outline and the target's outline, relative to its diagonal.",
-        solver=True,
-        commands=MORPHED,
-    )
-    require_injective: float | None = _option(
-        "Exit with code 1 unless the map is certified one-to-one on this share of the source's area.  [0.99]",
-        "[SHARE]",
-        above=0, most=1, parse=share, flag=str(CERTIFIED_AREA_SHARE),
-    )  # fmt: skip
-
-    size: tuple[int] | tuple[int, int] | None = _option(
-        "Size of the picture in pixels, or its longer side; 800x and x600 set one side.  [default: 1024]",
-        "WxH|N",
-        parse=size,
-        commands=(*EVERY, "morph"),
-        basic=True,
-        brief="Size of the picture in pixels, or its longer side.  [default: 1024]",
-        aliases=(("width", "{}x"), ("height", "x{}")),
-        words="resolution dimensions dpi pixels res scale",
+    data: tuple[str, ...] = _option(
+        "A picture of numbers, such as roughness, height or a mask.",
+        "IMAGE",
+        default=(),
+        parse=many,
+        topic="texture",
     )
     texture_box: Literal["viewbox", "bbox"] | None = _option(
         "Area of the source that the texture covers: its canvas (viewbox) or its outline's bounding box "
         "(bbox).  [default: viewbox; for the checkerboard bbox]",
         commands=(*MORPHED, "apply"),
+        topic="texture",
     )
-    target_box: Literal["viewbox", "bbox"] | None = _option(
-        "Area of the target that pictures show: its canvas (viewbox) or its outline's bounding box "
-        "(bbox).  [default: viewbox; bbox if the shape takes up little of its canvas]",
-        commands=(*MORPHED, "apply"),
+    texture_scale: tuple[float] | tuple[float, float] | None = _option(
+        "Size of the texture relative to the size at which it covers the source, scaled about its "
+        "centre; two numbers: across and down.",
+        "S|SX,SY", parse=scale,
+        topic="texture",
+    )  # fmt: skip
+    texture_offset: tuple[float, float] | None = _option(
+        "Move the texture on the source, in the file's units.",
+        "X,Y",
+        parse=pair,
+        topic="texture",
     )
+    texture_turn: float = _option(
+        "Rotate the texture on the source, counter-clockwise about its centre.",
+        "DEGREES",
+        default=0.0,
+        topic="texture",
+    )
+    edge: Literal["clamp", "transparent", "repeat", "mirror"] = _option(
+        "What to show beyond the texture's edge. clamp: the colours of its edge; transparent: nothing; "
+        "repeat, mirror: the texture again.",
+        default="clamp", commands=(*EVERY, "edit"), words="wrap tile tiling border repeat",
+        topic="texture",
+    )  # fmt: skip
     filter: Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"] = _option(
         "Filter that samples the texture; use nearest for label maps and masks.",
         default="auto",
         commands=(*EVERY, "morph", "edit", "relayout"),
+        topic="texture",
     )
     kind: Literal["colour", "normal", "normal-down", "data"] = _option(
         "Meaning of the picture's channels; normals (y up or down) are rotated with the map.  [default: color]",
@@ -825,83 +689,377 @@ class JobOptions:
         commands=EVERY,
         hidden=("map", "deform"),
         instead="pass the picture to --normal, --normal-down or --data instead of --texture",
+        topic="texture",
     )
     colorspace: str | None = _option(
         "Colour space of the texture (OpenColorIO name).  [default: from the file]",
         "NAME",
         commands=(*EVERY, "edit"),
+        topic="texture",
     )
-    edge: Literal["clamp", "transparent", "repeat", "mirror"] = _option(
-        "What to show beyond the texture's edge. clamp: the colours of its edge; transparent: nothing; "
-        "repeat, mirror: the texture again.",
-        default="clamp", commands=(*EVERY, "edit"), words="wrap tile tiling border repeat",
+    output: tuple[str, ...] = _option(
+        "What to write, by suffix: a picture (.png .jpg .tif .exr .webp .hdr), a mesh (.obj), artwork (.svg), "
+        "the map itself (.npz); - for a PNG on stdout. May be repeated.  [default, when nothing else is "
+        "written: SOURCE-TARGET.png or SHAPE-deformed.png here]", "FILE", default=(), parse=many, short="-o",
+        basic=True,
+        brief="What to write: .png .jpg .exr, .svg (the drawing), .obj .glb (a mesh), .npz (the map). May be repeated.",
+        aliases=(("out", "{}"),), words="save write result export",
+        topic="output",
     )  # fmt: skip
-    texture_scale: tuple[float] | tuple[float, float] | None = _option(
-        "Size of the texture relative to the size at which it covers the source, scaled about its "
-        "centre; two numbers: across and down.",
-        "S|SX,SY", parse=scale,
-    )  # fmt: skip
-    texture_offset: tuple[float, float] | None = _option(
-        "Move the texture on the source, in the file's units.", "X,Y", parse=pair
+    size: tuple[int] | tuple[int, int] | None = _option(
+        "Size of the picture in pixels, or its longer side; 800x and x600 set one side.  [default: 1024]",
+        "WxH|N",
+        parse=size,
+        commands=(*EVERY, "morph"),
+        basic=True,
+        brief="Size of the picture in pixels, or its longer side.  [default: 1024]",
+        aliases=(("width", "{}x"), ("height", "x{}")),
+        words="resolution dimensions dpi pixels res scale",
+        topic="output",
     )
-    texture_turn: float = _option(
-        "Rotate the texture on the source, counter-clockwise about its centre.", "DEGREES", default=0.0
+    target_box: Literal["viewbox", "bbox"] | None = _option(
+        "Area of the target that pictures show: its canvas (viewbox) or its outline's bounding box "
+        "(bbox).  [default: viewbox; bbox if the shape takes up little of its canvas]",
+        commands=(*MORPHED, "apply"),
+        topic="output",
     )
     padding: int | None = _option(
-        "Pixels by which colours extend beyond the outline; -1: over the whole picture.", "N", least=-1
+        "Pixels by which colours extend beyond the outline; -1: over the whole picture.",
+        "N",
+        least=-1,
+        topic="output",
     )
     padding_fill: Literal["push-pull", "nearest"] = _option(
-        "How to fill the padding.", default="push-pull", old=("fill",)
+        "How to fill the padding.",
+        default="push-pull",
+        old=("fill",),
+        topic="output",
     )
+    stmap: str | None = _option(
+        "Write the map as an STMap, for `iccm apply` and compositors; without FILE, the file of -o is "
+        "the STMap (-o map.exr --stmap).",
+        "[FILE.exr]", flag=OUTPUT, words="uvmap displacement warp",
+        topic="output",
+    )  # fmt: skip
+    report: str | None = _option("Report of the run (JSON); - for stdout.", "FILE.json", topic="output")
+    plot: str | None = _option(
+        "Plot grids, the result, distortion and notes (.png .svg .pdf).", "FILE.png", topic="output"
+    )
+    force: bool = _option(
+        "Replace existing files.",
+        default=False,
+        commands=(*EVERY, "compose", "morph", "flatten", "relayout", "batch", "info", "init"),
+        basic=True,
+        aliases=(("overwrite", "{}"),),
+        words="replace clobber yes",
+        topic="output",
+    )
+    parts: Literal["auto", "joined", "each", "elements", "all", "largest"] = _option(
+        "How drawings of several parts are mapped. joined: each drawing as a whole, in a frame around "
+        "all its parts; all: each part onto a separate partner; auto: whichever of these two costs less; "
+        "each: the source onto every part of the target, such as the letters of a word; elements: onto "
+        "every letter or element with all of its parts, such as an i with its dot; largest: only the "
+        "largest part of each.",
+        default="auto", commands=("map", "morph"), basic=True,
+        brief="How drawings of several parts are mapped.", words="pieces components letters multiple all whole",
+        topic="shapes",
+    )  # fmt: skip
+    fit: fits.FitName | None = _option(
+        fits.help_text(),
+        solver=True, commands=("map", "morph"), basic=True,
+        brief="Which parts may be cropped or left empty where the shapes differ.",
+        words="mode crop contain cover frame",
+        topic="shapes",
+    )  # fmt: skip
+    place: solver.PlaceName = _option(
+        "How the drawing is placed on the target. fill: it takes the target's form; inside: it keeps its "
+        "proportions and is as large as possible inside the target; slice: it keeps its proportions, "
+        "covers the target and is cropped to it.", solver=True, commands=("map",), basic=True,
+        brief="Fill the target, or keep the drawing's proportions inside it or covering it.",
+        words="aspect proportions ratio undistorted logo meet preserve",
+        topic="shapes",
+    )  # fmt: skip
+    holes: Literal["auto", "keep", "cut", "fill"] = _option(
+        "How holes are treated. keep: holes are mapped onto holes and stay transparent; cut: the map "
+        "ignores holes, and the target's stay transparent; fill: the map ignores holes and paints over "
+        "them; auto: keep or cut, whichever costs less, and fill for shapes drawn only with lines.", default="auto",
+        commands=MORPHED, basic=True,
+        brief="Map holes onto holes, cut them out, or fill them.",
+        words="hole counters islands",
+        topic="shapes",
+    )  # fmt: skip
+    max_left_out: float | None = _option(
+        "Largest share of the source that may be hidden, such as 0.1.  [default: no limit]", "SHARE",
+        solver=True, commands=("map",),
+        topic="shapes",
+    )  # fmt: skip
+    max_uncovered: float | None = _option(
+        "Largest share of the target that may stay bare, such as 0.1.  [default: no limit]", "SHARE",
+        solver=True, commands=("map",),
+        topic="shapes",
+    )  # fmt: skip
+    trace: Literal["auto", "dark", "light", "inside"] = _option(
+        "Which part of a picture is the shape. auto: its opaque part, else the part that stands out from "
+        "the background, or the inside of a line; dark, light: the part that is darker or lighter than "
+        "the background; inside: the area that a line encloses.", default="auto", commands=MORPHED,
+        words="threshold background silhouette alpha invert",
+        topic="shapes",
+    )  # fmt: skip
+    sequence: bool = _option(
+        "SOURCE, TARGET or --texture are patterns of frames ('frames/*.svg'). Each frame continues from "
+        "the map of the previous one, and its map is saved next to its picture (.npz).",
+        default=False, commands=("map",),
+        topic="shapes",
+    )  # fmt: skip
+    pin: tuple[Any, ...] = _option(
+        "A source point and its target point, in the files' units. May be repeated.", "SX,SY:TX,TY",
+        default=(), parse=many, parse_each=point_syntax.pin, commands=MORPHED, basic=True,
+        brief="A source point and its target point. May be repeated.",
+        words="point points landmark landmarks anchor correspondence pins handle",
+        topic="constraints",
+    )  # fmt: skip
+    exact_pins: bool = _option(
+        "Map each pin exactly onto its target point, whatever distortion that causes. Without this option, "
+        "a small patch around the pin is brought close to it.",
+        solver=True, commands=("map", "deform", "morph", "edit"), words="hard strict soft nail",
+        topic="constraints",
+    )  # fmt: skip
+    rigid: tuple[str, ...] = _option(
+        "A region of the source that is moved, rotated and scaled but not bent: #id of an element of the "
+        "drawing (or a group or material of an OBJ or GLB), or a mask picture that is white where rigid. "
+        "May be repeated.", "REGION", default=(),
+        parse=many, basic=True,
+        brief="A part of the source that is not bent: #id, or a mask. May be repeated.",
+        words="mask protect keep lock stiff bones",
+        topic="constraints",
+    )  # fmt: skip
+    rigid_target: tuple[str, ...] = _option(
+        "A region of the target in which the picture is not bent, given like --rigid, which it replaces. "
+        "May be repeated.", "REGION",
+        default=(), parse=many, commands=("map",),
+        topic="constraints",
+    )  # fmt: skip
+    rigid_size: float | Literal["free"] | None = _option(
+        "Size of rigid regions relative to the mean scale of the map; free: chosen by the solver.  "
+        "[default: 1, or as large as there is room]",
+        "FACTOR|free", parse=rigid_size, solver=True, commands=("map",),
+        topic="constraints",
+    )  # fmt: skip
+    constraints: str | None = _option(
+        "Read pins and strokes from a JSON file, - for stdin; or pairs of landmarks of BigWarp (.csv), QGIS (.points) "
+        "or TPS (.tps).",
+        "FILE",
+        commands=MORPHED,
+        aliases=(("pins", "{}"),),
+        words="strokes pins-file",
+        topic="constraints",
+    )
+    source_landmarks: str | None = _option(
+        "Read points on the source from a file of any program (.csv .tps .json .roi .zip .pts). Each becomes a pin to "
+        "the point of --target-landmarks with the same name, or to that at the same place in the list.",
+        "FILE",
+        commands=("map", "morph"),
+        words="points pins imagej napari elastix labelme fiji",
+        topic="constraints",
+    )
+    target_landmarks: str | None = _option(
+        "Read points on the target, see --source-landmarks.", "FILE", commands=("map", "morph"),
+        words="points pins imagej napari elastix labelme fiji",
+        topic="constraints",
+    )  # fmt: skip
+    importance: str | None = _option(
+        "A picture on the source's canvas that is bright where distortion matters: white counts ten "
+        "times as much as black.",
+        "IMAGE", commands=("map",),
+        topic="constraints",
+    )  # fmt: skip
+    size_map: str | None = _option(
+        "A picture on the source's canvas that is bright where the result should be larger: lengths on "
+        "white become twice those on black.",
+        "IMAGE", commands=("map",),
+        topic="constraints",
+    )  # fmt: skip
+    start: str | None = _option(
+        "Continue from an earlier map (.npz) of these shapes or of the previous frame, so that the "
+        "result does not jump; if the shapes differ too much, a new map is computed (balanced).", "FILE.npz",
+        topic="constraints",
+    )  # fmt: skip
+    method: solver.MethodName | None = _option(
+        "balanced: nearly uniform scale, meets the outline, pins and strokes; conformal: keeps angles "
+        "exactly; paper: Algorithm 1 as published.  [default: balanced; conformal with its own options]", solver=True,
+        topic="method",
+    )  # fmt: skip
+    balance: float = _option(
+        "Weight of areas against angles: 0 keeps angles only, 1 weights both equally, larger values keep "
+        "areas (balanced).", "THETA",
+        most=limits.BALANCE, solver=True, commands=MORPHED,
+        topic="method",
+    )  # fmt: skip
+    turn: float | Literal["any"] | None = _option(
+        "Rotation of the picture in degrees, counter-clockwise; any: whatever suits the shapes best "
+        "(balanced).  [default: 0, or from pins]",
+        "DEGREES|any", parse=turn, solver=True, commands=("map", "morph", "edit"), basic=True,
+        brief="Rotation of the picture in degrees.",
+        aliases=(("rotate", "{}"),), words="rotation angle orientation upright",
+        topic="method",
+    )  # fmt: skip
+    effort: int | None = _option(
+        "Multiply the search effort by N: slower, and sometimes a better map.  [default: 1]", "N",
+        solver=True, commands=("map", "morph"), old=("starts",), words="quality tries attempts",
+        topic="method",
+    )  # fmt: skip
+    max_dilatation: float | None = _option(
+        "Largest dilatation allowed (balanced).",
+        "K",
+        above=1,
+        solver=True,
+        commands=EDITED,
+        topic="method",
+    )
+    max_stretch: float | None = _option(
+        "Largest stretch allowed (balanced).",
+        "S",
+        above=1,
+        solver=True,
+        commands=EDITED,
+        topic="method",
+    )
+    tolerance: float = _option(
+        "Largest distance between the mapped outline and the target's outline, relative to its diagonal.",
+        solver=True,
+        commands=MORPHED,
+        topic="method",
+    )
+    require_injective: float | None = _option(
+        "Exit with code 1 unless the map is certified one-to-one on this share of the source's area.  [0.99]",
+        "[SHARE]",
+        above=0, most=1, parse=share, flag=str(CERTIFIED_AREA_SHARE),
+        topic="method",
+    )  # fmt: skip
+    plane: Literal["flat", "uv"] = _option(
+        "The plane in which meshes are mapped. flat: their flattening; uv: their texture coordinates, like #uv.",
+        default="flat", hidden=("map", "deform"), instead="append #uv to the mesh's name instead: FILE#uv",
+        topic="mesh",
+    )  # fmt: skip
+    cut_open: bool = _option(
+        "Also cut a mesh with a boundary, where that makes the scale more uniform, if it is mapped by landmarks or "
+        "onto another mesh; all other meshes are cut automatically where necessary.",
+        default=False, commands=EDITED, old=("cut",), words="seam seams unwrap open",
+        topic="mesh",
+    )  # fmt: skip
+    no_cut: bool = _option(
+        "Refuse closed meshes and those with handles instead of cutting them open.", default=False,
+        commands=EDITED, words="seam seams unwrap open",
+        topic="mesh",
+    )  # fmt: skip
+    bake: bool = _option(
+        "Bake a picture for the texture coordinates that the target mesh already has, instead of making new ones.",
+        default=False,
+        commands=("map",),
+        topic="mesh",
+    )
+    carry_maps: bool = _option(
+        "Also carry the other maps of a mesh's materials (normals, roughness, …) to the new coordinates.",
+        default=False, commands=("map",),
+        topic="mesh",
+    )  # fmt: skip
+    subdivide_rim: bool = _option(
+        "Split triangles at the boundary of a mesh until its edges follow the outline to the tolerance.",
+        default=False, commands=("map",),
+        topic="mesh",
+    )  # fmt: skip
+    allow_outside: bool = _option(
+        "Allow a mesh to use material libraries and pictures outside its folder.",
+        default=False, commands=("map", "deform", "flatten", "relayout"), old=("outside",),
+        topic="mesh",
+    )  # fmt: skip
+    quasi: float | None = _option(
+        "Allow a quasi-conformal map, with this weight against shear (conformal, paper).",
+        "WEIGHT",
+        above=0,
+        solver=True,
+        topic="paper",
+    )
+    smoothness: float | None = _option(
+        "Resistance to bending.  [default: depends on the command]",
+        "W",
+        solver=True,
+        topic="paper",
+    )
+    pin_weight: float | None = _option(
+        "Weight of pins relative to the outline (conformal, paper).  [default: 1]",
+        "W",
+        above=0,
+        solver=True,
+        topic="paper",
+    )
+    stroke_weight: float | None = _option(
+        "Weight of strokes relative to the outline (conformal, paper).  [default: 1]",
+        "W",
+        above=0,
+        solver=True,
+        topic="paper",
+    )
+    order: Literal[0, 1] | None = _option(
+        "Order of the distance that is minimised, 0 or 1.  [default: depends on the method]",
+        solver=True,
+        topic="paper",
+    )
+    vertices: int | Literal["source"] | None = _option(
+        "Number of boundary vertices; source: the vertices of the file.  [default: depends on the shape]", "N|source",
+        parse=vertices, solver=True,
+        topic="paper",
+    )  # fmt: skip
+    samples_per_edge: int | None = _option(
+        "Samples per edge with --method paper.  [default: 4; with --literal only the vertex itself]",
+        "N",
+        most=64,
+        solver=True,
+        topic="paper",
+    )
+    literal: bool = _option(
+        "Follow the paper to the letter: the source's vertices, samples only at vertices, sums instead "
+        "of integrals, full steps (paper).", solver=True,
+        topic="paper",
+    )  # fmt: skip
+    max_iterations: int | None = _option(
+        "Stop after N iterations.  [default: depends on the method]",
+        "N",
+        solver=True,
+        topic="paper",
+    )
+    memory: int | None = _option(
+        "Limit on memory, such as 2G; larger pictures use a temporary file.", "SIZE",
+        least=1, most=limits.MEMORY, parse=memory, commands=EVERY,
+        topic="limits",
+    )  # fmt: skip
     max_pixel_error: float = _option(
-        "Largest error of the fast evaluation, in texels.", default=0.05, above=0
+        "Largest error of the fast evaluation, in texels.",
+        default=0.05,
+        above=0,
+        topic="limits",
     )
     max_pixels: int = _option(
         "Refuse pictures with more pixels.",
         default=limits.PIXELS,
         least=1,
         commands=(*EVERY, "morph", "edit", "relayout"),
+        topic="limits",
     )
-    memory: int | None = _option(
-        "Limit on memory, such as 2G; larger pictures use a temporary file.", "SIZE",
-        least=1, most=limits.MEMORY, parse=memory, commands=EVERY,
-    )  # fmt: skip
     max_segments: int = _option(
-        "Refuse SVG files with more lines and curves.", default=limits.SEGMENTS, least=1, commands=MORPHED
+        "Refuse SVG files with more lines and curves.",
+        default=limits.SEGMENTS,
+        least=1,
+        commands=MORPHED,
+        topic="limits",
     )
-
-    bake: bool = _option(
-        "Bake a picture for the texture coordinates that the target mesh already has, instead of making new ones.",
-        default=False,
-        commands=("map",),
-    )
-    carry_maps: bool = _option(
-        "Also carry the other maps of a mesh's materials (normals, roughness, …) to the new coordinates.",
-        default=False, commands=("map",),
-    )  # fmt: skip
-    subdivide_rim: bool = _option(
-        "Split triangles at the boundary of a mesh until its edges follow the outline to the tolerance.",
-        default=False, commands=("map",),
-    )  # fmt: skip
-    cut_open: bool = _option(
-        "Also cut a mesh with a boundary, where that makes the scale more uniform, if it is mapped by landmarks or "
-        "onto another mesh; all other meshes are cut automatically where necessary.",
-        default=False, commands=EDITED, old=("cut",), words="seam seams unwrap open",
-    )  # fmt: skip
-    no_cut: bool = _option(
-        "Refuse closed meshes and those with handles instead of cutting them open.", default=False,
-        commands=EDITED, words="seam seams unwrap open",
-    )  # fmt: skip
     max_faces: int = _option(
         "Refuse meshes with more faces.",
         default=limits.FACES,
         least=1,
         commands=(*EDITED, "flatten", "relayout", "info"),
+        topic="limits",
     )
-    allow_outside: bool = _option(
-        "Allow a mesh to use material libraries and pictures outside its folder.",
-        default=False, commands=("map", "deform", "flatten", "relayout"), old=("outside",),
-    )  # fmt: skip
 
 
 @_table(*EVERY, "morph", "edit", "relayout")
@@ -913,24 +1071,29 @@ class CommonOptions:
         "N",
         least=1,
         words="cores jobs cpu",
+        topic="limits",
     )
     time_limit: float = _option(
         "Time limit: the search for a map then returns the best map so far, or an error names the step "
         "that took too long.", "SECONDS",
         default=DEFAULT_SECONDS, above=0, commands=("map", "deform", "morph", "apply", "flatten", "relayout"),
+        topic="limits",
     )  # fmt: skip
     dry_run: bool = _option(
         "Check all inputs and list the outputs without writing them.", default=False,
         commands=("map", "deform"),
+        topic="output",
     )  # fmt: skip
     watch: bool = _option(
         "Run again whenever an input changes, until Ctrl-C; later runs replace the outputs of the first.",
         default=False,
         commands=("map", "deform"),
+        topic="output",
     )  # fmt: skip
     open: bool = _option(
         "Open the first file that was written in the system's default program.", default=False,
         commands=("map", "deform"),
+        topic="output",
     )  # fmt: skip
 
 
@@ -942,19 +1105,20 @@ class EditOptions:
     no_browser: bool = _option("Print the page's address instead of opening it.", default=False)
 
 
-@_table(
-    *("map", "deform", "morph", "apply", "compose", "edit", "flatten", "relayout"),
-    *("batch", "init", "check", "info", "doctor", "completion", "plugins", "help"),
-)
+@_table()
 class MessageOptions:
-    """Options for messages on stderr."""
+    """Options of every command, for messages on stderr."""
 
-    verbose: bool = _option("Show all figures and each step.", default=False, short="-v")
-    quiet: bool = _option("Show only errors and warnings about the result.", default=False, short="-q")
-    log_format: Literal["text", "json"] = _option(
-        "Show messages as text, or as JSON with one object per line.", default="text"
+    verbose: bool = _option("Show all figures and each step.", default=False, short="-v", topic="messages")
+    quiet: bool = _option(
+        "Show only errors and warnings about the result.", default=False, short="-q", topic="messages"
     )
-    debug: bool = _option("Show tracebacks of errors.", default=False)
+    log_format: Literal["text", "json"] = _option(
+        "Show messages as text, or as JSON with one object per line.",
+        default="text",
+        topic="messages",
+    )
+    debug: bool = _option("Show tracebacks of errors.", default=False, topic="messages")
 
 
 def options_of(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
@@ -966,7 +1130,7 @@ def options_of(table: type = JobOptions) -> dict[str, tuple[Any, Option]]:
 def of_command(command: str, *tables: type) -> dict[str, tuple[Any, Option]]:
     """Return type and description of each option of a command, by name; only from `tables`, if any are given."""
     rows = (row for table in tables or TABLE for row in options_of(table).items())
-    return {name: row for name, row in rows if command in row[1].commands}
+    return {name: row for name, row in rows if not row[1].commands or command in row[1].commands}
 
 
 def suggest(name: str, options: Mapping[str, Option | None]) -> list[str]:

@@ -26,10 +26,10 @@ FILES = {
 """Names for files of the temporary folder in messages."""
 EVERY = 0.2  # seconds between two checks of the process
 FITS = [
-    ("auto", "Automatic", "The fit with the lowest cost"),
-    ("whole", "Whole Outlines", "All of one outline onto all of the other"),
-    ("contain", "Show All", "All of the source is shown"),
-    ("cover", "Cover All", "All of the target is covered"),
+    ("auto", "Automatic", "The cheapest map"),
+    ("whole", "Whole Outlines", "Outline onto outline"),
+    ("contain", "Show All", "No part of the source is hidden"),
+    ("cover", "Cover All", "No part of the target stays bare"),
 ]
 
 
@@ -271,7 +271,9 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
             mesh.write_islands(folder / "islands.svg", faces)
             mesh.write_corners(folder / "corners.csv", faces)
             turned = [f"--turn={self.turn.strip()}"] if self.turn.strip() else []
-            fit = ["--fit", self.fit] if self.fit in ("contain", "cover") else []
+            # Whole outlines, the default for one island, would be one frame around all islands. The best of several
+            # frames is chosen instead.
+            fit = ["--fit", self.fit] if self.fit != "whole" else []
             how = ["--parts", "joined", *fit, *turned, "--balance", f"{self.balance:g}"]
             return [
                 ["map", "islands.svg", outline, *how, "-o", "map.npz"],

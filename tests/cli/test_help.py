@@ -42,7 +42,7 @@ def test_the_short_help_has_what_most_need(iccm):
 @pytest.mark.parametrize("topic", TOPICS)
 def test_the_help_of_a_topic_has_its_options_alone(iccm, topic):
     text = iccm("map", "--help", topic).out
-    own = [name for name in TOPICS[topic].names if name in of_command("map")]
+    own = [name for name, (_, option) in of_command("map").items() if option.topic == topic]
     hidden = [name for name in own if "map" in of_command("map")[name][1].hidden]
     assert own and all(rows_in(text, name) == (name not in hidden) for name in own)
     others = set(of_command("map")) - set(own)

@@ -1,5 +1,6 @@
 """The tables of fits and capabilities agree with the solver and with menus."""
 
+import importlib.util
 import re
 from pathlib import Path
 from typing import get_args, get_type_hints
@@ -28,18 +29,23 @@ def test_the_command_line_offers_and_explains_every_fit():
     assert all(f"{name}: {mode.help}" in option.help for name, mode in fits.FITS.items())
 
 
-def test_the_page_offers_every_fit():
-    page = (ROOT / "io/edit/page/index.html").read_text()
-    menu = re.search(r'<select id="how".*?</select>', page, re.DOTALL)[0]
-    shown = dict(re.findall(r'<option value="(\w+)">([^<]*)</option>', menu))
-    assert shown == {name: mode.label for name, mode in fits.FITS.items()}
+def test_menus_are_those_of_the_table():
+    spec = importlib.util.spec_from_file_location("menus", ROOT / "docs/menus.py")
+    menus = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(menus)
+    files = menus.files()
+    assert {path.name for path in files} == {"index.html", "iccm_fit.inx", "__init__.py"}
+    for path, text in files.items():
+        assert path.read_text(encoding="utf-8") == text, "run make generated"
+    another = {"stretch": fits.FitMode("Stretch", "to the <box>", "the boxes are mapped")}
+    assert '"stretch">Stretch: to the &lt;box&gt;<' in menus.of_inkscape(another)
+    assert '("stretch", "Stretch", "To the <box>")' in menus.of_blender(another)
+    with pytest.raises(ValueError, match="0 menus"):
+        menus.written("no menu here", "<select>", "</select>", "")
+
+
+def test_the_page_and_the_add_on_offer_the_fits_of_what_they_map():
     assert set(get_args(get_type_hints(Scene)["fit"])) == set(fits.FITS)
-
-
-def test_plug_ins_offer_the_fits_of_what_they_map():
-    dialog = (ROOT / "plugins/inkscape/iccm_fit.inx").read_text()
-    menu = re.search(r'<param name="fit".*?</param>', dialog, re.DOTALL)[0]
-    assert set(re.findall(r'<option value="(\w+)">', menu)) == set(fits.FITS)
     addon = (ROOT / "plugins/blender/__init__.py").read_text()
     menu = re.search(r"^FITS = \[.*?^\]", addon, re.DOTALL | re.MULTILINE)[0]
     assert set(re.findall(r'^    \("(\w+)"', menu, re.MULTILINE)) == OF_OUTLINES

@@ -8,15 +8,6 @@ import {report} from './status.js';
 /** @import {Pane} from './pane.js' */
 /** @import {Actions, Hello, Side} from './types.d.ts' */
 
-/** @type {Record<string, string>} */
-const FIT_HINTS = {
-  auto: 'without pins the cheapest of the others; with pins whole outlines, or the tightest frames around all parts',
-  frame: 'gaps between parts, and concavities, are closed where that costs less',
-  whole: 'whole outlines, including protrusions and concavities',
-  contain: 'concavities of the source open where the target has none; the map follows when you release the pin',
-  cover: 'parts of the source without room in the target are hidden; the map follows when you release the pin',
-};
-
 /**
  * @param {object} parts
  * @param {Editor} parts.editor
@@ -114,7 +105,7 @@ export function showControls(editor, hello) {
   if (!anyTurn) input('turn').value = String(scene.turn);
   output('turn-value').value = anyTurn ? 'any' : `${scene.turn}°`;
   select('how').value = scene.fit;
-  byId('how-hint').textContent = FIT_HINTS[scene.fit];
+  byId('how-hint').textContent = select('how').selectedOptions[0].dataset.hint ?? '';
   document.body.classList.toggle('dirty', editor.dirty);
   document.body.classList.toggle('busy', editor.busy);
 }
