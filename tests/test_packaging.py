@@ -1,6 +1,7 @@
 """Scripts for other systems: the script of the GitHub action, and the files that call it."""
 
 import importlib
+import json
 import os
 import re
 import shutil
@@ -58,10 +59,80 @@ def test_a_difference_is_a_failure_and_wrong_input_another(jobs, tmp_path):
     assert jobs("jobs.toml").returncode == 2
 
 
+COMMENT = ROOT / "packaging" / "comment.sh"
+GH = """#!{python}
+import json, os, sys
+state = os.environ["COMMENTS"]  # [[id, text], …], as the server has them
+if os.environ.get("REFUSED"):
+    sys.exit("HTTP 403: Resource not accessible by integration")
+words, given = sys.argv[2:], dict(zip(sys.argv[2:], sys.argv[3:]))
+comments = json.load(open(state, encoding="utf-8"))
+if "--method" not in words:
+    assert "repos/us/pictures/issues/7/comments" in words and 'startswith("<!-- iccm' in given["--jq"]
+    print(*(number for number, text in comments if text.startswith("<!-- iccm")), sep="\\n")
+    sys.exit()
+text = given["--raw-field"].removeprefix("body=")
+if given["--method"] == "POST":
+    assert "repos/us/pictures/issues/7/comments" in words
+    comments.append([len(comments) + 11, text])
+else:
+    assert given["--method"] == "PATCH"
+    number = int(next(word for word in words if word.startswith("repos/us/pictures/issues/comments/")).split("/")[-1])
+    next(comment for comment in comments if comment[0] == number)[1] = text
+json.dump(comments, open(state, "w", encoding="utf-8"))
+"""
+
+
+@pytest.fixture
+def comment(tmp_path):
+    """Return what comments a summary with a stand-in for gh, and returns the process and all comments."""
+    gh = tmp_path / "bin" / "gh"
+    gh.parent.mkdir()
+    gh.write_text(GH.format(python=sys.executable), encoding="utf-8")
+    gh.chmod(0o755)
+    state = tmp_path / "comments.json"
+    state.write_text('[[11, "looks good"]]', encoding="utf-8")
+    environment = {
+        **os.environ,
+        "PATH": f"{gh.parent}{os.pathsep}{os.environ['PATH']}",
+        "COMMENTS": str(state),
+    }
+
+    def run(text, **more):
+        if text is not None:
+            (tmp_path / "check.md").write_text(text, encoding="utf-8")
+        line = ["bash", str(COMMENT), "check.md", "us/pictures", "7"]
+        done = subprocess.run(line, cwd=tmp_path, env={**environment, **more}, capture_output=True, text=True)
+        return done, json.loads(state.read_text(encoding="utf-8"))
+
+    return run
+
+
+def test_a_later_run_replaces_the_comment_of_an_earlier_one(comment):
+    done, comments = comment("2 files, **1 different**\n\n| `a b` |\n")
+    assert done.returncode == 0, done.stderr
+    assert comments[0] == [11, "looks good"] and "\n2 files, **1 different**\n\n| `a b` |" in comments[1][1]
+    done, comments = comment("all as before")
+    assert done.returncode == 0 and len(comments) == 2
+    assert "all as before" in comments[1][1] and "different" not in comments[1][1]
+
+
+def test_comments_that_are_not_permitted_do_not_fail_the_run(comment):
+    done, comments = comment("1 different", REFUSED="1")
+    assert done.returncode == 0 and "::warning::" in done.stdout and len(comments) == 1
+
+
+def test_without_a_comparison_there_is_no_comment(comment):
+    done, comments = comment(None)
+    assert done.returncode == 0 and len(comments) == 1
+
+
 def test_the_action_uses_the_inputs_that_it_declares():
     action = (ROOT / "action.yml").read_text()
     declared = set(re.findall(r"^  ([\w-]+):$", action.split("runs:")[0], re.M))
     assert declared == set(re.findall(r"inputs\.([\w-]+)", action)) and "manifest" in declared
+    for script in set(re.findall(r"packaging/[\w-]+\.sh", action)):
+        assert (ROOT / script).is_file()
     assert "packaging/check-jobs.sh" in action
 
 
