@@ -29,7 +29,7 @@ def exported():
     return {
         " ".join(text.split()).replace("( ", "(")
         for path in CORE.rglob("*.cpp")
-        for text in EXPORTED.findall(path.read_text())
+        for text in EXPORTED.findall(path.read_text(encoding="utf-8"))
     }
 
 
@@ -61,7 +61,9 @@ def test_every_function_that_is_exported_is_declared():
 def test_records_are_the_structs_in_c():
     """Data members come first, then functions if there are any."""
     declared()  # imports all of them
-    text = "\n".join(path.read_text() for ending in ("*.h", "*.cpp") for path in CORE.rglob(ending))
+    text = "\n".join(
+        path.read_text(encoding="utf-8") for ending in ("*.h", "*.cpp") for path in CORE.rglob(ending)
+    )
     text = " ".join(re.sub("//.*", "", text).split())
     assert "System" in RECORDS
     for made in RECORDS.values():
