@@ -59,3 +59,11 @@ def test_a_version_that_does_not_start_is_reported(tmp_path, monkeypatch):
         subprocess.run([sys.executable, "-m", "tests.bench.guard", "--help"], capture_output=True).returncode
         == 0
     )
+
+
+@pytest.mark.parametrize("name", ["absent.whl", "no-such-commit", "--output=archive.tar"])
+def test_what_is_neither_a_wheel_nor_a_commit_is_reported(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        guard.wheel_of(name, tmp_path)
+    assert name in str(stopped.value) and not list(tmp_path.iterdir())

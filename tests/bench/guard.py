@@ -16,6 +16,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+QUIET = ("--quiet", "--quiet", "--disable-pip-version-check")  # mistakes are shown, warnings are not
 TASKS = Path(__file__).resolve().parent / "guarded.py"
 
 
@@ -54,14 +55,24 @@ class Version:
 
 
 def wheel_of(version: str, folder: Path) -> Path:
-    """Return a wheel: the file that is named, or one that is built from a commit."""
+    """Return a wheel: the file that is named, or one that is built from a commit.
+
+    Raises
+    ------
+    SystemExit
+        There is no such file or commit.
+    """
     if version.endswith(".whl"):
+        if not Path(version).is_file():
+            raise SystemExit(f"{version}: no such file")
         return Path(version).resolve()
+    archive = subprocess.run(["git", "archive", "--end-of-options", version], cwd=ROOT, capture_output=True)
+    if archive.returncode:
+        raise SystemExit(f"{version}: not a wheel or a commit: {archive.stderr.decode().strip()}")
     tree = folder / "tree"
     tree.mkdir()
-    archive = subprocess.run(["git", "archive", version], cwd=ROOT, check=True, capture_output=True).stdout
-    subprocess.run(["tar", "-x", "-C", str(tree)], input=archive, check=True)
-    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-deps"]
+    subprocess.run(["tar", "-x", "-C", str(tree)], input=archive.stdout, check=True)
+    pip = [sys.executable, "-m", "pip", "wheel", *QUIET, "--no-deps"]
     subprocess.run([*pip, "--wheel-dir", str(folder), str(tree)], check=True)
     return next(folder.glob("iccm-*.whl"))
 
@@ -71,16 +82,7 @@ def install(wheel: Path, folder: Path) -> str:
     environment = folder / "venv"
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(environment)], check=True)
     python = environment / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-    pip = [
-        sys.executable,
-        "-m",
-        "pip",
-        "--python",
-        str(python),
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-    ]
+    pip = [sys.executable, "-m", "pip", "--python", str(python), "install", *QUIET]
     subprocess.run([*pip, str(wheel)], check=True)
     return str(python)
 

@@ -52,7 +52,7 @@ def tasks():
         "warp": lambda: iccm.warp(fit, texture, size=PIXELS, threads=1),
     }
     if hasattr(iccm, "flatten"):
-        found["flatten"] = lambda: iccm.flatten(vertices, faces)
+        found["flatten"] = lambda: iccm.flatten(vertices, faces, method="balanced")
     return found
 
 
