@@ -287,7 +287,6 @@ def test_it_is_rendered_as_finely_as_the_map_samples_it(files, made):
     assert 800_000 < made[-1][0] * made[-1][1] <= 900_000
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="alarms of POSIX")
 def test_the_letters_of_a_drawing_are_outlined_once_for_all_its_sizes(tmp_path, monkeypatch):
     path = tmp_path / "a.svg"
     path.write_text(
@@ -305,6 +304,7 @@ def test_the_letters_of_a_drawing_are_outlined_once_for_all_its_sizes(tmp_path, 
     assert not np.array_equal(rendering.render(path, WHOLE, (40, 20)).pixels, coarse)
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="alarms of POSIX")
 def test_the_renderer_ends_without_who_started_it():
     """It would render for minutes with nobody to stop it."""
     tall = '<feMorphology operator="dilate" radius="900"/>' * 9

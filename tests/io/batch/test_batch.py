@@ -221,7 +221,7 @@ def test_a_worker_that_died_between_two_jobs_does_not_answer_with_the_old_result
     try:
         payload = {"folder": str(tmp_path), "job": {"source": "none.svg", "report": "r.json"}, "threads": 1}
         assert pool.submit([payload]).result(60)[0]["status"] == "failed"
-        os.kill(pool._lanes[0]._pid.result(), signal.SIGKILL)
+        os.kill(pool._lanes[0]._pid.result(), getattr(signal, "SIGKILL", signal.SIGTERM))
         with pytest.raises(BrokenExecutor):
             pool.submit([payload]).result(60)
         assert pool.submit([payload]).result(60)[0]["status"] == "failed"  # by a new worker
@@ -295,6 +295,7 @@ def test_results_of_another_form_are_none(told, changed):
     assert told("r.json", **changed) is None
 
 
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere it is not known whether a process has ended")
 def test_the_journal_sweeps_in_its_folder_and_beside_outputs_of_the_manifest_alone(tmp_path):
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
