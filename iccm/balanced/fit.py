@@ -91,16 +91,13 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
     asked = [name for name in ("fit", "holes") if getattr(options, name) != "auto"]
     with suppress(NoMapError):
         other = solve_once(problem, replace(options, fit="auto", holes="auto"))
-        stretch, dilatation = (
-            [found.distortion.quantile(values(found.distortion), 0.95) for found in (whole, other)]
-            for values in (lambda d: d.stretches, lambda d: d.dilatations)
-        )
-        if other.status.ok and dilatation[1] <= WORTHWHILE_DILATATION_SHARE * dilatation[0]:
+        before, after = whole.distortion, other.distortion
+        if other.status.ok and after.dilatation_p95 <= WORTHWHILE_DILATATION_SHARE * before.dilatation_p95:
             return [
                 f"With {' and '.join(asked)} set to auto, the largest stretch on 95 % of the target is "
-                f"{stretch[1]:.1f} instead of {stretch[0]:.1f}, and the dilatation {dilatation[1]:.1f} "
-                f"instead of {dilatation[0]:.1f}; {other.left_out:.1%} of the source would be hidden and "
-                f"{other.uncovered:.1%} of the target bare."
+                f"{after.stretch_p95:.1f} instead of {before.stretch_p95:.1f}, and the dilatation "
+                f"{after.dilatation_p95:.1f} instead of {before.dilatation_p95:.1f}; "
+                f"{other.left_out:.1%} of the source would be hidden and {other.uncovered:.1%} of the target bare."
             ]
     return []
 
@@ -215,9 +212,8 @@ def _are_near(attempt: _Attempt, pins: Complex) -> Flags:
     assert fit.softness is not None
     limits = {here: limit for here, limit in zip(fit.pins[:, 0].tolist(), fit.softness.limits.tolist())}
     most = np.array([limits.get(here, np.nan) for here in pins[:, 0].tolist()])
-    away = np.abs(triangulated(fit.map)(pins[:, 0]) - pins[:, 1])
     # exact pins, and pins in holes, have no limit
-    return ~(away > MOST_LIMIT_RATIO * most)
+    return near_places(triangulated(fit.map), pins, most)
 
 
 def exact_pin_note(numbers: Index) -> str:
@@ -361,7 +357,7 @@ def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings
     sides = problem.outlines
     holes = problem.source_holes, problem.target_holes
     if sorted(map(len, holes)) != [0, 1] or not (
-        closed.is_partial or closed.distortion.quantile(closed.distortion.stretches, 0.95) > GOOD_STRETCH
+        closed.is_partial or closed.distortion.stretch_p95 > GOOD_STRETCH
     ):
         return None
     k = 0 if holes[0] else 1
@@ -421,7 +417,7 @@ def result_of(
     flat, mean = laid or (None, mean_scale(source, target, holes.sides))
     of_target = found.rigid_of_target
     rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in found.rigid]
-    if status.ok and not near_places(map, found.soft_pins, found.softness.limits):
+    if status.ok and not near_places(map, found.soft_pins, found.softness.limits).all():
         status = Status.PINS
     if status.ok and not all(region.is_rigid for region in rigid):
         status = Status.BENT
@@ -473,7 +469,7 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     bounded = found.reached and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
     ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
-    met = found.met and near_places(map, patches.points, patches.softness.limits)
+    met = found.met and bool(near_places(map, patches.points, patches.softness.limits).all())
     rigid = [Region.of(map, rings) for rings in regions.polygons]
     status = Status.PINS if not met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
     said.extend(soft_pin_notes(map, patches.points))
@@ -604,12 +600,15 @@ def coverage_notes(fit: Fit) -> list[str]:
     return said
 
 
-def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> bool:
-    """Return whether all soft pins (k, 2) are within their limits."""
+def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> Flags:
+    """Return (k,) whether pins (k, 2) are as close to their places as soft ones must be, within their limits (k,).
+
+    A limit that is not a number is none.
+    """
     if not len(pins):
-        return True
+        return np.ones(0, bool)
     here, there = pins.T
-    return bool((np.abs(map(here) - there) <= MOST_LIMIT_RATIO * limits).all())
+    return np.isnan(limits) | (np.abs(map(here) - there) <= MOST_LIMIT_RATIO * limits)
 
 
 def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:

@@ -81,9 +81,19 @@ class Distortion:
         return min(1.0, float(self.area @ near / self.area.sum()))
 
     @cached_property
+    def stretch_p95(self) -> float:
+        """The stretch that is exceeded on 5 % of the target."""
+        return self.quantile(self.stretches, 0.95)
+
+    @cached_property
+    def dilatation_p95(self) -> float:
+        """The dilatation that is exceeded on 5 % of the target."""
+        return self.quantile(self.dilatations, 0.95)
+
+    @cached_property
     def strain(self) -> tuple[float, float] | None:
         """Stretch and dilatation that are exceeded on 5 % of the target, if one of them is large; else None."""
-        stretch, dilatation = (self.quantile(each, 0.95) for each in (self.stretches, self.dilatations))
+        stretch, dilatation = self.stretch_p95, self.dilatation_p95
         return (stretch, dilatation) if stretch > STRETCHED_P95 or dilatation > DILATED_P95 else None
 
     @property

@@ -291,7 +291,8 @@ class Session:
         if same(before.map, solved.maps[0]):  # type: ignore[arg-type]
             return self._settle(scene, solved, MapChoice())
         chosen = replace(chosen, other=True)
-        if solved.status.ok and BETTER_STRETCH_RATIO * _stretch(solved.fit) < _stretch(before):
+        stretch = solved.fit.distortion.stretch_p95
+        if solved.status.ok and BETTER_STRETCH_RATIO * stretch < before.distortion.stretch_p95:
             return self._settle(scene, solved, replace(chosen, fresh=True))
         self._choices[scene.key] = chosen
         return replace(self._last[1], drawn=None, other=chosen.alternative)
@@ -644,11 +645,6 @@ class Session:
                 {"radius": radius / self.source.unit_at(here), "tolerance": tolerance / target.unit_at(there)}
             )
         return found
-
-
-def _stretch(fit: Fit) -> float:
-    """Return the largest stretch on 95 % of the target."""
-    return fit.distortion.quantile(fit.distortion.stretches, 0.95)
 
 
 def _axis(view: PageHalf, shape: Shape) -> float | None:

@@ -38,8 +38,7 @@ def cost_of(run: Run) -> float:
     """Return the cost of a cut, from the final map."""
     layout, map = as_mesh(run.target).flattening, run.fit.map
     z = pull_back(map, ExtendedInverse(map, run.threads), layout)
-    distortion = Written.of(z, layout, run.source.curve).distortion
-    return distortion.quantile(distortion.stretches, 0.95)
+    return Written.of(z, layout, run.source.curve).distortion.stretch_p95
 
 
 def choose_cut(run: Run, solve: Callable[[Run], None]) -> None:
