@@ -32,25 +32,57 @@ class MapCommand(options.Command):
 
 
 @click.command("map", cls=MapCommand)
-@click.argument("source", type=FILE)
-@click.argument("target", type=FILE)
+@click.argument("source", type=FILE, required=False, metavar="SOURCE")
+@click.argument("target", type=FILE, required=False, metavar="TARGET")
 @options.of("map")
-def command(**given: Any) -> int:
+def command(text: str | None, target_text: str | None, font: str | None, **given: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
 
     SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GLB, GeoJSON, DXF), or file#id for one element
-    of a file; font.ttf#text=Word is a word set in a font. Coordinates are in the files' own units. Without -o, a
-    picture named after both files is written to the current folder.
+    of a file. --text or --target-text sets a text in place of one of them. Coordinates are in the files' own units.
+    Without -o, a picture named after both files is written to the current folder.
 
     \b
     iccm map rose.svg leaf.svg
     iccm map rose.svg leaf.svg --texture petals.jpg -o rose-leaf.png --size 2048
     iccm map rose.svg leaf.svg --pin 256,256:256,300 --pin 256,80:256,80
     iccm map rose.svg leaf.svg -o rose-leaf.svg -o rose-leaf.npz
+    iccm map --text "Hello" leaf.svg -o hello-leaf.svg
 
     Exit code: 0 done, 1 the result is not good enough, 2 wrong input.
     """
-    return execute(given)
+    return execute(given | _shapes(given["source"], given["target"], text, target_text, font))
+
+
+def _shapes(
+    source: str | None, target: str | None, text: str | None, target_text: str | None, font: str | None
+) -> dict[str, str]:
+    """Return the specs of both shapes, where texts take the place of files.
+
+    Raises:
+        click.UsageError: there are too few or too many files.
+        InputError: there is no such font.
+    """
+    if font is not None and text is None and target_text is None:
+        raise InputError("--font: only works with --text or --target-text")
+    files = [file for file in (source, target) if file is not None]
+    wanted = [name for name, given in (("SOURCE", text), ("TARGET", target_text)) if given is None]
+    if len(files) < len(wanted):
+        raise click.UsageError(f"Missing argument '{wanted[len(files)]}'.", click.get_current_context())
+    if len(files) > len(wanted):
+        options = [
+            name for name, given in (("--text", text), ("--target-text", target_text)) if given is not None
+        ]
+        raise InputError(
+            f"{files[len(wanted)]}: too many files; leave it out, because {' and '.join(options)} "
+            f"{'take their places' if not wanted else 'takes its place'}"
+        )
+    from ..io.outlines import lettering
+
+    return {
+        "source": files.pop(0) if text is None else lettering.spec(text, font),
+        "target": files.pop(0) if target_text is None else lettering.spec(target_text, font),
+    }
 
 
 def execute(given: dict[str, Any]) -> int:

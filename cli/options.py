@@ -17,6 +17,7 @@ from ..io.options import (
     JobOptions,
     MessageOptions,
     Option,
+    TextOptions,
     of_command,
     options_of,
     suggest,
@@ -143,7 +144,9 @@ def _sections(
     if topic:
         chosen = TOPICS[topic]
         return [(chosen.title, chosen.example, of_topic(topic, names, rows))]
-    tables = [table for table in TABLE if table not in (JobOptions, CommonOptions, MessageOptions)]
+    tables = [
+        table for table in TABLE if table not in (JobOptions, TextOptions, CommonOptions, MessageOptions)
+    ]
     rows_of_its_own = of_command(command, *tables)
     own = [name for name in names if name in rows_of_its_own and rows[name].commands[0] == command]
     basic = {name for name, option in rows.items() if option.basic} | {"help"}

@@ -21,6 +21,10 @@ HELD_SUFFIXES = {"PNG": ".png", "JPEG": ".jpg", "WebP": ".webp"}
 """Suffixes of pictures that meshes and drawings can contain."""
 
 
+FONTS = (".ttf", ".otf")
+"""Suffixes of fonts, in which a text is set: `font.ttf#text=Word`."""
+
+
 @dataclass(frozen=True)
 class PictureFormat:
     """What pixels a picture format can store.
@@ -111,8 +115,7 @@ FORMATS = {
     ".geojson": Format(outlines=True),
     ".geojsonl": Format(outlines=True),
     ".topojson": Format(outlines=True),
-    ".ttf": Format(outlines=True),
-    ".otf": Format(outlines=True),
+    **dict.fromkeys(FONTS, Format(outlines=True)),
     ".dxf": Format(outlines=True),
     ".npz": Format(map=True),
 }

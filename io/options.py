@@ -336,6 +336,29 @@ class ComposeOptions:
     output: str = _option("The saved map to write (.npz).", "FILE", required=True, short="-o", topic="output")
 
 
+@_table("map")
+class TextOptions:
+    """Options of `iccm map` that set a text in place of a file."""
+
+    text: str | None = _option(
+        "Use this text in --font as SOURCE: iccm map --text Hello heart.svg.",
+        "TEXT",
+        basic=True,
+        topic="shapes",
+        words="word words letters string",
+    )
+    target_text: str | None = _option(
+        "Use this text in --font as TARGET: iccm map photo.jpg --target-text Sky.", "TEXT", topic="shapes"
+    )
+    font: str | None = _option(
+        "Font of --text and --target-text: a .ttf or .otf file, or the name of an installed font, such as "
+        "'DejaVu Serif Bold'.  [default: DejaVu Sans Bold]",
+        "FILE|NAME",
+        topic="shapes",
+        words="typeface family",
+    )
+
+
 @_table("flatten")
 class FlattenOptions:
     """Options of `iccm flatten`."""

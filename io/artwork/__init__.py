@@ -25,7 +25,10 @@ from xml.etree import ElementTree
 from ...arrays import Complex
 from ...errors import InputError, naming
 from ...maps.approximation import AnyMap
-from ..shapes.shape import Shape
+from .. import formats
+from ..outlines import lettering
+from ..shapes.shape import Shape, without_box
+from ..spec import Spec
 from ..svg.document import SUFFIXES, drawing_bytes
 from . import attributes
 from .document import MappedDocument
@@ -38,7 +41,7 @@ def check(source: Shape, target: Shape, copies: int = 1) -> None:
     """Check whether `carry` can transfer a drawing, before a map is solved for; `copies` is the number of transfers.
 
     Raises:
-        InputError: the source is not an SVG file, is malformed, or exceeds a limit.
+        InputError: the source is neither an SVG file nor a text in a font, is malformed, or exceeds a limit.
     """
     _document(source, target, copies)
 
@@ -54,7 +57,8 @@ def carry(
     """Write the drawing from which the source shape was read, mapped to the target.
 
     Args:
-        source: a shape from an SVG file; everything that the file draws inside it is transferred, not only the outline.
+        source: a shape from an SVG file, or a text in a font; everything that the file draws inside it is transferred,
+            not only the outline.
         map: source → target, core plane.
         target: its canvas becomes the drawing's.
         path: the SVG file to write.
@@ -64,7 +68,7 @@ def carry(
         A note, with a count, for each kind of content that was clipped, omitted or approximated.
 
     Raises:
-        InputError: the source is not an SVG file, or it is malformed.
+        InputError: the source is neither an SVG file nor a text in a font, or it is malformed.
     """
     return carry_parts([(source, map)], target, path, tolerance=tolerance)
 
@@ -105,10 +109,20 @@ def carry_parts(
     return tuple(f"{number} × {what}" for what, number in sorted(notes))
 
 
+def is_drawn(path: Path) -> bool:
+    """Return whether a file has paths that can become artwork: it is an SVG, or a font in which a text is set."""
+    return formats.suffix_of(path) in (*SUFFIXES, *formats.FONTS)
+
+
 def _document(source: Shape, target: Shape, copies: int) -> MappedDocument:
-    if source.path.suffix.lower() not in SUFFIXES:
+    if not is_drawn(source.path):
         raise InputError(
-            f"{source.path}: artwork (.svg) can only be made from an SVG file; use a picture's suffix for -o"
+            f"{source.path}: artwork (.svg) can only be made from an SVG file or a text in a font; use a picture's "
+            "suffix for -o"
         )
+    if formats.suffix_of(source.path) in formats.FONTS:
+        data = lettering.svg(source.path, without_box(source.path, Spec.of(source.spec).chosen or ""))
+    else:
+        data = drawing_bytes(source.path)
     with naming(source.path):
-        return MappedDocument.of(drawing_bytes(source.path), source, target, copies)
+        return MappedDocument.of(data, source, target, copies)

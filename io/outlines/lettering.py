@@ -1,8 +1,9 @@
 """Text set in a font file: `font.ttf#text=Word`, 100 units per em, y down, letters as parts, counters as holes."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 import shapely
@@ -10,17 +11,95 @@ import shapely
 from ...arrays import Complex
 from ...curve import polygon_of
 from ...errors import InputError
-from .. import files, limits
+from .. import files, formats, limits
 from ..svg.affine import Affine
-from ..svg.drawing import Drawing
+from ..svg.drawing import Drawing, Rectangle
 from ..svg.fill import FilledOutline, outlines
 from ..svg.fonts import Font
+from ..svg.lettering import font_file
 from ..svg.path_data import subpaths
 
 UNITS_PER_EM = 100.0
 TEXT = "text="
 LINE_EMS = 0.8, 1.0  # least height of the canvas above the baseline, and in all, in ems
+DEFAULT_FONT = "fonts/ttf/DejaVuSans-Bold.ttf"
+"""In matplotlib's data: a font that every installation has."""
+STYLES: dict[str, dict[str, int]] = {
+    "light": {"weight": 300},
+    "regular": {"weight": 400},
+    "medium": {"weight": 500},
+    "semibold": {"weight": 600},
+    "bold": {"weight": 700},
+    "black": {"weight": 900},
+    "italic": {"slant": 100},
+    "oblique": {"slant": 110},
+}
+"""Words at the end of a font's name: weights as in CSS, and slants of fontconfig."""
+SVG_FLATNESS = 1e-4  # of the rings from which the canvas of an SVG follows, relative to the size of each
+SVG_SPACE = "http://www.w3.org/2000/svg"
 SAY = "a font needs a text, such as {}#text=Word"
+
+
+def spec(text: str, font: str | None = None) -> str:
+    """Return the spec of a text in a font: `font.ttf#text=Word`.
+
+    Args:
+        text: the text; `#bbox` or `#canvas` at its end selects its box.
+        font: a font file, or the name of an installed font such as `DejaVu Serif Bold`; DejaVu Sans Bold, which comes
+            with matplotlib, by default.
+
+    Raises:
+        InputError: there is no such font, or it is part of a collection.
+    """
+    if not text.strip():
+        raise InputError("--text: is empty; write the text to set, such as --text Hello")
+    if font is None:
+        from matplotlib import get_data_path
+
+        return f"{Path(get_data_path(), DEFAULT_FONT)}#{TEXT}{text}"
+    if formats.suffix_of(font) in formats.FONTS or Path(font).exists():
+        return f"{font}#{TEXT}{text}"
+    family, weight, slant = _style(font)
+    found = font_file(family, weight, slant)
+    if found is None:
+        raise InputError(
+            f"--font {font}: there is no such font file, and no font with this name is installed; name a .ttf or "
+            ".otf file"
+        )
+    if formats.suffix_of(found[0]) not in formats.FONTS:
+        raise InputError(
+            f"--font {font}: is stored in {found[0]}, which is not a .ttf or .otf file; name such a file"
+        )
+    return f"{found[0]}#{TEXT}{text}"
+
+
+def _style(name: str) -> tuple[str, int, int]:
+    """Return family in lower case, weight and slant of a font's name, such as `DejaVu Serif Bold Italic`."""
+    words = name.casefold().split()
+    weight, slant = 400, 0
+    while len(words) > 1 and words[-1] in STYLES:
+        style = STYLES[words.pop()]
+        weight, slant = style.get("weight", weight), style.get("slant", slant)
+    return " ".join(words), weight, slant
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A line of text set in a font, y down, with its baseline below the top of the canvas.
+
+    Attributes:
+        name: the text as selected in the spec, `text=Word`.
+        text: the text.
+        glyphs: path data of each glyph, with the index in the text of the first letter that it represents.
+        canvas: x, y, width and height of a box around the line and all that it paints.
+        letters: the rings of all glyphs, each with the index of its letter.
+    """
+
+    name: str
+    text: str
+    glyphs: list[tuple[int, str]]
+    canvas: Rectangle
+    letters: list[tuple[int, Complex]]
 
 
 def read(
@@ -30,6 +109,36 @@ def read(
 
     Raises:
         InputError: no text is given, the file is not a font, or lacks letters.
+    """
+    line = _set(path, chosen, flatness, max_bytes)
+    found, refused = outlines([z for _, z in line.letters], "nonzero", repr(line.text[:40]))
+    found = [
+        replace(outline, names=(line.name,), element=letter)
+        for outline, letter in zip(found, _letters_of(found, line.letters))
+    ]
+    return Drawing(found, line.canvas, flip=True, refused=refused, ids={line.name: None})
+
+
+def svg(path: Path, chosen: str | None = None, *, max_bytes: int = limits.DRAWING_BYTES) -> bytes:
+    """Return a line of text as an SVG file in the coordinates of `read`: a black path for each glyph.
+
+    Raises:
+        InputError: as for `read`.
+    """
+    line = _set(path, chosen, SVG_FLATNESS, max_bytes)
+    top = Element("svg", {"xmlns": SVG_SPACE, "viewBox": " ".join(f"{side:.9g}" for side in line.canvas)})
+    group = SubElement(top, "g", {"aria-label": line.text})
+    for letter, data in line.glyphs:
+        if data:
+            SubElement(group, "path", {"id": f"letter-{letter + 1}", "d": data})
+    return tostring(top)
+
+
+def _set(path: Path, chosen: str | None, flatness: float, max_bytes: int) -> Line:
+    """Return the line of text that a spec selects, with curves flattened for its rings and kept in its path data.
+
+    Raises:
+        InputError: as for `read`.
     """
     files.open_input(path, max_bytes=max_bytes)
     if not (chosen or "").startswith(TEXT) or not (text := (chosen or "")[len(TEXT) :].strip()):
@@ -47,19 +156,13 @@ def read(
             f"{path}: not a font, or it lacks letters of {text[:40]!r}, or the text mixes writing directions"
         )
     letters = [(letter, run.z) for letter, data in glyphs for run in subpaths(data, Affine(), flatness)]
-    rings = [z for _, z in letters]
-    if not rings:
+    if not letters:
         raise InputError(f"{path}: {text[:40]!r} draws nothing")
-    found, refused = outlines(rings, "nonzero", repr(text[:40]))
-    found = [
-        replace(outline, names=(chosen or "",), element=letter)
-        for outline, letter in zip(found, _letters_of(found, letters))
-    ]
-    every = np.concatenate([outline.z for outline in found])
+    every = np.concatenate([z for _, z in letters])
     left, top = min(0.0, every.real.min()), min(0.0, every.imag.min())
     right, bottom = max(width, every.real.max()), max(LINE_EMS[1] * UNITS_PER_EM, every.imag.max())
     canvas = float(left), float(top), float(right - left), float(bottom - top)
-    return Drawing(found, canvas, flip=True, refused=refused, ids={chosen or "": None})
+    return Line(chosen or "", text, glyphs, canvas, letters)
 
 
 def _letters_of(found: Sequence[FilledOutline], letters: Sequence[tuple[int, Complex]]) -> list[int]:

@@ -31,6 +31,7 @@ from ..svg import reader as svg
 from ..svg.drawing import Drawing
 from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
+from .silhouette import CANVAS
 
 if TYPE_CHECKING:
     from ...meshes.flatten import Flattening
@@ -263,13 +264,15 @@ class Shape:
         return xy_of(_core(np.asarray(z, dtype=complex), self.flip))
 
 
+BBOX = "bbox"
+"""Name of the bounding box of what a file, or a part of it, paints: `logo.svg#bbox`, `logo.svg#part#bbox`."""
 THINNEST_RATIO = 1e6
 """Outline's length squared / area; for a strip that is four times its length / width."""
 READERS = {
     **dict.fromkeys((".svg", ".svgz"), svg.read),
     ".obj": planar_obj.read,
     **dict.fromkeys((".geojson", ".geojsonl", ".topojson", ".json"), polygons.read),
-    **dict.fromkeys((".ttf", ".otf"), lettering.read),
+    **dict.fromkeys(formats.FONTS, lettering.read),
     ".dxf": dxf.read,
 }
 SUFFIXES = (*READERS, *formats.holding("picture"))
@@ -467,6 +470,11 @@ def drawn(
     if not 1e-9 <= flatness <= 0.1:
         raise InputError(f"flatness {flatness:g}: must be between 1e-9 and 0.1, relative to the shape's size")
     path, suffix = spec.path, known(spec.path)
+    if spec.part is not None and spec.number is None and without_box(path, spec.part) != spec.part:
+        inner = Spec.of(f"{path}#{without_box(path, spec.part)}".removesuffix("#"))
+        drawing = drawn(inner, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)
+        if spec.part not in drawing.ids:  # no element has this name
+            return _boxed(drawing, inner, spec.part)
     reader: Callable[..., Drawing] = READERS.get(suffix, silhouette.read)
     limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
     limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}
@@ -483,6 +491,42 @@ def drawn(
             drawing.outlines.extend(_lines_apart(drawing))
             drawing.outlines.sort(key=lambda outline: -outline.area)
     return drawing
+
+
+def without_box(path: Path, part: str) -> str:
+    """Return a part without `#bbox` at its end, and in a font without `#canvas`; "" for the whole file."""
+    boxes = (BBOX, CANVAS) if READERS.get(formats.suffix_of(path)) is lettering.read else (BBOX,)
+    head, _, last = part.rpartition("#")
+    return head if last in boxes else part
+
+
+def _boxed(drawing: Drawing, spec: Spec, part: str) -> Drawing:
+    """Return a drawing whose only outline is the bounding box of what it paints, or its canvas.
+
+    Args:
+        drawing: of a file, or a part of it.
+        spec: of that file or part.
+        part: the same with `#bbox` or `#canvas`.
+
+    Raises:
+        InputError: nothing is painted.
+    """
+    text = f"{spec.path}#{part}"
+    found = spec.among(drawing.ids)
+    if found.number is not None or not drawing.outlines or found.part not in (None, *drawing.ids):
+        outline, _ = _choose(drawing, text, found, told=False)
+        painted: shapely.Geometry = polygon_of(outline.z)
+    else:
+        painted = drawing.painted
+    left, low, right, high = painted.bounds
+    name = "the bounding box"
+    if part.rpartition("#")[2] == CANVAS and drawing.rectangle is not None:
+        left, low, width, height = drawing.rectangle
+        right, high, name = left + width, low + height, "the canvas"
+    corners = np.array([left + 1j * low, right + 1j * low, right + 1j * high, left + 1j * high])
+    box = FilledOutline(name, corners, (right - left) * (high - low))
+    ids = {**drawing.ids, part: None}
+    return replace(drawing, outlines=[box], refused=[], paint=None, has_lines=False, wrapped=None, ids=ids)
 
 
 def _lines_apart(drawing: Drawing) -> list[FilledOutline]:

@@ -50,6 +50,21 @@ class _NotPlainError(Exception):
 @lru_cache(maxsize=64)
 def _matched(family: str, weight: int, slant: int) -> Font | None:
     """Return the font of a family; None where fontconfig would substitute another."""
+    found = font_file(family, weight, slant)
+    try:
+        return Font(*found, weight) if found else None
+    except Exception:  # treat a broken font file as missing
+        return None
+
+
+def font_file(family: str, weight: int = 400, slant: int = 0) -> tuple[str, int] | None:
+    """Return the file of an installed font and its index in a collection; None where another would be substituted.
+
+    Args:
+        family: in lower case, such as `dejavu sans`.
+        weight: as in CSS; 400 is regular, 700 bold.
+        slant: 0 for upright, 100 for italic, 110 for oblique.
+    """
     command = shutil.which("fc-match")
     if command is None:
         return _listed(family, weight, slant)
@@ -63,12 +78,12 @@ def _matched(family: str, weight: int, slant: int) -> Font | None:
         names, path, number = said.split("\n")[:3]
         if family not in _GENERIC and family not in names.casefold().split(","):
             return None
-        return Font(path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else 0, weight)
-    except Exception:  # treat a broken fontconfig or font file as missing
+        return path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else 0
+    except Exception:  # treat a broken fontconfig as a missing font
         return None
 
 
-def _listed(family: str, weight: int, slant: int) -> Font | None:
+def _listed(family: str, weight: int, slant: int) -> tuple[str, int] | None:
     """Return the font of a family among those that matplotlib finds, for systems without fontconfig."""
     try:
         from matplotlib import font_manager
@@ -80,9 +95,8 @@ def _listed(family: str, weight: int, slant: int) -> Font | None:
         }
         style = styles[slant]
         asked = font_manager.FontProperties(family=[family], weight=weight, style=style)
-        path = font_manager.findfont(asked, fallback_to_default=False)
-        return Font(str(path), 0, weight)
-    except Exception:  # a missing family, or a broken font file
+        return str(font_manager.findfont(asked, fallback_to_default=False)), 0
+    except Exception:  # a missing family
         return None
 
 

@@ -34,7 +34,7 @@ def test_the_short_help_has_what_most_need(iccm):
     wanted = ["texture", "output", "size", "fit", "parts", "pin", "rigid", "turn", "holes", "force", "help"]
     shown = [name for name in [*of_command("map"), "help"] if rows_in(text, name)]
     assert set(wanted) <= set(shown) and len(shown) <= 14
-    assert len(re.findall(r"^  iccm map ", text, re.MULTILINE)) == 4
+    assert len(re.findall(r"^  iccm map ", text, re.MULTILINE)) == 5
     assert all(re.search(rf"^  {word} ", text, re.MULTILINE) for word in (*TOPICS, "all"))
     assert len(text.splitlines()) <= 65 and max(map(len, text.splitlines())) <= 80
 

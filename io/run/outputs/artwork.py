@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ....errors import InputError
 from ... import formats
-from ...artwork import carry_parts, check
+from ...artwork import carry_parts, check, is_drawn
 from ...meshes.mesh_files import names_layout
 from ...spec import Spec
 from .. import framing
@@ -29,15 +29,15 @@ class Artwork(Output):
     """An SVG of the source's drawing."""
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """Require an SVG as source, and a planar target or a chart of a mesh's layout."""
+        """Require an SVG or a text in a font as source, and a planar target or a chart of a mesh's layout."""
         if formats.suffix_of(self.name) != ".svg":
             raise InputError(f"{self.name}: artwork is written as .svg; compress it afterwards")
-        drawn = formats.suffix_of(Spec.of(job.source).path) in (".svg", ".svgz")
+        drawn = is_drawn(Spec.of(job.source).path)
         flat = not onto_mesh or job.plane == "uv" or names_layout(job.target or "")
         if not drawn or not flat or job.bake:
             raise InputError(
-                f"{self.name}: artwork needs an SVG as the source and a planar shape or a chart (mesh#uv) "
-                "as the target; use a picture's suffix"
+                f"{self.name}: artwork needs an SVG or a text (font.ttf#text=Hello) as the source, and a "
+                "planar shape or a chart (mesh#uv) as the target; use a picture's suffix"
             )
 
     def check(self, run: Run) -> None:
