@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
 from typing import Any
@@ -17,15 +18,18 @@ SAVED = ("inverse", "columns", "max_line_error", "report", "size", "texture_box"
 
 
 @click.command("apply", cls=options.Command)
-@click.argument("map", type=FILE)
+@click.argument("maps", type=FILE, nargs=-1, required=True, metavar="MAP...")
 @click.argument("input", type=FILE)
 @options.of("apply")
-def command(map: str, input: str, output: str, **given: Any) -> int:
+def command(maps: tuple[str, ...], input: str, output: str, **given: Any) -> int:
     """Carry INPUT through MAP, a saved map. INPUT is a picture, a drawing, or a file of points, lines and polygons.
 
     MAP is an .npz file written by `iccm map -o map.npz`. It carries pictures, drawings (.svg), tables of points (.csv
     .tsv), GeoJSON, landmarks (.json .tps .pts), regions of ImageJ (.roi .zip) and lines (.obj), in the units of the
     files, from the source to the target or (--inverse) back. The output has the format of the input.
+
+    Several maps are applied one after another, the first MAP first; ~MAP is the inverse of a map. --inverse inverts the
+    whole chain.
 
     MAP can also be an STMap, written by `iccm map --stmap` or another program, which carries pictures. An STMap is a
     picture of floats that gives for each pixel the position from which its colour is taken: red runs from 0 at the
@@ -36,6 +40,7 @@ def command(map: str, input: str, output: str, **given: Any) -> int:
     iccm apply leaf.npz petals.jpg -o petals-on-leaf.png
     iccm apply leaf.npz landmarks.csv -o on-leaf.csv
     iccm apply leaf.npz cells.geojson --inverse -o on-rose.geojson
+    iccm apply rose-leaf.npz ~star-leaf.npz cells.geojson -o on-star.geojson
     iccm apply leaf.exr normal.png --kind normal -o leaf-normal.png
 
     A name with <UDIM> stands for all tiles of a UV layout, such as 'leaf.<UDIM>.exr'.
@@ -45,23 +50,29 @@ def command(map: str, input: str, output: str, **given: Any) -> int:
     from ..io import formats
 
     with status.show_phases("read"):
-        made = (_saved if formats.of(map).map else _stmap)(map, input, output, given)
+        if len(maps) == 1 and not formats.of(maps[0]).map:
+            made = _stmap(maps[0], input, output, given)
+        else:
+            made = _saved(maps, input, output, given)
     for name in made:
         logs.log.info(f"wrote {name}")
     return 0
 
 
-def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str]:
-    """Carry a file through a saved map. Returns the names of the files that were written."""
+def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) -> list[str]:
+    """Carry a file through saved maps. Returns the names of the files that were written."""
     from ..io import formats
-    from ..io.apply import Saved
+    from ..io.apply import Saved, carry_geometry, read_chain
     from ..io.geometry.document import READERS
+    from ..io.options import INVERSE_MARK
 
-    name = formats.suffix_of(input)
-    saved = Saved.read(map, inverse=given["inverse"])
+    if other := [name for name in maps if not formats.of(name).map]:
+        raise InputError(f"{other[0]}: only saved maps (.npz) can be chained; apply other maps one at a time")
+    name, inverse = formats.suffix_of(input), given["inverse"]
+    steps = read_chain(maps, inverse=inverse)
     own = {key: given[key] for key in ("columns", "max_line_error", "unmapped", "report")}
     if name in READERS:
-        counts = saved.carry_geometry(input, output, force=given["force"], tell=logs.log.warning, **own)
+        counts = carry_geometry(steps, input, output, force=given["force"], tell=logs.log.warning, **own)
         said = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
         logs.log.info(f"carried {said or 'nothing, since the file has no points, lines or polygons'}")
         return [each for each in (output, own["report"]) if each not in ("-", None)]
@@ -77,6 +88,15 @@ def _saved(map: str, input: str, output: str, given: dict[str, Any]) -> list[str
     threads = job.pop("threads", None)
     as_drawing = name in (".svg", ".svgz") and output != "-" and formats.of(output).drawing
     job |= {"output": [output]} | ({"source": input} if as_drawing else {"texture": input})
+    saved = steps[0]
+    if len(steps) > 1:
+        from ..io.compose import compose
+
+        flipped = [
+            name.removeprefix(INVERSE_MARK) if name.startswith(INVERSE_MARK) else INVERSE_MARK + name
+            for name in maps
+        ]
+        saved = Saved.composed(steps, *compose(flipped[::-1] if inverse else maps))
     saved.carry(job, threads=threads, tell=logs.log.warning)
     return [output] if output != "-" else []
 

@@ -26,7 +26,8 @@ def command(maps: tuple[str, ...], output: str, force: bool) -> int:
     """
     from ..errors import InputError
     from ..io import files, formats
-    from ..io.compose import INVERSE_MARK, compose
+    from ..io.compose import compose
+    from ..io.options import INVERSE_MARK
 
     if not formats.of(output).map:
         raise InputError(f"{output}: a composition is a saved map; choose a name that ends in .npz")

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import shapely
+
 from ..arrays import Complex
-from ..curve import Curve
+from ..curve import Curve, polygon_of
 from ..errors import InputError, JobError, naming
 from ..maps.approximation import triangulated
 from ..maps.harmonic import ROUNDING_SHARE
@@ -23,7 +27,9 @@ from ..saved.map_file import read as read_file
 from . import files, formats
 from .artwork import TOLERANCE_SHARE
 from .geometry import document
+from .geometry.document import Geometry, Images
 from .memory import within
+from .options import INVERSE_MARK
 from .run import outputs
 from .run.inputs import Inputs
 from .run.job import Job
@@ -35,6 +41,9 @@ from .shapes.shape import Shape
 SCHEMA = "iccm.apply/1"
 PICTURE_OPTIONS = ("target_box", "holes")
 """Options of a saved map's job that affect its pictures: what they show, and how holes are treated."""
+JOINT_AREA_SHARE = 0.01
+"""Share of a shape's area by which the end of a map and the beginning of the next one may differ: outlines of the same
+file differ by their tolerance, those of other files by much more."""
 # relative to `Saved.near`: lines are cut this far outside of the outline, where points still have images
 OUTSIDE_DISTANCE_SHARE = 0.999
 
@@ -95,6 +104,13 @@ class Saved:
         near = about.near * about.image_diagonal if about is fit.map else 0.0
         return Saved(self.name, swapped, (target, source), job, fit.inverse, near)
 
+    @classmethod
+    def composed(cls, steps: Sequence[Saved], fit: Fit, planes: tuple[Plane, Plane]) -> Saved:
+        """Return a chain of maps as one map, given their composition."""
+        map = triangulated(fit.map)
+        job = steps[-1].job | {"method": "balanced"}
+        return cls(steps[0].name, fit, planes, job, lambda z: map.jet(z)[0], map.near * map.diagonal)
+
     @property
     def shapes(self) -> tuple[Shape, Shape]:
         """Return source and target as shapes; for a deformation both are the source."""
@@ -138,84 +154,154 @@ class Saved:
             with files.writing(output.name, force=made.force) as path:
                 output.write(run, path)
 
-    def carry_geometry(
-        self,
-        path: str,
-        output: str,
-        *,
-        columns: str | None = None,
-        max_line_error: float | None = None,
-        unmapped: str = "drop",
-        report: str | None = None,
-        force: bool = False,
-        tell: Callable[[str], None] = lambda note: None,
-    ) -> dict[str, int]:
-        """Write the points, lines and polygons of a file carried through the map, with all other contents unchanged.
+    def carry_geometry(self, path: str, output: str, **options: Any) -> dict[str, int]:
+        """Write the geometry of a file carried through the map; see the function `carry_geometry`."""
+        return carry_geometry([self], path, output, **options)
+
+    @property
+    def _painted(self) -> tuple[shapely.Geometry, shapely.Geometry]:
+        """What the shapes of source and target paint, in the core plane; for a deformation, also its image."""
+        fit = self.fit
+        if fit.drawings is not None:
+            return fit.drawings[0].painted, fit.drawings[1].painted
+        target = fit.image if fit.target is None else fit.target.z
+        sides = (fit.source.z, fit.source_holes), (target, () if fit.target is None else fit.target_holes)
+        both = [shapely.make_valid(polygon_of(z, *(hole.z for hole in holes))) for z, holes in sides]
+        return both[0], both[1]
+
+    def carried(
+        self, given: Geometry, upward: bool, max_line_error: float | None
+    ) -> tuple[Images, Counter[str]]:
+        """Return the images of geometry, and counts of what lay outside or was cut.
 
         Args:
-            path: the file to read.
-            output: the file to write, in the same format.
-            columns, max_line_error, unmapped, report: see `options.ApplyOptions`.
-            force: whether an existing file may be replaced.
-            tell: called with each note.
-
-        Returns:
-            The numbers of points, lines and polygons, and how many of them lay outside or were cut.
-
-        Raises:
-            InputError: a file is invalid, or something lies outside and `unmapped` is "refuse".
+            given: in the units of the source's file.
+            upward: whether its y points up from the lower edge of the canvas, see `Document.upward`.
+            max_line_error: see `options.ApplyOptions`.
         """
-        suffix = formats.suffix_of(path)
-        if output != "-" and document.READERS.get(formats.suffix_of(output)) != document.READERS[suffix]:
-            raise InputError(
-                f"{output}: must have the format of the input; choose a name that ends in {suffix}"
-            )
-        formats.check_report(report)
-        named = [name for name in (output, report) if name not in (None, "-")]
-        files.check_outputs(named, [path, self.name], force=force)
-        if output == report == "-":
-            raise InputError("-: only one output can be stdout; name a file for the others")
-        given = document.read(path, columns)
-        if unmapped == "keep" and not given.keeps:
-            raise InputError(
-                f"--unmapped keep: {suffix} files cannot contain entries without a position; "
-                "use drop or refuse"
-            )
-        (source, into), (found, rims) = self.planes, (given.geometry, self.fit.map.rims)
+        source, into = self.planes
         reach = max_line_error or TOLERANCE_SHARE * diagonal(
             self.fit.image if into.outline is None else into.outline
         )
-        carrier = Carrier(self.function, rims, OUTSIDE_DISTANCE_SHARE * self.near, reach)
+        carrier = Carrier(self.function, self.fit.map.rims, OUTSIDE_DISTANCE_SHARE * self.near, reach)
 
         def core(z: Complex) -> Complex:
-            return z + _foot(source) if given.upward else source.turned(z)
+            return z + _foot(source) if upward else source.turned(z)
 
         def back(w: Complex) -> Complex:
-            return w - _foot(into) if given.upward else into.turned(w)
+            return w - _foot(into) if upward else into.turned(w)
 
-        points = back(carrier.points(core(found.points)))
-        lines = [[back(w) for w in pieces] for pieces in carrier.lines([core(line) for line in found.lines])]
+        points = back(carrier.points(core(given.points)))
+        lines = [[back(w) for w in pieces] for pieces in carrier.lines([core(line) for line in given.lines])]
         polygons = [
             [[back(ring) for ring in rings] for rings in parts]
-            for parts in carrier.polygons([[core(ring) for ring in rings] for rings in found.polygons])
+            for parts in carrier.polygons([[core(ring) for ring in rings] for rings in given.polygons])
         ]
-        away = {name: count for name, count in carrier.counts.items() if count}
-        lost = ", ".join(f"{count} {name}" for name, count in away.items() if "repaired" not in name)
-        if lost and unmapped == "refuse":
-            raise InputError(f"{path}: {lost} of the map's domain; use --unmapped drop to leave them out")
-        for note in (*given.notes, *(f"{count} {name}" for name, count in away.items())):
-            tell(f"{path}: {note}")
-        images = document.Images(points, lines, polygons, unmapped == "keep", into.name)
-        counts = {"points": len(found.points), "lines": len(found.lines), "polygons": len(found.polygons)}
-        counts |= {name.replace(" ", "_"): count for name, count in carrier.counts.items()}
-        with ExitStack() as stack:
-            written = stack.enter_context(files.writing(output, force=force, suffix=suffix))
-            written.write_bytes(given.encode(images))
-            if report:
-                write_report(
-                    {"schema": SCHEMA, "input": path, "map": self.name, **counts}, report, stack, force=force
-                )
-        return counts
+        return Images(points, lines, polygons, name=into.name), carrier.counts
+
+
+def read_chain(names: Sequence[str], *, inverse: bool = False) -> list[Saved]:
+    """Read maps that are applied one after another; `~` before a name is the inverse of a map.
+
+    Args:
+        names: of files, the map that is applied first first.
+        inverse: whether to invert the chain: the last map is then inverted and applied first.
+
+    Raises:
+        InputError: a file does not contain a valid map, or a map does not begin on the shape on which the one before
+            ends.
+    """
+    steps = [
+        Saved.read(name.removeprefix(INVERSE_MARK), inverse=name.startswith(INVERSE_MARK) != inverse)
+        for name in names
+    ]
+    steps = steps[::-1] if inverse else steps
+    for before, after in pairwise(steps):
+        ends, begins = before._painted[1], after._painted[0]
+        apart = shapely.symmetric_difference(ends, begins).area / ends.area
+        if before.planes[1].down != after.planes[0].down or apart > JOINT_AREA_SHARE:
+            raise InputError(
+                f"{after.name}: does not begin on the shape on which {before.name} ends; chain maps that meet in the "
+                "same file, and put ~ before a map to use its inverse"
+            )
+    return steps
+
+
+def carry_geometry(
+    steps: Sequence[Saved],
+    path: str,
+    output: str,
+    *,
+    columns: str | None = None,
+    max_line_error: float | None = None,
+    unmapped: str = "drop",
+    report: str | None = None,
+    force: bool = False,
+    tell: Callable[[str], None] = lambda note: None,
+) -> dict[str, int]:
+    """Write the points, lines and polygons of a file carried through maps, with all other contents unchanged.
+
+    Args:
+        steps: the maps, which are applied one after another.
+        path: the file to read.
+        output: the file to write, in the same format.
+        columns, max_line_error, unmapped, report: see `options.ApplyOptions`.
+        force: whether an existing file may be replaced.
+        tell: called with each note.
+
+    Returns:
+        The numbers of points, lines and polygons, and how many of them lay outside or were cut.
+
+    Raises:
+        InputError: a file is invalid, or something lies outside and `unmapped` is "refuse".
+    """
+    suffix = formats.suffix_of(path)
+    if output != "-" and document.READERS.get(formats.suffix_of(output)) != document.READERS[suffix]:
+        raise InputError(f"{output}: must have the format of the input; choose a name that ends in {suffix}")
+    formats.check_report(report)
+    named = [name for name in (output, report) if name not in (None, "-")]
+    files.check_outputs(named, [path, *(step.name for step in steps)], force=force)
+    if output == report == "-":
+        raise InputError("-: only one output can be stdout; name a file for the others")
+    given = document.read(path, columns)
+    if unmapped == "keep" and not given.keeps:
+        raise InputError(
+            f"--unmapped keep: {suffix} files cannot contain entries without a position; use drop or refuse"
+        )
+    images, counted = steps[0].carried(given.geometry, given.upward, max_line_error)
+    for step in steps[1:]:
+        images, more = _carried_again(images, step, given.upward, max_line_error)
+        counted += more
+    images = replace(images, keep=unmapped == "keep")
+    away = {name: count for name, count in counted.items() if count}
+    lost = ", ".join(f"{count} {name}" for name, count in away.items() if "repaired" not in name)
+    if lost and unmapped == "refuse":
+        raise InputError(f"{path}: {lost} of the map's domain; use --unmapped drop to leave them out")
+    for note in (*given.notes, *(f"{count} {name}" for name, count in away.items())):
+        tell(f"{path}: {note}")
+    found = given.geometry
+    counts = {"points": len(found.points), "lines": len(found.lines), "polygons": len(found.polygons)}
+    counts |= {name.replace(" ", "_"): count for name, count in counted.items()}
+    about = {"map": steps[0].name} if len(steps) == 1 else {"maps": [step.name for step in steps]}
+    with ExitStack() as stack:
+        written = stack.enter_context(files.writing(output, force=force, suffix=suffix))
+        written.write_bytes(given.encode(images))
+        if report:
+            write_report({"schema": SCHEMA, "input": path, **about, **counts}, report, stack, force=force)
+    return counts
+
+
+def _carried_again(
+    images: Images, step: Saved, upward: bool, max_line_error: float | None
+) -> tuple[Images, Counter[str]]:
+    """Return images under the next map of a chain, each piece with the line or polygon that it belongs to."""
+    pieces = [piece for line in images.lines for piece in line]
+    parts = [part for polygon in images.polygons for part in polygon]
+    found, counts = step.carried(Geometry(images.points, pieces, parts), upward, max_line_error)
+    lines, polygons = iter(found.lines), iter(found.polygons)
+    joined_lines = [[piece for _ in line for piece in next(lines)] for line in images.lines]
+    joined_polygons = [[part for _ in polygon for part in next(polygons)] for polygon in images.polygons]
+    return replace(found, lines=joined_lines, polygons=joined_polygons), counts
 
 
 def _foot(plane: Plane) -> complex:

@@ -18,9 +18,7 @@ from ..saved.map_file import Plane
 from ..saved.map_file import read as read_file
 from ..status import Status
 from . import files
-
-INVERSE_MARK = "~"
-"""Before the name of a map's file: the inverse of that map."""
+from .options import INVERSE_MARK
 
 
 @dataclass(frozen=True, eq=False)

@@ -282,6 +282,8 @@ MESHES = " ".join(formats.holding("uv"))
 """Suffixes of meshes that are written with texture coordinates."""
 MESHES_ALONE = " ".join(suffix for suffix in formats.holding("uv") if not formats.FORMATS[suffix].flat)
 """Those of them that are not also written as flat meshes."""
+INVERSE_MARK = "~"
+"""Before the name of a saved map: the inverse of that map."""
 OUTPUT = "-o"
 """Value of --stmap that refers to the file in --output."""
 EVERY = ("map", "deform", "apply")

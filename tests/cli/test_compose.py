@@ -1,9 +1,12 @@
 """`iccm compose`: saved maps one after the other, and their inverses."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
+from PIL import Image
 
 import iccm as core
 
@@ -89,6 +92,76 @@ def test_a_composition_carries_what_its_maps_carry_one_after_the_other(maps, icc
     one_by_one, at_once = (np.loadtxt(name, delimiter=",", skiprows=1) for name in ("r.csv", "s.csv"))
     assert np.abs(one_by_one - at_once).max() < 1e-3 * abs(5 + 3j)
     assert np.ptp(at_once, axis=0).min() > 0.5
+
+
+def write_geometry(path):
+    """Two points, of which one lies outside, a line, and a polygon, in the leaf."""
+    ring = [[0.2, 0.1], [1.7, 0.3], [1.1, 1.2], [0.2, 0.1]]
+    line = {"type": "LineString", "coordinates": [[0, -0.4], [2.5, 0.2]]}
+    points = [{"type": "Point", "coordinates": place} for place in ([1, 0.5], [90, 1])]
+    shapes = [*points, line, {"type": "Polygon", "coordinates": [ring]}]
+    features = [{"type": "Feature", "properties": {}, "geometry": shape} for shape in shapes]
+    Path(path).write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+
+
+def places(path):
+    """The coordinates in a GeoJSON file, by type."""
+    return {
+        each["geometry"]["type"]: np.array(each["geometry"]["coordinates"], float)
+        for each in json.loads(Path(path).read_text())["features"]
+    }
+
+
+def test_a_chain_carries_geometry_exactly_and_back(maps, iccm):
+    write_geometry("in.geojson")
+    chain = ("leaf-ell.npz", "ell-box.npz")
+    done = iccm("apply", *chain, "in.geojson", "-o", "box.geojson", "--report", "r.json")
+    assert done.code == 0 and "1 points outside" in done.err
+    first, second = (core.load(name) for name in chain)
+    found = places("box.geojson")
+    assert found["Point"] @ [1, 1j] == pytest.approx(second.map(first.map(np.array([1 + 0.5j])))[0])
+    ends = second.map(first.map(np.array([-0.4j, 2.5 + 0.2j])))
+    assert found["LineString"][[0, -1]] @ [1, 1j] == pytest.approx(ends)
+    assert len(found["LineString"]) > 2  # it is bent
+    assert json.loads(Path("r.json").read_text())["maps"] == list(chain)
+    for back in (("~ell-box.npz", "~leaf-ell.npz"), (*chain, "--inverse")):
+        names, options = [n for n in back if n != "--inverse"], [n for n in back if n == "--inverse"]
+        done = iccm("apply", *names, "box.geojson", *options, "-o", "again.geojson", "--force")
+        assert done.code == 0, done.err
+        again = places("again.geojson")
+        assert again["Point"] == pytest.approx([1, 0.5], abs=1e-6)
+        assert again["LineString"][-1] == pytest.approx([2.5, 0.2], abs=1e-6)
+        ring = shapely.Polygon(places("in.geojson")["Polygon"][0])
+        assert shapely.Polygon(again["Polygon"][0]).symmetric_difference(ring).area < 2e-3 * ring.area
+
+
+def test_a_chain_carries_pictures_through_the_composition(maps, iccm):
+    Image.fromarray((core.checkerboard(96)).astype(np.uint8)).save("t.png")
+    assert iccm("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz").code == 0
+    for names, out in ((("leaf-box.npz",), "one.png"), (("leaf-ell.npz", "ell-box.npz"), "chain.png")):
+        done = iccm("apply", *names, "t.png", "-o", out, "--size", "64")
+        assert done.code == 0, done.err
+    one, chain = (np.asarray(Image.open(name)) for name in ("one.png", "chain.png"))
+    assert (one == chain).all() and chain[..., :3].std() > 20
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("ell-box.npz", "leaf-ell.npz"), ("leaf-ell.npz", "ell-box.npz")),
+        (("leaf-ell.npz", "none.npz"), ("none.npz",)),
+        (("leaf-ell.npz", "st.exr"), ("st.exr", ".npz")),
+        (("leaf-ell.npz", "~ell-box.npz", "--inverse"), ("~",)),
+    ],
+)
+def test_wrong_chains_are_refused_in_one_line(maps, iccm, arguments, words):
+    write_geometry("in.geojson")
+    options = [word for word in arguments if word.startswith("--")]
+    typed = iccm(
+        "apply", *(w for w in arguments if w not in options), "in.geojson", *options, "-o", "o.geojson"
+    )
+    assert typed.code == 2 and len(typed.lines) == 1 and all(word in typed.err for word in words)
+    assert not Path("o.geojson").exists()
 
 
 @pytest.mark.parametrize(
