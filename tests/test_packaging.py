@@ -154,6 +154,8 @@ def test_the_conda_recipe_needs_what_the_project_needs():
         needed.add(f"{OF_CONDA.get(name.lower(), name)} >={bound}")
     assert {line.strip(" -") for line in listed.splitlines()} == needed
     assert f'version: "{iccm.__version__}"' in recipe
+    for name, place in project["scripts"].items():
+        assert f"- {name} = {place}\n" in recipe
 
 
 @pytest.fixture
