@@ -1,6 +1,7 @@
 """The benches' own tools: a peer's map, a TopoJSON file, the count of orders, the gallery's small pictures."""
 
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
@@ -268,6 +269,7 @@ def test_what_is_shown_of_a_source_is_measured_through_the_map():
     assert coverage.shown(places, np.zeros_like(visible), source) == 0
 
 
+@pytest.mark.skipif(os.name != "posix", reason="the bench limits its commands in ways that only POSIX has")
 def test_a_picture_is_found_on_the_canvas_or_on_a_part(tmp_path):
     pytest.importorskip("pyvips")
     from PIL import Image

@@ -36,7 +36,7 @@ def fonts(tmp_path, monkeypatch):
 
 
 def drawn(tmp_path, body):
-    (tmp_path / "a.svg").write_text(SVG.format(body))
+    (tmp_path / "a.svg").write_text(SVG.format(body), encoding="utf-8")
     found = shape.read_all(str(tmp_path / "a.svg"))
     low, high = found[0].extent
     return found, [low.real, low.imag, high.real, high.imag]
