@@ -37,7 +37,8 @@ test: $(CORE)
 test-slow: $(CORE) $(ZIG)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
 
-# The fast tests as on Windows, as far as it can be imitated, folder by folder: half an hour.
+# The fast tests as on Windows, as far as it can be imitated, folder by folder: half an hour. `--system macos` imitates
+# macOS.
 test-portable: $(CORE)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.portable
 

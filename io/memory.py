@@ -9,7 +9,7 @@ import os
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,10 +50,7 @@ class Bounded(memory.Memory):
             return np.empty(shape, dtype)
         try:
             with tempfile.TemporaryFile(dir=self.folder) as file:
-                if hasattr(os, "posix_fallocate"):
-                    os.posix_fallocate(file.fileno(), 0, wanted)
-                else:
-                    file.truncate(wanted)
+                allocate(file, wanted)
                 self._maps.append(mmap.mmap(file.fileno(), wanted))
         except OSError as error:
             raise InputError(
@@ -100,6 +97,24 @@ def within(limit: int | None, output: str | None) -> memory.Memory:
     if not limit:
         return memory.Memory()
     return Bounded(limit, os.path.dirname(os.path.realpath(output)) if output else tempfile.gettempdir())
+
+
+def allocate(file: IO[bytes], size: int) -> None:
+    """Give an empty file a size, and reserve its space on the disk: a full disk would end the process later, when the
+    mapped file is written.
+
+    Raises:
+        OSError: there is no space on the disk.
+    """
+    if hasattr(os, "posix_fallocate"):
+        os.posix_fallocate(file.fileno(), 0, size)
+    elif os.name == "nt":  # which reserves the space of a larger size
+        file.truncate(size)
+    else:  # macOS: a larger size alone would be a hole
+        zeros = bytes(MIB)
+        for start in range(0, size, MIB):
+            file.write(zeros[: size - start])
+        file.flush()
 
 
 def resident() -> int:

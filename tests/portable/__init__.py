@@ -1,1 +1,1 @@
-"""The test suite as on Windows, as far as another system can imitate it."""
+"""The test suite as on Windows or macOS, as far as another system can imitate them."""

@@ -1,10 +1,10 @@
-"""Run the fast tests as on Windows, one folder after another, and count the results.
+"""Run the fast tests as on Windows or macOS, one folder after another, and count the results.
 
-python -m tests.portable [tests/io/batch …] [-k expression]
+python -m tests.portable [--system windows|macos] [tests/io/batch …] [-k expression]
 
 `site/sitecustomize.py` lists what is imitated. What cannot be imitated here: paths with drives and backslashes and the
 case of names in calls of the system, `msvcrt`, consoles, the sharing of files between processes, symbolic links that
-need a privilege, and the libraries' own code for Windows. The core is the one of this system.
+need a privilege, and the libraries' own code for these systems. The core is the one of this system.
 """
 
 import argparse
@@ -12,6 +12,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 from collections import Counter
 from pathlib import Path
 
@@ -20,15 +21,18 @@ SITE = Path(__file__).resolve().parent / "site"
 COUNTED = ("passed", "failed", "skipped", "error", "errors")
 
 
-def environment() -> dict[str, str]:
-    """Return the environment of the imitated system: each Python process that inherits it sees Windows."""
+def environment(system: str, temporary: Path) -> dict[str, str]:
+    """Return the environment of the imitated system, which each Python process that inherits it sees.
+
+    On macOS, the folder of temporary files has a symbolic link in its path.
+    """
     path = os.pathsep.join(part for part in (str(SITE), os.environ.get("PYTHONPATH", "")) if part)
-    return {
-        **os.environ,
-        "PYTHONPATH": path,
-        "PYTHONIOENCODING": "cp1252",
-        "ICCM_IMITATE": "windows",
-    }
+    common = {**os.environ, "PYTHONPATH": path, "ICCM_IMITATE": system}
+    if system == "windows":
+        return {**common, "PYTHONIOENCODING": "cp1252"}
+    (temporary / "private").mkdir()
+    (temporary / "var").symlink_to("private", target_is_directory=True)
+    return {**common, "TMPDIR": str(temporary / "var")}
 
 
 def folders() -> list[Path]:
@@ -37,12 +41,14 @@ def folders() -> list[Path]:
     return [*sorted(found), *sorted((ROOT / "tests").glob("test_*.py"))]
 
 
-def run(path: Path, *options: str) -> tuple[Counter, list[str]]:
+def run(system: str, path: Path, *options: str) -> tuple[Counter, list[str]]:
     """Run the fast tests of a folder, without those of its folders, and return counts and the lines about failures."""
     tests = [str(path)] if path.is_file() else sorted(map(str, path.glob("test_*.py")))
-    command = [sys.executable, "-X", "faulthandler", "-m", "pytest", "-p", "as_on_windows", "-m", "not slow"]
+    command = [sys.executable, "-X", "faulthandler", "-m", "pytest", "-p", "as_there", "-m", "not slow"]
     command += ["-q", "-n", "0", "-rfE", "--tb", "short", *options, *tests]
-    done = subprocess.run(command, cwd=ROOT, env=environment(), capture_output=True, text=True)
+    with tempfile.TemporaryDirectory() as folder:
+        variables = environment(system, Path(folder))
+        done = subprocess.run(command, cwd=ROOT, env=variables, capture_output=True, text=True)
     last = (done.stdout.strip().splitlines() or [""])[-1]
     counts = Counter(
         {name: int(number) for number, name in re.findall(r"(\d+) (\w+)", last) if name in COUNTED}
@@ -57,10 +63,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.portable", description=__doc__.partition("\n")[0])
     parser.add_argument("paths", nargs="*", type=Path, help="folders or files of tests [default: all]")
     parser.add_argument("-k", metavar="EXPRESSION", help="tests to select, as pytest's option")
+    parser.add_argument("--system", choices=("windows", "macos"), default="windows")
     given = parser.parse_args()
     total, options = Counter(), ["-k", given.k] if given.k else []
     for path in [path.resolve() for path in given.paths] or folders():
-        counts, trouble = run(path, *options)
+        counts, trouble = run(given.system, path, *options)
         total += counts
         print(f"{path.relative_to(ROOT)}: {describe(counts)}", *trouble, sep="\n", flush=True)
     print(f"all: {describe(total)}")

@@ -1,20 +1,26 @@
-"""Imitate Windows for the code of iccm and its tests, in each Python process whose path has this folder.
+"""Imitate Windows or macOS for the code of iccm and its tests, in each Python process whose path has this folder.
 
 Python imports `sitecustomize` before anything else. From then on, modules of this repository see stand-ins: `os`,
-`signal`, `select`, `socket` and `sys` without what only POSIX has, and with the names and behaviour of Windows.
-Modules such as `fcntl` are missing. Text files are opened as cp1252 with line ends of two characters where no encoding
-and no line end is given. Libraries see the real system, because they have been ported by their authors.
+`signal`, `select`, `socket` and `sys` without what only POSIX (or Linux) has, and with the names and behaviour of the
+other system. Libraries see the real system, because they have been ported by their authors.
 
-For all code of the process, operations on files fail that fail on Windows: names with characters that Windows does not
-allow, replacing or removing an open file, and forking. Text streams of subprocesses are cp1252, too.
+On Windows, modules such as `fcntl` are missing, and text files are opened as cp1252 with line ends of two characters
+where no encoding and no line end is given. For all code of the process, operations on files fail that fail on Windows:
+names with characters that Windows does not allow, replacing or removing an open file, and forking. Text streams of
+subprocesses are cp1252, too.
+
+On macOS, C has no functions that only Linux has. On both, code of this repository cannot open files in /proc and /sys.
 """
 
 import builtins
+import ctypes
 import errno
 import importlib
 import os
 import pathlib
 import re
+import resource
+import select
 import signal
 import subprocess
 import sys
@@ -24,6 +30,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[3]
 OURS = tuple(str(ROOT / name) + os.sep for name in ("iccm", "io", "cli", "plugins", "tests", "docs"))
 ENCODING = "cp1252"
+SYSTEM = os.environ.get("ICCM_IMITATE", "")
 
 MISSING_MODULES = """
     crypt curses fcntl grp nis posix pty pwd readline resource spwd syslog termios tty
@@ -67,6 +74,32 @@ MISSING_IN = {
     "socket": set(MISSING_IN_SOCKET.split()),
     "sys": {"abiflags"},
 }
+MISSING_IN_OS_OF_MACOS = """
+    copy_file_range eventfd eventfd_read eventfd_write fexecve getrandom getresgid getresuid getxattr listxattr
+    memfd_create pidfd_open pipe2 plock posix_fadvise posix_fallocate removexattr setns setresgid setresuid setxattr
+    sched_getaffinity sched_getparam sched_getscheduler sched_rr_get_interval sched_setaffinity sched_setparam
+    sched_setscheduler splice unshare
+    O_DIRECT O_LARGEFILE O_NOATIME O_PATH O_RSYNC O_TMPFILE
+"""
+MISSING_IN_SIGNAL_OF_MACOS = """
+    SIGCLD SIGPOLL SIGPWR SIGRTMAX SIGRTMIN SIGSTKFLT pidfd_send_signal sigtimedwait sigwaitinfo
+"""
+MISSING_ON_MACOS = {
+    "os": {*MISSING_IN_OS_OF_MACOS.split(), *names_of(os, "EFD_", "MFD_", "CLONE_", "SPLICE_", "XATTR_")},
+    "select": names_of(select, "epoll", "EPOLL"),
+    "signal": set(MISSING_IN_SIGNAL_OF_MACOS.split()),
+    "socket": {"AF_NETLINK", "AF_PACKET", "AF_VSOCK"},
+    "sys": set(),
+}
+MISSING_IN_C_OF_MACOS = {
+    "prctl",
+    "malloc_trim",
+    "mallopt",
+    "sched_getaffinity",
+    "gettid",
+    "mremap",
+    "fallocate",
+}
 RESERVED = re.compile(r"(con|prn|aux|nul|com[1-9]|lpt[1-9])(\.|$)", re.IGNORECASE)
 FORBIDDEN = re.compile(r'[<>:"|?*\x00-\x1f]|[ .]$')
 LONGEST_NAME = 255  # characters of one component of a path, on NTFS
@@ -103,6 +136,15 @@ class Module(types.ModuleType):
         return sorted({*dir(self._real), *self._different} - self._missing)
 
 
+class Library(ctypes.CDLL):
+    """A library of C as it is on macOS, without functions that only Linux has."""
+
+    def __getattr__(self, name: str) -> object:
+        if self._name is None and name in MISSING_IN_C_OF_MACOS:
+            raise AttributeError(f"dlsym(RTLD_DEFAULT, {name}): symbol not found on macOS")
+        return super().__getattr__(name)
+
+
 def kill(pid: int, number: int) -> None:
     """End a process without asking it, as TerminateProcess does, whatever the signal is."""
     if number not in (CTRL_C_EVENT, CTRL_BREAK_EVENT):
@@ -116,10 +158,17 @@ def open_descriptor(path: object, flags: int, *rest: object, **named: object) ->
     return os.open(path, flags, *rest, **named)
 
 
+def usage_in_bytes(who: int) -> object:
+    """Return the resources that a process has used, with memory in bytes, not in KiB."""
+    real = resource.getrusage(who)
+    fields = {name: getattr(real, name) for name in dir(real) if name.startswith("ru_")}
+    return types.SimpleNamespace(**{**fields, "ru_maxrss": real.ru_maxrss << 10})
+
+
 KILL = signal.SIGKILL
 CTRL_C_EVENT, CTRL_BREAK_EVENT = -2, -1  # numbers that no signal of this system has
 SIGBREAK = signal.SIGQUIT  # ends a process, unless it is handled
-STAND_INS = {
+STAND_INS_OF_WINDOWS = {
     "os": Module(
         os,
         MISSING_IN["os"],
@@ -139,17 +188,26 @@ STAND_INS = {
     ),
     "sys": Module(sys, MISSING_IN["sys"], platform="win32"),
 }
+STAND_INS_OF_MACOS = {
+    "os": Module(os, MISSING_ON_MACOS["os"]),
+    "signal": Module(signal, MISSING_ON_MACOS["signal"]),
+    "sys": Module(sys, MISSING_ON_MACOS["sys"], platform="darwin"),
+    "ctypes": Module(ctypes, set(), CDLL=Library),
+    "resource": Module(resource, set(), getrusage=usage_in_bytes),
+}
+STAND_INS = STAND_INS_OF_MACOS if SYSTEM == "macos" else STAND_INS_OF_WINDOWS
+MISSING = MISSING_ON_MACOS if SYSTEM == "macos" else MISSING_IN
 
 
-def import_as_on_windows(name, globals=None, locals=None, fromlist=(), level=0):
+def import_as_there(name, globals=None, locals=None, fromlist=(), level=0):
     """Import a module for code of this repository."""
-    if level == 0 and name.partition(".")[0] in MISSING_MODULES.split():
+    if SYSTEM == "windows" and level == 0 and name.partition(".")[0] in MISSING_MODULES.split():
         raise ModuleNotFoundError(f"No module named {name!r} on Windows", name=name)
     module = builtins.__import__(name, globals, locals, fromlist, level)
     if level:
         return module
     if name in ("select", "socket") and name not in STAND_INS:
-        STAND_INS[name] = Module(module, MISSING_IN[name])
+        STAND_INS[name] = Module(module, MISSING[name])
     return STAND_INS.get(name.partition(".")[0] if not fromlist else name, module)
 
 
@@ -176,11 +234,13 @@ def open_path(self, mode="r", buffering=-1, encoding=None, errors=None, newline=
     return open(self, mode, buffering, encoding, errors, newline)
 
 
-OUR_BUILTINS = {**vars(builtins), "__import__": import_as_on_windows, "open": open_as_on_windows}
+OUR_BUILTINS = {**vars(builtins), "__import__": import_as_there}
+if SYSTEM == "windows":
+    OUR_BUILTINS["open"] = open_as_on_windows
 
 
 def with_our_builtins(execute):
-    """Return `exec_module` of a loader, by which modules of this repository see Windows."""
+    """Return `exec_module` of a loader, by which modules of this repository see the imitated system."""
 
     def exec_module(self, module):
         file = getattr(module, "__file__", None) or ""
@@ -253,10 +313,23 @@ def audit(event: str, arguments: tuple) -> None:
         raise OSError(errno.ENOSYS, "Windows cannot fork")
 
 
+def audit_files_of_linux(event: str, arguments: tuple) -> None:
+    """Refuse to let code of this repository open files that only Linux has."""
+    if event == "open" and isinstance(arguments[0], str) and arguments[0].startswith(("/proc/", "/sys/")):
+        frame = sys._getframe(1)
+        while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "pathlib":
+            frame = frame.f_back
+        if os.path.realpath(frame.f_code.co_filename).startswith(OURS):
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), arguments[0])
+
+
 def install() -> None:
-    """Imitate Windows in this process."""
+    """Imitate the system in this process."""
     loaders = importlib._bootstrap_external._LoaderBasics
     loaders.exec_module = with_our_builtins(loaders.exec_module)
+    sys.addaudithook(audit_files_of_linux)
+    if SYSTEM == "macos":
+        return
     pathlib.Path.open = open_path
     start = subprocess.Popen.__init__
 
@@ -269,5 +342,5 @@ def install() -> None:
     sys.addaudithook(audit)
 
 
-if os.environ.get("ICCM_IMITATE") == "windows" and hasattr(os, "fork"):
+if SYSTEM in ("windows", "macos") and hasattr(os, "fork"):
     install()

@@ -1,4 +1,4 @@
-"""A plug-in of pytest: test modules, which pytest loads by itself, see Windows as `sitecustomize` imitates it."""
+"""A plug-in of pytest: test modules, which pytest loads by itself, see the system that `sitecustomize` imitates."""
 
 import sitecustomize
 from _pytest.assertion.rewrite import AssertionRewritingHook
