@@ -34,6 +34,12 @@ constexpr Index CRAWLING = 5;
 constexpr double REGULAR = 1e-9;           // share of the mean diagonal added to it: the Hessian may be singular
 constexpr double SHORT = 0.1, LONG = 0.5;  // shares of a step in space: after a shorter one damping increases
 constexpr double DAMPED = 1e-4;            // first damping, a share of the mean diagonal
+// From this many vertices a factor takes several times as long as the rest of a step. It is used again after a step that
+// gained less than a share SMALL_GAIN of the energy, since second derivatives have hardly changed then, as long as each
+// such step gains at most a share SLOWING of the gain before. Such steps are shorter, so that they end the descent only
+// if they gain less than a share STALE_TOLERANCE of what others may.
+constexpr Index LARGE = 20000;
+constexpr double SMALL_GAIN = 0.01, SLOWING = 0.5, STALE_TOLERANCE = 0.2;
 
 // Add a share of the mean diagonal to the diagonal.
 void regularise(const BlockPattern &pattern, double *matrix, double share) {
@@ -96,10 +102,12 @@ class Descent {
     // Steps until two in succession gain less than `tolerance` of the energy each, or held vertices are stuck on their
     // way.
     void run(Index steps, double tolerance) {
+        bool again = factorised;  // whether the factor of an earlier step is used
+        double gain_before = INFINITY;
         for (done = 0; done < steps; done++) {
             evaluate();
             moving = constrain(system.pattern, system.constraints, u, tau, space);
-            if (!solve()) {  // rounding has made the Hessian indefinite: no further improvement is possible
+            if (!solve(again)) {  // rounding has made the Hessian indefinite: no further improvement is possible
                 energy = factor * energy;
                 return;
             }
@@ -109,14 +117,22 @@ class Descent {
             for (Index v = 0; v < n; v++) slope += dot(space.gradient[v], space.step[v]);
             release(system.constraints, space);
             Trial trial = objective.epsilon > 0 ? untangling_step(slope) : moving ? moving_step() : descending_step(slope);
-            if (!trial.accepted) return;
+            if (!trial.accepted) {
+                if (factorised || !again) return;
+                again = false;
+                continue;
+            }
             double gain = accept(trial);
             if (surface) adapt_damping(trial.share);
-            bool ends = moving ? stuck(trial.share) : small_gains(gain, tolerance);
+            bool stale = again && !factorised;
+            bool ends = moving ? stuck(trial.share) : small_gains(gain, stale ? STALE_TOLERANCE * tolerance : tolerance);
             if (ends) {
                 done++;
                 return;
             }
+            bool settled = gain < SMALL_GAIN * energy && !(again && gain > SLOWING * gain_before);
+            again = factorised || (n >= LARGE && !surface && !moving && settled);
+            gain_before = gain;
         }
     }
 
@@ -139,10 +155,10 @@ class Descent {
         factor = rotation_factor(system.upright, u, objective.q, n);
     }
 
-    // Fill in the Newton step -H⁻¹ g; false if H is not positive definite.
-    bool solve() {
+    // Fill in the Newton step -H⁻¹ g, with the factor of an earlier step if `again`; false if H is not positive definite.
+    bool solve(bool again) {
         regularise(system.pattern, space.matrix, REGULAR + damping);
-        if (factorised)
+        if (again)
             forward_substitute(system.pattern, space.gradient, space.factor);
         else if (!factorise(system.pattern, space.matrix, space.gradient, space.factor))
             return false;

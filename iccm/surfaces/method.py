@@ -26,6 +26,7 @@ from ..options import Options
 from ..problem import Problem
 from ..result import Fit
 from . import icp_start, rigid
+from .coarse_start import started_coarsely
 from .ground import ground_of
 from .problem import Layouts, SurfaceProblem
 from .target_mesh_map import OwnMap, on_own_mesh
@@ -225,7 +226,11 @@ def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
     settings, journal = asked.settings, asked.journal
     other = asked.sides[not asked.onto].even
     if other is None:
-        begun = own.state.relaxed()
+        begun = started_coarsely(
+            own.state.relaxed(),
+            own.of_points(asked.sides[asked.onto].given.patch.points),
+            lambda state: final_mesh.descend(state, FINE_POWER, journal),
+        )
         return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
     begun = replace(own.state, ground=ground_of(other, asked.frames[not asked.onto]))
     soft = begun.energy.pins is not None

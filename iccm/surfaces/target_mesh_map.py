@@ -14,7 +14,6 @@ from ..balanced.model.boundary_pairs import loops_of
 from ..balanced.model.discrete_map import FILLED, PASSED_OVER, DiscreteMap
 from ..balanced.model.inner_constraints import InnerConstraints
 from ..balanced.model.mesh_map import MeshMap
-from ..balanced.model.metric import Metric
 from ..balanced.model.outline import Outline
 from ..balanced.search.levels import Level, match_on
 from ..balanced.search.unit_problem import UnitProblem
@@ -24,6 +23,7 @@ from ..linalg.cholesky import system_of
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import Linear, laid_flat, linear
 from ..plane import Similarity, cross, triangle_areas
+from .own_metric import OwnMetric
 from .refined import RefinedSurface
 from .side import Side
 
@@ -33,27 +33,6 @@ THIN_AREA_RATIO = 0.1  # of the mean area: triangles at the boundary with less a
 COARSE_TRIANGLES = 4000
 """Edges of surfaces with fewer triangles are halved, which lowers median errors by 20 to 40 %."""
 SAME_PLACE_SHARE = 1e-9  # of the length: arclengths that differ by less are the same place
-
-
-@dataclass(frozen=True, eq=False)
-class OwnMetric(Metric):
-    """The metric of a mesh whose triangles are the surface's own.
-
-    Attributes:
-        maps: for each triangle, the linear map from the plane to the surface, whose area is scaled to one.
-        material: (m,) marks the triangles that are not in holes.
-    """
-
-    maps: Linear
-    material: Flags
-
-    def over(self, z: Complex) -> Linear:
-        """Return the maps of all triangles z (m, 3), or of those not in holes."""
-        return (
-            self.maps
-            if len(z) == self.material.size
-            else Linear(*(each[self.material] for each in self.maps))
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +62,10 @@ class OwnMap:
     def of_layout(self, flat: Complex) -> Complex:
         """Interpolate values at the layout's vertices to the vertices of the map."""
         return self.mesh.carried(flat)[self.order]
+
+    def of_points(self, points: Real) -> Real:
+        """Interpolate points (p, 3) of the surface's vertices in space to the vertices of the map."""
+        return self.mesh.carried(points)[self.order]
 
 
 def on_own_mesh(

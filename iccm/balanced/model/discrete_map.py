@@ -463,6 +463,10 @@ class DiscreteMap(MeshMap):
         areas = np.where(inside, self.stiffness, 1.0) * areas
         return RestShapes.of(self.pattern, gradients, areas, np.where(inside, self.aims[self.rigid], 0))
 
+    def rest_energy(self, u: Complex, q: float) -> float:
+        """Return the energy of images (n,) for a power q, without rotation, outline and further terms."""
+        return self._rest_shapes(True, q).energy(u, self.energy.objective(q, self.boundary.area_share(True)))
+
     def _weighed(self, areas: Real, q: float) -> Real:
         """Return rest areas (m,) times the weights of the triangles.
 

@@ -1,0 +1,37 @@
+"""Maps of large surfaces by way of coarser triangulations: the same map as without, without folds."""
+
+import numpy as np
+import pytest
+
+import iccm
+from iccm.flattening import flatten
+from iccm.meshes.disk_patch import disk_patch
+from iccm.plane import triangle_areas
+from iccm.surfaces import coarse_start
+from tests.iccm.surfaces.test_surfaces import circle, grid, hill
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_coarser_triangulation_leads_to_the_same_map(monkeypatch, mirrored):
+    """The energy of both maps agrees within the tolerance of the last steps, and the coarser one is really used."""
+    outline = circle(40) * np.where(np.arange(40) < 13, 1.3, 1.0)
+    mesh = grid(80, 72, hill if not mirrored else lambda x, y: (*hill(y, x),))
+    layout = flatten(disk_patch(mesh))
+    plain = iccm.fit(outline, layout)
+    sizes = []
+    real = coarse_start._carried
+
+    def watched(state, points, small, *rest):
+        found = real(state, points, small, *rest)
+        sizes.append((small.u.size, state.u.size, found is state))
+        return found
+
+    monkeypatch.setattr(coarse_start, "LARGE_VERTEX_COUNT", 300)
+    monkeypatch.setattr(coarse_start, "_carried", watched)
+    found = iccm.fit(outline, layout)
+    (small, whole, unchanged), *_ = sizes
+    assert small < 0.5 * whole and not unchanged
+    assert found.energies[-1]["total"] == pytest.approx(plain.energies[-1]["total"], rel=1e-3)
+    assert (triangle_areas(found.map.source[found.map.faces]) > 0).all()
+    shift = np.abs(found.map.source - plain.map.source)
+    assert np.quantile(shift, 0.95) < 0.01 * np.ptp(plain.map.source.real)
