@@ -988,6 +988,12 @@ class JobOptions:
         default=False, commands=("map",),
         topic="mesh",
     )  # fmt: skip
+    subdivide: int = _option(
+        "Halve the edges of all triangles of the target N times, each into four: maps onto meshes of few triangles, "
+        "such as boxes, then stretch the picture much less.",
+        "N", default=0, least=0, most=6, commands=("map",), words="subdivision refine tessellate coarse box",
+        topic="mesh",
+    )  # fmt: skip
     subdivide_rim: bool = _option(
         "Split triangles at the boundary of a mesh until its edges follow the outline to the tolerance.",
         default=False, commands=("map",),

@@ -7,9 +7,11 @@ side              source or target: a planar domain, or a surface with its layou
 icp_start         an initial map for layouts of almost the same shape
 ground            a surface in space as the target of Newton's method
 refined           a triangulation with added vertices: in faces, on the boundary, on chords
-subdivided        rim edges split until the chords between vertices follow an outline
+subdivided        triangles divided evenly, or rim edges split until chords follow an outline
 inserted          vertices at given points, and edges along paths through them
 target_mesh_map   the final map, on the surface's own triangles
+coarse_start      a start for it on a large surface, from coarser triangulations
+own_metric        the metric of such triangles
 rigid             rigid regions: parts of the surface, each flattened separately
 isomorphism       correspondence of two meshes with the same connectivity in any order
 matching          registration of two meshes with the same triangles

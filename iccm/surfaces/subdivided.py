@@ -1,4 +1,7 @@
-"""Split edges at the rim of a layout until the chords between vertices follow an outline (--subdivide-rim)."""
+"""Subdivide triangles of a mesh: all of them evenly, or those at the rim of a layout.
+
+At the rim, edges are split until the chords between vertices follow an outline (--subdivide-rim).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,6 +13,7 @@ from ..arrays import Complex, Flags, Index, Real, distinct_rows
 from ..buckets import nearest_segments
 from ..maps.approximation import AnyMap, triangulated
 from ..meshes.flatten import Flattening
+from ..meshes.mesh import Mesh, triangulate
 from ..plane import triangle_heights
 from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 
@@ -30,6 +34,32 @@ class Subdivision:
     faces: Index
     corners: Index
     weights: Real
+
+    @classmethod
+    def even(cls, mesh: Mesh, halvings: int) -> "Subdivision":
+        """Divide every triangle of a checked mesh into 4 to the power of `halvings` triangles of its shape.
+
+        Polygons without a triangle stay as they are.
+        """
+        corners = triangulate(mesh)
+        side = 2**halvings
+        i, j = (each.ravel() for each in np.mgrid[:side, :side])
+        upright = [(i, j), (i + 1, j), (i, j + 1)]
+        turned = [(i + 1, j + 1), (i, j + 1), (i + 1, j)]
+        first = np.concatenate([i + j < side, i + j < side - 1])
+        along, across = (
+            np.concatenate(
+                [np.stack([corner[k] for corner in corners_of], axis=1) for corners_of in (upright, turned)]
+            )
+            for k in (0, 1)
+        )
+        weights = np.stack([side - along - across, along, across], axis=2)[first] / side
+        owner = np.searchsorted(mesh.starts, corners[:, 0], side="right") - 1
+        return cls(
+            np.repeat(owner, len(weights)),
+            np.repeat(corners, len(weights), axis=0),
+            np.tile(weights, (len(corners), 1, 1)),
+        )
 
     @classmethod
     def joined(cls, parts: Sequence["Subdivision"]) -> "Subdivision":

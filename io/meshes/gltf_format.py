@@ -114,10 +114,18 @@ class GltfFormat(MeshFormat):
     def read(self) -> dict[str, MeshFile]:
         """Read each primitive that has triangles."""
         parts = gltf.primitives(gltf.read(self.path))
+        if self.halvings and parts:  # all at once, since they share one document
+            divided = GltfContent.of([*parts.values()]).divide(self.halvings)
+            assert isinstance(divided, GltfContent)
+            parts = dict(zip(parts, divided.primitives))
         return {
             name: MeshFile.whole(self.path, GltfContent.of([part]), part.picture)
             for name, part in parts.items()
         }
+
+    def _divided(self, geometries: dict[str, MeshFile]) -> dict[str, MeshFile]:
+        """Return the geometries unchanged: `read` has divided them."""
+        return geometries
 
     def same_mesh(self, file: MeshFile) -> list[str]:
         """Return the names of all primitives of the mesh to which a primitive belongs, one per material."""

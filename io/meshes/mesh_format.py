@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Flags, Index, Real
 from ...errors import InputError
-from ...meshes.mesh import Mesh, face_areas, merge
+from ...meshes.mesh import Mesh, check, face_areas, merge
 from ...pixels.texture import REPEAT, Wrap
 from ...surfaces.subdivided import Subdivision
 from .. import files, limits
@@ -57,6 +57,14 @@ class MeshContent:
             InputError: the file has vertices that cannot be split.
         """
         return MeshContent(splitting.subdivided(self.polygons, plan))
+
+    def divide(self, halvings: int) -> MeshContent:
+        """Divide every triangle into 4 to the power of `halvings` ones; polygons are divided into triangles first.
+
+        Raises:
+            InputError: an element of the mesh is invalid, or the file has vertices that cannot be split.
+        """
+        return self.subdivide(Subdivision.even(check(self.polygons), halvings)) if halvings else self
 
     def faces_called(self, name: str) -> Flags:
         """Mark the polygons (f,) of the object, group, geometry or material of this name.
@@ -194,6 +202,7 @@ class MeshFormat(ABC):
 
     Attributes:
         path: the file.
+        halvings: how often the edges of all triangles are halved when the file is read (--subdivide).
         dialect: how materials that it writes refer to pictures: "gltf", "mtl", or "" without materials.
         shows_normals: whether a normal map can be written.
     """
@@ -204,6 +213,7 @@ class MeshFormat(ABC):
     def __init__(self, path: Path, keep: int = -1) -> None:
         """Do not open the file yet; meshes of more than `keep` faces will not be read, -1 if the limit is unknown."""
         self.path, self._keep = path, keep
+        self.halvings = 0
 
     @abstractmethod
     def count_faces(self, most: int) -> int:
@@ -233,6 +243,11 @@ class MeshFormat(ABC):
         if (count := self.count_faces(most)) > most:
             raise InputError(
                 f"{self.path}: has {count} faces, more than the limit of {most}; raise --max-faces"
+            )
+        if (divided := count * 4**self.halvings) > most:
+            raise InputError(
+                f"{self.path}: --subdivide {self.halvings} makes {divided} faces, more than the limit of {most}; "
+                "subdivide less, or raise --max-faces"
             )
 
     def is_mesh(self, *, gets_uv: bool = False) -> bool:
@@ -296,13 +311,22 @@ class MeshFormat(ABC):
         files.open_input(self.path, max_bytes=limits.MESH_BYTES)
         try:
             with np.errstate(all="ignore"):  # invalid numbers of a broken file are reported by later checks
-                return self.read()
+                return self._divided(self.read())
         except InputError:
             raise
         except Exception as error:  # whatever exception a parser raises, the file is at fault
             reason = " ".join(str(error).split())[:REASON_LENGTH] or type(error).__name__
             kind = self.path.suffix[1:].upper()
             raise InputError(f"{self.path}: cannot read this {kind} file: {reason}") from error
+
+    def _divided(self, geometries: dict[str, MeshFile]) -> dict[str, MeshFile]:
+        """Return the geometries with their triangles divided as `halvings` requests."""
+        if not self.halvings:
+            return geometries
+        return {
+            name: MeshFile.whole(self.path, file.content.divide(self.halvings), file.picture, *file.notes)
+            for name, file in geometries.items()
+        }
 
     @cached_property
     def _areas(self) -> dict[str, float]:

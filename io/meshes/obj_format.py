@@ -135,10 +135,15 @@ class ObjFormat(MeshFormat):
             InputError: the file is empty, or as `obj.parse`.
         """
         if self._keep < 0:
-            return ObjContent.of(obj.read(self.path))
+            return self._divided_content(obj.read(self.path))
         if not self._scan.content:
             raise InputError(f"{self.path}: the file is empty")
-        return ObjContent.of(obj.parse(self._scan.content, self.path))
+        return self._divided_content(obj.parse(self._scan.content, self.path))
+
+    def _divided_content(self, whole: obj.Obj) -> ObjContent:
+        content = ObjContent.of(whole).divide(self.halvings)
+        assert isinstance(content, ObjContent)
+        return content
 
     @cached_property
     def _scan(self) -> "_Scan":

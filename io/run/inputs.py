@@ -37,7 +37,10 @@ class Files:
     def _mesh(self, path: Path) -> MeshFormat:
         """Return a mesh file; it is opened once."""
         if path not in self._meshes:
-            self._meshes[path] = mesh_files.open_mesh(path, self._most_kept)
+            opened = self._meshes[path] = mesh_files.open_mesh(path, self._most_kept)
+            target = getattr(self.job, "target", None)
+            if target and path == Spec.of(target).path:
+                opened.halvings = getattr(self.job, "subdivide", 0)
         return self._meshes[path]
 
     @cached_property

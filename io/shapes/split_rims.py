@@ -21,14 +21,25 @@ LEFT = "{} edges at the boundary stay straight, because adjacent triangles would
 COARSE_TOLERANCES = 10  # a chord that deviates by more from the outline is reported
 
 
-def missed(boundary: Mapping[str, float], tolerance: float, split: bool) -> list[str]:
-    """Return a note if chords between written coordinates deviate far from an outline, see `boundary` in the report."""
+def missed(
+    boundary: Mapping[str, float], tolerance: float, split: bool, *, divides: bool = False
+) -> list[str]:
+    """Return a note if chords between written coordinates deviate far from an outline, see `boundary` in the report.
+
+    Args:
+        boundary: the deviation.
+        tolerance: the requested one.
+        split: whether triangles at the rim were split already.
+        divides: whether the command can divide all triangles.
+    """
     if (gap := boundary["hausdorff"]) <= COARSE_TOLERANCES * tolerance:
         return []
     said = (
         f"between vertices of the mesh, the boundary is up to {gap:.1%} of the diagonal away from the outline"
     )
     cure = "" if split else "; use --subdivide-rim to split its triangles there"
+    if divides:
+        cure += ", or --subdivide 3 to divide all of them, which also lets them stretch less" if cure else ""
     return [f"{said}, because the mesh is too coarse (boundary){cure}"]
 
 

@@ -18,6 +18,7 @@ from importlib import import_module
 from ....errors import InputError
 from ... import files, formats
 from ...pictures.tiles import MARK, name_at
+from ...point_syntax import vertex_of
 from ...spec import Spec
 from ..framing import placing_options
 from ..inputs import Inputs
@@ -40,6 +41,12 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     if job.subdivide_rim and not any(formats.of(name).mesh for name in job.output):
         able = ", ".join(formats.holding("uv"))
         raise InputError(f"--subdivide-rim: only affects meshes; write one with -o FILE ({able})")
+    if job.subdivide and not onto_mesh:
+        raise InputError(f"{job.target or job.source}: --subdivide needs a mesh as the target")
+    if job.subdivide and any(vertex_of(pin[1]) is not None for pin in job.pin):
+        raise InputError(
+            "--subdivide: vertices get other numbers; give --pin the positions of points instead"
+        )
     for output, map in zip((each for each in found if is_picture(each.name)), job.maps):
         output.map = map
     found += [_load("plot.Plot", job.plot)] if job.plot else []

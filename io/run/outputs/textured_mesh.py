@@ -118,7 +118,7 @@ def _message(run: Run, measured: list[Written]) -> str | None:
 def _note_distortion(run: Run, measured: list[Written]) -> None:
     """Note what the written coordinates of each part show but the underlying map does not."""
     for pair, fit, each in zip(run.pairs, run.fits, measured):
-        told = missed(each.boundary, run.job.tolerance, run.job.subdivide_rim)
+        told = missed(each.boundary, run.job.tolerance, run.job.subdivide_rim, divides=not run.job.subdivide)
         run.note(*(parts.label(pair, note) for note in told))
         if fit.distortion.strain is None and (strain := each.distortion.strain):
             said = (
