@@ -5,6 +5,7 @@ deform    `iccm deform`
 morph     `iccm morph`
 apply     `iccm apply`
 compose   `iccm compose`
+field     `iccm field`
 edit      `iccm edit`
 flatten   `iccm flatten`
 relayout  `iccm relayout`
@@ -47,6 +48,7 @@ COMMANDS = {
     "morph": "Animate one shape into another.",
     "apply": "Carry pictures, drawings, points, lines and polygons through a saved map.",
     "compose": "Compose saved maps, or invert one.",
+    "field": "Write saved maps as displacement fields, arrays for OpenCV, or pictures for compositors.",
     "edit": "Place pins and strokes in the browser and watch the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",
     "relayout": "Carry textures from one UV layout of a mesh to another.",

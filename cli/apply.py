@@ -40,17 +40,20 @@ def command(maps: tuple[str, ...], input: str, output: str, **given: Any) -> int
     iccm apply leaf.npz petals.jpg -o petals-on-leaf.png
     iccm apply leaf.npz landmarks.csv -o on-leaf.csv
     iccm apply leaf.npz cells.geojson --inverse -o on-rose.geojson
-    iccm apply rose-leaf.npz ~star-leaf.npz cells.geojson -o on-star.geojson
+    iccm apply leaf.npz ~heart-leaf.npz cells.geojson -o on-heart.geojson
     iccm apply leaf.exr normal.png --kind normal -o leaf-normal.png
+
+    MAP can also be a field written by `iccm field` or other programs: a displacement field of ITK (.nrrd .mha .nii), or
+    arrays map_x and map_y for OpenCV's remap (.npz).
 
     A name with <UDIM> stands for all tiles of a UV layout, such as 'leaf.<UDIM>.exr'.
 
     Exit code: 0 done, 2 wrong input.
     """
-    from ..io import formats
+    from ..io import fields, formats
 
     with status.show_phases("read"):
-        if len(maps) == 1 and not formats.of(maps[0]).map:
+        if len(maps) == 1 and (not formats.of(maps[0]).map or fields.is_field(maps[0])):
             made = _stmap(maps[0], input, output, given)
         else:
             made = _saved(maps, input, output, given)
@@ -103,7 +106,7 @@ def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) 
 
 def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[str]:
     """Warp a picture, or its tiles, through an STMap. Returns the names of the files that were written."""
-    from ..io import files, formats
+    from ..io import fields, files, formats
     from ..io.memory import within
     from ..io.pictures import image_files, tiles
     from ..io.pictures import stmap_files as maps
@@ -123,8 +126,12 @@ def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[s
     files.check_outputs(made, [*images, *(name for name, _ in pairs)], force=given["force"])
     with ExitStack() as stack:
         for source, name in pairs:
-            st = maps.read(source, max_pixels=given["max_pixels"], room=room)
-            picture, box = tiles.read_any(image, partial(maps.places, st), **limits)
+            if fields.is_field(source):
+                picture, box = image_files.read(image, **limits), None
+                st = fields.read(source, (picture.pixels.shape[1], picture.pixels.shape[0]))
+            else:
+                st = maps.read(source, max_pixels=given["max_pixels"], room=room)
+                picture, box = tiles.read_any(image, partial(maps.places, st), **limits)
             check_kind(given["kind"], picture.pixels.shape[2], image)
             lost = image_files.clipping_note(formats.written(name), picture)
             for note in (*picture.notes, *([f"{name}: {lost}"] if lost else [])):

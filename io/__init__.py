@@ -25,6 +25,7 @@ run/           one job
 read           reading shapes and pictures from Python
 apply          `iccm apply` with a saved map
 compose        `iccm compose`
+fields         `iccm field`
 batch/         many jobs
 check/         results compared with baselines
 edit/          the page of `iccm edit`

@@ -338,6 +338,41 @@ class ComposeOptions:
     output: str = _option("The saved map to write (.npz).", "FILE", required=True, short="-o", topic="output")
 
 
+@_table("field")
+class FieldOptions:
+    """Options of `iccm field`."""
+
+    output: str = _option(
+        "What to write: .nrrd .mha .nii .nii.gz, .npz, .exr or .tif.",
+        "FILE",
+        required=True,
+        short="-o",
+        topic="output",
+    )
+    fixed: str | None = _option(
+        "Picture that covers the target's canvas: the field has its pixels, and in .nrrd .mha .nii its place in space."
+        "  [default: a pixel for each unit]",
+        "IMAGE",
+        topic="output",
+    )
+    size: tuple[int] | tuple[int, int] | None = _option(
+        "Size of the field in pixels, or its longer side.  [default: that of --fixed]",
+        "WxH|N",
+        parse=size,
+        topic="output",
+    )
+    moving: str | None = _option(
+        "Picture that covers the source's canvas, to which the field refers.  [default: a pixel for each unit]",
+        "IMAGE",
+        topic="output",
+    )
+    vectors: Literal["stmap", "pixels"] | None = _option(
+        "Contents of a picture. stmap: places in the source from 0 to 1; pixels: distances to them in pixels, to the "
+        "right (red) and upwards (green).  [default: stmap]",
+        topic="output",
+    )
+
+
 @_table("map")
 class TextOptions:
     """Options of `iccm map` that set a text in place of a file."""
@@ -773,7 +808,7 @@ class JobOptions:
     force: bool = _option(
         "Replace existing files.",
         default=False,
-        commands=(*EVERY, "compose", "morph", "flatten", "relayout", "batch", "info", "init"),
+        commands=(*EVERY, "compose", "field", "morph", "flatten", "relayout", "batch", "info", "init"),
         basic=True,
         aliases=(("overwrite", "{}"),),
         words="replace clobber yes",

@@ -20,6 +20,7 @@ ORDER = (
     "io.edit",
     "io.check",
     "io.batch",
+    "io.fields",
     "io.apply io.compose",
     "io.run",
     "io.artwork",

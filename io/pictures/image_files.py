@@ -434,6 +434,17 @@ def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, who
     return tuple(notes)
 
 
+def description(path: str | Path) -> str:
+    """Return the description in a picture's metadata; empty without one, or if the file cannot be read."""
+    file = oiio.ImageInput.open(str(path))
+    if file is None:
+        oiio.geterror()
+        return ""
+    said = str(file.spec().getattribute("ImageDescription") or "")
+    file.close()
+    return said
+
+
 def _copy(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
     """Copy pixels to `out`, some rows at a time; return `out`."""
     step = strip_rows(*pixels.shape[1:])

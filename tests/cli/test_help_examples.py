@@ -88,7 +88,7 @@ def test_the_examples_of_a_command_run(files, shell, iccm, command):
             == 0
         )
         shutil.rmtree(files / "out")
-    if command == "compose":
+    if command in ("apply", "compose", "field"):
         for source, target in (("rose", "leaf"), ("leaf", "heart"), ("heart", "leaf")):
             outlines = f"{source}.svg", f"{target}.svg", "--parts", "largest", "--fit", "whole"
             assert iccm("map", *outlines, "-o", f"{source}-{target}.npz").code == 0

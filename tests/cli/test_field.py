@@ -1,0 +1,190 @@
+"""`iccm field`: fields that SimpleITK, OpenCV and OpenImageIO read, and that `iccm apply` reads back."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import iccm as core
+
+itk = pytest.importorskip("SimpleITK", reason="SimpleITK is an extra")
+cv2 = pytest.importorskip("cv2")
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} {}"><path d="{}"/></svg>'
+LEAF = "M10 60 C10 20 60 5 130 12 C150 45 120 85 60 88 C30 88 12 80 10 60 Z"
+ELL = "M8 8 H60 V40 H100 V110 H8 Z"
+SOURCE, TARGET = (160, 100), (108, 120)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, iccm_once):
+    """The files of a map from a leaf to an L, and a smooth picture of the leaf's canvas."""
+    return iccm_once(tmp_path_factory.mktemp("field"))
+
+
+@pytest.fixture(scope="module")
+def iccm_once():
+    """Make the files by the library, once."""
+
+    def make(folder):
+        (folder / "leaf.svg").write_text(SVG.format(*SOURCE, LEAF))
+        (folder / "ell.svg").write_text(SVG.format(*TARGET, ELL))
+        from iccm.io.run import Job, run
+
+        job = {"source": str(folder / "leaf.svg"), "target": str(folder / "ell.svg"), "fit": "whole"}
+        run(Job(**job, parts="largest", output=[str(folder / "map.npz")]))
+        x, y = np.meshgrid(np.arange(SOURCE[0]), np.arange(SOURCE[1]))
+        pixels = np.dstack([x * 1.5, y * 2.4, 127 + 100 * np.sin(x / 17 + y / 29)])
+        Image.fromarray(pixels.astype(np.uint8)).save(folder / "leaf.png")
+        return folder
+
+    return make
+
+
+@pytest.fixture
+def here(made, tmp_path, monkeypatch):
+    """Those files in the current folder."""
+    for path in made.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    monkeypatch.chdir(tmp_path)
+
+
+def pixels(name):
+    """A picture as floats."""
+    return np.asarray(Image.open(name).convert("RGBA"), float)
+
+
+def ours(iccm, size=TARGET):
+    """The picture that iccm makes with the map, with a linear filter, and the pixels that are well inside of it."""
+    done = iccm(
+        "apply",
+        "map.npz",
+        "leaf.png",
+        "-o",
+        "ours.png",
+        "--size",
+        f"{size[0]}x{size[1]}",
+        "--filter",
+        "linear",
+        "--force",
+    )
+    assert done.code == 0, done.err
+    found = pixels("ours.png")
+    full = (found[..., 3] == 255).astype(np.uint8)
+    return found[..., :3], cv2.erode(full, np.ones((3, 3), np.uint8)) > 0
+
+
+def close(found, wanted, inside):
+    """Whether pictures agree inside, but for rounding and where a filter averages a squeezed picture."""
+    away = np.abs(np.asarray(found, float)[..., :3] - wanted)[inside]
+    assert inside.sum() > 3000 and wanted[inside].std() > 30
+    return np.quantile(away, 0.98) < 3 and away.mean() < 1
+
+
+@pytest.mark.parametrize("suffix", [".nrrd", ".mha", ".nii", ".nii.gz"])
+def test_simpleitk_resamples_to_the_same_picture(here, iccm, suffix):
+    done = iccm("field", "map.npz", "-o", f"field{suffix}")
+    assert done.code == 0, done.err
+    field = itk.ReadImage(f"field{suffix}", itk.sitkVectorFloat64)
+    field = field if field.GetDimension() == 2 else field[:, :, 0]
+    assert field.GetSize() == TARGET and field.GetNumberOfComponentsPerPixel() == 2
+    fixed = itk.Image(*TARGET, itk.sitkUInt8)
+    moving = itk.ReadImage("leaf.png")
+    found = itk.Resample(moving, fixed, itk.DisplacementFieldTransform(field), itk.sitkLinear)
+    assert close(itk.GetArrayFromImage(found), *ours(iccm))
+
+
+def test_the_places_and_axes_of_pictures_in_space_are_kept(here, iccm):
+    moving = itk.ReadImage("leaf.png")
+    moving.SetSpacing((0.25, 0.5))
+    moving.SetOrigin((-7, 30))
+    moving.SetDirection((0, 1, -1, 0))
+    itk.WriteImage(moving, "leaf.mha")
+    fixed = itk.Image(*(2 * side for side in TARGET), itk.sitkUInt8)
+    fixed.SetSpacing((0.1, 0.3))
+    fixed.SetOrigin((200, -40))
+    fixed.SetDirection((-1, 0, 0, 1))
+    itk.WriteImage(fixed, "ell.mha")
+    done = iccm("field", "map.npz", "--fixed", "ell.mha", "--moving", "leaf.mha", "-o", "field.nrrd")
+    assert done.code == 0, done.err
+    field = itk.ReadImage("field.nrrd")
+    assert field.GetSpacing() == pytest.approx((0.1, 0.3)) and field.GetOrigin() == (200, -40)
+    found = itk.Resample(moving, fixed, itk.DisplacementFieldTransform(field), itk.sitkLinear)
+    assert close(itk.GetArrayFromImage(found), *ours(iccm, tuple(2 * side for side in TARGET)))
+
+
+def test_opencv_remaps_to_the_same_picture(here, iccm):
+    assert iccm("field", "map.npz", "-o", "remap.npz").code == 0
+    with np.load("remap.npz") as held:
+        x, y, mask = held["map_x"], held["map_y"], held["mask"]
+    found = cv2.remap(pixels("leaf.png")[..., :3].astype(np.float32), x, y, cv2.INTER_LINEAR)
+    wanted, inside = ours(iccm)
+    assert close(found, wanted, inside)
+    assert (found[mask == 0] == 0).all() and mask[inside].min() == 1 and (mask == 0).any()
+
+
+def test_pixel_vectors_lead_to_the_source(here, iccm):
+    assert iccm("field", "map.npz", "--vectors", "pixels", "-o", "v.exr").code == 0
+    assert iccm("field", "map.npz", "-o", "st.exr").code == 0
+    import OpenImageIO
+
+    away, st = (OpenImageIO.ImageBuf(name).get_pixels() for name in ("v.exr", "st.exr"))
+    row, column = 30, 24
+    x, y = column + away[row, column, 0], row - away[row, column, 1]
+    back = core.load("map.npz").inverse(np.array([column + 0.5 - 1j * (row + 0.5)]))[0]
+    assert (x + 0.5, y + 0.5) == pytest.approx((back.real, -back.imag), abs=0.02)
+    assert st[row, column, 0] * SOURCE[0] == pytest.approx(back.real, abs=0.02)
+    assert (1 - st[row, column, 1]) * SOURCE[1] == pytest.approx(-back.imag, abs=0.02)
+    assert away[0, 0].tolist() == [0, 0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    "options", [("field.nrrd",), ("remap.npz",), ("v.exr", "--vectors", "pixels"), ("st.tif",)]
+)
+def test_apply_reads_each_field_back(here, iccm, options):
+    done = iccm("field", "map.npz", *options[1:], "-o", options[0], "--moving", "leaf.png")
+    assert done.code == 0, done.err
+    done = iccm("apply", options[0], "leaf.png", "-o", "back.png", "--filter", "linear")
+    assert done.code == 0, done.err
+    assert close(pixels("back.png"), *ours(iccm))
+
+
+def test_the_inverse_and_a_chain_with_it(here, iccm):
+    assert iccm("field", "~map.npz", "-o", "back.nrrd").code == 0
+    assert iccm("field", "map.npz", "-o", "field.nrrd").code == 0
+    there, back = (
+        itk.DisplacementFieldTransform(itk.ReadImage(name)) for name in ("field.nrrd", "back.nrrd")
+    )
+    assert itk.ReadImage("back.nrrd").GetSize() == SOURCE
+    for place in ((30.0, 30.0), (24.0, 90.0), (80.0, 70.0)):
+        assert back.TransformPoint(there.TransformPoint(place)) == pytest.approx(place, abs=0.2)
+    assert iccm("field", "map.npz", "~map.npz", "-o", "same.nrrd").code == 0
+    away = itk.GetArrayFromImage(itk.ReadImage("same.nrrd"))
+    assert away.shape == (SOURCE[1], SOURCE[0], 2) and np.abs(away).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        (("map.npz", "-o", "out.png"), "out.png"),
+        (("map.npz", "-o", "f.nrrd", "--vectors", "pixels"), "--vectors"),
+        (("map.npz", "-o", "f.nrrd", "--fixed", "leaf.png"), "leaf.png"),
+        (("map.npz", "-o", "f.nrrd", "--fixed", "leaf.png", "--size", "30"), "--size"),
+        (("map.npz", "-o", "f.nrrd", "--moving", "none.nrrd"), "none.nrrd"),
+        (("map.npz", "-o", "f.nrrd", "--moving", "bad.nrrd"), "bad.nrrd"),
+        (("leaf.png", "-o", "f.nrrd"), "leaf.png"),
+        (("map.npz", "map.npz", "-o", "f.nrrd"), "map.npz"),
+    ],
+)
+def test_wrong_fields_are_refused_in_one_line(here, iccm, given, named):
+    Path("bad.nrrd").write_bytes(b"NRRD0004\nnonsense")
+    refused = iccm("field", *given)
+    assert refused.code == 2 and named in refused.err and len(refused.lines) == 1
+    assert not Path("f.nrrd").exists() and not Path("out.png").exists()
+
+
+def test_damaged_arrays_are_refused(here, iccm):
+    np.savez("remap.npz", map_x=np.zeros((3, 4)), map_y=np.zeros((4, 3)))
+    refused = iccm("apply", "remap.npz", "leaf.png", "-o", "out.png")
+    assert refused.code == 2 and "map_x" in refused.err and len(refused.lines) == 1
