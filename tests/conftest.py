@@ -3,7 +3,9 @@ schema.
 """
 
 import functools
+import hashlib
 import json
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +16,8 @@ sys.path.insert(
     0, str(Path(__file__).parents[1])
 )  # so that `from tests import shapes` works however pytest is started
 
-from iccm import cli
+import iccm as package
+from iccm import cli, deadline
 from iccm.native import library
 
 SCHEMAS = Path(__file__).parents[1] / "docs" / "reference" / "schemas"
@@ -77,6 +80,38 @@ def shapes(tmp_path, monkeypatch):
     for name, content in SHAPES.items():
         (tmp_path / name).write_text(SVG.format(content))
     return tmp_path
+
+
+SOLVED: dict[bytes, bytes] = {}
+"""Pickled results of `iccm.fit` and `iccm.deform` by a digest of their arguments, see `solve_once`."""
+
+
+def remembered(solve):
+    """Decorate a solve so that the same arguments are solved once; each call has a copy of the result of its own."""
+
+    @functools.wraps(solve)
+    def call(*args, **options):
+        limit = deadline.current()
+        timed = limit is not None and limit.seconds < deadline.DEFAULT_SECONDS
+        if timed or options.get("cancel") is not None or options.get("progress") is not None:
+            return solve(*args, **options)
+        key = hashlib.sha256(pickle.dumps((solve.__name__, args, sorted(options.items())))).digest()
+        if key not in SOLVED:
+            SOLVED[key] = pickle.dumps(solve(*args, **options))
+        return pickle.loads(SOLVED[key])
+
+    return call
+
+
+@pytest.fixture
+def solve_once(monkeypatch):
+    """Solve the same shapes with the same options once per process.
+
+    For files whose tests check what commands do with a map, not how it is found:
+    `pytestmark = pytest.mark.usefixtures("solve_once")`.
+    """
+    for name in ("fit", "deform"):
+        monkeypatch.setattr(package, name, remembered(getattr(package, name)), raising=False)
 
 
 class Typed:

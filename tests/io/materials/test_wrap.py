@@ -9,6 +9,8 @@ from PIL import Image
 
 from tests.rich_glb import Builder
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 N = 64
 WRAPS = {"repeat": 10497, "mirror": 33648, "clamp": 33071}
 FOLDED = {
@@ -31,9 +33,9 @@ def texels(n):
     return np.meshgrid(t, t)
 
 
-def texture():
+def texture(n=N):
     made = io.BytesIO()
-    Image.fromarray(shade(*texels(N)).round().astype(np.uint8)).save(made, "PNG")
+    Image.fromarray(shade(*texels(n)).round().astype(np.uint8)).save(made, "PNG")
     return made.getvalue()
 
 
@@ -86,15 +88,16 @@ def test_gltf(iccm, tmp_path, monkeypatch, across, down):
 
 def test_a_picture_that_repeats_often_across_a_triangle(iccm, tmp_path, monkeypatch):
     """Twenty times in each direction: the old layout is sampled, not filled."""
+    n = 16
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "t.png").write_bytes(texture())
+    (tmp_path / "t.png").write_bytes(texture(n))
     glb(tmp_path / "old.glb", 20 * SQUARE[:, :2])
     glb(tmp_path / "new.glb", SQUARE[:, :2])
-    done = iccm("relayout", "old.glb", "new.glb", "--texture", "t.png", "-o", "out.png", "--size", 20 * N)
+    done = iccm("relayout", "old.glb", "new.glb", "--texture", "t.png", "-o", "out.png", "--size", 20 * n)
     assert done.code == 0, done.err
     made = np.asarray(Image.open("out.png")).astype(float)
-    wanted = np.tile(shade(*texels(N)), (20, 20, 1))
-    inside = np.tile(np.pad(np.ones((N - 4, N - 4), bool), 2), (20, 20))
+    wanted = np.tile(shade(*texels(n)), (20, 20, 1))
+    inside = np.tile(np.pad(np.ones((n - 4, n - 4), bool), 2), (20, 20))
     assert np.abs(made[..., :3] - wanted)[inside].max() < 8
 
 
@@ -132,11 +135,12 @@ def test_a_picture_that_repeats_more_often_than_pictures_can_show(iccm, tmp_path
 
 def test_pictures_of_small_textures_have_room_for_many_repetitions(iccm, tmp_path, monkeypatch):
     """Thirty repetitions are shown in full, without a note, in the next power of two."""
+    n = 16
     monkeypatch.chdir(tmp_path)
-    glb(tmp_path / "old.glb", 30 * SQUARE[:, :2], picture=texture())
+    glb(tmp_path / "old.glb", 30 * SQUARE[:, :2], picture=texture(n))
     done = iccm("flatten", "old.glb", "--uv", "flat.glb", "--carry-maps")
     made = gl.GLTF2().load("flat.glb")
     view = made.bufferViews[made.images[0].bufferView]
     content = made.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
-    assert Image.open(io.BytesIO(content)).size == (32 * N, 32 * N)
+    assert Image.open(io.BytesIO(content)).size == (32 * n, 32 * n)
     assert "repeats" not in done.out + done.err and "detail" not in done.out + done.err
