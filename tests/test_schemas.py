@@ -6,6 +6,8 @@ import pytest
 
 from .conftest import SCHEMAS, validator
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 NAMES = sorted(path.stem.removeprefix("iccm.") for path in SCHEMAS.iterdir())
 
 

@@ -15,6 +15,8 @@ from iccm.io.options import options_of
 from iccm.io.pictures import image_files
 from iccm.io.run import Job, run
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 QUICK = ("--method", "paper", "--order", "0", "--vertices", "60")
 
 

@@ -11,6 +11,8 @@ from iccm.io.pictures import image_files
 from iccm.io.pictures.image import Image
 from iccm.io.shapes import shape
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 200 100">{}</svg>'
 SQUARES = '<path id="{}" d="M10 10h80v80h-80z"/><path id="{}" d="M110 10h80v80h-80z"/>'
 # lower corner and size of each sheet's chart: charts and sheets are squares, so that every map is a similarity

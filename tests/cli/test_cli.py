@@ -13,6 +13,8 @@ from iccm import cli
 from iccm.cli import logs
 from iccm.io.pictures import image_files
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 QUICK = ("--method", "paper", "--order", "0", "--vertices", "60")
 PICTURE = (*QUICK, "--size", "48")
 

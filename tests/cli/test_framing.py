@@ -3,8 +3,11 @@ pictures.
 """
 
 import numpy as np
+import pytest
 
 from iccm.io.pictures import image_files
+
+pytestmark = pytest.mark.usefixtures("solve_once")
 
 SMALL = ("--size", "64")
 PICTURE = ("--method", "paper", "--order", "0", "--vertices", "60", *SMALL)

@@ -14,6 +14,8 @@ from iccm.cli import COMMANDS
 from iccm.io.option_groups import TOPICS
 from iccm.io.options import of_command
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 
 def rows_in(text, name):
     option = f"--{name.replace('_', '-')}"

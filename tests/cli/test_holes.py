@@ -10,6 +10,8 @@ from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.io.pictures import image_files
 from iccm.io.shapes import holes, mesh_reading, shape
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 RING = '<path fill-rule="evenodd" d="M10 10H90V90H10Z M30 30V60H60V30Z"/>'
 OFF = '<path fill-rule="evenodd" d="M5 50C5 0 95 0 95 50S5 100 5 50Z M55 40V60H75V40Z"/>'

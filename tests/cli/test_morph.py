@@ -8,6 +8,8 @@ from PIL import Image
 
 from iccm.io.run import morph
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 QUICK = ("--frames", "3", "--size", "48")
 
 

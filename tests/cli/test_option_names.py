@@ -11,6 +11,8 @@ from iccm.cli import COMMANDS, options, settings
 from iccm.io.options import of_command, options_of, size
 from iccm.io.pictures import image_files
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SMALL = ("--size", "24", "--method", "paper", "--vertices", "40")
 
 

@@ -11,6 +11,8 @@ from PIL import Image
 from iccm.io.pictures import image_files
 from iccm.io.shapes import shape
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 FACE = (
     '<circle id="head" cx="50" cy="50" r="45" fill="#fc0"/><circle id="left" cx="30" cy="40" r="8"/>'

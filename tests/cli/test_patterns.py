@@ -7,6 +7,8 @@ import pytest
 
 from iccm.io.pictures import image_files
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
 
 

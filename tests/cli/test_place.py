@@ -8,6 +8,8 @@ import resvg_py
 
 from iccm.io.pictures import image_files
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} {}">{}</svg>'
 SIGN = (
     '<rect x="0" y="0" width="100" height="60" fill="#204080"/><circle cx="30" cy="25" r="16" fill="#fc0"/>'

@@ -10,6 +10,8 @@ from iccm import load
 from iccm.io.meshes import gltf
 from iccm.io.pictures import image_files
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 LOGO = (
     '<path d="M10 10H90V90H10Z"/><rect id="{}" x="25" y="40" width="30" height="20"/>'

@@ -6,6 +6,8 @@ import pytest
 
 from iccm.maps.summary import in_short, summary
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 60">{}</svg>'
 SPLIT = '<path d="M5 5h44.7v50h-44.7z" fill="#204080"/><path d="M50.3 5h44v50h-44z" fill="#fc0"/>'
 PLATE = '<path d="M0 0L100 3V60H4z"/>'

@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 EGG = "M50 10C75 10 85 40 85 60C85 85 70 95 50 95C30 95 15 85 15 60C15 40 25 10 50 10Z"
 PEAR = "M60 10C80 12 80 40 95 70C105 100 80 110 60 110C35 110 10 100 20 75C30 50 35 8 60 10Z"
 PINS = ["--pin", "40,45:50,48", "--pin", "60,45:75,52"]

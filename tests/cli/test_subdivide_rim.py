@@ -10,6 +10,8 @@ import trimesh
 
 from iccm.io.meshes import mesh_files
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 N = 5
 ROUND = "M50 5C80 5 95 25 95 50C95 80 75 95 50 95C20 95 5 75 5 50C5 25 20 5 50 5Z"
 SVG = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="{ROUND}"/></svg>'

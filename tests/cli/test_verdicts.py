@@ -10,6 +10,8 @@ import iccm as library
 from iccm import InputError, Status
 from iccm.maps.summary import in_short
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 FILES = Path(__file__).parents[2] / "docs" / "files"
 LIMB = np.array([0, 4, 4 + 1j, 1.2 + 1j, 1.2 + 3j, 0.2 + 3j, 0.2 + 1j, 1j])
 """An asymmetric outline on which the paper's method folds."""

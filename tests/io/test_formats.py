@@ -8,6 +8,8 @@ from iccm.io import formats
 from iccm.io.pictures import image_files
 from iccm.io.pictures.image_files import Image
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 
 def noise(kind, channels):
     values = np.random.default_rng(2).random((9, 11, channels))

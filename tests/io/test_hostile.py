@@ -12,6 +12,8 @@ from iccm.io.pictures import image_files
 from iccm.io.run import Job, run
 from tests import fuzz
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SHEET = {
     "asset": {"version": "2.0"},
     "scene": 0,

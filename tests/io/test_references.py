@@ -11,6 +11,8 @@ from iccm.io import references
 from iccm.io.meshes import material_library
 from iccm.io.pictures import image_files
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SECRET = "# password hunter2\nhunter2 4\nnewmtl other\nKd 1 0 0\nhunter2\n"
 CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 FACES = "usemtl skin\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"

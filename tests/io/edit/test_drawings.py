@@ -15,6 +15,8 @@ from iccm.io.edit.session import Session
 from iccm.io.edit.workspace import parts_of
 from iccm.io.run.job import make
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 BARS = '<path d="M10 10H30V90H10Z"/><path d="M40 30H60V90H40Z"/><path d="M70 60H90V90H70Z"/>'
 PANES = '<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'

@@ -13,6 +13,8 @@ from iccm.io.pictures import image_files
 from iccm.io.run.job import make
 from iccm.io.shapes import mesh_reading
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 
 def hill(path, n=8, uv=False):
     x, y = (a.ravel() for a in np.meshgrid(np.linspace(0, 100, n + 1), np.linspace(0, 100, n + 1)))

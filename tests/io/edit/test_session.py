@@ -16,6 +16,8 @@ from iccm.io.pictures import image_files
 from iccm.io.run.job import make
 from iccm.io.shapes import shape
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 PIN = {"name": "nose", "source": [40, 45], "target": [45, 50]}
 OTHER = {"source": [65, 60], "target": [60, 62]}
 STROKE = {"name": "arm", "source": [[30, 30], [60, 32]], "target": [[32, 32], [45, 35], [60, 33]]}

@@ -9,6 +9,8 @@ from PIL import Image
 from tests import rich_glb
 from tests.io.materials.test_relaid import picture, shade
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 POINTS, NORMALS, UV, FACES = rich_glb.sheet(16)
 LEFT = POINTS[FACES].mean(axis=1)[:, 0] < 0.5
 LIBRARY = """# by hand

@@ -14,6 +14,8 @@ from iccm.io.meshes import mesh_files
 from tests import rich_glb
 from tests.io.meshes.test_gltf import body, bumps, corners, lit, whole
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 N = 256
 POINTS, NORMALS, UV, FACES = rich_glb.sheet(16)
 C, S = np.cos(0.5), np.sin(0.5)

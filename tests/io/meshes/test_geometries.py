@@ -14,6 +14,8 @@ from tests import rich_glb
 from tests.cli.test_charts import ramp
 from tests.io.meshes.test_gltf import corners
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 200 100">{}</svg>'
 SQUARES = '<path id="{}" d="M10 10h80v80h-80z"/><path id="{}" d="M110 10h80v80h-80z"/>'
 PLACES = {

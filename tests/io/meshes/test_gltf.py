@@ -15,6 +15,8 @@ from iccm.io.meshes import gltf, gltf_compressed
 from iccm.io.shapes import mesh_reading
 from tests import rich_glb
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SAME = ("asset", "scene", "scenes", "nodes", "skins", "animations", "samplers", "cameras", "extensionsUsed")
 
 

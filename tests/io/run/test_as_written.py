@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 N = 4
 
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 TWO_BARS = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
   <rect x="5" y="5" width="25" height="50" fill="#c01818"/><rect x="55" y="5" width="30" height="50" fill="#1830a0"/>
 </svg>"""

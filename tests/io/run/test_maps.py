@@ -12,6 +12,8 @@ from iccm.io.pictures.image import Image
 from iccm.io.run import execute
 from tests.cli.test_charts import TILES, ramp, write_sheets
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 KINDS = {"texture": "colour", "normal": "normal", "data": "data"}
 
 

@@ -21,6 +21,8 @@ from iccm.pixels.canvas import Canvas
 from iccm.pixels.sampler import Sampler
 from iccm.pixels.warp import warp
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 
 def hill(x, y):
     return 0.25 * np.exp(-6 * ((x - 0.5) ** 2 + (y - 0.5) ** 2))

@@ -14,6 +14,8 @@ from iccm.io.shapes import constraints, listing, mesh_reading
 from iccm.meshes.layout import turned_over
 from tests.triangulations import hull, spiral_points
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="{}">'
 CURVES = "M50 30C60 5 100 10 95 45C90 70 50 95 50 95C50 95 10 70 5 45C0 10 40 5 50 30Z"
 HEART = HEAD.format("0 0 100 100") + f'<path d="{CURVES}"/></svg>'

@@ -14,6 +14,8 @@ from iccm.io.pictures.image import Image
 from iccm.io.shapes import shape as shapes
 from iccm.io.shapes import silhouette
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SIDE = 200
 
 

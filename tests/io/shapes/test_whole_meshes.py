@@ -11,6 +11,8 @@ from iccm.io.shapes import mesh_reading
 from iccm.meshes.flatten import overlap
 from iccm.meshes.stretch import stretches
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 
 @pytest.fixture
 def machine(shapes):
