@@ -9,6 +9,9 @@ CORE   := $(VENV)/.core
 ZIG    := $(VENV)/.zig
 NODE   := node_modules/.ready
 
+# Tests and the commands that they start keep compiled modules, also where the environment turns that off.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: demo test test-slow test-portable lint lint-page docs generated bench gallery wheels wasm clean
 
 $(READY): pyproject.toml setup.py

@@ -188,6 +188,7 @@ def test_nor_does_what_libraries_do_by_themselves(folder, name):
     typed, written = COMMANDS[name]
     line = [
         "strace",
+        "--seccomp-bpf",  # stops the process for the traced calls alone
         "-f",
         "-qq",
         "-s",

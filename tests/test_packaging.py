@@ -19,23 +19,32 @@ SCRIPT = ROOT / "packaging" / "check-jobs.sh"
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the script is for bash")
 
 
-@pytest.fixture
-def jobs(tmp_path):
-    """Make a manifest of one job, with baselines, and return what runs the script there."""
+ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+
+
+@pytest.fixture(scope="module")
+def baselines(tmp_path_factory):
+    """Make a manifest of one job, and its baselines."""
+    folder = tmp_path_factory.mktemp("jobs")
     for name in ("square.svg", "blob.svg"):
-        shutil.copy(ROOT / "tests" / "wheel" / name, tmp_path)
-    (tmp_path / "jobs.toml").write_text(
-        '[[job]]\nsource = "square.svg"\ntarget = "blob.svg"\nsize = "48"\noutput = "blob.png"\n'
-    )
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    environment["GITHUB_STEP_SUMMARY"] = str(tmp_path / "summary.md")
+        shutil.copy(ROOT / "tests" / "wheel" / name, folder)
+    job = 'source = "square.svg"\ntarget = "blob.svg"\nsize = "48"\nfit = "whole"\noutput = "blob.png"\n'
+    (folder / "jobs.toml").write_text(f"[[job]]\n{job}")
+    first = ["iccm", "batch", "jobs.toml", "--root", "baselines"]
+    subprocess.run(first, cwd=folder, env=ENVIRONMENT, check=True, capture_output=True)
+    return folder
+
+
+@pytest.fixture
+def jobs(baselines, tmp_path):
+    """Copy the manifest and its baselines, and return what runs the script there."""
+    shutil.copytree(baselines, tmp_path, dirs_exist_ok=True)
+    environment = {**ENVIRONMENT, "GITHUB_STEP_SUMMARY": str(tmp_path / "summary.md")}
 
     def run(*arguments):
         line = ["bash", str(SCRIPT), *arguments]
         return subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True)
 
-    first = ["iccm", "batch", "jobs.toml", "--root", "baselines"]
-    subprocess.run(first, cwd=tmp_path, env=environment, check=True, capture_output=True)
     return run
 
 

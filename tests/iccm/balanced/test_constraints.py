@@ -365,6 +365,7 @@ def test_a_stroke_that_would_have_to_pass_pins_is_told_as_not_met():
     assert fit.report()["strokes"][0]["error"] > 1e-3
 
 
+@pytest.mark.slow
 def test_no_smaller_triangles_are_tried_for_a_map_that_pins_make_useless(monkeypatch):
     """A square onto a strip, 200 times as long as wide: one coarse search in each direction, and no fine mesh."""
     searches = []

@@ -157,7 +157,7 @@ def test_pins_come_close_and_maps_stay_smooth():
 
 def test_smaller_tolerances_bring_pins_closer():
     missed = []
-    for tolerance in (12.0, 6.0, 3.0, 1.5):
+    for tolerance in (12.0, 4.0, 1.5):
         pins = [iccm.Pin(*pin, radius=10, tolerance=tolerance) for pin in PINS]
         missed.append(np.abs(iccm.fit(EGG, PEAR, pins=pins).map(PINS[:, 0]) - PINS[:, 1]).max())
     assert missed == sorted(missed, reverse=True)
@@ -243,6 +243,7 @@ def test_radii_leave_room():
     assert deformed == pytest.approx([RADIUS_SHARE * size] * 2)
 
 
+@pytest.mark.slow
 def test_a_pin_far_from_its_place_is_told_by_the_status():
     corners = np.array(
         [[-20, -30j], [20, 30j], [-25j, 25], [25j, -25]]

@@ -107,7 +107,7 @@ def bar(ratio, n=40):
     return np.concatenate([end, -end])
 
 
-@pytest.mark.parametrize("ratio", [4, 15, 18])
+@pytest.mark.parametrize("ratio", [4, 15])
 def test_a_target_is_not_reached_by_a_map_that_folds(ratio):
     """The ends of a long bar shrink on a box below the error that is allowed there."""
     fit = conformal_fit(bar(ratio), np.array([0, 1.37, 1.37 + 1j, 1j]))

@@ -195,7 +195,7 @@ def test_a_picture_is_cut_by_what_is_painted():
 
 
 def test_all_parts_of_both_drawings_are_mapped_and_certified():
-    goal = shapely.MultiPolygon([shapely.box(10, 0, 13, 2), shapely.Point(16, 1.5).buffer(1.4)])
+    goal = shapely.MultiPolygon([shapely.box(10, 0, 13, 2), shapely.Point(16, 1.5).buffer(1.4, quad_segs=5)])
     fit = iccm.fit(BARS, goal)
     report = fit.report()
     assert fit.status.ok and report["injective"]["certified"]
@@ -219,7 +219,7 @@ def test_every_fit_can_be_asked_for(fit):
     assert 0 < found.shown <= 1 and 0 < found.covered <= 1
 
 
-HOOK = shapely.LineString([(0, 0), (0, 9), (7, 9), (7, 3), (4, 3)]).buffer(0.8)
+HOOK = shapely.LineString([(0, 0), (0, 9), (7, 9), (7, 3), (4, 3)]).buffer(0.8, quad_segs=3)
 LETTERS = shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9), shapely.box(12, 4, 18, 5)])
 
 

@@ -22,8 +22,8 @@ RING = {"source_holes": [0.5 + 0.5j + 0.2 * T], "target_holes": [0.5 * T]}
 def fits(bent):
     return {
         "deformed": bent,
-        "balanced": iccm.fit(SQUARE, FLOWER, pins=[(0.5 + 0.5j, 0.1j)]),
-        "with a rigid region": iccm.fit(SQUARE, FLOWER, rigid=[0.5 + 0.5j + 0.1 * T]),
+        "balanced": iccm.fit(SQUARE, FLOWER, fit="whole", pins=[(0.5 + 0.5j, 0.1j)]),
+        "with a rigid region": iccm.fit(SQUARE, FLOWER, fit="whole", rigid=[0.5 + 0.5j + 0.1 * T]),
         "with a hole": iccm.fit(SQUARE, FLOWER, fit="whole", **RING),
         "partial": iccm.fit(SQUARE, np.array([0, 4, 4 + 3j, 2.2 + 3j, 2.1 + 1j, 1.9 + 3j, 3j]), fit="cover"),
         "quasi-conformal": iccm.fit(SQUARE, FLOWER, method="paper", quasi=0.1, vertices=40),

@@ -179,7 +179,7 @@ HOSTILE = {
 def test_what_takes_forever_is_stopped(tmp_path, monkeypatch, name):
     path = tmp_path / "a.svg"
     path.write_text(SVG.format(CANVAS, HOSTILE[name]))
-    monkeypatch.setattr(limits, "RENDER_SECONDS", 2.0)
+    monkeypatch.setattr(limits, "RENDER_SECONDS", 0.5)
     with pytest.raises(InputError, match="rendering takes longer") as caught:
         rendering.render(path, WHOLE, (400, 200))
     assert "--texture" in str(caught.value) and "\n" not in str(caught.value)

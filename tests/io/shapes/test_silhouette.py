@@ -1,5 +1,6 @@
 """Outlines of pictures: accurate to a fraction of a pixel, few vertices, y up in the core plane."""
 
+import functools
 from base64 import b64encode
 from pathlib import Path
 
@@ -19,11 +20,14 @@ pytestmark = pytest.mark.usefixtures("solve_once")
 SIDE = 200
 
 
+@functools.cache
 def covered(inside, supersampling=16):
     """The share (SIDE, SIDE) of each pixel for which inside(x, y) holds, with pixel centres at +0.5."""
     at = (np.arange(SIDE * supersampling) + 0.5) / supersampling
     fine = inside(at[None, :], at[:, None]).astype(np.float32)
-    return fine.reshape(SIDE, supersampling, SIDE, supersampling).mean(axis=(1, 3))
+    shares = fine.reshape(SIDE, supersampling, SIDE, supersampling).mean(axis=(1, 3))
+    shares.flags.writeable = False  # it is shared
+    return shares
 
 
 def disc(x, y):
