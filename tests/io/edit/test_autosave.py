@@ -14,6 +14,8 @@ from iccm.io.edit.session import Session
 from iccm.io.edit.workspace import Workspace
 from iccm.io.run.job import make
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 JOB = make({"source": "square.svg", "target": "blob.svg"})
 SCENE = Scene.model_validate({"pins": [{"source": [40, 45], "target": [47, 50]}], "balance": 2.0})
 AT = 4321, "token"

@@ -15,6 +15,8 @@ from iccm.io.edit.session import Session
 from iccm.io.run.job import make
 from iccm.io.shapes.starts import StartingMap
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 AT = [40.0, 45.0]
 PINS = Path(__file__).parents[3] / "samples" / "pins"
 DRAGGED = {"source": "round", "target": "cat"}
