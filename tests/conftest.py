@@ -8,6 +8,7 @@ import json
 import pickle
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -65,10 +66,16 @@ def reports_are_valid(monkeypatch):
         monkeypatch.setattr(home, name, checked(getattr(home, name), schema))
 
 
+@pytest.fixture(scope="session")
+def states(tmp_path_factory):
+    """A folder for the states of all tests: `mktemp` for each would search thousands of folders for the next number."""
+    return tmp_path_factory.mktemp("states")
+
+
 @pytest.fixture(autouse=True)
-def own_state(tmp_path_factory, monkeypatch):
+def own_state(states, monkeypatch):
     """Keep the state of runs in a separate folder for each test."""
-    state = str(tmp_path_factory.mktemp("state"))
+    state = tempfile.mkdtemp(dir=states)
     monkeypatch.setenv("XDG_STATE_HOME", state)
     monkeypatch.setenv("LOCALAPPDATA", state)  # the same on Windows
 
@@ -107,8 +114,8 @@ def remembered(solve):
 def solve_once(monkeypatch):
     """Solve the same shapes with the same options once per process.
 
-    For files whose tests check what commands do with a map, not how it is found:
-    `pytestmark = pytest.mark.usefixtures("solve_once")`.
+    For files whose tests check what is done with maps: `pytestmark = pytest.mark.usefixtures("solve_once")`. Not for
+    those that patch the solver, or compare two solves.
     """
     for name in ("fit", "deform"):
         monkeypatch.setattr(package, name, remembered(getattr(package, name)), raising=False)

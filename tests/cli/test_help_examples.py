@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import shutil
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import trimesh
 from PIL import Image
 
 from iccm.cli import COMMANDS
+
+pytestmark = pytest.mark.usefixtures("solve_once")
 
 ROOT = Path(__file__).parents[2]
 ELSEWHERE = {
@@ -97,8 +100,14 @@ def test_the_examples_of_a_command_run(files, shell, iccm, command):
     for line in shown:
         if "| jq" in line and not shutil.which("jq"):
             continue
-        done = shell(f"cd {files} && {line.replace('jobs.toml --resume', 'jobs.toml --force')}")
-        assert done.returncode == 0 and "Traceback" not in done.stderr, (line, done.stderr)
+        line = line.replace("jobs.toml --resume", "jobs.toml --force")
+        if re.search(r"[|<>&;$*?~]", line):  # for a shell; others run in this process, which starts faster
+            done = shell(f"cd {files} && {line}")
+            code, err = done.returncode, done.stderr
+        else:
+            typed = iccm(*shlex.split(line)[1:])
+            code, err = typed.code, typed.err
+        assert code == 0 and "Traceback" not in err, (line, err)
         if command in ("init", "batch", "map", "deform", "morph"):
             for path in [*files.glob("*-*.*"), *files.glob("out*")]:
                 shutil.rmtree(path) if path.is_dir() else path.unlink()

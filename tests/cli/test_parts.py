@@ -272,6 +272,7 @@ TITTLES = (  # two letters of two parts each, and a bar
 )
 
 
+@pytest.mark.slow
 def test_one_source_goes_onto_each_element_with_all_of_its_parts(drawings, iccm):
     (drawings / "tile.svg").write_text(SVG.format('<path d="M0 0h100v90H0z"/>'))
     (drawings / "word.svg").write_text(SVG.format(TITTLES))

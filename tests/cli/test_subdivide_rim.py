@@ -37,7 +37,7 @@ def bowl(tmp_path, monkeypatch):
 
 def drawn() -> shapely.Polygon:
     """The outline as in its file, y up in a unit square."""
-    t = np.linspace(0, 1, 2001)[:, None]
+    t = np.linspace(0, 1, 401)[:, None]
     numbers = ROUND.replace("C", " ").replace("M", "").replace("Z", "").split()
     points = np.array(numbers, float).reshape(-1, 2)
     curves = []

@@ -223,7 +223,14 @@ HOOK = shapely.LineString([(0, 0), (0, 9), (7, 9), (7, 3), (4, 3)]).buffer(0.8, 
 LETTERS = shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9), shapely.box(12, 4, 18, 5)])
 
 
-@pytest.mark.parametrize("source, target", [(HOOK, BARS), (LETTERS, RING), (BARS, LETTERS)])
+@pytest.mark.parametrize(
+    "source, target",
+    [
+        pytest.param(HOOK, BARS, marks=pytest.mark.slow),
+        (LETTERS, RING),
+        pytest.param(BARS, LETTERS, marks=pytest.mark.slow),
+    ],
+)
 def test_the_frames_that_are_taken_cost_little_more_than_the_cheapest_of_all_pairs(source, target):
     drawings, settings = (Drawing(source), Drawing(target)), settings_of(Options(fit="frame"))
     search = _FrameSearch(_Judge(*drawings, settings, free_gaps=True), around_all=True)

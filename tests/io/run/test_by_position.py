@@ -26,6 +26,7 @@ def eggs(shapes, iccm):
     return "egg.obj", "globe.obj"
 
 
+@pytest.mark.slow
 def test_meshes_in_the_same_place_are_matched_by_position(eggs, shapes, iccm):
     done = iccm("map", *eggs, "-o", "o.obj", "--report", "r.json")
     assert done.code == 0, done.err

@@ -765,7 +765,7 @@ HOSTILE = {
     b'<!DOCTYPE s [<!ENTITY % x SYSTEM "http://127.0.0.1/">%x;]><svg></svg>': "entity 'x'",
     b"<svg>" + b"<g>" * 100_000: "nested",
     b"<svg>" + b"<g>" * 100_000 + b"</g>" * 100_000 + b"</svg>": "nested",
-    b"<svg>" + b"<g/>" * 400_000 + b"</svg>": "elements",
+    b"<svg>" + b"<g/>" * 301_000 + b"</svg>": "elements",
 }
 
 
