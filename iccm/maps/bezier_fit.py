@@ -1,6 +1,6 @@
 """Fit cubic Béziers to the images of curves under a map, within a tolerance."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,21 +32,39 @@ def refit(image: Image, curves: int, tolerance: float) -> list[Complex]:
     Returns:
         For each curve its (k, 4) control points in order; each cubic begins where the one before ends.
     """
+    return refit_together([image], curves, tolerance)[0]
+
+
+def refit_together(images: Sequence[Image], curves: int, tolerance: float) -> list[list[Complex]]:
+    """Fit cubic Béziers to several images of the same curves, with as many for a curve in each of the images.
+
+    An interval is halved if it is not accurate in one of the images, so that the images can be interpolated.
+
+    Args:
+        images: as for `refit`.
+        curves, tolerance: as for `refit`.
+
+    Returns:
+        For each image, the control points of its curves as `refit` returns them.
+    """
     which = np.arange(curves)
     lo, hi = np.zeros(curves), np.ones(curves)
     done: list[tuple[NDArray, NDArray, Complex]] = []
     for turn in range(HALVING_ROUNDS):
-        control, error = _cubics(image, which, lo, hi, tolerance)
+        fits = [_cubics(image, which, lo, hi, tolerance) for image in images]
+        control, error = np.stack([fit[0] for fit in fits]), np.max([fit[1] for fit in fits], axis=0)
         keep = (error <= tolerance) | (turn == HALVING_ROUNDS - 1)
-        done.append((which[keep], lo[keep], control[keep]))
+        done.append((which[keep], lo[keep], control[:, keep]))
         if keep.all():
             break
         which, lo, hi = which[~keep], lo[~keep], hi[~keep]
         middle = 0.5 * (lo + hi)
         which, lo, hi = np.tile(which, 2), np.concatenate([lo, middle]), np.concatenate([middle, hi])
-    which, lo, control = (np.concatenate(part) for part in zip(*done))
+    which, lo = (np.concatenate([part[k] for part in done]) for k in (0, 1))
+    control = np.concatenate([part[2] for part in done], axis=1)
     order = np.lexsort([lo, which])
-    return np.split(control[order], np.searchsorted(which[order], np.arange(1, curves)))
+    ends = np.searchsorted(which[order], np.arange(1, curves))
+    return [np.split(each[order], ends) for each in control]
 
 
 def _cubics(

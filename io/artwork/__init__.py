@@ -15,16 +15,19 @@ filters       filters, by the map's affine part
 attributes    attributes and styles that are kept
 references    references, restricted to the drawing itself
 rendering     drawings rendered as pictures
+animation     frames joined into an animated SVG
 rasterize     resvg, in a separate process
 """
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 from ...arrays import Complex
 from ...errors import InputError, naming
 from ...maps.approximation import AnyMap
+from ...maps.bezier_fit import refit, refit_together
 from .. import formats
 from ..outlines import lettering
 from ..shapes.shape import Shape, without_box
@@ -95,18 +98,55 @@ def carry_parts(
         painted: rings of the target's painted area, filled by the even-odd rule, if not everything is to be shown.
         opacity: of content outside the painted area.
     """
-    drawing = _document(parts[0][0], target, len(parts) if each else 1)
-    mapping = PathMapping(parts, tolerance or TOLERANCE_SHARE * target.curve.diagonal)
-    mapping.carry(drawing.elements, drawing.effects)
-    mapping.carry_pictures(drawing.pictures)
-    if painted:
-        drawing.cut_by(painted, opacity)
-    drawing.finish()
+    frame = Frame(parts, target, path, painted, opacity)
+    return carry_frames([frame], each=each, tolerance=tolerance)
+
+
+class Frame(NamedTuple):
+    """A drawing to be written by `carry_frames`; see `carry_parts`."""
+
+    parts: Sequence[tuple[Shape, AnyMap]]
+    target: Shape
+    path: str | Path
+    painted: Sequence[Complex] = ()
+    opacity: float = 0.0
+
+
+def carry_frames(
+    frames: Sequence[Frame], *, each: bool = False, tolerance: float | None = None
+) -> tuple[str, ...]:
+    """Write frames of the same drawing, whose paths have the same commands in each frame; see `carry_parts`.
+
+    Args:
+        frames: with the same source shapes, mapped by different maps of the same domains.
+        each, tolerance: as for `carry_parts`; the tolerance is by default that of the smallest target.
+
+    Returns:
+        Notes, each once.
+    """
+    tolerance = tolerance or TOLERANCE_SHARE * min(frame.target.curve.diagonal for frame in frames)
+    drawings = [
+        _document(frame.parts[0][0], frame.target, len(frame.parts) if each else 1) for frame in frames
+    ]
+    mappings = [PathMapping(frame.parts, tolerance) for frame in frames]
+    prepared = [mapping.prepare(drawing.elements) for mapping, drawing in zip(mappings, drawings)]
+    counts = {len(one.owners) for one in prepared}
+    if len(counts) == 1:
+        fitted = refit_together([one.image for one in prepared], counts.pop(), tolerance)
+    else:  # clipped differently, since accuracy limits differ
+        fitted = [refit(one.image, len(one.owners), tolerance) for one in prepared]
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)
-    ElementTree.ElementTree(drawing.out).write(path, encoding="utf-8", xml_declaration=True)
-    notes = (drawing.notes + mapping.notes).items()
-    return tuple(f"{number} × {what}" for what, number in sorted(notes))
+    notes: dict[str, int] = {}
+    for frame, drawing, mapping, one, cubics in zip(frames, drawings, mappings, prepared, fitted):
+        mapping.write(one, cubics, drawing.effects)
+        mapping.carry_pictures(drawing.pictures)
+        if frame.painted:
+            drawing.cut_by(frame.painted, frame.opacity)
+        drawing.finish()
+        ElementTree.ElementTree(drawing.out).write(frame.path, encoding="utf-8", xml_declaration=True)
+        notes |= dict(drawing.notes + mapping.notes)
+    return tuple(f"{number} × {what}" for what, number in sorted(notes.items()))
 
 
 def is_drawn(path: Path) -> bool:

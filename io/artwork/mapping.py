@@ -1,5 +1,7 @@
 """Apply maps to shapes: paths are refitted within a tolerance, other content follows the maps' affine parts."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -39,6 +41,29 @@ class Effect:
     apply: Callable[[AffinePart], str]
 
 
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What is left of shapes inside the regions, as segments to be fitted.
+
+    Attributes:
+        shapes: the shapes.
+        clipped: of each shape, its part inside.
+        parts: of each shape, its subpaths to be fitted.
+        owners: of each segment of all subpaths, the region that transforms it.
+        places: evaluates the segments.
+    """
+
+    shapes: Sequence[MappedElement]
+    clipped: Sequence[Clipped]
+    parts: Sequence[ToFit]
+    owners: Sequence[Region]
+    places: Places
+
+    def image(self, which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
+        """Return images of points on segments, given their numbers and parameters in [0, 1]."""
+        return _jet(self.owners, which, self.places(which, t))[1]
+
+
 class PathMapping:
     """Maps that are ready to transform shapes.
 
@@ -57,19 +82,27 @@ class PathMapping:
 
     def carry(self, shapes: Sequence[MappedElement], effects: Sequence[Effect]) -> None:
         """Apply the effects, then write the paths of all shapes, or remove shapes of which nothing is left."""
+        prepared = self.prepare(shapes)
+        self.write(prepared, refit(prepared.image, len(prepared.owners), self.tolerance), effects)
+
+    def prepare(self, shapes: Sequence[MappedElement]) -> Prepared:
+        """Return what is left of shapes, as segments to be fitted."""
         left = [self._left(shape) for shape in shapes]
         clipped = [_together([clipped for _, clipped in each]) for each in left]
         parts = [_to_fit(shape, each) for shape, each in zip(shapes, left)]
         runs = [run for part in parts for run in part.fill + part.line]
-        pieces = [piece for run in runs for piece in run.pieces]
         owners = [run.region for run in runs for _ in run.pieces]
-        places = Places(pieces)
-        fitted = refit(lambda which, t: _jet(owners, which, places(which, t))[1], len(pieces), self.tolerance)
+        return Prepared(
+            shapes, clipped, parts, owners, Places([piece for run in runs for piece in run.pieces])
+        )
+
+    def write(self, prepared: Prepared, fitted: Sequence[Complex], effects: Sequence[Effect]) -> None:
+        """Apply the effects, then write the paths of all shapes, given the cubics of each segment."""
         fitted = [control.conj() for control in fitted]
-        samples = _samples(places, owners)
+        samples = _samples(prepared.places, prepared.owners)
         sampled: dict[MappedElement, Samples] = {}
         last = 0
-        for shape, (fill, line, _) in zip(shapes, parts):
+        for shape, (fill, line, _) in zip(prepared.shapes, prepared.parts):
             first, begin = last, last + sum(len(run.pieces) for run in fill)
             last = begin + sum(len(run.pieces) for run in line)
             lined = (np.arange(first, last) >= begin) | (not line)
@@ -80,7 +113,9 @@ class PathMapping:
             self.notes[note] += bool(note)
         cubics = iter(fitted)
         digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
-        for shape, each, (fill, line, line_is_filled) in zip(shapes, clipped, parts):
+        for shape, each, (fill, line, line_is_filled) in zip(
+            prepared.shapes, prepared.clipped, prepared.parts
+        ):
             fills, lines = (
                 [([next(cubics) for _ in run.pieces], run.closed) for run in kind] for kind in (fill, line)
             )
@@ -149,7 +184,7 @@ def _together(found: Sequence[Clipped]) -> Clipped:
     return Clipped(lines, True, fills, turns, begins, ends)
 
 
-def _to_fit(shape: MappedElement, left: Sequence[tuple[Region, Clipped]]) -> "ToFit":
+def _to_fit(shape: MappedElement, left: Sequence[tuple[Region, Clipped]]) -> ToFit:
     """Return the subpaths of a shape to be fitted, given its part in each region."""
     cut = any(clipped.cut for _, clipped in left)
     lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]
@@ -196,7 +231,7 @@ def _jet(owners: Sequence[Region], which: NDArray[np.intp], z: Complex) -> tuple
     return out
 
 
-def _samples(places: "Places", owners: Sequence[Region]) -> Samples:
+def _samples(places: Places, owners: Sequence[Region]) -> Samples:
     """Sample the map at four points per segment, given the segments' regions."""
     count = len(owners)
     z = places(np.repeat(np.arange(count), _T.size), np.tile(_T, count)).reshape(-1, _T.size)

@@ -122,12 +122,16 @@ def run(
             for name, output in outputs.items():
                 paths = [stack.enter_context(files.writing(each, force=job.force)) for each in names[name]]
                 with phases.timed("resample"):
-                    if NUMBER not in name:
+                    if isinstance(output, Artwork) and NUMBER not in name:
+                        begun.note(*_animate_drawing(output, frames, asked.fps, paths[0]))
+                    elif NUMBER not in name:
                         _animate(frames, asked.fps, paths[0], formats.suffix_of(name))
-                    for frame, path in zip(frames, paths if NUMBER in name else []):
-                        if isinstance(output, Artwork):
-                            output.write_faded(frame.artwork, path, 1 - frame.share)
-                        else:
+                    elif isinstance(output, Artwork):
+                        output.write_frames(
+                            [(frame.artwork, path, 1 - frame.share) for frame, path in zip(frames, paths)]
+                        )
+                    else:
+                        for frame, path in zip(frames, paths):
                             Image.fromarray(frame.pixels()).save(path)
     status = next((fit.status for fit in begun.fits if not fit.status.ok), begun.fit.status)
     return status.ok, status.value, written
@@ -147,13 +151,17 @@ def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
     """
     suffix = formats.suffix_of(name)
     if NUMBER not in name or asked.target_texture:
+        if suffix == ".svg" and not asked.target_texture:
+            drawn = Artwork(name)
+            drawn.suit(job, False)
+            return drawn
         if suffix not in ANIMATED:
             need = (
-                f"not an animation; use {' '.join(ANIMATED)}, or {NUMBER} in the name to write one "
+                f"not an animation; use {' '.join(ANIMATED)} .svg, or {NUMBER} in the name to write one "
                 "file per frame"
             )
             fades = f"--target-texture only works with pictures; use {' '.join(ANIMATED)}"
-            raise InputError(f"{name}: {need if NUMBER not in name else fades}")
+            raise InputError(f"{name}: {fades if NUMBER in name or suffix == '.svg' else need}")
         return None
     output = Artwork(name) if suffix == ".svg" else Picture(name)
     output.suit(job, False)
@@ -290,6 +298,18 @@ def _seen(run: Run) -> Real:
         else (shown, np.ones_like(shown[..., :1]))
     )
     return np.concatenate([np.broadcast_to(colours, (*colours.shape[:2], 3)) * alpha, alpha], axis=2)
+
+
+def _animate_drawing(output: Artwork, frames: Sequence[Frame], fps: float, path: Path) -> tuple[str, ...]:
+    """Write an animated SVG of all frames, and return notes."""
+    from ..artwork import animation
+
+    with files.scratch() as folder:
+        single = [folder / f"{number}.svg" for number in range(len(frames))]
+        output.write_frames(
+            [(frame.artwork, each, 1 - frame.share) for frame, each in zip(frames, single)], alike=True
+        )
+        return animation.write(single, path, fps)
 
 
 def _animate(frames: list[Frame], fps: float, path: Path, suffix: str) -> None:

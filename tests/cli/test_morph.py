@@ -1,12 +1,15 @@
 """`iccm morph` on the command line: frames, animations, drawings, and what is rejected."""
 
 import re
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import shapely
 from PIL import Image
 
 from iccm.io.run import morph
+from iccm.io.svg import reader
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -147,6 +150,62 @@ def test_artwork_is_cut_to_the_target_by_and_by(shapes, iccm):
     assert 'clip-path="url(#' in last and "mask" not in last
 
 
+BEND = (
+    '<g id="all"><path d="M10 20H80L90 60L20 85Z" fill="teal"/>'
+    '<circle cx="45" cy="45" r="9" fill="none" stroke="red" stroke-width="2"/></g>'
+)
+DISC = '<circle cx="52" cy="47" r="40"/>'
+
+
+def paths_of(text):
+    """The path data of an SVG in order, without those of animations."""
+    return [each.get("d") for each in ElementTree.fromstring(text).iter() if each.tag.endswith("}path")]
+
+
+def test_paths_have_the_same_commands_in_all_frames(shapes, iccm):
+    (shapes / "bend.svg").write_text(SVG.format(BEND))
+    (shapes / "disc.svg").write_text(SVG.format(DISC))
+    assert iccm("morph", "bend.svg", "disc.svg", "--frames", "4", "-o", "m-{number}.svg").code == 0
+    frames = [paths_of((shapes / f"m-{k}.svg").read_text()) for k in range(1, 5)]
+    commands = [[re.sub("[^A-Za-z]", "", d) for d in frame] for frame in frames]
+    assert len(frames[0]) == 2 and len(set(map(tuple, commands))) == 1 and "C" in commands[0][0]
+    assert len({frame[0] for frame in frames}) == 4
+    last = reader.read(shapes / "m-4.svg").painted
+    assert last.symmetric_difference(shapely.Point(52, 47).buffer(40, 64)).area < 0.01 * last.area
+
+
+def test_an_animated_svg_interpolates_the_frames(shapes, iccm):
+    (shapes / "bend.svg").write_text(SVG.format(BEND))
+    (shapes / "disc.svg").write_text(SVG.format(DISC))
+    for name in ("m-{number}.svg", "m.svg"):
+        done = iccm("morph", "bend.svg", "disc.svg", "--frames", "3", "--fps", "4", "-o", name)
+        assert done.code == 0, done.err
+    frames = [paths_of((shapes / f"m-{k}.svg").read_text()) for k in (1, 2, 3)]
+    moving = [each for each in ElementTree.parse(shapes / "m.svg").iter() if each.get("attributeName") == "d"]
+    assert [each.get("values").split(";") for each in moving] == [list(each) for each in zip(*frames)]
+    assert {each.get("dur") for each in moving} == {"0.5s"} and not any(
+        each.get("calcMode") for each in moving
+    )
+    assert paths_of((shapes / "m.svg").read_text()) == frames[0]
+    widths = [
+        each
+        for each in ElementTree.parse(shapes / "m.svg").iter()
+        if each.get("attributeName") == "stroke-width"
+    ]
+    assert len(widths) == 1 and len(set(widths[0].get("values").split(";"))) == 3
+
+
+def test_what_appears_and_vanishes_fades_in_an_animated_svg(shapes, iccm):
+    (shapes / "bars.svg").write_text(SVG.format(BARS.format('fill="red"')))
+    (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
+    assert iccm("morph", "bars.svg", "panes.svg", *QUICK, "-o", "m.svg").code == 0
+    text = (shapes / "m.svg").read_text()
+    faded = [
+        each for each in ElementTree.fromstring(text).iter() if each.get("attributeName") == "fill-opacity"
+    ]
+    assert [each.get("values") for each in faded] == ["1;0.5;0.001"] and "mask=" in text
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -159,7 +218,8 @@ def test_artwork_is_cut_to_the_target_by_and_by(shapes, iccm):
             "0 holes cannot be mapped onto 1",
         ),
         (("square.svg", "sheet.obj", "-o", "m.webp"), "a morph needs planar shapes"),
-        (("square.svg", "blob.svg", "-o", "square.svg"), "not an animation"),
+        (("square.svg", "blob.svg", "-o", "square.svg"), "square.svg"),
+        (("square.svg", "blob.svg", "--target-texture", "t.png", "-o", "m.svg"), "--target-texture "),
         (("square.svg", "blob.svg", "-o", "old.webp"), "old.webp"),
         (("square.svg", "blob.svg", "--fit", "cover", "-o", "m.webp"), "--fit cover"),
         (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ....errors import InputError
 from ... import formats
-from ...artwork import carry_parts, check, is_drawn
+from ...artwork import Frame, carry_frames, check, is_drawn
 from ...meshes.mesh_files import names_layout
 from ...spec import Spec
 from .. import framing
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ....arrays import Complex
     from ....solve import Fit
 
+LEAST_OPACITY = 1e-3  # of a mask: less than the 1/255 that a screen can show
 SAME_AREA_SHARE = 1e-6  # relative to a drawing's area: smaller differences to its frame are ignored
 
 
@@ -63,13 +64,23 @@ class Artwork(Output):
 
     def write_faded(self, run: Run, path: Path, opacity: float) -> None:
         """Write the drawing with what lies outside of the target's painted area at an opacity."""
-        with run.phases.timed("artwork"):
-            carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
-            target = replace(run.target, box=framing.picture_box(run.job, run.target))
-            painted = painted_rings(run.fits) if opacity < 1 else []
-            each = run.job.repeated
-            notes = carry_parts(carried, target, path, each=each, painted=painted, opacity=opacity)
-            run.note(*notes)
+        self.write_frames([(run, path, opacity)])
+
+    def write_frames(self, frames: Sequence[tuple[Run, Path, float]], *, alike: bool = False) -> None:
+        """Write frames of a morph, whose paths have the same commands, each with the opacity of what lies outside.
+
+        With `alike` all frames have the same elements: masks also where nothing fades, or everything has faded.
+        """
+        first = frames[0][0]
+        with first.phases.timed("artwork"):
+            made = []
+            for run, path, opacity in frames:
+                carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
+                target = replace(run.target, box=framing.picture_box(run.job, run.target))
+                painted = painted_rings(run.fits) if opacity < 1 or alike else []
+                opacity = max(opacity, LEAST_OPACITY) if alike else opacity
+                made.append(Frame(carried, target, path, painted, opacity))
+            first.note(*carry_frames(made, each=first.job.repeated))
 
 
 def painted_rings(fits: Sequence[Fit]) -> list[Complex]:
