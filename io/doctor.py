@@ -32,6 +32,8 @@ EXTRAS = {
     "draco": "glTF files compressed by Draco",
     "dxf": "shapes from DXF files",
     "edit": "iccm edit",
+    "heic": "pictures in HEIC",
+    "imagej": "points from ImageJ",
     "meshopt": "glTF files compressed by meshopt",
 }
 """Purpose of each extra."""
