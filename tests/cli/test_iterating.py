@@ -5,6 +5,8 @@ import shutil
 
 import pytest
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 STATE = "LOCALAPPDATA" if os.name == "nt" else "XDG_STATE_HOME"
 SMALL = ("--size", "24", "--method", "paper", "--vertices", "40")
 

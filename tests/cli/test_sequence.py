@@ -10,6 +10,8 @@ import iccm as core
 from iccm.io.batch import manifest
 from iccm.io.pictures import image_files
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 SMALL = ("--size", "24")
 

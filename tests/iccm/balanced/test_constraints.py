@@ -111,6 +111,11 @@ def test_ends_slide_past_corners_of_the_target():
     assert first > 0.15 and last < 0.85 and last - first < 0.6
 
 
+@pytest.fixture(scope="module")
+def plain():
+    return iccm.fit(SQUARE, ELL)
+
+
 @pytest.mark.parametrize("fresh", [True, False])
 def test_a_map_goes_on_from_an_earlier_one(fresh):
     """On the same mesh if the pins are the same points of the source, else on another."""
@@ -131,18 +136,18 @@ def test_going_on_without_a_change_changes_little():
     assert np.abs(first.map(z) - second.map(z)).max() < 0.01
 
 
-def test_going_on_after_outline_pins_slid_and_with_strokes():
+def test_going_on_after_outline_pins_slid_and_with_strokes(plain):
     pins = [(0.5, 0.5 + 0j), (0.5 + 1j, 0.2 + 1j)]
     first = iccm.fit(SQUARE, TEE, pins=pins)
     second = iccm.fit(SQUARE, TEE, pins=[pins[0], (0.5 + 1j, 0.4 + 1j)], start=first)
     assert second.status is Status.REACHED and max(errors(second)) < 1e-9
-    third = iccm.fit(SQUARE, ELL, strokes=[STROKE], start=iccm.fit(SQUARE, ELL))
+    third = iccm.fit(SQUARE, ELL, strokes=[STROKE], start=plain)
     assert third.status is Status.REACHED and off_line(third) < 2e-4 * third.diagonal and one_to_one(third)
 
 
-def test_going_on_is_for_the_balanced_method():
+def test_going_on_is_for_the_balanced_method(plain):
     with pytest.raises(InputError, match=r"start: .* balanced"):
-        iccm.fit(SQUARE, ELL, method="conformal", start=iccm.fit(SQUARE, ELL))
+        iccm.fit(SQUARE, ELL, method="conformal", start=plain)
     with pytest.raises(InputError, match=r"start: .* balanced map"):
         iccm.fit(SQUARE, ELL, start=iccm.fit(SQUARE, ELL, method="paper"))
 

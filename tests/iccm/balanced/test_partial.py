@@ -32,6 +32,11 @@ STAR = Curve.domain(1j * np.exp(1j * np.pi / 5 * np.arange(10)) * np.where(np.ar
 PAIRS = {"U": (U, SQUARE), "hook": (HOOK, SQUARE), "star": (STAR, DISC)}
 
 
+@pytest.fixture(scope="module")
+def u_onto_square():
+    return iccm.fit(U, SQUARE)
+
+
 def polygon(curve):
     return shapely.Polygon(xy_of(curve.z))
 
@@ -120,8 +125,8 @@ def test_covering_is_the_other_way_round():
     assert back.report()["boundary"]["hausdorff"] < 5e-4
 
 
-def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was():
-    assert iccm.fit(U, SQUARE).filled is not None
+def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was(u_onto_square):
+    assert u_onto_square.filled is not None
     plain = iccm.fit(SQUARE, DISC)
     assert not plain.is_partial and "left_out" not in plain.report()
     assert np.array_equal(plain.map.image, iccm.fit(SQUARE, DISC, fit="whole").map.image)
@@ -142,8 +147,8 @@ def test_whole_outlines_name_the_partial_map_that_is_much_better():
     assert not any("set to auto" in note for note in fit.notes + iccm.fit(SQUARE, DISC, fit="whole").notes)
 
 
-def test_symmetric_pairs_stay_symmetric():
-    fit = iccm.fit(U, SQUARE)
+def test_symmetric_pairs_stay_symmetric(u_onto_square):
+    fit = u_onto_square
     z = fit.interior[np.abs(fit.interior.real) > 0.1]
     middle = 0.5 * sum(SQUARE.box).real
     w, mirrored = fit.map(z), fit.map(-z.conj())
@@ -153,16 +158,16 @@ def test_symmetric_pairs_stay_symmetric():
 
 
 @pytest.mark.slow
-def test_what_may_be_lost_is_bounded():
-    free = iccm.fit(U, SQUARE)
+def test_what_may_be_lost_is_bounded(u_onto_square):
+    free = u_onto_square
     assert free.uncovered > 0.01
     assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
     assert iccm.fit(U, SQUARE, max_left_out=0.0).uncovered == pytest.approx(free.uncovered)
 
 
 @pytest.mark.slow
-def test_what_may_be_lost_is_bounded_on_the_last_mesh_too(monkeypatch):
-    free = iccm.fit(U, SQUARE)
+def test_what_may_be_lost_is_bounded_on_the_last_mesh_too(u_onto_square, monkeypatch):
+    free = u_onto_square
     monkeypatch.setattr(multilevel, "is_within", lambda *given: True)  # a search that is satisfied with less
     assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
 
@@ -210,14 +215,14 @@ def test_holes_are_passed_over_where_that_costs_less():
     )  # upside down, the holes are mapped onto each other
 
 
-def test_bad_words_are_refused():
+def test_bad_words_are_refused(u_onto_square):
     for wrong in ({"fit": "loose"}, {"holes": "fill"}, {"max_uncovered": 2.0}):
         with pytest.raises(InputError):
             iccm.fit(U, SQUARE, **wrong)
     with pytest.raises(InputError, match="balanced"):
         iccm.fit(U, SQUARE, method="conformal", fit="cover")
     with pytest.raises(InputError, match="partial"):
-        iccm.fit(U, SQUARE, start=iccm.fit(U, SQUARE))
+        iccm.fit(U, SQUARE, start=u_onto_square)
 
 
 def test_rings_of_passed_holes_are_cut_to_what_is_shown():

@@ -19,6 +19,8 @@ from starlette.websockets import WebSocketDisconnect
 from iccm.io.edit import routes
 from iccm.io.edit.workspace import KEPT_DAYS, Workspace, remove_old_copies
 
+pytestmark = pytest.mark.usefixtures("solve_once")
+
 PORT, TOKEN = 4321, "a-token"
 HERE = {"origin": f"http://127.0.0.1:{PORT}"}
 SCENE = {"pins": [{"source": [40, 45], "target": [45, 50]}]}
