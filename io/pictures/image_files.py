@@ -62,6 +62,7 @@ FORGOTTEN: tuple[str, ...] = (
     "ICCProfile:",
 )
 FORGOTTEN += ("Orientation", "textureformat", "Exif:PixelXDimension", "Exif:PixelYDimension", "thumbnail")
+KTX2_MAGIC = b"\xabKTX 20\xbb\r\n\x1a\n"  # the first bytes of such a file
 
 
 def read(
@@ -132,6 +133,10 @@ def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
     """Read a picture from a file or the content of one; messages call it `where`; further options as for `read`."""
     if isinstance(picture, Path):
         return read(picture, **options)
+    if picture.startswith(KTX2_MAGIC):
+        raise InputError(
+            f"{where}: KTX2 (Basis Universal) pictures cannot be read; convert it to PNG or JPEG first"
+        )
     with scratch() as folder:
         path = folder / f"a{formats.suffix_of_content(picture) or '.jpg'}"
         path.write_bytes(picture)

