@@ -1,6 +1,7 @@
 """Material sets of OBJ files with their material libraries, and of formats that store at most one picture."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from ...pixels import colour
 from .. import limits
 from ..meshes import material_library
 from ..meshes.mesh_format import MeshFile
+from ..meshes.obj import Obj
 from ..meshes.obj_format import obj_content
 from ..meshes.ply import Ply
 from ..meshes.ply_format import PlyContent
@@ -34,7 +36,11 @@ Kinds = dict[tuple[str, Path], str]
 
 
 def material_set(
-    file: MeshFile, max_pixels: int = limits.READ_PIXELS, kinds: Kinds | None = None
+    file: MeshFile,
+    max_pixels: int = limits.READ_PIXELS,
+    kinds: Kinds | None = None,
+    *,
+    plain: bool = False,
 ) -> MaterialSet:
     """Return the material set of an OBJ, or of another mesh with one picture.
 
@@ -42,12 +48,16 @@ def material_set(
         file: the mesh.
         max_pixels: limit on pictures that are read.
         kinds: cache of kinds of pictures; new ones are added.
+        plain: whether vertex colors of an OBJ count where its materials have no pictures; it then needs no texture
+            coordinates.
 
     Raises:
         InputError: faces without coordinates, or a picture cannot be read.
     """
-    sheet = sheet_of(file)
     content = obj_content(file)
+    if plain and content is not None and (coloured := _coloured(file, content.obj)) is not None:
+        return coloured
+    sheet = sheet_of(file)
     if content is None:
         maps = (
             {"map_kd": MaterialMap(file.picture, "colour", f"{file.path}: its texture")}
@@ -67,6 +77,23 @@ def material_set(
     notes = [*library.missing, *(f"{file.path}: {note}" for note in library.outside)]
     materials = [_material(file.path, library, name, sheet, notes, max_pixels, kinds) for name in used]
     return MaterialSet(sheet, tuple(materials), number[which[file.faces]][face], "mtl", tuple(notes))
+
+
+def _coloured(file: MeshFile, obj: Obj) -> MaterialSet | None:
+    """Return the material set of an OBJ that has vertex colors and no pictures; None for others."""
+    stored = obj.vertex_colours
+    if stored is None or any(file.content.textures(file.faces)):
+        return None
+    vertices = obj.corners[np.repeat(file.faces, np.diff(obj.starts)), 0]
+    linear = colour.linear_from_srgb(stored[vertices[triangulate(file.mesh)]])
+    mesh = file.mesh
+    if mesh.uv is None or mesh.uv_corners is None:  # not used, since there are no pictures
+        mesh = replace(mesh, uv=np.zeros((1, 2)), uv_corners=np.zeros(mesh.corners.size, np.int64))
+    sheet = Charted.of(mesh)
+    corners = np.concatenate([linear, np.ones((*linear.shape[:2], 1))], axis=2)
+    return MaterialSet(
+        sheet, (Material("", "", {}),), np.zeros(len(sheet.faces), np.int64), "mtl", colours=corners
+    )
 
 
 def _vertex_colours(ply: Ply, sheet: Charted) -> Real | None:

@@ -35,7 +35,7 @@ def material_set_of(meshes: Sequence[MeshFile], *, bare: bool = False, plain: bo
     """
     if parts := primitives_of(meshes[0]):
         return of_gltf.material_set(_name(meshes), parts, bare=bare, plain=plain)
-    return of_mtl.material_set(meshes[0])
+    return of_mtl.material_set(meshes[0], plain=plain)
 
 
 def sheet_of(meshes: Sequence[MeshFile]) -> Charted:

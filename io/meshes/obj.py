@@ -5,6 +5,7 @@ kept. New texture coordinates change only `vt` lines and the texture indices of 
 `mtllib` and `usemtl`.
 """
 
+import re
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -25,6 +26,10 @@ WRONG = {
     2: "a corner must have the form v, v/vt, v//vn or v/vt/vn with whole numbers other than 0",
     3: "too few numbers; is the file truncated?",
 }
+
+
+VERTEX_LINE = re.compile(rb"^[ \t]*v[ \t][^\r\n]*", re.MULTILINE)
+CHANNELS, BYTE_TOP = ("red", "green", "blue"), 255.0  # of a vertex color, and its largest number
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,23 @@ class Obj(Elements):
     path: Path
     data: bytes
     statements: tuple[Statement, ...]
+
+    @cached_property
+    def vertex_colours(self) -> Real | None:
+        """(n, 3) colors of the vertices from 0 to 1, sRGB as programs write them after positions.
+
+        None unless every vertex has one. Numbers up to 255 are accepted, which some scanners write.
+        """
+        rows = [line.split(b"#")[0].split()[4:7] for line in VERTEX_LINE.findall(self.data)]
+        if len(rows) != len(self.v) or not rows or min(map(len, rows)) < len(CHANNELS):
+            return None
+        try:
+            found = np.array(rows, dtype="S32").astype(float)
+        except ValueError:
+            return None
+        if not (np.isfinite(found).all() and found.min() >= 0 and found.max() <= BYTE_TOP):
+            return None
+        return found / BYTE_TOP if found.max() > 1 else found
 
     @cached_property
     def line_ends(self) -> Index:

@@ -142,3 +142,29 @@ def test_those_of_a_ply_are_srgb(there, iccm):
     shown = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
     made = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, shown)))).astype(float)
     assert off(made, LINEAR) <= 0.01
+
+
+@pytest.mark.parametrize("top", [1, 255])
+def test_those_of_an_obj_are_srgb_and_need_no_coordinates(there, iccm, top):
+    """Numbers after the positions, as MeshLab, Blender and scanners write them."""
+    shown = encoded(LINEAR) / 255 * top
+    rows = ["v {} {} {} {:.6f} {:.6f} {:.6f}".format(*p, *c) for p, c in zip(POINTS, shown)]
+    faces = ["f {} {} {}".format(*face) for face in np.array(FACES) + 1]
+    (there / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
+    (there / "new.glb").write_bytes(mesh(TURNED))
+    done = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
+    assert done.code == 0, done.err
+    file = rich_glb.read(there / "out.glb")
+    shown = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
+    made = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, shown)))).astype(float)
+    assert off(made, LINEAR) <= 0.01
+
+
+def test_an_obj_with_colours_of_some_vertices_only_has_none(there, iccm):
+    """It is refused for its missing coordinates, as one without colours."""
+    rows = ["v {} {} {}".format(*p) + " .1 .2 .3" * (k > 0) for k, p in enumerate(POINTS)]
+    faces = ["f {} {} {}".format(*face) for face in np.array(FACES) + 1]
+    (there / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
+    (there / "new.glb").write_bytes(mesh(TURNED))
+    done = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
+    assert done.code == 2 and "old.obj" in done.err and not (there / "out.glb").exists()
