@@ -92,6 +92,11 @@ def leaves_bare(name: str | None) -> bool:
     return name is not None and FITS[name].leaves_bare
 
 
+def is_of_drawings(name: str | None) -> bool:
+    """Return whether a value of `fit` is about whole drawings; None is the default, which decides by their cost."""
+    return name is not None and FITS[name].of_drawings
+
+
 def of_outlines(name: str) -> str:
     """Return the value of `fit` for two outlines that corresponds to a value for drawings."""
     return "whole" if FITS[name].of_drawings else name

@@ -1,6 +1,6 @@
 """Which modules may import which, and the cost of imports.
 
-ORDER lists the layers from top to bottom (docs/architecture.md): a module may import those below it, also inside
+ORDER lists the layers from top to bottom: a module may import those below it, also inside
 functions, and there are no circular imports.
 """
 

@@ -15,6 +15,7 @@ from ...balanced.errors import NoMapError
 from ...balanced.motion import is_reshaped
 from ...curve import Curve
 from ...errors import ConstraintError, InputError
+from ...fits import is_of_drawings
 from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Pin, Stroke
 from .. import files
@@ -174,7 +175,8 @@ def by_names(
     if not before.any():
         return found
     with suppress(NoMapError, InputError):
-        way = "frame" if given.get("fit") == "frame" else "whole"
+        asked = given.get("fit")
+        way = asked if is_of_drawings(asked) else "whole"
         pinned = fit(**given | {"pins": places, "fit": way})
         says = given.get("turn") is None and len(names) > 1  # as pins do
         free = fit(**given | {"start": pinned.map, "fit": way} | ({"turn": "any"} if says else {}))

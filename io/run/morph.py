@@ -13,7 +13,7 @@ from PIL import Image
 from ... import progress
 from ...arrays import Box, Real
 from ...errors import InputError
-from ...fits import is_partial
+from ...fits import FITS, is_of_drawings, is_partial
 from ...plane import bounding_box
 from ...progress import Listener
 from .. import files, formats, references
@@ -102,8 +102,9 @@ def run(
     if twice := [name for name in names if job.output.count(name) > 1]:
         raise InputError(f"{twice[0]}: is used for two outputs; give each a separate name")
     if is_partial(job.fit):
+        able = ", ".join(name for name, mode in FITS.items() if not mode.is_partial)
         raise InputError(
-            f"--fit {job.fit}: hides parts of a shape, but a morph shows all of it; use frame or whole"
+            f"--fit {job.fit}: hides parts of a shape, but a morph shows all of it; use one of {able}"
         )
     phases = Phases()
     with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
@@ -203,9 +204,10 @@ def _settings(begun: Run, pair: Pair) -> Settings:
     if job.holes == "keep" and many[0] != many[1]:
         text = f"{source.spec}, {target.spec}: {many[0]} holes cannot be mapped onto {many[1]}"
         raise InputError(f"{text}; use --holes auto to let holes open and close during the morph")
-    if job.holed and many[0] == many[1] > 0 and job.fit != "frame":
+    if job.holed and many[0] == many[1] > 0 and not is_of_drawings(job.fit):
         return {"fit": "whole", "holes": "keep"}, True
-    return {"fit": "whole" if job.fit == "whole" else "frame"}, False
+    is_chosen = job.fit is not None and not FITS[job.fit].compares
+    return {"fit": job.fit if is_chosen else "frame"}, False
 
 
 def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:

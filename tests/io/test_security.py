@@ -110,6 +110,10 @@ FACES = {
 }
 
 
+def test_faces_of_every_mesh_format_are_counted_below():
+    assert {name.removeprefix("a") for name in FACES} | {".glb"} == set(formats.holding("mesh"))
+
+
 @pytest.mark.parametrize("name", FACES)
 def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
     path = tmp_path / name
