@@ -1,4 +1,4 @@
-// The linter of the page of `iccm edit`: `make lint`.
+// The linter of the page of `iccm edit` and of the demo: `make lint`.
 
 import js from '@eslint/js';
 import globals from 'globals';
@@ -6,11 +6,11 @@ import globals from 'globals';
 export default [
   js.configs.recommended,
   {
-    files: ['io/edit/page/**/*.js'],
+    files: ['io/edit/page/**/*.js', 'web/**/*.js'],
     languageOptions: {globals: globals.browser},
   },
   {
-    files: ['tests/io/edit/page/**/*.js'],
+    files: ['tests/io/edit/page/**/*.js', 'tests/web/**/*.js', 'web/bundle.js'],
     languageOptions: {globals: globals.node},
   },
   {

@@ -1,0 +1,24 @@
+// Bundles the demo into one script that needs no server: node web/bundle.js FOLDER. The core must be in build/wasm.
+//
+// Browsers load neither modules nor workers from file:// addresses, so the script contains everything: the worker as
+// text, the core compressed and in base64, drawings and pictures.
+
+import {readFileSync} from 'node:fs';
+import {dirname, join} from 'node:path';
+import {argv} from 'node:process';
+import {fileURLToPath} from 'node:url';
+import {gzipSync} from 'node:zlib';
+import {build} from 'esbuild';
+
+const FOLDER = dirname(fileURLToPath(import.meta.url));
+const OPTIONS = /** @type {const} */ ({bundle: true, minify: true, format: 'iife', target: 'es2022', logLevel: 'warning', charset: 'utf8'});
+
+const worker = await build({...OPTIONS, entryPoints: [join(FOLDER, 'worker.js')], write: false});
+const core = gzipSync(readFileSync(join(FOLDER, '../build/wasm/core.wasm')), {level: 9});
+await build({
+  ...OPTIONS,
+  entryPoints: [join(FOLDER, 'try.js')],
+  outdir: argv[2],
+  loader: {'.svg': 'text', '.html': 'text', '.css': 'text', '.jpg': 'dataurl'},
+  define: {WORKER: JSON.stringify(worker.outputFiles[0].text), CORE: JSON.stringify(core.toString('base64'))},
+});

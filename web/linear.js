@@ -1,0 +1,164 @@
+// The pattern of the Cholesky factor of a mesh's matrices; as in iccm/linalg (ordering.py, fronts.py, cholesky.py).
+
+import {declare, Scratch, struct} from './core.js';
+import {lastUpTo} from './curve.js';
+
+/** @import {Struct} from './core.js' */
+
+/**
+ * @typedef {object} Pattern
+ * @property {Int32Array} position row of each vertex in the order of elimination
+ * @property {Int32Array} columns block columns of the upper triangle
+ * @property {Int32Array} corners (m, 3) vertices of the triangles in ascending position
+ * @property {Int32Array} slots (m, 6) entries of the pairs 00, 01, 02, 11, 12, 22 of corners
+ * @property {Int32Array} diagonal the entry of each vertex with itself
+ * @property {Struct} record that the core takes
+ * @property {() => Struct} factor returns the record of a factor
+ */
+
+const FIRST_ENTRIES_PER_VERTEX = 16;  // of the factor, for which memory is allocated at first
+const LEAST_FRONT_VERTICES = 4;       // least number of vertices of a front
+const MOST_ZEROS_SHARE = 0.2;         // largest share of zeros in a front
+
+const frontsRecord = struct(`struct Fronts {
+  const int64_t *starts; const int64_t *beyond_starts; const int64_t *beyond; const int64_t *parents;
+  const int64_t *panels; int64_t count; }`);
+const patternRecord = struct(`struct BlockPattern {
+  const int64_t *order; const int64_t *starts; const int64_t *columns; const int64_t *diagonal;
+  const int64_t *ahead; int64_t n; int64_t e; Fronts fronts; }`);
+const factorRecord = struct(`struct Factor {
+  double *values; int64_t *place; int64_t *waiting; int64_t *sources; double *part; double *left; }`);
+const minimumDegree = declare(`int64_t iccm_linalg_minimum_degree(
+  const int64_t *starts, int64_t *around, int64_t *count, int64_t *degree, int64_t *after, int64_t *before,
+  int64_t *members, int64_t room, int64_t *first, int64_t *size, int64_t *marked, int64_t *order, int64_t n,
+  int64_t m)`);
+const supernodes = declare(`int64_t iccm_linalg_supernodes(
+  const int64_t *parents, const int64_t *counts, int64_t *size, int64_t *free, int64_t *old, int64_t *zeros,
+  int64_t *place, int64_t *starts, int64_t *last, int64_t n, int64_t few, double share)`);
+
+/**
+ * @param {number} count
+ * @param {(k: number) => number} value
+ */
+const integers = (count, value) => Int32Array.from({length: count}, (_, k) => value(k));
+
+/**
+ * Return an order of elimination, and the vertices below the diagonal of each column of the factor.
+ * @param {Int32Array} faces (m, 3)
+ * @param {number} n number of vertices
+ */
+function eliminate(faces, n) {
+  const m = faces.length / 3, degree = new Int32Array(n), starts = new Int32Array(n + 1);
+  for (const vertex of faces) degree[vertex]++;
+  for (let k = 0; k < n; k++) starts[k + 1] = starts[k] + degree[k];
+  const around = new Int32Array(faces.length), filled = starts.slice();
+  faces.forEach((vertex, k) => {
+    around[filled[vertex]++] = Math.floor(k / 3);
+  });
+  for (let room = FIRST_ENTRIES_PER_VERTEX * n; ; room *= 2) {
+    const members = new Int32Array(faces.length + room), first = new Int32Array(m + n + 1), size = new Int32Array(m + n);
+    members.set(faces);
+    for (let k = 0; k <= m; k++) first[k] = 3 * k;
+    size.fill(3, 0, m);
+    const order = new Int32Array(n), rings = integers(2 * n + 1, (k) => k);
+    const isDone = minimumDegree(
+      starts, around.slice(), degree.slice(), degree.map((value) => Math.min(value, n)), rings, rings.slice(), members, members.length,
+      first, size, new Int32Array(n), order, n, m);
+    if (!isDone) continue;
+    return {order, ends: integers(n + 1, (k) => first[m + k] - first[m]), columns: members.slice(first[m], first[m + n])};
+  }
+}
+
+/**
+ * Return an order with the same factor in which fronts are contiguous, and the fronts.
+ * @param {Int32Array} faces
+ * @param {number} n
+ */
+function frontsOf(faces, n) {
+  const {order, ends, columns} = eliminate(faces, n), counts = integers(n, (k) => ends[k + 1] - ends[k]);
+  const row = new Int32Array(n), parents = new Int32Array(n).fill(n);
+  order.forEach((vertex, k) => {
+    row[vertex] = k;
+  });
+  const rows = columns.map((vertex) => row[vertex]);
+  for (let k = 0; k < n; k++) for (let at = ends[k]; at < ends[k + 1]; at++) parents[k] = Math.min(parents[k], rows[at]);
+  const place = new Int32Array(n), allStarts = new Int32Array(n + 1), lasts = new Int32Array(n);
+  const number = supernodes(
+    parents, counts, new Int32Array(n + 1).fill(1), new Int32Array(n + 1).fill(n), new Int32Array(n), new Int32Array(n), place, allStarts, lasts,
+    n, LEAST_FRONT_VERTICES, MOST_ZEROS_SHARE);
+  const starts = allStarts.slice(0, number + 1), beyond = [], beyondStarts = new Int32Array(number + 1);
+  const above = new Int32Array(number).fill(number), panels = new Int32Array(number + 1);
+  for (let k = 0; k < number; k++) {
+    const last = lasts[k], own = Array.from(rows.slice(ends[last], ends[last + 1]), (at) => place[at]).sort((a, b) => a - b);
+    beyond.push(...own);
+    beyondStarts[k + 1] = beyond.length;
+    if (own.length) above[k] = lastUpTo(starts, own[0]);
+    const width = starts[k + 1] - starts[k];
+    panels[k + 1] = panels[k] + 2 * width * (2 * (width + own.length) + 1);
+  }
+  // the largest number of entries that wait for parents, with those of the current front
+  const squares = integers(number, (k) => (2 * (beyondStarts[k + 1] - beyondStarts[k]) + 1) ** 2), taken = new Float64Array(number + 1);
+  above.forEach((parent, k) => {
+    taken[parent] += squares[k];
+  });
+  let waiting = 0, most = 0;
+  for (let k = 0; k < number; k++) {
+    most = Math.max(most, waiting + squares[k]);
+    waiting += squares[k] - taken[k];
+  }
+  const newOrder = new Int32Array(n);
+  place.forEach((at, k) => {
+    newOrder[at] = order[k];
+  });
+  const record = frontsRecord(starts, beyondStarts, Int32Array.from(beyond), above, panels, number);
+  return {order: newOrder, number, room: panels[number] + most, record};
+}
+
+/**
+ * Return the pattern of the matrices of a mesh.
+ * @param {Int32Array} faces (m, 3)
+ * @param {Int32Array} following the next vertex, on the boundary, of each of the first vertices
+ * @param {number} n number of vertices
+ * @returns {Pattern}
+ */
+export function patternOf(faces, following, n) {
+  const {order, number, room, record} = frontsOf(faces, n), m = faces.length / 3, position = new Int32Array(n);
+  order.forEach((vertex, k) => {
+    position[vertex] = k;
+  });
+  const places = new Int32Array(3 * m);
+  for (let t = 0; t < m; t++) {
+    places.set([position[faces[3 * t]], position[faces[3 * t + 1]], position[faces[3 * t + 2]]].sort((a, b) => a - b), 3 * t);
+  }
+  const keys = new Float64Array(3 * m + n);  // row times n plus column
+  for (let t = 0; t < m; t++) {
+    const a = places[3 * t], b = places[3 * t + 1], c = places[3 * t + 2];
+    keys[3 * t] = a * n + b;
+    keys[3 * t + 1] = a * n + c;
+    keys[3 * t + 2] = b * n + c;
+  }
+  for (let k = 0; k < n; k++) keys[3 * m + k] = k * (n + 1);
+  const entries = keys.slice().sort().filter((key, k, all) => k === 0 || key !== all[k - 1]);
+  const entry = (/** @type {number} */ key) => lastUpTo(entries, key);
+  const own = integers(n, (k) => entry(k * (n + 1))), diagonal = position.map((at) => own[at]);
+  const slots = new Int32Array(6 * m);
+  for (let t = 0; t < m; t++) {
+    const a = places[3 * t], b = places[3 * t + 1], c = places[3 * t + 2];
+    slots.set([own[a], entry(keys[3 * t]), entry(keys[3 * t + 1]), own[b], entry(keys[3 * t + 2]), own[c]], 6 * t);
+  }
+  const ahead = following.map((next, k) => {
+    const a = position[k], b = position[next];
+    return entry(Math.min(a, b) * n + Math.max(a, b));
+  });
+  const starts = new Int32Array(n + 1);
+  for (const key of entries) starts[Math.floor(key / n) + 1]++;
+  for (let k = 0; k < n; k++) starts[k + 1] += starts[k];
+  const columns = Int32Array.from(entries, (key) => key % n);
+  return {
+    position, columns, corners: places.map((at) => order[at]), slots, diagonal,
+    record: patternRecord(order, starts, columns, diagonal, ahead, n, columns.length, record),
+    factor: () => factorRecord(
+      new Scratch(8 * room), new Scratch(8 * n), new Scratch(8 * number), new Scratch(8 * (number + 1)), new Scratch(8 * (2 * n + 1)),
+      new Scratch(16 * n)),
+  };
+}

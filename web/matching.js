@@ -1,0 +1,157 @@
+// Correspondences of two outlines to start from: elastic matches, and arclength with shifts; as in
+// iccm/balanced/search/initial_matches.py, with the same constants.
+
+import {modulo, reals} from './curve.js';
+import {matchAt} from './pairs.js';
+
+/** @import {Curve} from './curve.js' */
+/** @import {Match} from './pairs.js' */
+
+const SAMPLES = 64;          // of each outline
+const CYCLIC_SHIFTS = 16;    // of the target, for each rotation
+const POSITION_WEIGHT = 0.5; // weight of the difference of positions
+const TANGENT_CHORD_SHARE = 0.01;  // relative to the length: extension of the chord of a tangent
+const DIFFERENT = 0.12;      // mean distance on the unit circle above which two matches count as different
+const STEPS = [[1, 1], [1, 2], [2, 1], [1, 3], [3, 1], [2, 3], [3, 2], [1, 4], [4, 1], [3, 4], [4, 3]];
+const ARCLENGTH_SHIFTS = 8;
+const MOST_TURNED = 100 * Math.PI / 180;  // largest rotation of the similarity that fits a match best
+const TURNS = [[0, 5], [0.6, 2], [-0.6, 2]];  // rotations of elastic starts in radians, and the number of each
+
+/**
+ * Return unit tangents and midpoints of equal pieces of an outline; the latter in units of the radius of gyration.
+ * @param {Curve} curve
+ * @param {number} turn rotation in radians
+ */
+function samples(curve, turn) {
+  const {length} = curve, step = length / SAMPLES, reach = TANGENT_CHORD_SHARE * length;
+  const start = curve.at(reals(SAMPLES, (k) => k * step)), end = curve.at(reals(SAMPLES, (k) => (k + 1) * step));
+  const before = curve.at(reals(SAMPLES, (k) => k * step - reach)), after = curve.at(reals(SAMPLES, (k) => (k + 1) * step + reach));
+  const c = Math.cos(turn), s = Math.sin(turn), tangents = new Float64Array(2 * SAMPLES), middles = new Float64Array(2 * SAMPLES);
+  let square = 0;
+  for (let k = 0; k < 2 * SAMPLES; k += 2) {
+    const x = after[k] - before[k], y = after[k + 1] - before[k + 1], size = Math.max(Math.hypot(x, y), 1e-12);
+    tangents.set([(c * x - s * y) / size, (s * x + c * y) / size], k);
+    const mx = 0.5 * (start[k] + end[k]), my = 0.5 * (start[k + 1] + end[k + 1]);
+    middles.set([c * mx - s * my, s * mx + c * my], k);
+    square += (mx * mx + my * my) / SAMPLES;
+  }
+  return {tangents, middles: middles.map((value) => value / Math.sqrt(square))};
+}
+
+/**
+ * Return elastic matches of the source, rotated, with the target, best first (Sebastian, Klein, Kimia, On aligning
+ * curves, 2003): monotone paths of samples that maximise the agreement of tangents and positions, by dynamic
+ * programming over cyclic shifts.
+ * @param {Curve} source
+ * @param {Curve} target
+ * @param {number} turn
+ * @returns {Match[]}
+ */
+function elasticMatches(source, target, turn) {
+  const own = samples(source, turn), goal = samples(target, 0), n = SAMPLES;
+  const score = new Float64Array(n * n);
+  for (let i = 0; i < n; i++) {
+    for (let j = 0; j < n; j++) {
+      const angle = own.tangents[2 * i] * goal.tangents[2 * j] + own.tangents[2 * i + 1] * goal.tangents[2 * j + 1];
+      const x = own.middles[2 * i] - goal.middles[2 * j], y = own.middles[2 * i + 1] - goal.middles[2 * j + 1];
+      score[n * i + j] = angle - POSITION_WEIGHT * (x * x + y * y);
+    }
+  }
+  const found = [];
+  for (let shift = 0; shift < n; shift += n / CYCLIC_SHIFTS) found.push(bestPath(score, shift));
+  found.sort((a, b) => b.score - a.score);
+  return found.map(({rows, columns, shift}) => ({
+    s: rows.map((row) => row / n * source.length), tau: columns.map((column) => (column + shift) / n * target.length),
+  }));
+}
+
+/**
+ * @param {Float64Array} score (n, n) gain of matching two samples
+ * @param {number} shift of the target's samples
+ */
+function bestPath(score, shift) {
+  const n = SAMPLES, width = n + 1, best = new Float64Array(width * width).fill(-Infinity), step = new Int8Array(width * width);
+  best[0] = 0;
+  for (let i = 1; i <= n; i++) {
+    for (let j = 1; j <= n; j++) {
+      STEPS.forEach(([a, b], k) => {
+        if (a > i || b > j) return;
+        const before = best[width * (i - a) + j - b];
+        if (before === -Infinity) return;
+        const count = Math.max(a, b);
+        let gain = 0;
+        for (let m = 0; m < count; m++) {
+          gain += score[n * ((i - a + Math.floor(m * a / count)) % n) + (j - b + Math.floor(m * b / count) + shift) % n];
+        }
+        const total = before + gain * Math.sqrt(a * b) / count;
+        if (total > best[width * i + j]) {
+          best[width * i + j] = total;
+          step[width * i + j] = k;
+        }
+      });
+    }
+  }
+  const rows = [n], columns = [n];
+  for (let i = n, j = n; i > 0;) {
+    const [a, b] = STEPS[step[width * i + j]];
+    i -= a;
+    j -= b;
+    rows.unshift(i);
+    columns.unshift(j);
+  }
+  return {score: best[width * width - 1], rows, columns, shift};
+}
+
+/**
+ * Return the rotation in radians of the similarity that fits a match best.
+ * @param {Match} match
+ * @param {Curve} source
+ * @param {Curve} target
+ */
+function impliedTurn(match, source, target) {
+  const s = reals(SAMPLES, (k) => source.length * k / SAMPLES), own = source.at(s), goal = target.at(s.map((at) => matchAt(match, at)));
+  let x = 0, y = 0;
+  for (let k = 0; k < 2 * SAMPLES; k += 2) {
+    x += own[k] * goal[k] + own[k + 1] * goal[k + 1];
+    y += own[k] * goal[k + 1] - own[k + 1] * goal[k];
+  }
+  return Math.atan2(y, x);
+}
+
+/**
+ * Return the matches to start from: none that turns the picture upside down, unless there are no others.
+ * @param {Curve} source
+ * @param {Curve} target
+ * @returns {Match[]}
+ */
+export function candidates(source, target) {
+  /** @type {Match[]} */
+  const matches = [];
+  /** @type {Float64Array[]} places of samples of the source on the target, as angles */
+  const kept = [];
+  const at = reals(SAMPLES, (k) => source.length * k / SAMPLES);
+  for (const [turn, most] of TURNS) {
+    let count = most;
+    for (const match of elasticMatches(source, target, turn)) {
+      if (!count) break;
+      const places = at.map((s) => 2 * Math.PI * matchAt(match, s) / target.length);
+      const isOld = kept.some((other) => {
+        const mean = places.reduce((sum, angle, k) => sum + 2 * Math.abs(Math.sin(0.5 * (angle - other[k]))), 0) / SAMPLES;
+        return mean < DIFFERENT;
+      });
+      if (isOld) continue;
+      kept.push(places);
+      matches.push(match);
+      count--;
+    }
+  }
+  for (let k = 0; k < ARCLENGTH_SHIFTS; k++) {
+    const shift = target.length * k / ARCLENGTH_SHIFTS;
+    matches.push({s: [0, source.length], tau: [shift, shift + target.length]});
+  }
+  const upright = matches.filter((match) => {
+    const angle = modulo(impliedTurn(match, source, target) + Math.PI, 2 * Math.PI) - Math.PI;
+    return Math.abs(angle) < MOST_TURNED;
+  });
+  return upright.length ? upright : matches;
+}

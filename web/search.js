@@ -1,0 +1,203 @@
+// The search for the balanced map of two outlines, from correspondences to the final mesh; as in
+// iccm/balanced/search (multilevel.py, candidates.py, final_mesh.py), without pins, holes, partial and symmetric maps.
+
+import {Curve, take} from './curve.js';
+import {GOOD_ENOUGH, Level} from './map.js';
+import {candidates} from './matching.js';
+import {graded} from './mesh.js';
+import {Tangled} from './unfold.js';
+
+/** @import {DiscreteMap, Weights} from './map.js' */
+/** @import {Match} from './pairs.js' */
+
+const FINENESS = 2e-4;  // of the given outlines, relative to their diagonals
+const COARSE = {fineness: 5e-4, corners: 6e-3, steepest: 8};
+const FINE = {fineness: 2e-4, corners: 6e-4, steepest: 20};
+const LAST = {fineness: 0, corners: 6e-4, steepest: 20, smooth: true};
+const COARSE_SIZE = 0.1, FINE_SIZE = 0.05;  // of triangles, for shapes of area one
+const COARSE_SIZE_BY_LENGTH = 0.55, LEAST_COARSE_SHARE = 0.6;
+const TRIANGLES_PER_AREA = 4.6;  // number of triangles times the squared size
+const SCREENING = [[3, 9], [5, 5]];  // Newton steps, and the number of maps that continue
+const PROMISING = 1.5;  // energy relative to the least, up to which maps continue
+const ALIKE_ENERGY = 1e-3, ALIKE_TURN = Math.PI / 180;  // two maps this close converge to the same one
+const MOST_START_VERTICES = 12_000;
+const BACKWARD_STEPS = 3, SETTLING = 2, ROUNDS = 4;
+const CLOSE = 1.1, FINALISTS = 2, RELEASE_ROUNDS = 3, RELEASED_STEPS = 8, RELEASE_GAIN = 3e-3;
+const FINE_POWER = 3, FINE_ROUNDS = 8, FINE_BACKWARD = 4;
+const LAST_ROUNDS = 4, LAST_STEPS = 50, LAST_DECREASE = 2e-4;
+const DRAG_STEPS = 3;  // Newton steps for each movement of a drag, so that the picture follows the pointer
+
+/** @typedef {(map: DiscreteMap, stage: 'coarse' | 'fine' | 'full') => void} Shown called with each map that is ready to be shown */
+
+/**
+ * Return the result of a function, or null if there is no map without folds.
+ * @template T
+ * @param {() => T} compute
+ */
+function attempt(compute) {
+  try {
+    return compute();
+  } catch (error) {
+    if (error instanceof Tangled) return null;
+    throw error;
+  }
+}
+
+/**
+ * Return the balanced map of two outlines in unit coordinates.
+ * @param {Curve} source
+ * @param {Curve} target
+ * @param {Weights} weights
+ * @param {number} triangles approximate number of triangles of the final mesh
+ * @param {Shown} shown
+ */
+export function solve(source, target, weights, triangles, shown) {
+  const simple = (/** @type {Curve} */ curve) => new Curve(take(curve.z, curve.keptVertices(FINENESS)));
+  const given = simple(source), goal = simple(target), inverted = goal.length > given.length;
+  // the longer outline is meshed first: triangles that fit its protrusions can be spread over a block
+  for (const isInverse of [inverted, !inverted]) {
+    /** @type {[Curve, Curve]} */
+    const curves = isInverse ? [goal, given] : [given, goal];
+    const show = (/** @type {DiscreteMap} */ map, /** @type {'coarse' | 'fine' | 'full'} */ stage) => {
+      const result = isInverse ? map.swapSides() : map;
+      shown(result, stage);
+      return result;
+    };
+    const found = attempt(() => {
+      const coarse = coarseMap(curves, weights);
+      show(coarse, 'coarse');
+      const fine = attempt(() => Level.of(curves, FINE_SIZE, FINE, weights).finer(coarse).alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD));
+      if (!fine) return show(coarse, 'full');
+      show(fine, 'fine');
+      const level = Level.of(curves, Math.sqrt(TRIANGLES_PER_AREA / triangles), LAST, weights);
+      return show(attempt(() => settled(level.finer(fine)).eased(FINE_POWER)) ?? fine, 'full');
+    });
+    if (found) return found;
+  }
+  throw new Tangled('No map without folds was found: the shapes are too thin or too intricate for this page; the command tries more.');
+}
+
+/**
+ * Return the map with other weights, from one that has converged.
+ * @param {DiscreteMap} map
+ * @param {Weights} weights
+ */
+export const continued = (map, weights) => settled(map.withWeights(weights));
+
+/** @param {DiscreteMap} map on the final mesh */
+function settled(map) {
+  for (let round = 0, before = Infinity; round < LAST_ROUNDS; round++) {
+    map = map.forward(FINE_POWER, LAST_STEPS, LAST_DECREASE);
+    if (before - map.value < LAST_DECREASE * map.value) break;
+    before = map.value;
+    map = map.forward(FINE_POWER, LAST_STEPS, LAST_DECREASE, {inside: true});
+    if (map.settled && before - map.value < LAST_DECREASE * before) break;
+  }
+  return map;
+}
+
+/**
+ * Return the best map of all starts on coarse meshes.
+ * @param {[Curve, Curve]} curves
+ * @param {Weights} weights
+ */
+function coarseMap(curves, weights) {
+  const length = Math.max(curves[0].length, curves[1].length);
+  const size = COARSE_SIZE * Math.min(Math.max(COARSE_SIZE_BY_LENGTH / (COARSE_SIZE * length), LEAST_COARSE_SHARE), 1);
+  const level = Level.of(curves, size, COARSE, weights), matches = candidates(level.source.curve, level.target.curve);
+  const maps = screened(started(level, matches));
+  /** @type {DiscreteMap[]} */
+  const different = [];
+  for (const map of maps) if (!different.some((other) => areAlike(map, other))) different.push(map);
+  const converged = different.flatMap((map) => attempt(() => settledOnNewMesh(level, map, SETTLING)) ?? []);
+  if (!converged.length) throw new Tangled();
+  converged.sort((a, b) => a.value - b.value);
+  const finalists = converged.slice(0, FINALISTS).filter((map) => map.value <= CLOSE * converged[0].value);
+  const released = finalists.map((map) => withReleasedCorners(level, map));
+  return released.reduce((best, map) => (map.value < best.value ? map : best));
+}
+
+/**
+ * @param {Level} level
+ * @param {Match[]} matches
+ */
+function started(level, matches) {
+  const maps = [];
+  let vertices = 0;
+  for (const match of matches) {
+    if (maps.length && vertices > MOST_START_VERTICES) break;
+    const map = attempt(() => level.started(match));
+    if (!map) continue;
+    maps.push(map);
+    vertices += map.mesh.z.length / 2;
+  }
+  if (!maps.length) throw new Tangled();
+  return maps;
+}
+
+/** @param {DiscreteMap[]} maps */
+function screened(maps) {
+  let best = maps;
+  for (const [steps, keep] of SCREENING) {
+    best = best.map((map) => map.forward(1, steps, GOOD_ENOUGH, {corners: false}));
+    best = best.sort((a, b) => a.value - b.value).slice(0, keep);
+  }
+  return best.filter((map) => map.value <= PROMISING * best[0].value);
+}
+
+/**
+ * @param {DiscreteMap} one
+ * @param {DiscreteMap} other
+ */
+function areAlike(one, other) {
+  const turned = one.turn - other.turn;
+  return Math.abs(one.value / other.value - 1) < ALIKE_ENERGY && Math.abs(Math.atan2(Math.sin(turned), Math.cos(turned))) < ALIKE_TURN;
+}
+
+/**
+ * @param {Level} level
+ * @param {DiscreteMap} map
+ */
+function onNewMesh(level, map) {
+  const {z, u, faces} = map.mesh;
+  return attempt(() => level.started(map.match)) ?? attempt(() => level.refined(map)) ?? level.refined(map, graded(z, u, faces, 0.5 * level.size ** 2));
+}
+
+/**
+ * @param {Level} level
+ * @param {DiscreteMap} map
+ * @param {number} rounds
+ */
+function settledOnNewMesh(level, map, rounds) {
+  const found = (attempt(() => onNewMesh(level, map)) ?? map).alternated(1, rounds, BACKWARD_STEPS);
+  if (!Number.isFinite(found.value)) throw new Tangled();
+  return found;
+}
+
+/**
+ * Return the best map of a few rounds: release corners, fix them again on a new mesh, converge.
+ * @param {Level} level
+ * @param {DiscreteMap} given
+ */
+function withReleasedCorners(level, given) {
+  let best = given, map = given;
+  for (let round = 0; round < RELEASE_ROUNDS; round++) {
+    const released = map.forward(1, RELEASED_STEPS, GOOD_ENOUGH, {corners: false}), fresh = attempt(() => onNewMesh(level, released));
+    if (!fresh) break;
+    map = fresh.alternated(1, ROUNDS, BACKWARD_STEPS);
+    const before = best.value;
+    if (map.value < best.value) best = map;
+    if (!(best.value < (1 - RELEASE_GAIN) * before)) break;
+  }
+  return best;
+}
+
+/**
+ * Return the map onto a target that has been moved by a smooth function, after a few steps.
+ * @param {DiscreteMap} map
+ * @param {(z: Float64Array) => Float64Array} move
+ */
+export function following(map, move) {
+  const moved = map.withTargetMoved(move);
+  return moved.forward(FINE_POWER, DRAG_STEPS, LAST_DECREASE);
+}

@@ -1,0 +1,58 @@
+/* global CORE, WORKER -- constants of bundle.js */
+// The worker as the page sees it: one request at a time; a new search replaces the running one.
+
+/** @import {Answer, Request} from './types.d.ts' */
+
+/** @typedef {Request extends infer R ? R extends {seq: number} ? Omit<R, 'seq'> : never : never} Unnumbered */
+
+export class Solver {
+  /** Whether a request is being answered. */
+  busy = false;
+  #seq = 0;
+  #answered;
+  /** @type {Worker | null} */
+  #worker = null;
+  /** @type {ArrayBuffer | null} */
+  #core = null;
+
+  /** @param {(answer: Answer) => void} answered called with each answer to the last request */
+  constructor(answered) {
+    this.#answered = answered;
+  }
+
+  /** Unpack the core and start the worker. */
+  async start() {
+    const packed = Uint8Array.from(atob(CORE), (letter) => letter.charCodeAt(0));
+    this.#core = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+    this.#restart();
+  }
+
+  #restart() {
+    this.#worker?.terminate();
+    const address = URL.createObjectURL(new Blob([WORKER], {type: 'text/javascript'}));
+    this.#worker = new Worker(address);
+    this.#worker.addEventListener('message', (/** @type {MessageEvent<Answer>} */ event) => this.#receive(event.data));
+    this.#worker.postMessage({kind: 'load', seq: 0, core: this.#core});
+  }
+
+  /**
+   * Send a request. A search interrupts what is running; others must wait until nothing is.
+   * @param {Unnumbered} request
+   */
+  send(request) {
+    if (this.busy) {
+      if (request.kind !== 'solve') throw new Error('the solver is busy');
+      this.#restart();
+    }
+    this.busy = true;
+    this.#seq++;
+    this.#worker?.postMessage({...request, seq: this.#seq});
+  }
+
+  /** @param {Answer} answer */
+  #receive(answer) {
+    if (answer.seq !== this.#seq) return;
+    if (answer.stage === 'done' || answer.stage === 'error') this.busy = false;
+    this.#answered(answer);
+  }
+}
