@@ -8,6 +8,8 @@ PAGES  := $(VENV)/.docs
 CORE   := $(VENV)/.core
 ZIG    := $(VENV)/.zig
 NODE   := node_modules/.ready
+WASM   := build/wasm/core.wasm
+DEMO   := build/web/try.js
 
 # Tests and the commands that they start keep compiled modules, also where the environment turns that off.
 export PYTHONDONTWRITEBYTECODE :=
@@ -68,7 +70,7 @@ $(PAGES): $(READY)
 	touch $@
 
 # The site, into build/site: broken links and warnings fail, nothing is fetched.
-docs: $(PAGES)
+docs: $(PAGES) $(DEMO)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@$(BIN)/python docs/links.py build/site
 
@@ -89,8 +91,17 @@ wheels: $(ZIG)
 	$(BIN)/python core/wheels.py
 
 # The core for browsers and other hosts of WebAssembly, into build/wasm.
-wasm: $(ZIG)
-	$(BIN)/python core/compile.py --target wasm32-wasi build/wasm
+wasm: $(WASM)
+
+$(WASM): $(ZIG) $(shell find core -name '*.cpp' -o -name '*.h' -o -name 'compile.py')
+	$(BIN)/python core/compile.py --target wasm32-wasi $(@D)
+	@touch $@
+
+# The demo of the site, one script with the core inside.
+$(DEMO): $(WASM) $(shell find web io/edit/page -type f) $(wildcard docs/files/*)
+	@command -v npm >/dev/null || { echo "the demo of the site needs Node.js with npm: install it" >&2; exit 1; }
+	@$(MAKE) --no-print-directory $(NODE)
+	npm run --silent try
 
 $(ZIG): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ziglang>=0.15'

@@ -1,7 +1,7 @@
-"""Generated parts of the site (a hook of MkDocs): options, commands, formats, and pictures of samples.
+"""Generated parts of the site (a hook of MkDocs): options, commands, formats, pictures of samples, and the demo.
 
 In a page, `<!-- options: map -->` is replaced by the options of a command, `<!-- commands -->` by all other commands,
-and `<!-- formats -->` by the contents of each suffix.
+`<!-- formats -->` by the contents of each suffix, and `<!-- demo -->` by the demo.
 """
 
 import os
@@ -19,6 +19,10 @@ from iccm.io.option_groups import grouped
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "build" / "api"
+DEMO = ROOT / "build" / "web" / "try.js"
+SHOWN_DEMO = """<div id="try"></div>
+<noscript>The demo needs JavaScript.</noscript>
+<script src="assets/try.js"></script>"""
 SAMPLES = re.compile(r"\.\./(?=samples/[\w./-]+\.(?:svg|png|jpg)\b)")
 """One level up in a link to a sample: on the site, samples lie beside the pages."""
 IMAGE = re.compile(r'<img (?=[^>]*src="([^"]+)")')
@@ -68,8 +72,13 @@ def on_config(config: Any) -> Any:
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Add the pictures and drawings of the samples, which are outside the folder of pages."""
-    from mkdocs.structure.files import File  # only here, so that tests need no MkDocs
+    """Add the pictures and drawings of the samples, and the demo, which are outside the folder of pages."""
+    from mkdocs.exceptions import PluginError  # only here, so that tests need no MkDocs
+    from mkdocs.structure.files import File
+
+    if not DEMO.is_file():
+        raise PluginError(f"{DEMO.relative_to(ROOT)} is missing: build the site by `make docs`")
+    files.append(File.generated(config, "assets/try.js", abs_src_path=str(DEMO)))
 
     for pattern in SHOWN_SAMPLES:
         for path in sorted((ROOT / "samples").rglob(pattern)):
@@ -83,6 +92,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     """Return the page with tables in place of their comments, and with links to samples as on the site."""
     markdown = re.sub(r"<!-- options: (\w+) -->", lambda found: options_of(found[1]), markdown)
     markdown = markdown.replace("<!-- commands -->", commands()).replace("<!-- formats -->", contents())
+    markdown = markdown.replace("<!-- demo -->", SHOWN_DEMO)
     return SAMPLES.sub("", markdown)
 
 

@@ -1,4 +1,4 @@
-// Bundles the demo into one script that needs no server: node web/bundle.js FOLDER. The core must be in build/wasm.
+// Bundles the demo into one script that needs no server: node web/bundle.js FOLDER [CORE].
 //
 // Browsers load neither modules nor workers from file:// addresses, so the script contains everything: the worker as
 // text, the core compressed and in base64, drawings and pictures.
@@ -14,7 +14,7 @@ const FOLDER = dirname(fileURLToPath(import.meta.url));
 const OPTIONS = /** @type {const} */ ({bundle: true, minify: true, format: 'iife', target: 'es2022', logLevel: 'warning', charset: 'utf8'});
 
 const worker = await build({...OPTIONS, entryPoints: [join(FOLDER, 'worker.js')], write: false});
-const core = gzipSync(readFileSync(join(FOLDER, '../build/wasm/core.wasm')), {level: 9});
+const core = gzipSync(readFileSync(argv[3] ?? join(FOLDER, '../build/wasm/core.wasm')), {level: 9});
 await build({
   ...OPTIONS,
   entryPoints: [join(FOLDER, 'try.js')],

@@ -295,7 +295,7 @@ export class DiscreteMap {
  * Return the next vertex of each vertex on a closed outline.
  * @param {number} border
  */
-const followingOn = (border) => Int32Array.from({length: border}, (_, k) => modulo(k + 1, border));
+export const followingOn = (border) => Int32Array.from({length: border}, (_, k) => modulo(k + 1, border));
 
 /** A problem with outlines of one fineness, and one size of triangles. */
 export class Level {

@@ -5,6 +5,7 @@ import {Curve, take} from './curve.js';
 import {GOOD_ENOUGH, Level} from './map.js';
 import {candidates} from './matching.js';
 import {graded} from './mesh.js';
+import {splitAtVertices} from './split.js';
 import {Tangled} from './unfold.js';
 
 /** @import {DiscreteMap, Weights} from './map.js' */
@@ -14,6 +15,7 @@ const FINENESS = 2e-4;  // of the given outlines, relative to their diagonals
 const COARSE = {fineness: 5e-4, corners: 6e-3, steepest: 8};
 const FINE = {fineness: 2e-4, corners: 6e-4, steepest: 20};
 const LAST = {fineness: 0, corners: 6e-4, steepest: 20, smooth: true};
+const LAST_WITH_ALL_CORNERS = {fineness: 0, corners: 0, steepest: 20, smooth: false};
 const COARSE_SIZE = 0.1, FINE_SIZE = 0.05;  // of triangles, for shapes of area one
 const COARSE_SIZE_BY_LENGTH = 0.55, LEAST_COARSE_SHARE = 0.6;
 const TRIANGLES_PER_AREA = 4.6;  // number of triangles times the squared size
@@ -44,7 +46,7 @@ function attempt(compute) {
 }
 
 /**
- * Return the balanced map of two outlines in unit coordinates.
+ * Return the balanced map of two outlines in unit coordinates, to continue from; the finished map is shown.
  * @param {Curve} source
  * @param {Curve} target
  * @param {Weights} weights
@@ -58,21 +60,22 @@ export function solve(source, target, weights, triangles, shown) {
   for (const isInverse of [inverted, !inverted]) {
     /** @type {[Curve, Curve]} */
     const curves = isInverse ? [goal, given] : [given, goal];
-    const show = (/** @type {DiscreteMap} */ map, /** @type {'coarse' | 'fine' | 'full'} */ stage) => {
-      const result = isInverse ? map.swapSides() : map;
-      shown(result, stage);
-      return result;
-    };
+    const show = (/** @type {DiscreteMap} */ map, /** @type {'coarse' | 'fine' | 'full'} */ stage) => shown(isInverse ? map.swapSides() : map, stage);
     const found = attempt(() => {
       const coarse = coarseMap(curves, weights);
       show(coarse, 'coarse');
       const fine = attempt(() => Level.of(curves, FINE_SIZE, FINE, weights).finer(coarse).alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD));
-      if (!fine) return show(coarse, 'full');
+      if (!fine) return coarse;
       show(fine, 'fine');
-      const level = Level.of(curves, Math.sqrt(TRIANGLES_PER_AREA / triangles), LAST, weights);
-      return show(attempt(() => settled(level.finer(fine)).eased(FINE_POWER)) ?? fine, 'full');
+      const last = (/** @type {typeof LAST} */ how) =>
+        attempt(() => settled(Level.of(curves, Math.sqrt(TRIANGLES_PER_AREA / triangles), how, weights).finer(fine)));
+      const smooth = last(LAST);
+      if (smooth && withAllVertices(smooth)) return smooth;
+      return last(LAST_WITH_ALL_CORNERS) ?? smooth ?? fine;
     });
-    if (found) return found;
+    if (!found) continue;
+    show(finished(found), 'full');
+    return isInverse ? found.swapSides() : found;
   }
   throw new Tangled('No map without folds was found: the shapes are too thin or too intricate for this page; the command tries more.');
 }
@@ -83,6 +86,19 @@ export function solve(source, target, weights, triangles, shown) {
  * @param {Weights} weights
  */
 export const continued = (map, weights) => settled(map.withWeights(weights));
+
+/**
+ * Return a map that has converged with a boundary vertex at every vertex of both outlines; without these if they
+ * would fold triangles.
+ * @param {DiscreteMap} map
+ */
+export const finished = (map) => (withAllVertices(map) ?? map).eased(FINE_POWER);
+
+/**
+ * Return a map split at the vertices of both outlines, or null if that would fold triangles.
+ * @param {DiscreteMap} map
+ */
+const withAllVertices = (map) => attempt(() => splitAtVertices(map)) ?? attempt(() => splitAtVertices(map.swapSides()).swapSides());
 
 /** @param {DiscreteMap} map on the final mesh */
 function settled(map) {

@@ -5,10 +5,23 @@
 
 /** @typedef {Request extends infer R ? R extends {seq: number} ? Omit<R, 'seq'> : never : never} Unnumbered */
 
+/**
+ * Return the browser's own class. In pages that are opened as files, the site replaces it by one that runs scripts in a
+ * frame, so that the search works; a new frame still has it.
+ * @returns {typeof Worker}
+ */
+function workerClass() {
+  if (/\[native code\]/.test(Function.prototype.toString.call(Worker))) return Worker;
+  const frame = document.body.appendChild(document.createElement('iframe'));
+  frame.hidden = true;
+  return /** @type {typeof globalThis} */ (/** @type {unknown} */ (frame.contentWindow)).Worker;
+}
+
 export class Solver {
   /** Whether a request is being answered. */
   busy = false;
   #seq = 0;
+  #workerClass = workerClass();
   #answered;
   /** @type {Worker | null} */
   #worker = null;
@@ -30,7 +43,7 @@ export class Solver {
   #restart() {
     this.#worker?.terminate();
     const address = URL.createObjectURL(new Blob([WORKER], {type: 'text/javascript'}));
-    this.#worker = new Worker(address);
+    this.#worker = new this.#workerClass(address);
     this.#worker.addEventListener('message', (/** @type {MessageEvent<Answer>} */ event) => this.#receive(event.data));
     this.#worker.postMessage({kind: 'load', seq: 0, core: this.#core});
   }

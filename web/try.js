@@ -4,13 +4,15 @@ import astronaut from '../docs/files/astronaut.jpg';
 import cat from '../docs/files/cat.jpg';
 import coffee from '../docs/files/coffee.jpg';
 import arc from '../docs/files/arc.svg';
-import bell from '../docs/files/bell.svg';
 import block from '../docs/files/block.svg';
 import hand from '../docs/files/hand.svg';
 import heart from '../docs/files/heart.svg';
-import home from '../docs/files/home.svg';
 import shield from '../docs/files/shield.svg';
 import worm from '../docs/files/worm.svg';
+import gingerbread from '../samples/limbs/gingerbread.svg';
+import starfish from '../samples/limbs/starfish.svg';
+import whale from '../samples/raster/whale.svg';
+import leaf from '../samples/rose-leaf/leaf.svg';
 import {button, byId, followPointer, input, select} from '../io/edit/page/dom.js';
 import {Canvas} from './canvas.js';
 import {boxOf, isCrossing, moments} from './curve.js';
@@ -26,7 +28,8 @@ import {drawingOf, shapeOf} from './svg.js';
 const PICTURES = {'coffee.jpg': coffee, 'astronaut.jpg': astronaut, 'cat.jpg': cat};
 /** @type {Record<string, string>} */
 const SHAPES = {
-  'heart.svg': heart, 'shield.svg': shield, 'bell.svg': bell, 'home.svg': home, 'hand.svg': hand, 'worm.svg': worm, 'arc.svg': arc, 'block.svg': block,
+  'heart.svg': heart, 'shield.svg': shield, 'leaf.svg': leaf, 'whale.svg': whale, 'starfish.svg': starfish, 'gingerbread.svg': gingerbread,
+  'hand.svg': hand, 'worm.svg': worm, 'arc.svg': arc, 'block.svg': block,
 };
 const WHOLE = 'the whole picture', OWN_PICTURE = 'your picture …', OWN_SHAPE = 'your SVG …', DRAWN = 'draw one';
 const DRAWN_NAME = 'drawn.svg', DRAGGED_NAME = 'target.svg';
@@ -107,7 +110,7 @@ class Demo {
     }
     button('try-save-picture').addEventListener('click', () => save(this.right.picture(PICTURE_SIDE), this.#resultName()));
     button('try-save-shape').addEventListener('click', () => {
-      const address = URL.createObjectURL(new Blob([drawingOf(this.target)], {type: 'image/svg+xml'}));
+      const address = URL.createObjectURL(new Blob([this.drawing()], {type: 'image/svg+xml'}));
       save(address, this.target.name);
       URL.revokeObjectURL(address);
     });
@@ -243,6 +246,11 @@ class Demo {
       byId('try-hint').textContent = 'target: drag its outline';
       this.#retarget({name: DRAWN_NAME, outline, box: boxOf(outline)});
     });
+  }
+
+  /** Return a drawing of the target, for the command. */
+  drawing() {
+    return drawingOf(this.target);
   }
 
   #resultName() {

@@ -1,6 +1,6 @@
 // Types of the messages between the page and its worker, and of files that are bundled as text.
 
-/** `coarse`, `fine` and `full` are stages of a search; `dragged` follows a drag of the outline. */
+/** `coarse`, `fine` and `full` are stages of a search; `dragged` follows a drag of the outline or of the balance. */
 export type Stage = 'coarse' | 'fine' | 'full' | 'dragged';
 
 export type Request =

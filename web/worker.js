@@ -5,7 +5,7 @@ import {fromUnit, moments, toUnit, unitCurve} from './curve.js';
 import {brush} from './deformation.js';
 import {stretches} from './mesh.js';
 import {areasOf, Tangled} from './unfold.js';
-import {continued, following, solve} from './search.js';
+import {continued, finished, following, solve} from './search.js';
 
 /** @import {Frame} from './curve.js' */
 /** @import {DiscreteMap} from './map.js' */
@@ -71,7 +71,8 @@ function answer(request, shown) {
   } else if (request.kind === 'balance') {
     if (!map) return;
     map = continued(map, {theta: request.balance, upright: UPRIGHT});
-    shown(map, 'full');
+    shown(map, 'dragged');
+    shown(finished(map), 'full');
   } else if (request.kind === 'drag') {
     if (!map) return;
     map = dragged(map, request.centre, request.by, request.radius);

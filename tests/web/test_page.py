@@ -1,0 +1,324 @@
+"""The demo of the site in a real, headless Chromium, opened as a file; its pictures are those of the command."""
+
+import base64
+import json
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from importlib.util import find_spec
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from skimage.metrics import structural_similarity
+
+import iccm
+from iccm.curve import Curve, hausdorff
+
+webdriver = pytest.importorskip("selenium.webdriver", reason="NO BROWSER TESTS: selenium is not installed")
+ROOT = Path(__file__).parents[2]
+FILES = ROOT / "docs" / "files"
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+DRIVER = shutil.which("chromedriver")
+BUNDLER = ROOT / "node_modules" / "esbuild"
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(900),  # compiles the core
+    pytest.mark.skipif(
+        not (CHROMIUM and DRIVER), reason="NO BROWSER TESTS: install chromium and chromium-driver"
+    ),
+    pytest.mark.skipif(
+        not (shutil.which("node") and BUNDLER.is_dir() and find_spec("ziglang")),
+        reason="NO TESTS OF THE DEMO: needs Node.js, `npm ci`, and ziglang",
+    ),
+]
+FLAGS = (
+    *("--headless=new", "--no-sandbox", "--no-first-run", "--disable-quic", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update", "--window-size=1200,900"),
+    *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+)  # WebGL without a graphics card, and no connections to the vendor
+PATIENCE = 60
+SIMILAR = 0.8
+"""Structural similarity at a quarter of the size. A mirrored picture has 0.53, one shifted by 8 pixels 0.68; the
+maps differ by up to some pixels, and WebGL filters linearly, the command bicubically.
+"""
+SHAPES = [f"docs/files/{name}.svg" for name in ("heart", "shield", "hand", "worm", "arc", "block")]
+SHAPES += [
+    f"samples/{name}.svg"
+    for name in ("rose-leaf/leaf", "raster/whale", "limbs/starfish", "limbs/gingerbread")
+]
+OUTLINE_SHARES = {"hand": 1e-2}
+"""Relative to the diagonal: the command closes the gap between two fingers where it is very thin."""
+MOST_COMPRESSED_BYTES = 1_000_000
+HTML = """<!doctype html><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<body><div id="try"></div><script src="try.js"></script>"""
+FORGET = "iccmDemo.log.last = {...iccmDemo.log.last, stage: ''}"
+FULL = "!iccmDemo.solver.busy && iccmDemo.log.last?.stage === 'full'"
+
+
+class Page:
+    """The demo in a browser."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        options = webdriver.ChromeOptions()
+        for flag in (*FLAGS, f"--user-data-dir={folder / 'profile'}"):
+            options.add_argument(flag)
+        options.add_experimental_option("prefs", {"download.default_directory": str(folder / "saved")})
+        options.binary_location = CHROMIUM
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+        self.open()
+
+    def open(self):
+        """Open the page, and wait for its first map."""
+        self.driver.get((self.folder / "demo.html").as_uri())
+        self.wait(f"globalThis.iccmDemo && {FULL}")
+
+    def js(self, expression, *arguments):
+        return self.driver.execute_script(f"return {expression}", *arguments)
+
+    def wait(self, condition):
+        end = time.monotonic() + PATIENCE
+        while not self.js(f"Boolean({condition})"):
+            assert time.monotonic() < end, f"{condition}: {self.js('document.body.innerText')}"
+            time.sleep(0.05)
+
+    def choose(self, menu, value):
+        """Choose an entry of a menu, and wait for the map."""
+        self.js(
+            f"(arguments[0].value = arguments[1], {FORGET}, arguments[0].dispatchEvent(new Event('change')))",
+            self.driver.find_element("id", menu),
+            value,
+        )
+        self.wait(FULL)
+
+    def upload(self, menu, path):
+        """Choose a file of one's own."""
+        self.js(FORGET)
+        self.driver.find_element("id", f"{menu}-file").send_keys(str(path))
+
+    def mouse(self, kind, place, buttons=0):
+        event = {"type": kind, "x": place[0], "y": place[1], "buttons": buttons, "clickCount": 1}
+        event["button"] = "none" if kind == "mouseMoved" and not buttons else "left"
+        self.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+
+    def drag(self, places):
+        self.mouse("mousePressed", places[0], 1)
+        for place in places[1:]:
+            self.mouse("mouseMoved", place, 1)
+            time.sleep(0.03)
+        self.mouse("mouseReleased", places[-1])
+
+    def outline(self, side="target"):
+        """The outline of a shape, with y up."""
+        points = np.array(self.js(f"Array.from(iccmDemo.{side}.outline)")).reshape(-1, 2)
+        return points @ [1, -1j]
+
+    def pixel(self, point):
+        """The pixel of the window at a point of the target's drawing."""
+        corner = "document.getElementById('try-target').getBoundingClientRect()"
+        left, top = self.js(f"[{corner}.left, {corner}.top]")
+        x, y = self.js("iccmDemo.right.view.pixel(arguments[0])", [point.real, -point.imag])
+        return np.array([left + x, top + y])
+
+    def text(self, name):
+        return self.js("document.getElementById(arguments[0]).textContent", name)
+
+
+@pytest.fixture(scope="module")
+def page(core, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("demo")
+    subprocess.run(["node", ROOT / "web" / "bundle.js", folder, core], check=True)
+    (folder / "demo.html").write_text(HTML)
+    page = Page(folder)
+    yield page
+    page.driver.quit()
+
+
+@pytest.fixture(autouse=True)
+def without_errors(page):
+    """Nothing is reported in the browser's console."""
+    page.driver.get_log("browser")
+    yield
+    found = [entry for entry in page.driver.get_log("browser") if entry["level"] != "INFO"]
+    # the renderer without a graphics card warns that it is slow
+    assert not [
+        entry for entry in found if "GPU" not in entry["message"] and "GL Driver" not in entry["message"]
+    ]
+
+
+def test_it_is_small_and_loads_nothing(page):
+    import gzip
+
+    script = (page.folder / "try.js").read_bytes()
+    assert len(gzip.compress(script)) < MOST_COMPRESSED_BYTES
+    assert page.js("performance.getEntriesByType('resource').every(({name}) => !name.startsWith('http'))")
+
+
+def same_picture(page, folder):
+    """The similarity of the demo's PNG with the picture of the command that it shows, over its background."""
+    command = shlex.split(page.text("try-command"))
+    assert command[:2] == ["iccm", "map"]
+    (folder / command[-1]).unlink(missing_ok=True)
+    program = [sys.executable, "-c", "from iccm.cli import main; main()"]
+    done = subprocess.run([*program, *command[1:]], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    expected = cv2.imread(str(folder / command[-1]), cv2.IMREAD_UNCHANGED)
+    address = page.js("iccmDemo.right.picture(1024)")
+    data = np.frombuffer(base64.b64decode(address.partition(",")[2]), np.uint8)
+    found = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    assert found.shape == expected.shape
+    over = [
+        (each[..., :3] * (each[..., 3:] / 255.0) + 255.0 - each[..., 3:]).astype(np.uint8)
+        for each in (found, expected)
+    ]
+    assert np.abs(found[..., 3].astype(float) - expected[..., 3]).mean() < 1
+    small = [cv2.resize(each, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA) for each in over]
+    return structural_similarity(*small, channel_axis=2)
+
+
+def test_the_picture_is_that_of_the_command(page, tmp_path):
+    for name in ("coffee.jpg", "shield.svg", "hand.svg"):
+        shutil.copy(FILES / name, tmp_path)
+    page.choose("try-into", "shield.svg")
+    assert "--texture" not in page.text("try-command")
+    assert same_picture(page, tmp_path) > SIMILAR
+    page.choose("try-from", "hand.svg")  # the picture is stretched over the canvas of the drawing
+    assert "--texture coffee.jpg" in page.text("try-command")
+    assert same_picture(page, tmp_path) > SIMILAR
+    page.open()
+
+
+@pytest.mark.parametrize("path", SHAPES)
+def test_outlines_of_the_menu_are_those_of_the_command(page, path):
+    shape = Curve(iccm.read_shape(ROOT / path).curve.z)
+    page.choose("try-into", Path(path).name)
+    assert (
+        hausdorff(Curve(page.outline()), shape) < OUTLINE_SHARES.get(Path(path).stem, 1e-3) * shape.diagonal
+    )
+
+
+def test_the_largest_outline_of_a_file_of_ones_own(page, tmp_path):
+    """With basic shapes, transforms, relative and smooth segments, and without what is not drawn."""
+    path = tmp_path / "own.svg"
+    path.write_text(
+        """<svg xmlns="http://www.w3.org/2000/svg" width="300" height="200">
+  <defs><rect width="900" height="900"/></defs>
+  <rect x="1" y="2" width="20" height="30" rx="4"/>
+  <g transform="translate(40 30) rotate(20)"><path id="blob" transform="scale(1.5 1)"
+    d="M0 0c20-30 60-30 80 0s10 60-20 70q-10 20-30 10t-25-5a20 30 0 0 1-10-40z"/></g>
+  <circle cx="280" cy="180" r="9"/>
+</svg>"""
+    )
+    page.upload("try-into", path)
+    page.wait(f"iccmDemo.target.name === 'own.svg' && {FULL}")
+    expected = Curve(iccm.read_shape(f"{path}#blob").curve.z)
+    assert hausdorff(Curve(page.outline()), expected) < 1e-3 * expected.diagonal
+    assert page.js("iccmDemo.target.box") == [0, 0, 300, 200]
+
+
+def test_a_drag_of_the_outline_moves_the_picture_and_ends_with_a_search(page, tmp_path):
+    page.open()
+    before = page.outline()
+    start = before[np.argmin(before.imag)]  # the tip of the heart
+    first = page.pixel(start)
+    stages = page.js("({...iccmDemo.log.stages})")
+    page.js(FORGET)
+    page.drag([first + k * np.array([2, 3]) for k in range(16)])
+    page.wait(FULL)
+    after = page.js("({...iccmDemo.log.stages})")
+    assert after["dragged"] > stages.get("dragged", 0) + 3
+    assert after["full"] == stages["full"] + 1
+    assert "error" not in after
+    assert page.pixel(page.outline()[np.argmin(page.outline().imag)]) == pytest.approx(
+        first + np.array([30, 45]), abs=3
+    )
+    top = before[np.argmax(before.imag)]
+    assert np.abs(page.outline() - top).min() < 1e-6 * Curve(before).diagonal  # far away, nothing moves
+    assert page.js("iccmDemo.log.last.figures.folds") == 0
+    assert "target.svg" in page.text("try-command")
+    drawing = page.js("iccmDemo.drawing()")
+    (tmp_path / "target.svg").write_text(drawing)
+    assert hausdorff(Curve(iccm.read_shape(tmp_path / "target.svg").curve.z), Curve(page.outline())) < 0.01
+    shutil.copy(FILES / "coffee.jpg", tmp_path)
+    assert same_picture(page, tmp_path) > SIMILAR
+
+
+def test_balance_keeps_sizes(page, tmp_path):
+    page.open()
+    shutil.copy(FILES / "coffee.jpg", tmp_path)
+    shutil.copy(FILES / "heart.svg", tmp_path)
+    spread = page.js("iccmDemo.log.last.figures.within2")
+    page.js(
+        f"(arguments[0].value = 4, {FORGET}, arguments[0].dispatchEvent(new Event('input')))",
+        page.driver.find_element("id", "try-balance"),
+    )
+    page.wait(FULL)
+    assert page.js("iccmDemo.log.last.figures.within2") >= spread - 0.02
+    assert "--balance 4" in page.text("try-command")
+    assert same_picture(page, tmp_path) > SIMILAR
+
+
+def test_a_drawn_shape(page):
+    page.open()
+    page.js(
+        "(arguments[0].value = 'draw one', arguments[0].dispatchEvent(new Event('change')))",
+        page.driver.find_element("id", "try-into"),
+    )
+    box = page.js(
+        "(({left, top, width, height}) => [left, top, width, height])(arguments[0].getBoundingClientRect())",
+        page.driver.find_element("id", "try-target"),
+    )
+    middle = np.array([box[0] + box[2] / 2, box[1] + box[3] / 2])
+    angles = 2 * np.pi * np.arange(60) / 60
+    radius = 80 + 30 * np.cos(3 * angles) + 10 * np.sin(angles)
+    page.js(FORGET)
+    page.drag([middle + r * np.array([np.cos(a), np.sin(a)]) for r, a in zip(radius, angles)])
+    page.wait(FULL)
+    assert page.js("iccmDemo.target.name") == "drawn.svg"
+    assert page.js("iccmDemo.log.last.figures.folds") == 0
+
+
+def test_bad_files_are_reported_and_change_nothing(page, tmp_path):
+    page.open()
+    for name, text in (
+        ("text.svg", "no drawing"),
+        ("empty.svg", '<svg xmlns="http://www.w3.org/2000/svg"/>'),
+    ):
+        (tmp_path / name).write_text(text)
+        page.upload("try-into", tmp_path / name)
+        page.wait("document.getElementById('try-status').classList.contains('try-wrong')")
+        assert name in page.text("try-status")
+        assert page.js("iccmDemo.target.name") == "heart.svg"
+    (tmp_path / "bow.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M0 0L9 9L9 1L0 5Z"/></svg>'
+    )
+    page.upload("try-into", tmp_path / "bow.svg")
+    page.wait("iccmDemo.log.last?.stage === 'error'")
+    assert "cross" in page.text("try-status")
+    assert page.js("document.getElementById('try-save-picture').disabled")
+    page.open()
+
+
+def test_it_fits_on_a_phone(page):
+    page.driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True},
+    )
+    try:
+        page.open()
+        assert page.js("innerWidth") == 390
+        assert page.js("document.documentElement.scrollWidth") <= 390
+        lefts = json.loads(
+            page.js(
+                "JSON.stringify(['source', 'target'].map((side) => "
+                "document.getElementById(`try-${side}`).getBoundingClientRect().left))"
+            )
+        )
+        assert lefts[0] == lefts[1]  # one below the other
+    finally:
+        page.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
