@@ -473,8 +473,8 @@ class MorphOptions:
     )
     fps: float = _option("Frames per second.", default=12.0, above=0, most=1000)
     output: tuple[str, ...] = _option(
-        "What to write: an animation (.webp .png .gif .svg), or one file for each frame if the name contains "
-        "{number}: pictures, or artwork (.svg). May be repeated.", "FILE",
+        "What to write: an animation (.webp .png .gif .svg, .json for Lottie), or one file for each frame if the "
+        "name contains {number}: pictures, or artwork (.svg). May be repeated.", "FILE",
         default=(), parse=many, required=True, short="-o",
         topic="output",
     )  # fmt: skip

@@ -16,6 +16,7 @@ attributes    attributes and styles that are kept
 references    references, restricted to the drawing itself
 rendering     drawings rendered as pictures
 animation     frames joined into an animated SVG
+lottie        frames joined into a Lottie animation
 rasterize     resvg, in a separate process
 """
 

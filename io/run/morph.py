@@ -34,6 +34,8 @@ from .state import Run, Tell
 from .texture import is_own_picture
 
 NUMBER = "{number}"
+LOTTIE = ".json"
+"""Suffix of Lottie animations."""
 ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
 
 
@@ -124,7 +126,8 @@ def run(
                 paths = [stack.enter_context(files.writing(each, force=job.force)) for each in names[name]]
                 with phases.timed("resample"):
                     if isinstance(output, Artwork) and NUMBER not in name:
-                        begun.note(*_animate_drawing(output, frames, asked.fps, paths[0]))
+                        animate = _animate_lottie if formats.suffix_of(name) == LOTTIE else _animate_drawing
+                        begun.note(*animate(output, frames, asked.fps, paths[0]))
                     elif NUMBER not in name:
                         _animate(frames, asked.fps, paths[0], formats.suffix_of(name))
                     elif isinstance(output, Artwork):
@@ -152,17 +155,16 @@ def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
     """
     suffix = formats.suffix_of(name)
     if NUMBER not in name or asked.target_texture:
-        if suffix == ".svg" and not asked.target_texture:
-            drawn = Artwork(name)
-            drawn.suit(job, False)
-            return drawn
+        if suffix in (".svg", LOTTIE) and NUMBER not in name and not asked.target_texture:
+            Artwork(str(Path(name).with_suffix(".svg"))).suit(job, False)
+            return Artwork(name)
         if suffix not in ANIMATED:
             need = (
-                f"not an animation; use {' '.join(ANIMATED)} .svg, or {NUMBER} in the name to write one "
+                f"not an animation; use {' '.join(ANIMATED)} .svg {LOTTIE}, or {NUMBER} in the name to write one "
                 "file per frame"
             )
             fades = f"--target-texture only works with pictures; use {' '.join(ANIMATED)}"
-            raise InputError(f"{name}: {fades if NUMBER in name or suffix == '.svg' else need}")
+            raise InputError(f"{name}: {fades if NUMBER in name or suffix in ('.svg', LOTTIE) else need}")
         return None
     output = Artwork(name) if suffix == ".svg" else Picture(name)
     output.suit(job, False)
@@ -312,6 +314,18 @@ def _animate_drawing(output: Artwork, frames: Sequence[Frame], fps: float, path:
             [(frame.artwork, each, 1 - frame.share) for frame, each in zip(frames, single)], alike=True
         )
         return animation.write(single, path, fps)
+
+
+def _animate_lottie(output: Artwork, frames: Sequence[Frame], fps: float, path: Path) -> tuple[str, ...]:
+    """Write a Lottie animation of all frames, and return notes."""
+    from ..artwork import lottie
+    from .outputs.artwork import painted_rings
+
+    with files.scratch() as folder:
+        single = [folder / f"{number}.svg" for number in range(len(frames))]
+        output.write_frames([(frame.artwork, each, 1.0) for frame, each in zip(frames, single)])
+        painted = [painted_rings(frame.artwork.fits) for frame in frames]
+        return lottie.write(single, path, fps, painted if all(painted) else ())
 
 
 def _animate(frames: list[Frame], fps: float, path: Path, suffix: str) -> None:

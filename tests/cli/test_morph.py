@@ -1,6 +1,11 @@
 """`iccm morph` on the command line: frames, animations, drawings, and what is rejected."""
 
+import io
+import json
 import re
+import shutil
+import subprocess
+import tarfile
 from xml.etree import ElementTree
 
 import numpy as np
@@ -204,6 +209,80 @@ def test_what_appears_and_vanishes_fades_in_an_animated_svg(shapes, iccm):
         each for each in ElementTree.fromstring(text).iter() if each.get("attributeName") == "fill-opacity"
     ]
     assert [each.get("values") for each in faded] == ["1;0.5;0.001"] and "mask=" in text
+
+
+def test_a_lottie_animation_has_the_paths_and_paints_of_the_frames(shapes, iccm):
+    (shapes / "bend.svg").write_text(SVG.format(BEND.replace("<g ", '<g opacity="0.4" ')))
+    (shapes / "disc.svg").write_text(SVG.format(DISC))
+    done = iccm(
+        "morph", "bend.svg", "disc.svg", "--frames", "3", "--fps", "4", "-o", "m.json", "-o", "m-{number}.svg"
+    )
+    assert done.code == 0, done.err
+    found = json.loads((shapes / "m.json").read_text())
+    assert (found["fr"], found["ip"], found["op"], found["w"], found["h"]) == (4, 0, 3, 512, 512)
+    (layer,) = found["layers"]
+    ring, bend = layer["shapes"]  # the first is on top
+    assert [each["ty"] for each in ring["it"]] == ["sh", "st", "tr"] and ring["it"][-1]["o"]["k"] == 40
+    assert [each["ty"] for each in bend["it"]] == ["sh", "fl", "tr"]
+    assert bend["it"][1]["c"]["k"] == pytest.approx([0, 128 / 255, 128 / 255, 1], abs=1e-3)
+    assert len(ring["it"][1]["w"]["k"]) == 3
+    for number, key in enumerate(bend["it"][0]["ks"]["k"], start=1):
+        (shown,) = key["s"]
+        vertices = np.array(shown["v"]) / 5.12
+        frame = reader.read(shapes / f"m-{number}.svg")
+        away = shapely.distance(shapely.points(vertices), frame.painted.boundary)
+        assert key["t"] == number - 1 and shown["c"] and away.max() < 0.1
+        assert len(shown["v"]) == len(shown["i"]) == len(shown["o"]) > 4
+
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    not (CHROMIUM and shutil.which("npm")), reason="NO TEST OF LOTTIE: needs Chromium and npm"
+)
+def test_lottie_web_shows_the_frames(shapes, iccm):
+    """lottie-web, fetched from npm, plays an animation in which a part fades."""
+    import resvg_py
+
+    try:
+        subprocess.run(["npm", "pack", "lottie-web@5.13.0"], check=True, timeout=60, capture_output=True)
+    except (OSError, subprocess.SubprocessError) as error:
+        pytest.skip(f"NO TEST OF LOTTIE: lottie-web cannot be fetched from npm ({error})")
+    with tarfile.open("lottie-web-5.13.0.tgz") as package:
+        player = package.extractfile("package/build/player/lottie.min.js").read().decode()
+    (shapes / "bars.svg").write_text(SVG.format(BARS.format('fill="red"')))
+    (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
+    asked = ("--frames", "3", "--fps", "2", "-o", "m.json", "-o", "m-{number}.svg")
+    assert iccm("morph", "bars.svg", "panes.svg", *asked).code == 0
+    blocks = "".join(f'<div id="d{k}" style="width:200px;height:200px;float:left"></div>' for k in range(3))
+    show = (
+        "for (let k = 0; k < 3; k++) lottie.loadAnimation({container: document.getElementById('d' + k), "
+        "renderer: 'svg', autoplay: false, animationData: JSON.parse(JSON.stringify(data))}).goToAndStop(k, true)"
+    )
+    data = (shapes / "m.json").read_text()
+    scripts = f"<script>{player}</script><script>const data={data};{show}</script>"
+    page = f"<body style='margin:0;background:#fff'>{blocks}{scripts}"
+    (shapes / "page.html").write_text(page)
+    command = [
+        CHROMIUM,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--hide-scrollbars",
+        "--screenshot=shot.png",
+    ]
+    subprocess.run(
+        [*command, "--window-size=600,200", "page.html"], check=True, timeout=100, capture_output=True
+    )
+    shot = pixels("shot.png")[..., :3].astype(int)
+    assert shot.shape == (200, 600, 3)
+    for k in range(3):
+        drawn = resvg_py.svg_to_bytes(svg_path=f"m-{k + 1}.svg", width=200, height=200, background="white")
+        wanted = np.asarray(Image.open(io.BytesIO(bytes(drawn))).convert("RGB"), int)
+        away = np.abs(shot[:, 200 * k : 200 * (k + 1)] - wanted)
+        assert wanted.std() > 30 and away.mean() < 4 and np.quantile(away, 0.95) < 30
 
 
 @pytest.mark.parametrize(
