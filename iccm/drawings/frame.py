@@ -148,6 +148,8 @@ def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
     # Gaps may be so narrow that they have no area, but each has a boundary on both sides.
     less = shapely.length(nearby) - shapely.length(filled)
     closed = filled[less > 0]
+    invalid = ~shapely.is_valid(closed)  # GEOS's offsets may leave holes that touch their outline
+    closed[invalid] = shapely.make_valid(closed[invalid])
     if np.dot(shares, np.maximum(less, 0)) < HAIRLINE_LENGTH_SHARE * size:
         return painted
     return shapely.make_valid(shapely.simplify(unite([painted, *closed]), SLIVER_WIDTH_SHARE * size))

@@ -74,6 +74,17 @@ def test_hairlines_are_filled_and_other_gaps_stay():
     assert close_hairlines(BARS) is BARS and close_hairlines(RING) is RING
 
 
+def test_hairlines_are_filled_where_an_offset_touches_itself():
+    upper = shapely.Polygon([(30.7, -101.3), (34, -99.6), (37.2, -102.7), (37, -108.9), (32, -108)])
+    lower = shapely.Polygon(
+        [(31.69, -109.32), (34.19, -108.42), (36.69, -110.42), (36.99, -116.52), (31.99, -117.22)]
+    )
+    bar = shapely.box(1140.6, 0, 1150.6, 1140.6)
+    closed = close_hairlines(shapely.MultiPolygon([upper, lower, bar]))
+    assert closed.is_valid
+    assert closed.area == pytest.approx(upper.area + lower.area + bar.area, rel=1e-3)
+
+
 @pytest.mark.parametrize("size", [1e-3, 1e4])
 def test_what_counts_as_a_hairline_does_not_depend_on_the_unit(size):
     halves = shapely.union(shapely.box(0, 0, 10, 3), shapely.box(0, 3.002, 10, 7))
