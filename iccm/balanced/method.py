@@ -28,7 +28,7 @@ from .model.mesh_map import MeshMap
 from .model.metric import FieldMetric
 from .model.settings import Settings, Solution, SolveLog
 from .rigid.given import NO_REGIONS, Regions, aims_of, regions_of
-from .rigid.solve import Rigid, keep_rigid
+from .rigid.solve import Rigid, is_rigid_similarity, keep_rigid
 from .search import multilevel
 from .search.final_mesh import excesses
 
@@ -154,13 +154,21 @@ def _with_rigid(
     source, target, holes = curves
     if len(holes.target) > len(holes.source):
         raise InputError("rigid: the target has more holes than the source; set holes to fill or cut")
-    journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + list(regions.notes)
+    notes = list(regions.notes)
     unit = Regions(tuple(tuple(unit_ring(frames[0], ring) for ring in rings) for rings in regions.polygons))
     given = pins.unit(frames)
     problem = multilevel.problem_of(source, target, holes, given, settings)
     aims, said, held = aims_of(unit, given, settings.rigid_size or 1.0)
     free = ~said & (settings.rigid_size is None)
     wanted = Rigid(unit.polygons, aims, ~said & (problem.energy.upright == 0), free, held)
+    if not problem.constrained:
+        same = multilevel.find_similarity(source, target, problem, settings)
+        if same is not None:
+            similar = multilevel.similarity_map(problem._replace(regions=unit.polygons), same, settings)
+            if is_rigid_similarity(similar, wanted):
+                journal.notes += notes
+                return similar
+    journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + notes
     return keep_rigid(problem, state, wanted, settings, journal)
 
 

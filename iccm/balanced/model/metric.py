@@ -36,6 +36,11 @@ IDENTITY = Linear(np.ones(1, np.complex128), np.zeros(1, np.complex128))
 class Metric(Protocol):
     """Linear maps from small triangles of a plane to a surface."""
 
+    @property
+    def keeps_sizes(self) -> bool:
+        """Whether sizes are those of the plane, so that only the weights of distortion differ."""
+        return False
+
     def over(self, z: Complex) -> Linear:
         """Return the linear maps of triangles z (m, 3) to the surface."""
         ...
@@ -120,6 +125,11 @@ class FieldMetric(Metric):
     weight: Field | None
     scale: float = 1.0
     middle: float = 1.0
+
+    @property
+    def keeps_sizes(self) -> bool:
+        """Whether only weights are given."""
+        return self.size is None
 
     @classmethod
     def of(

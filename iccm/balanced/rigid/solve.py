@@ -58,6 +58,7 @@ BEGUN = (
     0.25,
     0.125,
 )  # shares of their sizes from which regions grow, tried in turn; 0 for the map without them
+SAME_SHARE = 1e-6  # of the unit of length and of scales: similarities that differ by less are the same
 # Rounds of steps for the surroundings of regions, after each of which the regions' weight is adapted.
 WEIGHT_ROUNDS = 6
 LARGE_SIZE_SHARE = 0.98  # relative to the requested size: no other place is tried for a region this large
@@ -135,6 +136,16 @@ def keep_rigid(
     best = min(found, key=lambda state: shortfall(state, np.abs(places.factors)))
     journal.energies.append(best.value)
     return best
+
+
+def is_rigid_similarity(map: MeshMap, rigid: Rigid) -> bool:
+    """Return whether a map that is a similarity moves regions as requested, so that it is the map to find."""
+    similar = Similarity.fit(map.z, map.u)
+    aims = rigid.aims_beside(np.full(len(rigid.regions), similar.factor))
+    held = ~np.isnan(rigid.held[:, 0])
+    here, there = rigid.held[held].T
+    off = np.concatenate([np.abs(aims - similar.factor), np.abs(similar(here) - there)])
+    return bool((off <= SAME_SHARE).all())
 
 
 def kept_by(

@@ -214,14 +214,8 @@ def free_map(
     Raises:
         NoMapError: none without folds was found.
     """
-    same = (
-        None
-        if settings.metric or settings.energy.pins
-        else similarity(source, target, turns=settings.turn is None)
-    )
-    if same is not None:
-        problem = problem_of(source, target, holes, UNPINNED, settings)
-        same = similar_with_holes(problem, same)
+    problem = problem_of(source, target, holes, UNPINNED, settings)
+    same = find_similarity(source, target, problem, settings)
     if same is not None:
         journal.notes.append(SIMILAR)
         return similarity_map(problem, same, settings), problem.numbers
@@ -562,6 +556,21 @@ def with_partners(level: Level, matches: list[Match]) -> list[Match]:
     """Return the matches with matches of holes."""
     partners = Partners(*level.domains, level.problem.partners, level.prescribed_match)
     return [partners.of(match) for match in matches]
+
+
+def find_similarity(source: Curve, target: Curve, problem: UnitProblem, settings: Settings) -> Match | None:
+    """Return the correspondence of similar domains, whose similarity has the least energy; None if there is none.
+
+    Args:
+        source: outline of the source, in unit coordinates.
+        target: outline of the target.
+        problem: the problem of both.
+        settings: options of the map.
+    """
+    if (settings.metric and not settings.metric.keeps_sizes) or settings.energy.pins:
+        return None
+    same = similarity(source, target, turns=settings.turn is None)
+    return None if same is None else similar_with_holes(problem, same)
 
 
 def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> MeshMap:

@@ -114,6 +114,18 @@ def test_what_reaches_the_outline_is_kept_off_it():
     assert polygon.area > 0.85
 
 
+def test_a_region_that_touches_the_outline_stays_where_it_is_in_a_similar_shape():
+    comb = np.array(
+        [-2 - 2j, 2 - 2j, 2 + 2j, 1.2 + 2j, 1 - 1j, 0.3 + 1.8j, -0.5 - 1.2j, -1.4 + 1j, -2 + 1.1j]
+    )
+    fit = iccm.fit(SQUARE, 1.5 * SQUARE + 3, rigid=[comb])
+    assert fit.status is Status.REACHED and fit.certificate.share == 1
+    assert np.abs(fit.map(INSIDE) - (1.5 * INSIDE + 3)).max() < 1e-6
+    assert fit.rigid[0].is_rigid and fit.rigid[0].scale == pytest.approx(1)
+    smaller = iccm.fit(SQUARE, SQUARE, rigid=[LETTER], rigid_size=0.8)
+    assert smaller.rigid[0].scale == pytest.approx(0.8, rel=0.02)
+
+
 def test_regions_that_meet_are_one_and_what_they_surround_moves_along():
     boxes = [np.array([0, 1, 1 + 1j, 1j]) + shift for shift in (0, 0.8, -1.5 - 1.5j)]
     found = regions_of(boxes, Curve(SQUARE))
