@@ -72,25 +72,40 @@ def _buckets(first: Index, across: Index, columns: int, rows: int) -> tuple[Inde
     return begin, patch[np.argsort(bucket, kind="stable")]
 
 
-def nearest_segments(w: Complex, start: Complex, end: Complex) -> tuple[Index, Real]:
-    """Return the nearest segment to each point, and the position of the nearest point on it.
+class SegmentGrid:
+    """Segments in a grid of buckets, for fast searches of the nearest one.
 
     Args:
-        w: (p,) points.
-        start: (s,) beginnings of segments.
+        start: (s,) beginnings of the segments.
         end: (s,) their ends.
-
-    Returns:
-        (p,) segments, the first of several equally near ones, and (p,) positions between 0 and 1. Points that
-        are not finite have segment 0.
     """
-    w, start, end = (np.ascontiguousarray(given, np.complex128) for given in (w, start, end))
-    x, y = np.sort([start.real, end.real], axis=0), np.sort([start.imag, end.imag], axis=0)
-    grid = BucketGrid.of(np.stack([x[0], y[0], x[1], y[1]], axis=1))
-    segment, part = np.empty(w.size, np.int64), np.empty(w.size)
-    _nearest_segments(
-        w, w.size, start, end - start,
-        grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches,
-        segment, part,
-    )  # fmt: skip
-    return segment, part
+
+    def __init__(self, start: Complex, end: Complex):
+        start, end = (np.ascontiguousarray(given, np.complex128) for given in (start, end))
+        x, y = np.sort([start.real, end.real], axis=0), np.sort([start.imag, end.imag], axis=0)
+        self.start, self.along = start, end - start
+        self.grid = BucketGrid.of(np.stack([x[0], y[0], x[1], y[1]], axis=1))
+
+    def nearest(self, w: Complex) -> tuple[Index, Real]:
+        """Return the nearest segment to each point, and the position of the nearest point on it.
+
+        Args:
+            w: (p,) points.
+
+        Returns:
+            (p,) segments, the first of several equally near ones, and (p,) positions between 0 and 1. Points that
+            are not finite have segment 0.
+        """
+        w, grid = np.ascontiguousarray(w, np.complex128), self.grid
+        segment, part = np.empty(w.size, np.int64), np.empty(w.size)
+        _nearest_segments(
+            w, w.size, self.start, self.along,
+            grid.low.real, grid.low.imag, grid.size, grid.columns, grid.rows, grid.begin, grid.patches,
+            segment, part,
+        )  # fmt: skip
+        return segment, part
+
+
+def nearest_segments(w: Complex, start: Complex, end: Complex) -> tuple[Index, Real]:
+    """Search once among segments, see `SegmentGrid.nearest`."""
+    return SegmentGrid(start, end).nearest(w)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from shapely.validation import explain_validity
 
 from .arrays import Complex, Real, as_complex, complex_of, xy_of
+from .buckets import SegmentGrid
 from .errors import InputError
 from .plane import bounding_box, distinct, polygon_area
 
@@ -150,12 +151,14 @@ class Curve:
         t = (np.arange(per_edge) + 0.5) / per_edge
         return (self.z[: self.edges.size, None] + self.edges[:, None] * t).ravel()
 
+    @cached_property
+    def edge_grid(self) -> SegmentGrid:
+        """The edges, prepared for searches of the nearest one."""
+        return SegmentGrid(self.z[: self.edges.size], np.roll(self.z, -1)[: self.edges.size])
+
     def closest(self, w: Complex) -> Real:
         """Return (p,) the arclengths of the closest points of the curve to points w (p,)."""
-        from .buckets import nearest_segments
-
-        ends = np.roll(self.z, -1)[: self.edges.size]
-        edge, part = nearest_segments(np.asarray(w), self.z[: self.edges.size], ends)
+        edge, part = self.edge_grid.nearest(np.asarray(w))
         return self.knots[edge] + part * self.lengths[edge]
 
     def nearest(self, w: Complex) -> Complex:
@@ -228,19 +231,24 @@ def _farthest(a: Curve, b: Curve) -> float:
     Branch and bound over pieces of its edges: since the distance to one segment is convex, the distance on a
     piece is at most the larger of the distances of its ends to either end's nearest segment.
     """
-    from .buckets import nearest_segments
-
     heads, steps = b.z[: b.edges.size], b.edges
-    start, end = a.z[: a.edges.size], a.z[: a.edges.size] + a.edges
+    nearest = b.edge_grid.nearest
+    vertex_edges = nearest(a.z)[0]
+    start, end = a.z[: a.edges.size], np.roll(a.z, -1)[: a.edges.size]
+    # the nearest edges to both ends of each piece
+    at_start, at_end = vertex_edges[: a.edges.size], np.roll(vertex_edges, -1)[: a.edges.size]
     found, least = 0.0, max(ROUNDING_SHARE * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
     while start.size:
-        edges = [nearest_segments(z, heads, heads + steps)[0] for z in (start, end)]
-        away = [[_to_segments(z, heads[edge], steps[edge]) for z in (start, end)] for edge in edges]
+        away = [
+            [_to_segments(z, heads[edge], steps[edge]) for z in (start, end)] for edge in (at_start, at_end)
+        ]
         found = max(found, float(away[0][0].max()), float(away[1][1].max()))
         most = np.minimum(np.maximum(*away[0]), np.maximum(*away[1]))
         open_ = (most > found * (1 + HAUSDORFF_ERROR_SHARE) + least) & (np.abs(end - start) > least)
         middle = 0.5 * (start[open_] + end[open_])
+        at_middle = nearest(middle)[0]
         start, end = np.append(start[open_], middle), np.append(middle, end[open_])
+        at_start, at_end = np.append(at_start[open_], at_middle), np.append(at_middle, at_end[open_])
     return found
 
 
