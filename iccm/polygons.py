@@ -88,6 +88,17 @@ def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
     return moved
 
 
+def simplify_each(region: shapely.Geometry, tolerance: float) -> shapely.Geometry:
+    """Simplify a region part by part: GEOS compares every line of a region with all nearby parts.
+
+    Raises
+    ------
+    TimeUp
+        The time limit is exceeded.
+    """
+    return unite(shapely.multipolygons(shapely.simplify(polygons_of(region), tolerance)))
+
+
 def neighbourhoods(region: shapely.Geometry, distance: float) -> Iterator[tuple[shapely.Geometry, float]]:
     """Yield each part of a region together with nearby pieces of other parts, and its share in that.
 
@@ -124,12 +135,14 @@ def _with_others(
     """Yield the result of `neighbourhoods` for `count` parts, given (2, p) pairs of these and of all near parts."""
     order = np.argsort(pairs[0], kind="stable")
     ends = np.cumsum(np.bincount(pairs[0], minlength=count))
+    boxes = shapely.bounds(parts[start : start + count]) + distance * np.array([-1, -1, 1, 1])
     for k, others in enumerate(np.split(pairs[1][order], ends[:-1]), start):
         part = parts[k]
         others = others[others != k]
-        low_x, low_y, high_x, high_y = part.bounds
-        box = low_x - distance, low_y - distance, high_x + distance, high_y + distance
-        near = polygons_of(shapely.clip_by_rect(parts[others], *box)) if others.size else others
+        if not others.size:
+            yield part, 1.0
+            continue
+        near = polygons_of(shapely.clip_by_rect(parts[others], *boxes[k - start].tolist()))
         yield _region(np.array([part, *near], dtype=object)), 0.5 if len(near) else 1.0
 
 

@@ -14,7 +14,16 @@ import shapely
 from ..arrays import Complex, complex_of
 from ..curve import Curve
 from ..errors import InputError
-from ..polygons import Polygons, fill_holes, neighbourhoods, offset, offset_each, polygons_of, unite
+from ..polygons import (
+    Polygons,
+    fill_holes,
+    neighbourhoods,
+    offset,
+    offset_each,
+    polygons_of,
+    simplify_each,
+    unite,
+)
 
 FIRST_RADIUS_SHARE = 0.005
 """Smallest closing radius that is tried, relative to the drawing's size (the square root of its hull's area): about two
@@ -96,7 +105,7 @@ def frames_of(painted: shapely.Geometry) -> list[Frame]:
     if main.area >= MAIN_PART_SHARE * total:
         found.append(Frame(_outline(main), 0.0, 1 - main.area / total))
     filled = fill_holes(painted)  # frames have no holes
-    simple = shapely.simplify(filled, DETAIL_SHARE * size)
+    simple = simplify_each(filled, DETAIL_SHARE * size)
     radius, joined = SINGLE_PART_RADIUS_SHARE * size, None
     if len(parts) > 1:
         radius, joined = _joining_radius(simple, size)
@@ -152,7 +161,7 @@ def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
     closed[invalid] = shapely.make_valid(closed[invalid])
     if np.dot(shares, np.maximum(less, 0)) < HAIRLINE_LENGTH_SHARE * size:
         return painted
-    return shapely.make_valid(shapely.simplify(unite([painted, *closed]), SLIVER_WIDTH_SHARE * size))
+    return shapely.make_valid(simplify_each(unite([painted, *closed]), SLIVER_WIDTH_SHARE * size))
 
 
 def _without_slivers(gaps: shapely.Geometry, size: float) -> shapely.Geometry:

@@ -9,7 +9,7 @@ import shapely
 from ...arrays import Complex, Index, complex_of, xy_of
 from ...curve import polygon_of
 from ...errors import InputError
-from ...plane import cross, distinct_each
+from ...plane import cross, diagonal, distinct_each
 from ...polygons import fill_holes, polygons_of, unite
 from .. import limits
 from . import crossings
@@ -19,6 +19,10 @@ HARMLESS_AREA_SHARE = 1e-3
 SEGMENTS_AT_ONCE, MOST_PAIRS = 1 << 16, 1 << 20
 """Pairs of points and segments tested for crossings at once, and pairs of points and rings whose boxes overlap: a few
 MB of memory."""
+FLAT_SHARE = 1e-13  # height of a ring whose points are collinear up to rounding, relative to its length
+FLAT_AREA_SHARE = 1e-12
+"""Relative to the squared diagonal of a ring's box: more than the area of any flat ring, which lies in a rectangle that
+is twice as long and high as the largest distances from its first point."""
 DRAWN_AREA_SHARE = 1 / 3
 """Of the enclosed area: a drawing that paints less is a line drawing, outlines around empty insides."""
 BODY_AREA_SHARE = 1 / 2
@@ -80,6 +84,10 @@ def outlines(
         raise InputError(
             f"{name}: has {max((r.size for r in rings), default=0)} distinct points; at least 3 are needed"
         )
+    paint = paint or painted
+    if len(whole) == 1 and (alone := _simple(whole[0])):  # most shapes of a drawing
+        paint(whole, rule)  # for the cache
+        return [FilledOutline(name, whole[0], alone.area, notes=notes)], []
     simple: list[Complex] = []
     refused: list[Refused] = []
     for ring, is_flat, polygon in zip(whole, _flat(whole), _polygons_of(whole)):
@@ -96,7 +104,7 @@ def outlines(
             refused.append(
                 (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
             )
-    polygons = (paint or painted)(simple, rule)
+    polygons = paint(simple, rule)
     found = outlines_of(shapely.MultiPolygon(polygons), name, notes)
     if not found and not refused:
         raise InputError(f"{name}: encloses no area")
@@ -123,7 +131,7 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
     if not rings:
         return []
     if len(rings) == 1 and (alone := polygon_of(rings[0])).is_valid:  # most shapes of a drawing
-        return list(polygons_of(alone))
+        return [alone] if alone.area > 0 else []
     faces, winding = _faces(rings)
     inside = winding % 2 != 0 if rule == "evenodd" else winding != 0
     return list(polygons_of(unite(faces[inside])))
@@ -222,6 +230,12 @@ class _Lines:
         return np.add.reduceat(crossed, first)
 
 
+def _simple(ring: Complex) -> shapely.Polygon | None:
+    """Return a ring as a polygon; None if it crosses itself, or its points may be collinear up to rounding."""
+    polygon = polygon_of(ring)
+    return polygon if polygon.is_valid and polygon.area > FLAT_AREA_SHARE * diagonal(ring) ** 2 else None
+
+
 def _polygons_of(rings: Sequence[Complex]) -> np.ndarray:
     """Return rings of three points or more as polygons, all at once: text has thousands of small ones."""
     owner = np.repeat(np.arange(len(rings)), [ring.size for ring in rings])
@@ -238,7 +252,7 @@ def _flat(rings: Sequence[Complex]) -> np.ndarray:
     farthest = np.flatnonzero(away == np.repeat(np.maximum.reduceat(away, starts), sizes))
     far = w[farthest[np.searchsorted(farthest, starts)]]
     off = np.maximum.reduceat(np.abs(cross(np.repeat(far, sizes), w)), starts)
-    return off <= 1e-13 * np.abs(far) ** 2
+    return off <= FLAT_SHARE * np.abs(far) ** 2
 
 
 def _place(polygon: shapely.Polygon) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 import shapely
 
-from ...polygons import fill_holes, polygons_of, unite
+from ...polygons import fill_holes, simplify_each, unite
 from .fill import DRAWN_AREA_SHARE, has_body, with_lines_filled
 from .gaps import bridges
 from .strokes import Fills, Seen, areas, width_of
@@ -78,9 +78,7 @@ def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:
     """Simplify an area with very many vertices, within FLATNESS_SHARE relative to the whole drawing."""
     if shapely.get_num_coordinates(area) <= MANY_VERTICES:
         return area
-    # part by part: GEOS compares every line of a region with all nearby parts
-    parts = shapely.simplify(polygons_of(area), FLATNESS_SHARE * extent)
-    return unite(shapely.multipolygons(parts))
+    return simplify_each(area, FLATNESS_SHARE * extent)
 
 
 def _longer_side(area: shapely.Geometry) -> float:

@@ -8,7 +8,7 @@ from shapely.affinity import affine_transform
 
 from ...arrays import Complex, xy_of
 from ...errors import InputError
-from ...plane import bounding_box, distinct_each
+from ...plane import distinct_each
 from ...polygons import unite
 from .. import limits
 from . import crossings
@@ -85,7 +85,7 @@ def areas(
     """Compute the union of the fills of shapes, and for each stroke the area that fills do not cover.
 
     Args:
-        shapes: shapes with their subpaths in the root's units.
+        shapes: shapes with their subpaths in the root's units; a list if all are flattened already.
         cut: restricts a shape's painted area to what its clip paths and masks show.
         filled: cache of fills computed before.
 
@@ -93,17 +93,18 @@ def areas(
         InputError: a malformed width, or lines that cross too often.
     """
     filled = filled or Fills()
-    seen = list(_bearable(shapes, filled))
+    seen = shapes if isinstance(shapes, list) else list(_bearable(shapes, filled))
     base, rest = _base(seen, filled)
     fills = [base]
     for drawn, runs in rest:
         fills += [cut(drawn, part) for part in filled.of(drawn, runs)]
+    stroked = [(drawn, runs) for drawn, runs in seen if drawn.stroked]
     strokes = [
         (drawn, cut(drawn, painted_by_stroke(drawn, runs)))
-        for drawn, runs in _uncovered(base, seen)
-        if drawn.stroked
+        for drawn, runs in _uncovered(base, stroked, _boxes(stroked))
     ]
-    if rest or strokes:  # the boundaries of one region do not cross
+    # The boundaries of one region do not cross. Those of whole fills consist of lines that `_base` has checked.
+    if strokes or any(drawn.clips for drawn, _ in rest):
         crossings.check(
             [ring for area in (*fills, *(area for _, area in strokes)) for ring in rings_of(area)]
         )
@@ -157,26 +158,28 @@ def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[S
         InputError: lines of the other shapes cross too often.
     """
     shapes = [(drawn, runs) for drawn, runs in seen if drawn.filled and runs]
-    shapes.sort(key=lambda each: -_box(*each).area)
-    base, taken = shapely.Polygon(), set[Node]()
-    for each in [each for each in shapes if not each[0].clips][:LARGEST_FILLS]:
+    boxes = _boxes(shapes)
+    order = np.argsort(-shapely.area(boxes), kind="stable").tolist()
+    base, taken = shapely.Polygon(), set[int]()
+    for k in [k for k in order if not shapes[k][0].clips][:LARGEST_FILLS]:
         try:
             if not base.is_empty:  # one shape's own crossings are counted when it is painted
-                crossings.check([*_closed([each]), *rings_of(base)])
-            base = unite([base, *filled.of(*each)])
+                crossings.check([*_closed([shapes[k]]), *rings_of(base)])
+            base = unite([base, *filled.of(*shapes[k])])
         except crossings.TooMuch:
             continue
-        taken.add(each[0])
-    rest = _uncovered(base, [each for each in shapes if each[0] not in taken])
+        taken.add(k)
+    others = [k for k in order if k not in taken]
+    rest = _uncovered(base, [shapes[k] for k in others], boxes[others])
     if rest:
         crossings.check([*_closed(rest), *rings_of(base)])
     return base, rest
 
 
-def _uncovered(base: shapely.Geometry, shapes: Sequence[Seen]) -> list[Seen]:
+def _uncovered(base: shapely.Geometry, shapes: Sequence[Seen], boxes: np.ndarray) -> list[Seen]:
     """Return the shapes whose bounding boxes an area does not cover."""
     shapely.prepare(base)
-    hidden = shapely.covers(base, np.array([_box(drawn, runs) for drawn, runs in shapes], dtype=object))
+    hidden = shapely.covers(base, boxes)
     return [each for each, covered in zip(shapes, hidden) if not covered]
 
 
@@ -184,14 +187,26 @@ def _closed(shapes: Iterable[Seen]) -> list[Complex]:
     return [np.append(run.z, run.z[:1]) for _, runs in shapes for run in runs if run.z.size]
 
 
-def _box(drawn: Node, runs: Sequence[Subpath]) -> shapely.Polygon:
-    """Return a box that contains everything that a shape paints; empty if it has no points."""
-    if not any(run.z.size for run in runs):
-        return shapely.Polygon()
-    low, high = bounding_box(np.concatenate([run.z for run in runs]))
+def _boxes(shapes: Sequence[Seen]) -> np.ndarray:
+    """Return for each shape a box that contains everything that it paints; empty if it has no points."""
+    found = np.full(len(shapes), shapely.Polygon(), dtype=object)
+    sizes = np.array([sum(run.z.size for run in runs) for _, runs in shapes], dtype=np.intp)
+    some = np.flatnonzero(sizes)
+    if not some.size:
+        return found
+    z = np.concatenate([run.z for _, runs in shapes for run in runs])
+    starts = (np.cumsum(sizes) - sizes)[some]
+    reach = np.array([_reach(shapes[k][0]) for k in some.tolist()])
+    low_x, low_y = (np.minimum.reduceat(axis, starts) - reach for axis in (z.real, z.imag))
+    high_x, high_y = (np.maximum.reduceat(axis, starts) + reach for axis in (z.real, z.imag))
+    found[some] = shapely.box(low_x, low_y, high_x, high_y)
+    return found
+
+
+def _reach(drawn: Node) -> float:
+    """Return the largest distance from a shape's lines up to which its stroke may paint."""
     affine = drawn.affine
-    reach = MITRE_LIMIT * width_of(drawn) / 2 * (abs(affine.alpha) + abs(affine.beta))
-    return shapely.box(low.real - reach, low.imag - reach, high.real + reach, high.imag + reach)
+    return MITRE_LIMIT * width_of(drawn) / 2 * (abs(affine.alpha) + abs(affine.beta))
 
 
 def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:

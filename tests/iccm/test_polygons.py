@@ -6,7 +6,7 @@ import shapely
 
 from iccm import deadline
 from iccm.drawings.frame import HAIRLINE_WIDTH_SHARE, close_hairlines
-from iccm.polygons import fill_holes, neighbourhoods, offset, offset_each, polygons_of, unite
+from iccm.polygons import fill_holes, neighbourhoods, offset, offset_each, polygons_of, simplify_each, unite
 
 RING = shapely.Polygon([(0, 0), (5, 0), (6, 4), (0, 5)], [[(1, 1), (4, 1), (4, 3), (1, 3)]])
 ISLAND = shapely.Polygon([(2, 1.5), (3, 1.5), (2.5, 2.5)])
@@ -92,3 +92,14 @@ def test_a_valid_region_is_returned_as_it_is_and_one_that_overlaps_is_united():
     assert unite(apart).equals_exact(apart) and unite([apart, shapely.Polygon()]).equals_exact(apart)
     overlapping = shapely.MultiPolygon([FAR, shapely.box(20.5, 1, 22, 2)])
     assert unite(overlapping).geom_type == "Polygon" and unite(overlapping).area == 3 + 1
+
+
+def test_parts_are_simplified_like_the_region_and_united_where_they_then_overlap():
+    bump = shapely.Polygon([(0, 0), (4, 0), (4, 3), (2, 3.01), (0, 3)])
+    far = shapely.box(7, 1, 9, 2)
+    simple = simplify_each(shapely.MultiPolygon([bump, far]), 0.05)
+    assert simple.equals(shapely.simplify(shapely.MultiPolygon([bump, far]), 0.05))
+    assert shapely.get_num_coordinates(simple) == 10
+    notch = shapely.Polygon([(5, 0), (5, 3), (4.01, 3), (4.03, 1.5), (4.01, 0)])
+    beak = shapely.Polygon([(0, 0), (4, 0), (4.02, 1.5), (4, 3), (0, 3)])
+    assert simplify_each(shapely.MultiPolygon([beak, notch]), 0.05).is_valid
