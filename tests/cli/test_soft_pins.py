@@ -109,6 +109,7 @@ def sail(folder, name, size):
     return str(file)
 
 
+@pytest.mark.slow
 def test_lengths_of_pins_on_meshes_are_in_their_units(iccm, tmp_path, pair):
     found = []
     for size in (1.0, 40.0):
