@@ -1,8 +1,8 @@
 """Start the final map of a large surface from the map on a coarser triangulation of it.
 
 A Newton step costs in proportion to the triangles, and on the surface's own triangles it takes as many steps as on a
-coarser mesh. So most of the way is gone on a triangulation with an eighth of the vertices; what is left for the steps
-on all triangles is the shape of the smallest ones. See `flattening.coarsening`, which does the same for layouts.
+coarser mesh. So most steps are made on a triangulation with an eighth of the vertices, and those on all triangles only
+adapt the shapes of the smallest ones. See `flattening.coarsening`, which does the same for layouts.
 """
 
 from collections.abc import Callable
