@@ -33,7 +33,14 @@ from .model.frames import frames_of, unit_curve
 from .model.mesh_map import MeshMap
 from .model.mesh_sizes import graded
 from .model.settings import Settings
-from .search.final_mesh import AIMED_LIMITS, FINE_EXACTNESS, MOST_STIFFENED, final_level
+from .search.final_mesh import (
+    FINE_EXACTNESS,
+    LAST_DECREASE_WITH_PINS,
+    MOST_STIFFENED,
+    NARROW_AIM,
+    final_level,
+    with_present_springs,
+)
 from .search.homotopy import satisfy_constraints
 from .search.levels import FINE_POWER, Level, refine
 from .search.multilevel import STEEPEST, energy_of, problem_of
@@ -213,14 +220,18 @@ class Live:
         level = final_level(pair.problem(own_pins, settings, before), settings)
         before = before.inverse() if pair.inverted else before
         state = on_its_mesh(level, before)
-        given, coarse = own_pins, False
-        if state is None:
+        given, coarse, stiffening = own_pins, False, np.empty(0)
+        if state is not None:
+            state, stiffening = with_present_springs(state)
+        else:
             given, patches = pair.checked(pins, strokes, softness)
             settings = pair.with_patches(settings, patches)
             coarse = bool(len(given.outer) or given.strokes)
             state, coarse = pair.carried_anyhow(before, given, settings, coarse=coarse)
         age = STEPS_PER_MESH if given is own_pins else 0
-        live = cls(pair, settings, given, patches, state, _least_area(state), coarse, age)
+        live = cls(
+            pair, settings, given, patches, state, _least_area(state), coarse, age, stiffening=stiffening
+        )
         return live if given is not own_pins else live.moved(pins, strokes, softness, dragged=dragged)
 
     def moved(
@@ -294,7 +305,8 @@ class Live:
             return self
         settings, factors = self.pair.with_patches(self.settings, patches), self.stiffening
         if len(factors) != len(patches.points):
-            factors = np.ones(len(patches.points))
+            known = dict(zip(self.patches.points[:, 0].tolist(), factors.tolist()))
+            factors = np.array([known.get(here, 1.0) for here in patches.points[:, 0].tolist()])
         energy = energy_of(settings, given)
         if energy.pins is not None:
             energy = replace(energy, pins=energy.pins.stiffer(factors))
@@ -307,9 +319,9 @@ class Live:
         pins = self.state.energy.pins
         if pins is None or self.stiffening.size != self.state.energy.pin_count:
             return self
-        missed = pins.misses(self.state.z, self.state.u, self.state.material) / pins.limits
+        missed = pins.misses(self.state.z, self.state.u, self.state.material) / (NARROW_AIM * pins.limits)
         # as in `follow_pins` where they are too soft; where too stiff, slowly, so that they do not swing
-        missed = np.where(missed > 1, (missed / AIMED_LIMITS) ** 2, missed)
+        missed = np.where(missed > 1, missed**2, missed)
         factors = self.stiffening * np.clip(missed, 1 / MOST_STIFFENED, MOST_STIFFENED)
         return replace(self, stiffening=np.maximum(factors, 1))
 
@@ -392,8 +404,15 @@ def _within(state: DiscreteMap) -> DiscreteMap:
     """Return the map after the steps left in the budget, at FINE_POWER and then, if goals are not reached, at 1."""
     for power in (FINE_POWER, 1.0):
         if state.spared > 0 and (power == FINE_POWER or state.miss > 0):
-            state = state.forward(power, state.spared, AT_REST_DECREASE, corners=True)
+            state = state.forward(power, state.spared, _rest_decrease(state), corners=True)
     return state
+
+
+def _rest_decrease(state: DiscreteMap) -> float:
+    """Return the relative decrease of a Newton step below which the map counts as converged: with soft pins that of the
+    final map, which would move visibly otherwise.
+    """
+    return AT_REST_DECREASE if state.energy.pins is None else LAST_DECREASE_WITH_PINS
 
 
 def _relax(state: DiscreteMap) -> DiscreteMap:

@@ -203,6 +203,10 @@ class _Link:
             if session.scene is not message.scene:
                 continue  # the pin was released in the meantime
             way = (message.way,) if isinstance(message, Solve) else ()
+            if isinstance(message, Solve) and not message.way:
+                await self._relax(message)  # so that the picture settles visibly, and does not jump
+                if session.scene is not message.scene:
+                    continue
             shown: Any = await self._done(kind, getattr(session, kind), message.scene, *way)
             if isinstance(shown, dict):
                 shown = MapUpdate("error", False, shown["error"])
@@ -217,10 +221,12 @@ class _Link:
                 self._put("compare", message)
 
     async def _relax(self, message: Follow | Solve) -> None:
-        """Continue and show the coarse map while nothing moves, until it has converged."""
+        """Continue and show the map that followed a drag while nothing moves, until it has converged."""
         session, queue = self._session, self._newest["follow"]
         for _ in range(MOST_RELAXATIONS):
             if not queue.empty() or session.scene is not message.scene:
+                return
+            if not session.has_followed(message.scene):
                 return
             shown: Any = await self._done("follow", session.relax, message.scene)
             if not isinstance(shown, MapUpdate):

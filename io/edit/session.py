@@ -74,6 +74,7 @@ diagonal: a sixth of a pixel of 800."""
 BETTER_STRETCH_RATIO = 1.2
 """How many times the stretch on 95 % of the target a continued map may have compared with the one from scratch, before
 that one replaces it: many drags, each of which is small, may twist a map more than its pins require."""
+REPLACED = "The map from scratch, which is stretched {:.2g} times less, replaces the continued one."
 # a map from scratch with one of these statuses does not replace another map
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 # significant digits of coordinates relative to the shape's size, the same on the page and in files
@@ -127,7 +128,8 @@ class Session:
         self._fit: Fit | None = None
         self._maps: list[TriangulatedMap] = []
         self._live: Live | None = None
-        self._followed = ""
+        self._followed = self._shown_key = ""
+        self._keeps_continued = False
         self._last = (self.first, MapUpdate("error", False, ""))
         self._choices: dict[str, MapChoice] = {}
         if listed.start:
@@ -260,6 +262,8 @@ class Session:
             way: "fresh" for the map from scratch, "kept" for the continued one, if both are known.
         """
         self.scene = scene
+        if way:
+            self._keeps_continued = way == "kept"
         try:
             with one_thread():
                 chosen = self._choices.get(scene.key) or MapChoice(self._start(scene))
@@ -274,7 +278,8 @@ class Session:
         report.
 
         If they look the same, or the map from scratch is stretched much less, it replaces the other: then only pins and
-        strokes have to be saved. Maps of meshes are not compared, because each takes seconds.
+        strokes have to be saved. A user who has returned to a continued map is only offered the other. Maps of meshes
+        are not compared, because each takes seconds.
         """
         if self.source.is_mesh or (self.target and self.target.is_mesh):
             return None
@@ -291,9 +296,10 @@ class Session:
         if same(before.map, solved.maps[0]):  # type: ignore[arg-type]
             return self._settle(scene, solved, MapChoice())
         chosen = replace(chosen, other=True)
-        stretch = solved.fit.distortion.stretch_p95
-        if solved.status.ok and BETTER_STRETCH_RATIO * stretch < before.distortion.stretch_p95:
-            return self._settle(scene, solved, replace(chosen, fresh=True))
+        gain = before.distortion.stretch_p95 / solved.fit.distortion.stretch_p95
+        if solved.status.ok and gain > BETTER_STRETCH_RATIO and not self._keeps_continued:
+            shown = self._settle(scene, solved, replace(chosen, fresh=True))
+            return replace(shown, message=REPLACED.format(gain))
         self._choices[scene.key] = chosen
         return replace(self._last[1], drawn=None, other=chosen.alternative)
 
@@ -453,6 +459,7 @@ class Session:
                 placed = self.core(scene)
                 self._live = live = self._continue(scene, placed, dragged=True)
                 map, self._followed = live.map, scene.key if live.met else ""
+                self._shown_key = scene.key
                 found = MapUpdate("coarse", live.met, "", in_middles(map).report(), {}, self.image_of([map]))
         except InputError as error:
             return refusal(error)
@@ -474,6 +481,10 @@ class Session:
             "the pin to search for another map."
         )
         return replace(found, wrong=wrong, message=message)
+
+    def has_followed(self, scene: Scene) -> bool:
+        """Return whether the map that is shown followed a drag to the pins and strokes of a scene."""
+        return self._live is not None and self._shown_key == scene.key
 
     def relax(self, scene: Scene) -> MapUpdate | None:
         """Return the coarse map after further steps at the same constraints; None once it hardly moves.

@@ -54,6 +54,17 @@ not bring it closer.
 """
 AIMED_LIMITS = 0.95
 """Distance aimed at for soft pins beyond their limit, relative to the limit, so that the rounds end."""
+NARROW_AIM, NARROW_TOLERANCE, NARROW_ROUNDS = 0.99, 0.01, 4
+"""The same for maps that continue from another one, how far from it such pins may end, and the rounds that bring them
+there. The map that follows a drag aims at the same distance, so that it is hardly changed by the last rounds.
+"""
+STIFFEST, SPRING_BISECTIONS = 1e6, 10
+"""Largest factor by which the springs of a saved map may be stiffer, and halvings of its logarithm to find it to 1.4 %.
+"""
+SPRING_POWER, MOST_SPRING_POWER = 2.0, 8.0
+"""How the stiffness of a spring depends on the distance aimed at, as the power of the ratio of distances: before it is
+measured, and the largest power assumed.
+"""
 
 
 def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
@@ -156,13 +167,20 @@ def final_level(
 
 
 def meet_bounds(
-    state: DiscreteMap, settings: Settings, journal: SolveLog, decrease: float | None = None
+    state: DiscreteMap,
+    settings: Settings,
+    journal: SolveLog,
+    decrease: float | None = None,
+    *,
+    springs: Real | None = None,
 ) -> DiscreteMap:
     """Return the converged map with lower worst stretch, and with the requested bounds met.
 
-    See `descend` for `decrease`.
+    See `descend` for `decrease`, and `follow_pins` for `springs`.
     """
-    return meet_bounds_by(lambda state, q: descend(state, q, journal, decrease), state, settings)
+    return meet_bounds_by(
+        lambda state, q: descend(state, q, journal, decrease), state, settings, springs=springs
+    )
 
 
 def meet_bounds_by(
@@ -170,6 +188,8 @@ def meet_bounds_by(
     state: DiscreteMap,
     settings: Settings,
     scale: Callable[[DiscreteMap], float] = lambda state: 1.0,
+    *,
+    springs: Real | None = None,
 ) -> DiscreteMap:
     """Lower the worst stretch of a map, and meet the bounds on its distortion.
 
@@ -183,8 +203,9 @@ def meet_bounds_by(
         state: the map to start from.
         settings: options with the bounds.
         scale: returns the scale of a map, relative to which lengths are measured.
+        springs: see `follow_pins`.
     """
-    state = follow_pins(descent(state, FINE_POWER), lambda state: descent(state, FINE_POWER))
+    state = follow_pins(descent(state, FINE_POWER), lambda state: descent(state, FINE_POWER), springs=springs)
     found, nearest, weights = state, np.inf, np.ones(len(state.faces))
     bound = min(settings.max_dilatation or np.inf, (settings.max_stretch or np.inf) ** 2)
     for _ in progress.counted("last map, bounds", range(BOUND_ROUNDS if settings.bounded else 0)):
@@ -199,12 +220,25 @@ def meet_bounds_by(
     return found
 
 
-def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
+def follow_pins(
+    state: DiscreteMap,
+    descent: Callable[[DiscreteMap], DiscreteMap],
+    *,
+    springs: Real | None = None,
+) -> DiscreteMap:
     """Return the converged map with stiffer springs for soft pins that are beyond their limits.
 
     A spring pulled by a constant force is extended by the force over its stiffness. Since the force grows as
     the pin comes closer, stiffness is raised by the square of the ratio by which the distance is too large. The
     rounds end when the worst pin is blocked.
+
+    Where a pin ends within its limit depends on the rounds before. With `springs`, pins end just within it, wherever
+    the map began.
+
+    Args:
+        state: the map.
+        descent: returns the converged map from another one.
+        springs: (k,) stiffness that pins have before they miss their limits; None to leave pins that are within them.
     """
     before = np.inf
     begun = state.value
@@ -214,11 +248,70 @@ def follow_pins(state: DiscreteMap, descent: Callable[[DiscreteMap], DiscreteMap
             break
         missed = pins.misses(state.z, state.u, state.faces) / pins.limits
         blocked = missed.max() > BLOCKED_MISS * before and state.value > BLOCKED_ENERGY * begun
-        if missed.max() <= 1 or blocked:
+        if missed.max() <= 1:
             break
+        if blocked:
+            return state
         before = missed.max()
         stiffer = pins.stiffer(np.clip((missed / AIMED_LIMITS) ** 2, 1, MOST_STIFFENED))
         state = descent(state.with_energy(replace(state.energy, pins=stiffer)))
+    else:
+        return state
+    return state if springs is None else _narrow(state, springs, descent)
+
+
+def with_present_springs(state: DiscreteMap) -> tuple[DiscreteMap, Real]:
+    """Return a converged map with springs as stiff as they must have been for its soft pins to be where they are, and
+    the factors (k,) by which these are stiffer.
+
+    A map is saved without them. With others, it would move away from there, and not come back to quite the same place.
+    The stiffness is found by bisection: one Newton step moves a pin outwards if its spring is softer, inwards if it is
+    stiffer. No spring becomes softer, and those of pins well within their limits stay as they are.
+    """
+    pins = state.energy.pins
+    if pins is None:
+        return state, np.empty(0)
+    begun = pins.misses(state.z, state.u, state.faces)
+    stiffened = begun > (AIMED_LIMITS - NARROW_TOLERANCE) * pins.limits
+    if not stiffened.any():
+        return state, np.ones(begun.size)
+    low, high = np.zeros(begun.size), np.full(begun.size, np.log(STIFFEST))
+    for _ in range(SPRING_BISECTIONS):
+        middle = np.where(stiffened, (low + high) / 2, 0.0)
+        trial = state.with_energy(replace(state.energy, pins=pins.stiffer(np.exp(middle))))
+        moved = trial.forward(FINE_POWER, 1, 0.0)
+        is_softer = pins.misses(moved.z, moved.u, moved.faces) > begun
+        low, high = np.where(is_softer, middle, low), np.where(is_softer, high, middle)
+    factors = np.where(stiffened, np.exp(low), 1.0)
+    return state.with_energy(replace(state.energy, pins=pins.stiffer(factors))), factors
+
+
+def _narrow(state: DiscreteMap, springs: Real, descent: Callable[[DiscreteMap], DiscreteMap]) -> DiscreteMap:
+    """Return the map with pins of stiffened springs just within their limits, rather than anywhere within them.
+
+    Args:
+        state: the converged map.
+        springs: (k,) the stiffness before any of them was made stiffer.
+        descent: returns the converged map from another one.
+    """
+    powers, before = np.full(springs.size, SPRING_POWER), None
+    for _ in range(NARROW_ROUNDS):
+        pins = state.energy.pins
+        assert pins is not None
+        missed = np.maximum(pins.misses(state.z, state.u, state.faces) / pins.limits, np.finfo(float).tiny)
+        stiffness = pins.springs / springs
+        away = np.where(stiffness > 1, np.abs(missed - NARROW_AIM), np.maximum(missed - NARROW_AIM, 0))
+        if away.max(initial=0.0) <= NARROW_TOLERANCE:
+            break
+        if before is not None:
+            # the secant of both rounds, in logarithms
+            change = np.log(stiffness / before[0]), np.log(before[1] / missed)
+            known = (np.abs(change[0]) > NARROW_TOLERANCE) & (change[0] * change[1] > 0)
+            powers[known] = np.clip((change[0] / np.where(known, change[1], 1))[known], 1, MOST_SPRING_POWER)
+        before = stiffness, missed
+        wanted = np.maximum(stiffness * (missed / NARROW_AIM) ** powers, 1)
+        factors = np.clip(wanted / stiffness, 1 / MOST_STIFFENED, MOST_STIFFENED)
+        state = descent(state.with_energy(replace(state.energy, pins=pins.stiffer(factors))))
     return state
 
 

@@ -35,6 +35,7 @@ from .final_mesh import (
     meet_bounds,
     meets_constraints,
     on_final_mesh,
+    with_present_springs,
 )
 from .hole_partners import Partners
 from .levels import Level, initial_maps
@@ -203,7 +204,11 @@ def solve_from(
         state = kept or warm_start.continue_from(level, start)
     except Stuck:
         raise NoMapError("start: cannot be continued without folds; leave it out") from None
-    return meet_bounds(state, settings, journal, decrease), meets_constraints(problem, state)
+    springs = None if state.energy.pins is None else state.energy.pins.springs
+    if kept is not None:
+        state, _ = with_present_springs(state)
+    state = meet_bounds(state, settings, journal, decrease, springs=springs)
+    return state, meets_constraints(problem, state)
 
 
 def free_map(

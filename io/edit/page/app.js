@@ -5,6 +5,7 @@ import {Comparison} from './compare.js';
 import {listenToControls, showControls} from './controls.js';
 import {button, byId, dialog, input, select} from './dom.js';
 import {Editor} from './editor.js';
+import {Fits} from './fits.js';
 import {showFigures} from './figures.js';
 import {fileName} from './geometry.js';
 import {contentOf, History, showHistory} from './history.js';
@@ -144,6 +145,7 @@ async function open(hello) {
   };
   listenToControls({editor, link, panes, actions});
   listenToLandmarks(editor, link);
+  new Fits(editor);
   listenToKeys({editor, panes, comparison, saving, tools, linked});
   disableControls(hello, panes);
   showNotes(hello.notes);
@@ -166,6 +168,7 @@ function disableControls(hello, panes) {
     else option.disabled = option.value !== 'result' && !drawn;
   }
   document.body.classList.toggle('deforming', hello.deforming);
+  button('fits-show').hidden = hello.source.mesh || hello.target.mesh;
   select('how').disabled = hello.source.mesh || hello.target.mesh || hello.deforming;
   input('any').disabled = hello.deforming;
   button('suggest').disabled = hello.deforming;
@@ -226,6 +229,7 @@ function showMap(message, floats) {
   if (!page) return;
   const {target} = page.panes, failed = message.kind === 'error';
   target.hurry(message.kind === 'coarse');
+  if (editor.replaced && floats) target.fade();
   if (message.outlines?.length) target.reshape(message.outlines);
   if (floats) {
     target.painter.map(floats);
@@ -239,7 +243,7 @@ function showMap(message, floats) {
   if (message.command) byId('command').textContent = message.command;
   const further = {
     fresh: ' A computation from scratch finds another map.',
-    kept: ' This map was computed from scratch.',
+    kept: editor.replaced ? '' : ' This map was computed from scratch.',
   }[message.other ?? ''] ?? '';
   const sentence = failed ? `${message.message}. The last valid map is shown.` : message.message + further;
   report(sentence, !message.ok);

@@ -36,6 +36,8 @@ export class Editor {
   shown = 0;
   /** Whether the converged map is being computed. */
   busy = false;
+  /** Whether the last map took the place of a converged one although nothing had changed. */
+  replaced = false;
   #solved = 0;
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #rest;
@@ -159,6 +161,7 @@ export class Editor {
   receive(message) {
     const wanted = message.kind === 'coarse' ? message.seq >= this.shown : message.seq === this.asked;
     if (!wanted) return false;
+    this.replaced = message.kind === 'full' && this.kind === 'full' && message.seq === this.shown;
     this.shown = message.seq;
     this.kind = message.kind;
     this.wrong = message.wrong;

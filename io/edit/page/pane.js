@@ -18,6 +18,7 @@ const VERTEX_REACH = 4;      // pixels: a pin released this close to a vertex of
 const HURRIED_SHARE = 0.5;   // of the pixels of a side, painted while the map follows without a graphics card
 const ORBIT = 0.008;         // radians by which a mesh rotates per pixel
 const ARM_LENGTH = 34;       // pixels from a pin to the handle that rotates it
+const FADE = 500;            // milliseconds in which one map takes the place of another
 const LOUPE_MARGIN = 8;      // pixels
 const LOUPE_TOP = 36;        // pixels: below the caption
 const LOUPE_AWAY = 40;       // pixels between the loupe and what is dragged
@@ -451,6 +452,19 @@ export class Pane {
       left: left * ratio, bottom: (this.view.height - top - LOUPE_SIDE) * ratio,
       width: LOUPE_SIDE * ratio, height: LOUPE_SIDE * ratio,
     }, {...this.overlay, swipe: null});
+  }
+
+  /** Fade from the picture that is visible to the one that is painted next. */
+  fade() {
+    if (matchMedia('(prefers-reduced-motion: reduce)').matches) return;
+    this.paint();  // the canvas can be copied only right after it was painted
+    const before = document.createElement('canvas');
+    before.width = this.canvas.width;
+    before.height = this.canvas.height;
+    before.setAttribute('aria-hidden', 'true');
+    before.getContext('2d')?.drawImage(this.canvas, 0, 0);
+    this.canvas.after(before);
+    before.animate([{opacity: 1}, {opacity: 0}], FADE).onfinish = () => before.remove();
   }
 
   /** Return the upper left corner of the loupe: on the right, or on the left if it would hide what is dragged. */

@@ -8,10 +8,12 @@ import pytest
 
 import iccm
 from iccm.balanced import fit as balanced
+from iccm.balanced.interactive import Live
 from iccm.balanced.minimise.soft_pins import QUADRATURE, SoftPins, Spring
 from iccm.balanced.model.energy import Energy
+from iccm.balanced.model.settings import Settings
 from iccm.balanced.search import final_mesh
-from iccm.pins import RADIUS_PIN_DISTANCES, RADIUS_SHARE, choose_radii
+from iccm.pins import RADIUS_PIN_DISTANCES, RADIUS_SHARE, Pin, Softness, choose_radii
 from tests import shapes
 
 TURNS = np.exp(2j * np.pi * np.arange(60) / 60)
@@ -429,3 +431,21 @@ class SimpleEnergy:
 )
 def test_springs_are_made_stiffer_until_pins_are_met_or_blocked(misses, values, rounds):
     assert final_mesh.follow_pins(Pulled(misses, values), lambda state: state).rounds == rounds
+
+
+def test_springs_of_a_converged_map_are_found_again():
+    source, target = shapes.pear(), shapes.blob()
+    free = iccm.fit(source, target)
+    inner = np.array([0.2 + 0.1j, -0.3 - 0.2j])
+    pairs = np.column_stack([inner, free.map(inner) - np.array([0.7, 0.0])])
+    softness = Softness.of([Pin(0, 0, tolerance=0.05), Pin(0, 0, tolerance=0.5)])
+    live = Live.of(free, Settings(), pairs, softness=softness)
+    for _ in range(30):
+        live = live.moved(pairs, softness=softness)
+    pins = live.state.energy.pins
+    soft = replace(pins, springs=pins.springs / live.stiffening)
+    bare = live.state.with_energy(replace(live.state.energy, pins=soft))
+    again, factors = final_mesh.with_present_springs(bare)
+    assert live.stiffening[0] > 2 and live.stiffening[1] == 1
+    assert np.abs(np.log(again.energy.pins.springs / pins.springs)).max() < 0.05
+    assert np.array_equal(again.energy.pins.springs, soft.springs * factors)

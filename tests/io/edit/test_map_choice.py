@@ -102,6 +102,52 @@ def test_a_map_from_scratch_that_is_stretched_much_less_takes_the_place_of_the_o
     assert edited.solve(last).ok and np.array_equal(edited._map.image, kept.image)
 
 
+def test_a_user_who_returned_to_the_continued_map_is_only_offered_the_other(dragged, monkeypatch):
+    edited, last, _ = dragged
+    monkeypatch.setattr("iccm.io.edit.session.same", lambda one, other: False)
+    monkeypatch.setattr("iccm.io.edit.session.BETTER_STRETCH_RATIO", 0.1)
+    edited.solve(last)
+    assert edited.compare(last).other == "kept"
+    edited.solve(last, "kept")
+    more = last.model_copy(update={"pins": last.pins[:1]})
+    edited.scene = more
+    edited.follow(more)
+    edited.solve(more)
+    seen = edited._map
+    offered = edited.compare(more)
+    assert (offered.other, offered.drawn) == ("fresh", None) and edited._map is seen
+    edited.solve(more, "fresh")
+    edited.scene = last.model_copy(update={"pins": [*last.pins[:1], *more.pins[1:]], "balance": 1.5})
+    edited.solve(edited.scene)
+    assert edited.compare(edited.scene).other == "kept"
+
+
+def test_a_pin_pulled_beyond_its_tolerance_stays_where_it_was_seen(shapes):
+    """Its spring becomes stiffer during the drag; the solve, and the next drag, have to find the same stiffness."""
+    edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
+    edited.solve(scene())
+    (x, y), *_ = edited.transfer("source", [AT])
+
+    def at(share):
+        pin = {"source": AT, "target": [x, y - 30 * share], "tolerance": 1.5}
+        return Scene.model_validate({"pins": [pin]})
+
+    edited.solve(at(0))
+    for step in range(1, 21):
+        edited.scene = last = at(step / 20)
+        edited.follow(last)
+    while edited.relax(last) is not None:
+        pass
+    seen = edited._map
+    assert edited._live.stiffening.max() > 5
+    assert edited.has_followed(last) and edited.solve(last).ok
+    assert apart(seen, edited._map) < 0.002
+    assert not edited.has_followed(last)
+    seen = edited._map
+    edited.scene = at(0.99)
+    assert edited.follow(edited.scene).ok and apart(seen, edited._map) < 0.01
+
+
 def test_the_map_comes_to_rest_while_the_hand_does(shapes):
     edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
     edited.solve(scene())

@@ -799,7 +799,7 @@ def test_axe_finds_nothing_at_any_width(page, axe):
             assert edited.driver.execute_async_script(FINDINGS) == [], (width, scheme)
     for scheme in ("light", "dark"):
         edited.screen(1, 1400, 700, scheme)
-        for dialog in ("export", "keys", "lasso"):
+        for dialog in ("export", "keys", "lasso", "fits"):
             edited.js(f"document.getElementById('{dialog}').showModal()")
             assert edited.driver.execute_async_script(FINDINGS) == [], (dialog, scheme)
             edited.js(f"document.getElementById('{dialog}').close()")
@@ -1286,6 +1286,19 @@ def test_the_texture_is_a_checkerboard_or_the_drawing_of_the_source(page):
     said, checker = colours("checkerboard")
     assert said == "a checkerboard"
     assert np.abs(own.mean(axis=0) - checker.mean(axis=0)).max() > 10
+
+
+def test_a_fit_is_chosen_by_its_result(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    edited.js("document.getElementById('fits-show').click()")
+    edited.wait("document.querySelectorAll('#fits-shown img').length === 5")
+    assert edited.js("document.querySelector('#fits-shown [aria-pressed=true]').innerText").startswith("auto")
+    sizes = edited.js("[...document.querySelectorAll('#fits-shown img')].map((i) => i.naturalWidth)")
+    assert min(sizes) > 100
+    edited.js("document.querySelectorAll('#fits-shown button')[2].click()")
+    assert edited.settled() == "full" and edited.scene["fit"] == "whole"
+    assert not edited.js("document.getElementById('fits').open")
+    assert edited.js("document.getElementById('how').value") == "whole"
 
 
 def test_a_deformation_shows_only_what_applies_to_it(page):

@@ -126,6 +126,19 @@ test('of maps that come late only those that are still wanted count', () => {
   assert.deepEqual([editor.busy, editor.wrong], [false, {pins: [1]}]);
 });
 
+test('a map that takes the place of a converged one without a change is known as a replacement', () => {
+  const {editor} = begun();
+  editor.solve();
+  editor.receive(mapMessage({kind: 'coarse', seq: 1}));  // as the map settles after a drag
+  editor.receive(mapMessage({kind: 'full', seq: 1}));
+  assert.equal(editor.replaced, false);
+  editor.receive(mapMessage({kind: 'full', seq: 1, other: 'kept'}));
+  assert.equal(editor.replaced, true);
+  editor.solve();
+  editor.receive(mapMessage({kind: 'full', seq: 2}));
+  assert.equal(editor.replaced, false);
+});
+
 test('what is held still is solved for after a while, also where the map has not followed', () => {
   mock.timers.enable({apis: ['setTimeout']});
   const {editor, said} = begun();
