@@ -1292,10 +1292,14 @@ def test_a_fit_is_chosen_by_its_result(page):
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
     edited.js("document.getElementById('fits-show').click()")
     edited.wait("document.querySelectorAll('#fits-shown img').length === 5")
-    assert edited.js("document.querySelector('#fits-shown [aria-pressed=true]').innerText").startswith("auto")
+    pressed = edited.js(
+        "[...document.querySelectorAll('#fits-shown button')].map((b) => b.getAttribute('aria-pressed'))"
+    )
+    fits = edited.js("[...document.getElementById('how').options].map((option) => option.value)")
+    assert pressed == [str(fit == "auto").lower() for fit in fits]
     sizes = edited.js("[...document.querySelectorAll('#fits-shown img')].map((i) => i.naturalWidth)")
     assert min(sizes) > 100
-    edited.js("document.querySelectorAll('#fits-shown button')[2].click()")
+    edited.js("document.querySelectorAll('#fits-shown button')[arguments[0]].click()", fits.index("whole"))
     assert edited.settled() == "full" and edited.scene["fit"] == "whole"
     assert not edited.js("document.getElementById('fits').open")
     assert edited.js("document.getElementById('how').value") == "whole"
