@@ -61,6 +61,8 @@ there. The map that follows a drag aims at the same distance, so that it is hard
 STIFFEST, SPRING_BISECTIONS = 1e6, 10
 """Largest factor by which the springs of a saved map may be stiffer, and halvings of its logarithm to find it to 1.4 %.
 """
+MOST_PRESENT_LIMITS = 1.1
+"""Distance of a pin from its place, relative to its limit, beyond which it is not held there by a stiffer spring."""
 SPRING_POWER, MOST_SPRING_POWER = 2.0, 8.0
 """How the stiffness of a spring depends on the distance aimed at, as the power of the ratio of distances: before it is
 measured, and the largest power assumed.
@@ -266,13 +268,15 @@ def with_present_springs(state: DiscreteMap) -> tuple[DiscreteMap, Real]:
 
     A map is saved without them. With others, it would move away from there, and not come back to quite the same place.
     The stiffness is found by bisection: one Newton step moves a pin outwards if its spring is softer, inwards if it is
-    stiffer. No spring becomes softer, and those of pins well within their limits stay as they are.
+    stiffer. No spring becomes softer. Those of pins well within their limits stay as they are, and so do those of pins
+    far beyond, which were blocked, or have moved since.
     """
     pins = state.energy.pins
     if pins is None:
         return state, np.empty(0)
     begun = pins.misses(state.z, state.u, state.faces)
-    stiffened = begun > (AIMED_LIMITS - NARROW_TOLERANCE) * pins.limits
+    missed = begun / pins.limits
+    stiffened = (missed > AIMED_LIMITS - NARROW_TOLERANCE) & (missed < MOST_PRESENT_LIMITS)
     if not stiffened.any():
         return state, np.ones(begun.size)
     low, high = np.zeros(begun.size), np.full(begun.size, np.log(STIFFEST))
