@@ -44,7 +44,8 @@ def session(source, target=None):
     ("pair", "wanted"),
     [
         (("bars.svg", "panes.svg"), scene()),
-        (("dots.svg", "squares.svg"), scene()),  # parts mapped separately
+        # parts mapped separately
+        pytest.param(("dots.svg", "squares.svg"), scene(), marks=pytest.mark.slow),
         (("bars.svg", "blob.svg"), scene(fit="frame")),
         (("bars.svg", "panes.svg"), scene(GAP)),
         (("square.svg", "bars.svg"), scene(fit="contain")),

@@ -99,7 +99,8 @@ COMB = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
 
 
 @pytest.mark.parametrize(
-    ("width", "target", "noted"), [(2, "comb", True), (2, "plate", False), (14, "comb", False)]
+    ("width", "target", "noted"),
+    [(2, "comb", True), (2, "plate", False), pytest.param(14, "comb", False, marks=pytest.mark.slow)],
 )
 def test_a_note_says_where_a_thin_target_shows_pieces_of_lines(iccm, files, width, target, noted):
     Path("arrows.svg").write_text(ARROWS.format(width=width))
