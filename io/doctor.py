@@ -34,6 +34,7 @@ EXTRAS = {
     "edit": "iccm edit",
     "heic": "pictures in HEIC",
     "imagej": "points from ImageJ",
+    "itk": "displacement fields as .nrrd, .mha and .nii",
     "meshopt": "glTF files compressed by meshopt",
 }
 """Purpose of each extra."""
