@@ -93,7 +93,7 @@ def targets(module: str, package: bool, node: ast.AST, modules=FILES) -> set[str
 
 def imports(module: str) -> set[str]:
     path = FILES[module]
-    tree = ast.parse(path.read_text())
+    tree = ast.parse(path.read_text(encoding="utf-8"))
     found = (targets(module, path.name == "__init__.py", node) for node in ast.walk(tree))
     return set().union(*found) - {module}
 
@@ -175,7 +175,9 @@ def listed(docstring: str) -> list[str]:
 def test_every_folder_lists_what_is_in_it(folder):
     names = {name for name in FILES if name and name.rpartition(".")[0] == folder}
     there = {name.rpartition(".")[2] + "/" * (name in FOLDERS) for name in names}
-    assert sorted(listed(ast.get_docstring(ast.parse(FILES[folder].read_text())))) == sorted(there)
+    assert sorted(listed(ast.get_docstring(ast.parse(FILES[folder].read_text(encoding="utf-8"))))) == sorted(
+        there
+    )
 
 
 @pytest.mark.parametrize(

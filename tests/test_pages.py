@@ -103,7 +103,7 @@ def test_the_link_check_of_the_site_finds_what_is_broken(tmp_path):
 
 
 def test_every_page_is_in_the_site():
-    listed = re.findall(r"[\w/.-]+\.md", (ROOT / "mkdocs.yml").read_text())
+    listed = re.findall(r"[\w/.-]+\.md", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
     assert sorted(listed) == sorted(path.relative_to(ROOT / "docs").as_posix() for path in PAGES[4:])
 
 
@@ -172,7 +172,7 @@ def test_every_command_and_option_shown_exists():
 
 
 def test_the_readme_is_one_screen():
-    assert len((ROOT / "README.md").read_text().splitlines()) <= 130
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 130
 
 
 def test_pictures_that_need_care_on_dark_pages_are_marked(tmp_path):
@@ -232,7 +232,9 @@ def test_every_option_of_a_job_has_a_topic_of_help():
 
 
 def test_tests_that_a_page_names_exist():
-    page = (ROOT / "docs" / "developers" / "other-programs.md").read_text()
+    page = (ROOT / "docs" / "developers" / "other-programs.md").read_text(encoding="utf-8")
     named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page)
     assert len(named) >= 40
-    assert [name for file, name in named if f"\ndef {name}(" not in (ROOT / file).read_text()] == []
+    assert [
+        name for file, name in named if f"\ndef {name}(" not in (ROOT / file).read_text(encoding="utf-8")
+    ] == []
