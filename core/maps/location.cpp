@@ -39,7 +39,7 @@ struct Start {
 };
 
 // The start with each parameter at least -OUTSIDE, rescaled to the sum 1.
-Start clamped(const Complex &, const Complex &, double l1, double l2) {
+Start clamped(double l1, double l2) {
     constexpr double OUTSIDE = 0.05;  // barycentric: how far outside a step may start
     double l0 = max(1 - l1 - l2, -OUTSIDE);
     l1 = max(l1, -OUTSIDE), l2 = max(l2, -OUTSIDE);
@@ -74,7 +74,7 @@ bool descend(const Complex *c, Complex z, Place &place, StartAt start_at) {
     constexpr double SMALL_STEP = 1e-8;  // the error after a step is about its square
     Complex u = c[1] - c[0], v = c[2] - c[0], r0 = z - c[0];
     for (int step = 0; step < MAX_STEPS; ++step) {
-        Start start = start_at(u, v, place.l1, place.l2);
+        Start start = start_at(place.l1, place.l2);
         double l1 = start.l1, l2 = start.l2, l0 = 1 - l1 - l2;
         Complex r = r0 - (l1 * u + l2 * v + bulge_at(c, l0, l1, l2));
         Tangents to = tangents(c, u, v, l0, l1, l2);
@@ -86,12 +86,20 @@ bool descend(const Complex *c, Complex z, Place &place, StartAt start_at) {
     return false;
 }
 
+// Whether a patch bulges by more than the width of its triangle, which has the sides u and v and twice the given area.
+bool is_bent_by_its_width(const Complex *c, Complex u, Complex v, double area) {
+    auto squared = [](Complex a) { return dot(a, a); };
+    double longest = max(max(squared(u), squared(v)), squared(v - u));
+    double bulge = max(max(squared(c[3]), squared(c[4])), squared(c[5]));
+    return bulge * longest > area * area;
+}
+
 // The parameters of point z on a patch: Newton's method from the solution for the straight triangle, which is the
 // result if the patch is straight.
 //
-// If a thin patch is bent by many times its width, the quadratic has a second solution outside; steps therefore start
-// close to the triangle. If the method converges with neither way to start, the point is outside and its distance is
-// infinite.
+// Steps start close to the triangle, because the quadratic can have a second solution outside. If the patch is bent by
+// more than its width, clamping can miss a point inside, and the method is repeated with projected starts. If it does
+// not converge, the point is outside, and its distance is infinite.
 Place locate(const Complex *c, Complex z) {
     Complex u = c[1] - c[0], v = c[2] - c[0], r0 = z - c[0];
     double area = cross(u, v);
@@ -99,10 +107,12 @@ Place locate(const Complex *c, Complex z) {
     Place place = straight;
     const Complex zero = {0, 0};
     if (c[3] != zero || c[4] != zero || c[5] != zero) {
-        if (!descend(c, z, place, clamped)) {
+        bool found = descend(c, z, place, [](double l1, double l2) { return clamped(l1, l2); });
+        if (!found && is_bent_by_its_width(c, u, v, area)) {
             place = straight;
-            if (!descend(c, z, place, projected)) return {place.l1, place.l2, INFINITY};
+            found = descend(c, z, place, [&](double l1, double l2) { return projected(u, v, l1, l2); });
         }
+        if (!found) return {place.l1, place.l2, INFINITY};
     }
     double l1 = place.l1, l2 = place.l2;
     place.away = max(max(-(1 - l1 - l2) / size(v - u), -l1 / size(v)), -l2 / size(u)) * fabs(area);

@@ -40,9 +40,10 @@ def _bucket(x, size):
 def solve(c, z):
     """Return the parameters L_1 and L_2 of a point on a patch (6,), and its distance outside, in units of the plane.
 
-    Uses Newton's method from the straight triangle's solution. If a thin patch is bent by many times its width, the
-    quadratic has a second solution outside, so steps start within BESIDE of the triangle; if they do not converge, each
-    starts at the closest point of the triangle. If these do not either, the point is outside at infinite distance.
+    Uses Newton's method from the straight triangle's solution. The quadratic can have a second solution outside, so
+    steps start within BESIDE of the triangle. If they do not converge, and the patch is bent by more than its width,
+    each step starts at the closest point of the triangle. If it does not converge either, the point is outside at
+    infinite distance.
     """
     u, v, r0 = c[1] - c[0], c[2] - c[0], z - c[0]
     area = u.real * v.imag - u.imag * v.real
@@ -51,7 +52,8 @@ def solve(c, z):
     if c[3] != 0 or c[4] != 0 or c[5] != 0:
         straight = l1, l2
         l1, l2, converged = _descend(c, u, v, r0, straight, lambda l1, l2: _pulled_in(l1, l2))
-        if not converged:
+        width = abs(area) / max(abs(u), abs(v), abs(v - u))
+        if not converged and max(abs(c[3]), abs(c[4]), abs(c[5])) > width:
             l1, l2, converged = _descend(c, u, v, r0, straight, lambda l1, l2: _projected(u, v, l1, l2))
         if not converged:
             return l1, l2, np.inf
