@@ -152,13 +152,13 @@ class Curve:
         return (self.z[: self.edges.size, None] + self.edges[:, None] * t).ravel()
 
     @cached_property
-    def edge_grid(self) -> SegmentGrid:
+    def _edge_grid(self) -> SegmentGrid:
         """The edges, prepared for searches of the nearest one."""
         return SegmentGrid(self.z[: self.edges.size], np.roll(self.z, -1)[: self.edges.size])
 
     def closest(self, w: Complex) -> Real:
         """Return (p,) the arclengths of the closest points of the curve to points w (p,)."""
-        edge, part = self.edge_grid.nearest(np.asarray(w))
+        edge, part = self._edge_grid.nearest(np.asarray(w))
         return self.knots[edge] + part * self.lengths[edge]
 
     def nearest(self, w: Complex) -> Complex:
@@ -232,7 +232,7 @@ def _farthest(a: Curve, b: Curve) -> float:
     piece is at most the larger of the distances of its ends to either end's nearest segment.
     """
     heads, steps = b.z[: b.edges.size], b.edges
-    nearest = b.edge_grid.nearest
+    nearest = b._edge_grid.nearest
     vertex_edges = nearest(a.z)[0]
     start, end = a.z[: a.edges.size], np.roll(a.z, -1)[: a.edges.size]
     # the nearest edges to both ends of each piece

@@ -321,15 +321,20 @@ def _write_itk(output: str, away: Real, grid: Grid, force: bool) -> None:
 
 
 def is_field(path: str) -> bool:
-    """Return whether a file is a field other than an STMap: one of ITK, arrays for `remap`, or pixel vectors."""
+    """Return whether a file is a field other than an STMap: one of ITK, arrays for `remap`, or pixel vectors.
+
+    Raises:
+        InputError: an archive of arrays is missing, or not a plain file.
+    """
     if is_itk(path):
         return True
     if formats.suffix_of(path) == ".npz":
-        try:
-            with zipfile.ZipFile(path) as archive:
-                return {"map_x.npy", "map_y.npy"} <= set(archive.namelist())
-        except (OSError, zipfile.BadZipFile):
-            return False
+        with files.opened(path) as file:
+            try:
+                with zipfile.ZipFile(file) as archive:
+                    return {"map_x.npy", "map_y.npy"} <= set(archive.namelist())
+            except (OSError, zipfile.BadZipFile):
+                return False
     from .pictures import image_files
 
     return formats.of(path).stmap and image_files.description(path) == _SAID
