@@ -11,6 +11,7 @@ import pytest
 from iccm import InputError
 from iccm.io import formats
 from iccm.io.meshes import mesh_files
+from iccm.io.pictures import pillow
 
 HUGE = 60_000
 
@@ -77,6 +78,43 @@ def test_what_is_not_a_plain_file_is_refused_in_one_line(shapes, iccm, kind, suf
     typed = iccm(*COMMANDS[suffix].format(path.name).split())
     assert typed.code == 2 and len(typed.lines) == 1 and path.name in typed.err
     assert not list(shapes.glob("o.*"))
+
+
+EPS = b"""%!PS-Adobe-3.0 EPSF-3.0
+%%BoundingBox: 0 0 40 30
+%%EndComments
+showpage
+%%EOF
+"""
+
+
+@pytest.mark.parametrize("name", ["odd.png", "odd.jpg", "odd.tif", "odd.webp"])
+@pytest.mark.parametrize("command", ["map blob.svg square.svg --texture {}", "map {} blob.svg", "info {}"])
+def test_a_picture_that_holds_postscript_starts_no_interpreter(shapes, iccm, monkeypatch, name, command):
+    from PIL import EpsImagePlugin
+
+    started = []
+    monkeypatch.setattr(EpsImagePlugin, "Ghostscript", lambda *given, **named: started.append(given))
+    (shapes / name).write_bytes(EPS)
+    typed = iccm(*command.format(name).split())
+    assert typed.code == 2 and len(typed.lines) == 1 and name in typed.err
+    assert not started
+
+
+@pytest.mark.parametrize("as_bytes", [False, True])
+def test_pillow_opens_no_postscript(tmp_path, monkeypatch, as_bytes):
+    from PIL import EpsImagePlugin
+
+    started = []
+    monkeypatch.setattr(EpsImagePlugin, "Ghostscript", lambda *given, **named: started.append(given))
+    path = tmp_path / "odd.png"
+    path.write_bytes(EPS)
+    with (
+        pytest.raises(InputError, match="odd"),
+        pillow.opened(EPS if as_bytes else path, path.name) as picture,
+    ):
+        picture.load()
+    assert not started
 
 
 def test_a_huge_picture_is_refused_by_its_header(shapes, iccm):
