@@ -65,14 +65,14 @@ def command(maps: tuple[str, ...], input: str, output: str, **given: Any) -> int
 def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) -> list[str]:
     """Carry a file through saved maps. Returns the names of the files that were written."""
     from ..io import formats
-    from ..io.apply import Saved, carry_geometry, read_chain
+    from ..io.apply import carry_geometry, in_one, inverse_chain, read_chain
     from ..io.geometry.document import READERS
-    from ..io.options import INVERSE_MARK
 
     if other := [name for name in maps if not formats.of(name).map]:
         raise InputError(f"{other[0]}: only saved maps (.npz) can be chained; apply other maps one at a time")
-    name, inverse = formats.suffix_of(input), given["inverse"]
-    steps = read_chain(maps, inverse=inverse)
+    name = formats.suffix_of(input)
+    chain = inverse_chain(maps) if given["inverse"] else maps
+    steps = read_chain(chain)
     own = {key: given[key] for key in ("columns", "max_line_error", "unmapped", "report")}
     if name in READERS:
         counts = carry_geometry(steps, input, output, force=given["force"], tell=logs.log.warning, **own)
@@ -91,15 +91,7 @@ def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) 
     threads = job.pop("threads", None)
     as_drawing = name in (".svg", ".svgz") and output != "-" and formats.of(output).drawing
     job |= {"output": [output]} | ({"source": input} if as_drawing else {"texture": input})
-    saved = steps[0]
-    if len(steps) > 1:
-        from ..io.compose import compose
-
-        flipped = [
-            name.removeprefix(INVERSE_MARK) if name.startswith(INVERSE_MARK) else INVERSE_MARK + name
-            for name in maps
-        ]
-        saved = Saved.composed(steps, *compose(flipped[::-1] if inverse else maps))
+    saved = in_one(chain, steps)
     saved.carry(job, threads=threads, tell=logs.log.warning)
     return [output] if output != "-" else []
 

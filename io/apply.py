@@ -104,13 +104,6 @@ class Saved:
         near = about.near * about.image_diagonal if about is fit.map else 0.0
         return Saved(self.name, swapped, (target, source), job, fit.inverse, near)
 
-    @classmethod
-    def composed(cls, steps: Sequence[Saved], fit: Fit, planes: tuple[Plane, Plane]) -> Saved:
-        """Return a chain of maps as one map, given their composition."""
-        map = triangulated(fit.map)
-        job = steps[-1].job | {"method": "balanced"}
-        return cls(steps[0].name, fit, planes, job, lambda z: map.jet(z)[0], map.near * map.diagonal)
-
     @property
     def shapes(self) -> tuple[Shape, Shape]:
         """Return source and target as shapes; for a deformation both are the source."""
@@ -200,22 +193,31 @@ class Saved:
         return Images(points, lines, polygons, name=into.name), carrier.counts
 
 
-def read_chain(names: Sequence[str], *, inverse: bool = False) -> list[Saved]:
+def inverse_chain(names: Sequence[str]) -> list[str]:
+    """Return the names of the inverses of maps that are applied one after another, in the opposite order.
+
+    >>> inverse_chain(["a.npz", "~b.npz"])
+    ['b.npz', '~a.npz']
+    """
+    return [
+        name.removeprefix(INVERSE_MARK) if name.startswith(INVERSE_MARK) else INVERSE_MARK + name
+        for name in reversed(names)
+    ]
+
+
+def read_chain(names: Sequence[str]) -> list[Saved]:
     """Read maps that are applied one after another; `~` before a name is the inverse of a map.
 
     Args:
         names: of files, the map that is applied first first.
-        inverse: whether to invert the chain: the last map is then inverted and applied first.
 
     Raises:
         InputError: a file does not contain a valid map, or a map does not begin on the shape on which the one before
             ends.
     """
     steps = [
-        Saved.read(name.removeprefix(INVERSE_MARK), inverse=name.startswith(INVERSE_MARK) != inverse)
-        for name in names
+        Saved.read(name.removeprefix(INVERSE_MARK), inverse=name.startswith(INVERSE_MARK)) for name in names
     ]
-    steps = steps[::-1] if inverse else steps
     for before, after in pairwise(steps):
         ends, begins = before._painted[1], after._painted[0]
         apart = shapely.symmetric_difference(ends, begins).area / ends.area
@@ -225,6 +227,26 @@ def read_chain(names: Sequence[str], *, inverse: bool = False) -> list[Saved]:
                 "same file, and put ~ before a map to use its inverse"
             )
     return steps
+
+
+def in_one(names: Sequence[str], steps: Sequence[Saved]) -> Saved:
+    """Return maps that are applied one after another as one map: their composition, if there are several.
+
+    Args:
+        names: of the maps, as for `read_chain`.
+        steps: what it returned.
+
+    Raises:
+        InputError: the maps cannot be composed.
+    """
+    from .compose import compose
+
+    if len(steps) == 1:
+        return steps[0]
+    fit, planes = compose(names)
+    map = triangulated(fit.map)
+    job = steps[-1].job | {"method": "balanced"}
+    return Saved(steps[0].name, fit, planes, job, lambda z: map.jet(z)[0], map.near * map.diagonal)
 
 
 def carry_geometry(

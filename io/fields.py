@@ -27,17 +27,16 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Real
 from ..errors import InputError
+from ..saved.archive import Archive, opened
 from . import files, formats, limits
-from .apply import Saved, read_chain
-from .compose import compose
+from .apply import Saved, in_one, read_chain
+from .options import INVERSE_MARK
 
 ITK_SUFFIXES = (".nrrd", ".mha", ".nii", ".nii.gz")
 STMAP, PIXELS = "stmap", "pixels"
 OUTSIDE_PIXEL = -10.0
 """Value of `map_x` and `map_y` where there is no source: beyond the border of any picture, for every filter of
 OpenCV."""
-MOST_BYTES = 1 << 30
-"""Of arrays for `remap` when they are unpacked: three of 9000 by 9000 pixels."""
 WHOLE_UNIT_SHARE = 1e-6  # by which the side of a canvas may differ from a whole number of units
 PROPORTIONS_PIXELS = 1.0  # by which a fixed picture may be too high or too wide for the target's canvas
 _SAID = "Pixel vectors to the source: R = pixels to the right, G = pixels upwards; A = coverage"
@@ -148,9 +147,8 @@ def write(
     if fixed and size:
         raise InputError("--size: cannot be combined with --fixed, whose size the field has")
     read = [name for name in (fixed, moving) if name]
-    files.check_outputs([output], [*(name.lstrip("~") for name in names), *read], force=force)
-    steps = read_chain(names)
-    saved = steps[0] if len(steps) == 1 else Saved.composed(steps, *compose(names))
+    files.check_outputs([output], [*(name.removeprefix(INVERSE_MARK) for name in names), *read], force=force)
+    saved = in_one(names, read_chain(names))
     of_source, of_target = saved.planes
     to = _grid(fixed, of_target.box, "--fixed", size)
     st = _sampled(saved, to.size, tell)
@@ -357,18 +355,14 @@ def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:
         place = Grid.pixels(*size).pixels_at(grid.physical(grid.indices) + away)
         return st_of(place, size)
     if formats.suffix_of(path) == ".npz":
-        files.open_input(path)
-        try:
-            with zipfile.ZipFile(path) as archive:
-                if sum(each.file_size for each in archive.infolist()) > MOST_BYTES:
-                    raise InputError(f"{path}: unpacks to more than {MOST_BYTES} bytes, which is the limit")
-            with np.load(path, allow_pickle=False) as held:
-                x, y = (np.asarray(held[name], float) for name in ("map_x", "map_y"))
-                mask = np.asarray(held["mask"], float) if "mask" in held.files else np.ones(x.shape)
-        except InputError:
-            raise
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile):
-            raise InputError(f"{path}: the arrays map_x and map_y cannot be read") from None
+        with opened(
+            files.open_input(path),
+            other="a damaged archive of arrays",
+            damaged="the arrays map_x and map_y cannot be read",
+        ) as archive:
+            held = Archive(archive)
+            x, y = (np.asarray(held.member(name), float) for name in ("map_x", "map_y"))
+            mask = np.asarray(held.member("mask"), float) if "mask" in held else np.ones(x.shape)
         if x.ndim != 2 or not x.shape == y.shape == mask.shape:
             raise InputError(f"{path}: map_x and map_y are not two arrays (h, w) of the same size")
         known = np.isfinite(x) & np.isfinite(y) & (x > OUTSIDE_PIXEL)

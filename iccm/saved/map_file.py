@@ -1,40 +1,30 @@
 """Map files: archives of NumPy arrays (.npz), described in docs/reference/map-file.md.
 
-Files are not trusted: nothing is unpickled, the size of an array is compared with that of its file before memory is
-allocated, and every value that the map relies on is validated.
+Files are not trusted (`saved.archive`): every value that the map relies on is validated.
 """
 
 import json
-import math
-import zipfile
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, BinaryIO, TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
-from numpy.lib import format as npy
 
 from ..arrays import Box, Complex, Index
 from ..curve import Curve
-from ..errors import InputError, naming
+from ..errors import InputError
 from ..maps.approximation import AnyMap
 from ..maps.harmonic import HarmonicMap
 from ..maps.triangulated.adjacency import edges_of
 from ..maps.triangulated.injectivity import unfit
 from ..maps.triangulated.map import TriangulatedMap
 from ..plane import bounding_box, triangle_areas
+from .archive import Archive, opened
 
 FORMAT = "iccm.map/1"
-MOST_BYTES = 1 << 30
-"""Limit on the uncompressed size of an archive; maps have about 100 bytes per vertex."""
 MOST_COORDINATE = 1e100
 """Largest number in an array, so that products of a few of them are finite."""
-COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""Compression methods that NumPy writes."""
-HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
-"""Functions that read an array's header, by the version of NumPy's format."""
 ARRAYS = {"pins": ("complex128", 2, 2), "hole_partners": ("int32", 2, 2)}
 RINGS = (
     *("stroke_sources", "stroke_targets", "source_holes", "target_holes"),
@@ -144,41 +134,16 @@ def read(path: str | PathLike) -> MapFile:
     Raises:
         InputError: the file is missing, has another format or version, or does not contain a valid map.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(entry.file_size for entry in archive.infolist())
-            if size > MOST_BYTES:
-                raise InputError(f"contains {size} bytes, more than the limit of {MOST_BYTES}")
-            return _Archive(archive).map_file()
-    except OSError as error:
-        raise InputError(f"{path}: cannot read this file: {error.strerror or error}") from error
-    except zipfile.BadZipFile as error:
-        raise InputError(
-            f"{path}: not a saved map (not an archive of arrays); iccm map -o map.npz writes one"
-        ) from error
-    except (
-        ValueError,
-        KeyError,
-        EOFError,
-        TypeError,
-        NotImplementedError,
-        RuntimeError,
-        zlib.error,
-    ) as error:
-        reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        raise InputError(f"{path}: damaged or invalid map: {reason}") from error
+    with opened(
+        path,
+        other="not a saved map (not an archive of arrays); iccm map -o map.npz writes one",
+        damaged="damaged or invalid map",
+    ) as archive:
+        return _Archive(archive).map_file()
 
 
-class _Archive:
-    """The arrays of an archive, read and validated on demand."""
-
-    def __init__(self, archive: zipfile.ZipFile):
-        self.archive = archive
-        self.names = set(archive.namelist())
-
-    def __contains__(self, name: str) -> bool:
-        """Return whether there is an array of this name."""
-        return f"{name}.npy" in self.names
+class _Archive(Archive):
+    """The arrays of a map, validated on demand."""
 
     def map_file(self) -> MapFile:
         format = self.text("format")
@@ -311,52 +276,6 @@ class _Archive:
         text = str(found)
         text.encode()  # refuse lone surrogates, which cannot be printed or written
         return text
-
-    def member(self, name: str) -> Any:
-        """Return an array as it is stored, after checking that its size is that of its file."""
-        if name not in self:
-            raise InputError(f"{name}: missing")
-        entry = self.archive.getinfo(f"{name}.npy")
-        if entry.compress_type not in COMPRESSIONS:
-            raise InputError(f"{name}: unsupported compression")
-        with self.archive.open(entry) as file, naming(name):
-            return _read_array(file, entry.file_size)
-
-
-def _read_array(file: Any, size: int) -> Any:
-    """Read an array from a file of `size` bytes in NumPy's format (NEP 1), whose header must match this size.
-
-    Raises:
-        InputError: it does not match, or the array contains Python objects.
-    """
-    counted = _Counted(file)
-    try:
-        shape, by_columns, dtype = HEADERS[npy.read_magic(counted)](counted)
-    except Exception as error:  # whatever exception NumPy's header parser raises, the file is at fault
-        raise InputError("not an array in NumPy's format 1.0 or 2.0") from error
-    if dtype.hasobject or not dtype.itemsize or min(shape, default=0) < 0:
-        raise InputError("contains Python objects, or values without a size")
-    left, claimed = size - counted.count, math.prod(shape) * dtype.itemsize
-    if claimed != left:
-        raise InputError(f"its header promises {claimed} bytes, but {left} follow")
-    data = file.read(left)
-    if len(data) != left:
-        raise EOFError("truncated")
-    array = np.frombuffer(data, dtype).copy()  # frombuffer returns a read-only array
-    return array.reshape(shape[::-1]).T if by_columns else array.reshape(shape)
-
-
-class _Counted:
-    """A file that counts the bytes read from it."""
-
-    def __init__(self, file: BinaryIO):
-        self.file, self.count = file, 0
-
-    def read(self, size: int = -1) -> bytes:
-        """Read from the file."""
-        data = self.file.read(size)
-        self.count += len(data)
-        return data
 
 
 def _are(values: Any, *types: type) -> TypeGuard[list[Any]]:

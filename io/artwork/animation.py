@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from ...errors import InputError
 from ..svg import css
-from ..svg.document import local, root
+from ..svg.document import root
 from . import attributes
 from .element import SVG
 
@@ -39,14 +39,12 @@ def write(frames: Sequence[Path], path: Path, fps: float) -> tuple[str, ...]:
         InputError: the elements of the frames differ.
     """
     tops = [root(frame.read_bytes()) for frame in frames]
-    seconds = f"{max(len(frames) - 1, 1) / fps:.9g}s"
-    still = 0
-    for elements in zip(*(list(top.iter()) for top in tops), strict=False):
-        still += _animate(elements, seconds)
-    if len({sum(1 for _ in top.iter() if local(_) != "animate") for top in tops}) > 1:
+    if len({tuple(element.tag for element in top.iter()) for top in tops}) > 1:
         raise InputError(
             "the frames have different elements; write a file per frame, with {number} in its name"
         )
+    seconds = f"{max(len(frames) - 1, 1) / fps:.9g}s"
+    still = sum(_animate(elements, seconds) for elements in zip(*(list(top.iter()) for top in tops)))
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)
     ElementTree.ElementTree(tops[0]).write(path, encoding="utf-8", xml_declaration=True)
@@ -54,17 +52,8 @@ def write(frames: Sequence[Path], path: Path, fps: float) -> tuple[str, ...]:
 
 
 def _animate(elements: Sequence[Element], seconds: str) -> int:
-    """Animate what differs between an element's forms in all frames, and return how many attributes do not move.
-
-    Raises:
-        InputError: the elements have different tags.
-    """
-    first = elements[0]
-    if len({element.tag for element in elements}) > 1:
-        raise InputError(
-            "the frames have different elements; write a file per frame, with {number} in its name"
-        )
-    still, added = 0, []
+    """Animate what differs between an element's forms in all frames, and return how many attributes do not move."""
+    still = 0
     names = dict.fromkeys(chain.from_iterable(element.attrib for element in elements))
     styles = [css.declarations(element.get("style", "")) for element in elements]
     values = {name: [element.get(name, "") for element in elements] for name in names if name != "style"}
@@ -80,9 +69,7 @@ def _animate(elements: Sequence[Element], seconds: str) -> int:
         moving["repeatCount"] = "indefinite"
         if not _continuous(name, over_time):
             moving["calcMode"] = "discrete"
-        added.append(moving)
-    for moving in added:
-        SubElement(first, f"{SVG}animate", moving)
+        SubElement(elements[0], f"{SVG}animate", moving)
     return still
 
 

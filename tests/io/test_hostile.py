@@ -2,10 +2,14 @@
 
 import json
 import struct
+import zipfile
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.lib import format as npy
+from PIL import Image
 
 import iccm as core
 from iccm.io.pictures import image_files
@@ -202,3 +206,17 @@ def test_positions_at_the_end_of_single_precision_are_baked(sheet, iccm):
     Path("near.obj").write_bytes(fuzz.SHEET.replace(b"mtllib m.mtl\n", b""))
     typed = iccm("relayout", "far.glb", "near.obj", "-o", "o.obj")
     assert typed.code in (0, 1, 2) and "internal" not in typed.err, typed.err
+
+
+@pytest.mark.parametrize("shape", [(10**9, 10**3), (2**40, 2**40), (-1, 4), (3, 5)])
+def test_arrays_for_remap_whose_headers_are_wrong_are_refused(tmp_path, monkeypatch, iccm, shape):
+    monkeypatch.chdir(tmp_path)
+    header = BytesIO()
+    npy.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    with zipfile.ZipFile("remap.npz", "w") as archive:
+        for name in ("map_x", "map_y"):
+            archive.writestr(f"{name}.npy", header.getvalue() + bytes(64))
+    Image.new("RGB", (7, 4)).save("a.png")
+    typed = iccm("apply", "remap.npz", "a.png", "-o", "o.png")
+    assert typed.code == 2 and len(typed.lines) == 1 and "remap.npz" in typed.err
+    assert not Path("o.png").exists()

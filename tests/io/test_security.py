@@ -88,13 +88,19 @@ showpage
 """
 
 
-@pytest.mark.parametrize("name", ["odd.png", "odd.jpg", "odd.tif", "odd.webp"])
-@pytest.mark.parametrize("command", ["map blob.svg square.svg --texture {}", "map {} blob.svg", "info {}"])
-def test_a_picture_that_holds_postscript_starts_no_interpreter(shapes, iccm, monkeypatch, name, command):
+@pytest.fixture
+def started(monkeypatch):
+    """The calls of Pillow's interpreter of PostScript, which do nothing."""
     from PIL import EpsImagePlugin
 
-    started = []
-    monkeypatch.setattr(EpsImagePlugin, "Ghostscript", lambda *given, **named: started.append(given))
+    calls = []
+    monkeypatch.setattr(EpsImagePlugin, "Ghostscript", lambda *given, **named: calls.append(given))
+    return calls
+
+
+@pytest.mark.parametrize("name", ["odd.png", "odd.jpg", "odd.tif", "odd.webp"])
+@pytest.mark.parametrize("command", ["map blob.svg square.svg --texture {}", "map {} blob.svg", "info {}"])
+def test_a_picture_that_holds_postscript_starts_no_interpreter(shapes, iccm, started, name, command):
     (shapes / name).write_bytes(EPS)
     typed = iccm(*command.format(name).split())
     assert typed.code == 2 and len(typed.lines) == 1 and name in typed.err
@@ -102,11 +108,7 @@ def test_a_picture_that_holds_postscript_starts_no_interpreter(shapes, iccm, mon
 
 
 @pytest.mark.parametrize("as_bytes", [False, True])
-def test_pillow_opens_no_postscript(tmp_path, monkeypatch, as_bytes):
-    from PIL import EpsImagePlugin
-
-    started = []
-    monkeypatch.setattr(EpsImagePlugin, "Ghostscript", lambda *given, **named: started.append(given))
+def test_pillow_opens_no_postscript(tmp_path, started, as_bytes):
     path = tmp_path / "odd.png"
     path.write_bytes(EPS)
     with (

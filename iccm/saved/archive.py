@@ -1,0 +1,118 @@
+"""Archives of NumPy arrays (.npz) that are not trusted.
+
+Nothing is unpickled, and the size of an array is compared with that of its file before memory is allocated.
+"""
+
+import math
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from os import PathLike
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.lib import format as npy
+
+from ..errors import InputError, naming
+
+MOST_BYTES = 1 << 30
+"""Limit on the uncompressed size of an archive: maps have about 100 bytes per vertex, fields 24 per pixel."""
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""Compression methods that NumPy writes."""
+HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+"""Functions that read an array's header, by the version of NumPy's format."""
+
+
+@contextmanager
+def opened(path: str | PathLike, *, other: str, damaged: str) -> Iterator[zipfile.ZipFile]:
+    """Yield an archive, opened for the block.
+
+    Args:
+        path: the file.
+        other: end of the message if it is not an archive.
+        damaged: beginning of the message for an error in the block, such as of a damaged array.
+
+    Raises:
+        InputError: the file is missing, is not an archive, or unpacks to more than MOST_BYTES; or there was an error in
+            the block.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+            if size > MOST_BYTES:
+                raise InputError(f"contains {size} bytes, more than the limit of {MOST_BYTES}")
+            yield archive
+    except OSError as error:
+        raise InputError(f"{path}: cannot read this file: {error.strerror or error}") from error
+    except zipfile.BadZipFile as error:
+        raise InputError(f"{path}: {other}") from error
+    except (
+        ValueError,
+        KeyError,
+        EOFError,
+        TypeError,
+        NotImplementedError,
+        RuntimeError,
+        zlib.error,
+    ) as error:
+        reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+        raise InputError(f"{path}: {damaged}: {reason}") from error
+
+
+class Archive:
+    """The arrays of an archive, read on demand."""
+
+    def __init__(self, archive: zipfile.ZipFile):
+        self.archive = archive
+        self.names = set(archive.namelist())
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether there is an array of this name."""
+        return f"{name}.npy" in self.names
+
+    def member(self, name: str) -> Any:
+        """Return an array as it is stored, after checking that its size is that of its file."""
+        if name not in self:
+            raise InputError(f"{name}: missing")
+        entry = self.archive.getinfo(f"{name}.npy")
+        if entry.compress_type not in COMPRESSIONS:
+            raise InputError(f"{name}: unsupported compression")
+        with self.archive.open(entry) as file, naming(name):
+            return _read_array(file, entry.file_size)
+
+
+def _read_array(file: Any, size: int) -> Any:
+    """Read an array from a file of `size` bytes in NumPy's format (NEP 1), whose header must match this size.
+
+    Raises:
+        InputError: it does not match, or the array contains Python objects.
+    """
+    counted = _Counted(file)
+    try:
+        shape, by_columns, dtype = HEADERS[npy.read_magic(counted)](counted)
+    except Exception as error:  # whatever exception NumPy's header parser raises, the file is at fault
+        raise InputError("not an array in NumPy's format 1.0 or 2.0") from error
+    if dtype.hasobject or not dtype.itemsize or min(shape, default=0) < 0:
+        raise InputError("contains Python objects, or values without a size")
+    left, claimed = size - counted.count, math.prod(shape) * dtype.itemsize
+    if claimed != left:
+        raise InputError(f"its header promises {claimed} bytes, but {left} follow")
+    data = file.read(left)
+    if len(data) != left:
+        raise EOFError("truncated")
+    array = np.frombuffer(data, dtype).copy()  # frombuffer returns a read-only array
+    return array.reshape(shape[::-1]).T if by_columns else array.reshape(shape)
+
+
+class _Counted:
+    """A file that counts the bytes read from it."""
+
+    def __init__(self, file: BinaryIO):
+        self.file, self.count = file, 0
+
+    def read(self, size: int = -1) -> bytes:
+        """Read from the file."""
+        data = self.file.read(size)
+        self.count += len(data)
+        return data
