@@ -39,7 +39,7 @@ OUTSIDE_PIXEL = -10.0
 OpenCV."""
 WHOLE_UNIT_SHARE = 1e-6  # by which the side of a canvas may differ from a whole number of units
 PROPORTIONS_PIXELS = 1.0  # by which a fixed picture may be too high or too wide for the target's canvas
-_SAID = "Pixel vectors to the source: R = pixels to the right, G = pixels upwards; A = coverage"
+_DESCRIPTION = "Pixel vectors to the source: R = pixels to the right, G = pixels upwards; A = coverage"
 _NEEDED = "displacement fields need the package SimpleITK: pip install 'iccm[itk]'"
 
 
@@ -169,7 +169,7 @@ def write(
         away = place - to.indices
         away[~covered] = 0
         flat = np.dstack([away[..., 0], -away[..., 1], np.zeros(away.shape[:2]), st[..., 3]])
-        return _write_picture(output, flat.astype(np.float32), force, _SAID)
+        return _write_picture(output, flat.astype(np.float32), force, _DESCRIPTION)
     away = at.physical(place) - to.physical(to.indices)
     # at pixels whose centres lie outside, an STMap has the nearest place inside, not a place that continues the map
     inside = st[..., 3] >= min(0.5, st[..., 3].max())
@@ -250,17 +250,23 @@ def _extended(away: Real, inside: NDArray) -> Real:
     return found
 
 
-def _write_picture(output: str, pixels: NDArray[np.float32], force: bool, said: str = "") -> tuple[int, int]:
-    """Write an STMap, or with `said`, the description of its channels, other values; return its size."""
+def _write_picture(
+    output: str, pixels: NDArray[np.float32], force: bool, description: str = ""
+) -> tuple[int, int]:
+    """Write an STMap, or with the `description` of its channels, other values; return its size."""
     from .pictures import image_files, stmap_files
 
     height, width = pixels.shape[:2]
     with files.writing(output, force=force) as path:
-        if not said:
+        if not description:
             stmap_files.write_whole(path, pixels)
         else:
             like = image_files.Image(
-                np.zeros((1, 1, 4), np.float32), 3, True, "data", {"ImageDescription": ("string", said)}
+                np.zeros((1, 1, 4), np.float32),
+                3,
+                True,
+                "data",
+                {"ImageDescription": ("string", description)},
             )
             image_files.write_bands(path, like, height, width, [pixels])
     return width, height
@@ -335,7 +341,7 @@ def is_field(path: str) -> bool:
                 return False
     from .pictures import image_files
 
-    return formats.of(path).stmap and image_files.description(path) == _SAID
+    return formats.of(path).stmap and image_files.description(path) == _DESCRIPTION
 
 
 def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:

@@ -445,9 +445,9 @@ def description(path: str | Path) -> str:
     if file is None:
         oiio.geterror()
         return ""
-    said = str(file.spec().getattribute("ImageDescription") or "")
+    text = str(file.spec().getattribute("ImageDescription") or "")
     file.close()
-    return said
+    return text
 
 
 def _copy(pixels: NDArray, out: NDArray, room: Memory) -> NDArray:
