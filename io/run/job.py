@@ -246,6 +246,8 @@ class Job(Textured, JobOptions):
             if getattr(self, f"{given}_landmarks") and not getattr(self, f"{missing}_landmarks"):
                 option = f"--{missing}-landmarks"
                 raise JobError([(f"{given}_landmarks", f"needs {option}, the same points on the {missing}")])
+        if self.padding_fill != self.defaults()["padding_fill"] and not self.padding:
+            raise JobError([("padding_fill", "only works with --padding")])
         if self.texture == CHECKER and not os.path.isfile(CHECKER):
             vars(self).update({"texture": None, "checkered": True})
         self._give_a_picture_each()

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...arrays import Box, Complex
+from ...errors import InputError
 from ...memory import Memory
 from ...parallel import beside, thread_count
 from ...pixels.texture import Wrapped
@@ -107,6 +108,8 @@ class Run:
         run.note(*notes)
         if not job.several:
             run.constraints, run.called = constrain(job, run.source, run.target, inputs.listed)
+            if job.rigid_size is not None and run.constraints.keys().isdisjoint({"rigid", "rigid_target"}):
+                raise InputError("--rigid-size: only works with rigid regions, see --rigid")
             if job.target and run.target.rigid and not job.rigid_target:
                 text = (
                     "elements named rigid in the target are ignored; mark regions in the source, or "

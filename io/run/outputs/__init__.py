@@ -83,6 +83,11 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
             )
     if placed and not any(output.shows or output.name == run.job.stmap for output in outputs):
         raise InputError(f"{placed[0]}: has no effect, because none of the outputs shows a texture")
+    if not any(output.is_mesh for output in outputs):
+        for name in ("carry_maps", "subdivide_rim"):
+            if getattr(run.job, name):
+                option = f"--{name.replace('_', '-')}"
+                raise InputError(f"{option}: only works when a mesh is written, such as -o out.glb")
     _check_others(run, [name for output in outputs for name in output.beside(run)])
     run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
     run.note(*about(run.pairs, keep=run.job.holes != "fill", mapped=run.job.holed))

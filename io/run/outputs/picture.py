@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -91,46 +91,35 @@ class Picture(Output):
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """Write rows as they are computed, or with --padding the whole picture at once."""
-        if not run.job.padding:
-            return self._stream(run, path)
-        image, found = self._padded(run)
-        with run.phases.timed("write"):
-            image_files.write(path, image)
-        return found
-
-    def _warp(self, run: Run) -> Warp:
         canvas, error = run.canvas_of(self.tile), run.job.max_pixel_error
-        return Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
-
-    def _padded(self, run: Run) -> tuple[Image, OutputReport]:
-        """Return the picture with its colours extended beyond the outline, which needs the whole picture in memory."""
-        job, canvas = run.job, run.canvas
-        with run.phases.timed("resample"):
-            work = self._warp(run)
-            each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
-            run.room.threads(1, each, PADDED)
-            warped = whole(work, threads=run.threads)
-            image = unassociate(run.image.with_pixels(warped.pixels, warped.alpha))
-            image = replace(
-                image, pixels=padded(image.pixels, image.alpha, job.padding or 0, job.padding_fill)
-            )
+        work = Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
         colours = Colours()
-        colours.see(warped.pixels, warped.alpha)
-        return image, _report_pixels(run, colours, warped.diagnostics, canvas)
-
-    def _stream(self, run: Run, path: Path) -> OutputReport:
-        """Write the picture while it is computed, with only some rows in memory."""
-
-        def blocks() -> Iterator[NDArray]:
-            for block in work.blocks(run.threads):
-                colours.see(block, work.alpha)
-                yield run.image.with_pixels(block, work.alpha).pixels
-
         with run.phases.timed("resample"):
-            work, colours = self._warp(run), Colours()
-            like = replace(run.image, alpha=work.alpha)
-            image_files.write_bands(path, like, run.canvas.height, run.canvas.width, blocks())
-        return _report_pixels(run, colours, work.diagnostics, run.canvas)
+            if run.job.padding:
+                image = self._padded(run, work, colours)
+                rows: Iterable[NDArray] = [image.pixels]
+            else:
+                image = replace(run.image, alpha=work.alpha)
+                rows = self._rows(run, work, colours)
+            image_files.write_bands(path, image, canvas.height, canvas.width, rows)
+        return _report_pixels(run, colours, work.diagnostics, canvas)
+
+    def _rows(self, run: Run, work: Warp, colours: Colours) -> Iterator[NDArray]:
+        """Yield blocks of rows while they are computed, with only some of them in memory."""
+        for block in work.blocks(run.threads):
+            colours.see(block, work.alpha)
+            yield run.image.with_pixels(block, work.alpha).pixels
+
+    def _padded(self, run: Run, work: Warp, colours: Colours) -> Image:
+        """Return the picture with its colours extended beyond the outline, which needs the whole picture in memory."""
+        canvas = work.canvas
+        each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
+        run.room.threads(1, each, PADDED)
+        warped = whole(work, threads=run.threads)
+        colours.see(warped.pixels, warped.alpha)
+        image = unassociate(run.image.with_pixels(warped.pixels, warped.alpha))
+        extended = padded(image.pixels, image.alpha, run.job.padding or 0, run.job.padding_fill)
+        return replace(image, pixels=extended)
 
 
 def displayed(run: Run, canvas: Canvas) -> NDArray:

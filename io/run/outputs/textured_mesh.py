@@ -28,7 +28,7 @@ from .output import Output
 class TexturedMesh(Output):
     """A mesh with new texture coordinates."""
 
-    shows = True
+    shows, is_mesh = True, True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """Require a mesh as target, and a suffix that can hold texture coordinates."""

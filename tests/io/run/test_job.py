@@ -48,6 +48,7 @@ def test_a_pin_may_be_written_in_three_ways(pin):
         ({"vertices": 2}, "--vertices", "2 is not between 3 and 4000"),
         ({"method": "magic"}, "--method", "conformal"),
         ({"colour": 1}, "--colour", "unknown key"),
+        ({"padding_fill": "nearest"}, "--padding-fill", "--padding"),
         ({"output": ["-"], "report": "-"}, "only one output", "only one output"),
         ({"texture": "a.png", "normal": "n.png", "output": ["o.png"]}, "2 textures but 1 picture: ", "-o"),
     ],
@@ -153,6 +154,9 @@ def test_no_picture_by_default_when_something_else_is_asked_for():
         ({"output": ["o.png", "./o.png"]}, "two outputs"),
         ({"output": ["there.png"]}, "--force"),
         ({"output": ["a.svg"], "force": True}, "also an input"),
+        ({"output": ["o.png"], "rigid_size": 0.7}, "--rigid-size: .* --rigid"),
+        ({"output": ["o.png"], "subdivide_rim": True}, "--subdivide-rim: .* mesh"),
+        ({"output": ["o.npz"], "carry_maps": True}, "--carry-maps: .* mesh"),
     ],
 )
 def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options, what):
