@@ -126,3 +126,12 @@ def test_far_from_the_origin_refinement_ends_as_it_does_there():
     far = HarmonicMap(p + 1e6, near.phi - 1e6j, 0 * p)
     faces = [len(triangulated(map).faces) for map in (near, far)]
     assert faces[1] == pytest.approx(faces[0], rel=0.05)
+
+
+@pytest.mark.parametrize("factor", [0.01, 100])
+def test_the_size_of_the_target_does_not_change_the_mesh(factor):
+    p = pear()
+    analytic, conjugate = np.exp(0.3 * p), 0.02 * p.conj()
+    mesh = triangulated(HarmonicMap(p, analytic, conjugate))
+    resized = triangulated(HarmonicMap(p, factor * analytic, factor * conjugate))
+    np.testing.assert_array_equal(resized.faces, mesh.faces)
