@@ -140,17 +140,26 @@ struct Patches {
     const Complex (*control)[6];
     const double (*boxes)[4];  // least x and y, greatest x and y
     BucketGrid grid;           // of the boxes
+
+    bool may_contain(Index t, Complex z) const {
+        const double *box = boxes[t];
+        return box[0] <= z.re && z.re <= box[2] && box[1] <= z.im && z.im <= box[3];
+    }
 };
 
-// The patch that contains a point to within `rounding`, the best of several; -1 for none.
-Index patch_at(const Patches &patches, Complex z, double rounding, Place &place) {
+// The patch that contains a point to within `rounding`, the best of several; -1 for none. The patch `near` (-1 for none)
+// is tried first: if the point is clearly inside, no other contains it.
+Index patch_at(const Patches &patches, Complex z, double rounding, Index near, Place &place) {
+    if (near >= 0 && patches.may_contain(near, z)) {
+        place = locate(patches.control[near], z);
+        if (place.away < -rounding) return near;
+    }
     Index bucket = patches.grid.bucket_at(z), patch = -1;
     if (bucket < 0) return -1;
     place.away = rounding;
     for (Index k = patches.grid.begin[bucket]; k < patches.grid.begin[bucket + 1]; k++) {
         Index t = patches.grid.boxes[k];
-        const double *box = patches.boxes[t];
-        if (!(box[0] <= z.re && z.re <= box[2] && box[1] <= z.im && z.im <= box[3])) continue;
+        if (!patches.may_contain(t, z)) continue;
         Place found = locate(patches.control[t], z);
         if (!(found.away <= place.away)) continue;
         patch = t, place = found;
@@ -205,6 +214,8 @@ ICCM_EXPORT int64_t iccm_maps_solve_patch(const Complex *patch, double x, double
 
 // Find the patches that contain points, and the parameters there. Returns 0.
 //
+// Points in a row are often on the same patch, as along a curve or a row of pixels, so the last patch is tried first.
+//
 //   control     (m, 6) corners and bulges of the patches
 //   boxes       (m, 4) least x and y, greatest x and y of each
 //   low_x       x of the lower left corner of the bucket grid of these boxes
@@ -225,10 +236,12 @@ ICCM_EXPORT int64_t iccm_maps_locate(const Complex *control, const double *boxes
                                      int64_t *patch, double *place) {
     const Patches patches = {
         rows<6>(control), rows<4>(boxes), {{low_x, low_y}, size, columns, rows_count, begin, touching}};
+    Index near = -1;
     for (Index i = 0; i < p; i++) {
         Place found;
-        Index t = patch_at(patches, points[i], rounding, found);
+        Index t = patch_at(patches, points[i], rounding, near, found);
         if (t < 0) continue;
+        near = t;
         double *l = place + 3 * i;
         patch[i] = t, l[0] = 1 - found.l1 - found.l2, l[1] = found.l1, l[2] = found.l2;
     }

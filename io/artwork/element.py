@@ -162,19 +162,19 @@ def restyle(out: Element, style: dict[str, str]) -> None:
 
 
 def _data(runs: Sequence[Cubics], digits: int) -> str:
-    """Return the path data of subpaths."""
-    d = []
-    for run, closed in runs:
-        cubics = np.concatenate(run)
-        d.append("M" + _pair(cubics[0, 0], digits))
-        d += ["C" + " ".join(_pair(p, digits) for p in cubic[1:]) for cubic in cubics]
-        d.append("Z" if closed else "")
-    return "".join(d)
+    """Return the path data of subpaths.
 
-
-def _pair(z: complex, digits: int) -> str:
-    x, y = (f"{v:.{digits}f}".rstrip("0").rstrip(".") if digits else f"{v:.0f}" for v in (z.real, z.imag))
-    return f"{x} {y}"
+    All numbers are rounded and formatted together, since a path can have millions of them; `%g` omits trailing zeros.
+    """
+    cubics = [np.concatenate(run) for run, _ in runs]
+    forms = [
+        f"M%.15g %.15g{'C%.15g %.15g %.15g %.15g %.15g %.15g' * len(run)}{'Z' if closed else ''}"
+        for run, (_, closed) in zip(cubics, runs)
+    ]
+    points = [part for run in cubics for part in (run[0, :1], run[:, 1:].ravel())]
+    numbers = np.concatenate([np.empty(0, complex), *points]).view(np.float64)
+    numbers = np.round(numbers, digits) + 0.0  # which makes -0 to 0
+    return "".join(forms) % tuple(numbers.tolist())
 
 
 def _outer(run: list[Complex]) -> Complex:

@@ -61,7 +61,7 @@ class Prepared:
 
     def image(self, which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
         """Return images of points on segments, given their numbers and parameters in [0, 1]."""
-        return _jet(self.owners, which, self.places(which, t))[1]
+        return _by_region(Region.images, 2, self.owners, which, self.places(which, t))[1]
 
 
 class PathMapping:
@@ -217,18 +217,24 @@ def _closed(run: list[Part]) -> list[Part]:
     return run if start == end else [*run, Bezier((end, start))]
 
 
-def _jet(owners: Sequence[Region], which: NDArray[np.intp], z: Complex) -> tuple[Complex, ...]:
-    """Return points, images and derivatives for points (p,) of segments `which`, each by the map of its region."""
+def _by_region(
+    evaluate: Callable[[Region, Complex], tuple[Complex, ...]],
+    values: int,
+    owners: Sequence[Region],
+    which: NDArray[np.intp],
+    z: Complex,
+) -> Sequence[Complex]:
+    """Return the values, as many as said, that a method of regions has at points (p,) of segments `which`."""
     if len(set(owners)) == 1:
-        return owners[0].jet(z)
-    out = tuple(np.empty(z.size, np.complex128) for _ in range(4))
+        return evaluate(owners[0], z)
+    out = np.empty((values, z.size), np.complex128)
     number = {region: k for k, region in enumerate(dict.fromkeys(owners))}
     mine = np.array([number[region] for region in owners], dtype=np.intp)[which]
     for region, k in number.items():
         chosen = np.flatnonzero(mine == k)
-        for into, values in zip(out, region.jet(z[chosen]) if chosen.size else ()):
-            into[chosen] = values
-    return out
+        if chosen.size:
+            out[:, chosen] = evaluate(region, z[chosen])
+    return list(out)
 
 
 def _samples(places: Places, owners: Sequence[Region]) -> Samples:
@@ -236,7 +242,7 @@ def _samples(places: Places, owners: Sequence[Region]) -> Samples:
     count = len(owners)
     z = places(np.repeat(np.arange(count), _T.size), np.tile(_T, count)).reshape(-1, _T.size)
     length = np.abs(np.diff(z[:, ::2])).ravel()
-    z, w, alpha, beta = _jet(owners, np.repeat(np.arange(count), 4), z[:, 1::2].ravel())
+    z, w, alpha, beta = _by_region(Region.jet, 4, owners, np.repeat(np.arange(count), 4), z[:, 1::2].ravel())
     return Samples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
 
 

@@ -1,6 +1,6 @@
 """The domains of the maps that transfer a drawing: which domain contains a shape, and the map on it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,22 +40,30 @@ class Region:
             self.rims[0], max(1.2 * gap, NEAR_DIAGONAL_SHARE * source.curve.diagonal), self.rims[1:]
         )
 
+    def images(self, z: Complex) -> tuple[Complex, ...]:
+        """Return points and images; points outside are moved to the outline."""
+        return self._inside(lambda z: (self.map(z),), z)
+
     def jet(self, z: Complex) -> tuple[Complex, ...]:
         """Return points, images and derivatives; points outside are moved to the outline."""
+        return self._inside(self.map.jet, z)
+
+    def _inside(self, evaluate: Callable[[Complex], tuple[Complex, ...]], z: Complex) -> tuple[Complex, ...]:
+        """Return points, moved to the outline where they are outside, and what the map's function has there."""
         z = z.copy()
-        jet = self.map.jet(z)
+        values = evaluate(z)
         far = float(np.abs(self.rims[0].z).max())
         for inward in (
             0.0,
             1e-9 * self.map.diagonal + 8 * np.spacing(far),
         ):  # retry a little further inside if rounding leaves a point outside
-            lost = np.flatnonzero(np.isnan(jet[0]))
+            lost = np.flatnonzero(np.isnan(values[0]))
             if not lost.size:
                 break
             z[lost] = self._on_rim(z[lost], inward)
-            for values, found in zip(jet, self.map.jet(z[lost])):
-                values[lost] = found
-        return z, *jet
+            for into, found in zip(values, evaluate(z[lost])):
+                into[lost] = found
+        return z, *values
 
     def _on_rim(self, z: Complex, inward: float) -> Complex:
         """Return the closest points of the boundary, moved inwards by a distance."""

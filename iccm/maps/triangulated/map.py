@@ -100,8 +100,9 @@ class TriangulatedMap:
     def __call__(self, z: Complex, threads: int | None = None) -> Complex:
         """Evaluate f at complex points of any shape, or at pairs (…, 2), in the same form."""
         if is_pairs(z):
-            return on_pairs(lambda points: self.jet(points, threads)[0], z, self.axes)  # type: ignore[return-value]
-        return self.jet(z, threads)[0]
+            return on_pairs(lambda points: self(points, threads), z, self.axes)  # type: ignore[return-value]
+        z = as_points(z)
+        return self._jets(*self.place(z.ravel(), threads), threads)[1].reshape(z.shape)
 
     def derivatives(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex]:
         """Return f_z and f_z̄ at points of any shape; on an edge, those of one of its sides."""

@@ -1,6 +1,7 @@
 """SVG drawings carried through a map: accurate to the tolerance, with their styles; what is omitted is reported."""
 
 import base64
+import re
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,6 +11,7 @@ import iccm
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.io import artwork
+from iccm.io.artwork import element
 from iccm.io.artwork.clip import Span
 from iccm.io.artwork.mapping import Places
 from iccm.io.pictures import image_files
@@ -69,6 +71,18 @@ def test_refit_goes_straight_where_the_curve_all_but_stands_still():
     for p in (cubic, same):
         toward = next(q for q in p[1:] if abs(q - p[0]) > 1e-12) - p[0]
         assert abs(np.angle(toward / (p[3] - p[0]))) < 0.2
+
+
+@pytest.mark.parametrize("digits", [0, 2, 5])
+def test_path_data_are_the_rounded_numbers_without_zeros_at_the_end(digits):
+    first = [-0.001 + 1e-7j, 12.5 - 3j, 1234567.125 + 0.30001j, 100 - 1e-9j]
+    z = np.array([first, [first[-1], 2j, 5, -7.06]])
+    data = element._data([([z[:1], z[1:]], True), ([z[1:]], False)], digits)
+    assert re.sub("[^A-Z]", "", data) == "MCCZMC"
+    numbers = [float(part) for part in re.findall(r"[-+.\de]+", data)]
+    points = np.array([*z[0], *z[1, 1:], *z[1]])
+    wanted = [float(f"{x:.{digits}f}") for x in points.view(float)]
+    assert numbers == wanted and "-0 " not in data and ".0 " not in data
 
 
 def test_points_of_many_pieces_are_those_of_each():
