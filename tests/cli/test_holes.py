@@ -84,6 +84,7 @@ def test_more_holes_in_one_shape_are_told(holed, iccm):
     )
 
 
+@pytest.mark.slow
 def test_partners_by_the_names_of_what_is_drawn_in_them(holed, iccm):
     found = [shape.read(f"{name}.svg") for name in "ab"]
     assert sorted(found[0].hole_names) == [("one",), ("two",)]

@@ -69,6 +69,7 @@ def test_meshes_need_force_and_a_state_folder_that_is_none_hinders_nothing(shape
     assert iccm("map", "square.svg", "blob.svg", *SMALL).code == 0
 
 
+@pytest.mark.slow
 def test_what_is_remembered_stays_small(shapes, iccm, monkeypatch):
     from iccm.io.run import earlier
 

@@ -108,6 +108,7 @@ def test_all_parts_of_both_drawings_are_seen_and_what_one_lacks_fades(shapes, ic
     )
 
 
+@pytest.mark.slow
 def test_parts_that_match_go_onto_each_other_unless_they_are_joined(shapes, iccm):
     squares = ("M8 8H34V34H8Z", "M66 12H94V38H66Z", "M36 66H62V96H36Z")
     discs = ((22, 24, 15), (80, 20, 12), (50, 82, 14))
@@ -125,6 +126,7 @@ def test_parts_that_match_go_onto_each_other_unless_they_are_joined(shapes, iccm
     assert largest.code == 0 and "ignored 2 " in largest.err
 
 
+@pytest.mark.slow
 def test_drawings_with_colours_of_their_own_fade_into_each_other(shapes, iccm):
     red = '<circle cx="50" cy="50" r="40" fill="red"/><circle cx="50" cy="30" r="10" fill="lime"/>'
     (shapes / "red.svg").write_text(SVG.format(red))

@@ -135,6 +135,7 @@ def test_one_source_goes_onto_each_part(drawings, iccm):
     assert np.allclose(middles[:2] + 50, middles[-2:], atol=0.1)
 
 
+@pytest.mark.slow
 def test_a_pattern_has_one_scale_on_all_parts(drawings, iccm):
     """A repeated texture has the same scale on the dot as on the letters; any other texture is whole on each."""
     (drawings / "word.svg").write_text(SVG.format(WORD))
@@ -173,6 +174,7 @@ def test_each_piece_of_a_mesh_gets_the_source(drawings, iccm):
     ]
 
 
+@pytest.mark.slow
 def test_each_goes_in_batches_and_without_pins(drawings, iccm):
     (drawings / "word.svg").write_text(SVG.format(WORD))
     job = {
@@ -227,6 +229,7 @@ ICON = (
 """Two open lines and a disc."""
 
 
+@pytest.mark.slow
 def test_lines_beside_fills_are_parts_of_their_own(shapes, iccm):
     (shapes / "icon.svg").write_text(ICON)
     facts = json.loads(iccm("info", "icon.svg", "--json").out)

@@ -36,6 +36,7 @@ def disc(name):
     return *size, columns.mean(), rows.mean(), (pixels[..., 3] > 128).mean()
 
 
+@pytest.mark.slow
 def test_a_circle_stays_one_inside_and_when_sliced(drawings, iccm):
     report = {}
     for place in ("fill", "inside", "slice"):
@@ -144,6 +145,7 @@ def test_frames_of_a_sequence_are_not_placed(drawings, iccm):
     assert done.code == 2 and "place" in done.err
 
 
+@pytest.mark.slow
 def test_manifests_take_it(drawings, iccm):
     (drawings / "jobs.toml").write_text(
         '[[job]]\nsource = "sign.svg"\ntarget = "shield.svg"\nplace = "slice"\noutput = "o.png"\nsize = 200\n'

@@ -269,6 +269,7 @@ def test_a_group_of_a_mesh_keeps_its_form_in_a_drawing(drawn, iccm):
     )
 
 
+@pytest.mark.slow
 def test_a_region_of_a_mesh_that_finds_no_room_is_smaller_and_told(drawn, iccm):
     (drawn / "pipe.obj").write_text(pipe())
     (drawn / "bar.svg").write_text(

@@ -65,6 +65,7 @@ def test_several_parts_are_one_result(shapes, iccm):
     assert report["shown"] == pytest.approx(1, abs=1e-3) and report["cracks"] == 0
 
 
+@pytest.mark.slow
 def test_batches_list_what_is_seen(split, shapes, iccm):
     (shapes / "jobs.toml").write_text(
         '[[job]]\nsource = "split.svg"\ntarget = "plate.svg"\noutput = "b.png"\nsize = 200\nplace = "inside"\n'

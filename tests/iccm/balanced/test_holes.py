@@ -267,6 +267,7 @@ def test_a_circle_domain_has_its_holes_apart_and_off_its_rim():
     assert np.ptp([hole.area for hole in holes]) < 1e-12
 
 
+@pytest.mark.slow
 def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
     spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
     frames = frames_of(spiral[0], face[0], 0.0, (spiral[1], face[1]))

@@ -125,7 +125,7 @@ def test_a_flag_does_not_shear_further_the_longer_it_waves():
     assert costs[-1] == pytest.approx(costs[0], rel=0.01)
 
 
-@pytest.mark.parametrize("balance", [2.0, 4.0, 10.0])
+@pytest.mark.parametrize("balance", [2.0, *(pytest.param(b, marks=pytest.mark.slow) for b in (4.0, 10.0))])
 def test_a_map_onto_moved_outlines_costs_little_more_than_one_from_scratch_whatever_the_balance(balance):
     source, target = np.array([0, 3, 3 + 2j, 2j]), banner(0.0)[1] / 40
     moved = target + 0.15j * np.sin(target.real)

@@ -102,7 +102,9 @@ def test_derivatives_of_a_void(forward):
     assert by_pd == pytest.approx((slopes[0][1] - slopes[1][1]) / (2 * step), rel=1e-5, abs=1e-10)
 
 
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name == "hook" else pytest.mark.slow) for name in PAIRS]
+)
 def test_all_of_the_source_is_shown_and_the_map_is_less_stretched(name):
     source, target = PAIRS[name]
     whole, fit = (iccm.fit(source, target, fit=choice) for choice in ("whole", "contain"))

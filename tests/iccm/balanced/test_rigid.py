@@ -69,6 +69,7 @@ def test_it_has_the_size_asked_for():
     assert fit.report()["regions"][0]["scale"] == pytest.approx(0.7, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_free_size_is_the_one_that_bends_the_rest_least():
     def energy_with(size):
         fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], rigid_size=size)
@@ -239,6 +240,7 @@ def test_where_there_is_room_for_a_region_it_is_inside(angle):
     assert 0 < share < 1 and domain.contains(shapely.Polygon(xy_of(place + share * 0.7 * box)))
 
 
+@pytest.mark.slow
 def test_a_region_goes_where_there_is_room_for_it():
     # a bar onto a ball with a handle: without constraints the disc is mapped into the handle, which is too narrow for
     # it

@@ -157,6 +157,7 @@ def test_pins_come_close_and_maps_stay_smooth():
     assert not any("exact_pins" in note for note in exact.notes)
 
 
+@pytest.mark.slow
 def test_smaller_tolerances_bring_pins_closer():
     missed = []
     for tolerance in (12.0, 4.0, 1.5):
@@ -184,6 +185,7 @@ def test_a_patch_is_rotated_and_scaled_as_asked(target):
     assert abs(derivative) / mean == pytest.approx(0.7, abs=0.08)
 
 
+@pytest.mark.slow
 def test_a_map_does_not_depend_on_the_frame():
     base = iccm.fit(EGG, PEAR, pins=PINS).map(PROBES)
     factor, shift = 3 * np.exp(0.7j), 500 - 80j
@@ -258,6 +260,7 @@ def test_a_pin_far_from_its_place_is_told_by_the_status():
     assert np.abs(found.map(mirrored[:, 0]) - mirrored[:, 1]).max() > 1.05
 
 
+@pytest.mark.slow
 def test_pins_that_would_miss_their_places_are_exact():
     """Two points side by side, drawn to both ends of a bar: no patch that keeps its form gets there."""
     bar = np.array([0, 2, 2 + 1j, 1j])
@@ -318,6 +321,7 @@ def dilatations_along(fit, line):
     return (np.abs(p) + np.abs(q)) / (np.abs(p) - np.abs(q))
 
 
+@pytest.mark.slow
 def test_what_is_around_a_wide_stroke_keeps_its_form():
     source, target = shapes.pear(), shapes.blob()
     goal = iccm.fit(source, target).map(LINE) + np.array([0, 0.12j, 0])

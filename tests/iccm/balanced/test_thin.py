@@ -25,6 +25,7 @@ def untangled(monkeypatch):
     return sizes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", [(SQUARE, DART), (DART, SQUARE)])
 def test_an_arrowhead_of_wire_has_a_symmetric_map_after_few_starts(untangled, pair):
     fit = iccm.fit(*pair)

@@ -50,7 +50,7 @@ def test_gaps_of_the_target_are_not_cracks():
     assert crack_share(split, [all_of_it]) == 0
 
 
-@pytest.mark.parametrize("fit", ["contain", "auto"])
+@pytest.mark.parametrize("fit", [pytest.param("contain", marks=pytest.mark.slow), "auto"])
 def test_the_cracks_of_a_map_are_those_of_its_picture(fit):
     bars = shapely.MultiPolygon([STAR, shapely.transform(STAR, lambda xy: 0.9 * xy + [3.1, 1.4])])
     found = iccm.fit(bars, PLATE, fit=fit, opaque=False)
@@ -74,6 +74,7 @@ def test_cracks_that_are_seen_are_noted():
     assert painted.report()["cracks"] == 0 and "cracks" not in painted.summary().lower()
 
 
+@pytest.mark.slow
 def test_what_plots_hatch_is_what_the_figures_count():
     sign, shield = shapely.box(0, 0, 5, 3), shapely.Polygon([(0, 9), (8, 10), (8, 5), (4.5, 0), (0, 4)])
     for place, side in (("inside", 1), ("slice", 0)):
