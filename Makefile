@@ -53,7 +53,7 @@ lint: $(READY) lint-page
 	$(BIN)/ruff format --check .
 	rm -rf build/typecheck && mkdir -p build/typecheck
 	cp -R iccm build/typecheck/iccm && cp -R cli io build/typecheck/iccm
-	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml -p iccm
+	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml --cache-dir ../mypy-cache -p iccm
 
 # The page of `iccm edit`, by eslint and by TypeScript, which checks the types that its comments give. Its unit tests
 # are among those of pytest.
