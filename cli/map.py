@@ -39,8 +39,9 @@ def command(text: str | None, target_text: str | None, font: str | None, **given
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
 
     SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GLB, GeoJSON, DXF), or file#id for one element
-    of a file. --text or --target-text sets a text in place of one of them. Coordinates are in the files' own units.
-    Without -o, a picture named after both files is written to the current folder.
+    of a file; or an object to show a picture on, such as cylinder:82x95. --text or --target-text sets a text in place
+    of one of them. Coordinates are in the files' own units. Without -o, a picture named after both files is written to
+    the current folder.
 
     \b
     iccm map rose.svg leaf.svg

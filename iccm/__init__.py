@@ -23,6 +23,7 @@ frames/           maps of whole drawings through frames
 drawings/         whole drawings as regions, frames around them, and the cost of maps
 conformal/        the conformal method, to a tolerance
 paper/            the algorithm of the paper
+projection/       sheets on simple surfaces seen by a camera
 surfaces/         balanced maps of surfaces
 flattening/       flattening of mesh patches into the plane
 meshes/           triangle meshes, their topology, layouts and textures

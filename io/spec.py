@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -49,3 +50,33 @@ def path_of(text: str) -> str:
             return text[:at]
     folder = len(os.path.dirname(text))
     return text[: next((at for at in marks if at >= folder), len(text))]
+
+
+GENERATED = re.compile(r"(sheet|plane|cylinder|cone|sphere):.*|sheet", re.DOTALL)
+"""Shapes that are generated from sizes instead of read, such as `cylinder:90x100`."""
+MARKED = re.compile(r"(plane|cylinder|cone)=(.*)", re.DOTALL)
+"""Parts of photographs that are given by points, such as `photo.jpg#plane=20,30:400,50:420,600:10,580`."""
+
+
+def is_generated(text: str) -> bool:
+    """Return whether a spec names a generated shape; an existing file of that name has precedence."""
+    return bool(GENERATED.fullmatch(text)) and not os.path.isfile(path_of(text))
+
+
+def is_marked(text: str) -> bool:
+    """Return whether a spec names a sheet that is marked on a photograph."""
+    return not is_generated(text) and bool(MARKED.fullmatch(Spec.of(text).chosen or ""))
+
+
+def is_view(text: str) -> bool:
+    """Return whether a spec names a generated shape, or a sheet that is marked on a photograph."""
+    return is_generated(text) or is_marked(text)
+
+
+def short_name(text: str) -> str:
+    """Return a name for the shape that a spec names, as a part of the names of files."""
+    if is_generated(text):
+        return text.partition(":")[0]
+    spec = Spec.of(text)
+    chosen = (spec.chosen or "").partition("=")[0] if is_marked(text) else spec.chosen
+    return spec.path.stem + (f"-{chosen.replace('#', '-')}" if chosen else "")

@@ -36,6 +36,7 @@ ORDER = (
     "io.files io.limits",
     "texture_transfer",
     "solve",
+    "projection",
     "frames",
     "surfaces",
     "flattening",

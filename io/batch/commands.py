@@ -23,7 +23,7 @@ def check(job: Described) -> None:
     from ..run import flatten, outputs, relayout
     from ..run.inputs import Inputs
     from ..shapes import shape
-    from ..spec import Spec
+    from ..spec import Spec, is_generated
 
     if isinstance(job, FlattenJob):
         flatten.check(job)
@@ -32,7 +32,7 @@ def check(job: Described) -> None:
     elif isinstance(job, Job):
         inputs = Inputs(job, keep=False)
         for spec in filter(None, (job.source, job.target)):
-            _ = inputs.is_mesh(spec) or shape.known(Spec.of(spec).path)
+            _ = is_generated(spec) or inputs.is_mesh(spec) or shape.known(Spec.of(spec).path)
         outputs.of(job, inputs)
 
 

@@ -21,7 +21,7 @@ from .. import files, formats, limits
 from ..options import many
 from ..pictures.tiles import MARK, files_of
 from ..run.job import KINDS, STEM, WRITTEN, Described, Job
-from ..spec import Spec, path_of
+from ..spec import Spec, is_generated, path_of, short_name
 from . import commands, names
 from .globs import Globs
 
@@ -415,6 +415,8 @@ def _by_numbers(name: str | None) -> list[Any]:
 
 def _matches(spec: str, base: str, globs: Globs) -> list[str]:
     """Return the files that a path or pattern matches, sorted; a path is returned whether it exists or not."""
+    if is_generated(spec):
+        return [spec]
     path = os.path.join(base, spec)
     if not glob.has_magic(spec) or os.path.exists(path):
         return [path]
@@ -495,6 +497,9 @@ def _check_kinds(job: Described) -> Iterator[str]:
 
 def _fields(key: str, spec: Any) -> dict[str, str]:
     """Return the fields of an input for templates: {source.stem}, {source.name}, {source.id}."""
+    if isinstance(spec, str) and is_generated(spec):
+        name = short_name(spec)
+        return {f"{key}.stem": name, f"{key}.name": name, f"{key}.id": ""}
     named = Spec.of(spec if isinstance(spec, str) else "")
     chosen = re.sub(r"[^\w.-]", "_", named.chosen or "")
     return {f"{key}.stem": named.path.stem, f"{key}.name": named.path.name, f"{key}.id": chosen}

@@ -13,6 +13,7 @@ resolve        values of a job that are filled in from its files
 constraints    pins and strokes in the core plane
 point_files    pins from two files of points
 parts          `--parts all`
+projected      maps of sheets that are seen in pictures
 by_position    pins between two meshes in the same place
 state          the state of a running job
 phases         progress and times of the phases of a job

@@ -11,7 +11,7 @@ from ... import progress
 from ...errors import InputError
 from ...progress import Listener
 from .. import files, formats, references
-from . import earlier, outputs, parts, report, texture
+from . import earlier, outputs, parts, projected, report, texture
 from .constraints import add_names, go_on, solve
 from .job import Job, Outcome
 from .outputs.output import Output
@@ -236,6 +236,8 @@ def _framed(pair: Pair, fit: Fit) -> Pair:
     textures.
     """
     source, target = pair
+    if fit.target is not None and (source.view or target.view):
+        return source.framed(fit.source), target.framed(fit.target)
     if fit.drawings is None or fit.target is None:
         return pair
     if fit.place != "fill":
@@ -245,6 +247,8 @@ def _framed(pair: Pair, fit: Fit) -> Pair:
 
 def _solved(run: Run, pair: Pair, given: dict[str, Any], holed: bool) -> Fit:
     (source, target), start = pair, run.start
+    if source.view or target.view:
+        return projected.solve(pair)
     if target.is_mesh:
         from ..shapes.mesh_shape import as_mesh
 

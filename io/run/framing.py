@@ -38,7 +38,7 @@ def picture_box(job: Job, target: Shape) -> Box:
 
 def _why_not_canvas(job: Job, target: Shape) -> str:
     """Return why pictures do not show the canvas by default; empty if they do, or if an option sets the box."""
-    if job.target_box or target.is_layout:
+    if job.target_box or target.is_layout or target.view is not None:
         return ""
     if _reach(target, target.box) >= 1:
         return "lies outside its canvas"

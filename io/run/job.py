@@ -21,7 +21,7 @@ from ..options import (
     options_of,
     suggest,
 )
-from ..spec import path_of
+from ..spec import is_generated, path_of
 
 WRITTEN = ("report", "plot", "stmap")
 """Fields that name an output file, besides `output`."""
@@ -179,7 +179,12 @@ class Described:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Every input file, as a path without its `#id`; stdin is not included."""
-        found = [path_of(value) for key in self.globbed for value in _each(getattr(self, key))]
+        found = [
+            path_of(value)
+            for key in self.globbed
+            for value in _each(getattr(self, key))
+            if not is_generated(value)
+        ]
         found += [
             value for key in self.read for value in _each(getattr(self, key)) if self.names_file(key, value)
         ]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from ...errors import InputError
 from .. import files, formats
-from ..spec import Spec
+from ..spec import Spec, short_name
 from . import earlier, outputs
 from .inputs import Inputs
 from .job import STEM, WRITTEN, Job, pair_outputs
@@ -97,9 +97,8 @@ def name_outputs(job: Job, inputs: Inputs) -> Job:
     """
     if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
-    specs = [Spec.of(spec) for spec in (job.source, job.target) if spec]
-    names = [spec.path.stem + (f"#{spec.chosen}" if spec.chosen else "") for spec in specs]
-    name = "-".join(names if job.target else [*names, "deformed"]).replace("#", "-")
+    names = [short_name(spec) for spec in (job.source, job.target) if spec]
+    name = "-".join(names if job.target else [*names, "deformed"])
     suffix = suffix_for(job, inputs)
     if len(job.maps) > 1:
         name, suffix = f"{name}-{STEM}", ".png"

@@ -19,7 +19,7 @@ from ...plane import bounding_box
 from .. import formats
 from ..memory import within
 from ..shapes.holes import as_drawn
-from . import framing, parts, texture
+from . import framing, parts, projected, texture
 from .constraints import constrain, read_start
 from .job import Job
 from .parts import Pairs
@@ -97,6 +97,8 @@ class Run:
         figures = dict[str, Any]()
         if job.several:
             pairs, notes, figures = parts.read(job, inputs)
+        elif projected.is_projected(job):
+            pairs = [projected.read(job)]
         else:
             source = inputs.shape(job.source)
             target = source

@@ -18,7 +18,7 @@ from ...errors import InputError
 from ...maps.summary import WELL_SEEN_SHARE
 from ...plane import bounding_box
 from .. import formats
-from ..spec import Spec
+from ..spec import Spec, is_view
 from . import framing
 from .job import Job
 
@@ -86,13 +86,14 @@ def on_paper(job: Job, source: Shape) -> bool:
     """Return whether paper is shown where the texture is transparent.
 
     This is so below a drawing that is its own picture, unless it is placed inside the target, which then need not be
-    filled.
+    filled, or lies on an object, which shows through.
     """
     return (
         shows_itself(job, source)
         and job.place != "inside"
         and job.gaps == "paper"
         and job.target is not None
+        and not is_view(job.target)
         and job.kind == "colour"
     )
 

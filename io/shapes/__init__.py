@@ -11,6 +11,7 @@ mesh_parts      several parts of a mesh as one
 mesh_reading    meshes read as shapes, one, or all charts or pieces
 onto_outline    a mesh flattened onto a given outline
 split_rims      meshes whose rims are split
+projected       sheets on generated objects, and sheets marked on photographs
 parts           pairs of corresponding shapes of two files
 holes           pairs of corresponding holes, and the maps between them
 constraints     pins and strokes, drawn or listed

@@ -36,6 +36,7 @@ from .silhouette import CANVAS
 if TYPE_CHECKING:
     from ...meshes.flatten import Flattening
     from ...pixels.texture import Placing, Texture
+    from ...projection.view import View
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,7 @@ class Shape:
         coloured: whether its file has separate colours to show; it is then its own texture.
         trace: how a picture is traced, see `silhouette.read`.
         outlines: all outlines of its file, in the file's coordinates, if the whole file was read.
+        view: how a flat sheet is seen in it, if it is one of `projected`.
     """
 
     spec: str
@@ -89,6 +91,7 @@ class Shape:
     outlines: tuple[FilledOutline, ...] | None = None
     chosen: tuple[FilledOutline, ...] = ()
     pin_radii: dict[str, float] = field(default_factory=dict)
+    view: View | None = None
 
     @property
     def bounds(self) -> Box:

@@ -1,0 +1,226 @@
+"""Views found from points that were marked on a photograph."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import Box, Complex, Real
+from ..errors import InputError
+from ..plane import triangle_areas
+from .camera import Camera
+from .surfaces import Revolved
+from .view import Planar, Projected
+
+FRAME_WIDTH_MM = 36.0
+"""Of 35 mm film, to whose longer side focal lengths are relative."""
+USUAL_FOCAL_MM = 32.0
+"""Between those of phones (24 to 28) and of cameras with a normal lens (50)."""
+FOCAL_SPREAD = 0.3
+"""Standard deviation of the logarithm of focal lengths, if none is given."""
+MIDDLE_SPREAD = 0.3
+"""Radians by which a point marked in the middle of an edge of a label may be off to the side."""
+MARK_ERROR_SHARE = 0.002
+"""Relative to the photograph's diagonal: how accurately points are marked."""
+MISFIT_SHARE = 0.02
+"""Relative to the extent of the marked points: if a view misses them by more, they are not those of such a surface."""
+LEAST_AREA_SHARE = 1e-3
+"""Relative to the square of a quadrilateral's extent: with less area, points lie on a line."""
+
+
+class Found(NamedTuple):
+    """A view found from marked points.
+
+    Attributes:
+        view: the view.
+        error: largest distance of a marked point from the view's, in pixels.
+        focal_mm: focal length, relative to 35 mm film; None if it was not needed.
+    """
+
+    view: Planar | Projected
+    error: float
+    focal_mm: float | None
+
+
+def planar(corners: Sequence[complex], box: Box) -> Found:
+    """Return the view of a flat sheet.
+
+    Its proportions follow from the perspective, if the photograph has square pixels and is not cropped (Zhang & He,
+    *Whiteboard scanning and image enhancement*, Digital Signal Processing 17, 2007, section 3); without enough
+    perspective, they are those of the mean lengths of opposite sides.
+
+    Parameters
+    ----------
+    corners
+        Top left, top right, bottom right, bottom left, y up.
+    box
+        Lower left and upper right corner of the photograph.
+
+    Raises
+    ------
+    InputError
+        They are not the corners of a convex quadrilateral in this order.
+    """
+    p = np.array(corners)
+    around = triangle_areas(np.stack([np.roll(p, 1), p, np.roll(p, -1)], axis=1))
+    extent = max(np.ptp(p.real), np.ptp(p.imag))
+    if (around > -LEAST_AREA_SHARE * extent**2).any():
+        raise InputError(
+            "the four points are not the corners of a sheet; name them as the sheet is read: top left, top right, "
+            "bottom right, bottom left"
+        )
+    sides = [(abs(p[1] - p[0]) + abs(p[2] - p[3])) / 2, (abs(p[3] - p[0]) + abs(p[2] - p[1])) / 2]
+    aspect = _aspect(p - (box[0] + box[1]) / 2) or sides[0] / sides[1]
+    height = float(np.sqrt(sides[0] * sides[1] / aspect))
+    return Found(Planar(p, (float(aspect * height), height)), 0.0, None)
+
+
+def _aspect(p: Complex) -> float | None:
+    """Return width by height of the rectangle with these images, relative to the point that the camera looks at; None
+    if the perspective is too weak to tell.
+    """
+    square = Planar(p / np.abs(p).max(), (1.0, 1.0)).matrix
+    across, down, _ = square.T
+    if min(abs(across[2]), abs(down[2])) < 0.02:
+        return None
+    focal2 = -(across[0] * down[0] + across[1] * down[1]) / (across[2] * down[2])
+    if not 0.1 < focal2 < 1000:
+        return None
+    weights = np.array([1 / focal2, 1 / focal2, 1])
+    return float(np.sqrt((weights * across**2).sum() / (weights * down**2).sum()))
+
+
+def revolved(
+    top: float,
+    bottom: float,
+    height: float,
+    points: Sequence[complex],
+    box: Box,
+    focal_mm: float | None = None,
+) -> Found:
+    """Return the view of a label around a cylinder or a cone.
+
+    Parameters
+    ----------
+    top, bottom
+        Diameters of the object at the upper and at the lower edge of the label.
+    height
+        Of the label, along the axis.
+    points
+        Of the label's upper edge: left end, a point near the middle, right end; and of its lower edge: right end, a
+        point near the middle, left end; y up.
+    box
+        Lower left and upper right corner of the photograph.
+    focal_mm
+        Focal length of the camera, relative to 35 mm film; estimated if it is None.
+
+    Raises
+    ------
+    InputError
+        The points are not those of such a label.
+    """
+    from scipy.optimize import least_squares
+
+    p = np.array(points)
+    upper, lower = p[:3], p[5:2:-1]
+    if (triangle_areas(np.stack([p[[0, 2, 0]], p[[2, 3, 3]], p[[3, 5, 5]]], axis=0)[[0, 2]]) > 0).any():
+        raise InputError(_ORDER)
+    principal, longer = (box[0] + box[1]) / 2, max(np.ptp(np.real(box)), np.ptp(np.imag(box)))
+    usual = (focal_mm or USUAL_FOCAL_MM) / FRAME_WIDTH_MM * longer
+    spread = MARK_ERROR_SHARE * abs(box[1] - box[0])
+    surface = Revolved(top / 2, bottom / 2, height)
+    half_height = surface.size[1] / 2
+
+    def camera(values: Real) -> Camera:
+        rotation = _rotation(values[:3])
+        focal = usual * (1 if focal_mm else np.exp(values[9]))
+        # the object is at `direction` times its distance in front of the camera
+        distance = np.exp(values[5])
+        place = np.array([values[3], values[4], -1.0]) * distance
+        return Camera(rotation, -rotation.T @ place, focal, principal)
+
+    def misses(values: Real) -> Complex:
+        angles = values[6] * np.array([-1, 0, 1]) + [0, values[7], 0]
+        below = values[6] * np.array([-1, 0, 1]) + [0, values[8], 0]
+        sheet = surface.radius * np.concatenate([angles, below]) + 1j * half_height * np.repeat([1, -1], 3)
+        return camera(values).image(surface.place(sheet)) - np.concatenate([upper, lower])
+
+    def residuals(values: Real) -> Real:
+        away = misses(values) / spread
+        known = np.array([values[7] / MIDDLE_SPREAD, values[8] / MIDDLE_SPREAD, values[9] / FOCAL_SPREAD])
+        return np.concatenate([away.real, away.imag, known])
+
+    best = None
+    for pitch in (None, 0.2, -0.2):
+        start = _start(upper, lower, surface, usual, principal, pitch)
+        low, high = np.full(10, -np.inf), np.full(10, np.inf)
+        low[6], high[6] = 0.02, np.pi / 2
+        found = least_squares(
+            residuals, np.clip(start, low + 1e-9, high - 1e-9), bounds=(low, high), x_scale="jac"
+        )
+        if best is None or found.cost < best.cost:
+            best = found
+    assert best is not None
+    error = float(np.abs(misses(best.x)).max())
+    extent = max(np.ptp(p.real), np.ptp(p.imag))
+    if not error <= MISFIT_SHARE * extent:
+        raise InputError(
+            f"the points are up to {error:.0f} pixels from those of a label of this size; {_ORDER}, and check the sizes"
+        )
+    used = camera(best.x)
+    label = 2 * surface.radius * float(best.x[6]), 2 * half_height
+    return Found(Projected(surface, used, label), error, used.focal / longer * FRAME_WIDTH_MM)
+
+
+_ORDER = (
+    "name the points of the label's upper edge from left to right (left end, middle, right end), and then those of its "
+    "lower edge from right to left"
+)
+
+
+def _start(
+    upper: Complex, lower: Complex, surface: Revolved, focal: float, principal: complex, pitch: float | None
+) -> Real:
+    """Return first values for `revolved`, as if the camera were far away.
+
+    Args:
+        upper, lower: (3,) points of both edges, from left to right.
+        surface: the object.
+        focal: in pixels.
+        principal: the point that the camera looks at.
+        pitch: radians by which the camera looks down; None: from how much the edges are bent.
+    """
+    axis = (upper[0] + upper[2] - lower[0] - lower[2]) / 2
+    upright = axis / abs(axis)
+    half_width = (abs(upper[2] - upper[0]) + abs(lower[2] - lower[0])) / 4
+    bent = [((edge[0] + edge[2]) / 2 - edge[1]) / upright for edge in (upper, lower)]
+    scale = abs(axis) / surface.height
+    sine = np.clip(half_width / (scale * surface.radius), 0.1, 0.98)
+    half = float(np.arcsin(sine))
+    if pitch is None:
+        depth = scale * surface.radius * (1 - np.cos(half))
+        pitch = float(np.arcsin(np.clip(np.mean(np.real(bent)) / depth, -0.9, 0.9)))
+    roll = float(np.angle(upright / 1j))
+    # the axis of the camera's rotation, first about x and then in the picture
+    rotation = _vector(_rotation(np.array([0, 0, roll])) @ _rotation(np.array([pitch, 0, 0])))
+    middle = np.concatenate([upper[[0, 2]], lower[[0, 2]]]).mean() - principal
+    scale /= np.cos(pitch)
+    return np.array(
+        [*rotation, middle.real / focal, middle.imag / focal, np.log(focal / scale), half, 0, 0, 0]
+    )
+
+
+def _rotation(vector: Real) -> Real:
+    from scipy.spatial.transform import Rotation
+
+    found: Real = Rotation.from_rotvec(vector).as_matrix()
+    return found
+
+
+def _vector(rotation: Real) -> Real:
+    from scipy.spatial.transform import Rotation
+
+    found: Real = Rotation.from_matrix(rotation).as_rotvec()
+    return found
