@@ -28,6 +28,8 @@ COARSE_STEP_RATIO, FINE_STEP_RATIO = 1.06, 1.02
 LEAST_SCALE_SHARE = 0.02
 """Relative to the scale at which charts would fill the region: with less, there is no room for them."""
 WORD_BITS = 64
+ROTATIONS_TRIED = 90
+"""Of a chart, a degree apart: the side of the smallest square changes by less than 2 % in between."""
 
 
 class Packing(NamedTuple):
@@ -62,8 +64,8 @@ def pack(
         region: a polygon, or several.
         margin: distance between charts, and half of it to the region's outline, in texels, of which there are
             `GRID_CELLS_ACROSS` along the region's longer side.
-        rotates: whether charts may be rotated: so that their smallest rectangle is upright, and then by
-            multiples of 90°.
+        rotates: whether charts may be rotated: so that their smallest rectangle is upright, or for the longest chart
+            also so that its smallest square is, and then by multiples of 90°.
 
     Returns:
         Their positions.
@@ -71,23 +73,30 @@ def pack(
     Raises:
         InputError: there is no room for so many charts, however small.
     """
-    turned = [_upright(flat) if rotates else 1 + 0j for flat, _ in charts]
-    corners = [(flat * turn)[faces] for (flat, faces), turn in zip(charts, turned)]
+    upright = [_upright(flat) if rotates else 1 + 0j for flat, _ in charts]
+    rotations = [upright]
+    if rotates:
+        longest = max(range(len(charts)), key=lambda k: _size(charts[k][0] * upright[k]))
+        diagonal = list(upright)
+        diagonal[longest] = _into_smallest_square(charts[longest][0])
+        rotations.append(diagonal)
+    stacks = [_Stack(charts, each, 4 if rotates else 1) for each in rotations]
     low, high = complex(*region.bounds[:2]), complex(*region.bounds[2:])
     side = max((high - low).real, (high - low).imag)
-    area = sum(float(_areas(corner).sum()) for corner in corners)
-    order = sorted(range(len(charts)), key=lambda k: -_size(corners[k]))
-    stacked = _Stack([corners[k] for k in order], 4 if rotates else 1)
+    area = sum(float(_areas(flat[faces]).sum()) for flat, faces in charts)
 
     outside = dict[int, NDArray[np.int64]]()
 
-    def at(scale: float, cells: int) -> Real | None:
-        """Return positions of all charts at a scale, in units of the region's plane; None if one does not fit."""
+    def at(scale: float, cells: int) -> tuple[Complex, Complex] | None:
+        """Return factors and shifts of all charts at a scale; None if one does not fit, however they are rotated."""
         texels = max(1, round(margin * cells / GRID_CELLS_ACROSS)) if margin else 0
         if cells not in outside:
             outside[cells] = _outside(region, low, high, side / cells, -(-texels // 2))
-        found = stacked.placed(scale * cells / side, outside[cells].copy(), texels)
-        return None if found is None else found * (1, side / cells, side / cells)
+        for stack in stacks:
+            found = stack.placed(scale * cells / side, outside[cells].copy(), texels)
+            if found is not None:
+                return scale * found[0], low + side / cells * found[1]
+        return None
 
     most = np.sqrt(region.area / max(area, 1e-300))
     scale = most * np.sqrt(FIRST_FILLED_SHARE)
@@ -100,26 +109,31 @@ def pack(
     scale *= COARSE_STEP_RATIO
     while (places := at(scale, GRID_CELLS_ACROSS)) is None:
         scale /= FINE_STEP_RATIO
-    factor, shift = np.zeros((2, len(charts)), complex)
-    factor[order] = scale * np.array(turned)[order] * 1j ** places[:, 0]
-    shift[order] = complex_of(places[:, 1:]) + low
-    return Packing(factor, shift, float(area * scale**2 / region.area))
+    return Packing(*places, float(area * scale**2 / region.area))
 
 
 class _Stack:
-    """Concatenated charts, as the kernel takes them."""
+    """Rotated charts as the kernel takes them: concatenated, those that are the hardest to place first."""
 
-    def __init__(self, corners: Sequence[Complex], orientations: int) -> None:
+    def __init__(
+        self, charts: Sequence[tuple[Complex, Index]], rotations: Sequence[complex], orientations: int
+    ) -> None:
+        corners = [(flat * rotation)[faces] for (flat, faces), rotation in zip(charts, rotations)]
+        self._order = sorted(range(len(charts)), key=lambda k: -_size(corners[k]))
+        self._rotations = np.array(rotations)
+        corners = [corners[k] for k in self._order]
         self._corners = xy_of(np.concatenate([each.ravel() for each in corners]))
         self._starts = np.cumsum([0, *(len(each) for each in corners)])
         self._orientations = orientations
         alike = [np.array_equal(a, b) for a, b in pairwise(corners)]
         self._alike = np.array([False, *alike])
 
-    def placed(self, scale: float, taken: NDArray[np.int64], margin: int) -> Real | None:
+    def placed(
+        self, scale: float, taken: NDArray[np.int64], margin: int
+    ) -> tuple[Complex, Complex] | None:
         """Return the places of all charts at a scale; None if one does not fit.
 
-        They are (k, 3) multiples of 90° and translations in cells.
+        They are (k,) rotations and (k,) translations in cells.
         """
         height, words = taken.shape
         count = self._starts.size - 1
@@ -136,7 +150,12 @@ class _Stack:
             self._alike,
             places,
         )
-        return places if found == count else None
+        if found != count:
+            return None
+        rotation, shift = np.empty((2, count), complex)
+        rotation[self._order] = self._rotations[self._order] * 1j ** places[:, 0]
+        shift[self._order] = complex_of(places[:, 1:])
+        return rotation, shift
 
 
 def _outside(
@@ -170,16 +189,22 @@ def _upright(flat: Complex) -> complex:
     return complex((longest / abs(longest)).conjugate()) if abs(longest) > 0 else 1 + 0j
 
 
+def _into_smallest_square(flat: Complex) -> complex:
+    """Return the rotation with which a chart fits into the smallest upright square."""
+    hull = complex_of(shapely.get_coordinates(shapely.MultiPoint(xy_of(flat)).convex_hull))
+    rotations = np.exp(1j * np.linspace(0, np.pi / 2, ROTATIONS_TRIED, endpoint=False))
+    rotated = np.outer(rotations, hull)
+    sides = np.maximum(np.ptp(rotated.real, axis=1), np.ptp(rotated.imag, axis=1))
+    return complex(rotations[np.argmin(sides)])
+
+
 def _areas(corners: Complex) -> Real:
     a, b, c = corners.T
     return 0.5 * np.abs(((b - a).conj() * (c - a)).imag)
 
 
 def _size(corners: Complex) -> float:
-    """Return the sort key of charts: the sum of the sides of their boxes.
-
-    Long charts are the hardest to place.
-    """
+    """Return the sum of the sides of a chart's box: long charts are the hardest to place."""
     if not corners.size:
         return 0.0
     return float(np.ptp(corners.real) + np.ptp(corners.imag))

@@ -1,8 +1,8 @@
 """Whole meshes unwrapped by `iccm flatten`, xatlas and Blender, measured by the same independent code.
 
 For each GLB file, its primitives are joined and vertices at the same place merged. Blender, as the module `bpy` of
-another Python, unwraps it twice: by *Smart UV Project*, and by *Minimum Stretch* on the cuts of `iccm flatten`.
-Measured are
+another Python, unwraps it twice: by *Smart UV Project*, and by *Minimum Stretch* on the cuts of `iccm flatten`. xatlas
+also packs the charts of `iccm flatten`. Measured are
 
 - the share of the area with coordinates of some area, without the rarer orientation in each chart (flips),
 - stretch, the 95th percentile over the area of max(s₁, 1 / s₂), relative to the mean scale,
@@ -22,12 +22,14 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+
+from iccm.io.options import TEXELS_BETWEEN_CHARTS
 
 from .assets import COMMAND, File, _places, textured
 
@@ -166,9 +168,38 @@ def by_xatlas(mesh: Mesh) -> tuple[NDArray, float]:
     import xatlas
 
     start = time.process_time()
+    atlas = xatlas.Atlas()
     scale = 1000 / np.ptp(mesh.points, axis=0).max()  # xatlas considers small triangles degenerate
-    _, faces, uv = xatlas.parametrize((scale * mesh.points).astype(np.float32), mesh.faces.astype(np.uint32))
-    return uv[faces.astype(int)].astype(float), time.process_time() - start
+    atlas.add_mesh((scale * mesh.points).astype(np.float32), mesh.faces.astype(np.uint32))
+    atlas.generate(xatlas.ChartOptions(), padded())
+    return coordinates_of(atlas), time.process_time() - start
+
+
+def packed_by_xatlas(uv: NDArray) -> tuple[NDArray, float]:
+    """Return coordinates (m, 3, 2) with their charts packed by xatlas, and processor seconds."""
+    import xatlas
+
+    start = time.process_time()
+    places, corner = np.unique(np.round(uv.reshape(-1, 2), 7), axis=0, return_inverse=True)
+    atlas = xatlas.Atlas()
+    atlas.add_uv_mesh((1000 * places).astype(np.float32), corner.reshape(-1, 3).astype(np.uint32))
+    atlas.generate(xatlas.ChartOptions(), padded())
+    return coordinates_of(atlas), time.process_time() - start
+
+
+def padded() -> Any:
+    """Return options of xatlas' packer with the margins of `iccm flatten`, in a texture of 1024."""
+    import xatlas
+
+    options = xatlas.PackOptions()
+    options.resolution, options.padding = 1024, TEXELS_BETWEEN_CHARTS
+    return options
+
+
+def coordinates_of(atlas: Any) -> NDArray:
+    """Return coordinates (m, 3, 2) in texels: xatlas divides those of a texture that is not square by both sides."""
+    _, faces, uv = atlas[0]
+    return uv[faces.astype(int)].astype(float) * (atlas.width, atlas.height)
 
 
 def by_blender(python: Path, way: str, mesh: Mesh, uv: NDArray, folder: Path) -> tuple[NDArray, float]:
@@ -223,6 +254,9 @@ def main() -> None:
                 uv, seconds = by_iccm(mesh, folder)
                 row["iccm"] = measured(mesh, np.nan_to_num(uv), seconds)
                 row["xatlas"] = measured(mesh, *by_xatlas(mesh))
+                known = np.isfinite(uv).all(axis=(1, 2))
+                own = Mesh(mesh.points, mesh.faces[known])
+                row["iccm, packed by xatlas"] = measured(own, *packed_by_xatlas(uv[known]))
                 for way in ("smart", "minimum stretch") if given.blender else ():
                     found = by_blender(given.blender, way, mesh, uv, folder)
                     row[f"Blender, {way}"] = measured(mesh, *found)
@@ -230,10 +264,10 @@ def main() -> None:
                 print(f"{path.name}: {error}", file=sys.stderr, flush=True)
         for method, figures in row.items():
             every.setdefault(method, []).append(figures)
-            print(f"{path.stem[-32:]:32} {len(mesh.faces):6} {method:24}", text_of(figures), flush=True)
+            print(f"{path.stem[-32:]:32} {len(mesh.faces):6} {method:26}", text_of(figures), flush=True)
     for method, figures in every.items():
         middle = Figures(*np.median(np.array(figures), axis=0))
-        print(f"median of {len(figures):3} {'':26} {method:24}", text_of(middle))
+        print(f"median of {len(figures):3} {'':26} {method:26}", text_of(middle))
 
 
 def text_of(figures: Figures) -> str:

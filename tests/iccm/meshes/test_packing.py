@@ -73,6 +73,14 @@ def test_a_long_chart_lies_diagonally_nowhere():
     assert np.minimum(np.abs(sides.real), np.abs(sides.imag)).max() < 1e-9
 
 
+def test_the_longest_chart_may_lie_diagonally_where_that_leaves_more_room():
+    strip = np.array([0, 10, 10 + 1j, 1j])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    packing = pack([(strip, faces), (strip / 4, faces)], shapely.box(0, 0, 1, 1), margin=2)
+    assert np.abs(packing.factor[0]) > 0.12  # upright, its scale is a tenth at most
+    assert np.isclose(abs(packing.factor[0].real), abs(packing.factor[0].imag))
+
+
 def test_what_does_not_fit_is_refused():
     with pytest.raises(InputError, match="no room"):
         pack(charts_of(400), shapely.box(0, 0, 1, 1), margin=200, rotates=False)
