@@ -31,6 +31,10 @@ class Status(Enum):
     PINS = (
         "Not all pins and strokes could be met; the result is the closest map without folds (pins, strokes)."
     )
+    UNPAIRED = (
+        "Pieces of the target have no partner in the source, so their faces show nothing of it (unpaired); name a "
+        "piece of the source, as in source.obj#piece-1, for --parts each."
+    )
     FLIPPED = "The texture coordinates that were written flip triangles or leave them without area (uv)."
     CROWDED = (
         "Parts of the target are not covered, because the map is too crowded there for double "

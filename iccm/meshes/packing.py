@@ -128,9 +128,7 @@ class _Stack:
         alike = [np.array_equal(a, b) for a, b in pairwise(corners)]
         self._alike = np.array([False, *alike])
 
-    def placed(
-        self, scale: float, taken: NDArray[np.int64], margin: int
-    ) -> tuple[Complex, Complex] | None:
+    def placed(self, scale: float, taken: NDArray[np.int64], margin: int) -> tuple[Complex, Complex] | None:
         """Return the places of all charts at a scale; None if one does not fit.
 
         They are (k,) rotations and (k,) translations in cells.

@@ -14,6 +14,7 @@ constraints    pins and strokes in the core plane
 point_files    pins from two files of points
 parts          `--parts all`
 projected      maps of sheets that are seen in pictures
+pieces         landmarks for pairs of pieces of two meshes
 by_position    pins between two meshes in the same place
 state          the state of a running job
 phases         progress and times of the phases of a job

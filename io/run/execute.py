@@ -64,7 +64,11 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     if sampled:
         run.begin("sampler")
     solve_pairs(run)
-    if run.source.is_mesh and run.target.is_mesh and job.target:
+    if run.source.is_mesh and run.target.is_mesh and job.parts == "all":
+        from .pieces import add_landmarks
+
+        add_landmarks(run, solve_pairs)
+    elif run.source.is_mesh and run.target.is_mesh and job.target:
         run, wanted = _matched_by_position(run, wanted, threads, again)
         job = run.job
     elif run.target.is_mesh:

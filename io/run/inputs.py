@@ -9,6 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...errors import InputError
 from .. import files, formats, references
 from ..meshes import mesh_files
@@ -255,6 +257,19 @@ class Inputs(Files):
             else (*self.job.rigid, *(self.listed.rigid if self.listed else ()))
         )
         return any(isinstance(each, str) and each.startswith(MARK) for each in given)
+
+    def piece_count(self, text: str) -> int | None:
+        """Return the number of pieces of a mesh with an area; None if its specification selects one.
+
+        Raises:
+            InputError: it cannot be read, or an element is invalid.
+        """
+        from ...meshes.disk_patch import Joined
+
+        found = mesh_files.read_all(text, self._sound_mesh(text))
+        if found[0].numbered or found[0].chart:
+            return None
+        return sum(int(np.count_nonzero(Joined.of(file.mesh).areas)) for file in found)
 
     def shapes(
         self, text: str, most: int, *, target: bool = False, source: Shape | None = None

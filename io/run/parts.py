@@ -58,6 +58,9 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     notes += more
     turn = job.turn if isinstance(job.turn, float | int) else 0.0
     found = parts.pair(sources, targets, turn)
+    if not job.texture:
+        found, more = _of_one_picture(sources, targets, found)
+        notes += more
     alone = [
         [shape for number, shape in enumerate(shapes) if number not in taken]
         for shapes, taken in zip((sources, targets), zip(*found))
@@ -76,6 +79,25 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     }
     pairs = [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])]
     return _with_overlap(pairs, notes, {"unpaired": figures} if any(alone) else {})
+
+
+def _of_one_picture(
+    sources: Sequence[Shape], targets: Sequence[Shape], found: list[tuple[int, int]]
+) -> tuple[list[tuple[int, int]], list[str]]:
+    """Return the pairs of two meshes whose sources show the same picture as that of the largest target, with a note on
+    the others.
+    """
+    if not all(shape.is_mesh for shape in (sources[0], targets[0])):
+        return found, []
+    first = min(found, key=lambda pair: pair[1])
+    picture = sources[first[0]].pictures[:1]
+    others = [pair for pair in found if sources[pair[0]].pictures[:1] != picture]
+    if not others:
+        return found, []
+    names = ", ".join(_name(sources[i]) for i, _ in others[:LISTED_PARTS])
+    cure = f"than {_name(sources[first[0]])}, so they are left out; map them separately, or name one --texture for all"
+    note = f"{sources[0].spec}: {names} show{'' if len(others) > 1 else 's'} another picture {cure}"
+    return [pair for pair in found if pair not in others], [Doubt(note)]
 
 
 def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:

@@ -59,8 +59,9 @@ def build(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
     note_doubts(run, found)
     figures = run.figures | output_figures(outputs)
     report = {"schema": SCHEMA, "version": __version__, **found, **figures}
-    if run.fit.status.ok and has_flips(figures):
-        report |= {"status": Status.FLIPPED.name.lower(), "message": Status.FLIPPED.value}
+    fault = _fault(run, figures)
+    if run.fit.status.ok and fault:
+        report |= {"status": fault.name.lower(), "message": fault.value}
     if "SOURCE_DATE_EPOCH" not in os.environ:
         report["seconds"] = run.phases.report()
     report["notes"] = run.notes
@@ -187,7 +188,15 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
             f"{len(left)} of {len(left) + len(run.fits)} parts are omitted, because no map was "
             "found for them."
         )
-    return not has_flips(report), report["message"]
+    return _fault(run, report) is None, report["message"]
+
+
+def _fault(run: Run, figures: dict[str, Any]) -> Status | None:
+    """Return what is wrong with a result although all of its maps are good; None if nothing is."""
+    if has_flips(figures):
+        return Status.FLIPPED
+    unpaired = (figures.get("unpaired") or {}).get("target")
+    return Status.UNPAIRED if unpaired and run.source.is_mesh and run.target.is_mesh else None
 
 
 def has_flips(figures: dict[str, Any]) -> bool:

@@ -1,7 +1,8 @@
 """Completion of a job before its inputs become shapes: values that depend on files are filled in once.
 
 What depends only on other values, such as which output is the STMap, is filled in by `Job` itself. This module fills in
-names of outputs, whether outputs of an earlier run may be replaced, and pins between the same vertices of two meshes.
+names of outputs, whether outputs of an earlier run may be replaced, whether two meshes are mapped piece by piece, and
+pins between the same vertices of two meshes.
 After that a job does not change.
 """
 
@@ -49,7 +50,8 @@ def resolve(job: Job, *, again: bool = False) -> Resolved:
         InputError: an input is invalid, or an output cannot be made.
     """
     inputs = Inputs(job)
-    job = name_outputs(job, inputs)
+    job = by_pieces(name_outputs(job, inputs), inputs)
+    inputs = inputs.of_job(job)
     own = earlier.own_outputs(job) if again and not job.force else set()
     wanted = outputs.of(job, inputs)
     formats.check_report(job.report)
@@ -62,6 +64,24 @@ def resolve(job: Job, *, again: bool = False) -> Resolved:
         job = job.model_copy(update={"force": True})
     job, inputs, notes = pin_same_vertices(job, inputs.of_job(job))
     return Resolved(job, inputs, wanted, notes, refusal)
+
+
+def by_pieces(job: Job, inputs: Inputs) -> Job:
+    """Return the job with `--parts all` if it maps two meshes as a whole, and one of them has several pieces.
+
+    Raises:
+        InputError: a mesh cannot be read.
+    """
+    one = (job.has_pins, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
+    one_map = any(formats.of(name).map for name in job.output if name != "-")
+    if job.parts != "auto" or not job.target or job.plane == "uv" or any(one) or one_map or job.subdivide_rim:
+        return job
+    specs = job.source, job.target
+    if not all(map(inputs.is_mesh, specs)) or any(map(inputs.is_layout, specs)):
+        return job
+    counts = [inputs.piece_count(spec) for spec in specs]
+    several = None not in counts and counts != [1, 1]
+    return job.model_copy(update={"parts": "all"}) if several else job
 
 
 def pin_same_vertices(job: Job, inputs: Inputs) -> tuple[Job, Inputs, list[str]]:

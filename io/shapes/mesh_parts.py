@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Flags, Index
+from ...arrays import Box, Flags, Index
 from ...meshes.flatten import Flattening
 from ...meshes.mesh import Mesh
 from ...meshes.patch import Patch
+from ...plane import longer_side
 from ..meshes.mesh_format import MeshFile
 from .mesh_shape import MeshShape
 
@@ -35,6 +36,13 @@ def side_by_side(shapes: list[MeshShape]) -> list[MeshShape]:
         placed[k] = _move(shapes[k], complex(x, y - sizes[k].imag) - shapes[k].curve.box[0])
         x += sizes[k].real + gap
     return [placed[k] for k in range(len(shapes))]
+
+
+def move_beside(shape: MeshShape, boxes: Sequence[Box]) -> MeshShape:
+    """Move a piece to the right of the boxes of others in its plane."""
+    low, high = shape.curve.box
+    gap = GAP_SIDE_SHARE * longer_side(low, high)
+    return _move(shape, complex(max(corner.real for _, corner in boxes) + gap, boxes[0][0].imag) - low)
 
 
 def _move(shape: MeshShape, by: complex) -> MeshShape:

@@ -401,7 +401,7 @@ def read_all(
         how: dict[str, Any] = {"cut": cut, "cut_open": cut_open, "opened": opened}
         return [read(spec, **how, layout=layout, aspect=aspect, joins=joins)], 0
     charts = bool(parts[0].chart) or layout
-    found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, joins)
+    found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, cut_open, joins)
     found = sorted(found, key=lambda each: -each.area)
     made, faults = _pick(found[:most])
     if not made:
@@ -460,13 +460,13 @@ def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list
     return found
 
 
-def _pieces(spec: str, parts: Sequence[MeshFile], cut: bool, joins: bool) -> list[_Found]:
+def _pieces(spec: str, parts: Sequence[MeshFile], cut: bool, cut_open: bool, joins: bool) -> list[_Found]:
     """Return the pieces of all geometries; errors as for `_charts`."""
 
     def made(file: MeshFile, connected: Joined, number: int) -> MeshShape:
-        return flatten_patch(
-            spec, file, disk_patch(connected, cut=cut, piece=number), cut, "conformal", joins=joins
-        )
+        piece = disk_patch(connected, cut=cut, piece=number)
+        grow = cut and (cut_open or len(piece.seam) > 0)
+        return flatten_patch(spec, file, piece, grow, "conformal", joins=joins)
 
     found = []
     for file in parts:

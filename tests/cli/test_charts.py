@@ -284,3 +284,41 @@ def test_artwork_goes_onto_a_chart(sheets, iccm):
     assert mirrored.code == 2 and "mirrored" in mirrored.err and not (sheets / "m.svg").exists()
     flat = iccm("map", "art.svg#rim", "pair.obj#right", "-o", "m.svg")
     assert flat.code == 2 and "or a chart (mesh#uv)" in flat.err
+
+
+def bounds_of(path):
+    """Return the lower and upper corners of the texture coordinates of each group."""
+    found, uv, name = {}, [], ""
+    for line in path.read_text().splitlines():
+        word, *rest = line.split() or [""]
+        if word == "vt":
+            uv.append([float(each) for each in rest[:2]])
+        elif word == "g":
+            name = rest[0]
+        elif word == "f":
+            found.setdefault(name, []).extend(int(each.split("/")[1]) - 1 for each in rest)
+    return {
+        name: np.round([np.min(at, axis=0), np.max(at, axis=0)], 3)
+        for name, at in ((name, np.array(uv)[numbers]) for name, numbers in found.items())
+    }
+
+
+def test_all_pieces_of_two_meshes_are_mapped_in_pairs(sheets, shapes, iccm):
+    """By their names, although they lie in the other order."""
+    write_sheets(shapes / "other.obj", {"right": ((0, 0), (1, 1)), "left": ((0, 0), (1, 1))}, n=7)
+    done = iccm("map", "pair.obj", "other.obj", "-o", "o.obj", "--report", "r.json")
+    assert done.code == 0, done.err
+    found = bounds_of(shapes / "o.obj")
+    assert np.allclose(found["left"], [(0.05, 0.1), (0.3, 0.35)], atol=2e-3)
+    assert np.allclose(found["right"], [(0.4, 0.4), (0.9, 0.9)], atol=2e-3)
+    report = json.loads((shapes / "r.json").read_text())
+    assert len(report["parts"]) == 2 and report["mapped"] == 1 and "unpaired" not in report
+
+
+def test_pieces_without_a_partner_have_a_status(sheets, shapes, iccm):
+    write_sheets(shapes / "more.obj", {name: ((0, 0), (1, 1)) for name in ("left", "right", "hat")}, n=6)
+    done = iccm("map", "pair.obj", "more.obj", "-o", "o.obj", "--report", "r.json")
+    assert done.code == 1 and "hat" in done.err
+    report = json.loads((shapes / "r.json").read_text())
+    assert report["status"] == "unpaired" and report["unpaired"]["target"] == ["piece-3"]
+    assert np.allclose(bounds_of(shapes / "o.obj")["right"], [(0.4, 0.4), (0.9, 0.9)], atol=2e-3)

@@ -104,7 +104,7 @@ def tell_share(run: Run) -> None:
     own, every = int(file.faces.sum()), file.total or file.faces.size
     run.figures["mapped"] = own / every
     if own < every and not Spec.of(run.job.target).chosen:
-        whole = run.job.repeated or as_mesh(run.target).packed
+        whole = run.job.several or as_mesh(run.target).packed
         cure = "" if whole else "; --parts each maps the source onto every part"
         run.note(f"{run.target.spec}: {own} of {every} faces are mapped ({own / every:.0%}){cure}")
 

@@ -1,0 +1,96 @@
+"""Landmarks for pairs of pieces of two meshes, each of which is mapped like a mesh of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...errors import InputError
+from ...plane import bounding_box
+from ..shapes.mesh_shape import as_mesh
+from .by_position import pins_by_position
+from .constraints import constrain
+from .job import is_mesh
+from .state import Run
+
+if TYPE_CHECKING:
+    from ..shapes.shape import Shape
+
+
+def add_landmarks(run: Run, solve: Callable[[Run], None]) -> None:
+    """Solve for pairs of pieces again with landmarks: the same vertices of the same topology, or nearby points where a
+    map has drifted.
+
+    Args:
+        run: the job, solved.
+        solve: solves a job; raises an InputError where there is no map.
+    """
+    for k in range(len(run.pairs)):
+        trial, remark = _with_landmarks(run, k)
+        if trial is None:
+            continue
+        try:
+            solve(trial)
+        except InputError:
+            continue
+        before, after = (each.report().get("apart") for each in (run.fits[k], trial.fit))
+        if not trial.fit.status.ok and not (before and after and after["p95"] < before["p95"]):
+            continue
+        run.pairs[k], run.fits[k] = trial.pairs[0], trial.fit
+        _update_extents(run)
+        run.note(f"{run.job.target}: {remark}")
+
+
+def _with_landmarks(run: Run, k: int) -> tuple[Run | None, str]:
+    """Return a pair as a job of its own with landmarks, not yet solved, and a remark on them; None if it has none."""
+    source, target = run.pairs[k]
+    names = {side: f"{shape.path}#{shape.part}" for side, shape in (("source", source), ("target", target))}
+    job = run.job.model_copy(update={**names, "parts": "largest"})
+    inputs = run.inputs.of_job(job)
+    pins = inputs.same_vertices()
+    of_source = f"#{source.part} of {run.job.source}"
+    text = f"{len(pins)} vertices are pinned to the same vertices"
+    remark = f"#{target.part} has the same topology as {of_source}, so {text}"
+    if not pins:
+        pins = pins_by_position(replace(run, job=job, pairs=[(source, target)], fits=[run.fits[k]]))
+        text = f"{len(pins)} of its vertices are pinned to the nearest points"
+        remark = f"#{target.part} lies where {of_source} does, so {text}"
+    if not pins:
+        return None, ""
+    job = job.model_copy(update={"pin": tuple(pins)})
+    inputs = run.inputs.of_job(job)
+    trial = Run.read(job, inputs, run.threads, lambda note: None, run.phases)
+    pair = _beside(run, 0, trial.source, source), _beside(run, 1, trial.target, target)
+    splits = [_is_split(new, old) for new, old in zip(pair, (source, target))]
+    if splits[1] or (splits[0] and not all(is_mesh(name) or job.bake for name in job.outputs)):
+        return None, ""  # pictures in the target's plane need the file's own triangles
+    trial.pairs = [pair]
+    trial.constraints, trial.called = constrain(job, *pair, inputs.listed)
+    return trial, remark
+
+
+def _is_split(shape: Shape, before: Shape) -> bool:
+    """Return whether a piece has other triangles than before, because its cut runs through faces."""
+    return as_mesh(shape).file.mesh.corners.size != as_mesh(before).file.mesh.corners.size
+
+
+def _beside(run: Run, side: int, shape: Shape, replaced: Shape) -> Shape:
+    """Return a piece that was cut differently, beside all others of its side in their plane."""
+    from ..shapes.mesh_parts import move_beside
+
+    moved = move_beside(as_mesh(shape), [each.curve.box for each in run.shapes(side)])
+    moved = replace(moved, spec=replaced.spec, part=replaced.part, names=replaced.names, notes=replaced.notes)
+    return moved if _is_split(moved, replaced) else replace(moved, file=as_mesh(replaced).file)
+
+
+def _update_extents(run: Run) -> None:
+    """Set the extents of all pieces to the box of all of their side."""
+    sides = []
+    for side in (0, 1):
+        shapes = [pair[side] for pair in run.pairs]
+        extent = bounding_box(np.array([shape.curve.box for shape in shapes]))
+        sides.append([replace(shape, extent=extent, box=extent) for shape in shapes])
+    run.pairs = [*zip(*sides)]
