@@ -119,6 +119,7 @@ class OptionValues(TypedDict, total=False):
     max_stretch: float | None
     rigid_size: float | Literal["free"] | None
     exact_pins: bool
+    keep_start: bool
     terms: Sequence[object]
     order: int | None
     quasi: float | None
@@ -165,6 +166,8 @@ class Options:
             None for the mean scale, or as large as there is room.
         exact_pins: whether pins are met exactly, whatever distortion that takes; otherwise those inside are soft, see
             `iccm.Pin` (balanced, in the plane).
+        keep_start: whether the map given as `start` is the result, if it meets all constraints on its own mesh;
+            otherwise the search continues from it until it has converged (balanced, in the plane).
         terms: additional terms of the balanced energy, instances of subclasses of `iccm.balanced.Term`.
         order: 0 for the distance to closest points, 1 for the first-order distance of §3.4.
         quasi: None for a conformal map, else the weight of E_q.
@@ -204,6 +207,7 @@ class Options:
         None, methods=BALANCED, selects=True, above=0, words=("free",)
     )
     exact_pins: bool = _field(False, methods=BALANCED, selects=True)
+    keep_start: bool = _field(False, methods=BALANCED, selects=True)
     terms: Sequence[object] = _field((), methods=BALANCED, selects=True)
     order: int | None = _number(None, methods=WEIGHTED, selects=True, most=1)
     quasi: float | None = _number(None, methods=WEIGHTED, selects=True)

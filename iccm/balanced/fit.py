@@ -515,6 +515,7 @@ def settings_of(options: Options) -> Settings:
         max_uncovered=options.max_uncovered,
         starts=options.effort,
         rigid_size=None if options.rigid_size == "free" else float(options.rigid_size or 1.0),
+        keep_start=options.keep_start,
     )
 
 

@@ -9,7 +9,7 @@ While something is dragged, each step has a budget of Newton steps, and the map 
 in the next step, and then on a new mesh. When nothing is dragged, there is no budget.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -38,6 +38,7 @@ from .search.final_mesh import (
     LAST_DECREASE_WITH_PINS,
     MOST_STIFFENED,
     NARROW_AIM,
+    STIFFEST,
     final_level,
     with_present_springs,
 )
@@ -200,9 +201,19 @@ class Live:
         strokes: Sequence[tuple[Curve, Curve]] = (),
         softness: Softness | None = None,
         *,
+        springs: Mapping[complex, float] | None = None,
         dragged: bool = False,
     ) -> "Live":
         """Start from a balanced map, with pins (k, 2) and strokes as in `solve`; see `moved` for the other arguments.
+
+        Args:
+            fit: the map.
+            settings: options of the map.
+            pins: (k, 2) points of the source and their places.
+            strokes: polylines of the source, and of the target.
+            softness: of the pins; None if all are exact.
+            springs: factors of the springs of the map's soft pins, as returned by `springs`; None if not known.
+            dragged: whether pins are moving.
 
         Raises:
             NoMapError: no map without folds was found.
@@ -222,7 +233,13 @@ class Live:
         state = on_its_mesh(level, before)
         given, coarse, stiffening = own_pins, False, np.empty(0)
         if state is not None:
-            state, stiffening = with_present_springs(state)
+            known = state.energy.pins
+            if springs is None or known is None:
+                state, stiffening = with_present_springs(state)
+            else:
+                given_factors = [springs.get(here, 1.0) for here in patches.points[:, 0].tolist()]
+                stiffening = np.clip(given_factors, 1, STIFFEST)
+                state = state.with_energy(replace(state.energy, pins=known.stiffer(stiffening)))
         else:
             given, patches = pair.checked(pins, strokes, softness)
             settings = pair.with_patches(settings, patches)
@@ -314,6 +331,11 @@ class Live:
         state = self.state.with_energy(oriented)
         return replace(self, settings=settings, patches=patches, state=state, stiffening=factors)
 
+    @property
+    def springs(self) -> dict[complex, float]:
+        """The factors of the springs of soft pins, by the pins' points of the source."""
+        return dict(zip(self.patches.points[:, 0].tolist(), self.stiffening.tolist()))
+
     def _stiffened(self) -> "Live":
         """Return the map with the springs' stiffness for the next step, according to how far their pins miss."""
         pins = self.state.energy.pins
@@ -323,7 +345,8 @@ class Live:
         # as in `follow_pins` where they are too soft; where too stiff, slowly, so that they do not swing
         missed = np.where(missed > 1, missed**2, missed)
         factors = self.stiffening * np.clip(missed, 1 / MOST_STIFFENED, MOST_STIFFENED)
-        return replace(self, stiffening=np.maximum(factors, 1))
+        # a pin that is far behind the hand would go on making its spring stiffer, which takes as long to soften again
+        return replace(self, stiffening=np.clip(factors, 1, STIFFEST))
 
     def _changes_vertices(self, given: Pins) -> bool:
         """Return whether the constraints need other vertices than the mesh has; with strokes, each step may."""

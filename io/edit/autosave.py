@@ -77,7 +77,7 @@ def offer(session: Session, left: Unsaved | None) -> None:
     session.left = left.scene
     if left.start:
         with suppress(InputError):  # the files have changed: start from scratch
-            session.begin(left.scene, left.start.map(session.source, session.target))
+            session.begin(left.scene, left.start)
 
 
 def keep(session: Session, scene: Scene, port: int, token: str) -> None:
@@ -92,9 +92,7 @@ def keep(session: Session, scene: Scene, port: int, token: str) -> None:
         if not session.left:
             forget(session.job)
         return
-    found, pair = session.start(scene), (session.source, session.target)
-    start = None if found is None else StartingMap.of(found, *pair)
-    unsaved = Unsaved(scene=scene, start=start, when=datetime.now(UTC), port=port, token=token)
+    unsaved = Unsaved(scene=scene, start=session.start(scene), when=datetime.now(UTC), port=port, token=token)
     make_private(folder())
     write_bytes(path(session.job), unsaved.model_dump_json().encode(), force=True, private=True)
 

@@ -204,6 +204,8 @@ class _Link:
                 continue  # the pin was released in the meantime
             way = (message.way,) if isinstance(message, Solve) else ()
             if isinstance(message, Solve) and not message.way:
+                if message.released and session.is_behind(message.scene):
+                    await self._follow_last(message)
                 await self._relax(message)  # so that the picture settles visibly, and does not jump
                 if session.scene is not message.scene:
                     continue
@@ -220,15 +222,26 @@ class _Link:
             if shown.kind == "full":
                 self._put("compare", message)
 
+    async def _follow_last(self, message: Solve) -> None:
+        """Show the map at the last place of a drag, which was released before the map had followed it there."""
+        shown: Any = await self._done("follow", self._session.follow, message.scene)
+        if isinstance(shown, MapUpdate) and shown.kind != "error":
+            await self._show(message, shown)
+
     async def _relax(self, message: Follow | Solve) -> None:
-        """Continue and show the map that followed a drag while nothing moves, until it has converged."""
+        """Continue and show the map that followed a drag while nothing moves, until it has converged.
+
+        Once the hand has let go, it stays close to what was seen then.
+        """
         session, queue = self._session, self._newest["follow"]
+        is_released = isinstance(message, Solve) and message.released
+        released = await self._done("follow", session.seen) if is_released else None
         for _ in range(MOST_RELAXATIONS):
             if not queue.empty() or session.scene is not message.scene:
                 return
             if not session.has_followed(message.scene):
                 return
-            shown: Any = await self._done("follow", session.relax, message.scene)
+            shown: Any = await self._done("follow", session.relax, message.scene, released)
             if not isinstance(shown, MapUpdate):
                 return
             if session.scene is message.scene:  # else the converged map has been requested

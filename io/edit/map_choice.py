@@ -20,11 +20,17 @@ class MapChoice:
         start: the map that it may continue from; None if there is none.
         fresh: whether it is computed from scratch even though there is a `start`.
         other: whether the map from scratch is known to be different.
+        gain: how many times less that one is stretched on 95 % of the target.
+        kept: whether `start` is the map as it is, rather than one to converge from.
+        springs: stiffness of its soft pins, see `Live.springs`, with which the next drag begins; None if not known.
     """
 
     start: TriangulatedMap | None = None
     fresh: bool = False
     other: bool = False
+    gain: float = 1.0
+    kept: bool = False
+    springs: dict[complex, float] | None = None
 
     @property
     def begins(self) -> TriangulatedMap | None:

@@ -71,6 +71,7 @@ class MapUpdate:
         patches: radius and tolerance of each soft pin, in the units of the files; None for exact pins.
         outlines: of a deformed shape, rings of [x, y] in the page's coordinates.
         other: "fresh" if the map from scratch differs, "kept" if the map continued from the last one does.
+        gain: how many times less the map from scratch is stretched on 95 % of the target, if it differs.
     """
 
     kind: str
@@ -80,12 +81,13 @@ class MapUpdate:
     wrong: dict[str, list[int]] = field(default_factory=dict)
     drawn: NDArray[np.float32] | None = None
     other: str = ""
+    gain: float = 1.0
     outlines: list[list[list[float]]] = field(default_factory=list)
     patches: list[dict[str, float] | None] = field(default_factory=list)
 
     def head(self, seq: int) -> dict[str, Any]:
         """Return all fields except `drawn` for the page; `seq` is the number of the request that this answers."""
-        names = ("kind", "ok", "message", "figures", "wrong", "other", "outlines", "patches")
+        names = ("kind", "ok", "message", "figures", "wrong", "other", "gain", "outlines", "patches")
         head = {name: getattr(self, name) for name in names}
         return as_json({"type": "map", "seq": seq, **head})
 

@@ -70,13 +70,15 @@ class Follow(_Message):
 class Solve(_Message):
     """A request for the converged map, as `iccm map` computes it from the saved constraints.
 
-    `way` selects one of two known maps, see `MapChoice`.
+    `way` selects one of two known maps, see `MapChoice`. `released` means that a hand has just let go, so that the map
+    stays where it is seen.
     """
 
     type: Literal["solve"]
     seq: int
     scene: Scene
     way: Literal["", "fresh", "kept"] = ""
+    released: bool = False
 
 
 class Place(_Message):

@@ -22,7 +22,6 @@ from ..run.execute import Outcome, run
 from ..run.job import Job, make
 from ..run.report import as_json
 from ..shapes.shape import Shape
-from ..shapes.starts import StartingMap
 from ..spec import path_of
 from . import drawn
 from .messages import Scene
@@ -81,8 +80,7 @@ def constraints_json(session: Session, scene: Scene, listed: dict[str, list[Any]
         rows = ",".join(f"\n    {json.dumps(as_json(entry), ensure_ascii=False)}" for entry in found)
         lines.append(f'  "{kind}": [{rows}\n  ]' if found else f'  "{kind}": []')
     if start := session.start(scene):
-        kept = StartingMap.of(start, session.source, session.target).model_dump_json()
-        lines.append(f'  "start": {kept}')
+        lines.append(f'  "start": {start.model_dump_json()}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 

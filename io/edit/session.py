@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...balanced.constraints.soft import softness_of
+from ...balanced.fit import MOST_LIMIT_RATIO
 from ...balanced.interactive import Live
 from ...balanced.model.energy import Energy
 from ...balanced.model.settings import Settings
@@ -33,7 +34,7 @@ from ...result import Fit
 from ...status import Status
 from ..point_syntax import Place
 from ..run import framing, texture
-from ..run.constraints import as_pins, as_strokes, check_inside
+from ..run.constraints import as_pins, as_strokes, check_inside, fingerprint
 from ..run.execute import solve_pairs
 from ..run.inputs import Inputs
 from ..run.job import Job
@@ -71,10 +72,11 @@ FOLLOWED_LIMIT_RATIO = 1.5
 STILL_SHARE, STILL_QUANTILE = 2e-4, 0.95
 """A map has converged if, in a step, this quantile of its vertices moves less than this share of the target's
 diagonal: a sixth of a pixel of 800."""
-BETTER_STRETCH_RATIO = 1.2
-"""How many times the stretch on 95 % of the target a continued map may have compared with the one from scratch, before
-that one replaces it: many drags, each of which is small, may twist a map more than its pins require."""
-REPLACED = "The map from scratch, which is stretched {:.2g} times less, replaces the continued one."
+MOST_SETTLING_SHARE = 0.005
+"""How far a map may settle after a pin was released, as the same quantile, relative to the target's diagonal. What is
+released stays where it was seen; further settling waits for the next drag.
+"""
+PLACED_SHARE = 1e-3  # of the target's diagonal: a new pin this close to where the map takes it moves nothing
 # a map from scratch with one of these statuses does not replace another map
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 # significant digits of coordinates relative to the shape's size, the same on the page and in files
@@ -129,11 +131,11 @@ class Session:
         self._maps: list[TriangulatedMap] = []
         self._live: Live | None = None
         self._followed = self._shown_key = ""
-        self._keeps_continued = False
+        self._is_met = False
         self._last = (self.first, MapUpdate("error", False, ""))
         self._choices: dict[str, MapChoice] = {}
         if listed.start:
-            self.begin(self.first, listed.start.map(self.source, self.target))
+            self.begin(self.first, listed.start)
 
     def go_on_from(self, before: Session) -> None:
         """Take over the edits from a session with the same shapes and another texture."""
@@ -245,13 +247,32 @@ class Session:
             return self.views[0](maps[0].extended_inverse(self.target.flattening.flat)[0])
         return np.concatenate([patches(map, *self.views) for map in maps])
 
-    def begin(self, scene: Scene, start: TriangulatedMap) -> None:
-        """Set the map that the map of a scene continues from."""
-        self._choices[scene.key] = MapChoice(start)
+    def begin(self, scene: Scene, start: StartingMap) -> None:
+        """Set the map that the map of a scene continues from.
 
-    def start(self, scene: Scene) -> TriangulatedMap | None:
+        Raises:
+            InputError: it is not a map of these shapes.
+        """
+        map = start.map(self.source, self.target)
+        kept = bool(start.kept) and start.kept == self._fingerprint(scene)
+        places = self.core(scene).pins[:, 0].tolist()
+        springs = dict(zip(places, start.springs)) if start.springs else None
+        self._choices[scene.key] = MapChoice(map, kept=kept, springs=springs)
+
+    def start(self, scene: Scene) -> StartingMap | None:
         """Return the map that the map of a scene continues from, which must be saved to reproduce it."""
-        return self._choices.get(scene.key, MapChoice()).begins
+        chosen = self._choices.get(scene.key, MapChoice())
+        if chosen.begins is None:
+            return None
+        kept = self._fingerprint(scene) if chosen.kept else ""
+        places = self.core(scene).pins[:, 0].tolist() if chosen.springs else []
+        springs = [(chosen.springs or {}).get(place, 1.0) for place in places]
+        springs = springs if any(factor > 1 for factor in springs) else []
+        return StartingMap.of(chosen.begins, self.source, self.target, kept=kept, springs=springs)
+
+    def _fingerprint(self, scene: Scene) -> str:
+        placed = self.core(scene)
+        return fingerprint(self._job_of(scene), placed.pins, placed.settings)
 
     def solve(self, scene: Scene, way: str = "") -> MapUpdate:
         """Return the converged map, continued from the last one or from scratch, as `iccm map` computes it from saved
@@ -262,10 +283,10 @@ class Session:
             way: "fresh" for the map from scratch, "kept" for the continued one, if both are known.
         """
         self.scene = scene
-        if way:
-            self._keeps_continued = way == "kept"
         try:
             with one_thread():
+                if not way and (kept := self._kept(scene)) is not None:
+                    return kept
                 chosen = self._choices.get(scene.key) or MapChoice(self._start(scene))
                 chosen = replace(chosen, fresh=way == "fresh") if way else chosen
                 solved, chosen = self._solve(scene, chosen)
@@ -273,13 +294,63 @@ class Session:
             return refusal(error)
         return self._settle(scene, solved, chosen)
 
+    def _kept(self, scene: Scene) -> MapUpdate | None:
+        """Make the map that is shown that of a scene, exactly as it is, if it meets all constraints.
+
+        It followed a drag to there, or the scene has new pins where the map takes them anyway.
+        """
+        if self.deforming or self.surfaces != (None, None) or not scene.pins or scene.strokes or scene.rigid:
+            return None
+        if self.has_followed(scene):
+            assert self._live is not None
+            if self._live.coarse or not self._is_met:
+                return None
+            seen = self._live.start
+        elif self._only_adds_pins(scene):
+            seen = self._choices[self._last[0].key].begins if self._is_kept else self._fit.map
+        else:
+            return None
+        pair = self.source, self.target
+        with suppress(InputError):
+            start = StartingMap.of(seen, *pair, pins=self.core(scene).pins[:, 0]).map(*pair)
+            chosen = MapChoice(start, kept=True, springs=None if self._live is None else self._live.springs)
+            solved = self._fit_scene(scene, start, kept=True)
+            if solved.status.ok and not any(missed_constraints(solved.report, scene).values()):
+                return self._settle(scene, solved, chosen, live=self._live)
+        return None
+
+    def _only_adds_pins(self, scene: Scene) -> bool:
+        """Return whether a scene differs from the last one by new pins only, which are where the map takes them."""
+        last, map = self._last[0], self._map
+        if (
+            self._fit is None
+            or map is None
+            or scene.key in self._choices
+            or not (scene.whole and self._is_whole)
+        ):
+            return False
+        ends = [(pin.source, pin.target) for pin in last.pins]
+        more = [pin for pin in scene.pins if (pin.source, pin.target) not in ends]
+        others = scene.model_copy(update={"pins": [pin for pin in scene.pins if pin not in more]})
+        if not more or others.key != last.key:
+            return False
+        placed = self.core(scene.model_copy(update={"pins": more})).pins
+        gaps = np.abs(map(placed[:, 0]) - placed[:, 1])
+        return bool((gaps <= PLACED_SHARE * self.target.curve.diagonal).all())
+
+    @property
+    def _is_kept(self) -> bool:
+        """Whether the last converged map was kept as it had been seen."""
+        chosen = self._choices.get(self._last[0].key, MapChoice())
+        return chosen.kept and chosen.begins is not None
+
     def compare(self, scene: Scene) -> MapUpdate | None:
         """Compare a continued map with the one from scratch; return an update of the page if there is something to
         report.
 
-        If they look the same, or the map from scratch is stretched much less, it replaces the other: then only pins and
-        strokes have to be saved. A user who has returned to a continued map is only offered the other. Maps of meshes
-        are not compared, because each takes seconds.
+        If they look the same, the map from scratch replaces the other: then only pins and strokes have to be saved.
+        Otherwise it is offered, because nothing that is seen changes without the user. Maps of meshes are not compared,
+        because each takes seconds.
         """
         if self.source.is_mesh or (self.target and self.target.is_mesh):
             return None
@@ -294,14 +365,11 @@ class Session:
         if any(missed_constraints(solved.report, scene).values()) or self.scene is not scene:
             return None
         if same(before.map, solved.maps[0]):  # type: ignore[arg-type]
-            return self._settle(scene, solved, MapChoice())
-        chosen = replace(chosen, other=True)
+            return self._settle(scene, solved, MapChoice(), live=self._live)
         gain = before.distortion.stretch_p95 / solved.fit.distortion.stretch_p95
-        if solved.status.ok and gain > BETTER_STRETCH_RATIO and not self._keeps_continued:
-            shown = self._settle(scene, solved, replace(chosen, fresh=True))
-            return replace(shown, message=REPLACED.format(gain))
+        chosen = replace(chosen, other=True, gain=gain if solved.status.ok else 1.0)
         self._choices[scene.key] = chosen
-        return replace(self._last[1], drawn=None, other=chosen.alternative)
+        return replace(self._last[1], drawn=None, other=chosen.alternative, gain=chosen.gain)
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
         """Return the map to continue from, rounded as in a file; None to start from scratch."""
@@ -359,7 +427,7 @@ class Session:
         gone_on = None
         if chosen.begins is not None:
             with suppress(InputError):
-                gone_on = self._fit_scene(scene, chosen.begins), chosen
+                gone_on = self._fit_scene(scene, chosen.begins, kept=chosen.kept), chosen
                 if gone_on[0].status not in LOST_ON_THE_WAY:
                     return gone_on
             chosen = MapChoice()
@@ -371,23 +439,34 @@ class Session:
             return gone_on
         return fresh if gone_on is None or fresh[0].status.ok else gone_on
 
-    def _fit_scene(self, scene: Scene, start: TriangulatedMap | None) -> Solved:
-        """Return the maps of all parts, as `iccm map` computes them, and their report."""
-        pins, strokes, settings, widths = self.core(scene)
+    def _job_of(self, scene: Scene) -> Job:
+        """Return the job with the settings of a scene, and without constraints."""
         asked: dict[str, Any] = {"balance": scene.balance, "pin": (), "constraints": None}
+        if not self.deforming:
+            asked |= {"turn": scene.turn or None, "fit": None if scene.fit == "auto" else scene.fit}
+        return self.job.model_copy(update=asked)
+
+    def _fit_scene(self, scene: Scene, start: TriangulatedMap | None, *, kept: bool = False) -> Solved:
+        """Return the maps of all parts, as `iccm map` computes them, and their report.
+
+        Args:
+            scene: pins and strokes.
+            start: the map to continue from; None to start from scratch.
+            kept: whether the start is the map as it is.
+        """
+        pins, strokes, settings, widths = self.core(scene)
         if self.deforming and not (scene.pins or scene.strokes):
             pins = np.tile(self.source.curve.z[:1], (1, 2))  # a pin that stays in place: then everything does
             settings = []
-        elif not self.deforming:
-            asked |= {"turn": scene.turn or None, "fit": None if scene.fit == "auto" else scene.fit}
         settings = [] if self.job.exact_pins else settings
         given: dict[str, Any] = {"pins": as_pins(pins, settings), "strokes": as_strokes(strokes, widths)}
         given |= {} if start is None else {"start": start}
+        given |= {"keep_start": True} if kept else {}
         if rigid := self._rigid(scene):
             given |= {"rigid": rigid, **regions.greys(self.source, scene.rigid)}
         run = replace(
             self._run,
-            job=self.job.model_copy(update=asked),
+            job=self._job_of(scene),
             pairs=[(self.source, self.target)],
             constraints=given,
             notes=[],
@@ -425,21 +504,36 @@ class Session:
             found.append({**said, "source": self.views[0].points(outline), "target": images})
         return {"regions": found}
 
-    def _settle(self, scene: Scene, solved: Solved, chosen: MapChoice) -> MapUpdate:
-        """Return the update that shows a map, and make the map the current one if it meets the constraints."""
+    def _settle(
+        self, scene: Scene, solved: Solved, chosen: MapChoice, *, live: Live | None = None
+    ) -> MapUpdate:
+        """Return the update that shows a map, and make the map the current one if it meets the constraints.
+
+        Args:
+            scene: pins and strokes.
+            solved: the map.
+            chosen: how it was computed.
+            live: the same map as the next drag continues it; None to begin with the converged one.
+        """
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
             return MapUpdate("error", False, status.value, {}, wrong)
         drawn = self.image_of(solved.maps)
-        said = figures(report) | self._regions(solved.fit, report), wrong, drawn, chosen.alternative
+        said = (
+            figures(report) | self._regions(solved.fit, report),
+            wrong,
+            drawn,
+            chosen.alternative,
+            chosen.gain,
+        )
         shown = MapUpdate("full", status.ok, verdict(status, report, deformed=self.deforming), *said)
         shown = replace(
             shown, patches=self._patches(scene, solved.pins, solved.fit.pins, solved.fit.softness)
         )
         self._choices[scene.key] = chosen
         if self.scene is scene:  # else something is being dragged again, from the map as it was
-            self._fit, self._maps, self._live = solved.fit, solved.maps, None
+            self._fit, self._maps, self._live, self._shown_key = solved.fit, solved.maps, live, ""
             self._last = scene, shown = scene, replace(shown, outlines=self._outlines(solved.fit))
         return shown
 
@@ -468,6 +562,8 @@ class Session:
         softness = softness_of(pins, live.patches.points, live.patches.softness)
         found = replace(found, patches=self._patches(scene, pins, pins, softness))
         gap = np.abs(map(pins[:, 0]) - pins[:, 1])
+        limits = np.where(softness.is_soft, MOST_LIMIT_RATIO * softness.limits, np.inf)
+        self._is_met = live.met and bool((gap <= limits).all())
         far = gap > FOLLOWED_LIMIT_RATIO * softness.limits
         missed = np.where(
             softness.is_soft, far, (not live.met) & (gap > MISSED_DIAGONAL_SHARE * self.target.curve.diagonal)
@@ -486,23 +582,45 @@ class Session:
         """Return whether the map that is shown followed a drag to the pins and strokes of a scene."""
         return self._live is not None and self._shown_key == scene.key
 
-    def relax(self, scene: Scene) -> MapUpdate | None:
+    def relax(self, scene: Scene, released: TriangulatedMap | None = None) -> MapUpdate | None:
         """Return the coarse map after further steps at the same constraints; None once it hardly moves.
 
         One update of a drag has no time for all Newton steps that its map needs. The rest is done while the hand rests,
         so that the map seen then is the one after the release.
+
+        Args:
+            scene: pins and strokes.
+            released: the map that was seen when the hand let go. The map stays near it, unless it does not meet the
+                constraints yet.
         """
-        before = self._map
+        before, live, was_met = self._map, self._live, self._is_met
         if self.deforming or before is None or not (scene.whole and self._is_whole):
             return None
         shown, after = self.follow(scene), self._map
         if shown.kind == "error" or after is None:
             return None
-        if after.image.size == before.image.size:
-            moved = np.abs(after.image - before.image)
-            if float(np.quantile(moved, STILL_QUANTILE)) < STILL_SHARE * self.target.curve.diagonal:
-                return None
+        if self._moved_share(before, after) < STILL_SHARE:
+            return None
+        if released is not None and was_met and self._moved_share(released, after) > MOST_SETTLING_SHARE:
+            self._live, self._maps = live, [before]
+            return None
         return shown
+
+    def is_behind(self, scene: Scene) -> bool:
+        """Return whether the hand let go before the map had followed it to a scene."""
+        follows = not self.deforming and self._live is not None
+        return follows and scene.key not in self._choices and not self.has_followed(scene)
+
+    def seen(self) -> TriangulatedMap | None:
+        """Return the map that is shown."""
+        return self._map
+
+    def _moved_share(self, before: TriangulatedMap, after: TriangulatedMap) -> float:
+        """Return how far most vertices moved relative to the target's diagonal; infinite on another mesh."""
+        if after.image.size != before.image.size:
+            return np.inf
+        moved = np.abs(after.image - before.image)
+        return float(np.quantile(moved, STILL_QUANTILE)) / self.target.curve.diagonal
 
     def _bend(self, scene: Scene) -> MapUpdate:
         """Return the deformation, continued from the previous one."""
@@ -546,7 +664,8 @@ class Session:
             raise InputError("there is no map yet; wait for the first one")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
         asked = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.job.tolerance)
-        return Live.of(self._fit, asked, pins, strokes, softness, dragged=dragged)
+        springs = self._choices.get(self._last[0].key, MapChoice()).springs
+        return Live.of(self._fit, asked, pins, strokes, softness, springs=springs, dragged=dragged)
 
     def _as_met(self, pins: Complex, softness: Softness | None) -> Softness | None:
         """Make pins exact that the last map meets exactly because they would miss their places as soft pins."""

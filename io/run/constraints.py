@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
+from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +22,7 @@ from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Pin, Stroke
 from .. import files
 from ..shapes import parts
+from ..shapes.starts import FINGERPRINT_DIGITS
 from .job import Job
 
 if TYPE_CHECKING:
@@ -33,6 +36,9 @@ MOST_ENERGY_RATIO = 1.5
 other and that of the new map by more.
 """
 CONSTRAINTS = "pins", "strokes", "rigid", "rigid_target", "importance", "size_map"
+FINGERPRINTED = "balance", "turn", "fit", "holes", "tolerance", "exact_pins", "max_dilatation", "max_stretch"
+"""Options of a job on which the map that meets given pins depends."""
+DEFAULT_VALUES = None, False, 0, "auto", "whole"  # of these options; with pins, auto is whole
 SAME_OUTLINE_SHARE = 1e-9  # relative to the diagonal: outlines no farther apart than this are the same
 Names = tuple[list[str], list[str]]  # of pins and of strokes; empty strings for unnamed ones
 
@@ -85,7 +91,26 @@ def constrain(
         given |= fields(source, job.importance, job.size_map)
     if listed and listed.start:
         given["start"] = listed.start.map(source, target)
+        if listed.start.kept and listed.start.kept == fingerprint(job, pins, settings):
+            given["keep_start"] = True
     return given, found.names
+
+
+def fingerprint(job: Job, pins: Complex, settings: Sequence[dict[str, float]]) -> str:
+    """Return a short hash of all that the map of some pins depends on, see `StartingMap.kept`.
+
+    Args:
+        job: its options.
+        pins: (k, 2) in the core plane, in any order.
+        settings: of each pin, in the core plane.
+    """
+    values = [getattr(job, name) for name in FINGERPRINTED]
+    options = ["" if value in DEFAULT_VALUES else str(value) for value in values]
+    placed = sorted(
+        [str(here), str(there), str(sorted(more.items()))]
+        for (here, there), more in zip(pins.tolist(), settings)
+    )
+    return sha256(json.dumps([options, placed]).encode()).hexdigest()[:FINGERPRINT_DIGITS]
 
 
 def as_pins(points: Complex, settings: Sequence[dict[str, float]]) -> Complex | list[Pin] | None:

@@ -7,11 +7,16 @@ plane)::
 
 It is written as packed text (see `packed_map`), and both forms are read::
 
-    {"start": {"packed": "..."}}
+    {"start": {"packed": "...", "kept": "...", "springs": [1, ...]}}
+
+`springs` are the stiffness of each pin's spring when the map was dragged, with which `iccm edit` continues. `kept` is
+the fingerprint of the constraints and options whose map it is: with the same ones, the map is the result as
+it is. With others, and without a fingerprint, the search continues from it until it has converged.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -32,10 +37,12 @@ from .shape import Shape
 Number = Annotated[
     float, Field(allow_inf_nan=False, ge=-limits.COORDINATE, le=limits.COORDINATE, strict=True)
 ]
+Spring = Annotated[float, Field(allow_inf_nan=False, ge=1, le=limits.COORDINATE, strict=True)]
 Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=limits.START_ENTRIES)]
 Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
 
 
+FINGERPRINT_DIGITS = 16
 SAME_PLACE_SHARE = 1e-8  # of the diagonal: a vertex this close to a pin is that of the pin
 
 
@@ -47,28 +54,42 @@ class StartingMap(StrictModel):
     triangles: Annotated[
         list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=limits.START_ENTRIES)
     ]
+    kept: Annotated[str, Field(max_length=FINGERPRINT_DIGITS)] = ""
+    springs: list[Spring] = Field([], max_length=limits.PAGE_PINS)
 
     @model_validator(mode="before")
     @classmethod
     def _unpack(cls, given: Any) -> Any:
-        if not (isinstance(given, dict) and given.keys() == {"packed"} and isinstance(given["packed"], str)):
+        if not (isinstance(given, dict) and isinstance(given.get("packed"), str)):
+            return given
+        rest = {name: value for name, value in given.items() if name != "packed"}
+        if rest.keys() - {"kept", "springs"}:
             return given
         source, target, triangles = packed_map.unpack(given["packed"])
         return {
             "source": [tuple(place) for place in source.tolist()],
             "target": [tuple(place) for place in target.tolist()],
             "triangles": [tuple(corners) for corners in triangles.tolist()],
+            **rest,
         }
 
     @model_serializer
-    def _pack(self) -> dict[str, str]:
+    def _pack(self) -> dict[str, Any]:
         source, target = np.array(self.source, np.float64), np.array(self.target, np.float64)
         triangles = np.array(self.triangles, np.int64)
-        return {"packed": packed_map.pack(packed_map.PackedMap(source, target, triangles))}
+        found: dict[str, Any] = {"packed": packed_map.pack(packed_map.PackedMap(source, target, triangles))}
+        return found | {name: value for name in ("kept", "springs") if (value := getattr(self, name))}
 
     @classmethod
     def of(
-        cls, map: TriangulatedMap, source: Shape, target: Shape, *, pins: Complex | None = None
+        cls,
+        map: TriangulatedMap,
+        source: Shape,
+        target: Shape,
+        *,
+        pins: Complex | None = None,
+        kept: str = "",
+        springs: Sequence[float] = (),
     ) -> StartingMap:
         """Convert a map to the form of a constraints file, with rounded coordinates.
 
@@ -78,21 +99,25 @@ class StartingMap(StrictModel):
             target: as above.
             pins: (k,) points of the source, in the core plane. Vertices there are rounded finely, like those of the
                 outlines; None rounds all vertices finely, for a map that is rounded already.
+            kept: fingerprint of the constraints whose map this is as it is; empty if it is to converge.
+            springs: stiffness of each pin's spring, rounded to four digits.
         """
-        kept = np.ones(map.source.size, bool)
+        is_fine = np.ones(map.source.size, bool)
         if pins is not None:
             near = SAME_PLACE_SHARE * diagonal(map.source)
-            kept = np.isin(np.arange(map.source.size), np.concatenate(map.loops))
-            kept |= (np.abs(map.source[:, None] - pins) <= near).any(axis=1)
+            is_fine = np.isin(np.arange(map.source.size), np.concatenate(map.loops))
+            is_fine |= (np.abs(map.source[:, None] - pins) <= near).any(axis=1)
         here, there = (
             np.reshape(source.to_file(map.source), (-1, 2)),
             np.reshape(target.to_file(map.image), (-1, 2)),
         )
-        rounded = packed_map.round_map(here, there, map.faces, kept)
+        rounded = packed_map.round_map(here, there, map.faces, is_fine)
         return cls.model_construct(
             source=[(x, y) for x, y in rounded.source.tolist()],
             target=[(x, y) for x, y in rounded.target.tolist()],
             triangles=[(a, b, c) for a, b, c in rounded.triangles.tolist()],
+            kept=kept,
+            springs=[float(f"{each:.4g}") for each in springs],
         )
 
     def map(self, source: Shape, target: Shape) -> TriangulatedMap:

@@ -171,7 +171,7 @@ def drag_once(
     released = session._map
     pictures = [released]
     for _ in range(MOST_RELAXATIONS):
-        if session.relax(last) is None:
+        if session.relax(last, released) is None:
             break
         pictures.append(session._map)
     found.settling.append(len(pictures) - 1)

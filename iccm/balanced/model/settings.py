@@ -30,6 +30,7 @@ class Settings:
         triangles: approximate number of triangles of the final mesh.
         rigid_size: scale of rigid regions relative to the mean scale; None leaves it free.
         metric: of the source, in unit coordinates; None for the Euclidean plane.
+        keep_start: whether an earlier map that meets all constraints is returned unchanged.
     """
 
     energy: Energy = field(default_factory=Energy)
@@ -45,6 +46,7 @@ class Settings:
     triangles: int = 6000
     rigid_size: float | None = 1.0
     metric: Metric | None = None
+    keep_start: bool = False
 
     def inverse(self) -> "Settings":
         """Return the settings of the inverse map."""

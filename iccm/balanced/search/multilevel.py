@@ -197,6 +197,9 @@ def solve_from(
             return meet_bounds(state, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)
     kept = warm_start.met_on_its_mesh(level, start)
+    if kept is not None and settings.keep_start and not settings.bounded:
+        journal.energies.append(problem.energy.between(kept.z, kept.u, kept.material, kept.metrics))
+        return kept, meets_constraints(problem, kept)
     # with other sizes, or pins that may have moved, the map has to change
     resting = kept is not None and settings.metric is None and settings.energy.pins is None
     decrease = warm_start.AT_REST_DECREASE if resting else None

@@ -24,6 +24,7 @@ import {Tour} from './tour.js';
 
 /** @import {Actions, ErrorMessage, Hello, MapMessage, PaneScene, Side, TakenMessage} from './types.d.ts' */
 
+const BETTER_STRETCH_RATIO = 1.2;  // from which the page says how much less the map from scratch is stretched
 const GRID_LINES = 16;  // along the longer side of the source
 
 /** Set once the server has reported the open shapes. */
@@ -241,8 +242,10 @@ function showMap(message, floats) {
   if (message.kind === 'full') showNotes([...page.hello.notes, ...(message.figures.notes ?? [])]);
   showOtherMap(message.other ?? '');
   if (message.command) byId('command').textContent = message.command;
-  const further = {
-    fresh: ' A computation from scratch finds another map.',
+  const gain = message.gain ?? 1, further = {
+    fresh: gain > BETTER_STRETCH_RATIO
+      ? ` From scratch, it would be stretched ${gain.toFixed(1)} times less.`
+      : ' A computation from scratch finds another map.',
     kept: editor.replaced ? '' : ' This map was computed from scratch.',
   }[message.other ?? ''] ?? '';
   const sentence = failed ? `${message.message}. The last valid map is shown.` : message.message + further;

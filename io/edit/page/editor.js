@@ -101,9 +101,11 @@ export class Editor {
     else this.changed();
   }
 
-  /** End a drag. If nothing has moved since the converged map was requested, that map is still valid. */
+  /** End a drag. If nothing has moved since the converged map was shown, that map is still valid. */
   drop() {
-    this.commit(this.asked !== this.#solved);
+    this.history.push(this.scene);
+    if (this.busy || this.asked !== this.#solved) this.solve('', true);
+    else this.changed();
   }
 
   /** @param {number} steps back (negative) or forward */
@@ -134,9 +136,10 @@ export class Editor {
   /**
    * Request the converged map.
    * @param {string} [way] which of two known maps
+   * @param {boolean} [released] whether the hand has just let go: then the map stays where it is seen
    */
-  solve(way) {
-    this.#ask('solve', way);
+  solve(way, released) {
+    this.#ask('solve', {way, released});
     this.#solved = this.asked;
     this.busy = true;
     this.changed();
@@ -144,12 +147,12 @@ export class Editor {
 
   /**
    * @param {'follow' | 'solve'} type
-   * @param {string} [way]
+   * @param {{way?: string, released?: boolean}} [how]
    */
-  #ask(type, way) {
+  #ask(type, how = {}) {
     clearTimeout(this.#rest);
     this.asked += 1;
-    this.#say({type, seq: this.asked, scene: this.scene, way});
+    this.#say({type, seq: this.asked, scene: this.scene, ...how});
   }
 
   /**

@@ -151,6 +151,8 @@ export interface MapMessage {
   /** For each pin; null for exact pins. */
   patches?: (Patch | null)[];
   other?: string;
+  /** How many times less the map from scratch is stretched. */
+  gain?: number;
   command?: string;
 }
 

@@ -149,7 +149,8 @@ test('what is held still is solved for after a while, also where the map has not
   assert.deepEqual(said.map(({type}) => type), ['follow', 'follow']);
   mock.timers.tick(1);
   assert.deepEqual(said.map(({type}) => type), ['follow', 'follow', 'solve']);
-  editor.drop();  // the converged map has already been requested
+  editor.receive(mapMessage({kind: 'full', seq: 3}));
+  editor.drop();  // the converged map is shown already
   assert.equal(said.length, 3);
   editor.follow();
   editor.receive(mapMessage({kind: 'coarse', seq: 4, ok: false}));
@@ -158,6 +159,19 @@ test('what is held still is solved for after a while, also where the map has not
   editor.follow();
   editor.drop();  // at once
   assert.deepEqual(said.slice(5).map(({type}) => type), ['follow', 'solve']);
+  mock.timers.reset();
+});
+
+test('the server learns that the hand let go, before and while the map settles', () => {
+  mock.timers.enable({apis: ['setTimeout']});
+  const {editor, said} = begun();
+  editor.follow();
+  editor.drop();
+  editor.follow();
+  mock.timers.tick(150);
+  editor.drop();  // the converged map was requested, but is not shown yet
+  assert.deepEqual(said.map(({type, released}) => `${type} ${released ?? false}`),
+    ['follow false', 'solve true', 'follow false', 'solve false', 'solve true']);
   mock.timers.reset();
 });
 
