@@ -393,6 +393,11 @@ def _solve(
 ) -> Fit:
     """Solve a problem by the requested method; see `balanced.fit.solve` for `advised`."""
     before = _map_of(start)
+    if settings.keep_start and (before is None or any(layouts)):
+        reason = (
+            "does not work with surfaces; leave it out" if any(layouts) else "needs the map to keep, start"
+        )
+        raise InputError(f"keep_start: {reason}")
     capabilities.refuse(_given(problem, before), _method_of(settings), _kind_of(layouts), settings.fit)
     if settings.method == "paper":
         from .paper import algorithm1
@@ -596,6 +601,8 @@ def _deformed(
             raise InputError("rigid_size: does not apply to deform, where rigid regions keep their size")
         if settings.turn is not None:
             raise InputError("turn: does not apply to deform, where pins and strokes determine the rotation")
+        if settings.keep_start:
+            raise InputError("keep_start: does not apply to deform; leave it out")
         return balanced.deform(problem, settings, _map_of(start))
     capabilities.refuse(_given(problem, _map_of(start)), _method_of(settings), "plane", settings.fit)
     from .paper import algorithm1

@@ -24,7 +24,7 @@ from ..problem import Problem
 from ..result import Fit
 from ..status import Status
 from . import cartogram, rings
-from .constraints.soft import bands_of, patches_of, softness_of
+from .constraints.soft import MOST_LIMIT_RATIO, bands_of, patches_of, softness_of
 from .constraints.validate import check, check_free
 from .errors import NoMapError, OutOfTime
 from .holes.given import Holes, named_partners, open_holes, unequal
@@ -43,8 +43,6 @@ LAYERED = "Where the shape overlaps itself, pictures show the layer that is fart
 EVEN_BALANCE = 1.0  # the balance with equal weights of angles and areas
 # Relative to the whole map's dilatation: a partial map with less is suggested.
 WORTHWHILE_DILATATION_SHARE = 0.5
-MOST_LIMIT_RATIO = 1.05
-"""Distance relative to its limit up to which a soft pin counts as met; the last steps still move it a little."""
 NOTED_AREA_SHARE = 5e-4  # relative to the area; less is not reported
 
 

@@ -345,7 +345,7 @@ class Live:
         # as in `follow_pins` where they are too soft; where too stiff, slowly, so that they do not swing
         missed = np.where(missed > 1, missed**2, missed)
         factors = self.stiffening * np.clip(missed, 1 / MOST_STIFFENED, MOST_STIFFENED)
-        # a pin that is far behind the hand would go on making its spring stiffer, which takes as long to soften again
+        # without a limit, a pin far behind the hand would have a spring so stiff that softening it takes as many steps
         return replace(self, stiffening=np.clip(factors, 1, STIFFEST))
 
     def _changes_vertices(self, given: Pins) -> bool:

@@ -231,7 +231,7 @@ class _Link:
     async def _relax(self, message: Follow | Solve) -> None:
         """Continue and show the map that followed a drag while nothing moves, until it has converged.
 
-        Once the hand has let go, it stays close to what was seen then.
+        Once the pin is released, it stays close to what was seen then.
         """
         session, queue = self._session, self._newest["follow"]
         is_released = isinstance(message, Solve) and message.released

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Complex
-from ...balanced.fit import MOST_LIMIT_RATIO
+from ...balanced.constraints.soft import MOST_LIMIT_RATIO
 from ...balanced.search.partial import GOOD_STRETCH
 from ...errors import InputError
 from ...maps.summary import WELL_SEEN_SHARE

@@ -70,8 +70,8 @@ class Follow(_Message):
 class Solve(_Message):
     """A request for the converged map, as `iccm map` computes it from the saved constraints.
 
-    `way` selects one of two known maps, see `MapChoice`. `released` means that a hand has just let go, so that the map
-    stays where it is seen.
+    `way` selects one of two known maps, see `MapChoice`. `released` means that a pin has just been released, so that
+    the map stays where it is seen.
     """
 
     type: Literal["solve"]

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
-from ...balanced.constraints.soft import softness_of
-from ...balanced.fit import MOST_LIMIT_RATIO
+from ...balanced.constraints.soft import MOST_LIMIT_RATIO, softness_of
 from ...balanced.interactive import Live
 from ...balanced.model.energy import Energy
 from ...balanced.model.settings import Settings
@@ -590,8 +589,8 @@ class Session:
 
         Args:
             scene: pins and strokes.
-            released: the map that was seen when the hand let go. The map stays near it, unless it does not meet the
-                constraints yet.
+            released: the map that was seen when the pin was released. Once the constraints are met, the map stays
+                near it.
         """
         before, live, was_met = self._map, self._live, self._is_met
         if self.deforming or before is None or not (scene.whole and self._is_whole):
@@ -607,7 +606,7 @@ class Session:
         return shown
 
     def is_behind(self, scene: Scene) -> bool:
-        """Return whether the hand let go before the map had followed it to a scene."""
+        """Return whether the pin was released before the map had followed it to a scene."""
         follows = not self.deforming and self._live is not None
         return follows and scene.key not in self._choices and not self.has_followed(scene)
 

@@ -19,6 +19,8 @@ DERIVATIVE_TOLERANCE = 0.1
 """Deviation of a patch's derivative from the requested rotation and size that has the same cost: 10 %, or 6°."""
 FREE_DERIVATIVE_TOLERANCE = 0.02
 """The same for deformations without a target, where nothing else determines the rotation of parts: 1°."""
+MOST_LIMIT_RATIO = 1.05
+"""Distance relative to its limit up to which a soft pin counts as met; the last steps still move it a little."""
 STIFFNESS = 8.0
 """Weight of distortion at a pin relative to elsewhere: large enough to preserve a face, and small enough for a
 smooth transition around it.

@@ -9,6 +9,7 @@ from ...curve import Curve
 from ...drawings.cost import LOST_POINT_ENERGY
 from ...fits import FITS
 from ...plane import rotation
+from ..constraints.soft import MOST_LIMIT_RATIO
 from ..constraints.validate import UNPINNED, Pins, with_points
 from ..errors import NoMapError, OutOfTime, Stuck, check_time
 from ..holes.given import Holes
@@ -197,7 +198,7 @@ def solve_from(
             return meet_bounds(state, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)
     kept = warm_start.met_on_its_mesh(level, start)
-    if kept is not None and settings.keep_start and not settings.bounded:
+    if kept is not None and settings.keep_start and not settings.bounded and _meets_soft_pins(kept):
         journal.energies.append(problem.energy.between(kept.z, kept.u, kept.material, kept.metrics))
         return kept, meets_constraints(problem, kept)
     # with other sizes, or pins that may have moved, the map has to change
@@ -212,6 +213,14 @@ def solve_from(
         state, _ = with_present_springs(state)
     state = meet_bounds(state, settings, journal, decrease, springs=springs)
     return state, meets_constraints(problem, state)
+
+
+def _meets_soft_pins(state: DiscreteMap) -> bool:
+    """Return whether all soft pins are as close to their places as they must be."""
+    pins = state.energy.pins
+    if pins is None:
+        return True
+    return bool((pins.misses(state.z, state.u, state.material) <= MOST_LIMIT_RATIO * pins.limits).all())
 
 
 def free_map(

@@ -136,6 +136,28 @@ def test_going_on_without_a_change_changes_little():
     assert np.abs(first.map(z) - second.map(z)).max() < 0.01
 
 
+def test_a_kept_start_is_the_result_if_it_meets_the_pins():
+    first = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.8j)])
+    near = [(0.4 + 0.4j, 0.52 + 0.8j)]  # within the tolerance of a soft pin
+    kept = iccm.fit(SQUARE, TEE, pins=near, start=first, keep_start=True)
+    assert kept.status is Status.REACHED and one_to_one(kept)
+    z = first.interior
+    assert np.abs(first.map(z) - kept.map(z)).max() < 1e-12
+    moved = iccm.fit(SQUARE, TEE, pins=near, start=first)
+    assert np.abs(first.map(z) - moved.map(z)).max() > 1e-4
+    far = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.2j)], start=first, keep_start=True)
+    assert far.status is Status.REACHED and np.abs(first.map(z) - far.map(z)).max() > 0.1
+
+
+def test_keeping_needs_a_start_and_applies_to_maps_onto_a_target(plain):
+    with pytest.raises(InputError, match="keep_start: needs"):
+        iccm.fit(SQUARE, ELL, keep_start=True)
+    with pytest.raises(InputError, match="keep_start: does not apply"):
+        iccm.deform(SQUARE, pins=[(0.5 + 0.5j, 0.6 + 0.5j)], keep_start=True)
+    with pytest.raises(InputError, match="keep_start: only works"):
+        iccm.fit(SQUARE, ELL, method="conformal", keep_start=True)
+
+
 def test_going_on_after_outline_pins_slid_and_with_strokes(plain):
     pins = [(0.5, 0.5 + 0j), (0.5 + 1j, 0.2 + 1j)]
     first = iccm.fit(SQUARE, TEE, pins=pins)
