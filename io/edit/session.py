@@ -23,6 +23,7 @@ from ...balanced.model.settings import Settings
 from ...blas import one_thread
 from ...curve import Curve
 from ...errors import InputError
+from ...maps.approximation import triangulated
 from ...maps.distortion import in_middles
 from ...maps.moved_rings import move_rings
 from ...maps.triangulated.map import TriangulatedMap
@@ -305,8 +306,9 @@ class Session:
             if self._live.coarse or not self._is_met:
                 return None
             seen = self._live.start
-        elif self._only_adds_pins(scene):
-            seen = self._choices[self._last[0].key].begins if self._is_kept else self._fit.map
+        elif self._only_adds_pins(scene) and self._fit is not None:
+            chosen = self._choices[self._last[0].key]
+            seen = chosen.begins if chosen.kept and chosen.begins is not None else triangulated(self._fit.map)
         else:
             return None
         pair = self.source, self.target
@@ -336,12 +338,6 @@ class Session:
         placed = self.core(scene.model_copy(update={"pins": more})).pins
         gaps = np.abs(map(placed[:, 0]) - placed[:, 1])
         return bool((gaps <= PLACED_SHARE * self.target.curve.diagonal).all())
-
-    @property
-    def _is_kept(self) -> bool:
-        """Whether the last converged map was kept as it had been seen."""
-        chosen = self._choices.get(self._last[0].key, MapChoice())
-        return chosen.kept and chosen.begins is not None
 
     def compare(self, scene: Scene) -> MapUpdate | None:
         """Compare a continued map with the one from scratch; return an update of the page if there is something to
