@@ -24,9 +24,10 @@ SAVED = ("inverse", "columns", "max_line_error", "report", "size", "texture_box"
 def command(maps: tuple[str, ...], input: str, output: str, **given: Any) -> int:
     """Carry INPUT through MAP, a saved map. INPUT is a picture, a drawing, or a file of points, lines and polygons.
 
-    MAP is an .npz file written by `iccm map -o map.npz`. It carries pictures, drawings (.svg), tables of points (.csv
-    .tsv), GeoJSON, landmarks (.json .tps .pts), regions of ImageJ (.roi .zip) and lines (.obj), in the units of the
-    files, from the source to the target or (--inverse) back. The output has the format of the input.
+    MAP is an .npz file written by `iccm map -o map.npz`. It carries pictures, drawings (.svg .dxf), tables of points
+    (.csv .tsv), GeoJSON, landmarks (.json .tps .pts), regions of ImageJ (.roi .zip) and lines (.obj), in the units of
+    the files, from the source to the target or (--inverse) back. The output has the format of the input; DXF is written
+    in millimetres.
 
     Several maps are applied one after another, the first MAP first; ~MAP is the inverse of a map. --inverse inverts the
     whole chain.
@@ -79,17 +80,21 @@ def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) 
         said = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
         logs.log.info(f"carried {said or 'nothing, since the file has no points, lines or polygons'}")
         return [each for each in (output, own["report"]) if each not in ("-", None)]
+    drawings = (".svg", ".svgz", ".dxf")
+    error = own.pop("max_line_error") if name in drawings else None
     if used := [key for key, value in own.items() if value not in (None, "drop")]:
         raise InputError(
             f"--{used[0].replace('_', '-')}: this option is for points, lines and polygons, and {input} "
             "contains none"
         )
-    if name not in (".svg", ".svgz") and name not in formats.holding("picture"):
-        known = [*formats.holding("picture"), ".svg", ".svgz", *READERS]
+    if name not in drawings and name not in formats.holding("picture"):
+        known = [*formats.holding("picture"), *drawings, *READERS]
         raise InputError(f"{input}: cannot carry a file of this type; use one of {' '.join(known)}")
-    job = {key: value for key, value in given.items() if value is not None and key not in ("inverse", *own)}
+    used_here = ("inverse", "max_line_error", *own)
+    job = {key: value for key, value in given.items() if value is not None and key not in used_here}
     threads = job.pop("threads", None)
-    as_drawing = name in (".svg", ".svgz") and output != "-" and formats.of(output).drawing
+    as_drawing = name in drawings and output != "-" and formats.of(output).drawing
+    job |= {"max_line_error": error} if error else {}
     job |= {"output": [output]} | ({"source": input} if as_drawing else {"texture": input})
     saved = in_one(chain, steps)
     saved.carry(job, threads=threads, tell=logs.log.warning)

@@ -337,7 +337,10 @@ def _shape(name: str, plane: Plane) -> Shape:
     assert plane.outline is not None
     holes = tuple(plane.holes)
     outline = Curve(plane.outline)
-    return Shape(plane.name or name, Path(name), outline, plane.box, plane.down, {}, {}, holes=holes)
+    path, unit = Path(name), plane.millimetres
+    return Shape(
+        plane.name or name, path, outline, plane.box, plane.down, {}, {}, holes=holes, millimetres=unit
+    )
 
 
 def _job(held: MapFile) -> dict[str, Any]:

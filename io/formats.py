@@ -116,7 +116,7 @@ FORMATS = {
     ".geojsonl": Format(outlines=True),
     ".topojson": Format(outlines=True),
     **dict.fromkeys(FONTS, Format(outlines=True)),
-    ".dxf": Format(outlines=True),
+    ".dxf": Format(outlines=True, drawing=True),
     ".npz": Format(map=True),
 }
 

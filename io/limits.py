@@ -43,6 +43,10 @@ SVG_ELEMENTS = 300_000
 """Elements of any kind, text and definitions included."""
 SVG_SHAPES = 100_000
 """Paths, rectangles and so on, and subpaths: a tenth of a millisecond each."""
+DXF_ENTITIES = 200_000
+"""Entities that a DXF drawing shows, with those of each reference to a block: a tenth of a millisecond each."""
+DXF_DEPTH = 30
+"""References to blocks inside of each other."""
 SVG_COPIES = 50_000
 """Elements that are repeated by <use>, clip paths, masks, markers and filters."""
 SVG_COPIED = 8 << 20

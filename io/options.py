@@ -317,13 +317,6 @@ class ApplyOptions:
         "the first two]",
         "X,Y",
     )
-    max_line_error: float | None = _option(
-        "Largest distance of lines from their exact images, in the units of the output.  [default: 2e-4 "
-        "of its diagonal]",
-        "DISTANCE",
-        above=0,
-        old=("tolerance",),
-    )
     report: str | None = _option(
         "Report of what was carried and what lay outside the map (JSON); - for stdout.",
         "FILE.json",
@@ -802,6 +795,15 @@ class JobOptions:
         topic="output",
     )  # fmt: skip
     report: str | None = _option("Report of the run (JSON); - for stdout.", "FILE.json", topic="output")
+    max_line_error: float | None = _option(
+        "Largest distance of lines in drawings (.svg .dxf) and files of lines from their exact images, in the units of "
+        "the output; in .dxf in millimetres.  [default: 2e-4 of the target's diagonal]",
+        "DISTANCE",
+        above=0,
+        commands=("map", "deform", "apply"),
+        topic="output",
+        words="tolerance precision accuracy",
+    )
     plot: str | None = _option(
         "Plot grids, the result, distortion and notes (.png .svg .pdf).", "FILE.png", topic="output"
     )

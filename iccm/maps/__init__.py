@@ -24,4 +24,5 @@ distortion        figures of distortion, over the target's area
 figure            the matplotlib figure of a map
 summary           the figures of a report in words
 bezier_fit        images of curves under a map, as cubic Béziers
+arc_fit           the same, as lines and circular arcs
 """

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex
+from ..arrays import Complex, Real
 
 # Values were chosen by hand unless a comment gives a reason.
 HALVING_ROUNDS = 14  # of halving intervals
@@ -19,6 +19,7 @@ STILL_SPEED_SHARE = 0.15
 INNER = np.array([0.15, 0.35, 0.5, 0.65, 0.85])  # parameters at which a fit is compared with the curve
 
 Image = Callable[[NDArray[np.intp], NDArray[np.float64]], Complex]
+Fit = Callable[[NDArray[np.intp], Real, Real], tuple[Complex, Real]]
 
 
 def refit(image: Image, curves: int, tolerance: float) -> list[Complex]:
@@ -50,24 +51,43 @@ def refit_together(images: Sequence[Image], curves: int, tolerance: float) -> li
     Returns:
         For each image, the control points of its curves as `refit` returns them.
     """
+
+    def fit(which: NDArray[np.intp], lo: Real, hi: Real) -> tuple[Complex, Real]:
+        fits = [_cubics(image, which, lo, hi, tolerance) for image in images]
+        return np.stack([control for control, _ in fits]), np.max([error for _, error in fits], axis=0)
+
+    return [[*split] for split in zip(*halved(fit, curves, tolerance))]
+
+
+def halved(fit: Fit, curves: int, tolerance: float) -> list[Complex]:
+    """Fit pieces to intervals of curves, which are halved until every piece is accurate.
+
+    Args:
+        fit: (which (p,), lo (p,), hi (p,)) -> control points (…, p, k) of the pieces on intervals of curves, and their
+            distances (p,) from the curves.
+        curves: number of curves.
+        tolerance: largest distance.
+
+    Returns:
+        For each curve the control points (…, pieces, k) in order.
+    """
     which = np.arange(curves)
     lo, hi = np.zeros(curves), np.ones(curves)
     done: list[tuple[NDArray, NDArray, Complex]] = []
     for turn in range(HALVING_ROUNDS):
-        fits = [_cubics(image, which, lo, hi, tolerance) for image in images]
-        control, error = np.stack([fit[0] for fit in fits]), np.max([fit[1] for fit in fits], axis=0)
+        control, error = fit(which, lo, hi)
         keep = (error <= tolerance) | (turn == HALVING_ROUNDS - 1)
-        done.append((which[keep], lo[keep], control[:, keep]))
+        done.append((which[keep], lo[keep], control[..., keep, :]))
         if keep.all():
             break
         which, lo, hi = which[~keep], lo[~keep], hi[~keep]
         middle = 0.5 * (lo + hi)
         which, lo, hi = np.tile(which, 2), np.concatenate([lo, middle]), np.concatenate([middle, hi])
     which, lo = (np.concatenate([part[k] for part in done]) for k in (0, 1))
-    control = np.concatenate([part[2] for part in done], axis=1)
+    control = np.concatenate([part[2] for part in done], axis=-2)
     order = np.lexsort([lo, which])
     ends = np.searchsorted(which[order], np.arange(1, curves))
-    return [np.split(each[order], ends) for each in control]
+    return np.split(control[..., order, :], ends, axis=-2)
 
 
 def _cubics(

@@ -37,6 +37,11 @@ DRAWING_RINGS = ("source_drawing", "target_drawing")
 LATER = ("rigid", *DRAWING_RINGS)  # added later, so that files of this format may lack them
 
 
+SIDES = ("source", "target")
+PLANES = {"names": "name", "millimetres": "millimetres"}
+"""What `about` contains of both planes: its names for attributes of `Plane`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Plane:
     """Data of the source's or the target's plane.
@@ -47,6 +52,7 @@ class Plane:
         down: whether its file has y down; points in the file's coordinates are then the conjugates.
         holes: outlines of the shape's holes.
         name: of its file, as given by the user.
+        millimetres: length of a unit of its file; None if the file does not state it.
     """
 
     outline: Complex | None
@@ -54,6 +60,7 @@ class Plane:
     down: bool = False
     holes: Sequence[Complex] = ()
     name: str = ""
+    millimetres: float | None = None
 
     @classmethod
     def of(cls, outline: Complex, holes: Sequence[Curve]) -> "Plane":
@@ -88,10 +95,10 @@ class MapFile:
     def write(self, path: str | PathLike) -> None:
         """Write the archive; equal maps give equal bytes."""
         found: dict[str, Any] = {"format": FORMAT}
-        names = {"names": [plane.name for plane in self.planes]}
-        found["about"] = json.dumps({**self.about, **names}, ensure_ascii=False)
+        planes = {name: [getattr(plane, each) for plane in self.planes] for name, each in PLANES.items()}
+        found["about"] = json.dumps({**self.about, **planes}, ensure_ascii=False)
         found |= _triangles(self.map) if isinstance(self.map, TriangulatedMap) else _harmonic(self.map)
-        for side, plane in zip(("source", "target"), self.planes):
+        for side, plane in zip(SIDES, self.planes):
             found[side] = np.empty(0, complex) if plane.outline is None else plane.outline
             found[f"{side}_box"] = np.array(plane.box)
             found[f"{side}_y"] = np.int32(-1 if plane.down else 1)
@@ -151,7 +158,8 @@ class _Archive(Archive):
             raise InputError(f"its format is {format[:60]!r}, but this version of iccm reads {FORMAT!r}")
         about = self.about()
         map = self.harmonic() if "polygon" in self else self.triangulated()
-        planes = tuple(self.plane(side, name) for side, name in zip(("source", "target"), about["names"]))
+        units = about.get("millimetres", [None, None])  # files of older versions have none
+        planes = tuple(self.plane(side, name, unit) for side, name, unit in zip(SIDES, about["names"], units))
         if planes[0].outline is None:
             raise InputError("source: has no vertices")
         arrays = {name: self.array(name, *form) for name, form in ARRAYS.items()}
@@ -176,6 +184,7 @@ class _Archive(Archive):
             "rigid": _are(counts, int) and all(count > 0 for count in counts),
             "rigid_of_target": isinstance(about.get("rigid_of_target", False), bool),
             "job": isinstance(about.get("job", {}), dict),
+            "millimetres": _are_lengths(about.get("millimetres", [None, None])),
         }
         if wrong := [name for name, fine in sound.items() if not fine]:
             raise InputError(f"about: {wrong[0]} is invalid")
@@ -222,7 +231,7 @@ class _Archive(Archive):
             raise InputError("polygon: is clockwise, repeats vertices, or has a negative slack")
         return HarmonicMap(polygon, phi, psi, slack)
 
-    def plane(self, side: str, name: str) -> Plane:
+    def plane(self, side: str, name: str, millimetres: float | None) -> Plane:
         outline = self.array(side, "complex128")
         if outline.size:
             Curve.domain(outline, side)
@@ -232,7 +241,8 @@ class _Archive(Archive):
         y = int(self.array(f"{side}_y", "int32", 0))
         if y not in (1, -1):
             raise InputError(f"{side}_y: is {y}, but must be 1 or -1")
-        return Plane(outline if outline.size else None, (low, high), y < 0, self.rings(f"{side}_rings"), name)
+        rings = self.rings(f"{side}_rings")
+        return Plane(outline if outline.size else None, (low, high), y < 0, rings, name, millimetres)
 
     def pair(self, name: str) -> Complex:
         found = self.array(name, "complex128")
@@ -283,6 +293,14 @@ def _are(values: Any, *types: type) -> TypeGuard[list[Any]]:
     return isinstance(values, list) and all(
         isinstance(value, types) and not isinstance(value, bool) for value in values
     )
+
+
+def _are_lengths(units: Any) -> bool:
+    """Return whether something is a pair of positive lengths, or None where a length is not known."""
+    if not (isinstance(units, list) and len(units) == 2):
+        return False
+    known = [unit for unit in units if unit is not None]
+    return _are(known, float, int) and all(0 < unit <= MOST_COORDINATE for unit in known)
 
 
 def _within(name: str, values: Index, count: int) -> None:

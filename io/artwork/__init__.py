@@ -15,6 +15,7 @@ filters       filters, by the map's affine part
 attributes    attributes and styles that are kept
 references    references, restricted to the drawing itself
 rendering     drawings rendered as pictures
+dxf           DXF drawings
 animation     frames joined into an animated SVG
 lottie        frames joined into a Lottie animation
 rasterize     resvg, in a separate process

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +41,32 @@ class Effect:
     apply: Callable[[AffinePart], str]
 
 
+class Lines(Protocol):
+    """What is mapped of a shape of any format, in the plane of the source with y down.
+
+    Attributes:
+        runs: its subpaths; each has at least one segment.
+        filled, lined: whether the area and the line are mapped.
+        markers: anything if lines must not continue across the start of a closed subpath.
+        copy: number of the only map that transfers it; None for the maps of the regions that it lies in.
+    """
+
+    runs: list[PenPath]
+    markers: frozenset[str]
+    copy: int | None
+
+    @property
+    def filled(self) -> bool: ...  # noqa: D102
+
+    @property
+    def lined(self) -> bool: ...  # noqa: D102
+
+
+Shapes = TypeVar("Shapes", bound=Lines)
+
+
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class Prepared(Generic[Shapes]):
     """What is left of shapes inside the regions, as segments to be fitted.
 
     Attributes:
@@ -53,7 +77,7 @@ class Prepared:
         places: evaluates the segments.
     """
 
-    shapes: Sequence[MappedElement]
+    shapes: Sequence[Shapes]
     clipped: Sequence[Clipped]
     parts: Sequence[ToFit]
     owners: Sequence[Region]
@@ -62,6 +86,10 @@ class Prepared:
     def image(self, which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
         """Return images of points on segments, given their numbers and parameters in [0, 1]."""
         return _by_region(Region.images, 2, self.owners, which, self.places(which, t))[1]
+
+    def jet(self, which: NDArray[np.intp], z: Complex) -> Sequence[Complex]:
+        """Return points of segments `which`, moved into the domains, with their images and the derivatives there."""
+        return _by_region(Region.jet, 4, self.owners, which, z)
 
 
 class PathMapping:
@@ -85,7 +113,7 @@ class PathMapping:
         prepared = self.prepare(shapes)
         self.write(prepared, refit(prepared.image, len(prepared.owners), self.tolerance), effects)
 
-    def prepare(self, shapes: Sequence[MappedElement]) -> Prepared:
+    def prepare(self, shapes: Sequence[Shapes]) -> Prepared[Shapes]:
         """Return what is left of shapes, as segments to be fitted."""
         left = [self._left(shape) for shape in shapes]
         clipped = [_together([clipped for _, clipped in each]) for each in left]
@@ -96,7 +124,9 @@ class PathMapping:
             shapes, clipped, parts, owners, Places([piece for run in runs for piece in run.pieces])
         )
 
-    def write(self, prepared: Prepared, fitted: Sequence[Complex], effects: Sequence[Effect]) -> None:
+    def write(
+        self, prepared: Prepared[MappedElement], fitted: Sequence[Complex], effects: Sequence[Effect]
+    ) -> None:
         """Apply the effects, then write the paths of all shapes, given the cubics of each segment."""
         fitted = [control.conj() for control in fitted]
         samples = _samples(prepared.places, prepared.owners)
@@ -140,7 +170,7 @@ class PathMapping:
             picture.group[:] = picture.group if len(picture.out) else []
         self.notes = +self.notes
 
-    def _left(self, shape: MappedElement) -> list[tuple[Region, Clipped]]:
+    def _left(self, shape: Lines) -> list[tuple[Region, Clipped]]:
         """Return the regions that transform a shape, with the part of it in each."""
         runs = [_core(run) for run in shape.runs]
         regions = self.regions.of(runs) if shape.copy is None else [self.regions.given[shape.copy]]
@@ -184,7 +214,7 @@ def _together(found: Sequence[Clipped]) -> Clipped:
     return Clipped(lines, True, fills, turns, begins, ends)
 
 
-def _to_fit(shape: MappedElement, left: Sequence[tuple[Region, Clipped]]) -> ToFit:
+def _to_fit(shape: Lines, left: Sequence[tuple[Region, Clipped]]) -> ToFit:
     """Return the subpaths of a shape to be fitted, given its part in each region."""
     cut = any(clipped.cut for _, clipped in left)
     lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]

@@ -1,20 +1,22 @@
 """Closed lines of DXF drawings, read by ezdxf.
 
 These are polylines with bulges, splines, circles, ellipses, and chains of lines and arcs. y points up; units are the
-file's. Loops inside each other on a layer are holes; names are those of layers.
+file's. Loops inside each other on a layer are holes; names are those of layers, and of the blocks that they belong to.
 """
 
 import json
 import os
 from collections import defaultdict
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 
+from ... import deadline
 from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
 from ...plane import diagonal
@@ -27,53 +29,150 @@ NO_FONTS = {"version": 2, "font-faces": []}
 versions.
 """
 DRAWN = {"LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE", "HATCH", "MPOLYGON", "SOLID"}
+MILLIMETRES = {1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0, 8: 25.4e-6, 9: 0.0254, 10: 914.4, 14: 100.0}
+"""Millimetres in a unit, for values of the header variable $INSUNITS."""
 
 
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> Drawing:
-    """Return the closed outlines in the drawing's model space, including blocks, or on the layer `chosen`.
+    """Return the closed outlines in the drawing's model space, including blocks.
+
+    Args:
+        path: the file.
+        chosen: a layer, or a block of whose references the outlines are returned.
+        flatness: tolerance of flattened curves relative to their size.
+        max_bytes: largest size of the file.
 
     Raises:
         InputError: ezdxf is not installed, or the file is not a DXF drawing.
     """
+    curves = defaultdict[str, list[_Curve]](list)
+    with library(path) as ezdxf:
+        document = load(ezdxf, path, max_bytes)
+        for entity, blocks in _entities(document.modelspace()):
+            for part in _paths(ezdxf, entity):
+                ends = np.array([[v.x, v.y] for v in part.control_vertices()])
+                tolerance = max(flatness * float(np.linalg.norm(np.ptp(ends, axis=0))), 1e-300)
+                z = complex_of(np.array([[v.x, v.y] for v in part.flattening(tolerance)]))
+                curves[str(entity.dxf.layer)].append(_Curve(z, blocks))
+        millimetres = unit_of(document)
+    if not curves:
+        raise InputError(f"{path}: contains no lines in model space")
+    every = [curve.z for each in curves.values() for curve in each]
+    if not all((np.abs(z) <= limits.SVG_NUMBER).all() for z in every):
+        raise InputError(f"{path}: a coordinate is not finite, or too large")
+    inserted = {name for each in curves.values() for curve in each for name in curve.blocks}
+    drawing = Drawing(
+        [], None, flip=False, ids=dict.fromkeys([*curves, *sorted(inserted)]), millimetres=millimetres
+    )
+    near = JOINED_DIAGONAL_SHARE * diagonal(np.concatenate(every))
+    for layer, each in curves.items():
+        held = [curve for curve in each if chosen is None or chosen in (layer, *curve.blocks)]
+        if held:
+            _add(drawing, layer, held, near)
+    drawing.outlines.sort(key=lambda outline: -outline.area)
+    return drawing
+
+
+class _Curve(NamedTuple):
+    """A flattened line or curve, and the names of the blocks that contain it."""
+
+    z: Complex
+    blocks: tuple[str, ...]
+
+
+@contextmanager
+def library(path: Path | str) -> Iterator[Any]:
+    """Provide ezdxf; its errors, which concern a file, become errors of the input.
+
+    Raises:
+        InputError: ezdxf is not installed, or an error of ezdxf.
+    """
     try:
         with _without_fonts():
             import ezdxf
-            from ezdxf import disassemble, recover
-            from ezdxf import path as paths
+            import ezdxf.disassemble
+            import ezdxf.path
+            import ezdxf.recover
     except ImportError:
         raise InputError(f"{path}: reading DXF needs the package ezdxf: pip install 'iccm[dxf]'") from None
-    files.open_input(path, max_bytes=max_bytes)
-    curves = defaultdict[str, list[Complex]](list)
     try:
-        document, _ = recover.readfile(path)
-        found = []
-        entities: Any = disassemble.recursive_decompose(document.modelspace())
-        for entity in entities:
-            if entity.dxftype() in DRAWN:
-                kind = entity.dxftype() in ("HATCH", "MPOLYGON")
-                parts = list(paths.from_hatch(entity)) if kind else [paths.make_path(entity)]
-                found += [
-                    (str(entity.dxf.layer), part) for part in parts if part.has_lines or part.has_curves
-                ]
-        for layer, part in found:
-            ends = np.array([[v.x, v.y] for v in part.control_vertices()])
-            tolerance = max(flatness * float(np.linalg.norm(np.ptp(ends, axis=0))), 1e-300)
-            curves[layer].append(complex_of(np.array([[v.x, v.y] for v in part.flattening(tolerance)])))
+        yield ezdxf
+    except InputError:
+        raise
     except (ezdxf.DXFError, OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise InputError(f"{path}: cannot read this DXF drawing: {said}") from None
-    if not curves:
-        raise InputError(f"{path}: contains no lines in model space")
-    if not all((np.abs(z) <= limits.SVG_NUMBER).all() for each in curves.values() for z in each):
-        raise InputError(f"{path}: a coordinate is not finite, or too large")
-    drawing = Drawing([], None, flip=False, ids=dict.fromkeys(curves))
-    near = JOINED_DIAGONAL_SHARE * diagonal(np.concatenate([z for each in curves.values() for z in each]))
-    for layer in curves if chosen is None else {chosen} & curves.keys():
-        _add(drawing, layer, curves[layer], near)
-    drawing.outlines.sort(key=lambda outline: -outline.area)
-    return drawing
+
+
+def load(ezdxf: Any, path: Path, max_bytes: int = limits.DRAWING_BYTES) -> Any:
+    """Return a drawing as ezdxf's document, repaired where that is possible.
+
+    Raises:
+        InputError: the file is missing or too large, or shows too much.
+    """
+    files.open_input(path, max_bytes=max_bytes)
+    document, _ = ezdxf.recover.readfile(path)
+    with suppress(RecursionError):
+        if _shown(document, document.modelspace(), {}) <= limits.DXF_ENTITIES:
+            return document
+    raise InputError(
+        f"{path}: shows more than {limits.DXF_ENTITIES} entities, or blocks nested more than {limits.DXF_DEPTH} deep; "
+        "split the drawing"
+    )
+
+
+def unit_of(document: Any) -> float | None:
+    """Return the length of a drawing's unit in millimetres; None if the drawing does not state it."""
+    return MILLIMETRES.get(int(document.header.get("$INSUNITS", 0)))
+
+
+def contents(entity: Any) -> Iterator[Any]:
+    """Yield the entities that a reference to a block shows, in the numbers of the drawing."""
+    for one in entity.multi_insert() if entity.mcount > 1 else [entity]:
+        yield from one.virtual_entities()
+
+
+def _shown(document: Any, layout: Any, known: dict[str, int], depth: int = 0) -> int:
+    """Return the number of entities that a layout shows, with those of all references to blocks.
+
+    Args:
+        document: the drawing.
+        layout: the model space or a block.
+        known: the numbers of blocks, by name.
+        depth: of the blocks around this one.
+
+    Raises:
+        RecursionError: blocks are nested too deeply, or contain themselves.
+    """
+    if depth > limits.DXF_DEPTH:
+        raise RecursionError
+    count = 0
+    for entity in layout:
+        count += 1
+        if entity.dxftype() == "INSERT" and (block := document.blocks.get(entity.dxf.name)) is not None:
+            if block.name not in known:
+                known[block.name] = _shown(document, block, known, depth + 1)
+            count += max(entity.mcount, 1) * known[block.name]
+    return count
+
+
+def _entities(entities: Iterable[Any], blocks: tuple[str, ...] = ()) -> Iterator[tuple[Any, tuple[str, ...]]]:
+    """Yield all drawn entities, including those of block references, with the names of the blocks around each."""
+    for entity in entities:
+        deadline.check("reading it")
+        if entity.dxftype() == "INSERT":
+            yield from _entities(contents(entity), (*blocks, str(entity.dxf.name)))
+        elif entity.dxftype() in DRAWN:
+            yield entity, blocks
+
+
+def _paths(ezdxf: Any, entity: Any) -> list[Any]:
+    """Return the lines and curves of an entity as paths of ezdxf."""
+    filled = entity.dxftype() in ("HATCH", "MPOLYGON")
+    parts = ezdxf.path.from_hatch(entity) if filled else [ezdxf.path.make_path(entity)]
+    return [part for part in parts if part.has_lines or part.has_curves]
 
 
 @contextmanager
@@ -96,10 +195,11 @@ def _without_fonts() -> Iterator[None]:
                 os.environ["XDG_CACHE_HOME"] = before
 
 
-def _add(drawing: Drawing, layer: str, curves: list[Complex], near: float) -> None:
+def _add(drawing: Drawing, layer: str, curves: list[_Curve], near: float) -> None:
     """Add a layer's closed loops to the drawing, and a note on open lines."""
-    closed = [z for z in curves if z.size > 2 and abs(z[0] - z[-1]) <= near]
-    rest = [z for z in curves if not (z.size > 2 and abs(z[0] - z[-1]) <= near)]
+    closed, rest = list[Complex](), list[Complex]()
+    for z, _ in curves:
+        (closed if z.size > 2 and abs(z[0] - z[-1]) <= near else rest).append(z)
     joined = shapely.set_precision([shapely.LineString(xy_of(z)) for z in rest], near, mode="pointwise")
     chains = shapely.get_parts(shapely.line_merge(shapely.union_all(joined))) if rest else []
     opened = 0
@@ -110,5 +210,12 @@ def _add(drawing: Drawing, layer: str, curves: list[Complex], near: float) -> No
             opened += not chain.is_empty
     if opened:
         drawing.notes.append(f"ignored {opened} open lines of layer {layer!r}")
-    if closed:
-        drawing.add(closed, "evenodd", repr(layer), (layer,))
+    if not closed:
+        return
+    first = len(drawing.outlines)
+    drawing.add(closed, "evenodd", repr(layer), (layer,))
+    if any(curve.blocks for curve in curves):
+        lines = shapely.STRtree([shapely.LineString(xy_of(curve.z)) for curve in curves])
+        for number, outline in enumerate(drawing.outlines[first:], start=first):
+            nearest = curves[lines.nearest(shapely.Point(outline.z[0].real, outline.z[0].imag))]
+            drawing.outlines[number] = replace(outline, names=(layer, *nearest.blocks))

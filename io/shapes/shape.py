@@ -65,6 +65,7 @@ class Shape:
         aspect: for a layout, width / height of the pictures on it.
         coloured: whether its file has separate colours to show; it is then its own texture.
         trace: how a picture is traced, see `silhouette.read`.
+        millimetres: length of a unit of its file; None if the file does not state it.
         outlines: all outlines of its file, in the file's coordinates, if the whole file was read.
         view: how a flat sheet is seen in it, if it is one of `projected`.
     """
@@ -92,6 +93,7 @@ class Shape:
     chosen: tuple[FilledOutline, ...] = ()
     pin_radii: dict[str, float] = field(default_factory=dict)
     view: View | None = None
+    millimetres: float | None = None
 
     @property
     def bounds(self) -> Box:
@@ -340,6 +342,7 @@ def read(
         coloured=drawing.coloured,
         trace=trace,
         pin_radii=drawing.pin_radii,
+        millimetres=drawing.millimetres,
         **_holes(drawing, outline),
     )
 
@@ -368,6 +371,7 @@ def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str
         names=drawing.outlines[0].names,
         rigid=tuple(_core(z, drawing.flip) for z in drawing.rigid),
         pin_radii=drawing.pin_radii,
+        millimetres=drawing.millimetres,
         drawing=whole,
         ink=ink,
         coloured=drawing.coloured,
@@ -427,6 +431,7 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
             extent=extent,
             coloured=drawing.coloured,
             trace=trace,
+            millimetres=drawing.millimetres,
             **_holes(drawing, drawing.outlines[number]),
         )
         for number, curve in curves.items()

@@ -3,6 +3,7 @@
 import re
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
@@ -163,6 +164,20 @@ def canvas(element: Element) -> Rectangle | None:
     if min(size) <= 0:
         raise InputError(f"width and height are {size[0]:g} and {size[1]:g}; they must be positive")
     return 0.0, 0.0, *size
+
+
+def millimetres(element: Element) -> float | None:
+    """Return the length of the root's user unit, where a pixel is 1/96 of an inch; None without an absolute size."""
+    box = canvas(element)
+    sides = []
+    for name, side in zip(("width", "height"), box[2:] if box else ()):
+        text = element.get(name, "100%").strip()
+        if not (text.endswith("%") or text == "auto"):
+            with suppress(InputError):  # the viewBox alone is needed
+                sides.append(length(text, None, "x", name) / side)
+    if not sides or min(sides) <= 0:
+        return None
+    return min(sides) * 25.4 / 96  # the view is fitted into the size without distortion
 
 
 def view_box(attributes: Mapping[str, str]) -> Rectangle:

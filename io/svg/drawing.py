@@ -54,6 +54,7 @@ class Drawing:
         coloured: whether it has separate colours to show, and is not just a shape.
         wrapped: the picture, if the drawing contains nothing else.
         has_lines: whether strokes paint something besides the fills.
+        millimetres: length of a unit; None where the file does not state it.
         paint: computes `ink` and `painted` where these are more than the union of the outlines.
     """
 
@@ -70,6 +71,7 @@ class Drawing:
     coloured: bool = False
     wrapped: WrappedPicture | None = None
     has_lines: bool = False
+    millimetres: float | None = None
     paint: Callable[[], tuple[shapely.Geometry, shapely.Geometry]] | None = None
 
     @property

@@ -79,7 +79,8 @@ def read(
     with naming(path):
         document = tree.parse(data)
         shapes, shown = document.shapes, []
-        drawing, detail = Drawing([], document.canvas, flip=True), Detail(flatness, Budget(max_segments))
+        drawing = Drawing([], document.canvas, flip=True, millimetres=document.millimetres)
+        detail = Detail(flatness, Budget(max_segments))
         without_area: dict[Node, Refused] = {}
         if count := document.unread:
             rules = f"{count} style rule{'s' * (count > 1)}"

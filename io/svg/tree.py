@@ -18,7 +18,7 @@ from .. import limits
 from . import affine, basic_shapes, css, fonts_in_css, lettering
 from .affine import Affine
 from .budget import Copies
-from .document import SHAPES, canvas, length, local, root, view_box
+from .document import SHAPES, canvas, length, local, millimetres, root, view_box
 from .drawing import Rectangle
 
 VIEWPORT = "viewport"  # tag of the node inside an <svg> or <symbol>, which has no element
@@ -175,6 +175,7 @@ class Document:
         sheet: its style sheet, if any.
         copies: count of content that is drawn repeatedly.
         canvas: its viewBox or size in user units; None if it has neither.
+        millimetres: length of a user unit; None if it is not stated.
         unset_texts: texts found so far that are not outlined, by Python's id.
         painted_texts: texts with several paints, as groups of paths.
         root: the node of `top`.
@@ -194,6 +195,7 @@ class Document:
         self.painted_texts: dict[Element, Node] = {}
         self._root_font = fonts_in_css.MEDIUM_PIXELS
         self.canvas: Rectangle | None = canvas(top)
+        self.millimetres = millimetres(top)
         corner, size = (self.canvas[:2], self.canvas[2:]) if self.canvas else ((0.0, 0.0), None)
         self.root = self._resolved(Node(top, "g", IDENTITY, size, corner, depth=1), {})
         self.root.names = ()

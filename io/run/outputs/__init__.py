@@ -4,6 +4,7 @@ output         the interface of all kinds of output
 checks         checks shared by several kinds
 picture        the texture on the target's canvas
 artwork        the drawing as SVG
+dxf_drawing    the drawing as DXF
 textured_mesh  the mesh with new texture coordinates
 new_uvs        computing these coordinates
 baked          the texture in the mesh's own layout
@@ -38,6 +39,10 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as the target")
     found = [_load(_kind(name, job), name) for name in job.output]
+    if job.max_line_error and not any(
+        formats.of(name).drawing and not formats.of(name).mesh for name in job.output
+    ):
+        raise InputError("--max-line-error: only affects drawings; write one with -o FILE (.svg, .dxf)")
     if job.subdivide_rim and not any(formats.of(name).mesh for name in job.output):
         able = ", ".join(formats.holding("uv"))
         raise InputError(f"--subdivide-rim: only affects meshes; write one with -o FILE ({able})")
@@ -143,6 +148,8 @@ def _kind(name: str, job: Job) -> str:
         return "textured_mesh.TexturedMesh"
     if format.map:
         return "saved_map.SavedMap"
+    if formats.suffix_of(name) == ".dxf":
+        return "dxf_drawing.DxfDrawing"
     if format.drawing:
         return "artwork.Artwork"
     return "baked.Baked" if job.bake else "picture.Picture"

@@ -80,7 +80,8 @@ class Artwork(Output):
                 painted = painted_rings(run.fits) if opacity < 1 or alike else []
                 opacity = max(opacity, LEAST_OPACITY) if alike else opacity
                 made.append(Frame(carried, target, path, painted, opacity))
-            first.note(*carry_frames(made, each=first.job.repeated))
+            tolerance = first.job.max_line_error
+            first.note(*carry_frames(made, each=first.job.repeated, tolerance=tolerance))
 
 
 def painted_rings(fits: Sequence[Fit]) -> list[Complex]:

@@ -52,7 +52,8 @@ class SavedMap(Output):
 
 def plane_of(shape: Shape) -> Plane:
     """Return what the file of a map stores about a shape."""
-    return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, Path(shape.spec).name)
+    name = Path(shape.spec).name
+    return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, name, shape.millimetres)
 
 
 def _plain(value: object) -> bool:

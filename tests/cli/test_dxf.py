@@ -1,0 +1,283 @@
+"""DXF drawings through maps, read again by ezdxf and compared with the maps' own evaluation."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+import iccm as core
+
+ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is an extra")
+paths = pytest.importorskip("ezdxf.path", reason="ezdxf is an extra")
+
+pytestmark = pytest.mark.usefixtures("solve_once")
+
+OUTLINE = [(0, 0, 0), (10, 0, 0), (10, 8, 0.4), (7, 14, 0), (3, 14, -0.3), (0, 9, 0)]
+INCH = 25.4
+
+
+def pattern(path, version="R2010", block="FRONT"):
+    """Write a pattern piece in inches as a block, with a grain line, a notch, holes, text, a spline and a hatch."""
+    document = ezdxf.new(version)
+    document.units = 1
+    for name, color in (("CUT", 1), ("NOTCH", 3), ("GRAIN", 5), ("HOLES", 2)):
+        document.layers.add(name, color=color)
+    piece = document.blocks.new(block)
+    if version == "R12":
+        piece.add_polyline2d(OUTLINE, format="xyb", close=True, dxfattribs={"layer": "CUT"})
+    else:
+        piece.add_lwpolyline(OUTLINE, format="xyb", close=True, dxfattribs={"layer": "CUT"})
+        piece.add_ellipse((7, 5), (1.5, 0.3), 0.5, dxfattribs={"layer": "HOLES"})
+        piece.add_spline([(3, 8), (5, 9), (6, 7), (8, 9)], dxfattribs={"layer": "GRAIN"})
+        piece.add_hatch(color=4).paths.add_polyline_path([(2, 10, 1), (3, 10, 1)], is_closed=True)
+    piece.add_line((5, 2), (5, 11), dxfattribs={"layer": "GRAIN", "color": 6})
+    piece.add_point((0, 5), dxfattribs={"layer": "NOTCH"})
+    piece.add_text("FRONT", height=0.5).set_placement((4, 4))
+    piece.add_circle((2, 2), 0.5, dxfattribs={"layer": "HOLES"})
+    piece.add_arc((4, 6), 0.7, 20, 250, dxfattribs={"layer": "HOLES"})
+    document.modelspace().add_blockref(block, (20, 5), dxfattribs={"rotation": 20})
+    document.saveas(path)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A pattern in inches, an ellipse in millimetres, and the pattern's outline twice as large and rotated."""
+    monkeypatch.chdir(tmp_path)
+    pattern("a.dxf")
+    ellipse = ezdxf.new()
+    ellipse.units = 4
+    ellipse.modelspace().add_ellipse((300, 200), (150, 20), 0.8)
+    ellipse.saveas("ellipse.dxf")
+    twice = ezdxf.new()
+    twice.units = 4
+    line = twice.modelspace().add_lwpolyline(OUTLINE, format="xyb", close=True)
+    line.transform(ezdxf.math.Matrix44.z_rotate(np.radians(20)))
+    line.translate(20, 5, 0)
+    turn = ezdxf.math.Matrix44.scale(2 * INCH) @ ezdxf.math.Matrix44.z_rotate(-0.4)
+    line.transform(turn)
+    twice.saveas("twice.dxf")
+    return tmp_path
+
+
+def entities(name):
+    """The drawn entities of a drawing that ezdxf finds sound, without references."""
+    document = ezdxf.readfile(name)
+    audit = document.audit()
+    assert not audit.errors and not audit.fixes
+    assert document.units == (0 if document.dxfversion == "AC1009" else ezdxf.units.MM)  # R12 has no units
+    parts = []
+    for each in document.modelspace():
+        parts += each.virtual_entities() if each.dxftype() == "INSERT" else [each]
+    return document, parts
+
+
+def points_of(entity, distance=1e-4):
+    """Points (p,) densely on an entity."""
+    if entity.dxftype() in ("POINT", "TEXT"):
+        at = entity.dxf.location if entity.dxftype() == "POINT" else entity.dxf.insert
+        return np.array([complex(at.x, at.y)])
+    hatch = entity.dxftype() == "HATCH"
+    path = next(iter(paths.from_hatch(entity))) if hatch else paths.make_path(entity)
+    z = np.array([complex(v.x, v.y) for v in path.flattening(distance)])
+    along = np.append(0, np.cumsum(np.abs(np.diff(z))))
+    s = np.union1d(along, np.linspace(0, along[-1], 1500))
+    return np.interp(s, along, z.real) + 1j * np.interp(s, along, z.imag)
+
+
+def image_by(map, z):
+    """The images of points by the map's own evaluation, for points on the outline those of points just inside."""
+    w = map(z)
+    lost = np.isnan(w)
+    if lost.any():
+        middle = np.array([complex(24, 14)])
+        w[lost] = map(z[lost] + 1e-5 * (middle - z[lost]))
+    return w
+
+
+def distances(z, line):
+    """Distances (p,) of points from a polyline, or from its only point."""
+    xy = np.column_stack([line.real, line.imag])
+    return shapely.distance(
+        shapely.points(z.real, z.imag), shapely.LineString(xy) if len(xy) > 1 else shapely.Point(xy[0])
+    )
+
+
+@pytest.mark.parametrize("version", ["R2010", "R12"])
+def test_every_entity_is_where_the_map_takes_it_and_keeps_its_layer_and_colour(version, here, iccm):
+    pattern("a.dxf", version)
+    done = iccm(
+        "map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf", "--max-line-error", ".02"
+    )
+    assert done.code == 0, done.err
+    assert "0.02 mm" in done.err
+    map = core.load("map.npz").map
+    before = ezdxf.readfile("a.dxf")
+    given = list(before.modelspace()[0].virtual_entities())
+    after, made = entities("out.dxf")
+    (reference,) = after.modelspace()
+    assert reference.dxf.name == "FRONT" and after.dxfversion == before.dxfversion
+    assert [(e.dxf.layer, e.dxf.color) for e in made] == [(e.dxf.layer, e.dxf.color) for e in given]
+    assert {layer.dxf.name: layer.color for layer in after.layers}["GRAIN"] == 5
+    for old, new in zip(given, made):
+        expected, found = image_by(map, points_of(old)), points_of(new)
+        # the outline of the map's domain is flattened to 1e-4 of its size
+        within = 0.02 + 0.05 * (old.dxf.layer == "CUT") + 1e-3
+        assert distances(found, expected).max() < within, old.dxftype()
+        assert distances(expected, found).max() < within, old.dxftype()
+    text = next(e for e in made if e.dxftype() == "TEXT")
+    assert text.dxf.text == "FRONT" and 5 < text.dxf.height < 20
+    kinds = {e.dxftype() for e in made}
+    assert ("SPLINE" in kinds) == (version != "R12")
+
+
+def test_arcs_stay_arcs_where_the_map_is_a_similarity(here, iccm):
+    conformal = ("--method", "conformal", "--parts", "largest")  # the balanced method prefers upright maps
+    done = iccm("map", "a.dxf#FRONT", "twice.dxf", "-o", "map.npz", "-o", "out.dxf", *conformal)
+    assert done.code == 0, done.err
+    given = list(ezdxf.readfile("a.dxf").modelspace()[0].virtual_entities())
+    _, made = entities("out.dxf")
+    assert [e.dxftype() for e in made] == [e.dxftype() for e in given]
+    by_kind = {e.dxftype(): e for e in made}
+    assert by_kind["CIRCLE"].dxf.radius == pytest.approx(0.5 * 2 * INCH, rel=1e-4)
+    assert by_kind["ARC"].dxf.radius == pytest.approx(0.7 * 2 * INCH, rel=1e-4)
+    assert [b for _, _, b in by_kind["LWPOLYLINE"].get_points("xyb")] == pytest.approx(
+        [b for *_, b in OUTLINE], abs=1e-3
+    )
+    turn = 2 * INCH * np.exp(-0.4j)
+    for old, new in zip(given, made):
+        # the target's outline is flattened, which moves the map by less than 1e-4 of its size
+        assert distances(turn * points_of(old), points_of(new)).max() < 0.05
+
+
+def test_blocks_that_are_not_bent_stay_the_same_and_others_are_copied(here, iccm):
+    document = ezdxf.readfile("a.dxf")
+    drill = document.blocks.new("DRILL")
+    drill.add_circle((0, 0), 1e-4)
+    mark = document.blocks.new("MARK")
+    mark.add_lwpolyline([(0, 0), (4, 0), (4, 1)])
+    for at in ((21, 9), (24, 13)):
+        document.modelspace().add_blockref("DRILL", at)
+        document.modelspace().add_blockref("MARK", at).add_attrib("SIZE", "38", at)
+    document.modelspace().add_blockref("MARK", (90, 90))
+    document.saveas("a.dxf")
+    done = iccm("map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf")
+    assert done.code == 0 and "outside" in done.err, done.err
+    made, _ = entities("out.dxf")
+    names = [each.dxf.name for each in made.modelspace()]
+    assert names.count("DRILL") == 2 and len(set(names)) == 4 and "MARK" not in names
+    map = core.load("map.npz").map
+    inserted = {each.dxf.name: each for each in made.modelspace()}
+    marks = [each for each in made.modelspace() if each.dxf.name.startswith("MARK")]
+    for at, each in zip((21 + 9j, 24 + 13j), marks):
+        place = map(np.array([at]))[0]
+        assert abs(complex(*each.dxf.insert.vec2) - place) < 1e-9
+        assert (
+            each.attribs[0].dxf.text == "38" and abs(complex(*each.attribs[0].dxf.insert.vec2) - place) < 1e-9
+        )
+    assert inserted["FRONT"].dxf.layer == "0"
+
+
+def test_each_piece_follows_its_own_map(here, iccm):
+    old, new = ezdxf.new(), ezdxf.new()
+    old.units = new.units = 4
+    for document, size in ((old, 1), (new, 3)):
+        for name, x in (("FRONT", 0), ("SLEEVE", 300)):
+            piece = document.blocks.new(name)
+            line = [(0, 0), (100 * size, 0), (120, 60 * size), (0, 50)]
+            piece.add_lwpolyline(line, close=True, dxfattribs={"layer": "1"})
+            if document is old:
+                piece.add_line((10, 10), (80, 12), dxfattribs={"layer": "7"})
+                piece.add_point((50, 0), dxfattribs={"layer": "4"})
+            document.modelspace().add_blockref(name, (x * size, 0))
+    old.saveas("old.dxf")
+    new.saveas("new.dxf")
+    done = iccm("map", "old.dxf#1", "new.dxf#1", "--parts", "all", "-o", "out.dxf")
+    assert done.code == 0, done.err
+    made, parts = entities("out.dxf")
+    assert [each.dxf.name for each in made.modelspace()] == ["FRONT", "SLEEVE"]
+    assert [e.dxf.layer for e in parts] == ["1", "7", "4"] * 2
+    for outline, grain, notch in (parts[:3], parts[3:]):
+        piece = shapely.Polygon(np.array(outline.get_points("xy")))
+        assert piece.contains(
+            shapely.LineString(np.column_stack([points_of(grain).real, points_of(grain).imag]))
+        )
+        at = points_of(notch)[0]
+        assert shapely.distance(piece.exterior, shapely.Point(at.real, at.imag)) < 0.2
+
+
+def test_back_and_forth_and_from_inches_to_the_units_of_a_drawing(here, iccm):
+    Path("sheet.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="20cm" height="10cm" viewBox="0 0 400 200">'
+        '<path d="M20 30 L250 60 L370 170 L40 150 Z"/></svg>'
+    )
+    assert iccm("map", "a.dxf#FRONT", "sheet.svg", "-o", "map.npz").code == 0
+    assert iccm("apply", "map.npz", "a.dxf", "-o", "on.dxf", "--max-line-error", ".005").code == 0
+    _, made = entities("on.dxf")
+    notch = next(e for e in made if e.dxftype() == "POINT").dxf.location
+    point = next(
+        e for e in ezdxf.readfile("a.dxf").modelspace()[0].virtual_entities() if e.dxftype() == "POINT"
+    )
+    place = image_by(core.load("map.npz").map, points_of(point))[0]
+    # half a millimetre a unit, y from the lower edge of the sheet
+    assert abs(complex(notch.x, notch.y) - 0.5 * (place + 200j)) < 1e-3
+    assert (
+        iccm("apply", "map.npz", "on.dxf", "--inverse", "-o", "back.dxf", "--max-line-error", ".005").code
+        == 0
+    )
+    _, back = entities("back.dxf")
+    given = list(ezdxf.readfile("a.dxf").modelspace()[0].virtual_entities())
+    for old, new in zip(given, back):
+        assert distances(points_of(new), INCH * points_of(old)).max() < 0.1
+
+
+def test_mirrored_entities_and_what_leaves_the_piece(here, iccm):
+    document = ezdxf.readfile("a.dxf")
+    space = document.modelspace()
+    space.add_arc((-24, 14), 1, 0, 90, dxfattribs={"extrusion": (0, 0, -1), "layer": "MIRROR"})
+    mirrored = {"extrusion": (0, 0, -1), "layer": "MIRROR"}
+    space.add_lwpolyline([(-22, 12, 1), (-23, 12, 0)], format="xyb", dxfattribs=mirrored)
+    space.add_line((0, 12), (60, 14), dxfattribs={"layer": "LONG"})
+    document.saveas("a.dxf")
+    done = iccm(
+        "map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf", "--max-line-error", ".02"
+    )
+    assert done.code == 0 and "partly outside" in done.err
+    map = core.load("map.npz").map
+    _, made = entities("out.dxf")
+    for layer in ("MIRROR", "LONG"):
+        old = [e for e in ezdxf.readfile("a.dxf").modelspace() if e.dxf.layer == layer]
+        new = [e for e in made if e.dxf.layer == layer]
+        assert len(old) == len(new)
+        for one, other in zip(old, new):
+            expected = map(points_of(one))
+            expected = expected[~np.isnan(expected)]
+            assert distances(expected, points_of(other)).max() < 0.05
+
+
+def test_what_cannot_be_written_as_dxf_is_refused(here, iccm):
+    Path("heart.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H90V50H0Z"/></svg>')
+    for arguments in (
+        ("map", "heart.svg", "ellipse.dxf", "-o", "no.dxf"),
+        ("map", "a.dxf#FRONT", "heart.svg", "-o", "no.svg"),
+        ("map", "a.dxf#nothing", "heart.svg", "-o", "no.dxf"),
+        ("map", "a.dxf", "ellipse.dxf", "-o", "no.png", "--max-line-error", ".1"),
+    ):
+        done = iccm(*arguments)
+        assert done.code == 2 and "Traceback" not in done.err, arguments
+    assert not list(here.glob("no.*"))
+
+
+def test_blocks_that_contain_themselves_or_too_much_are_refused(here, iccm):
+    document = ezdxf.new()
+    previous = document.blocks.new("B0")
+    previous.add_circle((0, 0), 1)
+    for level in range(1, 8):
+        block = document.blocks.new(f"B{level}")
+        for k in range(10):
+            block.add_blockref(previous.name, (k, level))
+        previous = block
+    document.modelspace().add_blockref(previous.name, (0, 0))
+    document.saveas("bomb.dxf")
+    done = iccm("map", "bomb.dxf", "ellipse.dxf", "-o", "no.dxf")
+    assert done.code == 2 and "entities" in done.err
