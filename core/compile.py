@@ -220,8 +220,12 @@ def _link(compiler: Compiler, objects: list[Path], library: Path) -> None:
         "linux": ("-shared", "-Wl,-s", "-lm"),
         "macos": ("-shared", f"-Wl,-install_name,@rpath/{library.name}", "-lm"),
         "windows": ("-shared",),
-        # a module without a start function, in which the host allocates and frees memory
-        "wasi": ("-mexec-model=reactor", "-Wl,-s,--export-dynamic,--export=malloc,--export=free", "-lm"),
+        # a module without a start function, in which the host allocates memory, and adds callbacks to the table
+        "wasi": (
+            "-mexec-model=reactor",
+            "-Wl,-s,--export-dynamic,--export=malloc,--export=free,--export-table,--growable-table",
+            "-lm",
+        ),
     }
     with tempfile.TemporaryDirectory(dir=library.parent, prefix=".linking-") as folder:
         part = Path(folder) / library.name

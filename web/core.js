@@ -2,13 +2,21 @@
 // a test compares the prototypes with those of Python.
 //
 // Arrays are copied into the module's memory for each call, and back unless the argument is const: Float64Array for
-// double and Complex (pairs of doubles), Int32Array for int64_t, Uint8Array for bool.
+// double and Complex (pairs of doubles), Int32Array for int64_t, Uint8Array for bool. Callbacks are functions of addresses.
 
 /** @typedef {Float64Array | Int32Array | Uint8Array} Numbers */
 /** @typedef {{kind: string, constant: boolean, pointer: boolean}} Parameter */
 /** @typedef {{parameters: Parameter[], values: Value[]}} Struct */
-/** @typedef {Numbers | Scratch | Struct | number | boolean | null} Value */
-/** @typedef {{memory: WebAssembly.Memory, malloc: (size: number) => number, free: (at: number) => void, _initialize: () => void}} Runtime */
+/** @typedef {(...addresses: number[]) => number} Callback */
+/** @typedef {Numbers | Scratch | Struct | Callback | number | boolean | null} Value */
+/**
+ * @typedef {object} Runtime
+ * @property {WebAssembly.Memory} memory
+ * @property {WebAssembly.Table} __indirect_function_table
+ * @property {(size: number) => number} malloc
+ * @property {(at: number) => void} free
+ * @property {() => void} _initialize
+ */
 
 const PROTOTYPE = /^(int64_t|double) (\w+)\(([^)]*)\)$/;
 const STRUCT = /^struct (\w+) \{ ?(.*?);? ?\}$/;
@@ -25,8 +33,13 @@ export class Scratch {
   }
 }
 
+/** Numbers of addresses that callbacks take, by type. @type {Record<string, number>} */
+const CALLBACKS = {TotalCallback: 1, DerivativesCallback: 3};
+
 /** @type {(Runtime & Record<string, Function>) | null} */
 let core = null;
+/** The function that the core calls at present for each type of callback, and its number in the core's table. @type {Record<string, {call: Callback, place: number}>} */
+const callbacks = {};
 
 /**
  * Compile and start the module.
@@ -36,6 +49,36 @@ export async function load(bytes) {
   const {instance} = await WebAssembly.instantiate(bytes, {});
   core = /** @type {Runtime & Record<string, Function>} */ (/** @type {unknown} */ (instance.exports));
   core._initialize();
+  for (const [kind, count] of Object.entries(CALLBACKS)) {
+    const current = {call: /** @type {Callback} */ (() => 0), place: core.__indirect_function_table.grow(1)};
+    core.__indirect_function_table.set(current.place, await tableFunction((...addresses) => current.call(...addresses), count));
+    callbacks[kind] = current;
+  }
+}
+
+/**
+ * Return a function of addresses that returns a double, as a table of WebAssembly takes it: the export of a module that
+ * exports what it imports.
+ * @param {Callback} call
+ * @param {number} count number of addresses
+ */
+async function tableFunction(call, count) {
+  const [int, double] = [0x7f, 0x7c], type = [1, 0x60, count, ...Array(count).fill(int), 1, double];
+  const name = [1, 'f'.charCodeAt(0)], own = [1, ...name, ...name, 0, 0], out = [1, ...name, 0, 0];
+  const sections = [[1, type], [2, own], [7, out]].flatMap(([number, body]) => [number, /** @type {number[]} */ (body).length, body].flat());
+  const module = Uint8Array.from([0, 0x61, 0x73, 0x6d, 1, 0, 0, 0, .../** @type {number[]} */ (sections)]);
+  const {instance} = await WebAssembly.instantiate(module, {f: {f: call}});
+  return instance.exports.f;
+}
+
+/**
+ * Return numbers in the core's memory, for a callback.
+ * @param {number} address
+ * @param {number} count
+ */
+export function numbersAt(address, count) {
+  if (!core) throw new Error('the core has not been loaded');
+  return new Float64Array(core.memory.buffer, address, count);
 }
 
 /**
@@ -119,6 +162,10 @@ class Call {
    */
   argument(parameter, value) {
     if (parameter.pointer) return this.#pointer(parameter, value);
+    if (typeof value === 'function') {
+      callbacks[parameter.kind].call = value;
+      return callbacks[parameter.kind].place;
+    }
     return parameter.kind === 'int64_t' ? BigInt(Number(value)) : Number(value);
   }
 

@@ -1,5 +1,7 @@
 // Closed polylines in the plane, and small helpers for arrays. Points are pairs of numbers in one array: x0, y0, x1, y1, …
 
+/** @import {Frame} from './types.d.ts' */
+
 /**
  * Return an array of numbers computed from their index.
  * @param {number} count
@@ -79,6 +81,34 @@ export class Curve {
   get diagonal() {
     const [left, bottom, right, top] = boxOf(this.z);
     return Math.hypot(right - left, top - bottom);
+  }
+
+  /**
+   * Return whether a point is inside (even-odd rule).
+   * @param {number} x
+   * @param {number} y
+   */
+  contains(x, y) {
+    const {z, count} = this;
+    let odd = false;
+    for (let a = 0, b = 2 * (count - 1); a < 2 * count; b = a, a += 2) {
+      if ((z[a + 1] > y) !== (z[b + 1] > y) && x < z[a] + (y - z[a + 1]) / (z[b + 1] - z[a + 1]) * (z[b] - z[a])) odd = !odd;
+    }
+    return odd;
+  }
+
+  /**
+   * Return the distance of a point from the polyline.
+   * @param {number} x
+   * @param {number} y
+   */
+  distance(x, y) {
+    const {z, count} = this;
+    let least = Infinity;
+    for (let a = 0, b = 2 * (count - 1); a < 2 * count; b = a, a += 2) {
+      least = Math.min(least, distanceToSegment(x, y, z[a], z[a + 1], z[b], z[b + 1]));
+    }
+    return least;
   }
 
   /**
@@ -185,11 +215,6 @@ export function moments(z) {
   }
   return {area, x: x0 + x / (6 * area), y: y0 + y / (6 * area)};
 }
-
-/**
- * A similarity without rotation to the coordinates in which a shape has area one and its centroid at 0.
- * @typedef {{x: number, y: number, scale: number}} Frame
- */
 
 /**
  * Return a shape in unit coordinates, counter-clockwise and beginning at its farthest vertex, and the frame.

@@ -3,6 +3,7 @@
 import {declare, Scratch, struct} from './core.js';
 
 /** @import {Pattern} from './linear.js' */
+/** @import {Terms} from './pins.js' */
 
 /** @typedef {{theta: number, q: number, epsilon?: number, forward?: boolean}} Objective */
 /** @typedef {{corners: Int32Array, slots: Int32Array, gradients: Float64Array, areas: Float64Array}} Rest triangles in the rest shape */
@@ -76,7 +77,7 @@ const restStruct = ({corners, slots, gradients, areas}) =>
 const objectiveStruct = ({theta, q, epsilon = 0, forward = true}) => objectiveRecord(theta, q, BOTH_AREAS, epsilon, forward);
 
 /**
- * Return the energy of the map z -> u, both scaled to area one, without the outline's term and the cost of rotation.
+ * Return the energy of the map z -> u, both scaled to area one, without pins, the outline's term and the cost of rotation.
  * @param {Float64Array} z
  * @param {Float64Array} u
  * @param {Int32Array} faces
@@ -124,16 +125,17 @@ export class System {
    * @param {Rest} rest
    * @param {Constraints} constraints
    * @param {number} [upright] weight of rotations
+   * @param {Terms | null} [terms] further terms of the energy
    */
-  constructor(pattern, faces, rest, constraints, upright = 0) {
+  constructor(pattern, faces, rest, constraints, upright = 0, terms = null) {
     this.matrix = new Float64Array(4 * pattern.columns.length);
     this.gradient = new Float64Array(2 * pattern.position.length);
-    this.#parts = {pattern, faces, rest, constraints, upright};
+    this.#parts = {pattern, faces, rest, constraints, upright, terms};
   }
 
   /** @param {boolean} given whether the core takes the present Hessian and gradient */
   #record(given) {
-    const {pattern, faces, rest, constraints, upright} = this.#parts, n = pattern.position.length;
+    const {pattern, faces, rest, constraints, upright, terms} = this.#parts, n = pattern.position.length;
     const {kinds, goals, rail, following, spans, stiffness, laps} = constraints, count = kinds.length;
     const moments = upright > 0 ? momentsOf(rest, n) : new Float64Array(0);
     const starts = Int32Array.of(0, 0, 0, rail.knots.length, rail.vertices.length / 2, rail.corners.length);
@@ -145,7 +147,7 @@ export class System {
       points(), points(), new Scratch(16 * count), numbers(), numbers(), numbers(), numbers(), numbers(), numbers());
     return systemRecord(
       pattern.record, faces, faces.length / 3, restStruct(rest), constraintsRecord(kinds, goals, rails, border), uprightRecord(moments, upright),
-      termsRecord(null, null), space);
+      termsRecord(terms?.total ?? null, terms?.derivatives ?? null), space);
   }
 
   /**

@@ -8,10 +8,6 @@ declare module '*.html' {
   const text: string;
   export default text;
 }
-declare module '*.css' {
-  const text: string;
-  export default text;
-}
 declare module '*.jpg' {
   const address: string;
   export default address;
@@ -21,3 +17,5 @@ declare module '*.jpg' {
 declare const WORKER: string;
 /** The core as a WebAssembly module, compressed by gzip, in base64. */
 declare const CORE: string;
+/** The style sheet. */
+declare const STYLE: string;

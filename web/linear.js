@@ -13,6 +13,7 @@ import {lastUpTo} from './curve.js';
  * @property {Int32Array} slots (m, 6) entries of the pairs 00, 01, 02, 11, 12, 22 of corners
  * @property {Int32Array} diagonal the entry of each vertex with itself
  * @property {Struct} record that the core takes
+ * @property {(a: number, b: number) => number} entry returns the entry of a pair of vertices, in either order
  * @property {() => Struct} factor returns the record of a factor
  */
 
@@ -46,23 +47,30 @@ const integers = (count, value) => Int32Array.from({length: count}, (_, k) => va
  * Return an order of elimination, and the vertices below the diagonal of each column of the factor.
  * @param {Int32Array} faces (m, 3)
  * @param {number} n number of vertices
+ * @param {number[][]} cliques further sets of vertices that are coupled
  */
-function eliminate(faces, n) {
-  const m = faces.length / 3, degree = new Int32Array(n), starts = new Int32Array(n + 1);
-  for (const vertex of faces) degree[vertex]++;
-  for (let k = 0; k < n; k++) starts[k + 1] = starts[k] + degree[k];
-  const around = new Int32Array(faces.length), filled = starts.slice();
-  faces.forEach((vertex, k) => {
-    around[filled[vertex]++] = Math.floor(k / 3);
-  });
+function eliminate(faces, n, cliques) {
+  const triangles = faces.length / 3, m = triangles + cliques.length, sizes = integers(m, (k) => (k < triangles ? 3 : cliques[k - triangles].length));
+  const corners = Int32Array.from([...faces, ...cliques.flat()]), ends = new Int32Array(m + 1);
+  for (let k = 0; k < m; k++) ends[k + 1] = ends[k] + sizes[k];
+  const count = new Int32Array(n), degree = new Int32Array(n), starts = new Int32Array(n + 1);
+  for (const vertex of corners) count[vertex]++;
+  for (let k = 0; k < n; k++) starts[k + 1] = starts[k] + count[k];
+  const around = new Int32Array(corners.length), filled = starts.slice();
+  for (let k = 0; k < m; k++) {
+    for (const vertex of corners.subarray(ends[k], ends[k + 1])) {
+      around[filled[vertex]++] = k;
+      degree[vertex] += k < triangles ? 1 : sizes[k];
+    }
+  }
   for (let room = FIRST_ENTRIES_PER_VERTEX * n; ; room *= 2) {
-    const members = new Int32Array(faces.length + room), first = new Int32Array(m + n + 1), size = new Int32Array(m + n);
-    members.set(faces);
-    for (let k = 0; k <= m; k++) first[k] = 3 * k;
-    size.fill(3, 0, m);
+    const members = new Int32Array(corners.length + room), first = new Int32Array(m + n + 1), size = new Int32Array(m + n);
+    members.set(corners);
+    first.set(ends);
+    size.set(sizes);
     const order = new Int32Array(n), rings = integers(2 * n + 1, (k) => k);
     const isDone = minimumDegree(
-      starts, around.slice(), degree.slice(), degree.map((value) => Math.min(value, n)), rings, rings.slice(), members, members.length,
+      starts, around.slice(), count.slice(), degree.map((value) => Math.min(value, n)), rings, rings.slice(), members, members.length,
       first, size, new Int32Array(n), order, n, m);
     if (!isDone) continue;
     return {order, ends: integers(n + 1, (k) => first[m + k] - first[m]), columns: members.slice(first[m], first[m + n])};
@@ -73,9 +81,10 @@ function eliminate(faces, n) {
  * Return an order with the same factor in which fronts are contiguous, and the fronts.
  * @param {Int32Array} faces
  * @param {number} n
+ * @param {number[][]} cliques
  */
-function frontsOf(faces, n) {
-  const {order, ends, columns} = eliminate(faces, n), counts = integers(n, (k) => ends[k + 1] - ends[k]);
+function frontsOf(faces, n, cliques) {
+  const {order, ends, columns} = eliminate(faces, n, cliques), counts = integers(n, (k) => ends[k + 1] - ends[k]);
   const row = new Int32Array(n), parents = new Int32Array(n).fill(n);
   order.forEach((vertex, k) => {
     row[vertex] = k;
@@ -119,10 +128,12 @@ function frontsOf(faces, n) {
  * @param {Int32Array} faces (m, 3)
  * @param {Int32Array} following the next vertex, on the boundary, of each of the first vertices
  * @param {number} n number of vertices
+ * @param {number[][]} [cliques] further sets of vertices for all pairs of which there are blocks
  * @returns {Pattern}
  */
-export function patternOf(faces, following, n) {
-  const {order, number, room, record} = frontsOf(faces, n), m = faces.length / 3, position = new Int32Array(n);
+export function patternOf(faces, following, n, cliques = []) {
+  const more = pairsOf(cliques);
+  const {order, number, room, record} = frontsOf(faces, n, cliques), m = faces.length / 3, position = new Int32Array(n);
   order.forEach((vertex, k) => {
     position[vertex] = k;
   });
@@ -130,7 +141,7 @@ export function patternOf(faces, following, n) {
   for (let t = 0; t < m; t++) {
     places.set([position[faces[3 * t]], position[faces[3 * t + 1]], position[faces[3 * t + 2]]].sort((a, b) => a - b), 3 * t);
   }
-  const keys = new Float64Array(3 * m + n);  // row times n plus column
+  const keys = new Float64Array(3 * m + n + more.length / 2);  // row times n plus column
   for (let t = 0; t < m; t++) {
     const a = places[3 * t], b = places[3 * t + 1], c = places[3 * t + 2];
     keys[3 * t] = a * n + b;
@@ -138,6 +149,11 @@ export function patternOf(faces, following, n) {
     keys[3 * t + 2] = b * n + c;
   }
   for (let k = 0; k < n; k++) keys[3 * m + k] = k * (n + 1);
+  const keyOf = (/** @type {number} */ a, /** @type {number} */ b) => {
+    const p = position[a], q = position[b];
+    return p < q ? p * n + q : q * n + p;
+  };
+  for (let k = 0; k < more.length; k += 2) keys[3 * m + n + k / 2] = keyOf(more[k], more[k + 1]);
   const entries = keys.slice().sort().filter((key, k, all) => k === 0 || key !== all[k - 1]);
   const entry = (/** @type {number} */ key) => lastUpTo(entries, key);
   const own = integers(n, (k) => entry(k * (n + 1))), diagonal = position.map((at) => own[at]);
@@ -146,10 +162,7 @@ export function patternOf(faces, following, n) {
     const a = places[3 * t], b = places[3 * t + 1], c = places[3 * t + 2];
     slots.set([own[a], entry(keys[3 * t]), entry(keys[3 * t + 1]), own[b], entry(keys[3 * t + 2]), own[c]], 6 * t);
   }
-  const ahead = following.map((next, k) => {
-    const a = position[k], b = position[next];
-    return entry(Math.min(a, b) * n + Math.max(a, b));
-  });
+  const ahead = following.map((next, k) => entry(keyOf(k, next)));
   const starts = new Int32Array(n + 1);
   for (const key of entries) starts[Math.floor(key / n) + 1]++;
   for (let k = 0; k < n; k++) starts[k + 1] += starts[k];
@@ -157,8 +170,21 @@ export function patternOf(faces, following, n) {
   return {
     position, columns, corners: places.map((at) => order[at]), slots, diagonal,
     record: patternRecord(order, starts, columns, diagonal, ahead, n, columns.length, record),
+    entry: (a, b) => entry(keyOf(a, b)),
     factor: () => factorRecord(
       new Scratch(8 * room), new Scratch(8 * n), new Scratch(8 * number), new Scratch(8 * (number + 1)), new Scratch(8 * (2 * n + 1)),
       new Scratch(16 * n)),
   };
+}
+
+/**
+ * Return the pairs of distinct vertices of some sets, one after the other.
+ * @param {number[][]} cliques
+ */
+function pairsOf(cliques) {
+  const pairs = [];
+  for (const vertices of cliques) {
+    for (let i = 0; i < vertices.length; i++) for (let j = 0; j < i; j++) pairs.push(vertices[i], vertices[j]);
+  }
+  return Int32Array.from(pairs);
 }

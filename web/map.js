@@ -1,21 +1,40 @@
 // A map on a mesh that Newton's method moves, and one level of the search; as in
-// iccm/balanced/model/discrete_map.py and iccm/balanced/search/levels.py, without pins, holes and surfaces.
+// iccm/balanced/model/discrete_map.py and iccm/balanced/search/levels.py, without exact pins, holes and surfaces.
 
 import {declare} from './core.js';
-import {lastUpTo, modulo, reals} from './curve.js';
+import {Curve, lastUpTo, modulo, reals} from './curve.js';
 import {BOTH_AREAS, energyOf, geometry, HELD, restOf, SLIDING, System} from './energy.js';
 import {patternOf} from './linear.js';
-import {even, graded, stretches, transfer, triangulate} from './mesh.js';
+import {transfer} from './locate.js';
+import {even, finerAtPins, graded, stretches, triangulate} from './mesh.js';
 import {boundaryPairs, limitSlope, Outline} from './pairs.js';
+import {termsOf, totalOf} from './pins.js';
 import {areasOf, springs, Tangled, unfoldLocally, untangle} from './unfold.js';
 
-/** @import {Curve} from './curve.js' */
 /** @import {Pattern} from './linear.js' */
 /** @import {Sizes} from './mesh.js' */
 /** @import {Match, Pairs} from './pairs.js' */
+/** @import {Pins} from './pins.js' */
 
-/** Weights: of areas against angles, and of rotations. @typedef {{theta: number, upright: number}} Weights */
+/** Weights of areas against angles, and of rotations; and the pins. @typedef {{theta: number, upright: number, pins: Pins | null}} Weights */
 
+/**
+ * Return the weights of a map. Rotations cost nothing if pins determine them.
+ * @param {number} theta
+ * @param {Pins | null} pins
+ * @returns {Weights}
+ */
+export const weightsOf = (theta, pins) => ({theta, upright: pins && pins.count > 1 ? 0 : UPRIGHT, pins});
+
+/**
+ * Return the weights for the inverse map.
+ * @param {Weights} weights
+ * @returns {Weights}
+ */
+export const inverseWeights = (weights) => ({...weights, pins: weights.pins?.inverse() ?? null});
+
+
+const UPRIGHT = 2;  // cost of a rotation
 const OUTLINE_WEIGHT = 0.02;   // of the outline's term
 const SPACING_MESH_SIZES = 0.75;  // distance of the outline's vertices, in mesh sizes
 const MOST_PAIRS = 3000;       // vertices of an outline
@@ -45,7 +64,8 @@ export class DiscreteMap {
    * @param {Outline} target
    * @param {Pairs} pairs the boundary vertices, which come first
    * @param {Weights} weights
-   * @param {{z: Float64Array, u: Float64Array, faces: Int32Array, pattern: Pattern}} mesh
+   * @param {{z: Float64Array, u: Float64Array, faces: Int32Array, pattern: Pattern, cores?: number[][]}} mesh with the
+   *   vertices of each pin's core that have entries in the pattern
    */
   constructor(source, target, pairs, weights, mesh) {
     this.source = source;
@@ -66,8 +86,9 @@ export class DiscreteMap {
   static on(level, match, sizes = even(0.5 * level.size ** 2)) {
     const {source, target, size, steepest, weights} = level, spacing = SPACING_MESH_SIZES * size;
     if (Math.max(source.length, target.length) > MOST_PAIRS * spacing) throw new Tangled();
-    const pairs = boundaryPairs(source, target, limitSlope(match, steepest), spacing);
-    const {z, faces} = triangulate(source.curve.at(pairs.s), sizes), u = new Float64Array(z.length);
+    const pairs = boundaryPairs(source, target, limitSlope(match, steepest), spacing), {pins} = weights;
+    const limits = pins ? finerAtPins(sizes, source.curve, pins.points, pins.given.radii) : sizes;
+    const {z, faces} = triangulate(source.curve.at(pairs.s), limits), u = new Float64Array(z.length);
     u.set(target.curve.at(pairs.tau));
     return new DiscreteMap(source, target, pairs, weights, {z, u, faces, pattern: patternOf(faces, followingOn(pairs.s.length), z.length / 2)});
   }
@@ -89,16 +110,34 @@ export class DiscreteMap {
     return Math.atan2(y, x);
   }
 
-  /** Energy at q = 1, without the outline's term and the cost of rotation. */
+  /** Energy at q = 1 with the springs of pins, without the outline's term and the cost of rotation. */
   get energy() {
-    return energyOf(this.mesh.z, this.mesh.u, this.mesh.faces, this.weights.theta);
+    const {z, u, faces} = this.mesh, {theta, pins} = this.weights;
+    return energyOf(z, u, faces, theta) + (pins ? totalOf(pins.springs(this.mesh, pins.cores(this.mesh), 1, true), u) : 0);
   }
 
   /** Return the inverse map. */
   swapSides() {
-    const {s, tau, atSource, atTarget} = this.pairs, {z, u, faces, pattern} = this.mesh;
+    const {s, tau, atSource, atTarget} = this.pairs, {z, u} = this.mesh;
     const pairs = {s: tau, tau: s, atSource: atTarget, atTarget: atSource};
-    return new DiscreteMap(this.target, this.source, pairs, this.weights, {z: u, u: z, faces, pattern});
+    return new DiscreteMap(this.target, this.source, pairs, inverseWeights(this.weights), {...this.mesh, z: u, u: z});
+  }
+
+  /** Return plain data from which `restored` makes the same map. */
+  get state() {
+    const outline = (/** @type {Outline} */ {curve: {z}, origins, vertices}) => ({z, origins, vertices}), {z, u, faces} = this.mesh;
+    return {source: outline(this.source), target: outline(this.target), pairs: this.pairs, mesh: {z, u, faces}, theta: this.weights.theta};
+  }
+
+  /**
+   * Return a map without its pins.
+   * @param {DiscreteMap['state']} state
+   */
+  static restored({source, target, pairs, mesh: {z, u, faces}, theta}) {
+    const outline = (/** @type {{z: Float64Array, origins: Float64Array, vertices: number[]}} */ {z: points, origins, vertices}) =>
+      new Outline(new Curve(points), origins, vertices);
+    const pattern = patternOf(faces, followingOn(pairs.s.length), z.length / 2);
+    return new DiscreteMap(outline(source), outline(target), pairs, weightsOf(theta, null), {z, u, faces, pattern});
   }
 
   /** @param {Weights} weights */
@@ -140,9 +179,9 @@ export class DiscreteMap {
    */
   forward(q, steps, tolerance, {corners = true, inside = false} = {}) {
     const held = this.pairs.atTarget.map((at) => Number(inside || (corners && at)));
-    const {moving, tau, energy, settled} = this.#descend(true, held, q, steps, tolerance);
+    const {moving, tau, mesh, energy, settled} = this.#descend(true, held, q, steps, tolerance);
     const atTarget = corners ? this.pairs.atTarget : new Uint8Array(this.border);
-    return this.#moved({...this.pairs, tau, atTarget}, {...this.mesh, u: moving}, energy, settled);
+    return this.#moved({...this.pairs, tau, atTarget}, {...mesh, u: moving}, energy, settled);
   }
 
   /**
@@ -152,8 +191,8 @@ export class DiscreteMap {
    * @param {number} tolerance
    */
   backward(q, steps, tolerance) {
-    const {moving, tau, energy, settled} = this.#descend(false, this.pairs.atSource, q, steps, tolerance);
-    return this.#moved({...this.pairs, s: tau}, {...this.mesh, z: moving}, energy, settled);
+    const {moving, tau, mesh, energy, settled} = this.#descend(false, this.pairs.atSource, q, steps, tolerance);
+    return this.#moved({...this.pairs, s: tau}, {...mesh, z: moving}, energy, settled);
   }
 
   /**
@@ -177,7 +216,7 @@ export class DiscreteMap {
    * @param {number} tolerance
    */
   #descend(forward, held, q, steps, tolerance) {
-    const {z, u, faces, pattern} = this.mesh, {s, tau} = this.pairs, {border} = this;
+    const mesh = this.#meshWithCores(), {z, u, faces, pattern} = mesh, {s, tau} = this.pairs, {border} = this;
     const moving = (forward ? u : z).slice(), along = (forward ? tau : s).slice(), fixed = forward ? s : tau;
     const [rail, other] = forward ? [this.target, this.source] : [this.source, this.target];
     const laps = new Float64Array(border);
@@ -187,9 +226,24 @@ export class DiscreteMap {
       rail: {knots: rail.curve.knots, vertices: rail.curve.z, corners: rail.sharp}, following: followingOn(border),
       spans: reals(border, (k) => (k < border - 1 ? fixed[k + 1] : fixed[0] + other.length) - fixed[k]), stiffness: OUTLINE_WEIGHT, laps,
     };
-    const {theta, upright} = this.weights, system = new System(pattern, faces, restOf(pattern, forward ? z : u), constraints, upright);
+    const {theta, upright, pins} = this.weights, rest = restOf(pattern, forward ? z : u);
+    let terms = null;
+    if (pins) {
+      const multipliers = pins.multipliers(mesh);
+      rest.areas = rest.areas.map((area, t) => area * multipliers[t]);
+      terms = termsOf(pins.springs(mesh, mesh.cores ?? [], q, forward), pattern, z.length / 2);
+    }
+    const system = new System(pattern, faces, rest, constraints, upright, terms);
     const {energy, done} = system.descend({theta, q, forward}, moving, along, steps, tolerance);
-    return {moving, tau: along, energy, settled: done < steps};
+    return {moving, tau: along, mesh, energy, settled: done < steps};
+  }
+
+  /** Return the mesh with entries in the pattern for the cores of pins, which change as vertices move. */
+  #meshWithCores() {
+    const {mesh, border, weights: {pins}} = this;
+    if (!pins) return mesh;
+    const cores = pins.coresOnMesh(mesh, mesh.cores ?? null);
+    return cores === mesh.cores ? mesh : {...mesh, cores, pattern: patternOf(mesh.faces, followingOn(border), mesh.z.length / 2, cores)};
   }
 
   /**
@@ -326,7 +380,7 @@ export class Level {
   }
 
   inverse() {
-    return new Level(this.target, this.source, this.size, this.steepest, this.weights);
+    return new Level(this.target, this.source, this.size, this.steepest, inverseWeights(this.weights));
   }
 
   /**

@@ -6,6 +6,7 @@ import {matchAt} from './pairs.js';
 
 /** @import {Curve} from './curve.js' */
 /** @import {Match} from './pairs.js' */
+/** @import {Pins} from './pins.js' */
 
 const SAMPLES = 64;          // of each outline
 const CYCLIC_SHIFTS = 16;    // of the target, for each rotation
@@ -16,6 +17,8 @@ const STEPS = [[1, 1], [1, 2], [2, 1], [1, 3], [3, 1], [2, 3], [3, 2], [1, 4], [
 const ARCLENGTH_SHIFTS = 8;
 const MOST_TURNED = 100 * Math.PI / 180;  // largest rotation of the similarity that fits a match best
 const TURNS = [[0, 5], [0.6, 2], [-0.6, 2]];  // rotations of elastic starts in radians, and the number of each
+const ANY_TURN = [[0, 4], [0.5 * Math.PI, 2], [Math.PI, 2], [-0.5 * Math.PI, 2]];  // the same if rotations cost nothing
+const TURNED_STARTS = 3;     // elastic matches at the rotation that fits the pins best
 
 /**
  * Return unit tangents and midpoints of equal pieces of an outline; the latter in units of the radius of gyration.
@@ -118,40 +121,85 @@ function impliedTurn(match, source, target) {
   return Math.atan2(y, x);
 }
 
-/**
- * Return the matches to start from: none that turns the picture upside down, unless there are no others.
- * @param {Curve} source
- * @param {Curve} target
- * @returns {Match[]}
- */
-export function candidates(source, target) {
+/** A list of matches that rejects matches similar to those it has. */
+class Different {
   /** @type {Match[]} */
-  const matches = [];
-  /** @type {Float64Array[]} places of samples of the source on the target, as angles */
-  const kept = [];
-  const at = reals(SAMPLES, (k) => source.length * k / SAMPLES);
-  for (const [turn, most] of TURNS) {
+  matches = [];
+  /** Places of samples of the source on the target, as angles. @type {Float64Array[]} */
+  #kept = [];
+
+  /**
+   * @param {Curve} source
+   * @param {Curve} target
+   */
+  constructor(source, target) {
+    this.source = source;
+    this.target = target;
+  }
+
+  /**
+   * Add the best elastic matches at a rotation.
+   * @param {number} turn
+   * @param {number} most number of matches
+   */
+  add(turn, most) {
+    const {source, target} = this, at = reals(SAMPLES, (k) => source.length * k / SAMPLES);
     let count = most;
     for (const match of elasticMatches(source, target, turn)) {
       if (!count) break;
       const places = at.map((s) => 2 * Math.PI * matchAt(match, s) / target.length);
-      const isOld = kept.some((other) => {
+      const isOld = this.#kept.some((other) => {
         const mean = places.reduce((sum, angle, k) => sum + 2 * Math.abs(Math.sin(0.5 * (angle - other[k]))), 0) / SAMPLES;
         return mean < DIFFERENT;
       });
       if (isOld) continue;
-      kept.push(places);
-      matches.push(match);
+      this.#kept.push(places);
+      this.matches.push(match);
       count--;
     }
   }
+}
+
+/**
+ * Return the matches to start from: if rotations cost, none that turns the picture upside down, unless there are no others.
+ * @param {Curve} source
+ * @param {Curve} target
+ * @param {boolean} isFree whether all rotations cost the same
+ * @param {Pins | null} pins
+ * @returns {Match[]}
+ */
+export function candidates(source, target, isFree, pins) {
+  const found = new Different(source, target);
+  for (const [turn, most] of isFree ? ANY_TURN : TURNS) found.add(turn, most);
+  const matches = found.matches.slice();
   for (let k = 0; k < ARCLENGTH_SHIFTS; k++) {
     const shift = target.length * k / ARCLENGTH_SHIFTS;
     matches.push({s: [0, source.length], tau: [shift, shift + target.length]});
   }
-  const upright = matches.filter((match) => {
+  const upright = isFree ? matches : matches.filter((match) => {
     const angle = modulo(impliedTurn(match, source, target) + Math.PI, 2 * Math.PI) - Math.PI;
     return Math.abs(angle) < MOST_TURNED;
   });
-  return upright.length ? upright : matches;
+  return [...upright.length ? upright : matches, ...pinAligned(source, target, pins)];
+}
+
+/**
+ * Return elastic matches at the rotation that fits the pins best; none for fewer than two pins.
+ * @param {Curve} source
+ * @param {Curve} target
+ * @param {Pins | null} pins
+ */
+function pinAligned(source, target, pins) {
+  if (!pins || pins.count < 2) return [];
+  const {points, places} = pins, found = new Different(source, target);
+  const mean = (/** @type {Float64Array} */ z, /** @type {number} */ axis) => z.reduce((sum, value, k) => sum + (k % 2 === axis ? value : 0), 0) / pins.count;
+  const [mx, my, nx, ny] = [mean(points, 0), mean(points, 1), mean(places, 0), mean(places, 1)];
+  let x = 0, y = 0;
+  for (let k = 0; k < 2 * pins.count; k += 2) {
+    const [ax, ay, bx, by] = [points[k] - mx, points[k + 1] - my, places[k] - nx, places[k + 1] - ny];
+    x += ax * bx + ay * by;
+    y += ax * by - ay * bx;
+  }
+  found.add(Math.atan2(y, x), TURNED_STARTS);
+  return found.matches;
 }

@@ -6,10 +6,15 @@ import {boxOf, moments} from './curve.js';
 import {geometry} from './energy.js';
 import {areasOf, Tangled} from './unfold.js';
 
+/** @import {Curve} from './curve.js' */
+
 /** Largest areas of triangles on a grid of square cells. @typedef {{x: number, y: number, side: number, areas: Float64Array, columns: number, rows: number}} Sizes */
 
 const MOST_MAGNIFIED = 6;     // ratio of areas up to which triangles shrink in proportion
 const GRID_CELLS_ACROSS = 40; // along the longer side
+const TRIANGLES_A_RADIUS = 5; // of the patch of a pin
+const MOST_FINER_AT_PINS = 9; // ratio of areas
+const MOST_MORE_AT_PINS = 0.5; // relative to the number of triangles without pins
 
 const clipEars = declare('int64_t iccm_meshing_clip_ears(const Complex *z, int64_t n, int64_t *faces, int64_t *across)');
 const refine = declare(`int64_t iccm_meshing_refine(
@@ -100,74 +105,47 @@ export function graded(z, u, faces, area) {
 }
 
 /**
- * Return a piecewise linear function at points, extended linearly from the closest triangle beyond the mesh.
- * @param {Float64Array} z
- * @param {Int32Array} faces
- * @param {Float64Array} values of the vertices, pairs of numbers
- * @param {Float64Array} points
+ * Return smaller limits around soft pins, with about TRIANGLES_A_RADIUS triangles along each radius; they are relaxed
+ * where there are so many patches that the mesh would grow by more than MOST_MORE_AT_PINS.
+ * @param {Sizes} sizes limits without pins
+ * @param {Curve} outline of the mesh
+ * @param {Float64Array} pins positions
+ * @param {Float64Array} radii of the patches
+ * @returns {Sizes}
  */
-export function transfer(z, faces, values, points) {
-  const locate = locator(z, faces), found = new Float64Array(points.length);
-  for (let k = 0; k < points.length; k += 2) {
-    const t = locate(points[k], points[k + 1]), a = 2 * faces[3 * t], b = 2 * faces[3 * t + 1], c = 2 * faces[3 * t + 2];
-    const ux = z[b] - z[a], uy = z[b + 1] - z[a + 1], vx = z[c] - z[a], vy = z[c + 1] - z[a + 1], area = ux * vy - uy * vx;
-    const x = points[k] - z[a], y = points[k + 1] - z[a + 1], second = (x * vy - y * vx) / area, third = (ux * y - uy * x) / area;
-    for (let axis = 0; axis < 2; axis++) {
-      found[k + axis] = values[a + axis] + second * (values[b + axis] - values[a + axis]) + third * (values[c + axis] - values[a + axis]);
-    }
+export function finerAtPins(sizes, outline, pins, radii) {
+  const {x, y, side, areas, columns, rows} = onCells(sizes, outline.z), wanted = areas.slice();
+  const middles = new Float64Array(2 * wanted.length);
+  for (let cell = 0; cell < wanted.length; cell++) {
+    middles[2 * cell] = x + side * (Math.floor(cell / rows) + 0.5);
+    middles[2 * cell + 1] = y + side * (cell % rows + 0.5);
+    let most = Infinity;
+    radii.forEach((radius, k) => {
+      const away = Math.hypot(middles[2 * cell] - pins[2 * k], middles[2 * cell + 1] - pins[2 * k + 1]);
+      if (away < radius + side) most = Math.min(most, 0.5 * (radius / TRIANGLES_A_RADIUS) ** 2);
+    });
+    wanted[cell] = Math.min(Math.max(most, areas[cell] / MOST_FINER_AT_PINS), areas[cell]);
   }
-  return found;
+  let inside = 0, sum = 0;
+  wanted.forEach((area, cell) => {
+    if (!outline.contains(middles[2 * cell], middles[2 * cell + 1])) return;
+    inside++;
+    sum += areas[cell] / area;
+  });
+  // the number of triangles is the integral of 1 / area; the part that the pins add to it is reduced
+  const more = inside ? sum / inside - 1 : 0, share = more > 0 ? Math.min(1, MOST_MORE_AT_PINS / more) : 1;
+  return {x, y, side, columns, rows, areas: areas.map((area, cell) => 1 / (1 / area + share * (1 / wanted[cell] - 1 / area)))};
 }
 
 /**
- * Return a function that finds the triangle of a point, or the closest one.
- * @param {Float64Array} z
- * @param {Int32Array} faces
+ * Return the same limits on a grid of cells.
+ * @param {Sizes} sizes
+ * @param {Float64Array} outline
+ * @returns {Sizes}
  */
-export function locator(z, faces) {
-  const m = faces.length / 3, [left, bottom, right, top] = boxOf(z), across = Math.max(1, Math.floor(Math.sqrt(m)));
-  const side = Math.max(right - left, top - bottom, 1e-300) / across, columns = Math.floor((right - left) / side) + 1;
-  const rows = Math.floor((top - bottom) / side) + 1;
-  /** @type {number[][]} */
-  const buckets = Array.from({length: columns * rows}, () => []);
-  const cell = (/** @type {number} */ value, /** @type {number} */ low, /** @type {number} */ count) =>
-    Math.min(Math.max(Math.floor((value - low) / side), 0), count - 1);
-  for (let t = 0; t < m; t++) {
-    const corners = [0, 1, 2].map((k) => 2 * faces[3 * t + k]), x = corners.map((k) => z[k]), y = corners.map((k) => z[k + 1]);
-    for (let i = cell(Math.min(...x), left, columns); i <= cell(Math.max(...x), left, columns); i++) {
-      for (let j = cell(Math.min(...y), bottom, rows); j <= cell(Math.max(...y), bottom, rows); j++) buckets[rows * i + j].push(t);
-    }
-  }
-  /** How far a point is outside of a triangle, 0 inside. */
-  const outside = (/** @type {number} */ t, /** @type {number} */ x, /** @type {number} */ y) => {
-    let inside = true, least = Infinity;
-    for (let k = 0; k < 3; k++) {
-      const a = 2 * faces[3 * t + k], b = 2 * faces[3 * t + (k + 1) % 3], dx = z[b] - z[a], dy = z[b + 1] - z[a + 1];
-      if (dy * (x - z[a]) > dx * (y - z[a + 1])) inside = false;
-      const share = Math.min(Math.max((dx * (x - z[a]) + dy * (y - z[a + 1])) / (dx * dx + dy * dy), 0), 1);
-      least = Math.min(least, Math.hypot(x - z[a] - share * dx, y - z[a + 1] - share * dy));
-    }
-    return inside ? 0 : least;
-  };
-  return (/** @type {number} */ x, /** @type {number} */ y) => {
-    let closest = 0, away = Infinity;
-    const consider = (/** @type {Iterable<number>} */ triangles) => {
-      for (const t of triangles) {
-        const distance = outside(t, x, y);
-        if (distance < away) {
-          away = distance;
-          closest = t;
-        }
-        if (away === 0) return;
-      }
-    };
-    const column = cell(x, left, columns), row = cell(y, bottom, rows);
-    consider(buckets[rows * column + row]);
-    if (away === 0) return closest;
-    for (let i = Math.max(column - 1, 0); i <= Math.min(column + 1, columns - 1); i++) {
-      for (let j = Math.max(row - 1, 0); j <= Math.min(row + 1, rows - 1); j++) consider(buckets[rows * i + j]);
-    }
-    if (away > side) consider(Array.from({length: m}, (_, t) => t));
-    return closest;
-  };
+function onCells(sizes, outline) {
+  if (sizes.areas.length > 1) return sizes;
+  const [x, y, right, top] = boxOf(outline), count = GRID_CELLS_ACROSS;
+  const areas = new Float64Array(count * count).fill(sizes.areas[0]);
+  return {x, y, side: Math.max(right - x, top - y) / count, areas, columns: count, rows: count};
 }

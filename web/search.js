@@ -1,8 +1,8 @@
 // The search for the balanced map of two outlines, from correspondences to the final mesh; as in
-// iccm/balanced/search (multilevel.py, candidates.py, final_mesh.py), without pins, holes, partial and symmetric maps.
+// iccm/balanced/search (multilevel.py, candidates.py, final_mesh.py), without exact pins, holes, partial and symmetric maps.
 
 import {Curve, take} from './curve.js';
-import {GOOD_ENOUGH, Level} from './map.js';
+import {GOOD_ENOUGH, inverseWeights, Level} from './map.js';
 import {candidates} from './matching.js';
 import {graded} from './mesh.js';
 import {splitAtVertices} from './split.js';
@@ -27,7 +27,11 @@ const BACKWARD_STEPS = 3, SETTLING = 2, ROUNDS = 4;
 const CLOSE = 1.1, FINALISTS = 2, RELEASE_ROUNDS = 3, RELEASED_STEPS = 8, RELEASE_GAIN = 3e-3;
 const FINE_POWER = 3, FINE_ROUNDS = 8, FINE_BACKWARD = 4;
 const LAST_ROUNDS = 4, LAST_STEPS = 50, LAST_DECREASE = 2e-4;
-const DRAG_STEPS = 3;  // Newton steps for each movement of a drag, so that the picture follows the pointer
+const LAST_DECREASE_WITH_PINS = 1e-5;  // their springs are weak
+const STIFFENINGS = 8, MOST_STIFFENED = 10;  // rounds of stiffening the springs of pins beyond their limits, and the largest factor of one
+const BLOCKED_MISS = 0.95, BLOCKED_ENERGY = 2;  // a pin that comes no closer than this share while the energy grows by this factor is blocked
+const AIMED_LIMITS = 0.95;  // distance aimed at for pins beyond their limit, relative to the limit
+const LIVE_STEPS = 3;  // Newton steps for each movement of a drag, so that the picture follows the pointer
 
 /** @typedef {(map: DiscreteMap, stage: 'coarse' | 'fine' | 'full') => void} Shown called with each map that is ready to be shown */
 
@@ -59,40 +63,34 @@ export function solve(source, target, weights, triangles, shown) {
   // the longer outline is meshed first: triangles that fit its protrusions can be spread over a block
   for (const isInverse of [inverted, !inverted]) {
     /** @type {[Curve, Curve]} */
-    const curves = isInverse ? [goal, given] : [given, goal];
+    const curves = isInverse ? [goal, given] : [given, goal], own = isInverse ? inverseWeights(weights) : weights;
     const show = (/** @type {DiscreteMap} */ map, /** @type {'coarse' | 'fine' | 'full'} */ stage) => shown(isInverse ? map.swapSides() : map, stage);
     const found = attempt(() => {
-      const coarse = coarseMap(curves, weights);
+      const coarse = coarseMap(curves, own);
       show(coarse, 'coarse');
-      const fine = attempt(() => Level.of(curves, FINE_SIZE, FINE, weights).finer(coarse).alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD));
+      const fine = attempt(() => Level.of(curves, FINE_SIZE, FINE, own).finer(coarse).alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD));
       if (!fine) return coarse;
       show(fine, 'fine');
       const last = (/** @type {typeof LAST} */ how) =>
-        attempt(() => settled(Level.of(curves, Math.sqrt(TRIANGLES_PER_AREA / triangles), how, weights).finer(fine)));
+        attempt(() => settled(Level.of(curves, Math.sqrt(TRIANGLES_PER_AREA / triangles), how, own).finer(fine)));
       const smooth = last(LAST);
       if (smooth && withAllVertices(smooth)) return smooth;
       return last(LAST_WITH_ALL_CORNERS) ?? smooth ?? fine;
     });
     if (!found) continue;
-    show(finished(found), 'full');
-    return isInverse ? found.swapSides() : found;
+    const followed = withPinsMet(found);
+    show(finished(followed), 'full');
+    return isInverse ? followed.swapSides() : followed;
   }
   throw new Tangled('No map without folds was found: the shapes are too thin or too intricate for this page; the command tries more.');
 }
-
-/**
- * Return the map with other weights, from one that has converged.
- * @param {DiscreteMap} map
- * @param {Weights} weights
- */
-export const continued = (map, weights) => settled(map.withWeights(weights));
 
 /**
  * Return a map that has converged with a boundary vertex at every vertex of both outlines; without these if they
  * would fold triangles.
  * @param {DiscreteMap} map
  */
-export const finished = (map) => (withAllVertices(map) ?? map).eased(FINE_POWER);
+const finished = (map) => (withAllVertices(map) ?? map).eased(FINE_POWER);
 
 /**
  * Return a map split at the vertices of both outlines, or null if that would fold triangles.
@@ -102,12 +100,30 @@ const withAllVertices = (map) => attempt(() => splitAtVertices(map)) ?? attempt(
 
 /** @param {DiscreteMap} map on the final mesh */
 function settled(map) {
+  const decrease = map.weights.pins ? LAST_DECREASE_WITH_PINS : LAST_DECREASE;
   for (let round = 0, before = Infinity; round < LAST_ROUNDS; round++) {
-    map = map.forward(FINE_POWER, LAST_STEPS, LAST_DECREASE);
-    if (before - map.value < LAST_DECREASE * map.value) break;
+    map = map.forward(FINE_POWER, LAST_STEPS, decrease);
+    if (before - map.value < decrease * map.value) break;
     before = map.value;
-    map = map.forward(FINE_POWER, LAST_STEPS, LAST_DECREASE, {inside: true});
-    if (map.settled && before - map.value < LAST_DECREASE * before) break;
+    map = map.forward(FINE_POWER, LAST_STEPS, decrease, {inside: true});
+    if (map.settled && before - map.value < decrease * before) break;
+  }
+  return map;
+}
+
+/**
+ * Return a converged map with stiffer springs for pins that are beyond their limits, until these are met, or the worst
+ * one is blocked by the outline or by other pins.
+ * @param {DiscreteMap} map
+ */
+function withPinsMet(map) {
+  const begun = map.value;
+  for (let round = 0, before = Infinity; round < STIFFENINGS && map.weights.pins; round++) {
+    const {pins} = map.weights, missed = pins.misses(map.mesh), worst = Math.max(...missed);
+    if (worst <= 1 || (worst > BLOCKED_MISS * before && map.value > BLOCKED_ENERGY * begun)) break;
+    before = worst;
+    const factors = missed.map((miss) => Math.min(Math.max((miss / AIMED_LIMITS) ** 2, 1), MOST_STIFFENED));
+    map = settled(map.withWeights({...map.weights, pins: pins.stiffer(factors)}));
   }
   return map;
 }
@@ -120,7 +136,7 @@ function settled(map) {
 function coarseMap(curves, weights) {
   const length = Math.max(curves[0].length, curves[1].length);
   const size = COARSE_SIZE * Math.min(Math.max(COARSE_SIZE_BY_LENGTH / (COARSE_SIZE * length), LEAST_COARSE_SHARE), 1);
-  const level = Level.of(curves, size, COARSE, weights), matches = candidates(level.source.curve, level.target.curve);
+  const level = Level.of(curves, size, COARSE, weights), matches = candidates(level.source.curve, level.target.curve, weights.upright === 0, weights.pins);
   const maps = screened(started(level, matches));
   /** @type {DiscreteMap[]} */
   const different = [];
@@ -212,8 +228,16 @@ function withReleasedCorners(level, given) {
  * Return the map onto a target that has been moved by a smooth function, after a few steps.
  * @param {DiscreteMap} map
  * @param {(z: Float64Array) => Float64Array} move
+ * @param {(moved: DiscreteMap) => Weights} weights of the map onto the moved target
  */
-export function following(map, move) {
+export function followingTarget(map, move, weights) {
   const moved = map.withTargetMoved(move);
-  return moved.forward(FINE_POWER, DRAG_STEPS, LAST_DECREASE);
+  return following(moved, weights(moved));
 }
+
+/**
+ * Return the map after a few steps with other weights.
+ * @param {DiscreteMap} map
+ * @param {Weights} weights
+ */
+export const following = (map, weights) => map.withWeights(weights).forward(FINE_POWER, LIVE_STEPS, LAST_DECREASE);

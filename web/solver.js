@@ -1,7 +1,8 @@
 /* global CORE, WORKER -- constants of bundle.js */
-// The worker as the page sees it: one request at a time; a new search replaces the running one.
+// The worker as the page sees it: one request at a time; a new search replaces the running one, and what the user does
+// interrupts a quiet search.
 
-/** @import {Answer, Request} from './types.d.ts' */
+/** @import {Answer, MapState, Request} from './types.d.ts' */
 
 /** @typedef {Request extends infer R ? R extends {seq: number} ? Omit<R, 'seq'> : never : never} Unnumbered */
 
@@ -21,6 +22,10 @@ export class Solver {
   /** Whether a request is being answered. */
   busy = false;
   #seq = 0;
+  /** Whether the running request is a search after which nothing is lost if it is interrupted. */
+  #isQuiet = false;
+  /** The last map that followed the user. @type {MapState | null} */
+  #state = null;
   #workerClass = workerClass();
   #answered;
   /** @type {Worker | null} */
@@ -48,15 +53,24 @@ export class Solver {
     this.#worker.postMessage({kind: 'load', seq: 0, core: this.#core});
   }
 
+  /** Whether requests other than searches can be sent. */
+  get isReady() {
+    return !this.busy || (this.#isQuiet && this.#state !== null);
+  }
+
   /**
-   * Send a request. A search interrupts what is running; others must wait until nothing is.
+   * Send a request. A search interrupts what is running, others interrupt quiet searches; else they must wait.
    * @param {Unnumbered} request
    */
   send(request) {
+    const isSearch = request.kind === 'solve';
     if (this.busy) {
-      if (request.kind !== 'solve') throw new Error('the solver is busy');
+      if (!isSearch && !this.isReady) throw new Error('the solver is busy');
       this.#restart();
+      if (!isSearch) this.#worker?.postMessage({kind: 'resume', seq: 0, state: this.#state});
     }
+    this.#isQuiet = isSearch && request.quiet;
+    if (isSearch && !request.quiet) this.#state = null;
     this.busy = true;
     this.#seq++;
     this.#worker?.postMessage({...request, seq: this.#seq});
@@ -66,6 +80,7 @@ export class Solver {
   #receive(answer) {
     if (answer.seq !== this.#seq) return;
     if (answer.stage === 'done' || answer.stage === 'error') this.busy = false;
+    else if (answer.state) this.#state = answer.state;
     this.#answered(answer);
   }
 }

@@ -1,14 +1,22 @@
 // The outline of a drawing, and drawings of outlines. Curves become polylines; paths are read by svgpath.
 
 import svgpath from 'svgpath';
-import {moments} from './curve.js';
+import {inside} from '../io/edit/page/geometry.js';
+import {boxOf, Curve, moments} from './curve.js';
+import {transferrer} from './locate.js';
 
-/** @import {Shape} from './types.d.ts' */
+/** @import {Shape, WholeMap} from './types.d.ts' */
 
 const CURVE_PARTS = 24;  // edges of a polyline for each segment of a path
 const LEAST_POINTS = 3;
 const NOT_DRAWN = 'defs, clipPath, mask, symbol, marker, pattern';
-const DRAWN = 'path, rect, circle, ellipse, polygon, polyline';
+const DRAWN = 'path, rect, circle, ellipse, polygon, polyline, line';
+const NOT_CARRIED = 'text, image, use, foreignObject';
+const GEOMETRY = ['d', 'x', 'y', 'width', 'height', 'rx', 'ry', 'cx', 'cy', 'r', 'points', 'x1', 'y1', 'x2', 'y2', 'transform'];
+const CARRIED_TOLERANCE = 2e-4;  // relative to the target's diagonal: how far a carried line may be from the image of a curve
+const CARRIED_STEP = 0.02;       // relative to the source's diagonal: longest edge of a line before it is carried
+const OUTSIDE = 2e-3;            // relative to the source's diagonal: lines may reach this far beyond the outline
+const MOST_HALVINGS = 8;         // of an edge of a carried line
 
 /**
  * Return the outline with the largest area of a drawing.
@@ -19,19 +27,23 @@ const DRAWN = 'path, rect, circle, ellipse, polygon, polyline';
 export function shapeOf(text, name) {
   const root = new DOMParser().parseFromString(text, 'image/svg+xml').documentElement;
   if (root.nodeName !== 'svg') throw new Error(`${name}: not an SVG drawing`);
-  let outline = new Float64Array(0), most = 0;
-  for (const element of root.querySelectorAll(DRAWN)) {
-    if (element.closest(NOT_DRAWN)) continue;
-    for (const ring of ringsOf(pathOf(element), transformsOf(element))) {
-      const area = Math.abs(moments(ring).area);
-      if (area > most) {
-        most = area;
-        outline = ring;
-      }
-    }
-  }
+  const rings = [...root.querySelectorAll(DRAWN)].filter((element) => !element.closest(NOT_DRAWN))
+    .flatMap((element) => linesOf(pathOf(element), transformsOf(element)).map(({points}) => Float64Array.from(points)))
+    .filter((ring) => ring.length >= 2 * LEAST_POINTS && Math.abs(moments(ring).area) > 0);
+  const outline = rings.reduce((best, ring) => (Math.abs(moments(ring).area) > Math.abs(moments(best).area) ? ring : best), rings[0] ?? new Float64Array(0));
   if (!outline.length) throw new Error(`${name}: no shape that encloses an area; convert text and uses to paths`);
-  return {name, outline, box: boxOfCanvas(root, outline)};
+  return {name, outline, box: boxOfCanvas(root, outline), drawing: text, left: leftOut(rings, outline)};
+}
+
+/**
+ * Count the holes of an outline, and the rings outside of it.
+ * @param {Float64Array[]} rings
+ * @param {Float64Array} outline
+ */
+function leftOut(rings, outline) {
+  const curve = new Curve(outline), others = rings.filter((ring) => ring !== outline);
+  const holes = others.filter((ring) => curve.contains(ring[0], ring[1])).length;
+  return {holes, parts: others.length - holes};
 }
 
 /**
@@ -75,28 +87,29 @@ function pathOf(element) {
     const [cx, cy] = [number('cx'), number('cy')], rx = number('rx') || number('r'), ry = number('ry') || number('r');
     return `M${cx - rx} ${cy}a${rx} ${ry} 0 0 1 ${2 * rx} 0a${rx} ${ry} 0 0 1 ${-2 * rx} 0z`;
   }
-  return `M${element.getAttribute('points') ?? ''}z`;
+  if (element.nodeName === 'line') return `M${number('x1')} ${number('y1')}L${number('x2')} ${number('y2')}`;
+  return `M${element.getAttribute('points') ?? ''}${element.nodeName === 'polygon' ? 'z' : ''}`;
 }
 
 /**
- * Return the closed polylines of a path.
+ * Return the lines of a path, without repeated points, and whether each is closed.
  * @param {string} path
  * @param {string} transforms
  */
-function ringsOf(path, transforms) {
-  /** @type {number[][]} */
-  const rings = [];
+function linesOf(path, transforms) {
+  /** @type {{points: number[], isClosed: boolean}[]} */
+  const lines = [];
   svgpath(path).transform(transforms).abs().unarc().unshort().iterate((segment, _, x, y) => {
-    const [command, ...values] = segment, points = /** @type {number[]} */ (values);
-    if (command === 'M') rings.push([...points]);
-    const ring = rings[rings.length - 1];
-    if (!ring || command === 'M' || command === 'Z') return;
-    if (command === 'H') ring.push(points[0], y);
-    else if (command === 'V') ring.push(x, points[0]);
-    else if (command === 'L') ring.push(...points);
-    else ring.push(...curvePoints([x, y, ...points]));
+    const [command, ...values] = segment, points = /** @type {number[]} */ (values), last = lines[lines.length - 1];
+    if (command === 'M') lines.push({points: [...points], isClosed: false});
+    if (!last || command === 'M') return;
+    if (command === 'Z') last.isClosed = true;
+    else if (command === 'H') last.points.push(points[0], y);
+    else if (command === 'V') last.points.push(x, points[0]);
+    else if (command === 'L') last.points.push(...points);
+    else last.points.push(...curvePoints([x, y, ...points]));
   });
-  return rings.map(withoutRepetitions).filter((ring) => ring.length >= 2 * LEAST_POINTS);
+  return lines.map(({points, isClosed}) => ({points: withoutRepetitions(points), isClosed})).filter(({points}) => points.length > 2);
 }
 
 /**
@@ -119,7 +132,7 @@ function withoutRepetitions(ring) {
     const at = k - k % 2, before = (at + ring.length - 2) % ring.length;
     return Math.hypot(ring[at] - ring[before], ring[at + 1] - ring[before + 1]) > 1e-9;
   });
-  return Float64Array.from(distinct);
+  return distinct;
 }
 
 /**
@@ -131,4 +144,87 @@ export function drawingOf({outline, box: [left, top, right, bottom]}) {
   for (let k = 0; k < outline.length; k += 2) points.push(`${outline[k].toFixed(3)} ${outline[k + 1].toFixed(3)}`);
   const viewBox = [left, top, right - left, bottom - top].join(' ');
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="${viewBox}">\n  <path d="M${points.join('L')}Z"/>\n</svg>\n`;
+}
+
+/**
+ * Return the source's drawing carried through a map, with lines instead of curves, and the number of elements that are left
+ * out: texts, images, and what reaches beyond the outline.
+ * @param {Shape} source
+ * @param {Shape} target
+ * @param {WholeMap} map
+ */
+export function carriedDrawing(source, target, map) {
+  const root = new DOMParser().parseFromString(source.drawing ?? '', 'image/svg+xml').documentElement, [left, top, right, bottom] = target.box;
+  const carry = carrier(source, target, map), outline = Array.from({length: source.outline.length / 2}, (_, k) => [...source.outline.subarray(2 * k, 2 * k + 2)]);
+  const curve = new Curve(source.outline), reach = OUTSIDE * curve.diagonal;
+  const [own, goal] = [source, target].map((shape) => Math.abs(moments(shape.outline).area));
+  let dropped = 0;
+  for (const element of root.querySelectorAll(NOT_CARRIED)) {
+    if (!element.closest(NOT_DRAWN)) dropped++;
+    element.remove();
+  }
+  for (const element of [...root.querySelectorAll(DRAWN)]) {
+    if (element.closest(NOT_DRAWN)) continue;
+    const transforms = transformsOf(element), lines = linesOf(pathOf(element), transforms);
+    const isWithin = lines.every(({points}) => points.every((x, k) => k % 2 || inside(outline, [x, points[k + 1]]) || curve.distance(x, points[k + 1]) <= reach));
+    if (!lines.length || !isWithin) {
+      element.remove();
+      dropped++;
+      continue;
+    }
+    const path = document.createElementNS(root.namespaceURI, 'path');
+    for (const {name, value} of element.attributes) if (!GEOMETRY.includes(name)) path.setAttribute(name, value);
+    path.setAttribute('d', lines.map(({points, isClosed}) => `M${carry(points, isClosed).map((value) => value.toFixed(3)).join(' ')}${isClosed ? 'Z' : ''}`).join(''));
+    scaleStroke(path, Math.sqrt(goal / own));
+    element.replaceWith(path);
+  }
+  for (const group of root.querySelectorAll('g, a, svg')) group.removeAttribute('transform');
+  root.setAttribute('viewBox', [left, top, right - left, bottom - top].join(' '));
+  root.removeAttribute('width');
+  root.removeAttribute('height');
+  return {text: `${new XMLSerializer().serializeToString(root)}\n`, left: dropped};
+}
+
+/**
+ * Scale the width of an element's stroke as the map scales areas.
+ * @param {Element} element
+ * @param {number} scale
+ */
+function scaleStroke(element, scale) {
+  const width = element.getAttribute('stroke-width');
+  if (width && parseFloat(width)) element.setAttribute('stroke-width', String(Number((scale * parseFloat(width)).toPrecision(4))));
+}
+
+/**
+ * Return a function that carries lines, with as many points as their images need.
+ * @param {Shape} source
+ * @param {Shape} target
+ * @param {WholeMap} map
+ */
+function carrier(source, target, {source: z, image: u, faces}) {
+  const up = (/** @type {Float64Array} */ points) => points.map((value, k) => (k % 2 ? -value : value));
+  const at = transferrer(z, faces, u), imageOf = (/** @type {number[]} */ points) => up(at(up(Float64Array.from(points))));
+  const [left, bottom, right, top] = boxOf(target.outline), most = CARRIED_TOLERANCE * Math.hypot(right - left, top - bottom);
+  const step = CARRIED_STEP * new Curve(source.outline).diagonal;
+  /**
+   * @param {number[]} a
+   * @param {number[]} b
+   * @param {number} halvings
+   * @returns {number[]} images of points after a, up to b
+   */
+  const between = (a, b, halvings) => {
+    const middle = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], image = imageOf([...a, ...middle, ...b]);
+    const away = Math.hypot(image[2] - (image[0] + image[4]) / 2, image[3] - (image[1] + image[5]) / 2);
+    const isShort = Math.hypot(b[0] - a[0], b[1] - a[1]) <= step;
+    if (halvings === MOST_HALVINGS || (isShort && away <= most)) return [image[4], image[5]];
+    return [...between(a, middle, halvings + 1), ...between(middle, b, halvings + 1)];
+  };
+  return (/** @type {number[]} */ points, /** @type {boolean} */ isClosed) => {
+    const line = [...imageOf(points.slice(0, 2))], count = points.length / 2;
+    for (let k = 0; k < (isClosed ? count : count - 1); k++) {
+      const n = (k + 1) % count;
+      line.push(...between(points.slice(2 * k, 2 * k + 2), points.slice(2 * n, 2 * n + 2), 0));
+    }
+    return isClosed ? line.slice(0, -2) : line;
+  };
 }

@@ -1,3 +1,4 @@
+/* global STYLE -- a constant of bundle.js */
 // The demo on the site: a picture, two shapes, and the map between them, all computed in the browser.
 
 import astronaut from '../docs/files/astronaut.jpg';
@@ -13,16 +14,17 @@ import gingerbread from '../samples/limbs/gingerbread.svg';
 import starfish from '../samples/limbs/starfish.svg';
 import whale from '../samples/raster/whale.svg';
 import leaf from '../samples/rose-leaf/leaf.svg';
-import {button, byId, followPointer, input, select} from '../io/edit/page/dom.js';
-import {Canvas} from './canvas.js';
+import {button, byId, followPointer, input, select, SVG} from '../io/edit/page/dom.js';
 import {boxOf, isCrossing, moments} from './curve.js';
 import {brush, subdivided} from './deformation.js';
-import markup from './try.html';
-import style from './try.css';
+import {DemoPane, pointsOf} from './panes.js';
+import {optionsOf, Pinning} from './pinning.js';
+import {saved} from './saving.js';
 import {Solver} from './solver.js';
-import {drawingOf, shapeOf} from './svg.js';
+import {shapeOf} from './svg.js';
+import markup from './try.html';
 
-/** @import {Answer, Picture, Shape} from './types.d.ts' */
+/** @import {Answer, Picture, Shape, WholeMap} from './types.d.ts' */
 
 /** @type {Record<string, string>} */
 const PICTURES = {'coffee.jpg': coffee, 'astronaut.jpg': astronaut, 'cat.jpg': cat};
@@ -33,6 +35,8 @@ const SHAPES = {
 };
 const WHOLE = 'the whole picture', OWN_PICTURE = 'your picture …', OWN_SHAPE = 'your SVG …', DRAWN = 'draw one';
 const DRAWN_NAME = 'drawn.svg', DRAGGED_NAME = 'target.svg';
+const HINT = 'Click a shape to place a pin, drag pins on both sides, or drag the outline of the target.';
+const DRAW_HINT = 'Draw a closed line in the target.';
 const PICTURE_SIDE = 1024;      // pixels of the longer side of the PNG, as the command writes by default
 const MOST_TEXTURE_SIDE = 2048; // pixels of a picture; larger ones are reduced
 const BRUSH_SHARE = 0.3;        // radius of a drag, relative to the diagonal of the shape
@@ -49,33 +53,53 @@ class Demo {
   target;
   /** Answers are counted for tests, and the last one is kept. @type {{stages: Record<string, number>, last: Answer | null}} */
   log = {stages: {}, last: null};
+  /** The last map that has converged, of the present shapes; null if they have changed since. @type {WholeMap | null} */
+  map = null;
   /** The movement of a drag that the worker has not been sent. @type {{centre: number[], by: number[], radius: number} | null} */
   #pending = null;
-  /** The outline before the movement that the worker is following. @type {Shape | null} */
+  /** The outline and the places of the pins before the movement that the worker is following. @type {{target: Shape, places: number[][]} | null} */
   #before = null;
-  #dragging = false;
-  #balanceChanged = false;
-  /** Whether the target was dragged since the last search. */
-  #dragged = false;
+  /** Whether the outline, a pin or the slider is being dragged. */
+  #isHeld = false;
+  /** Whether pins or balance have changed since the worker was told. */
+  #isChanged = false;
+  /** Whether anything has changed since the last search. */
+  #isStale = false;
 
   /** @param {Picture} picture */
   constructor(picture) {
     this.solver = new Solver((answer) => this.#answered(answer));
-    this.left = new Canvas(byId('try-source'), false);
-    this.right = new Canvas(byId('try-target'), true);
     this.picture = picture;
     this.source = pictureShape(picture);
     this.target = shapeOf(SHAPES['heart.svg'], 'heart.svg');
+    this.pinning = new Pinning({
+      shapes: () => ({source: this.source, target: this.target}), refuse: (text) => report(text, true),
+      changed: (isHeld) => {
+        this.#isHeld = isHeld;
+        this.#isChanged = true;
+        this.#redrawPins();
+        this.#next();
+      },
+    });
+    this.left = new DemoPane('source', byId('try-source'), this.source, this.pinning.actions);
+    this.right = new DemoPane('target', byId('try-target'), this.target, this.pinning.actions);
+    for (const pane of this.panes) pane.scene = this.pinning.scene;
+    this.grip = gripIn(byId('try-target'));
     fill('try-picture', [...Object.keys(PICTURES), OWN_PICTURE]);
     fill('try-from', [WHOLE, ...Object.keys(SHAPES), OWN_SHAPE]);
     fill('try-into', [...Object.keys(SHAPES), OWN_SHAPE, DRAWN]);
+    byId('try-hint').textContent = HINT;
     this.#listen();
   }
 
+  get panes() {
+    return [this.left, this.right];
+  }
+
   async start() {
-    await this.solver.start();
     this.#showSource();
-    this.right.show(this.target);
+    this.#showTarget();
+    await this.solver.start();
     this.solve();
   }
 
@@ -83,54 +107,86 @@ class Demo {
     choose('try-picture', OWN_PICTURE, async (file, name) => {
       this.picture = await pictureOf(file ?? PICTURES[name], name);
       if (select('try-from').value === WHOLE) this.source = pictureShape(this.picture);
-      this.#showSource();
-      this.solve();
+      this.#replaced();
     });
     choose('try-from', OWN_SHAPE, async (file, name) => {
       this.source = name === WHOLE ? pictureShape(this.picture) : shapeOf(file ? await file.text() : SHAPES[name], name);
-      this.#showSource();
-      this.solve();
+      this.#replaced();
     });
     choose('try-into', OWN_SHAPE, async (file, name) => {
       byId('try-target').classList.toggle('try-drawing', name === DRAWN);
-      byId('try-hint').textContent = name === DRAWN ? 'target: draw a closed line' : 'target: drag its outline';
+      byId('try-hint').textContent = name === DRAWN ? DRAW_HINT : HINT;
       if (name === DRAWN) return;
-      this.#retarget(shapeOf(file ? await file.text() : SHAPES[name], name));
+      this.target = shapeOf(file ? await file.text() : SHAPES[name], name);
+      this.#replaced();
     });
-    input('try-balance').addEventListener('input', () => {
-      this.#balanceChanged = true;
-      this.#next();
-    });
-    for (const name of /** @type {const} */ (['grid', 'stretch'])) {
-      input(`try-${name}`).addEventListener('change', (event) => {
-        for (const canvas of [this.left, this.right]) canvas.overlay[name] = /** @type {HTMLInputElement} */ (event.target).checked;
-        this.left.paint();
-        this.right.paint();
+    for (const kind of /** @type {const} */ (['input', 'change'])) {
+      input('try-balance').addEventListener(kind, () => {
+        this.#isHeld = kind === 'input';
+        this.#isChanged = true;
+        this.#next();
       });
     }
-    button('try-save-picture').addEventListener('click', () => save(this.right.picture(PICTURE_SIDE), this.#resultName()));
-    button('try-save-shape').addEventListener('click', () => {
-      const address = URL.createObjectURL(new Blob([this.drawing()], {type: 'image/svg+xml'}));
-      save(address, this.target.name);
-      URL.revokeObjectURL(address);
+    for (const name of /** @type {const} */ (['grid', 'stretch'])) {
+      input(`try-${name}`).addEventListener('change', (event) => {
+        for (const pane of this.panes) {
+          pane.overlay[name] = /** @type {HTMLInputElement} */ (event.target).checked;
+          pane.redraw();
+        }
+      });
+    }
+    button('try-add-pin').addEventListener('click', () => this.pinning.add());
+    button('try-clear-pins').addEventListener('click', () => {
+      this.pinning.clear();
+      this.pinning.changed(false);
     });
+    button('try-save').addEventListener('click', () => this.#save());
+    select('try-format').addEventListener('change', () => this.#enableSave());
     byId('try-target').addEventListener('pointerdown', (event) => {
       if (event.button !== 0) return;
-      if (select('try-into').value === DRAWN && byId('try-target').classList.contains('try-drawing')) this.#draw(event);
-      else if (event.target instanceof Element && event.target.matches('.try-grip')) this.#drag(event);
-    });
+      const isDrawing = byId('try-target').classList.contains('try-drawing');
+      if (!isDrawing && event.target !== this.grip) return;
+      event.stopPropagation();  // the pane would place a pin
+      if (isDrawing) this.#draw(event);
+      else this.#drag(event);
+    }, {capture: true});
+    this.right.viewed = () => this.#redrawGrip();
+    new ResizeObserver(() => this.#redrawGrip()).observe(byId('try-target'));
   }
 
   #showSource() {
-    this.left.show(this.source);
-    this.left.texture(this.picture.image, this.source.box);
-    this.right.texture(this.picture.image, this.source.box);
+    this.left.showShape(this.source);
+    for (const pane of this.panes) pane.setTexture(this.picture.image, this.source.box);
   }
 
-  /** @param {Shape} shape */
-  #retarget(shape) {
-    this.target = shape;
-    this.right.show(shape);
+  #showTarget() {
+    this.right.showShape(this.target);
+    this.#redrawGrip();
+  }
+
+  #redrawGrip() {
+    this.#outlinePath(pointsOf(this.target.outline));
+  }
+
+  /** @param {number[][]} points */
+  #outlinePath(points) {
+    const pixels = points.map((point) => this.right.pixel(point).map((value) => value.toFixed(1)).join(' '));
+    this.grip.setAttribute('d', `M${pixels.join('L')}Z`);
+  }
+
+  #redrawPins() {
+    button('try-clear-pins').disabled = !this.pinning.scene.pins.length;
+    for (const pane of this.panes) pane.redraw(false);
+  }
+
+  /** Search for the map of other shapes, to which pins do not belong. */
+  #replaced() {
+    this.pinning.clear();
+    this.pinning.floats = new Float32Array(0);
+    this.#isHeld = false;
+    this.#showSource();
+    this.#showTarget();
+    this.#redrawPins();
     this.solve();
   }
 
@@ -138,36 +194,59 @@ class Demo {
     return Number(input('try-balance').value);
   }
 
-  /** Search for the map of the present shapes. */
-  solve() {
-    this.#pending = null;
-    this.#before = null;
-    this.#balanceChanged = false;
-    report('Searching …');
-    byId('try-command').textContent = this.#command();
-    this.solver.send({kind: 'solve', source: this.source.outline, target: this.target.outline, balance: this.balance});
+  /** What the user can change while the shapes stay. */
+  get wishes() {
+    return {balance: this.balance, pins: this.pinning.numbers};
   }
 
-  /** Send what has changed since the last request, if the solver is idle. */
+  /**
+   * Search for the map of the present shapes.
+   * @param {boolean} [quiet] whether only the last map is shown, because another one follows the user already
+   */
+  solve(quiet = false) {
+    this.#pending = null;
+    this.#before = null;
+    this.#isChanged = false;
+    this.#isStale = false;
+    this.map = null;
+    this.#enableSave();
+    report('Searching …');
+    byId('try-command').textContent = this.#command();
+    this.#showLeft();
+    this.solver.send({kind: 'solve', source: this.source.outline, target: this.target.outline, quiet, ...this.wishes});
+  }
+
+  /** Send what has changed since the last request, if the solver can take it. */
   #next() {
     byId('try-command').textContent = this.#command();
-    if (this.solver.busy) return;
+    if (!this.solver.isReady) return;
     if (this.#pending) {
-      const {centre, by, radius} = this.#pending, outline = brush(this.target.outline, centre, by, radius);
+      const {centre, by, radius} = this.#pending, move = (/** @type {Float64Array} */ points) => brush(points, centre, by, radius);
+      const outline = move(this.target.outline);
       this.#pending = null;
       if (isCrossing(outline)) return;
-      this.#before = this.target;
-      this.target = {...this.target, outline, name: DRAGGED_NAME};
-      this.#dragged = true;
-      this.right.reshape(this.target);
-      this.solver.send({kind: 'drag', centre, by, radius});
-    } else if (this.#balanceChanged) {
-      this.#balanceChanged = false;
-      this.solver.send({kind: 'balance', balance: this.balance});
-    } else if (this.#dragged && !this.#dragging) {
-      this.#dragged = false;
-      this.solve();
+      this.#before = {target: this.target, places: this.pinning.scene.pins.map((pin) => [...pin.target].map(Number))};
+      this.target = {name: DRAGGED_NAME, outline, box: this.target.box};
+      this.pinning.moveTargets(move);
+      this.#redrawTarget();
+      this.solver.send({kind: 'drag', centre, by, radius, ...this.wishes});
+    } else if (this.#isChanged) {
+      this.solver.send({kind: 'follow', ...this.wishes});
+    } else if (this.#isStale && !this.#isHeld && !this.solver.busy) {
+      this.solve(true);
+      return;
+    } else {
+      return;
     }
+    this.#isChanged = false;
+    this.#isStale = true;
+    this.map = null;
+    this.#enableSave();
+  }
+
+  #redrawTarget() {
+    this.right.moveOutline(this.target);
+    this.#redrawGrip();
   }
 
   /** @param {Answer} answer */
@@ -181,24 +260,46 @@ class Demo {
     this.log.last = answer;
     if (answer.stage === 'error') {
       if (this.#before) {  // the map could not follow the drag: back to the last outline
-        this.target = this.#before;
+        this.target = this.#before.target;
+        this.pinning.scene.pins.forEach((pin, k) => {
+          pin.target = this.#before?.places[k] ?? pin.target;
+        });
         this.#before = null;
-        this.#dragged = true;
-        this.right.reshape(this.target);
+        this.#redrawTarget();
         this.#next();
       } else {
         report(answer.message, true);
-        button('try-save-picture').disabled = true;
       }
       return;
     }
     const [source, target] = [this.source, this.target].map(({outline}) => Math.abs(moments(outline).area));
-    this.right.map(answer.floats, Math.sqrt(source / target));
-    const {energy, within2, folds} = answer.figures, seconds = (answer.milliseconds / 1000).toFixed(1);
-    const share = `scale within 2× on ${Math.floor(100 * within2)} %`;
-    const whole = `${share} · ${folds ? `${folds} folds` : 'no folds'} · energy ${energy.toFixed(3)} · ${seconds} s`;
-    report(answer.stage === 'full' ? whole : answer.stage === 'dragged' ? share : `${share} · refining …`);
-    button('try-save-picture').disabled = answer.stage !== 'full';
+    this.pinning.floats = answer.floats;
+    this.right.setMap(answer.floats, Math.sqrt(source / target));
+    const {energy, within2, folds, missed} = answer.figures, seconds = (answer.milliseconds / 1000).toFixed(1);
+    this.pinning.scene.wrong = {pins: missed};
+    this.#redrawPins();
+    const share = `scale within 2× on ${Math.floor(100 * within2)} %`, pins = missed.length ? ` · pins not met: ${missed.map((k) => k + 1).join(', ')}` : '';
+    const whole = `${share} · ${folds ? `${folds} folds` : 'no folds'}${pins} · energy ${energy.toFixed(3)} · ${seconds} s`;
+    report(answer.stage === 'full' ? whole : answer.stage === 'live' ? share + pins : `${share} · refining …`);
+    if (answer.map && !this.#isStale) this.map = answer.map;
+    this.#enableSave();
+  }
+
+  /** Say what of the drawings the map leaves out. */
+  #showLeft() {
+    const notes = [this.source, this.target].flatMap(({name, left}) => {
+      if (!left || !(left.holes || left.parts)) return [];
+      const count = (/** @type {number} */ n, /** @type {string} */ word) => (n ? [`${n} ${word}${n > 1 ? 's' : ''}`] : []);
+      return [`${name} has ${[...count(left.holes, 'inner outline'), ...count(left.parts, 'other part')].join(' and ')}`];
+    });
+    byId('try-left').hidden = !notes.length;
+    byId('try-left').textContent = notes.length ? `${notes.join('; ')}. This page maps the largest outline alone. The command maps whole drawings, with holes and parts: ${this.#command(true)}` : '';
+  }
+
+  #enableSave() {
+    const format = select('try-format').value, isDrawn = this.source.drawing !== undefined;
+    button('try-save').disabled = format === 'target' ? false : format === 'json' ? !this.pinning.scene.pins.length : !this.map || (format === 'svg' && !isDrawn);
+    button('try-save').title = format === 'svg' && !isDrawn ? 'A drawing needs a drawing as the source: choose one as From' : '';
   }
 
   /**
@@ -210,18 +311,23 @@ class Demo {
     const radius = BRUSH_SHARE * diagonal, before = this.target.outline;
     if (this.log.last?.stage === 'error' || !this.log.last) return;
     this.target = {...this.target, outline: subdivided(before, DRAGGED_EDGE_SHARE * diagonal)};
-    this.#dragging = true;
-    let at = this.right.at(event);
+    let at = this.#at(event);
     followPointer(byId('try-target'), event, (moved) => {
-      const to = this.right.at(moved), step = [to[0] - at[0], to[1] - at[1]];
+      this.#isHeld = true;
+      const to = this.#at(moved), step = [to[0] - at[0], to[1] - at[1]];
       const {centre, by} = this.#pending ?? {centre: at, by: [0, 0]};
       this.#pending = {centre, by: [by[0] + step[0], by[1] + step[1]], radius};
       at = to;
       this.#next();
     }, () => {
-      this.#dragging = false;
+      this.#isHeld = false;
       this.#next();
     });
+  }
+
+  /** @param {PointerEvent} event */
+  #at(event) {
+    return this.right.at(this.right.pixelOf(event));
   }
 
   /**
@@ -229,42 +335,76 @@ class Demo {
    * @param {PointerEvent} event
    */
   #draw(event) {
-    const line = [...this.right.at(event)], {view} = this.right;
+    const line = [...this.#at(event)], {view} = this.right;
     followPointer(byId('try-target'), event, (moved) => {
-      const [x, y] = this.right.at(moved), end = line.length - 2;
+      const [x, y] = this.#at(moved), end = line.length - 2;
       if (Math.hypot(x - line[end], y - line[end + 1]) * view.zoom < DRAWN_EDGE) return;
       line.push(x, y);
-      this.right.line(Float64Array.from(line));
+      this.#outlinePath(pointsOf(Float64Array.from(line)));
     }, () => {
       const outline = Float64Array.from(line), pane = view.width * view.height / view.zoom ** 2;
       if (outline.length < 6 || Math.abs(moments(outline).area) < LEAST_DRAWN_SHARE * pane || isCrossing(outline)) {
         report('Draw one closed line that does not cross itself and encloses some area.', true);
-        this.right.paint();
+        this.#redrawGrip();
         return;
       }
       byId('try-target').classList.remove('try-drawing');
-      byId('try-hint').textContent = 'target: drag its outline';
-      this.#retarget({name: DRAWN_NAME, outline, box: boxOf(outline)});
+      byId('try-hint').textContent = HINT;
+      this.target = {name: DRAWN_NAME, outline, box: boxOf(outline)};
+      this.#replaced();
     });
   }
 
-  /** Return a drawing of the target, for the command. */
-  drawing() {
-    return drawingOf(this.target);
-  }
-
-  #resultName() {
+  /** Name of the result, without suffix. */
+  get #stem() {
     const stem = (/** @type {string} */ name) => name.replace(/\.\w+$/, '');
-    return `${stem(this.picture.name)}-${stem(this.target.name)}.png`;
+    return `${stem(this.picture.name)}-${stem(this.target.name)}`;
   }
 
-  /** Return the command that computes the same map from the same files. */
-  #command() {
-    const isWhole = this.source.name === this.picture.name, texture = isWhole ? [] : ['--texture', this.picture.name];
-    const balance = this.balance === 1 ? [] : ['--balance', String(this.balance)];
-    const words = ['iccm', 'map', this.source.name, this.target.name, ...texture, '--parts', 'largest', '--fit', 'whole', ...balance];
-    return [...words, '-o', this.#resultName()].map((word) => (/^[\w./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`)).join(' ');
+  /**
+   * Return the result as a file, and what the user should know about it.
+   * @param {string} format
+   */
+  result(format) {
+    const {source, target, map, balance, right} = this, [left, top, east, bottom] = target.box, zoom = PICTURE_SIDE / Math.max(east - left, bottom - top);
+    const width = Math.round(zoom * (east - left)), height = Math.round(zoom * (bottom - top));
+    return saved(format, {source, target, map, pins: this.pinning.scene.pins, balance, width, height, picture: () => right.picture(width, height)});
   }
+
+  /** Save the result in the chosen form. */
+  async #save() {
+    const format = select('try-format').value;
+    try {
+      const {blob, note} = await this.result(format);
+      save(blob, format === 'target' ? this.target.name : `${this.#stem}.${format}`);
+      if (note) report(note);
+    } catch (error) {
+      report(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  /**
+   * Return the command that computes the same map from the same files, or the one that maps whole drawings.
+   * @param {boolean} [whole]
+   */
+  #command(whole = false) {
+    const isPicture = this.source.name === this.picture.name, texture = isPicture ? [] : ['--texture', this.picture.name];
+    const balance = this.balance === 1 ? [] : ['--balance', String(this.balance)], how = whole ? [] : ['--parts', 'largest', '--fit', 'whole'];
+    const words = ['iccm', 'map', this.source.name, this.target.name, ...texture, ...how, ...balance, ...optionsOf(this.pinning.scene.pins)];
+    return [...words, '-o', `${this.#stem}.png`].map((word) => (/^[\w./:,-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`)).join(' ');
+  }
+}
+
+/**
+ * Add the path by which the outline of a pane is dragged, below the pins.
+ * @param {HTMLElement} element
+ */
+function gripIn(element) {
+  const svg = document.createElementNS(SVG, 'svg'), path = svg.appendChild(document.createElementNS(SVG, 'path'));
+  svg.setAttribute('class', 'try-grips');
+  svg.setAttribute('aria-hidden', 'true');
+  element.querySelector('.handles')?.before(svg);
+  return path;
 }
 
 /**
@@ -344,18 +484,19 @@ function pictureShape({name, image: {width, height}}) {
 }
 
 /**
- * @param {string} address
+ * @param {Blob} blob
  * @param {string} name
  */
-function save(address, name) {
+function save(blob, name) {
   const link = document.createElement('a');
-  link.href = address;
+  link.href = URL.createObjectURL(blob);
   link.download = name;
   link.click();
+  URL.revokeObjectURL(link.href);
 }
 
 async function main() {
-  byId('try').innerHTML = `<style>${style}</style>${markup}`;
+  byId('try').innerHTML = `<style>${STYLE}</style>${markup}`;
   try {
     const demo = new Demo(await pictureOf(coffee, 'coffee.jpg'));
     Object.assign(globalThis, {iccmDemo: demo});

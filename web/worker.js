@@ -5,20 +5,24 @@ import {fromUnit, moments, toUnit, unitCurve} from './curve.js';
 import {brush} from './deformation.js';
 import {stretches} from './mesh.js';
 import {areasOf, Tangled} from './unfold.js';
-import {continued, finished, following, solve} from './search.js';
+import {DiscreteMap, weightsOf} from './map.js';
+import {Pins} from './pins.js';
+import {following, followingTarget, solve} from './search.js';
 
-/** @import {Frame} from './curve.js' */
-/** @import {DiscreteMap} from './map.js' */
-/** @import {Answer, Figures, Request, Stage} from './types.d.ts' */
+/** @import {Curve} from './curve.js' */
+/** @import {Answer, Figures, Frame, Request, Stage, Wishes} from './types.d.ts' */
 
 const FLOATS = 18;  // of a triangle: corners in the target, corners in the source, curvature (see io/edit/page/gl.js)
-const UPRIGHT = 2;  // cost of a rotation, as in the command
 const TRIANGLES = 6000;  // of the final mesh, as in the command
+const NARROW_AIM = 0.99;  // distance of pins aimed at while they are dragged, relative to that up to which they count as met
+const MOST_STIFFENED = 10;  // largest factor by which a step changes the stiffness of a spring
 
 /** Resolves when the core has started. */
 let loaded = Promise.resolve();
 /** @type {DiscreteMap | null} the last map, in unit coordinates */
 let map = null;
+/** Factors of the springs of pins that would miss their places. */
+let factors = new Float64Array(0);
 /** @type {Record<'source' | 'target', Frame>} */
 const frames = {source: {x: 0, y: 0, scale: 1}, target: {x: 0, y: 0, scale: 1}};
 
@@ -55,7 +59,38 @@ function figuresOf(found) {
     if (value <= 2) within += area;
     if (!(areas[t] > 0 && images[t] > 0)) folds++;
   });
-  return {energy: found.energy, within2: within / whole, folds, triangles: stretch.length};
+  const misses = found.weights.pins?.misses(found.mesh) ?? new Float64Array(0);
+  return {energy: found.energy, within2: within / whole, folds, triangles: stretch.length, missed: [...misses.keys()].filter((k) => misses[k] > 1)};
+}
+
+/**
+ * Return the weights of a map with the pins of a request.
+ * @param {Wishes} wishes
+ * @param {[Curve, Curve]} curves of source and target, in unit coordinates
+ */
+function weightsFor({balance, pins}, curves) {
+  const side = (/** @type {number} */ offset) => turned(pins.filter((_, k) => k % 4 - offset === 0 || k % 4 - offset === 1));
+  const own = pins.length ? Pins.of(toUnit(side(0), frames.source), toUnit(side(2), frames.target), curves) : null;
+  return weightsOf(balance, own?.stiffer(springFactors(own.count)) ?? null);
+}
+
+/**
+ * Return factors by which the springs of pins are stiffer; 1 after the number of pins has changed.
+ * @param {number} count
+ */
+function springFactors(count) {
+  if (factors.length !== count) factors = new Float64Array(count).fill(1);
+  return factors;
+}
+
+/** Choose the springs' stiffness for the next step, according to how far their pins miss; as in iccm/balanced/interactive.py. */
+function stiffen() {
+  const misses = map?.weights.pins?.misses(map.mesh);
+  if (!misses) return;
+  factors = factors.map((factor, k) => {
+    const missed = misses[k] / NARROW_AIM, change = missed > 1 ? missed ** 2 : missed;
+    return Math.max(factor * Math.min(Math.max(change, 1 / MOST_STIFFENED), MOST_STIFFENED), 1);
+  });
 }
 
 /**
@@ -64,35 +99,49 @@ function figuresOf(found) {
  */
 function answer(request, shown) {
   if (request.kind === 'solve') {
-    const weights = {theta: request.balance, upright: UPRIGHT};
     const source = unitCurve(turned(request.source)), target = unitCurve(turned(request.target));
     Object.assign(frames, {source: source.frame, target: target.frame});
-    map = solve(source.curve, target.curve, weights, TRIANGLES, shown);
-  } else if (request.kind === 'balance') {
-    if (!map) return;
-    map = continued(map, {theta: request.balance, upright: UPRIGHT});
-    shown(map, 'dragged');
-    shown(finished(map), 'full');
-  } else if (request.kind === 'drag') {
-    if (!map) return;
-    map = dragged(map, request.centre, request.by, request.radius);
-    shown(map, 'dragged');
+    factors = new Float64Array(0);
+    map = solve(source.curve, target.curve, weightsFor(request, [source.curve, target.curve]), TRIANGLES, (found, stage) => {
+      if (stage === 'full' || !request.quiet) shown(found, stage);
+    });
+  } else if (request.kind === 'resume') {
+    Object.assign(frames, request.state.frames);
+    map = DiscreteMap.restored(request.state);
+  } else if (map && (request.kind === 'follow' || request.kind === 'drag')) {
+    map = request.kind === 'drag' ? dragged(map, request) : following(map, weightsFor(request, [map.source.curve, map.target.curve]));
+    stiffen();
+    shown(map, 'live');
   }
 }
 
 /**
  * Return the map onto the target after a drag of its outline, scaled to area one again.
  * @param {DiscreteMap} found
- * @param {number[]} centre of the brush, in the drawing
- * @param {number[]} by
- * @param {number} radius
+ * @param {Request & {kind: 'drag'}} request
  */
-function dragged(found, centre, by, radius) {
-  const before = frames.target, move = (/** @type {Float64Array} */ u) => turned(brush(turned(fromUnit(u, before)), centre, by, radius));
+function dragged(found, request) {
+  const {centre, by, radius} = request, before = frames.target;
+  const move = (/** @type {Float64Array} */ u) => turned(brush(turned(fromUnit(u, before)), centre, by, radius));
   const {area} = moments(move(found.target.curve.z)), after = {...before, scale: 1 / Math.sqrt(area)};
-  const moved = following(found, (u) => toUnit(move(u), after));
-  frames.target = after;
-  return moved;
+  try {
+    return followingTarget(found, (u) => toUnit(move(u), after), (moved) => {
+      frames.target = after;
+      return weightsFor(request, [moved.source.curve, moved.target.curve]);
+    });
+  } catch (error) {
+    frames.target = before;
+    throw error;
+  }
+}
+
+/**
+ * Return a full map in the coordinates of the drawings.
+ * @param {DiscreteMap} found
+ */
+function wholeMap({mesh: {z, u, faces}, border, energy, weights: {pins}}) {
+  const radii = [...pins?.given.radii ?? []].map((radius) => radius / frames.source.scale);
+  return {source: fromUnit(z, frames.source), image: fromUnit(u, frames.target), faces, border, energy, radii};
 }
 
 addEventListener('message', async (event) => {
@@ -105,8 +154,8 @@ addEventListener('message', async (event) => {
     }
     await loaded;
     answer(request, (found, stage) => {
-      const floats = floatsOf(found);
-      send({seq, stage, floats, figures: figuresOf(found), milliseconds: performance.now() - begin}, [floats.buffer]);
+      const floats = floatsOf(found), more = stage === 'full' ? {map: wholeMap(found)} : stage === 'live' ? {state: {frames, ...found.state}} : {};
+      send({seq, stage, floats, figures: figuresOf(found), milliseconds: performance.now() - begin, ...more}, [floats.buffer]);
     });
     send({seq, stage: 'done', milliseconds: performance.now() - begin});
   } catch (error) {
@@ -114,4 +163,3 @@ addEventListener('message', async (event) => {
     send({seq, stage: 'error', message, milliseconds: performance.now() - begin});
   }
 });
-

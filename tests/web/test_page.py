@@ -16,7 +16,10 @@ import pytest
 from skimage.metrics import structural_similarity
 
 import iccm
-from iccm.curve import Curve, hausdorff
+from iccm.curve import Curve, hausdorff, interior_grid
+from iccm.io.pictures import stmap_files
+
+from .pinned import pinned_energy
 
 webdriver = pytest.importorskip("selenium.webdriver", reason="NO BROWSER TESTS: selenium is not installed")
 ROOT = Path(__file__).parents[2]
@@ -125,6 +128,34 @@ class Page:
         x, y = self.js("iccmDemo.right.view.pixel(arguments[0])", [point.real, -point.imag])
         return np.array([left + x, top + y])
 
+    def result(self, kind):
+        """The file that the button Save would write."""
+        address = self.driver.execute_async_script(
+            """const [kind, done] = arguments, reader = new FileReader();
+            reader.onload = () => done(reader.result);
+            iccmDemo.result(kind).then(({blob}) => reader.readAsDataURL(blob), (error) => done(`,${btoa(error)}`));""",
+            kind,
+        )
+        return base64.b64decode(address.partition(",")[2])
+
+    def place(self, side, x, y):
+        """The pixel of the window at a share of the width and of the height of a pane."""
+        box = f"document.getElementById('try-{side}').getBoundingClientRect()"
+        return np.array(self.js(f"[{box}.left + {x} * {box}.width, {box}.top + {y} * {box}.height]"))
+
+    def click(self, place):
+        self.mouse("mousePressed", place, 1)
+        self.mouse("mouseReleased", place)
+
+    def handle(self, side, number):
+        """The pixel of the window in the middle of a pin."""
+        box = f"document.querySelectorAll('#try-{side} .handle')[{number}].getBoundingClientRect()"
+        return np.array(self.js(f"[{box}.left + {box}.width / 2, {box}.top + {box}.height / 2]"))
+
+    @property
+    def pins(self):
+        return self.js("iccmDemo.pinning.scene.pins.map(({source, target}) => [...source, ...target])")
+
     def text(self, name):
         return self.js("document.getElementById(arguments[0]).textContent", name)
 
@@ -164,13 +195,9 @@ def same_picture(page, folder):
     command = shlex.split(page.text("try-command"))
     assert command[:2] == ["iccm", "map"]
     (folder / command[-1]).unlink(missing_ok=True)
-    program = [sys.executable, "-c", "from iccm.cli import main; main()"]
-    done = subprocess.run([*program, *command[1:]], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    run(folder, *command[1:])
     expected = cv2.imread(str(folder / command[-1]), cv2.IMREAD_UNCHANGED)
-    address = page.js("iccmDemo.right.picture(1024)")
-    data = np.frombuffer(base64.b64decode(address.partition(",")[2]), np.uint8)
-    found = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    found = cv2.imdecode(np.frombuffer(page.result("png"), np.uint8), cv2.IMREAD_UNCHANGED)
     assert found.shape == expected.shape
     over = [
         (each[..., :3] * (each[..., 3:] / 255.0) + 255.0 - each[..., 3:]).astype(np.uint8)
@@ -231,7 +258,7 @@ def test_a_drag_of_the_outline_moves_the_picture_and_ends_with_a_search(page, tm
     page.drag([first + k * np.array([2, 3]) for k in range(16)])
     page.wait(FULL)
     after = page.js("({...iccmDemo.log.stages})")
-    assert after["dragged"] > stages.get("dragged", 0) + 3
+    assert after["live"] > stages.get("live", 0) + 3
     assert after["full"] == stages["full"] + 1
     assert "error" not in after
     assert page.pixel(page.outline()[np.argmin(page.outline().imag)]) == pytest.approx(
@@ -241,8 +268,7 @@ def test_a_drag_of_the_outline_moves_the_picture_and_ends_with_a_search(page, tm
     assert np.abs(page.outline() - top).min() < 1e-6 * Curve(before).diagonal  # far away, nothing moves
     assert page.js("iccmDemo.log.last.figures.folds") == 0
     assert "target.svg" in page.text("try-command")
-    drawing = page.js("iccmDemo.drawing()")
-    (tmp_path / "target.svg").write_text(drawing)
+    (tmp_path / "target.svg").write_bytes(page.result("target"))
     assert hausdorff(Curve(iccm.read_shape(tmp_path / "target.svg").curve.z), Curve(page.outline())) < 0.01
     shutil.copy(FILES / "coffee.jpg", tmp_path)
     assert same_picture(page, tmp_path) > SIMILAR
@@ -254,13 +280,192 @@ def test_balance_keeps_sizes(page, tmp_path):
     shutil.copy(FILES / "heart.svg", tmp_path)
     spread = page.js("iccmDemo.log.last.figures.within2")
     page.js(
-        f"(arguments[0].value = 4, {FORGET}, arguments[0].dispatchEvent(new Event('input')))",
+        f"(arguments[0].value = 4, {FORGET}, "
+        "['input', 'change'].map((kind) => arguments[0].dispatchEvent(new Event(kind))))",
         page.driver.find_element("id", "try-balance"),
     )
     page.wait(FULL)
     assert page.js("iccmDemo.log.last.figures.within2") >= spread - 0.02
     assert "--balance 4" in page.text("try-command")
     assert same_picture(page, tmp_path) > SIMILAR
+
+
+def same_map(page, folder):
+    """Whether the command that the demo shows maps the inside of the source to nearly the same points."""
+    run(folder, *shlex.split(page.text("try-command"))[1:-1], "command.npz")
+    (folder / "demo.npz").write_bytes(page.result("npz"))
+    fits = [iccm.load(folder / name) for name in ("demo.npz", "command.npz")]
+    points = interior_grid(Curve(page.outline("source")), 500)
+    found, expected = (fit.map(points) for fit in fits)
+    own, goal = (pinned_energy(fits[1], fit.map.source, fit.map.image, fit.map.faces) for fit in fits)
+    assert abs(own / goal - 1) < 0.02
+    return (
+        np.abs(found - expected).mean() < 0.05 * Curve(page.outline()).diagonal
+    )  # pictures may rotate at little cost
+
+
+def run(folder, *words):
+    """Run iccm in a folder."""
+    command = [sys.executable, "-c", "from iccm.cli import main; main()", *map(str, words)]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_pins_move_the_picture_and_the_command_agrees(page, tmp_path):
+    page.choose("try-into", "shield.svg")
+    for name in ("coffee.jpg", "shield.svg"):
+        shutil.copy(FILES / name, tmp_path)
+    for side, x, y in (("source", 0.5, 0.5), ("target", 0.42, 0.45)):
+        page.js(FORGET)
+        page.click(page.place(side, x, y))
+        page.wait(FULL)
+    assert len(page.pins) == 2
+    before, first = page.pins, page.handle("target", 0)
+    live = page.js("iccmDemo.log.stages.live")
+    page.js(FORGET)
+    page.drag([first + k * np.array([3, -2]) for k in range(12)])
+    assert page.handle("target", 0) == pytest.approx(first + np.array([33, -22]), abs=1.5)
+    page.wait(FULL)
+    assert page.js("iccmDemo.log.stages.live") > live + 2
+    assert page.pins[0][:2] == before[0][:2] and page.pins[0][2] > before[0][2]
+    assert page.pins[1] == before[1]
+    assert page.js("iccmDemo.log.last.figures.missed") == []
+    assert page.text("try-command").count("--pin") == 2
+    assert same_map(page, tmp_path)
+
+    page.js(FORGET)
+    start = page.handle("source", 1)
+    page.drag([start + k * np.array([-2, 1]) for k in range(8)])
+    page.wait(FULL)
+    assert page.pins[1][0] < before[1][0] and page.pins[1][2:] == before[1][2:]
+
+    page.js(FORGET)  # a drag begins while the search of another one runs
+    for _ in range(2):
+        start = page.handle("target", 0)
+        page.drag([start + k * np.array([-3, 2]) for k in range(5)])
+    page.wait(FULL)
+    assert same_map(page, tmp_path)
+
+
+def press(page, key, code, times=1):
+    for _ in range(times):
+        for kind in ("keyDown", "keyUp"):
+            event = {"type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code}
+            if key == "Enter" and kind == "keyDown":
+                event["text"] = "\r"
+            page.driver.execute_cdp_cmd("Input.dispatchKeyEvent", event)
+
+
+def test_pins_by_keyboard(page):
+    page.open()
+    page.js(FORGET)
+    page.js("(document.getElementById('try-add-pin').focus(), 0)")
+    press(page, "Enter", 13)
+    page.wait(FULL)
+    (before,) = page.pins
+    page.js("(document.getElementById('try-target').focus(), 0)")
+    press(page, "Tab", 9)
+    assert "pin 1, target" in page.js("document.activeElement.getAttribute('aria-label')")
+    page.js(FORGET)
+    press(page, "ArrowRight", 39, 3)
+    press(page, "ArrowDown", 40, 2)
+    page.wait(FULL)
+    (after,) = page.pins
+    assert after[:2] == before[:2] and after[2] > before[2] and after[3] > before[3]
+    page.js(FORGET)
+    press(page, "Delete", 46)
+    page.wait(FULL)
+    assert page.pins == []
+    page.wait("document.activeElement.id === 'try-target'")
+
+
+def test_pins_by_touch(page):
+    page.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True, "maxTouchPoints": 2})
+    touch = page.driver.execute_cdp_cmd
+    try:
+        page.open()
+
+        def send(kind, *places):
+            points = [{"x": float(x), "y": float(y)} for x, y in places]
+            touch("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        page.js(FORGET)
+        place = page.place("source", 0.5, 0.5)
+        send("touchStart", place)
+        send("touchEnd")
+        page.wait(FULL)
+        (before,) = page.pins
+        start = page.handle("target", 0)
+        page.js(FORGET)
+        send("touchStart", start)
+        for k in range(1, 9):
+            send("touchMove", start + k * np.array([3, 2]))
+            time.sleep(0.03)
+        send("touchEnd")
+        page.wait(FULL)
+        (after,) = page.pins
+        assert after[:2] == before[:2] and after[2] > before[2] and after[3] > before[3]
+    finally:
+        touch("Emulation.setTouchEmulationEnabled", {"enabled": False})
+
+
+def test_pins_stay_inside_and_apart(page):
+    page.open()
+    page.click(page.place("target", 0.02, 0.5))
+    assert page.pins == []
+    page.js(FORGET)
+    page.click(page.place("target", 0.5, 0.4))
+    page.wait(FULL)
+    page.drag([page.handle("target", 0) + k * np.array([40, 0]) for k in range(12)])
+    page.wait("!iccmDemo.solver.busy")
+    (pin,) = page.pins
+    outline = Curve(page.outline())
+    place = np.array([complex(pin[2], -pin[3])])
+    assert outline.contains(place)[0] and outline.distances(place)[0] > 0.009 * outline.diagonal
+    page.open()
+
+
+def test_results_as_files(page, tmp_path):
+    page.open()
+    page.choose("try-from", "hand.svg")
+    page.choose("try-into", "shield.svg")
+    page.js(FORGET)
+    page.click(page.place("target", 0.5, 0.6))
+    page.wait(FULL)
+    for kind in ("npz", "exr", "svg", "json"):
+        (tmp_path / f"found.{kind}").write_bytes(page.result(kind))
+    for name in ("hand.svg", "shield.svg", "coffee.jpg"):
+        shutil.copy(FILES / name, tmp_path)
+    assert json.loads((tmp_path / "found.json").read_text())["pins"][0]["target"] == page.pins[0][2:]
+
+    fit = iccm.load(tmp_path / "found.npz")  # which checks every array, and that nothing is folded
+    shapes = [Curve(iccm.read_shape(FILES / name).curve.z) for name in ("hand.svg", "shield.svg")]
+    assert hausdorff(Curve(fit.map.source[fit.map.loops[0]]), shapes[0]) < 1e-2 * shapes[0].diagonal
+    assert hausdorff(Curve(fit.map.image[fit.map.loops[0]]), shapes[1]) < 1e-3 * shapes[1].diagonal
+    (pin,) = page.pins
+    assert fit.pins == pytest.approx(np.array([[complex(pin[0], -pin[1]), complex(pin[2], -pin[3])]]))
+
+    st = stmap_files.read(tmp_path / "found.exr")
+    box = page.js("iccmDemo.target.box")
+    height, width = st.shape[:2]
+    x, y = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
+    at = box[0] + x * (box[2] - box[0]) - 1j * (box[1] + y * (box[3] - box[1]))
+    inside = cv2.erode(np.float32(st[..., 3] == 1), np.ones((3, 3))) > 0
+    assert inside.mean() > 0.4
+    z = fit.map.inverse(at[inside])
+    left, top, right, bottom = page.js("iccmDemo.source.box")
+    expected = np.column_stack([(z.real - left) / (right - left), 1 - (-z.imag - top) / (bottom - top)])
+    assert np.abs(st[inside][:, :2] - expected).max() < 1e-6
+
+    run(tmp_path, "apply", "found.npz", "coffee.jpg", "-o", "applied.png")
+    again = ("--start", "found.npz", "--constraints", "found.json", "-o", "again.npz")
+    run(tmp_path, "map", "hand.svg", "shield.svg", "--fit", "whole", *again)
+    points = interior_grid(shapes[0], 300)
+    away = np.abs(iccm.load(tmp_path / "again.npz").map(points) - fit.map(points))
+    assert away.mean() < 0.01 * shapes[1].diagonal
+
+    drawing = Curve(iccm.read_shape(tmp_path / "found.svg").curve.z)
+    assert hausdorff(drawing, shapes[1]) < 2e-3 * shapes[1].diagonal
 
 
 def test_a_drawn_shape(page):
@@ -300,7 +505,7 @@ def test_bad_files_are_reported_and_change_nothing(page, tmp_path):
     page.upload("try-into", tmp_path / "bow.svg")
     page.wait("iccmDemo.log.last?.stage === 'error'")
     assert "cross" in page.text("try-status")
-    assert page.js("document.getElementById('try-save-picture').disabled")
+    assert page.js("document.getElementById('try-save').disabled")
     page.open()
 
 

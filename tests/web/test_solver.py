@@ -13,8 +13,10 @@ import pytest
 
 import iccm
 from iccm.balanced.minimise.energy import energy_of
-from iccm.curve import Curve, hausdorff
+from iccm.curve import Curve, hausdorff, interior_grid
 from iccm.plane import triangle_areas
+
+from .pinned import pinned_energy
 
 ROOT = Path(__file__).parents[2]
 WEB = ROOT / "web"
@@ -43,8 +45,15 @@ CONSTANTS = {
         "LAST_ROUNDS": "search.final_mesh.LAST_ROUNDS",
         "LAST_STEPS": "search.final_mesh.LAST_STEPS",
         "LAST_DECREASE": "search.final_mesh.LAST_DECREASE",
+        "LAST_DECREASE_WITH_PINS": "search.final_mesh.LAST_DECREASE_WITH_PINS",
+        "STIFFENINGS": "search.final_mesh.STIFFENINGS",
+        "MOST_STIFFENED": "search.final_mesh.MOST_STIFFENED",
+        "BLOCKED_MISS": "search.final_mesh.BLOCKED_MISS",
+        "BLOCKED_ENERGY": "search.final_mesh.BLOCKED_ENERGY",
+        "AIMED_LIMITS": "search.final_mesh.AIMED_LIMITS",
     },
     "map.js": {
+        "UPRIGHT": "model.energy.UPRIGHT",
         "OUTLINE_WEIGHT": "minimise.sliding.OUTLINE_WEIGHT",
         "SPACING_MESH_SIZES": "search.levels.SPACING_MESH_SIZES",
         "MOST_PAIRS": "search.levels.MOST_PAIRS",
@@ -80,17 +89,31 @@ CONSTANTS = {
         "TANGENT_CHORD_SHARE": "search.initial_matches.TANGENT_CHORD_SHARE",
         "DIFFERENT": "search.initial_matches.DIFFERENT_MATCH_DISTANCE",
         "ARCLENGTH_SHIFTS": "search.initial_matches.ARCLENGTH_SHIFTS",
+        "TURNED_STARTS": "search.pin_continuation.TURNED_STARTS",
     },
     "mesh.js": {
         "MOST_MAGNIFIED": "model.mesh_sizes.MOST_MAGNIFIED",
         "GRID_CELLS_ACROSS": "model.mesh_sizes.GRID_CELLS_ACROSS",
+        "TRIANGLES_A_RADIUS": "model.mesh_sizes.TRIANGLES_A_RADIUS",
+        "MOST_FINER_AT_PINS": "model.mesh_sizes.MOST_FINER_AT_PINS",
+        "MOST_MORE_AT_PINS": "model.mesh_sizes.MOST_MORE_AT_PINS",
     },
     "pairs.js": {"MERGED_SHARE": "model.boundary_pairs.MERGED_SPACING_SHARE"},
+    "pins.js": {
+        "COST_AT_TOLERANCE": "constraints.soft.COST_AT_TOLERANCE",
+        "STIFFNESS": "constraints.soft.STIFFNESS",
+        "CORE_SHARE": "minimise.soft_pins.CORE_SHARE",
+        "LARGEST_CORE_RADIUS": "minimise.soft_pins.LARGEST_CORE_RADIUS",
+        "CORE_MARGIN_RATIO": "minimise.soft_pins.CORE_MARGIN_RATIO",
+        "FEWEST_CORE_VERTICES": "minimise.soft_pins.FEWEST_CORE_VERTICES",
+        "TOLERANCE_SHARE": "constraints.soft.TOLERANCE_SHARE",
+        "MOST_TOLERANCES": "constraints.soft.MOST_TOLERANCES",
+    },
+    "worker.js": {"NARROW_AIM": "search.final_mesh.NARROW_AIM"},
     "split.js": {
         "SAME_PLACE_SHARE": "model.outline_split.SAME_PLACE_SHARE",
         "SNAPPED_EDGE_SHARE": "model.outline_split.SNAPPED_EDGE_SHARE",
     },
-    "worker.js": {"UPRIGHT": "model.energy.UPRIGHT"},
 }
 SHAPES = {
     **{name: f"docs/files/{name}.svg" for name in ("heart", "bell", "shield", "hand", "home", "worm", "arc")},
@@ -119,6 +142,8 @@ PAIRS = [
     ("leaf", "worm", 1.0),
     ("blob", "arc", 1.0),
 ]
+PINNED = (0, 1, 4, 5, 9)
+"""Of these pairs, those that are also mapped with two pins."""
 ENERGY_TOLERANCE = 0.02
 OUTLINE_TOLERANCE = 1e-3  # of the diagonal, as by default of the command
 
@@ -164,29 +189,62 @@ def test_maps_cost_the_same_as_those_of_the_command(core, tmp_path):
     shapes = {name: iccm.read_shape(ROOT / path) for name, path in SHAPES.items()}
     outlines = {name: shape.curve.z for name, shape in shapes.items()}
 
-    def pair(source, target, balance):
+    def pair(source, target, balance, pins=()):
         ends = (np.c_[z.real, z.imag].tolist() for z in (outlines[source], outlines[target]))
-        return dict(zip(("source", "target"), ends), balance=balance)
+        numbers = [[*xy(pin.source), *xy(pin.target)] for pin in pins]
+        return dict(zip(("source", "target"), ends), balance=balance, pins=numbers)
 
+    fits = [
+        iccm.fit(shapes[source], shapes[target], fit="whole", balance=balance)
+        for source, target, balance in PAIRS
+    ]
+    problems = [(*names, []) for names in PAIRS]
+    for number in PINNED:
+        source, target, balance = PAIRS[number]
+        pins = two_pins(fits[number])
+        problems.append((source, target, balance, pins))
+        fits.append(iccm.fit(shapes[source], shapes[target], fit="whole", balance=balance, pins=pins))
     given = tmp_path / "pairs.json"
-    given.write_text(json.dumps([pair(*names) for names in PAIRS]))
+    given.write_text(json.dumps([pair(*problem) for problem in problems]))
     command = ["node", Path(__file__).with_name("solve.js"), core, given]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    for (source, target, balance), found in zip(PAIRS, json.loads(done.stdout), strict=True):
-        name = f"{source} to {target}"
+    for (source, target, balance, pins), found, fit in zip(
+        problems, json.loads(done.stdout), fits, strict=True
+    ):
+        name = f"{source} to {target}, {len(pins)} pins"
         z, u = (np.array(found[side]).reshape(-1, 2) @ [1, 1j] for side in "zu")
         faces = np.array(found["faces"]).reshape(-1, 3)
         assert min(triangle_areas(w[faces]).min() for w in (z, u)) > 0, name
-        energy = energy_of(z, u, faces, balance)
-        assert found["energy"] == pytest.approx(energy, rel=1e-9), name
-        fit = iccm.fit(shapes[source], shapes[target], fit="whole", balance=balance)
-        expected = energy_of(fit.map.source, fit.map.image, fit.map.faces, balance)
-        assert abs(energy / expected - 1) <= ENERGY_TOLERANCE, name
+
+        def energy(z, u, faces, fit=fit, balance=balance):
+            return (
+                pinned_energy(fit, z, u, faces, balance) if len(fit.pins) else energy_of(z, u, faces, balance)
+            )
+
+        # radii of pins follow from distances to the outlines, which the demo simplifies
+        assert found["energy"] == pytest.approx(energy(z, u, faces), rel=1e-3 if pins else 1e-9), name
+        expected = energy(fit.map.source, fit.map.image, fit.map.faces)
+        assert abs(found["energy"] / expected - 1) <= ENERGY_TOLERANCE, name
         for w, shape in ((z, outlines[source]), (u, outlines[target])):
             assert (
                 hausdorff(Curve(rim(w, faces)), Curve(shape)) <= OUTLINE_TOLERANCE * Curve(shape).diagonal
             ), name
+
+
+def xy(point):
+    return [point.real, point.imag]
+
+
+def two_pins(fit):
+    """A pin far from the outline that moves by half of its distance to it, and one that stays near its image."""
+    points = interior_grid(fit.source, 400)
+    room = fit.source.distances(points)
+    first = points[np.argmax(room)]
+    second = points[np.argmax(room * np.minimum(1, np.abs(points - first) / (fit.source.diagonal / 3)))]
+    place = fit.map(first)
+    away = 0.5 * fit.target.distances(np.array([place]))[0] * np.exp(0.7j)
+    return [iccm.Pin(first, complex(place + away)), iccm.Pin(second, complex(fit.map(second)))]
 
 
 def rim(w, faces):

@@ -21,6 +21,7 @@ export const STROKE_TOLERANCE = 2;  // pixels: how far a drawn line may be from 
  */
 export function listen(element, pane) {
   element.addEventListener('wheel', (event) => {
+    if (pane.scrolls && !event.ctrlKey) return;
     event.preventDefault();
     pane.zoomBy(Math.exp(-event.deltaY * (event.deltaMode ? WHEEL_BY_LINE : WHEEL_BY_PIXEL)), pane.pixelOf(event));
   }, {passive: false});

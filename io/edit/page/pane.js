@@ -36,6 +36,10 @@ export class Pane {
   tool = 'pin';
   /** Whether two fingers are moving the view. */
   pinched = false;
+  /** Whether the wheel scrolls the page around the pane, and zooms only with Ctrl. */
+  scrolls = false;
+  /** Whether a click close to the outline places a pin on it. */
+  hasRim = true;
   /** @type {Surface | null} */
   surface = null;
   /** @type {Point[] | null} the stroke that is being drawn */
@@ -60,7 +64,7 @@ export class Pane {
    * @param {Side} side
    * @param {HTMLElement} element
    * @param {ShapeInfo} shape
-   * @param {Hello} hello
+   * @param {Pick<Hello, 'digits' | 'deforming' | 'holes' | 'mean'>} hello
    * @param {Actions} actions
    */
   constructor(side, element, shape, hello, actions) {
@@ -68,6 +72,7 @@ export class Pane {
     this.element = element;
     this.shape = shape;
     this.actions = actions;
+    this.digits = hello.digits;
     this.units = new Units(shape, hello.digits);
     this.deforms = hello.deforming && side === 'target';  // its outline moves with the pins
     this.canvas = element.appendChild(document.createElement('canvas'));
@@ -75,9 +80,9 @@ export class Pane {
     this.lines = new Lines(element, side);
     this.handles = new Handles(element, this);
     this.divider = new Divider(element, this);
-    const caption = element.appendChild(document.createElement('p'));
-    caption.textContent = `${this.deforms ? 'deformed' : side}: ${fileName(shape.name)}`;
-    caption.className = 'caption';
+    this.caption = element.appendChild(document.createElement('p'));
+    this.caption.textContent = `${this.deforms ? 'deformed' : side}: ${fileName(shape.name)}`;
+    this.caption.className = 'caption';
     this.rings = shape.painted ?? [shape.outline, ...shape.holes];
     this.painter = new Painter(this.canvas, shape);
     /** @type {Overlay} */
@@ -105,10 +110,29 @@ export class Pane {
       this.painter.mesh(this.surface);
       this.element.dataset.mesh = '';
     }
+    this.watchSize();
+  }
+
+  /** Follow the size of the element. */
+  watchSize() {
     new ResizeObserver(() => {
       this.resized();
       this.paint();  // immediately: the new size has cleared the canvas
     }).observe(this.element);
+  }
+
+  /**
+   * Show another shape, whose map is not known yet.
+   * @param {ShapeInfo} shape
+   */
+  show(shape) {
+    Object.assign(this.shape, shape);
+    this.units = new Units(shape, this.digits);
+    this.rings = shape.painted ?? [shape.outline, ...shape.holes];
+    this.painter.outlines(this.rings);
+    this.painter.map(new Float32Array(0));
+    this.caption.textContent = `${this.side}: ${fileName(shape.name)}`;
+    this.showAll();
   }
 
   /**
@@ -406,7 +430,7 @@ export class Pane {
       this.actions.selectOnly([]);
       return;
     }
-    const isStroke = this.tool === 'stroke', rim = isStroke || this.deforms ? null : this.rim(pixel);
+    const isStroke = this.tool === 'stroke', rim = isStroke || this.deforms || !this.hasRim ? null : this.rim(pixel);
     const under = rim ?? this.hit(pixel);
     if (!under) return;
     if (isStroke) {
