@@ -19,7 +19,7 @@ os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
 @click.argument("mesh", type=FILE)
 @options.of("flatten")
 def command(**given: Any) -> int:
-    """Flatten MESH (OBJ, GLB, PLY, OFF, STL) into the plane, without folds or overlaps.
+    """Flatten MESH (OBJ, GLB, PLY, OFF, STL, GIFTI, FreeSurfer) into the plane, without folds or overlaps.
 
     MESH is a file, file#part (an OBJ object, group or material), or file#2 to use the second-longest boundary as the
     outline. Holes stay holes. Without an output option, MESH-flat.svg is written to the current folder.
@@ -30,6 +30,7 @@ def command(**given: Any) -> int:
     iccm flatten cow.obj --cut-open --uv cow-uv.obj
     iccm flatten glove.obj --method balanced --plot glove.png
     iccm flatten face.obj --onto heart.svg --uv face-heart.obj
+    iccm flatten lh.cortex.patch.3d --overlay lh.curv -o curv.png
 
     Exit code: 0 done, 1 the flattening is not one-to-one, 2 wrong input.
     """

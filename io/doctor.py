@@ -33,6 +33,7 @@ EXTRAS = {
     "dxf": "shapes from DXF files",
     "edit": "iccm edit",
     "heic": "pictures in HEIC",
+    "brain": "cortical surfaces (GIFTI, FreeSurfer)",
     "imagej": "points from ImageJ",
     "itk": "displacement fields as .nrrd, .mha and .nii",
     "meshopt": "glTF files compressed by meshopt",

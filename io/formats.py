@@ -25,6 +25,11 @@ FONTS = (".ttf", ".otf")
 """Suffixes of fonts, in which a text is set: `font.ttf#text=Word`."""
 
 
+FREESURFER = "lh.*"
+"""Stands in the table for the files of FreeSurfer, whose names tell the hemisphere, as in lh.white and rh.inflated."""
+DOUBLE_SUFFIXES = (".gii.gz",)
+
+
 @dataclass(frozen=True)
 class PictureFormat:
     """What pixels a picture format can store.
@@ -108,6 +113,9 @@ FORMATS = {
     ".gltf": Format(mesh="gltf_format.GltfFormat"),
     ".off": Format(mesh="off_stl_formats.OffFormat"),
     ".stl": Format(mesh="off_stl_formats.StlFormat"),
+    ".gii": Format(mesh="brain_formats.GiftiFormat"),
+    ".gii.gz": Format(mesh="brain_formats.GiftiFormat"),
+    FREESURFER: Format(mesh="brain_formats.FreeSurferFormat"),
     ".toml": Format(manifest=True),
     ".jsonl": Format(manifest=True),
     ".ndjson": Format(manifest=True),
@@ -122,8 +130,14 @@ FORMATS = {
 
 
 def suffix_of(name: str | PathLike) -> str:
-    """Return the suffix in lower case."""
-    return Path(name).suffix.lower()
+    """Return the suffix in lower case; for files of FreeSurfer, which have none, FREESURFER."""
+    path = Path(name)
+    suffix, base = path.suffix.lower(), path.name.lower()
+    if suffix in FORMATS:
+        return suffix
+    if base.startswith(("lh.", "rh.")):
+        return FREESURFER
+    return next((double for double in DOUBLE_SUFFIXES if base.endswith(double)), suffix)
 
 
 def written(output: str) -> str:

@@ -394,8 +394,8 @@ class FlattenOptions:
     """Options of `iccm flatten`."""
 
     output: tuple[str, ...] = _option(
-        "What to write: the outline (.svg), the flat mesh (.obj), or the mesh with its flattening as "
-        f"texture coordinates ({MESHES_ALONE}).",
+        "What to write: the outline (.svg), the flat mesh (.obj), the mesh with its flattening as "
+        f"texture coordinates ({MESHES_ALONE}), or a picture of --overlay (.png .tif .exr).",
         "FILE",
         default=(),
         parse=many,
@@ -411,6 +411,24 @@ class FlattenOptions:
         "[conformal|lscm|balanced]", default="balanced",
         topic="method",
     )  # fmt: skip
+    overlay: str | None = _option(
+        "Numbers or labels at the vertices (GIFTI, FreeSurfer's curv, thickness or annot, .mgh, .txt), shown in the "
+        "flattening by -o FILE.png, or as plain numbers by -o FILE.tif or .exr.",
+        "FILE",
+        topic="output",
+        words="curvature sulc thickness annot labels colour data scalar",
+    )
+    colormap: str | None = _option(
+        "Colour map of --overlay, as Matplotlib names it.  [default: coolwarm around 0, viridis for one sign]",
+        "NAME",
+        topic="output",
+    )
+    overlay_range: tuple[float, float] | None = _option(
+        "Numbers of --overlay at both ends of the colour map.  [default: the 2nd and 98th percentile]",
+        "LOW,HIGH",
+        parse=pair,
+        topic="output",
+    )
     onto: str | None = _option(
         "Flatten onto the outline of a drawing or picture (outline.svg, sheet.svg#id), with as uniform a "
         "scale as the surface allows. Replaces --method.", "OUTLINE",

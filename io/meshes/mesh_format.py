@@ -20,7 +20,7 @@ from ...errors import InputError
 from ...meshes.mesh import Mesh, check, face_areas, merge
 from ...pixels.texture import REPEAT, Wrap
 from ...surfaces.subdivided import Subdivision
-from .. import files, limits
+from .. import files, formats, limits
 from . import splitting
 
 Pictures = Mapping[str, Mapping[str, bytes]]
@@ -316,7 +316,7 @@ class MeshFormat(ABC):
             raise
         except Exception as error:  # whatever exception a parser raises, the file is at fault
             reason = " ".join(str(error).split())[:REASON_LENGTH] or type(error).__name__
-            kind = self.path.suffix[1:].upper()
+            kind = formats.suffix_of(self.path).strip(".").upper()
             raise InputError(f"{self.path}: cannot read this {kind} file: {reason}") from error
 
     def _divided(self, geometries: dict[str, MeshFile]) -> dict[str, MeshFile]:

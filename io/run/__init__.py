@@ -28,6 +28,7 @@ morph          `iccm morph`
 between        intermediate drawings of a morph
 flatten        `iccm flatten`
 flat_files     a flattening as a file
+overlay_picture  a picture of an overlay in a flattening
 relayout       `iccm relayout`
 """
 

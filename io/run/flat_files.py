@@ -17,17 +17,26 @@ from ..shapes.mesh_shape import MeshShape
 NUMBERS_PER_LINE = 8
 
 
-def check(name: str) -> None:
-    """Check that an output has a suffix for flattenings.
+def check(name: str, *, overlay: bool = False) -> None:
+    """Check that an output has a suffix for flattenings, or for pictures if there is an overlay to show.
 
     Raises:
         InputError: it does not; the message lists the suffixes.
     """
+    if overlay and is_picture(name):
+        return
+    if is_picture(name):
+        raise InputError(f"{name}: a picture of a flattening shows an overlay; name one with --overlay FILE")
     if not formats.of(name).flat:
         raise InputError(
             f"{name}: a flattening is written as .svg (outline) or .obj (flat mesh); use --uv for meshes "
             "with texture coordinates"
         )
+
+
+def is_picture(name: str) -> bool:
+    """Return whether an output is a picture, which shows an overlay."""
+    return formats.of(name).picture is not None
 
 
 def write(shape: MeshShape, out: Path) -> None:

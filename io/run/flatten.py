@@ -18,7 +18,7 @@ from ...plane import longer_side
 from ...surfaces.as_written import Written
 from .. import files, formats, references
 from ..materials.carried_maps import CarriedMaps
-from ..meshes import mesh_files
+from ..meshes import mesh_files, overlays
 from ..options import TEXELS_BETWEEN_CHARTS
 from ..shapes import mesh_reading, onto_outline
 from ..shapes import shape as planar
@@ -26,7 +26,7 @@ from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from ..shapes.split_rims import missed
 from ..spec import Spec
-from . import flat_files, report
+from . import flat_files, overlay_picture, report
 from .job import FlattenJob, Outcome
 
 SCHEMA = "iccm.flatten/1"
@@ -55,7 +55,15 @@ def check(job: FlattenJob) -> None:
     if job.subdivide_rim and goal_of(job) in METHODS:
         raise InputError("--subdivide-rim: needs an outline to follow; name one with --onto")
     for name in job.output:
-        flat_files.check(name)
+        flat_files.check(name, overlay=bool(job.overlay))
+    shown = [name for name in job.output if flat_files.is_picture(name)]
+    if job.overlay and not shown:
+        raise InputError("--overlay: is shown by pictures; write one with -o FILE (.png, .tif, .exr)")
+    for option in ("colormap", "overlay_range"):
+        if getattr(job, option) and not any(overlay_picture.is_coloured(name) for name in shown):
+            name = option.replace("_", "-")
+            raise InputError(f"--{name}: is for pictures of --overlay in colour; write one with -o FILE.png")
+    overlay_picture.check_colormap(job.colormap)
     if job.uv:
         formats.check(job.uv, "uv", "cannot hold texture coordinates")
     if job.plot:
@@ -210,8 +218,13 @@ def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]
         for name in maps.companions(uv or "", shown=False):
             files.check_output(name, force=force)
     found = figures(laid, uv)
+    held = overlays.read(job.overlay, len(shape.file.mesh.points)) if job.overlay else None
     for name in job.output:
-        flat_files.write(shape, stack.enter_context(files.replacing(name, force=force)))
+        path = stack.enter_context(files.replacing(name, force=force))
+        if held is not None and flat_files.is_picture(name):
+            overlay_picture.write(shape, held, path, colormap=job.colormap, ends=job.overlay_range)
+        else:
+            flat_files.write(shape, path)
     if uv:
         path = stack.enter_context(files.replacing(uv, force=force))
         written = flat_files.write_uvs(shape, path, Path(uv), maps, force=force)

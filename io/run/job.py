@@ -339,7 +339,7 @@ class FlattenJob(Described, FlattenOptions):
     command = "flatten"
     rows: ClassVar = {"mesh": (str, None), **of_command("flatten", FlattenOptions, JobOptions)}
     globbed = ("mesh",)
-    read = ("method", "onto")
+    read = ("method", "onto", "overlay")
     written = ("uv", "report", "plot")
     templated = ("output", *written, *read)
     mesh: str

@@ -1,5 +1,6 @@
 """Hostile inputs: no unexpected file is read, and limits apply before memory is allocated."""
 
+import gzip
 import json
 import os
 import struct
@@ -147,11 +148,15 @@ FACES = {
     "a.gltf": json.dumps(
         {"meshes": [{"primitives": [{"indices": 0}]}], "accessors": [{"count": 213}]}
     ).encode(),
+    "a.gii": b'<GIFTI><DataArray Dim0="3" Intent="NIFTI_INTENT_POINTSET"/>'
+    b'<DataArray Intent="NIFTI_INTENT_TRIANGLE" Dim0="71" Dim1="3">',
+    "a.gii.gz": gzip.compress(b'<DataArray Dim0="71" Intent="NIFTI_INTENT_TRIANGLE">'),
+    "lh.white": b"\xff\xff\xfecreated by somebody\n\n" + struct.pack(">ii", 3, 71) + bytes(12 * 74),
 }
 
 
 def test_faces_of_every_mesh_format_are_counted_below():
-    assert {name.removeprefix("a") for name in FACES} | {".glb"} == set(formats.holding("mesh"))
+    assert {formats.suffix_of(name) for name in FACES} | {".glb"} == set(formats.holding("mesh"))
 
 
 @pytest.mark.parametrize("name", FACES)
@@ -173,7 +178,7 @@ def test_a_binary_gltf_is_counted(tmp_path):
 
 @pytest.mark.parametrize("suffix", formats.holding("mesh"))
 def test_nonsense_has_no_faces(tmp_path, suffix):
-    path = tmp_path / f"a{suffix}"
+    path = tmp_path / ("lh.white" if suffix == formats.FREESURFER else f"a{suffix}")
     for content in (b"", b"\xff" * 30, b"{" * 40, b'{"meshes": [3]}', b"glTF" + b"\xff" * 30):
         path.write_bytes(content)
         assert mesh_files.open_mesh(path).count_faces(5) == 0

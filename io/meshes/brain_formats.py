@@ -1,0 +1,183 @@
+"""Cortical surfaces: GIFTI, and the surfaces and patches of FreeSurfer, read by nibabel."""
+
+import gzip
+import re
+import struct
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Index, Real
+from ...errors import InputError
+from ...meshes.mesh import Mesh
+from .. import files, limits
+from .mesh_format import MeshContent, MeshFile, MeshFormat
+
+POINTSET, TRIANGLE = 1008, 1009
+"""GIFTI's intents of arrays of points and of triangles."""
+ARRAY = re.compile(rb"<DataArray\b[^>]*>")
+TRIANGLE_MAGIC, QUAD_MAGICS = 0xFFFFFE, (0xFFFFFF, 0xFFFFFD)
+"""The first three bytes of a FreeSurfer surface."""
+HEADER_BYTES = 1 << 16  # of a FreeSurfer surface, most of it a comment
+WHOLE_SURFACES = ("fiducial", "midthickness", "white", "smoothwm", "pial", "orig", "inflated")
+"""Surfaces beside a patch from which its triangles and, for a patch in space, its shape are taken: the first one that
+exists. Distances are measured on the folded surface, not on the inflated one on which cuts are drawn."""
+
+
+class GiftiFormat(MeshFormat):
+    """GIFTI surfaces (.gii, .surf.gii, also compressed as .gii.gz)."""
+
+    def count_faces(self, most: int) -> int:
+        """Return the number of triangles that the file declares."""
+        with files.opened(self.path) as file:
+            if not file.read(1):
+                return 0
+        found = [tag[0] for tag in ARRAY.finditer(gifti_bytes(self.path)) if b"TRIANGLE" in tag[0]]
+        rows = re.search(rb'Dim0\s*=\s*"(\d{1,18})"', found[0]) if found else None
+        return int(rows[1]) if rows else 0
+
+    def read(self) -> dict[str, MeshFile]:
+        """Read the first set of points and triangles."""
+        image = gifti(self.path)
+        points, faces = (image.get_arrays_from_intent(intent) for intent in (POINTSET, TRIANGLE))
+        if not (points and faces):
+            raise InputError(
+                f"{self.path}: has no surface, but other data of GIFTI; name a surface (.surf.gii), and this file "
+                "with --overlay"
+            )
+        return _one(self.path, points[0].data, faces[0].data)
+
+
+class FreeSurferFormat(MeshFormat):
+    """FreeSurfer's surfaces (lh.white, rh.inflated, …) and patches (lh.cortex.patch.3d, lh.cortex.patch.flat)."""
+
+    def count_faces(self, most: int) -> int:
+        """Return the number of faces in the header; for a patch that of the surface that it is a part of."""
+        path = _surface_of(self.path) if is_patch(self.path) else self.path
+        with files.opened(path) as file:
+            head = file.read(HEADER_BYTES)
+        magic = int.from_bytes(head[:3], "big")
+        if magic == TRIANGLE_MAGIC:
+            at = head.find(b"\n", head.find(b"\n", 3) + 1) + 1
+            counts = struct.unpack_from(">ii", head, at) if 0 < at <= len(head) - 8 else (0, 0)
+            least = 12 * (counts[0] + counts[1])
+        elif magic in QUAD_MAGICS:
+            counts = int.from_bytes(head[3:6], "big"), 2 * int.from_bytes(head[6:9], "big")
+            least = 6 * (counts[0] + counts[1])
+        else:
+            return 0
+        if min(counts) < 0 or least > path.stat().st_size:
+            return 0
+        return counts[1]
+
+    def files_named(self) -> list[str]:
+        """Return the surface that a patch is a part of."""
+        return [str(_surface_of(self.path))] if is_patch(self.path) else []
+
+    def read(self) -> dict[str, MeshFile]:
+        """Read a surface, or a patch with the triangles of its surface."""
+        from_file = nibabel(self.path).freesurfer.read_geometry
+        if not self.count_faces(-1):
+            raise InputError(f"{self.path}: is not a surface of FreeSurfer, or is damaged")
+        if not is_patch(self.path):
+            return _one(self.path, *from_file(self.path))
+        whole = _surface_of(self.path)
+        points, faces = from_file(whole)
+        held, places = _patch(self.path, len(points))
+        inside = np.zeros(len(points), bool)
+        inside[held] = True
+        note = f"triangles of {whole.name}"
+        if self.path.name.endswith("flat"):
+            points = np.zeros_like(points)
+            points[held] = places
+        else:
+            note = f"triangles and positions of {whole.name}"
+        return _one(self.path, points, faces[inside[faces].all(axis=1)], note)
+
+
+def nibabel(path: Path | str) -> Any:
+    """Return the package nibabel.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    try:
+        import nibabel.freesurfer
+    except ImportError:
+        raise InputError(f"{path}: reading it needs the package nibabel: pip install 'iccm[brain]'") from None
+    return nibabel
+
+
+def gifti(path: Path) -> Any:
+    """Read a GIFTI file.
+
+    Raises:
+        InputError: nibabel is not installed, or the file is too large, or refers to other files.
+    """
+    package, data = nibabel(path), gifti_bytes(path)
+    if b"ExternalFileBinary" in data:
+        raise InputError(f"{path}: its data are in another file; save it with its data")
+    return package.gifti.GiftiImage.from_bytes(data)
+
+
+def gifti_bytes(path: Path) -> bytes:
+    """Return the content of a GIFTI file; a compressed one is unpacked up to the limit.
+
+    Raises:
+        InputError: it cannot be read, is damaged or too large.
+    """
+    data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
+    if not data.startswith(b"\x1f\x8b"):
+        return data
+    unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
+    try:
+        found = unpacker.decompress(data, limits.MESH_BYTES)
+    except (zlib.error, gzip.BadGzipFile) as error:
+        raise InputError(f"{path}: damaged: {error}") from None
+    if not unpacker.eof:
+        raise InputError(f"{path}: damaged, or unpacks to more than {limits.MESH_BYTES} bytes")
+    return found
+
+
+def is_patch(path: Path) -> bool:
+    """Return whether a file of FreeSurfer is a patch, by its name."""
+    return ".patch" in path.name or path.name.endswith(".flat")
+
+
+def _surface_of(patch: Path) -> Path:
+    """Return the surface that a patch is a part of.
+
+    Raises:
+        InputError: there is none beside it.
+    """
+    side = patch.name.partition(".")[0]
+    for name in WHOLE_SURFACES:
+        if (beside := patch.with_name(f"{side}.{name}")).is_file():
+            return beside
+    raise InputError(
+        f"{patch}: a patch has no triangles, and the surface that it is a part of is not beside it; put {side}.white "
+        "there"
+    )
+
+
+def _patch(path: Path, count: int) -> tuple[Index, Real]:
+    """Return the vertices (k,) of a surface that a patch has, and their positions (k, 3)."""
+    data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
+    row = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])
+    head = struct.unpack_from(">ii", data) if len(data) >= 8 else (0, 0)
+    if head[0] != -1 or head[1] < 0 or len(data) < 8 + head[1] * row.itemsize:
+        raise InputError(f"{path}: is not a patch of FreeSurfer, or is damaged")
+    rows = np.frombuffer(data, row, head[1], 8)
+    held = np.abs(rows["vertex"].astype(np.int64)) - 1  # from 1, and negative on the boundary
+    if held.size and not 0 <= held.min() <= held.max() < count:
+        raise InputError(
+            f"{path}: is a patch of another surface: it has a vertex beyond the {count} of this one"
+        )
+    return held, rows["place"].astype(float)
+
+
+def _one(path: Path, points: Any, faces: Any, *notes: str) -> dict[str, MeshFile]:
+    mesh = Mesh.triangles(str(path), np.asarray(points, float), np.asarray(faces, np.int64))
+    return {path.name: MeshFile.whole(path, MeshContent(mesh), None, *notes)}

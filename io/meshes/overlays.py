@@ -1,0 +1,107 @@
+"""Numbers and labels at the vertices of a surface: GIFTI, FreeSurfer's curvature files and annotations, MGH, tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...arrays import Index, Real
+from ...errors import InputError
+from .. import files, limits
+from ..formats import suffix_of
+from .brain_formats import gifti, nibabel
+
+TABLES = (".txt", ".csv", ".1d")
+MGH = (".mgh", ".mgz")
+LABEL_INTENT = 1002  # GIFTI's intent of labels
+
+
+@dataclass(frozen=True, eq=False)
+class Overlay:
+    """Values at the vertices of a surface.
+
+    Attributes:
+        values: (n,) numbers, NaN where there are none; or keys of labels.
+        colors: colours (4,) from 0 to 1 by key, if the values are keys of labels.
+    """
+
+    values: Real
+    colors: dict[int, NDArray[np.float64]] | None = None
+
+
+def read(name: str | Path, count: int) -> Overlay:
+    """Read an overlay of a surface with `count` vertices.
+
+    Raises:
+        InputError: the file cannot be read, or is for a surface with another number of vertices.
+    """
+    path = Path(name)
+    files.open_input(path, max_bytes=limits.MESH_BYTES)
+    try:
+        found = _read(path)
+    except InputError:
+        raise
+    except Exception as error:  # whatever exception a parser raises, the file is at fault
+        said = " ".join(str(error).split())[:120] or type(error).__name__
+        raise InputError(f"{path}: cannot read this overlay: {said}") from None
+    if found.values.size != count:
+        raise InputError(f"{path}: has {found.values.size} values, but the surface has {count} vertices")
+    return found
+
+
+def _read(path: Path) -> Overlay:
+    suffix = suffix_of(path)
+    if suffix in (".gii", ".gii.gz"):
+        return _gifti(path)
+    if suffix in TABLES:
+        return Overlay(np.loadtxt(path, delimiter="," if suffix == ".csv" else None, ndmin=1))
+    package = nibabel(path)
+    if suffix in MGH:
+        return Overlay(np.asarray(package.load(path).dataobj, float).reshape(-1, order="F"))
+    if path.name.endswith(".annot"):
+        keys, table, _ = package.freesurfer.read_annot(path)
+        colors = {key: _rgba(row[:3] / 255) for key, row in enumerate(table)}
+        return Overlay(keys.astype(float), colors)
+    return Overlay(np.asarray(package.freesurfer.read_morph_data(path), float))
+
+
+def _gifti(path: Path) -> Overlay:
+    """Read the first array of numbers or labels of a GIFTI file."""
+    image = gifti(path)
+    arrays: list[Any] = [each for each in image.darrays if np.size(each.data) == len(each.data)]
+    if not arrays:
+        raise InputError(f"{path}: has no values at vertices")
+    values = np.asarray(arrays[0].data, float).ravel()
+    if arrays[0].intent != LABEL_INTENT:
+        return Overlay(values)
+    colors = {}
+    for label in image.labeltable.labels:
+        parts = [label.red, label.green, label.blue, 1.0 if label.alpha is None else label.alpha]
+        colors[int(label.key)] = np.array([0.0 if part is None else part for part in parts])
+    return Overlay(values, colors)
+
+
+def _rgba(rgb: Real) -> NDArray[np.float64]:
+    return np.append(rgb, 1.0)
+
+
+def interpolate(overlay: Overlay, corners: Index, weights: Real) -> tuple[Real, Real]:
+    """Return values (p,) at points in triangles, and for labels the colours (p, 4); else an empty array.
+
+    Args:
+        overlay: the overlay.
+        corners: (p, 3) the vertices of each point's triangle.
+        weights: (p, 3) barycentric coordinates.
+    """
+    if overlay.colors is None:
+        return (overlay.values[corners] * weights).sum(axis=1), np.empty((0, 4))
+    nearest = overlay.values[corners[np.arange(len(corners)), weights.argmax(axis=1)]]
+    keys, which = np.unique(nearest, return_inverse=True)
+    table = np.array(
+        [overlay.colors.get(int(key), np.zeros(4)) if key == key else np.zeros(4) for key in keys]
+    )
+    return nearest, table[which] if keys.size else np.empty((0, 4))

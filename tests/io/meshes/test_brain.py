@@ -1,0 +1,173 @@
+"""Cortical surfaces and overlays, in files that nibabel writes or ships."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from iccm.errors import InputError
+from iccm.io.meshes import mesh_files, overlays
+
+nibabel = pytest.importorskip("nibabel", reason="nibabel is an extra")
+gifti = pytest.importorskip("nibabel.gifti")
+freesurfer = pytest.importorskip("nibabel.freesurfer")
+
+SHIPPED = Path(gifti.__file__).parent / "tests/data"
+ROWS, COLUMNS = 9, 14
+
+
+def folded():
+    """Points (n, 3) and triangles (m, 3) of a folded strip, longer than wide."""
+    u, v = np.meshgrid(np.arange(COLUMNS) * 3.0, np.arange(ROWS) * 2.0)
+    points = np.stack([u, v, 2 * np.sin(u / 5 + v / 9)], axis=-1).reshape(-1, 3)
+    a = (np.arange(ROWS - 1)[:, None] * COLUMNS + np.arange(COLUMNS - 1)).ravel()
+    b, c, d = a + 1, a + COLUMNS + 1, a + COLUMNS
+    return points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+def write_gifti(path, *arrays):
+    """Write arrays, given as pairs of an intent and data, by nibabel."""
+    kinds = {"f": "NIFTI_TYPE_FLOAT32", "i": "NIFTI_TYPE_INT32"}
+    held = [
+        gifti.GiftiDataArray(
+            data.astype(f"{data.dtype.kind}4"), intent=intent, datatype=kinds[data.dtype.kind]
+        )
+        for intent, data in arrays
+    ]
+    gifti.GiftiImage(darrays=held).to_filename(path)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """The strip as a GIFTI file and as a surface of FreeSurfer, with the height as curvature."""
+    monkeypatch.chdir(tmp_path)
+    points, faces = folded()
+    write_gifti("a.surf.gii", ("NIFTI_INTENT_POINTSET", points), ("NIFTI_INTENT_TRIANGLE", faces))
+    write_gifti("a.surf.gii.gz", ("NIFTI_INTENT_POINTSET", points), ("NIFTI_INTENT_TRIANGLE", faces))
+    freesurfer.write_geometry("lh.white", points, faces)
+    freesurfer.write_morph_data("lh.curv", points[:, 0])
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", ["a.surf.gii", "a.surf.gii.gz", "lh.white"])
+def test_a_surface_is_read(name, here):
+    points, faces = folded()
+    mesh = mesh_files.read(name).mesh
+    assert np.allclose(mesh.points, points, atol=1e-5)
+    assert np.array_equal(mesh.corners.reshape(-1, 3), faces)
+    mesh_files.check_size(Path(name), len(faces))
+    with pytest.raises(InputError, match=f"{len(faces)} faces"):
+        mesh_files.check_size(Path(name), len(faces) - 1)
+
+
+def test_surfaces_that_nibabel_ships_are_read():
+    for name, count in (("base64bin.gii", 10), ("ascii_flat_data.gii", 10)):
+        expected = nibabel.load(SHIPPED / name)
+        mesh = mesh_files.read(str(SHIPPED / name)).mesh
+        assert (
+            np.array_equal(mesh.points, expected.agg_data("pointset").astype(float))
+            and mesh.sizes.size == count
+        )
+    with pytest.raises(InputError, match="another file"):
+        mesh_files.read(str(SHIPPED / "external.gii")).mesh.points.sum()
+    with pytest.raises(InputError, match="--overlay"):
+        mesh_files.read(str(SHIPPED / "rh.shape.curv.gii"))
+
+
+def test_a_patch_has_the_triangles_of_its_surface(here):
+    points, faces = folded()
+    held = np.flatnonzero(points[:, 0] < 30)
+    numbers = np.where(points[held, 0] > 26, -1, 1) * (held + 1)
+    for name, places in (("lh.cut.patch.3d", 7 * points), ("lh.cut.patch.flat", points * [1, 1, 0])):
+        rows = b"".join(struct.pack(">i3f", number, *places[k]) for number, k in zip(numbers, held))
+        Path(name).write_bytes(struct.pack(">ii", -1, held.size) + rows)
+        mesh = mesh_files.read(name).mesh
+        assert np.array_equal(mesh.corners.reshape(-1, 3), faces[(points[faces, 0] < 30).all(axis=1)])
+        shape = points if name.endswith("3d") else points * [1, 1, 0]
+        assert np.allclose(mesh.points[held], shape[held], atol=1e-5)
+    Path("rh.cut.patch.3d").write_bytes(Path("lh.cut.patch.3d").read_bytes())
+    with pytest.raises(InputError, match=r"rh\.white"):
+        mesh_files.read("rh.cut.patch.3d")
+
+
+def test_a_picture_shows_the_overlay_where_the_flattening_takes_it(here, iccm):
+    done = iccm(
+        "flatten", "a.surf.gii", "--overlay", "lh.curv", "-o", "a.tif", "-o", "a.png", "-o", "flat.obj"
+    )
+    assert done.code == 0, done.err
+    points, faces = folded()
+    lines = [line.split() for line in Path("flat.obj").read_text().splitlines()]
+    flat = np.array([words[1:3] for words in lines if words[0] == "v"], float)
+    triangles = np.array([words[1:] for words in lines if words[0] == "f"], int) - 1
+    found = np.asarray(Image.open("a.tif"))
+    assert max(found.shape) == 1024
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    pixel = max(high - low) * 1.02 / 1024
+    middle = flat[triangles].mean(axis=1)
+    column, row = (middle[:, 0] - (low + high)[0] / 2) / pixel, ((low + high)[1] / 2 - middle[:, 1]) / pixel
+    at = found[(found.shape[0] / 2 + row).astype(int), (found.shape[1] / 2 + column).astype(int)]
+    assert np.abs(at - points[faces, 0].mean(axis=1)).max() < 0.2  # a pixel is 0.05 wide
+    assert np.isnan(found[0, 0])
+    colours = np.asarray(Image.open("a.png"))
+    assert colours.shape[2] == 4 and colours[0, 0, 3] == 0 and (colours[..., 3] == 255).mean() > 0.4
+
+
+def test_overlays_of_every_kind_have_the_same_values(here):
+    count = 20
+    values = np.linspace(-3, 8, count).astype(np.float32)
+    write_gifti("v.shape.gii", ("NIFTI_INTENT_SHAPE", values))
+    np.savetxt("v.txt", values)
+    nibabel.MGHImage(values.reshape(count, 1, 1), np.eye(4)).to_filename("v.mgz")
+    freesurfer.write_morph_data("lh.thickness", values)
+    for name in ("v.shape.gii", "v.txt", "v.mgz", "lh.thickness"):
+        assert np.allclose(overlays.read(name, count).values, values, atol=1e-6), name
+        with pytest.raises(InputError, match="vertices"):
+            overlays.read(name, count + 1)
+    curvature = overlays.read(SHIPPED / "rh.shape.curv.gii", 133764)
+    assert np.array_equal(
+        curvature.values, nibabel.load(SHIPPED / "rh.shape.curv.gii").darrays[0].data.ravel()
+    )
+
+
+def test_labels_have_their_colours_and_no_others(here, iccm):
+    keys = (folded()[0][:, 1] > 7).astype(np.int32)
+    table = np.array([[200, 10, 30, 0, 0], [20, 40, 220, 0, 1]])
+    freesurfer.write_annot("lh.two.annot", keys, table, ["red", "blue"], fill_ctab=True)
+    assert iccm("flatten", "lh.white", "--overlay", "lh.two.annot", "-o", "labels.png").code == 0
+    pixels = np.asarray(Image.open("labels.png"))
+    colours, counts = np.unique(pixels[pixels[..., 3] == 255][:, :3], axis=0, return_counts=True)
+    assert {tuple(c) for c in colours[np.argsort(counts)[-2:]]} == {(200, 10, 30), (20, 40, 220)}
+    assert np.sort(counts)[-2:].sum() > 0.98 * counts.sum()  # the others are mixed at edges
+
+
+def test_a_closed_surface_is_cut_open(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    ball = trimesh.creation.icosphere(subdivisions=3)  # as many vertices as nibabel's functional data have
+    write_gifti(
+        "ball.gii",
+        ("NIFTI_INTENT_POINTSET", ball.vertices * [1, 2, 3]),
+        ("NIFTI_INTENT_TRIANGLE", ball.faces),
+    )
+    done = iccm("flatten", "ball.gii", "--overlay", str(SHIPPED / "task.func.gii"), "-o", "ball.png")
+    assert done.code == 0 and "cut open" in done.err, done.err
+
+
+def test_what_is_not_a_surface_or_an_overlay_is_refused(here, iccm):
+    Path("rh.broken").write_bytes(b"\xff\xff\xfecreated\n\n" + struct.pack(">ii", 5, 1 << 30))
+    Path("junk.gii").write_text("<GIFTI>")
+    Path("lh.bad").write_bytes(b"\xff\xff\xff\0\0")
+    for arguments in (
+        ("rh.broken", "-o", "no.svg"),
+        ("junk.gii", "-o", "no.svg"),
+        ("lh.white", "--overlay", "lh.bad", "-o", "no.png"),
+        ("lh.white", "--overlay", "missing.gii", "-o", "no.png"),
+        ("lh.white", "-o", "no.png"),
+        ("lh.white", "--overlay", "lh.curv", "-o", "no.svg"),
+        ("lh.white", "--overlay", "lh.curv", "-o", "no.png", "--colormap", "nonsense"),
+    ):
+        done = iccm("flatten", *arguments)
+        assert done.code == 2 and done.err and "Traceback" not in done.err, (arguments, done.err)
+    assert not list(here.glob("no.*"))
