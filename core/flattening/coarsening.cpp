@@ -175,8 +175,13 @@ struct Energy {
     double xx, yy, xy;
 };
 
-// The energy (density.h, with q = 1) of the triangles between v and a hole's edges, relative to their shapes in space.
-Energy energy_around(Points points, Hole hole, Index v, const Complex *u, double theta) {
+// The parameters of the density, see density.h.
+struct Parameters {
+    double theta, q, share;
+};
+
+// The energy of the triangles between v and a hole's edges, relative to their shapes in space.
+Energy energy_around(Points points, Hole hole, Index v, const Complex *u, Parameters how) {
     Energy sum = {0.0, {0, 0}, 0.0, 0.0, 0.0};
     for (Index e = 0; e < hole.count; e++) {
         Index b = hole.edges[e][0], c = hole.edges[e][1];
@@ -196,23 +201,23 @@ Energy energy_around(Points points, Hole hole, Index v, const Complex *u, double
             sum.value = INFINITY;
             return sum;
         }
-        Density w = density_derivatives(ff + gg, ff - gg, theta, 1.0, 0.0);
-        // The chain rule: gradients of p and d with respect to the position of v. W is linear in p, so W_pp = 0.
+        Density w = density_derivatives(ff + gg, ff - gg, how.theta, how.q, how.share);
+        // The chain rule: gradients of p and d with respect to the position of v.
         Complex of_f = 2 * conjugate(alpha) * f, of_g = 2 * alpha * g, of_p = of_f + of_g, of_d = of_f - of_g;
         double same = 4 * w.p * dot(alpha, alpha);
         sum.value += area * w.value;
         sum.slope += area * (w.p * of_p + w.d * of_d);
-        sum.xx += area * (same + 2 * w.pd * of_p.re * of_d.re + w.dd * (of_d.re * of_d.re));
-        sum.yy += area * (same + 2 * w.pd * of_p.im * of_d.im + w.dd * (of_d.im * of_d.im));
-        sum.xy += area * (w.pd * (of_p.re * of_d.im + of_p.im * of_d.re) + w.dd * of_d.re * of_d.im);
+        sum.xx += area * (same + w.pp * (of_p.re * of_p.re) + 2 * w.pd * of_p.re * of_d.re + w.dd * (of_d.re * of_d.re));
+        sum.yy += area * (same + w.pp * (of_p.im * of_p.im) + 2 * w.pd * of_p.im * of_d.im + w.dd * (of_d.im * of_d.im));
+        sum.xy += area * (w.pp * of_p.re * of_p.im + w.pd * (of_p.re * of_d.im + of_p.im * of_d.re) + w.dd * of_d.re * of_d.im);
     }
     return sum;
 }
 
 // Minimise the energy of the triangles around v by Newton's method, until a step lowers it by less than a share
 // `min_gain`.
-void settle(Points points, Hole hole, Index v, Complex *u, double theta, double min_gain) {
-    Energy energy = energy_around(points, hole, v, u, theta);
+void settle(Points points, Hole hole, Index v, Complex *u, Parameters how, double min_gain) {
+    Energy energy = energy_around(points, hole, v, u, how);
     for (;;) {
         double determinant = energy.xx * energy.yy - energy.xy * energy.xy;
         if (!(determinant > 0 && energy.xx > 0)) return;
@@ -221,7 +226,7 @@ void settle(Points points, Hole hole, Index v, Complex *u, double theta, double 
         Complex from = u[v];
         // At most half of the way to where a triangle would fold: the energy is infinite there.
         u[v] = from + min(1.0, 0.5 * visible_share(hole, u, from, step)) * step;
-        Energy next = energy_around(points, hole, v, u, theta);
+        Energy next = energy_around(points, hole, v, u, how);
         if (!(next.value < energy.value)) {
             u[v] = from;
             return;
@@ -236,7 +241,7 @@ void settle(Points points, Hole hole, Index v, Complex *u, double theta, double 
 // The whole hole is visible from the neighbour w onto which v was moved. Therefore valid positions exist near w:
 // towards v's recorded position in a triangle, or else along the bisector. From there the energy of the triangles
 // around v is minimised.
-bool put_back(Points points, Hole hole, Index v, Index w, const Index *triangle, const double *weights, double theta,
+bool put_back(Points points, Hole hole, Index v, Index w, const Index *triangle, const double *weights, Parameters how,
               double min_gain, Complex *u) {
     Complex a = u[w], step = -a;
     for (int k = 0; k < 3; k++) step += weights[k] * u[triangle[k]];
@@ -246,7 +251,7 @@ bool put_back(Points points, Hole hole, Index v, Index w, const Index *triangle,
         share = visible_share(hole, u, a, step);
     }
     u[v] = a + (share > 1 ? step : 0.5 * share * step);
-    settle(points, hole, v, u, theta, min_gain);
+    settle(points, hole, v, u, how, min_gain);
     for (Index e = 0; e < hole.count; e++)
         if (!(cross(u[hole.edges[e][0]] - u[v], u[hole.edges[e][1]] - u[v]) > 0)) return false;
     return true;
@@ -299,18 +304,52 @@ ICCM_EXPORT int64_t iccm_flattening_remove(int64_t *faces, const double *points,
 //   vertex, into, triangle, weights, starts, edges: as `iccm_flattening_remove` writes them
 //   count     number of removed vertices
 //   points    (n, 3) vertices in space
-//   theta     weight of the area part of the energy
+//   theta, q, share: parameters of the energy's density, see density.h
 //   min_gain  Newton's method for a vertex ends when a step lowers the energy of the triangles around it by less than
 //             this share
 //   u         (n,) positions, written for the removed vertices
 ICCM_EXPORT int64_t iccm_flattening_put_back(const int64_t *vertex, const int64_t *into, const int64_t *triangle,
                                              const double *weights, const int64_t *starts, const int64_t *edges,
-                                             int64_t count, const double *points, double theta, double min_gain,
-                                             Complex *u) {
+                                             int64_t count, const double *points, double theta, double q, double share,
+                                             double min_gain, Complex *u) {
     for (Index i = count - 1; i >= 0; i--) {
         const Hole hole = {rows<2>(edges) + starts[i], starts[i + 1] - starts[i]};
-        if (!put_back(rows<3>(points), hole, vertex[i], into[i], triangle + 3 * i, weights + 3 * i, theta, min_gain, u))
+        if (!put_back(rows<3>(points), hole, vertex[i], into[i], triangle + 3 * i, weights + 3 * i,
+                      {theta, q, share}, min_gain, u))
             return 0;
     }
     return 1;
+}
+
+// Move the vertices one after the other to where the triangles around them have the least energy (nonlinear Gauss-Seidel
+// iteration), without folds. It removes what differs between neighbouring vertices, and hardly changes what is smooth.
+//
+//   faces     (m, 3) triangles
+//   points    (n, 3) vertices in space
+//   n         number of vertices
+//   starts    (n + 1,) where the triangles of each vertex begin in `around`
+//   around    (3m,) triangles of the vertices
+//   held      (n,) vertices that stay
+//   sweeps    number of times that each vertex is moved
+//   theta, q, share, min_gain: as above
+//   u         (n,) positions without folds, changed
+ICCM_EXPORT int64_t iccm_flattening_smooth(const int64_t *faces, const double *points, int64_t n, const int64_t *starts,
+                                           const int64_t *around, const bool *held, int64_t sweeps, double theta,
+                                           double q, double share, double min_gain, Complex *u) {
+    Index most = 0;
+    for (Index v = 0; v < n; v++) most = max(most, starts[v + 1] - starts[v]);
+    Buffer<Index> edges(2 * most);
+    if (!edges) return OUT_OF_MEMORY;
+    for (Index sweep = 0; sweep < sweeps; sweep++)
+        for (Index v = 0; v < n; v++) {
+            if (held[v]) continue;
+            const Index count = starts[v + 1] - starts[v];
+            for (Index i = 0; i < count; i++) {
+                const Index *corners = faces + 3 * around[starts[v] + i];
+                const int k = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
+                edges[2 * i] = corners[after(k)], edges[2 * i + 1] = corners[before(k)];
+            }
+            settle(rows<3>(points), {rows<2>(edges.data), count}, v, u, {theta, q, share}, min_gain);
+        }
+    return 0;
 }

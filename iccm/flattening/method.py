@@ -11,7 +11,7 @@ from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
-from .coarsening import by_coarser, coarser_layout, relaxed
+from .coarsening import by_coarser, coarser_layout, nearly_relaxed, relaxed
 from .free import LARGE_VERTEX_COUNT, Elastic, surface
 from .opening import open_up
 from .scaffold import relax_with_scaffold
@@ -103,6 +103,8 @@ def convex(layout: Flattening) -> Flattening:
 def even_layout(layout: Flattening) -> Flattening:
     """Return the even layout of a patch: the one-to-one layout of least symmetric Dirichlet energy.
 
+    It only serves as a plane to work in, so that of a large patch is not relaxed to convergence.
+
     Args:
         layout: a layout of the patch without folds or overlaps, from which to start.
 
@@ -113,8 +115,11 @@ def even_layout(layout: Flattening) -> Flattening:
         return layout
     if layout.even is not None and overlap(layout.even) is None:
         return layout.even
-    sheet = surface(layout.patch.points, layout.patch.faces)
-    return replace(_check(_relax(layout, sheet, 1.0)), method="balanced")
+    points, faces = layout.patch.points, layout.patch.faces
+    nearly = nearly_relaxed(points, faces, _unit(layout), 1.0, NEWTON_STEPS, LEAST_DECREASE)
+    if nearly is not None and overlap(placed := _place(layout, nearly)) is None:
+        return replace(placed, method="balanced")
+    return replace(_check(_relax(layout, surface(points, faces), 1.0)), method="balanced")
 
 
 def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:

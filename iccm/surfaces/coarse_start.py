@@ -1,8 +1,10 @@
 """Start the final map of a large surface from the map on a coarser triangulation of it.
 
-A Newton step costs in proportion to the triangles, and on the surface's own triangles it takes as many steps as on a
-coarser mesh. So most steps are made on a triangulation with an eighth of the vertices, and those on all triangles only
-adapt the shapes of the smallest ones. See `flattening.coarsening`, which does the same for layouts.
+A factorisation takes time in proportion to the power 1.5 of the vertices, and Newton's method takes as many steps on
+the surface's own triangles as on a coarser mesh. So steps are made on a triangulation with an eighth of the vertices,
+and what is left to do on all triangles is to move each vertex by itself, in linear time (cascadic multigrid: Bornemann
+and Deuflhard, *The cascadic multigrid method for elliptic problems*, 1996). See `flattening.coarsening`, which does the
+same for layouts.
 """
 
 from collections.abc import Callable
@@ -12,20 +14,28 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..balanced.model.discrete_map import DiscreteMap, folds
+from ..balanced.search.final_mesh import LAST_DECREASE
 from ..balanced.search.levels import FINE_POWER
-from ..flattening.coarsening import Removed, coarser, put_back
+from ..flattening.coarsening import Removed, coarser, put_back, smooth
 from ..flattening.free import LARGE_VERTEX_COUNT
 from ..meshes.mesh import face_areas
 from ..meshes.stretch import laid_flat, linear
 from .own_metric import OwnMetric
 
 COARSER_FACTOR = 8  # ratio of vertices between triangulations, as for layouts
+SWEEPS_AT_ONCE, MOST_SWEEPS = 2, 10
+"""Times that vertices are moved one by one between two checks of the energy, and at most. If more were needed, Newton's
+method follows. Six to eight are on fine meshes."""
+DIRECT_VERTEX_COUNT = 50_000
+"""Vertices up to which Newton's method also runs on all triangles; a step there takes half a second."""
 
 
 def started_coarsely(
     state: DiscreteMap, points: Real, descent: Callable[[DiscreteMap], DiscreteMap]
-) -> DiscreteMap:
+) -> tuple[DiscreteMap, bool]:
     """Return a map on a surface's own triangles with less energy, found by way of coarser triangulations.
+
+    Also returns whether it needs no Newton steps: it is large, and moving vertices one by one gains no more.
 
     Returns the map as it is where it is small, has terms that depend on the triangulation (soft pins, a metric of the
     target, virtual triangles), or where a coarser triangulation does not help.
@@ -38,7 +48,7 @@ def started_coarsely(
     planar = state.ground is None and state.metrics[1] is None and state.weights is None
     plain = state.energy.pins is None and not state.energy.terms and state.rigid is None
     if state.u.size < LARGE_VERTEX_COUNT or not (planar and plain):
-        return state
+        return state, False
     # The boundary slides, and a triangle with three vertices on it would hold it: so its neighbours stay, too.
     held = np.zeros(state.u.size, bool)
     held[: state.constrained] = True
@@ -46,9 +56,9 @@ def started_coarsely(
     coarse, removed = coarser(points, state.faces, state.u, state.u.size // COARSER_FACTOR, stay)
     kept = np.unique(coarse)
     if 2 * kept.size > state.u.size:
-        return state
+        return state, False
     small = _on_coarser(state, points, kept, np.searchsorted(kept, coarse))
-    small = descent(started_coarsely(small, points[kept], descent))
+    small = descent(started_coarsely(small, points[kept], descent)[0])
     return _carried(state, points, small, kept, removed)
 
 
@@ -65,15 +75,29 @@ def _on_coarser(state: DiscreteMap, points: Real, kept: Index, faces: Index) -> 
 
 def _carried(
     state: DiscreteMap, points: Real, small: DiscreteMap, kept: Index, removed: Removed
-) -> DiscreteMap:
-    """Return the map with the images found on the coarser triangulation, if it has less energy then."""
+) -> tuple[DiscreteMap, bool]:
+    """Return the map with the images found on the coarser triangulation, if it has less energy then.
+
+    Also returns whether it needs no Newton steps.
+    """
     found = state.u.copy()
     found[kept] = small.u
     unit = points / np.sqrt(face_areas(points[state.faces]).sum())
-    if not put_back(removed, unit, state.energy.balance, found) or folds(state.faces, found):
-        return state
+    how = {"q": FINE_POWER, "share": state.boundary.area_share(True)}
+    if not put_back(removed, unit, state.energy.balance, found, **how) or folds(state.faces, found):
+        return state, False
+    value, settled = _energy(state, found), False
+    held = np.arange(found.size) < state.constrained
+    for _ in range(MOST_SWEEPS // SWEEPS_AT_ONCE):
+        smooth(state.faces, unit, held, SWEEPS_AT_ONCE, state.energy.balance, found, **how)
+        before, value = value, _energy(state, found)
+        settled = before - value < LAST_DECREASE * value
+        if settled:
+            break
+    if folds(state.faces, found) or not value < _energy(state, state.u):
+        return state, False
     better = replace(state, u=found, boundary=small.boundary, inside=small.inside)
-    return better if _energy(better, found) < _energy(state, state.u) else state
+    return better.with_value(FINE_POWER), settled and found.size >= DIRECT_VERTEX_COUNT
 
 
 def _energy(state: DiscreteMap, u: Complex) -> float:

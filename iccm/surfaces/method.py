@@ -226,11 +226,14 @@ def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
     settings, journal = asked.settings, asked.journal
     other = asked.sides[not asked.onto].even
     if other is None:
-        begun = started_coarsely(
+        begun, settled = started_coarsely(
             own.state.relaxed(),
             own.of_points(asked.sides[asked.onto].given.patch.points),
             lambda state: final_mesh.descend(state, FINE_POWER, journal),
         )
+        if settled and not settings.bounded:
+            journal.energies.append(begun.value)
+            return replace(own, state=begun)
         return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
     begun = replace(own.state, ground=ground_of(other, asked.frames[not asked.onto]))
     soft = begun.energy.pins is not None

@@ -41,8 +41,11 @@ def test_collapses(monkeypatch, seed):
         assert np.array_equal(a, b)
 
 
-@pytest.mark.parametrize(("seed", "theta", "bent"), [(0, 1.0, 0.05), (0, 1.0, 0.2), (1, 1.7, 0.08)])
-def test_vertices_come_back(monkeypatch, seed, theta, bent):
+@pytest.mark.parametrize(
+    ("seed", "theta", "bent", "how"),
+    [(0, 1.0, 0.05, {}), (0, 1.0, 0.2, {}), (1, 1.7, 0.08, {}), (1, 1.0, 0.06, {"q": 3.0, "share": 0.5})],
+)
+def test_vertices_come_back(monkeypatch, seed, theta, bent, how):
     """Up to rounding errors that Newton's steps propagate: powers and bisectors are computed by other functions.
 
     In a layout that is bent too much, the coarse triangles themselves fold.
@@ -53,14 +56,33 @@ def test_vertices_come_back(monkeypatch, seed, theta, bent):
     other_layout = z + bent * np.sin(9 * z.imag) * (1 + 0.5j)
     start = np.where(np.isin(np.arange(z.size), removed.vertex), np.nan, other_layout)
 
-    def put_back(vertex, into, triangle, weights, starts, edges, count, points, theta, gain, u):
+    def put_back(vertex, into, triangle, weights, starts, edges, count, points, theta, q, share, gain, u):
         assert (count, gain) == (vertex.size, plain.SMALL)
-        return plain.put_back(vertex, into, triangle, weights, starts, edges, points, theta, u)
+        return plain.put_back(vertex, into, triangle, weights, starts, edges, points, theta, q, share, u)
 
     def work():
         u = start.copy()
-        return coarsening.put_back(removed, points, theta, u), u
+        return coarsening.put_back(removed, points, theta, u, **how), u
 
     one, other = both(monkeypatch, coarsening, {"_put_back": put_back}, work)
     assert one[0] == other[0] == (bent < 0.1)
     assert np.allclose(one[1], other[1], rtol=0, atol=1e-12, equal_nan=True)
+
+
+def test_vertices_are_moved_one_by_one(monkeypatch):
+    points, faces, z = surface(1)
+    held = np.isin(np.arange(z.size), z.size - 1 - np.arange(9)) | (np.abs(z) > 0.9 * np.abs(z).max())
+    bent = z + 0.03 * np.sin(9 * z.imag) * (1 + 0.5j)
+
+    def smooth(faces, points, count, starts, around, held, sweeps, theta, q, share, gain, u):
+        assert (count, gain) == (u.size, plain.SMALL)
+        return plain.smooth(faces, points, starts, around, held, sweeps, theta, q, share, u)
+
+    def work():
+        u = bent.copy()
+        coarsening.smooth(faces, points, held, 2, 1.0, u, q=3.0, share=0.5)
+        return u
+
+    one, other = both(monkeypatch, coarsening, {"_smooth": smooth}, work)
+    assert np.allclose(one, other, rtol=0, atol=1e-11)
+    assert (one[held] == bent[held]).all() and np.abs(one - bent).max() > 1e-3

@@ -467,6 +467,11 @@ class DiscreteMap(MeshMap):
         """Return the energy of images (n,) for a power q, without rotation, outline and further terms."""
         return self._rest_shapes(True, q).energy(u, self.energy.objective(q, self.boundary.area_share(True)))
 
+    def with_value(self, q: float) -> "DiscreteMap":
+        """Return the map with the energy that Newton's method would find for it, without rotation and further terms."""
+        tau, constraints = self.constraints(True, True, self.inside.at_target)
+        return replace(self, value=self.rest_energy(self.u, q) + border_energy(constraints.border, tau))
+
     def _weighed(self, areas: Real, q: float) -> Real:
         """Return rest areas (m,) times the weights of the triangles.
 

@@ -186,7 +186,7 @@ def _room(edges, u, a, way):
     return share
 
 
-def _pull(points, edges, v, u, theta):
+def _pull(points, edges, v, u, theta, power, measure):
     """Return the energy of the triangles around v, its gradient in the position of v, and the Hessian's entries xx, yy,
     xy.
     """
@@ -207,7 +207,7 @@ def _pull(points, edges, v, u, theta):
         ff, gg, area = dot(f, f), dot(g, g), 0.5 * length * height
         if not ff > gg:
             return np.inf, slope, xx, yy, xy
-        w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(ff + gg, ff - gg, theta, 1.0, 0.0)
+        w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(ff + gg, ff - gg, theta, power, measure)
         f, g = 2 * alpha.conjugate() * f, 2 * alpha * g
         p, d, same = f + g, f - g, 4 * w_p * dot(alpha, alpha)
         energy += area * w
@@ -220,9 +220,9 @@ def _pull(points, edges, v, u, theta):
     return energy, slope, xx, yy, xy
 
 
-def _settle(points, edges, v, u, theta):
+def _settle(points, edges, v, u, theta, power, measure):
     """Move v by Newton's method to the position of least energy of its triangles, until a step gains little."""
-    energy, slope, xx, yy, xy = _pull(points, edges, v, u, theta)
+    energy, slope, xx, yy, xy = _pull(points, edges, v, u, theta, power, measure)
     while True:
         square = xx * yy - xy * xy
         if not (square > 0 and xx > 0):
@@ -230,7 +230,7 @@ def _settle(points, edges, v, u, theta):
         step = -complex(yy * slope.real - xy * slope.imag, xx * slope.imag - xy * slope.real) / square
         at, share = u[v], min(1.0, 0.5 * _room(edges, u, u[v], step))
         u[v] = at + share * step
-        below, slope, xx, yy, xy = _pull(points, edges, v, u, theta)
+        below, slope, xx, yy, xy = _pull(points, edges, v, u, theta, power, measure)
         if not below < energy:
             u[v] = at
             return
@@ -239,7 +239,7 @@ def _settle(points, edges, v, u, theta):
         energy = below
 
 
-def put_back(vertex, into, corners, weights, starts, edges, points, theta, u):
+def put_back(vertex, into, corners, weights, starts, edges, points, theta, q, measure, u):
     """Compute the positions u (n,) of removed vertices, the last one first; return False if one has none.
 
     The whole hole is visible from the vertex onto which the removed one was collapsed. So there is room: on the path to
@@ -256,8 +256,22 @@ def put_back(vertex, into, corners, weights, starts, edges, points, theta, u):
             way = _bisector(around, into[number], u)
             share = _room(around, u, a, way)
         u[v] = a + (way if share > 1 else 0.5 * share * way)
-        _settle(points, around, v, u, theta)
+        _settle(points, around, v, u, theta, q, measure)
         for e in range(len(around)):
             if not cross(u[around[e, 0]] - u[v], u[around[e, 1]] - u[v]) > 0:
                 return False
     return True
+
+
+def smooth(faces, points, starts, around, held, sweeps, theta, q, share, u):
+    """Move each vertex that is not held to the position of least energy of its triangles, `sweeps` times."""
+    for _ in range(sweeps):
+        for v in range(u.size):
+            if held[v]:
+                continue
+            edges = []
+            for t in around[starts[v] : starts[v + 1]]:
+                k = int(np.flatnonzero(faces[t] == v)[0])
+                edges.append((faces[t][(k + 1) % 3], faces[t][(k + 2) % 3]))
+            _settle(points, np.array(edges), v, u, theta, q, share)
+    return 0

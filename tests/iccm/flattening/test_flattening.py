@@ -333,7 +333,7 @@ def test_the_pull_on_a_vertex_is_the_slope_of_the_energy_of_the_whole(theta):
     def moved(by):
         u = z.copy()
         u[v] += by
-        return sheet.energy(u, theta), plain._pull(unit, around, v, u, theta)
+        return sheet.energy(u, theta), plain._pull(unit, around, v, u, theta, 1.0, 0.0)
 
     (whole, (own, slope, xx, yy, xy)), h = moved(0), 1e-3 * np.abs(z[around] - z[v]).min()
     east, west, north, south = (moved(h * way) for way in (1, -1, 1j, -1j))
