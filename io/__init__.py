@@ -25,6 +25,7 @@ run/           one job
 read           reading shapes and pictures from Python
 apply          `iccm apply` with a saved map
 compose        `iccm compose`
+itk_files      formats of ITK
 fields         `iccm field`
 batch/         many jobs
 check/         results compared with baselines

@@ -19,7 +19,6 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,11 +27,11 @@ from numpy.typing import NDArray
 from ..arrays import Box, Real
 from ..errors import InputError
 from ..saved.archive import Archive, opened
-from . import files, formats, limits
+from . import files, formats, itk_files, limits
 from .apply import Saved, in_one, read_chain
+from .itk_files import is_itk, simple_itk, suffix_of
 from .options import INVERSE_MARK
 
-ITK_SUFFIXES = (".nrrd", ".mha", ".nii", ".nii.gz")
 STMAP, PIXELS = "stmap", "pixels"
 OUTSIDE_PIXEL = -10.0
 """Value of `map_x` and `map_y` where there is no source: beyond the border of any picture, for every filter of
@@ -40,7 +39,6 @@ OpenCV."""
 WHOLE_UNIT_SHARE = 1e-6  # by which the side of a canvas may differ from a whole number of units
 PROPORTIONS_PIXELS = 1.0  # by which a fixed picture may be too high or too wide for the target's canvas
 _DESCRIPTION = "Pixel vectors to the source: R = pixels to the right, G = pixels upwards; A = coverage"
-_NEEDED = "displacement fields need the package SimpleITK: pip install 'iccm[itk]'"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +74,7 @@ class Grid:
 
             height, width = image_files.read(path).pixels.shape[:2]
             return cls.pixels(width, height)
-        return cls._of_itk(_read_itk(path))
+        return cls._of_itk(itk_files.read(path))
 
     @classmethod
     def _of_itk(cls, image: Any) -> Grid:
@@ -99,11 +97,6 @@ class Grid:
         """The pixels (h, w, 2), x first."""
         width, height = self.size
         return np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(float)
-
-
-def is_itk(name: str | Path) -> bool:
-    """Return whether a file is in a format of ITK, by its suffix."""
-    return str(name).lower().endswith(ITK_SUFFIXES)
 
 
 def write(
@@ -143,7 +136,7 @@ def write(
             f"--vectors {vectors}: only applies to pictures (.exr .tif), and {output} is not one"
         )
     if in_space:
-        _itk()
+        simple_itk()
     if fixed and size:
         raise InputError("--size: cannot be combined with --fixed, whose size the field has")
     read = [name for name in (fixed, moving) if name]
@@ -272,49 +265,13 @@ def _write_picture(
     return width, height
 
 
-def _itk() -> Any:
-    """Return the module SimpleITK.
-
-    Raises:
-        InputError: it is not installed.
-    """
-    try:
-        import SimpleITK
-    except ImportError:
-        raise InputError(_NEEDED) from None
-    return SimpleITK
-
-
-def _read_itk(path: str) -> Any:
-    """Read a two-dimensional picture or field; of a volume of one slice, that slice.
-
-    Raises:
-        InputError: it cannot be read, or has more slices.
-    """
-    itk = _itk()
-    files.open_input(path)
-    itk.ProcessObject.SetGlobalWarningDisplay(False)
-    try:
-        image = itk.ReadImage(str(path))
-    except RuntimeError:
-        raise InputError(f"{path}: cannot be read as a picture or field of ITK") from None
-    if image.GetDimension() > 2 and all(side == 1 for side in image.GetSize()[2:]):
-        while image.GetDimension() > 2:
-            image = image[(slice(None),) * (image.GetDimension() - 1) + (0,)]
-    if image.GetDimension() != 2:
-        raise InputError(f"{path}: has {image.GetDimension()} dimensions; name a file of one slice")
-    return image
-
-
 def _write_itk(output: str, away: Real, grid: Grid, force: bool) -> None:
-    itk = _itk()
+    itk = simple_itk()
     image = itk.GetImageFromArray(np.ascontiguousarray(away), isVector=True)
     image.SetOrigin(grid.origin.tolist())
     image.SetSpacing(grid.spacing.tolist())
     image.SetDirection(grid.direction.ravel().tolist())
-    suffix = next(
-        each for each in sorted(ITK_SUFFIXES, key=len, reverse=True) if output.lower().endswith(each)
-    )
+    suffix = suffix_of(output)
     with files.scratch() as folder, files.writing(output, force=force, suffix=suffix) as path:
         made = folder / f"field{suffix}"
         try:
@@ -351,11 +308,11 @@ def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:
         InputError: the file cannot be read, or is not a field.
     """
     if is_itk(path):
-        image = _read_itk(path)
+        image = itk_files.read(path)
         if image.GetNumberOfComponentsPerPixel() != 2:
             raise InputError(f"{path}: not a displacement field of two components")
         grid = Grid._of_itk(image)
-        away = np.asarray(_itk().GetArrayFromImage(image), float)
+        away = np.asarray(simple_itk().GetArrayFromImage(image), float)
         if not np.isfinite(away).all():
             raise InputError(f"{path}: contains vectors that are not finite")
         place = Grid.pixels(*size).pixels_at(grid.physical(grid.indices) + away)

@@ -21,7 +21,7 @@ ORDER = (
     "io.check",
     "io.batch",
     "io.fields",
-    "io.apply io.compose",
+    "io.apply io.compose io.itk_files",
     "io.run",
     "io.artwork",
     "io.geometry",

@@ -1,5 +1,8 @@
 """`iccm field`: fields that SimpleITK, OpenCV and OpenImageIO read, and that `iccm apply` reads back."""
 
+import gzip
+import re
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +10,8 @@ import pytest
 from PIL import Image
 
 import iccm as core
+from iccm.errors import InputError
+from iccm.io import itk_files
 
 itk = pytest.importorskip("SimpleITK", reason="SimpleITK is an extra")
 cv2 = pytest.importorskip("cv2")
@@ -188,3 +193,115 @@ def test_damaged_arrays_are_refused(here, iccm):
     np.savez("remap.npz", map_x=np.zeros((3, 4)), map_y=np.zeros((4, 3)))
     refused = iccm("apply", "remap.npz", "leaf.png", "-o", "out.png")
     assert refused.code == 2 and "map_x" in refused.err and len(refused.lines) == 1
+
+
+META = """ObjectType = Image
+NDims = 2
+BinaryData = True
+BinaryDataByteOrderMSB = False
+DimSize = 6 4
+ElementNumberOfChannels = 2
+ElementType = MET_FLOAT
+"""
+NRRD = "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 6 4\nkinds: vector domain domain\nendian: little\nencoding: raw\n"
+VECTORS = np.arange(48, dtype="<f4").tobytes()
+LOCAL = b"ElementDataFile = LOCAL\n"
+
+
+def nifti(change=lambda data: None, keep=None):
+    """The bytes of a small field in NIfTI, changed and cut."""
+    itk.WriteImage(itk.GetImageFromArray(np.ones((4, 6, 2), np.float32), isVector=True), "small.nii")
+    data = bytearray(Path("small.nii").read_bytes())
+    change(data)
+    return bytes(data[:keep])
+
+
+def sized(*sides):
+    """A change of a NIfTI header: the sides of the picture."""
+
+    def change(data):
+        data[40:56] = np.array([5, *sides, 1, 1, 2, 1, 1], "<i2").tobytes()
+
+    return change
+
+
+def detached(data):
+    """A change of a NIfTI header: the data are in an .img file."""
+    data[344:348] = b"ni1\0"
+
+
+HOSTILE_FIELDS = {
+    "data in another file": ("f.mha", lambda: META.encode() + b"ElementDataFile = ../secret.raw\n"),
+    "with a colon": ("f.mha", lambda: META.encode() + b"ElementDataFile: ../secret.raw\n"),
+    "after one that is a comment": (
+        "f.mha", lambda: META.encode() + b"Comment = ElementDataFile = LOCAL\nElementDataFile = ../secret.raw\n",
+    ),
+    "in a list of files": ("f.mha", lambda: META.encode() + b"ElementDataFile = LIST\n../secret.raw\n"),
+    "after a carriage return": (
+        "f.mha", lambda: META.encode() + b"Comment = a\rElementDataFile = ../secret.raw\n" + LOCAL + VECTORS,
+    ),
+    "of NRRD": ("f.nrrd", lambda: NRRD.encode() + b"data file: ../secret.raw\n\n"),
+    "of NRRD in one word": ("f.nrrd", lambda: NRRD.encode() + b"DataFile: ../secret.raw\n\n"),
+    "of NIfTI": ("f.nii", lambda: nifti(detached)),
+    "too short": ("f.mha", lambda: META.encode() + LOCAL + VECTORS[:-1]),
+    "compressed and damaged": ("f.mha", lambda: META.encode() + b"CompressedData = True\n" + LOCAL + b"x"),
+    "compressed and too short": (
+        "f.mha", lambda: META.encode() + b"CompressedData = True\n" + LOCAL + zlib.compress(VECTORS[:-1]),
+    ),
+    "compressed to a size beyond the file": (
+        "f.mha",
+        lambda: META.encode() + b"CompressedData = True\nCompressedDataSize = 99999999999\n" + LOCAL
+        + zlib.compress(VECTORS),
+    ),
+    "NRRD too short": ("f.nrrd", lambda: NRRD.encode() + b"\n" + VECTORS[:-1]),
+    "NIfTI too short": ("f.nii", lambda: nifti(keep=-1)),
+    "NIfTI, compressed, too short": ("f.nii.gz", lambda: gzip.compress(nifti(keep=-1))),
+    "NIfTI, compressed and cut": ("f.nii.gz", lambda: gzip.compress(nifti())[:-12]),
+    "huge": ("f.mha", lambda: META.replace("6 4", "60000 60000").encode() + LOCAL + VECTORS),
+    "huge NIfTI": ("f.nii", lambda: nifti(sized(30000, 30000))),
+    "large NIfTI": ("f.nii", lambda: nifti(sized(3000, 3000))),
+    "many components": (
+        "f.mha", lambda: META.replace("Channels = 2", "Channels = 500000000").encode() + LOCAL + VECTORS,
+    ),
+    "no spacing": ("f.mha", lambda: META.encode() + b"ElementSpacing = 0 1\n" + LOCAL + VECTORS),
+    "no direction": ("f.mha", lambda: META.encode() + b"TransformMatrix = 0 0 0 0\n" + LOCAL + VECTORS),
+    "no place": ("f.mha", lambda: META.encode() + b"Offset = 1e200 0\n" + LOCAL + VECTORS),
+    "a page of the web": ("f.nii", lambda: b"<html></html>"),
+    "a PNG": ("f.nrrd", lambda: b"\x89PNG\r\n\x1a\n" + bytes(30)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HOSTILE_FIELDS)
+def test_fields_of_itk_read_no_other_file_and_hold_what_they_promise(tmp_path, monkeypatch, capfd, name):
+    (tmp_path / "secret.raw").write_bytes(VECTORS)
+    (tmp_path / "in").mkdir()
+    monkeypatch.chdir(tmp_path / "in")
+    file, content = HOSTILE_FIELDS[name]
+    Path(file).write_bytes(content())
+    capfd.readouterr()
+    with pytest.raises(InputError, match=re.escape(file)) as refused:
+        itk_files.read(file)
+    assert "\n" not in str(refused.value) and capfd.readouterr().err == ""
+
+
+def test_a_field_with_data_in_another_file_is_refused_by_commands(here, iccm):
+    file, content = HOSTILE_FIELDS["data in another file"]
+    Path(file).write_bytes(content())
+    for arguments in (
+        ("apply", file, "leaf.png", "-o", "out.png"),
+        ("field", "map.npz", "--moving", file, "-o", "out.npz"),
+    ):
+        refused = iccm(*arguments)
+        assert refused.code == 2 and file in refused.err and len(refused.lines) == 1
+        assert not list(Path().glob("out.*"))
+
+
+@pytest.mark.parametrize("suffix", [".nrrd", ".mha", ".nii", ".nii.gz"])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_what_simpleitk_writes_is_read(tmp_path, suffix, compressed):
+    away = np.random.default_rng(3).normal(size=(4, 6, 2)).astype(np.float32)
+    image = itk.GetImageFromArray(away, isVector=True)
+    image.SetMetaData("0008|0005", "ISO_IR 100")
+    path = tmp_path / f"f{suffix}"
+    itk.WriteImage(image, str(path), compressed)
+    assert np.array_equal(itk.GetArrayFromImage(itk_files.read(str(path))), away)
