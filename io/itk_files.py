@@ -82,7 +82,9 @@ def read(path: str) -> Any:
                 image = reader.Execute()
         except RuntimeError:
             raise InputError(f"{path}: {_UNREAD}") from None
-    if not all(abs(x) < limits.COORDINATE for x in (*image.GetOrigin(), *image.GetSpacing(), *image.GetDirection())):
+    if not all(
+        abs(x) < limits.COORDINATE for x in (*image.GetOrigin(), *image.GetSpacing(), *image.GetDirection())
+    ):
         raise InputError(f"{path}: its place in space is not given by finite numbers")
     if image.GetDimension() > 2 and all(side == 1 for side in image.GetSize()[2:]):
         while image.GetDimension() > 2:

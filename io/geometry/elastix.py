@@ -13,6 +13,7 @@ from .document import Geometry, Images, TextDocument
 
 HEADS = ("point", "index")
 """First lines of an input file: points in the units of the image, or numbers of its pixels."""
+_COUNT = re.compile("[0-9]{1,9}")
 _RESULT = re.compile(r"\bOutputPoint\s*=\s*\[([^\]]*)\]")
 
 
@@ -37,7 +38,7 @@ class PointSet(TextDocument):
         if all(_RESULT.search(line) for _, line in rows):
             return cls(HEADS[0], Geometry(_points([(n, _RESULT.findall(line)[-1]) for n, line in rows])))
         head = rows[0][1].lower()
-        if head not in HEADS or len(rows) < 2 or not rows[1][1].isdecimal():
+        if head not in HEADS or len(rows) < 2 or not _COUNT.fullmatch(rows[1][1]):
             raise InputError("does not begin with point or index and the number of points (elastix)")
         count, places = int(rows[1][1]), rows[2:]
         if len(places) != count:

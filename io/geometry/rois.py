@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import logging
+import re
 import struct
 import zipfile
 from collections.abc import Sequence
@@ -105,8 +107,11 @@ class Rois(Document):
             else:
                 pieces = [rings for _ in range(count) for rings in next(polygons)]
             for number, rings in enumerate((rings for rings in pieces if rings and rings[0].size), 1):
-                name = (roi.name or roi.autoname) + (f"-{number}" if number > 1 else "")
-                made.append((name, _made(roi, name, kind, rings).tobytes()))
+                try:
+                    name = (roi.name or roi.autoname) + (f"-{number}" if number > 1 else "")
+                    made.append((_file_name(name), _made(roi, name, kind, rings).tobytes()))
+                except UNREAD as error:
+                    raise InputError(f"the region {roi.name!r} cannot be written: {error}") from error
         if not self.is_archive:
             if len(made) != 1:
                 raise InputError(
@@ -135,6 +140,11 @@ def _members(data: bytes) -> list[ImagejRoi]:
     return found
 
 
+def _file_name(name: str) -> str:
+    """Return a name of a region as the name of a file in an archive, which must not lead to another folder."""
+    return re.sub(r"[/\\:\x00-\x1f]", "_", name)[: limits.NAME_BYTES // 4]
+
+
 def _roi(data: bytes) -> ImagejRoi:
     """Return a region of interest from its bytes."""
     try:
@@ -143,9 +153,11 @@ def _roi(data: bytes) -> ImagejRoi:
         raise InputError(
             "reading ImageJ's regions needs the package roifile: pip install 'iccm[imagej]', or export a table"
         ) from None
+    logging.getLogger("roifile").setLevel(logging.CRITICAL)  # its notices of damage would go to stderr
     try:
-        roi = ImagejRoi.frombytes(data)
-        roi.coordinates(multi=True)
+        with np.errstate(invalid="ignore"):
+            roi = ImagejRoi.frombytes(data)
+            roi.coordinates(multi=True)
     except UNREAD as error:
         raise InputError(f"not a region of interest of ImageJ: {error}") from error
     return roi
@@ -162,7 +174,8 @@ def _shapes(roi: ImagejRoi) -> tuple[str, list[Complex]]:
     kind = kinds.get(roi.roitype, "polygon")
     parts = list[Complex]()
     for xy in roi.coordinates(multi=True):
-        z = np.asarray(xy, float).reshape(-1, 2) @ [1, 1j]
+        with np.errstate(invalid="ignore"):  # of numbers that are not finite
+            z = np.asarray(xy, float).reshape(-1, 2) @ [1, 1j]
         if not (np.abs(z) < limits.COORDINATE).all():
             raise InputError("some coordinates are not finite numbers")
         if kind == "polygon" and z.size and z[0] == z[-1]:
@@ -190,7 +203,8 @@ def _made(roi: ImagejRoi, name: str, kind: str, rings: Sequence[Complex]) -> Ima
     def pairs(z: Complex) -> np.ndarray:
         return np.column_stack([z.real, z.imag])
 
-    made = ImagejRoi.frompoints(pairs(np.concatenate(rings)), name=name)
+    with np.errstate(invalid="ignore"):  # of whole pixels that are too large, beside those in floating point
+        made = ImagejRoi.frompoints(pairs(np.concatenate(rings)), name=name)
     made.roitype = {"points": ROI_TYPE.POINT, "line": ROI_TYPE.POLYLINE, "polygon": ROI_TYPE.POLYGON}[kind]
     if len(rings) > 1:
         # a polygon with holes is a composite: a rectangle with a path

@@ -12,7 +12,7 @@ from ..point_syntax import coordinate
 from .document import NOWHERE, Geometry, Images, TextDocument
 
 MISSING = "NA NA"
-_COUNT = re.compile(r"\s*(LM|POINTS)\s*=\s*(\d+)\s*", re.IGNORECASE)
+_COUNT = re.compile(r"\s*(LM|POINTS)\s*=\s*([0-9]{1,9})\s*", re.IGNORECASE)
 _KEY = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
 
 

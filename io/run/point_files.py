@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+from collections import Counter
 
 from ...errors import InputError
 from .. import limits
@@ -74,7 +75,7 @@ def _check_names(file: str, names: list[str], others: list[str]) -> None:
     """
     if missing := sorted({*others} - {*names, ""}):
         raise InputError(f"{file}: has no point named {', '.join(missing[:12])}, which the other file has")
-    if repeated := sorted({name for name in names if name and names.count(name) > 1}):
+    if repeated := sorted(name for name, count in Counter(names).items() if name and count > 1):
         raise InputError(f"{file}: has more than one point named {', '.join(repeated[:12])}")
 
 

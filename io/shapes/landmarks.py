@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
@@ -179,7 +180,7 @@ def _specimens(text: str) -> list[list[Point | None]]:
     for line, row in enumerate(text.splitlines(), 1):
         words = row.split()
         key, _, count = row.replace(" ", "").partition("=")
-        if key.upper() == "LM" and count.isdecimal():
+        if key.upper() == "LM" and re.fullmatch("[0-9]{1,9}", count):
             specimens.append([])
             left = int(count)
         elif left and words:

@@ -1,7 +1,9 @@
 """Pins from two files of points, in the formats of the programs that place them."""
 
+import io
 import json
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ import roifile
 
 import iccm as core
 from iccm.errors import InputError
+from iccm.io.geometry import document
+from iccm.io.geometry import rois as regions
 from iccm.io.run import point_files
 from iccm.io.shapes import shape
 
@@ -130,6 +134,8 @@ def test_points_without_a_partner_are_refused(tmp_path, other, words):
         ("a.pts", b"point\n1\n1 2 3\n"),
         ("a.pts", b"1 2\n3 4\n"),
         ("a.pts", b"point\n1\n1 nan\n"),
+        ("a.pts", b"point\n" + b"9" * 5000 + b"\n1 2\n"),
+        ("a.tps", b"LM=" + b"9" * 5000 + b"\n1 2\n"),
         ("a.roi", b"Iout" + bytes(20)),
         ("a.roi", b"Iout" + bytes([255]) * 100),
         ("a.zip", b"PK\x03\x04" + bytes(40)),
@@ -142,6 +148,53 @@ def test_damaged_files_are_refused(tmp_path, name, data):
     with pytest.raises(InputError) as error:
         point_files.read_pairs(str(tmp_path / name), str(tmp_path / name))
     assert name in str(error.value)
+
+
+def test_many_names_are_compared_in_little_time(tmp_path):
+    rows = "".join(f"p{number},{number % 97},{number % 31}\n" for number in range(100_000))
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_text("name,x,y\n" + rows)
+    with pytest.raises(InputError, match=r"more than \d+ points"):
+        point_files.read_pairs(str(tmp_path / "a.csv"), str(tmp_path / "b.csv"))
+
+
+def test_damaged_regions_are_read_quietly(tmp_path, caplog):
+    data = bytearray(roifile.ImagejRoi.frompoints(np.array(SOURCE), name="cell").tobytes())
+    at = data.index("cell".encode("utf-16-be"))
+    (tmp_path / "a.roi").write_bytes(data[: at + 3])  # the end of the name is missing
+    document.read(str(tmp_path / "a.roi"))
+    assert not caplog.records  # which are printed where nothing else is done with them
+
+
+def archive(**rois):
+    """The bytes of an archive of regions."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as held:
+        for name, roi in rois.items():
+            held.writestr(f"{name}.roi", roi.tobytes())
+    return file.getvalue()
+
+
+def test_regions_are_not_written_outside_of_their_archive(tmp_path):
+    names = {"a": "../../evil", "b": "C:\\evil", "c": "x" * 70_000}
+    rois = {key: roifile.ImagejRoi.frompoints(np.array(SOURCE), name=name) for key, name in names.items()}
+    (tmp_path / "a.zip").write_bytes(archive(**rois))
+    read = document.read(str(tmp_path / "a.zip"))
+    found = read.geometry
+    images = document.Images(found.points, [[line] for line in found.lines], [[z] for z in found.polygons])
+    with zipfile.ZipFile(io.BytesIO(read.encode(images))) as held:
+        assert len(held.namelist()) == 3
+        for name in held.namelist():
+            assert not set("/\\:") & set(name) and len(name) < 255
+
+
+def test_regions_without_positions_of_their_own_are_refused_or_written(tmp_path):
+    """A region with counters but none of its points, which roifile cannot name."""
+    roi = roifile.ImagejRoi.frompoints(np.array(SOURCE))
+    roi.name, roi.counter_positions = "", np.empty(0, int)
+    read = regions.Rois([(roi, "polygon", 1)], True, document.Geometry(polygons=[[np.array([1, 5, 5j])]]))
+    with pytest.raises(InputError):
+        read.encode(document.Images(np.empty(0), [], [[[np.array([1, 5, 5j])]]]))
 
 
 def test_the_extra_is_named_where_it_is_missing(tmp_path, monkeypatch):

@@ -87,6 +87,7 @@ def test_what_is_written_is_read_again(pair, suffix):
         ("a.points", "mapX,mapY,sourceX,sourceY\n1,2,3\n", "line 2"),
         ("a.tps", "LM=1\n1 2\n", "1 specimens"),
         ("a.tps", "LM=1\n1 2\nLM=2\n1 2\n3 4\n", "landmarks"),
+        ("a.tps", "LM=" + "9" * 5000 + "\n1 2\n", "0 specimens"),
         ("a.tps", "no landmarks\n", "0 specimens"),
     ],
 )
