@@ -12,10 +12,12 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+import roifile
 
 import iccm as core
 from iccm.io.pictures import image_files
@@ -68,6 +70,12 @@ COMMANDS = {
     "deform": ("deform square.svg --pin 30,30:30,35 --pin 70,70:80,70 -o o.png", "o.png"),
     "morph": ("morph square.svg disk.svg -o o.gif --frames 3 --size 32", "o.gif"),
     "a saved map": ("apply planted.npz t.png -o o.png --size 32", "o.png"),
+    "a composition": ("compose planted.npz -o o.npz", ""),
+    "arrays for remap": ("field planted.npz --size 32 --moving t.png -o o.npz", "o.npz"),
+    "a field with data elsewhere": ("apply elsewhere.mha t.png -o o.png", ""),
+    "a text": ("map disk.svg --target-text Hi -o o.png --size 32", "o.png"),
+    "points": ("map square.svg disk.svg --source-landmarks a.csv --target-landmarks a.csv -o o.png --size 32", "o.png"),
+    "regions": ("apply planted.npz b.zip -o o.zip", "o.zip"),
     "a mesh": ("map sheet.glb square.svg -o o.png --size 32", "o.png"),
     "a mesh that names others": ("flatten names.obj --uv o.obj", "o.obj"),
     "flatten": ("flatten sheet.glb -o o.svg --plot p.png", "o.svg p.png"),
@@ -96,6 +104,15 @@ def folder(shapes):
         np.array([0, 4, 4 + 3j, 3j]), np.array([0, 5, 5 + 3j, 1 + 4j]), method="paper", vertices=40
     )
     fit.save("planted.npz", job={"plot": "canary.png", "stmap": "../canary.exr", "memory": 1 << 50})
+    fields = {"ObjectType": "Image", "NDims": 2, "DimSize": "2 1", "ElementType": "MET_UCHAR"}
+    lines = [f"{name} = {value}" for name, value in fields.items()]
+    Path("elsewhere.mha").write_text("\n".join([*lines, "ElementDataFile = ../canary.mtl"]) + "\n")
+    Path("a.csv").write_text("x,y\n30,40\n60,45\n")
+    with zipfile.ZipFile("b.zip", "w") as archive:
+        for number, at in enumerate([(1, 1), (2, 2)]):
+            region = roifile.ImagejRoi.frompoints(np.array([at], float))
+            region.roitype = roifile.ROI_TYPE.POINT
+            archive.writestr(f"../../{number}.roi", region.tobytes())
     job = {"source": "square.svg", "target": "disk.svg", "output": "o.png", "size": 16, "method": "paper"}
     Path("jobs.jsonl").write_text(json.dumps({**job, "vertices": 40}) + "\n")
     for name in ("results", "baselines", "home"):
@@ -131,6 +148,7 @@ def check(told, folder, written):
     inputs |= {
         folder / name for name in ("sheet.glb", "names.obj", "planted.npz", "jobs.jsonl", "results/a.png")
     }
+    inputs |= {folder / name for name in ("elsewhere.mha", "a.csv", "b.zip")}
     outputs = {folder / name for name in written.split()}
     folders = {path.parent for path in outputs}  # they are created unless they exist
     stems = {path.stem.lstrip(".") for path in outputs}
@@ -183,7 +201,17 @@ TRACED = re.compile(r'(\w+)\((?:AT_FDCWD, |\d+(?:<[^>]*>)?, )?"((?:[^"\\]|\\.)*)
 
 
 @pytest.mark.skipif(not shutil.which("strace"), reason="strace is not installed")
-@pytest.mark.parametrize("name", ["map", "a hostile drawing", "a hostile texture", "a saved map", "flatten"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "map",
+        "a hostile drawing",
+        "a hostile texture",
+        "a saved map",
+        "a field with data elsewhere",
+        "flatten",
+    ],
+)
 def test_nor_does_what_libraries_do_by_themselves(folder, name):
     typed, written = COMMANDS[name]
     line = [
