@@ -11,7 +11,8 @@ one at 71,000,000 and 72,000,000, and 1,895 of 20 kinds at 91,000,000, and 28 of
 trouble; and 3 of 1,500 each at 132,000,000, 132,010,000 and 132,020,000 (none
 either), and some at 132,030,000 (a feature of GeoJSON that was null, mended).
 20 of 1,000 each at 132,040,000, 132,050,000, … 132,230,000, and 10 more up to 132,330,000 made none, nor did
-1,500 drawings at 133,000,000 and 600 of all kinds at 133,010,000.
+1,500 drawings at 133,000,000 and 600 of all kinds at 133,010,000, nor 6 of 1,000 each at 134,000,000, 134,010,000, …
+134,050,000.
 Take others for the next. CI and the tests run a slice from 0.
 """
 
