@@ -18,7 +18,8 @@ from ..svg.document import root
 from . import attributes
 from .element import SVG
 
-LETTERS = re.compile(r"[A-Za-z]")
+COMMANDS = re.compile(r"[A-DF-Za-df-z]")
+"""Letters of path data but for the e of numbers like 1e-05."""
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 FIXED = ("transform", "gradientTransform", "patternTransform")
 """Attributes that `animate` does not change."""
@@ -76,5 +77,5 @@ def _animate(elements: Sequence[Element], seconds: str) -> int:
 def _continuous(name: str, over_time: Sequence[str]) -> bool:
     """Return whether values can be interpolated: paths with the same commands, or numbers."""
     if name == "d":
-        return len({"".join(LETTERS.findall(value)) for value in over_time}) == 1
+        return len({"".join(COMMANDS.findall(value)) for value in over_time}) == 1
     return all(NUMBER.fullmatch(value) for value in over_time)

@@ -11,7 +11,7 @@ import iccm
 from iccm.curve import Curve
 from iccm.errors import InputError
 from iccm.io import artwork
-from iccm.io.artwork import element
+from iccm.io.artwork import animation, element
 from iccm.io.artwork.clip import Span
 from iccm.io.artwork.mapping import Places
 from iccm.io.pictures import image_files
@@ -786,3 +786,14 @@ def test_an_open_fill_is_cut_where_only_what_closes_it_is_outside(source, tmp_pa
     (horn,) = [d for d in drawn(source.path) if d.properties.get("fill") == "gold"]
     assert any("partly outside" in note for note in notes)
     assert area_of(fill.properties["d"]) < 0.7 * area_of(horn.properties["d"])
+
+
+@pytest.mark.parametrize(
+    ("frames", "continuous"),
+    [
+        (["M0 0C1e-05 0 1 2 3 4Z", "M0 0C1 0 1 2 3 4Z"], True),
+        (["M0 0C1 0 1 2 3 4Z", "M0 0C1 0 1 2 3 4"], False),
+    ],
+)
+def test_paths_are_interpolated_between_the_same_commands_whatever_the_form_of_numbers(frames, continuous):
+    assert animation._continuous("d", frames) == continuous
