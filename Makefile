@@ -14,7 +14,7 @@ DEMO   := build/web/try.js
 # Tests and the commands that they start keep compiled modules, also where the environment turns that off.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test test-slow test-portable lint lint-page docs generated bench gallery wheels wasm clean
+.PHONY: demo figma test test-slow test-portable lint lint-page docs generated bench gallery wheels wasm clean
 
 $(READY): pyproject.toml setup.py
 	@echo "Installing iccm and what it needs into $(VENV) (some minutes, once) ..."
@@ -102,6 +102,10 @@ $(DEMO): $(WASM) $(shell find web io/edit/page -type f) $(wildcard docs/files/*)
 	@command -v npm >/dev/null || { echo "the demo of the site needs Node.js with npm: install it" >&2; exit 1; }
 	@$(MAKE) --no-print-directory $(NODE)
 	npm run --silent try
+
+# The window of the plug-in for Figma, which contains the demo.
+figma: $(DEMO)
+	cp build/web/figma.html plugins/figma/ui.html
 
 $(ZIG): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ziglang>=0.15'

@@ -6,11 +6,11 @@ import globals from 'globals';
 export default [
   js.configs.recommended,
   {
-    files: ['io/edit/page/**/*.js', 'web/**/*.js'],
+    files: ['io/edit/page/**/*.js', 'web/**/*.js', 'plugins/figma/**/*.js'],
     languageOptions: {globals: globals.browser},
   },
   {
-    files: ['tests/io/edit/page/**/*.js', 'tests/web/**/*.js', 'web/bundle.js'],
+    files: ['tests/io/edit/page/**/*.js', 'tests/web/**/*.js', 'tests/plugins/**/*.js', 'web/bundle.js'],
     languageOptions: {globals: globals.node},
   },
   {

@@ -1,7 +1,7 @@
 """Generated parts of the site (a hook of MkDocs): options, commands, formats, pictures of samples, and the demo.
 
 In a page, `<!-- options: map -->` is replaced by the options of a command, `<!-- commands -->` by all other commands,
-`<!-- formats -->` by the contents of each suffix, and `<!-- demo -->` by the demo.
+`<!-- formats -->` by the contents of each suffix, `<!-- demo -->` by the demo, `<!-- small demo -->` by a small one.
 """
 
 import os
@@ -23,6 +23,21 @@ DEMO = ROOT / "build" / "web" / "try.js"
 SHOWN_DEMO = """<div id="try"></div>
 <noscript>The demo needs JavaScript.</noscript>
 <script src="assets/try.js"></script>"""
+SMALL_DEMO = """<div id="try" class="try-small"></div>
+<noscript>The demo needs JavaScript.</noscript>
+<script>
+(() => {
+  const place = document.getElementById('try');
+  new IntersectionObserver(([{isIntersecting}], observer) => {
+    if (!isIntersecting) return;
+    observer.disconnect();
+    const script = document.createElement('script');
+    script.src = 'assets/try.js';
+    document.body.append(script);
+  }, {rootMargin: '100px'}).observe(place);
+})();
+</script>"""
+"""The demo without most of its controls, loaded when it comes close to the window."""
 SAMPLES = re.compile(r"\.\./(?=samples/[\w./-]+\.(?:svg|png|jpg)\b)")
 """One level up in a link to a sample: on the site, samples lie beside the pages."""
 IMAGE = re.compile(r'<img (?=[^>]*src="([^"]+)")')
@@ -92,7 +107,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     """Return the page with tables in place of their comments, and with links to samples as on the site."""
     markdown = re.sub(r"<!-- options: (\w+) -->", lambda found: options_of(found[1]), markdown)
     markdown = markdown.replace("<!-- commands -->", commands()).replace("<!-- formats -->", contents())
-    markdown = markdown.replace("<!-- demo -->", SHOWN_DEMO)
+    markdown = markdown.replace("<!-- demo -->", SHOWN_DEMO).replace("<!-- small demo -->", SMALL_DEMO)
     return SAMPLES.sub("", markdown)
 
 

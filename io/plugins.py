@@ -1,4 +1,4 @@
-"""Installation of the plug-ins for Inkscape and Blender: files of `iccm.plugins`, and the path of this Python."""
+"""Installation of plug-ins for Inkscape, Blender and Figma: files of `iccm.plugins`, and the path of this Python."""
 
 import os
 import re
@@ -12,21 +12,40 @@ from pathlib import Path
 from ..errors import InputError
 from . import files
 
-PROGRAMS = ("inkscape", "blender")
+PROGRAMS = ("inkscape", "blender", "figma")
 OWN = "iccm"  # name of a plug-in's folder
 SHARED, PYTHON = "iccm_process.py", "iccm_python.txt"
+FIGMA_WINDOW = "ui.html"
+"""The window of the plug-in for Figma, which contains the demo of the site: a file that `make figma` builds."""
 OLDEST_BLENDER = (4, 2)  # oldest supported version of Blender, the first with extensions
 PROGRAM_SECONDS = 60  # seconds for a program to report its folder
 
 
 def contents(program: str) -> dict[str, bytes]:
-    """Return the files of a plug-in by name, including the one with the path of the running Python."""
+    """Return the files of a plug-in by name, including the one with the path of the running Python.
+
+    The one for Figma runs without Python; there this file only marks what `install` wrote.
+
+    Raises:
+        InputError: the window of the plug-in for Figma has not been built.
+    """
     home = resources("iccm.plugins")
     found = {each.name: each.read_bytes() for each in (home / program).iterdir() if each.is_file()}
-    return found | {
-        SHARED: (home / SHARED).read_bytes(),
-        PYTHON: f"{sys.executable}\n".encode(),
-    }
+    found[PYTHON] = f"{sys.executable}\n".encode()
+    if program != "figma":
+        found[SHARED] = (home / SHARED).read_bytes()
+    elif FIGMA_WINDOW not in found:
+        raise InputError(
+            "figma: the window of the plug-in is not built; run `make figma` in a clone, which needs Node.js"
+        )
+    return found
+
+
+def names(program: str) -> set[str]:
+    """Return the names of a plug-in's files."""
+    if program == "figma":
+        return {"manifest.json", "code.js", FIGMA_WINDOW, PYTHON}
+    return set(contents(program))
 
 
 def install(program: str, to: str | None = None) -> list[Path]:
@@ -58,7 +77,7 @@ def uninstall(program: str, to: str | None = None) -> list[Path]:
     """Remove the files that `install` wrote, and nothing else; return the folders that contained them."""
     found = installed(program, to)
     for folder in found:
-        for name in contents(program):
+        for name in names(program):
             (folder / name).unlink(missing_ok=True)
         shutil.rmtree(folder / "__pycache__", ignore_errors=True)
         if not any(folder.iterdir()):
@@ -79,7 +98,7 @@ def interpreter(folder: Path) -> str:
 
 def folders(program: str) -> list[Path]:
     """Return a program's folders for extensions, from the program, its environment variables, or the defaults."""
-    return _of_inkscape() if program == "inkscape" else _of_blender()
+    return {"inkscape": _of_inkscape, "blender": _of_blender, "figma": list}[program]()
 
 
 def _of_inkscape() -> list[Path]:
@@ -166,4 +185,5 @@ _NOT_FOUND = {
     "Preferences > System > User extensions) with --to DIR",
     "blender": "Blender: settings of version 4.2 or later not found; start Blender once, or write a file "
     "for Preferences > Get Extensions > Install from Disk with --to iccm-blender.zip",
+    "figma": "Figma: has no folder of plug-ins; name one with --to DIR, and import the manifest that is written there",
 }

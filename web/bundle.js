@@ -1,9 +1,10 @@
-// Bundles the demo into one script that needs no server: node web/bundle.js FOLDER [CORE].
+// Bundles the demo into one script that needs no server, and the window of the plug-in for Figma into one page:
+// node web/bundle.js FOLDER [CORE].
 //
 // Browsers load neither modules nor workers from file:// addresses, so the script contains everything: the worker as
 // text, the core compressed and in base64, drawings and pictures.
 
-import {readFileSync} from 'node:fs';
+import {readFileSync, writeFileSync} from 'node:fs';
 import {dirname, join} from 'node:path';
 import {argv} from 'node:process';
 import {fileURLToPath} from 'node:url';
@@ -20,10 +21,15 @@ const worker = await build({...OPTIONS, entryPoints: [join(FOLDER, 'worker.js')]
 const panes = readFileSync(join(FOLDER, '../io/edit/page/pane.css'), 'utf8'), own = readFileSync(join(FOLDER, 'try.css'), 'utf8');
 const {code: style} = await transform(`#try { ${panes} }\n${own}`, {loader: 'css', minify: true, target: TARGETS});
 const core = gzipSync(readFileSync(argv[3] ?? join(FOLDER, '../build/wasm/core.wasm')), {level: 9});
-await build({
-  ...OPTIONS,
-  entryPoints: [join(FOLDER, 'try.js')],
-  outdir: argv[2],
-  loader: {'.svg': 'text', '.html': 'text', '.jpg': 'dataurl'},
-  define: {STYLE: JSON.stringify(style), WORKER: JSON.stringify(worker.outputFiles[0].text), CORE: JSON.stringify(core.toString('base64'))},
-});
+const constants = {STYLE: style, WORKER: worker.outputFiles[0].text, CORE: core.toString('base64')};
+const define = Object.fromEntries(Object.entries(constants).map(([name, value]) => [name, JSON.stringify(value)]));
+const page = {...OPTIONS, loader: /** @type {const} */ ({'.svg': 'text', '.html': 'text', '.jpg': 'dataurl'}), define};
+await build({...page, entryPoints: [join(FOLDER, 'try.js')], outdir: argv[2]});
+
+// the plug-in for Figma has one file for its window
+const {outputFiles: [script]} = await build({...page, entryPoints: [join(FOLDER, 'figma.js')], write: false});
+const text = script.text.replaceAll('</script', '<\\/script');
+writeFileSync(join(argv[2], 'figma.html'), `<!doctype html><html lang="en"><meta charset="utf-8"><title>iccm</title>
+<style>body { margin: 12px; font: 14px/1.4 system-ui, sans-serif; } #try .figma-bar { display: flex; gap: 8px; margin: 0 0 8px; }</style>
+<body><div id="try"></div><script>${text}</script></body></html>
+`);

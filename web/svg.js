@@ -28,22 +28,29 @@ export function shapeOf(text, name) {
   const root = new DOMParser().parseFromString(text, 'image/svg+xml').documentElement;
   if (root.nodeName !== 'svg') throw new Error(`${name}: not an SVG drawing`);
   const rings = [...root.querySelectorAll(DRAWN)].filter((element) => !element.closest(NOT_DRAWN))
-    .flatMap((element) => linesOf(pathOf(element), transformsOf(element)).map(({points}) => Float64Array.from(points)))
-    .filter((ring) => ring.length >= 2 * LEAST_POINTS && Math.abs(moments(ring).area) > 0);
-  const outline = rings.reduce((best, ring) => (Math.abs(moments(ring).area) > Math.abs(moments(best).area) ? ring : best), rings[0] ?? new Float64Array(0));
-  if (!outline.length) throw new Error(`${name}: no shape that encloses an area; convert text and uses to paths`);
-  return {name, outline, box: boxOfCanvas(root, outline), drawing: text, left: leftOut(rings, outline)};
+    .flatMap((element) => linesOf(pathOf(element), transformsOf(element)).map(({points}) => ({element, points: Float64Array.from(points)})))
+    .map((ring) => ({...ring, area: ring.points.length >= 2 * LEAST_POINTS ? moments(ring.points).area : 0})).filter(({area}) => area);
+  const largest = rings.reduce((best, ring) => (Math.abs(ring.area) > Math.abs(best.area) ? ring : best), rings[0]);
+  if (!largest) throw new Error(`${name}: no shape that encloses an area; convert text and uses to paths`);
+  return {name, outline: largest.points, box: boxOfCanvas(root, largest.points), drawing: text, left: leftOut(rings, largest)};
 }
 
+/** A closed line of an element. @typedef {{element: Element, points: Float64Array, area: number}} Ring */
+
 /**
- * Count the holes of an outline, and the rings outside of it.
- * @param {Float64Array[]} rings
- * @param {Float64Array} outline
+ * Count the holes of an outline, and the rings outside of it. What other elements paint inside is neither.
+ * @param {Ring[]} rings
+ * @param {Ring} largest
  */
-function leftOut(rings, outline) {
-  const curve = new Curve(outline), others = rings.filter((ring) => ring !== outline);
-  const holes = others.filter((ring) => curve.contains(ring[0], ring[1])).length;
-  return {holes, parts: others.length - holes};
+function leftOut(rings, largest) {
+  const curve = new Curve(largest.points), isEvenOdd = Boolean(largest.element.closest('[fill-rule=evenodd], [style*="evenodd"]'));
+  let holes = 0, parts = 0;
+  for (const {element, points, area} of rings) {
+    if (points === largest.points) continue;
+    if (!curve.contains(points[0], points[1])) parts++;
+    else if (element === largest.element && (isEvenOdd || area * largest.area < 0)) holes++;
+  }
+  return {holes, parts};
 }
 
 /**

@@ -1,8 +1,11 @@
 """Plug-ins are installed completely where programs look for them, and removed again."""
 
+import json
+import shutil
 import sys
 import tomllib
 import zipfile
+from importlib.resources import files as resources
 
 import pytest
 
@@ -88,14 +91,32 @@ def test_a_folder_or_an_archive_is_named(home, iccm, monkeypatch):
     before = files(home)
     for wrong, said in (
         (("install", "inkscape", "--to", "a.zip"), "name a folder"),
-        (("install",), "inkscape or blender"),
-        (("uninstall",), "inkscape or blender"),
+        (("install",), "inkscape, blender or figma"),
+        (("uninstall",), "inkscape, blender or figma"),
+        (("install", "figma"), "--to"),
         (("install", "gimp"), "'gimp' is not one of"),
         (("install", "inkscape", "--to", "addon.zip/x"), "addon.zip"),
     ):
         typed = iccm("plugins", *wrong)
         assert typed.code == 2 and said in typed.err and len(typed.lines) == 1, typed.err
     assert files(home) == before
+
+
+def test_the_plug_in_for_figma_is_written_with_its_window(home, iccm, monkeypatch, tmp_path):
+    monkeypatch.chdir(home)
+    source = tmp_path / "plugins"
+    shutil.copytree(resources("iccm.plugins") / "figma", source / "figma")
+    (source / "figma" / "ui.html").unlink(missing_ok=True)
+    monkeypatch.setattr(plugins, "resources", lambda _: source)
+    typed = iccm("plugins", "install", "figma", "--to", "here")
+    assert typed.code == 2 and "make figma" in typed.err and not (home / "here").exists()
+    (source / "figma" / "ui.html").write_text("window")
+    assert iccm("plugins", "install", "figma", "--to", "here").lines[0] == "wrote here/iccm"
+    assert set(files(home / "here" / "iccm")) == {"manifest.json", "code.js", "ui.html", plugins.PYTHON}
+    manifest = json.loads((home / "here" / "iccm" / "manifest.json").read_text())
+    assert {manifest["main"], manifest["ui"]} < set(files(home / "here" / "iccm"))
+    assert iccm("plugins", "uninstall", "figma", "--to", "here").lines == ["removed here/iccm"]
+    assert not (home / "here" / "iccm").exists()
 
 
 def test_the_manifest_is_that_of_this_version():

@@ -248,6 +248,28 @@ def test_the_largest_outline_of_a_file_of_ones_own(page, tmp_path):
     assert page.js("iccmDemo.target.box") == [0, 0, 300, 200]
 
 
+def test_holes_and_parts_that_are_left_out_are_named_with_the_command_for_all(page, tmp_path):
+    page.open()
+    assert not page.text("try-left")  # what is painted inside is not a hole
+    path = tmp_path / "parts.svg"
+    path.write_text(
+        """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
+  <path d="M2 2h50v50h-50zM12 12v8h8v-8zM30 30v9h9v-9z"/><circle cx="70" cy="30" r="9"/>
+  <path fill="#fff" d="M5 5h4v4h-4z"/>
+</svg>"""
+    )
+    page.upload("try-into", path)
+    page.wait(f"iccmDemo.target.name === 'parts.svg' && {FULL}")
+    text = page.text("try-left")
+    assert "parts.svg has 2 holes and 1 other part" in text
+    whole = shlex.split(text.partition(": ")[2])
+    assert whole[:2] == ["iccm", "map"] and "--parts" not in whole
+    shutil.copy(FILES / "coffee.jpg", tmp_path)
+    run(tmp_path, *whole[1:], "--size", 64)
+    assert (tmp_path / whole[-1]).is_file()
+    page.open()
+
+
 def test_a_drag_of_the_outline_moves_the_picture_and_ends_with_a_search(page, tmp_path):
     page.open()
     before = page.outline()
@@ -507,6 +529,87 @@ def test_bad_files_are_reported_and_change_nothing(page, tmp_path):
     assert "cross" in page.text("try-status")
     assert page.js("document.getElementById('try-save').disabled")
     page.open()
+
+
+AXE = ROOT / "node_modules" / "axe-core" / "axe.min.js"
+SMALL = HTML.replace('<div id="try">', '<h1>Demo</h1><div id="try" class="try-small">')
+DARK = (
+    "<style>:root { --md-default-fg-color: #ddd; --md-default-bg-color: #1e2129; --card: #22282d; }</style>"
+)
+COLOURS = (
+    "<style>body { color: var(--md-default-fg-color, #222); "
+    "background: var(--md-default-bg-color, #fff); }</style>"
+)
+
+
+@pytest.mark.parametrize("dark", ["", DARK])
+@pytest.mark.parametrize("html", [HTML.replace("<div", "<h1>Demo</h1><div"), SMALL])
+def test_it_is_accessible(page, html, dark):
+    if not AXE.is_file():
+        pytest.skip("NO TESTS OF ACCESSIBILITY: axe-core is not installed (npm ci)")
+    whole = html.replace("<body>", f"{COLOURS}{dark}<title>Demo</title><body><main>") + "</main>"
+    (page.folder / "demo.html").write_text(
+        whole.replace("<!doctype html>", '<!doctype html><html lang="en">')
+    )
+    try:
+        page.open()
+        page.js(FORGET)
+        page.js("(iccmDemo.pinning.add(), 0)")
+        page.wait(FULL)
+        page.driver.execute_script(AXE.read_text())
+        found = page.driver.execute_async_script(
+            "const done = arguments[0]; axe.run(document).then(({violations}) => done(violations.map("
+            "({id, nodes}) => [id, nodes.map(({html}) => html)])))"
+        )
+        assert found == []
+    finally:
+        (page.folder / "demo.html").write_text(HTML)
+        page.open()
+
+
+def test_the_window_for_figma_maps_layers_and_sends_results(page, tmp_path):
+    """In a frame, as in Figma; code.js, on the other end, is tested with a mock."""
+    (page.folder / "host.html").write_text(
+        """<!doctype html><meta charset="utf-8"><iframe src="figma.html" width="900" height="800"></iframe><script>
+        const messages = [], [frame] = document.querySelectorAll('iframe');
+        addEventListener('message', ({data}) => messages.push(data.pluginMessage));
+        const send = (message) => frame.contentWindow.postMessage({pluginMessage: message}, '*');
+        </script>"""
+    )
+    layers = {
+        side: {"name": name, "svg": (FILES / f"{name}.svg").read_text(), "png": None}
+        for side, name in (("source", "hand"), ("target", "shield"))
+    }
+    driver = page.driver
+    try:
+        driver.get((page.folder / "host.html").as_uri())
+        page.wait("messages.some(({kind}) => kind === 'ready')")
+        driver.execute_script("send(arguments[0])", {"kind": "refused", "text": "Select two layers."})
+        driver.execute_script("send(arguments[0])", {"kind": "layers", **layers})
+        driver.switch_to.frame(0)
+        page.wait(f"iccmDemo.source.name === 'hand.svg' && {FULL}")
+        page.js("(document.getElementById('figma-place').click(), 0)")
+        driver.switch_to.default_content()
+        page.wait("messages.some(({kind}) => kind === 'drawing')")
+        (tmp_path / "placed.svg").write_text(page.js("messages.find(({kind}) => kind === 'drawing').svg"))
+        found, goal = (
+            Curve(iccm.read_shape(path).curve.z) for path in (tmp_path / "placed.svg", FILES / "shield.svg")
+        )
+        assert hausdorff(found, goal) < 2e-3 * goal.diagonal
+
+        picture = list((FILES / "coffee.jpg").read_bytes())
+        layers["source"]["png"] = picture
+        driver.execute_script("send(arguments[0])", {"kind": "layers", **layers})
+        driver.switch_to.frame(0)
+        page.wait(f"iccmDemo.source.name === 'hand.png' && {FULL}")
+        page.js("(document.getElementById('figma-place').click(), 0)")
+        driver.switch_to.default_content()
+        page.wait("messages.some(({kind}) => kind === 'picture')")
+        data = page.js("[...messages.find(({kind}) => kind === 'picture').png]")
+        assert cv2.imdecode(np.array(data, np.uint8), cv2.IMREAD_UNCHANGED).shape[2] == 4
+    finally:
+        driver.switch_to.default_content()
+        page.open()
 
 
 def test_it_fits_on_a_phone(page):

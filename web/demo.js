@@ -1,0 +1,526 @@
+/* global STYLE -- a constant of bundle.js */
+// The demo: a picture, two shapes, and the map between them, all computed in the browser.
+
+import astronaut from '../docs/files/astronaut.jpg';
+import cat from '../docs/files/cat.jpg';
+import coffee from '../docs/files/coffee.jpg';
+import arc from '../docs/files/arc.svg';
+import block from '../docs/files/block.svg';
+import hand from '../docs/files/hand.svg';
+import heart from '../docs/files/heart.svg';
+import shield from '../docs/files/shield.svg';
+import worm from '../docs/files/worm.svg';
+import gingerbread from '../samples/limbs/gingerbread.svg';
+import starfish from '../samples/limbs/starfish.svg';
+import whale from '../samples/raster/whale.svg';
+import leaf from '../samples/rose-leaf/leaf.svg';
+import {button, byId, followPointer, input, select, SVG} from '../io/edit/page/dom.js';
+import {boxOf, isCrossing, moments} from './curve.js';
+import {brush, subdivided} from './deformation.js';
+import {DemoPane, pointsOf} from './panes.js';
+import {optionsOf, Pinning} from './pinning.js';
+import {saved} from './saving.js';
+import {Solver} from './solver.js';
+import {shapeOf} from './svg.js';
+import markup from './try.html';
+
+/** @import {Answer, Picture, Shape, WholeMap} from './types.d.ts' */
+
+/** @type {Record<string, string>} */
+const PICTURES = {'coffee.jpg': coffee, 'astronaut.jpg': astronaut, 'cat.jpg': cat};
+/** @type {Record<string, string>} */
+const SHAPES = {
+  'heart.svg': heart, 'shield.svg': shield, 'leaf.svg': leaf, 'whale.svg': whale, 'starfish.svg': starfish, 'gingerbread.svg': gingerbread,
+  'hand.svg': hand, 'worm.svg': worm, 'arc.svg': arc, 'block.svg': block,
+};
+const WHOLE = 'the whole picture', OWN_PICTURE = 'your picture …', OWN_SHAPE = 'your SVG …', DRAWN = 'draw one';
+const DRAWN_NAME = 'drawn.svg', DRAGGED_NAME = 'target.svg';
+const HINT = 'Click a shape to place a pin, drag pins on both sides, or drag the outline of the target.';
+const DRAW_HINT = 'Draw a closed line in the target.';
+const PICTURE_SIDE = 1024;      // pixels of the longer side of the PNG, as the command writes by default
+const MOST_TEXTURE_SIDE = 2048; // pixels of a picture; larger ones are reduced
+const BRUSH_SHARE = 0.3;        // radius of a drag, relative to the diagonal of the shape
+const DRAGGED_EDGE_SHARE = 0.01;  // edges of a dragged outline, relative to its diagonal
+const DRAWN_EDGE = 3;           // pixels between the points of a drawn line
+const LEAST_DRAWN_SHARE = 0.01; // area of a drawn shape, relative to its pane
+
+export class Demo {
+  /** @type {Picture} */
+  picture;
+  /** @type {Shape} */
+  source;
+  /** @type {Shape} */
+  target;
+  /** Answers are counted for tests, and the last one is kept. @type {{stages: Record<string, number>, last: Answer | null}} */
+  log = {stages: {}, last: null};
+  /** The last map that has converged, of the present shapes; null if they have changed since. @type {WholeMap | null} */
+  map = null;
+  /** The movement of a drag that the worker has not been sent. @type {{centre: number[], by: number[], radius: number} | null} */
+  #pending = null;
+  /** The outline and the places of the pins before the movement that the worker is following. @type {{target: Shape, places: number[][]} | null} */
+  #before = null;
+  /** Whether the outline, a pin or the slider is being dragged. */
+  #isHeld = false;
+  /** Whether pins or balance have changed since the worker was told. */
+  #isChanged = false;
+  /** Whether anything has changed since the last search. */
+  #isStale = false;
+
+  /** @param {Picture} picture */
+  constructor(picture) {
+    this.solver = new Solver((answer) => this.#answered(answer));
+    this.picture = picture;
+    this.source = pictureShape(picture);
+    this.target = shapeOf(SHAPES['heart.svg'], 'heart.svg');
+    this.pinning = new Pinning({
+      shapes: () => ({source: this.source, target: this.target}), refuse: (text) => report(text, true),
+      changed: (isHeld) => {
+        this.#isHeld = isHeld;
+        this.#isChanged = true;
+        this.#redrawPins();
+        this.#next();
+      },
+    });
+    this.left = new DemoPane('source', byId('try-source'), this.source, this.pinning.actions);
+    this.right = new DemoPane('target', byId('try-target'), this.target, this.pinning.actions);
+    for (const pane of this.panes) pane.scene = this.pinning.scene;
+    this.grip = gripIn(byId('try-target'));
+    fill('try-picture', [...Object.keys(PICTURES), OWN_PICTURE]);
+    fill('try-from', [WHOLE, ...Object.keys(SHAPES), OWN_SHAPE]);
+    fill('try-into', [...Object.keys(SHAPES), OWN_SHAPE, DRAWN]);
+    byId('try-hint').textContent = HINT;
+    this.#listen();
+  }
+
+  get panes() {
+    return [this.left, this.right];
+  }
+
+  async start() {
+    this.#showSource();
+    this.#showTarget();
+    await this.solver.start();
+    this.solve();
+  }
+
+  #listen() {
+    choose('try-picture', OWN_PICTURE, async (file, name) => {
+      this.picture = await pictureOf(file ?? PICTURES[name], name);
+      if (select('try-from').value === WHOLE) this.source = pictureShape(this.picture);
+      this.#replaced();
+    });
+    choose('try-from', OWN_SHAPE, async (file, name) => {
+      this.source = name === WHOLE ? pictureShape(this.picture) : shapeOf(file ? await file.text() : SHAPES[name], name);
+      this.#replaced();
+    });
+    choose('try-into', OWN_SHAPE, async (file, name) => {
+      byId('try-target').classList.toggle('try-drawing', name === DRAWN);
+      byId('try-hint').textContent = name === DRAWN ? DRAW_HINT : HINT;
+      if (name === DRAWN) return;
+      this.target = shapeOf(file ? await file.text() : SHAPES[name], name);
+      this.#replaced();
+    });
+    for (const kind of /** @type {const} */ (['input', 'change'])) {
+      input('try-balance').addEventListener(kind, () => {
+        this.#isHeld = kind === 'input';
+        this.#isChanged = true;
+        this.#next();
+      });
+    }
+    for (const name of /** @type {const} */ (['grid', 'stretch'])) {
+      input(`try-${name}`).addEventListener('change', (event) => {
+        for (const pane of this.panes) {
+          pane.overlay[name] = /** @type {HTMLInputElement} */ (event.target).checked;
+          pane.redraw();
+        }
+      });
+    }
+    button('try-add-pin').addEventListener('click', () => this.pinning.add());
+    button('try-clear-pins').addEventListener('click', () => {
+      this.pinning.clear();
+      this.pinning.changed(false);
+    });
+    button('try-save').addEventListener('click', () => this.#save());
+    select('try-format').addEventListener('change', () => this.#enableSave());
+    byId('try-target').addEventListener('pointerdown', (event) => {
+      if (event.button !== 0) return;
+      const isDrawing = byId('try-target').classList.contains('try-drawing');
+      if (!isDrawing && event.target !== this.grip) return;
+      event.stopPropagation();  // the pane would place a pin
+      if (isDrawing) this.#draw(event);
+      else this.#drag(event);
+    }, {capture: true});
+    this.right.viewed = () => this.#redrawGrip();
+    new ResizeObserver(() => this.#redrawGrip()).observe(byId('try-target'));
+  }
+
+  #showSource() {
+    this.left.showShape(this.source);
+    for (const pane of this.panes) pane.setTexture(this.picture.image, this.source.box);
+  }
+
+  #showTarget() {
+    this.right.showShape(this.target);
+    this.#redrawGrip();
+  }
+
+  #redrawGrip() {
+    this.#outlinePath(pointsOf(this.target.outline));
+  }
+
+  /** @param {number[][]} points */
+  #outlinePath(points) {
+    const pixels = points.map((point) => this.right.pixel(point).map((value) => value.toFixed(1)).join(' '));
+    this.grip.setAttribute('d', `M${pixels.join('L')}Z`);
+  }
+
+  #redrawPins() {
+    button('try-clear-pins').disabled = !this.pinning.scene.pins.length;
+    for (const pane of this.panes) pane.redraw(false);
+  }
+
+  /**
+   * Map other shapes than those of the menus.
+   * @param {Shape} source
+   * @param {Shape} target
+   * @param {Picture} [picture] by default the present one
+   */
+  replace(source, target, picture = this.picture) {
+    this.picture = picture;
+    this.source = source;
+    this.target = target;
+    this.#replaced();
+  }
+
+  /** Search for the map of other shapes, to which pins do not belong. */
+  #replaced() {
+    this.pinning.clear();
+    this.pinning.floats = new Float32Array(0);
+    this.#isHeld = false;
+    this.#showSource();
+    this.#showTarget();
+    this.#redrawPins();
+    this.solve();
+  }
+
+  get balance() {
+    return Number(input('try-balance').value);
+  }
+
+  /** What the user can change while the shapes stay. */
+  get wishes() {
+    return {balance: this.balance, pins: this.pinning.numbers};
+  }
+
+  /**
+   * Search for the map of the present shapes.
+   * @param {boolean} [quiet] whether only the last map is shown, because another one follows the user already
+   */
+  solve(quiet = false) {
+    this.#pending = null;
+    this.#before = null;
+    this.#isChanged = false;
+    this.#isStale = false;
+    this.map = null;
+    this.#enableSave();
+    report('Searching …');
+    byId('try-command').textContent = this.#command();
+    this.#showLeft();
+    this.solver.send({kind: 'solve', source: this.source.outline, target: this.target.outline, quiet, ...this.wishes});
+  }
+
+  /** Send what has changed since the last request, if the solver can take it. */
+  #next() {
+    byId('try-command').textContent = this.#command();
+    if (!this.solver.isReady) return;
+    if (this.#pending) {
+      const {centre, by, radius} = this.#pending, move = (/** @type {Float64Array} */ points) => brush(points, centre, by, radius);
+      const outline = move(this.target.outline);
+      this.#pending = null;
+      if (isCrossing(outline)) return;
+      this.#before = {target: this.target, places: this.pinning.scene.pins.map((pin) => [...pin.target].map(Number))};
+      this.target = {name: DRAGGED_NAME, outline, box: this.target.box};
+      this.pinning.moveTargets(move);
+      this.#redrawTarget();
+      this.solver.send({kind: 'drag', centre, by, radius, ...this.wishes});
+    } else if (this.#isChanged) {
+      this.solver.send({kind: 'follow', ...this.wishes});
+    } else if (this.#isStale && !this.#isHeld && !this.solver.busy) {
+      this.solve(true);
+      return;
+    } else {
+      return;
+    }
+    this.#isChanged = false;
+    this.#isStale = true;
+    this.map = null;
+    this.#enableSave();
+  }
+
+  #redrawTarget() {
+    this.right.moveOutline(this.target);
+    this.#redrawGrip();
+  }
+
+  /** @param {Answer} answer */
+  #answered(answer) {
+    this.log.stages[answer.stage] = (this.log.stages[answer.stage] ?? 0) + 1;
+    if (answer.stage === 'done') {
+      this.#before = null;
+      this.#next();
+      return;
+    }
+    this.log.last = answer;
+    if (answer.stage === 'error') {
+      if (this.#before) {  // the map could not follow the drag: back to the last outline
+        this.target = this.#before.target;
+        this.pinning.scene.pins.forEach((pin, k) => {
+          pin.target = this.#before?.places[k] ?? pin.target;
+        });
+        this.#before = null;
+        this.#redrawTarget();
+        this.#next();
+      } else {
+        report(answer.message, true);
+      }
+      return;
+    }
+    const [source, target] = [this.source, this.target].map(({outline}) => Math.abs(moments(outline).area));
+    this.pinning.floats = answer.floats;
+    this.right.setMap(answer.floats, Math.sqrt(source / target));
+    const {energy, within2, folds, missed} = answer.figures, seconds = (answer.milliseconds / 1000).toFixed(1);
+    this.pinning.scene.wrong = {pins: missed};
+    this.#redrawPins();
+    const share = `scale within 2× on ${Math.floor(100 * within2)} %`, pins = missed.length ? ` · pins not met: ${missed.map((k) => k + 1).join(', ')}` : '';
+    const whole = `${share} · ${folds ? `${folds} folds` : 'no folds'}${pins} · energy ${energy.toFixed(3)} · ${seconds} s`;
+    report(answer.stage === 'full' ? whole : answer.stage === 'live' ? share + pins : `${share} · refining …`);
+    if (answer.map && !this.#isStale) this.map = answer.map;
+    this.#enableSave();
+  }
+
+  /** Say what of the drawings the map leaves out. */
+  #showLeft() {
+    const notes = [this.source, this.target].flatMap(({name, left}) => {
+      if (!left || !(left.holes || left.parts)) return [];
+      const count = (/** @type {number} */ n, /** @type {string} */ word) => (n ? [`${n} ${word}${n > 1 ? 's' : ''}`] : []);
+      return [`${name} has ${[...count(left.holes, 'hole'), ...count(left.parts, 'other part')].join(' and ')}`];
+    });
+    byId('try-left').hidden = !notes.length;
+    byId('try-left').textContent = notes.length ? `${notes.join('; ')}. This page maps the largest outline alone, without holes. The command maps the whole drawings: ${this.#command(true)}` : '';
+  }
+
+  #enableSave() {
+    const format = select('try-format').value, isDrawn = this.source.drawing !== undefined;
+    button('try-save').disabled = format === 'target' ? false : format === 'json' ? !this.pinning.scene.pins.length : !this.map || (format === 'svg' && !isDrawn);
+    button('try-save').title = format === 'svg' && !isDrawn ? 'A drawing needs a drawing as the source: choose one as From' : '';
+  }
+
+  /**
+   * Drag the outline with the pointer.
+   * @param {PointerEvent} event
+   */
+  #drag(event) {
+    const [left, bottom, right, top] = boxOf(this.target.outline), diagonal = Math.hypot(right - left, top - bottom);
+    const radius = BRUSH_SHARE * diagonal, before = this.target.outline;
+    if (this.log.last?.stage === 'error' || !this.log.last) return;
+    this.target = {...this.target, outline: subdivided(before, DRAGGED_EDGE_SHARE * diagonal)};
+    let at = this.#at(event);
+    followPointer(byId('try-target'), event, (moved) => {
+      this.#isHeld = true;
+      const to = this.#at(moved), step = [to[0] - at[0], to[1] - at[1]];
+      const {centre, by} = this.#pending ?? {centre: at, by: [0, 0]};
+      this.#pending = {centre, by: [by[0] + step[0], by[1] + step[1]], radius};
+      at = to;
+      this.#next();
+    }, () => {
+      this.#isHeld = false;
+      this.#next();
+    });
+  }
+
+  /** @param {PointerEvent} event */
+  #at(event) {
+    return this.right.at(this.right.pixelOf(event));
+  }
+
+  /**
+   * Draw a shape with the pointer.
+   * @param {PointerEvent} event
+   */
+  #draw(event) {
+    const line = [...this.#at(event)], {view} = this.right;
+    followPointer(byId('try-target'), event, (moved) => {
+      const [x, y] = this.#at(moved), end = line.length - 2;
+      if (Math.hypot(x - line[end], y - line[end + 1]) * view.zoom < DRAWN_EDGE) return;
+      line.push(x, y);
+      this.#outlinePath(pointsOf(Float64Array.from(line)));
+    }, () => {
+      const outline = Float64Array.from(line), pane = view.width * view.height / view.zoom ** 2;
+      if (outline.length < 6 || Math.abs(moments(outline).area) < LEAST_DRAWN_SHARE * pane || isCrossing(outline)) {
+        report('Draw one closed line that does not cross itself and encloses some area.', true);
+        this.#redrawGrip();
+        return;
+      }
+      byId('try-target').classList.remove('try-drawing');
+      byId('try-hint').textContent = HINT;
+      this.target = {name: DRAWN_NAME, outline, box: boxOf(outline)};
+      this.#replaced();
+    });
+  }
+
+  /** Name of the result, without suffix. */
+  get #stem() {
+    const stem = (/** @type {string} */ name) => name.replace(/\.\w+$/, '');
+    return `${stem(this.picture.name)}-${stem(this.target.name)}`;
+  }
+
+  /**
+   * Return the result as a file, and what the user should know about it.
+   * @param {string} format
+   */
+  result(format) {
+    const {source, target, map, balance, right} = this, [left, top, east, bottom] = target.box, zoom = PICTURE_SIDE / Math.max(east - left, bottom - top);
+    const width = Math.round(zoom * (east - left)), height = Math.round(zoom * (bottom - top));
+    return saved(format, {source, target, map, pins: this.pinning.scene.pins, balance, width, height, picture: () => right.picture(width, height)});
+  }
+
+  /** Save the result in the chosen form. */
+  async #save() {
+    const format = select('try-format').value;
+    try {
+      const {blob, note} = await this.result(format);
+      save(blob, format === 'target' ? this.target.name : `${this.#stem}.${format}`);
+      if (note) report(note);
+    } catch (error) {
+      report(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  /**
+   * Return the command that computes the same map from the same files, or the one that maps whole drawings.
+   * @param {boolean} [whole]
+   */
+  #command(whole = false) {
+    const isPicture = this.source.name === this.picture.name, texture = isPicture ? [] : ['--texture', this.picture.name];
+    const balance = this.balance === 1 ? [] : ['--balance', String(this.balance)], how = whole ? [] : ['--parts', 'largest', '--fit', 'whole'];
+    const words = ['iccm', 'map', this.source.name, this.target.name, ...texture, ...how, ...balance, ...optionsOf(this.pinning.scene.pins)];
+    return [...words, '-o', `${this.#stem}.png`].map((word) => (/^[\w./:,-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`)).join(' ');
+  }
+}
+
+/**
+ * Add the path by which the outline of a pane is dragged, below the pins.
+ * @param {HTMLElement} element
+ */
+function gripIn(element) {
+  const svg = document.createElementNS(SVG, 'svg'), path = svg.appendChild(document.createElementNS(SVG, 'path'));
+  svg.setAttribute('class', 'try-grips');
+  svg.setAttribute('aria-hidden', 'true');
+  element.querySelector('.handles')?.before(svg);
+  return path;
+}
+
+/**
+ * Show a message.
+ * @param {string} text
+ * @param {boolean} [wrong]
+ */
+export function report(text, wrong = false) {
+  const status = byId('try-status');
+  status.textContent = text;
+  status.classList.toggle('try-wrong', wrong);
+}
+
+/**
+ * Fill a menu.
+ * @param {string} id
+ * @param {string[]} names
+ */
+function fill(id, names) {
+  select(id).append(...names.map((name) => new Option(name.replace(/\.(svg|jpg)$/, ''), name)));
+}
+
+/**
+ * Call a function with the choices in a menu; one of them opens a file.
+ * @param {string} id
+ * @param {string} own the choice that opens a file
+ * @param {(file: File | null, name: string) => Promise<void>} chosen
+ */
+function choose(id, own, chosen) {
+  const menu = select(id), files = input(`${id}-file`);
+  const call = async (/** @type {File | null} */ file, /** @type {string} */ name) => {
+    try {
+      await chosen(file, name);
+    } catch (error) {
+      report(error instanceof Error ? error.message : String(error), true);
+    }
+  };
+  menu.addEventListener('change', () => {
+    if (menu.value === own) files.click();
+    else call(null, menu.value);
+  });
+  files.addEventListener('change', () => {
+    const file = files.files?.[0];
+    files.value = '';  // so that the same file can be chosen again
+    if (file) call(file, file.name);
+  });
+}
+
+/**
+ * Return a picture, reduced if it is large.
+ * @param {Blob | string} data a file or an address
+ * @param {string} name
+ * @returns {Promise<Picture>}
+ */
+export async function pictureOf(data, name) {
+  const image = new Image(), address = typeof data === 'string' ? data : URL.createObjectURL(data);
+  image.src = address;
+  try {
+    await image.decode();
+  } catch {
+    throw new Error(`${name}: the browser cannot read this picture`);
+  }
+  const share = Math.min(1, MOST_TEXTURE_SIDE / Math.max(image.naturalWidth, image.naturalHeight));
+  const size = {resizeWidth: Math.round(share * image.naturalWidth), resizeHeight: Math.round(share * image.naturalHeight)};
+  const bitmap = await createImageBitmap(image, share < 1 ? {...size, resizeQuality: 'high'} : {});
+  if (typeof data !== 'string') URL.revokeObjectURL(address);
+  return {name, image: bitmap};
+}
+
+/**
+ * Return the rectangle of a picture.
+ * @param {Picture} picture
+ * @returns {Shape}
+ */
+export function pictureShape({name, image: {width, height}}) {
+  return {name, outline: Float64Array.of(0, 0, width, 0, width, height, 0, height), box: [0, 0, width, height]};
+}
+
+/**
+ * @param {Blob} blob
+ * @param {string} name
+ */
+function save(blob, name) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
+/**
+ * Fill the element #try with the demo, and return it once it runs; null if the browser cannot run it.
+ * @returns {Promise<Demo | null>}
+ */
+export async function begin() {
+  byId('try').innerHTML = `<style>${STYLE}</style>${markup}`;
+  try {
+    const demo = new Demo(await pictureOf(coffee, 'coffee.jpg'));
+    Object.assign(globalThis, {iccmDemo: demo});
+    await demo.start();
+    return demo;
+  } catch (error) {
+    report(`The demo cannot run in this browser: ${error instanceof Error ? error.message : error}`, true);
+    return null;
+  }
+}
