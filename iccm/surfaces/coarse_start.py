@@ -2,7 +2,7 @@
 
 A factorisation takes time in proportion to the power 1.5 of the vertices, and Newton's method takes as many steps on
 the surface's own triangles as on a coarser mesh. So steps are made on a triangulation with an eighth of the vertices,
-and what is left to do on all triangles is to move each vertex by itself, in linear time (cascadic multigrid: Bornemann
+and what is left to do on all triangles is to move vertices one by one, in linear time (cascadic multigrid: Bornemann
 and Deuflhard, *The cascadic multigrid method for elliptic problems*, 1996). See `flattening.coarsening`, which does the
 same for layouts.
 """

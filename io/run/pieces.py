@@ -1,4 +1,4 @@
-"""Landmarks for pairs of pieces of two meshes, each of which is mapped like a mesh of its own."""
+"""Landmarks for pairs of pieces of two meshes, each of which is mapped like two whole meshes."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def add_landmarks(run: Run, solve: Callable[[Run], None]) -> None:
 
 
 def _with_landmarks(run: Run, k: int) -> tuple[Run | None, str]:
-    """Return a pair as a job of its own with landmarks, not yet solved, and a remark on them; None if it has none."""
+    """Return a pair as a separate job with landmarks, not yet solved, and a remark on them; None if it has none."""
     source, target = run.pairs[k]
     names = {side: f"{shape.path}#{shape.part}" for side, shape in (("source", source), ("target", target))}
     job = run.job.model_copy(update={**names, "parts": "largest"})
