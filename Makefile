@@ -14,7 +14,7 @@ DEMO   := build/web/try.js
 # Tests and the commands that they start keep compiled modules, also where the environment turns that off.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo figma test test-slow test-portable lint lint-page docs generated bench gallery wheels wasm clean
+.PHONY: demo figma test test-slow test-portable lint lint-page lint-types docs generated bench gallery wheels wasm clean
 
 $(READY): pyproject.toml setup.py
 	@echo "Installing iccm and what it needs into $(VENV) (some minutes, once) ..."
@@ -47,10 +47,12 @@ test-slow: $(CORE) $(ZIG)
 test-portable: $(CORE)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.portable
 
-# mypy must see the package as it is installed, not the folders of the repository: stage it.
-lint: $(READY) lint-page
+lint: $(READY) lint-page lint-types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+# mypy must see the package as it is installed, not the folders of the repository: stage it.
+lint-types: $(READY)
 	rm -rf build/typecheck && mkdir -p build/typecheck
 	cp -R iccm build/typecheck/iccm && cp -R cli io build/typecheck/iccm
 	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml --cache-dir ../mypy-cache -p iccm

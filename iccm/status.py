@@ -13,8 +13,8 @@ class Status(Enum):
     GAP = "The mapped outline does not meet the target's outline within the tolerance (boundary.hausdorff)."
     SOURCE_GAP = "The map does not cover the source up to its outline within the tolerance (boundary.source)."
     BOUNDS = (
-        "The bounds on dilatation or stretch cannot be met; the result is the closest map "
-        "(max_dilatation, max_stretch)."
+        "The bounds on dilatation, stretch, or what is hidden or bare cannot be met; the result is the closest map "
+        "that was found (max_dilatation, max_stretch, max_left_out, max_uncovered)."
     )
     FOLDED = "The map folds: parts of the picture overlap or disappear (injective.folded)."
     TWISTED = (

@@ -200,7 +200,12 @@ def test_links_to_samples_lead_to_their_place_on_the_site():
 
 @pytest.mark.parametrize(
     ("page", "written"),
-    [("docs/reference/map.md", True), ("docs/reference/shapes.md", False), ("SECURITY.md", False)],
+    [
+        ("docs/reference/map.md", True),
+        ("docs/tutorial/mesh.md", True),
+        ("docs/reference/shapes.md", False),
+        ("SECURITY.md", False),
+    ],
 )
 def test_pages_name_every_mesh_format(page, written):
     text = (ROOT / page).read_text(encoding="utf-8").lower()
@@ -211,7 +216,8 @@ def test_pages_name_every_mesh_format(page, written):
         if row.mesh and (row.uv or not written) and suffix not in (".gltf", formats.FREESURFER)
     ]  # as .glb
     assert len(names) >= 3
-    assert not [name for name in names if not re.search(rf"\b{name[1:]}\b", text)]
+    missing = [name for name in names if not re.search(rf"\b{name[1:]}\b", text)]
+    assert not missing, f"{page} lists mesh formats without {', '.join(missing)}"
 
 
 def test_tables_of_options_have_every_option_once():

@@ -3,12 +3,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ..balanced.fit import coverage_notes, settings_of
+from ..balanced.fit import NOTED_AREA_SHARE, coverage_notes, settings_of
 from ..drawings.drawing import Drawing
 from ..errors import InputError
 from ..fits import FITS
 from ..options import Options
 from ..result import Fit
+from ..status import Status
 from .choice import Choice, choices, may_pair
 
 Solver = Callable[..., Fit]
@@ -108,7 +109,22 @@ def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Opti
     holes = (source.mappable_holes, target.mappable_holes) if choice.holed else ([], [])
     found = solver(*outlines, *holes, options)
     notes = [*without_outline_losses(found), *_parts_left_out(choice)]
-    return replace(found, drawings=(source, target), notes=notes)
+    return _with_losses_checked(replace(found, drawings=(source, target), notes=notes), options)
+
+
+def _with_losses_checked(fit: Fit, options: Options) -> Fit:
+    """Return a map of drawings with another status if it hides more of the source, or leaves more of the target bare,
+    than allowed.
+    """
+    if min(options.max_left_out, options.max_uncovered) >= 1:
+        return fit  # measuring the shares takes time
+    seen = fit.seen
+    assert seen is not None
+    hidden, bare = seen.hidden - options.max_left_out, seen.bare - options.max_uncovered
+    if max(hidden, bare) <= NOTED_AREA_SHARE:
+        return fit
+    note = f"{seen.hidden:.1%} of the source drawing is hidden, and {seen.bare:.1%} of the target is bare."
+    return replace(fit, ended=Status.BOUNDS, notes=[*fit.notes, note])
 
 
 def _parts_left_out(choice: Choice) -> list[str]:

@@ -157,7 +157,9 @@ class NewCoordinates:
     Attributes:
         uv: (t, 2) coordinates, v up.
         corners: (c,) index into `uv` for each corner of the mesh's polygons.
-        triangles: (m, 3) corners of its triangles, for formats that store only triangles.
+        triangles: (m, 3) corners of the triangles of all its polygons, in any order but with their orientation, for
+            formats that store only triangles. Files all of whose faces are triangles keep their own if they are written
+            by `corners` instead.
     """
 
     uv: Real
@@ -217,7 +219,10 @@ class MeshFormat(ABC):
 
     @abstractmethod
     def count_faces(self, most: int) -> int:
-        """Count the faces that the file declares, before memory is allocated; 0 if the file is invalid.
+        """Count the faces that the file declares, before memory is allocated for them.
+
+        Formats that cannot be counted without parsing may parse a file of at most the bytes that `most` faces need. The
+        count of an invalid or empty file is 0: `read` reports what is wrong with it.
 
         Args:
             most: largest number of faces; a file that claims more memory than these need may be refused.

@@ -105,8 +105,8 @@ COMMANDS: list[Mutant] = [
     ),
     Mutant(
         "cli/apply.py",
-        'saved = Saved.read(map, inverse=given["inverse"])',
-        "saved = Saved.read(map, inverse=False)",
+        'chain = inverse_chain(maps) if given["inverse"] else maps',
+        "chain = maps",
         "tests/cli/test_apply.py",
         "--inverse is ignored",
     ),

@@ -480,8 +480,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/svg/batches.py",
-        "np.ceil(np.sqrt(self.bend / (8 * tolerance)))",
-        "np.ceil(np.sqrt(self.bend / (80 * tolerance)))",
+        "np.ceil(np.sqrt(self.bend / (8 * safe)))",
+        "np.ceil(np.sqrt(self.bend / (80 * safe)))",
         SVG + " tests/io/svg/test_path_data.py",
         "curves are flattened ten times as coarsely as promised",
     ),

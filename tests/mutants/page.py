@@ -98,15 +98,15 @@ PAGE: list[Mutant] = [
     ),
     Mutant(
         "io/edit/page/editor.js",
-        "this.#rest = setTimeout(() => { if (!this.#failed) this.solve(); }, REST);",
+        "this.#rest = setTimeout(() => this.solve(), REST);",
         "",
         MODULES,
         "a pin that is held still never gets the whole map",
     ),
     Mutant(
         "io/edit/page/editor.js",
-        "const wanted = message.kind === 'coarse' ? message.seq > this.shown : message.seq === this.asked;",
-        "const wanted = message.seq > this.shown;",
+        "const wanted = message.kind === 'coarse' ? message.seq >= this.shown : message.seq === this.asked;",
+        "const wanted = message.seq >= this.shown;",
         MODULES,
         "the map of an earlier scene replaces that of the present one",
     ),
@@ -154,7 +154,7 @@ PAGE: list[Mutant] = [
     ),
     Mutant(
         "io/edit/page/surface.js",
-        "this.axes = axes.map((value, k) => (k > 2 && k < 6 ? -value : value));  // down, as the page has y",
+        "this.axes = axes.map((value, k) => (k > 2 && k < 6 ? -value : value));  // down, because y points down on the page",
         "this.axes = [...axes];",
         MODULES,
         "meshes are upside down",

@@ -323,3 +323,13 @@ def test_a_drawing_of_very_many_parts_has_fewer_frames(monkeypatch):
     assert len(few) == len(every) - 1
     assert [frame.radius for frame in few] == [every[0].radius, np.inf]
     assert np.array_equal(few[0].outline.z, every[0].outline.z)
+
+
+def test_limits_of_what_is_hidden_or_bare_are_kept_or_the_map_does_not_count_as_met():
+    free = iccm.fit(BARS, RING)
+    hidden = 1 - free.shown
+    assert free.status.ok and 0.01 < hidden < 0.5
+    kept = iccm.fit(BARS, RING, max_left_out=hidden + 0.02, max_uncovered=0.5)
+    assert kept.status.ok and kept.shown == pytest.approx(free.shown)
+    missed = iccm.fit(BARS, RING, max_left_out=0.0)
+    assert not missed.status.ok and f"{1 - missed.shown:.1%}" in missed.notes[-1]
