@@ -154,7 +154,7 @@ PAGE: list[Mutant] = [
     ),
     Mutant(
         "io/edit/page/surface.js",
-        "this.axes = axes.map((value, k) => (k > 2 && k < 6 ? -value : value));  // down, because y points down on the page",
+        "this.axes = axes.map((value, k) => (k > 2 && k < 6 ? -value : value));  // down",
         "this.axes = [...axes];",
         MODULES,
         "meshes are upside down",
