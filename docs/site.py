@@ -55,6 +55,7 @@ HOLDS = {
     "plot": "figures",
     "stmap": "STMaps",
     "map": "saved maps",
+    "world": "the place of a picture on a map (written)",
     "outlines": "shapes (read)",
     "manifest": "jobs",
     "constraints": "pins and strokes",

@@ -339,7 +339,10 @@ def _shape(name: str, plane: Plane) -> Shape:
     outline = Curve(plane.outline)
     path, unit = Path(name), plane.millimetres
     return Shape(
-        plane.name or name, path, outline, plane.box, plane.down, {}, {}, holes=holes, millimetres=unit
+        *(plane.name or name, path, outline, plane.box, plane.down, {}, {}),
+        holes=holes,
+        millimetres=unit,
+        georeference=plane.georeference,
     )
 
 

@@ -32,6 +32,7 @@ EXTRAS = {
     "draco": "glTF files compressed by Draco",
     "dxf": "shapes from DXF files",
     "edit": "iccm edit",
+    "gis": "GeoTIFF and ground control points",
     "heic": "pictures in HEIC",
     "brain": "cortical surfaces (GIFTI, FreeSurfer)",
     "imagej": "points from ImageJ",

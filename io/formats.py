@@ -68,6 +68,7 @@ class Format:
         manifest: jobs.
         constraints: pins and strokes.
         map: a map, without loss.
+        world: where a picture lies on a map of the earth.
         outlines: shapes in formats that are only read.
     """
 
@@ -81,6 +82,7 @@ class Format:
     manifest: bool = False
     constraints: bool = False
     map: bool = False
+    world: bool = False
     outlines: bool = False
 
 
@@ -126,6 +128,7 @@ FORMATS = {
     **dict.fromkeys(FONTS, Format(outlines=True)),
     ".dxf": Format(outlines=True, drawing=True),
     ".npz": Format(map=True),
+    **dict.fromkeys((".pgw", ".jgw", ".tfw", ".wld", ".prj"), Format(world=True)),
 }
 
 

@@ -927,7 +927,7 @@ class JobOptions:
     )  # fmt: skip
     constraints: str | None = _option(
         "Read pins and strokes from a JSON file, - for stdin; or pairs of landmarks of BigWarp (.csv), QGIS (.points) "
-        "or TPS (.tps).",
+        "or TPS (.tps), or the ground control points of a GeoTIFF (.tif).",
         "FILE",
         commands=MORPHED,
         aliases=(("pins", "{}"),),

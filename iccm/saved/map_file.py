@@ -5,7 +5,7 @@ Files are not trusted (`saved.archive`): every value that the map relies on is v
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any, TypeGuard
 
@@ -21,6 +21,7 @@ from ..maps.triangulated.injectivity import unfit
 from ..maps.triangulated.map import TriangulatedMap
 from ..plane import bounding_box, triangle_areas
 from .archive import Archive, opened
+from .georeference import Georeference
 
 FORMAT = "iccm.map/1"
 MOST_COORDINATE = 1e100
@@ -53,6 +54,7 @@ class Plane:
         holes: outlines of the shape's holes.
         name: of its file, as given by the user.
         millimetres: length of a unit of its file; None if the file does not state it.
+        georeference: where it lies on a map, if its file says so.
     """
 
     outline: Complex | None
@@ -61,6 +63,7 @@ class Plane:
     holes: Sequence[Complex] = ()
     name: str = ""
     millimetres: float | None = None
+    georeference: Georeference | None = None
 
     @classmethod
     def of(cls, outline: Complex, holes: Sequence[Curve]) -> "Plane":
@@ -95,8 +98,13 @@ class MapFile:
     def write(self, path: str | PathLike) -> None:
         """Write the archive; equal maps give equal bytes."""
         found: dict[str, Any] = {"format": FORMAT}
-        planes = {name: [getattr(plane, each) for plane in self.planes] for name, each in PLANES.items()}
-        found["about"] = json.dumps({**self.about, **planes}, ensure_ascii=False)
+        about = dict(self.about)
+        about |= {name: [getattr(plane, each) for plane in self.planes] for name, each in PLANES.items()}
+        if any(plane.georeference for plane in self.planes):
+            about["georeferences"] = [
+                plane.georeference and plane.georeference.as_json() for plane in self.planes
+            ]
+        found["about"] = json.dumps(about, ensure_ascii=False)
         found |= _triangles(self.map) if isinstance(self.map, TriangulatedMap) else _harmonic(self.map)
         for side, plane in zip(SIDES, self.planes):
             found[side] = np.empty(0, complex) if plane.outline is None else plane.outline
@@ -159,7 +167,13 @@ class _Archive(Archive):
         about = self.about()
         map = self.harmonic() if "polygon" in self else self.triangulated()
         units = about.get("millimetres", [None, None])  # files of older versions have none
-        planes = tuple(self.plane(side, name, unit) for side, name, unit in zip(SIDES, about["names"], units))
+        places = about.get("georeferences", [None, None])
+        if not isinstance(places, list) or len(places) != 2:
+            raise InputError("about: does not contain two georeferences")
+        planes = tuple(
+            replace(self.plane(side, name, unit), georeference=Georeference.of_json(place))
+            for side, name, unit, place in zip(SIDES, about["names"], units, places)
+        )
         if planes[0].outline is None:
             raise InputError("source: has no vertices")
         arrays = {name: self.array(name, *form) for name, form in ARRAYS.items()}

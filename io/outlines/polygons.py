@@ -1,7 +1,9 @@
 """Polygons in JSON: GeoJSON features, y up, and annotations of pictures by labelme and COCO, in pixels."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import numpy as np
 
 from ...arrays import Complex, complex_of
 from ...errors import InputError
+from ...saved.georeference import Georeference
 from .. import files, limits
 from ..svg.drawing import Drawing
 from . import antimeridian, topology
@@ -19,6 +22,9 @@ MEMBERS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 NAMES = ("name", "id", "label", "title", "class")
 """Names, or ends of names, of properties that name a feature."""
 POLYGONS = {"Polygon", "MultiPolygon"}
+LONGITUDE_LATITUDE = "EPSG:4326"
+"""The system of GeoJSON (RFC 7946); for historical reasons, GIS write longitudes first under this name, too."""
+URN_OF_LONGITUDE_LATITUDE = "urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84"
 NAMED_FEATURES = 5  # features named in a note at most
 RECORD_SEPARATOR = b"\x1e \t\r"
 
@@ -36,6 +42,7 @@ def read(
     content = _content(path, max_bytes)
     if not isinstance(content, dict):
         raise InputError(f"{path}: not GeoJSON, nor annotations of labelme or COCO")
+    crs: str | None = None  # of GeoJSON
     try:
         if isinstance(content.get("shapes"), list):
             drawing, found = _canvas(content.get("imageWidth"), content.get("imageHeight")), _labelme(content)
@@ -43,10 +50,14 @@ def read(
             drawing, found = _coco(content, chosen)
         elif isinstance(content.get("type"), str):
             drawing = Drawing([], None, flip=False)
+            crs = _crs_of(content)
             found = _geojson(topology.as_geojson(content), drawing.notes)
         else:
             raise InputError("not GeoJSON, nor annotations of labelme or COCO")
         _fill(drawing, found, chosen)
+        if crs is not None:
+            usual = LONGITUDE_LATITUDE if _in_degrees(drawing) else ""
+            return replace(drawing, georeference=Georeference(crs=crs or usual))
     except (LookupError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
         said = (
             str(error)
@@ -55,6 +66,26 @@ def read(
         )
         raise InputError(f"{path}: {said}") from None
     return drawing
+
+
+def _in_degrees(drawing: Drawing) -> bool:
+    """Return whether coordinates can be degrees; across 180°, longitudes increase beyond it."""
+    return all(
+        (np.abs(each.z.real) <= 360).all() and (np.abs(each.z.imag) <= 90).all() for each in drawing.outlines
+    )
+
+
+def _crs_of(content: dict[str, Any]) -> str:
+    """Return the coordinate reference system that GeoJSON names, as GDAL and QGIS write it; empty if it names none."""
+    crs = content.get("crs")
+    properties = crs.get("properties") if isinstance(crs, dict) else None
+    name = properties.get("name") if isinstance(properties, dict) else None
+    if not isinstance(name, str):
+        return ""
+    if name in URN_OF_LONGITUDE_LATITUDE:
+        return LONGITUDE_LATITUDE
+    authority = re.fullmatch(r"urn:ogc:def:crs:EPSG:[\d.]*:(\d{1,6})|EPSG:(\d{1,6})", name)
+    return f"EPSG:{authority[1] or authority[2]}" if authority else ""
 
 
 def holds(path: Path) -> bool:

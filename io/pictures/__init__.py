@@ -1,5 +1,6 @@
 """Pictures in files: read as stored, written with colour space and metadata.
 
+georeferenced  GeoTIFF and world files
 icc          CMYK and Lab converted by ICC profiles
 image        pictures as stored: colour space, alpha, depth
 image_files  reading and writing, including metadata

@@ -1,4 +1,5 @@
-"""Landmark pairs of other programs: BigWarp (.csv), QGIS (.points), and TPS files with two specimens (.tps).
+"""Landmark pairs of other programs: BigWarp (.csv), QGIS (.points), TPS files with two specimens (.tps),
+and ground control points of a GeoTIFF (.tif).
 
 The source is called moving in BigWarp, source in QGIS, and is the first specimen in TPS. BigWarp uses pixels, x right
 and y down. In QGIS y points up, and is negative in pictures since it starts at their upper edge. In TPS y points up
@@ -12,16 +13,18 @@ import io
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ...errors import InputError
 from .. import formats, limits
+from ..pictures import georeferenced
 from ..point_syntax import coordinate
 
 if TYPE_CHECKING:
     from .shape import Shape
 
-Axes = Literal["image", "upward", "lower-edge"]
+Axes = Literal["image", "upward", "lower-edge", "map"]
 Point = tuple[float, float]
 SUFFIXES = (".csv", ".points", ".tps")
 BIGWARP_COLUMNS = 6  # of a planar row: name, active, two coordinates in both images
@@ -40,12 +43,14 @@ class LandmarkPairs:
         names: of each pair, possibly empty.
         source: points of the source.
         target: points of the target.
+        crs: the coordinate reference system of the target's points, if they are places on a map.
     """
 
     axes: tuple[Axes, Axes]
     names: list[str]
     source: list[Point]
     target: list[Point]
+    crs: str = ""
 
     def in_file_units(self, source: Shape, target: Shape) -> list[tuple[str, Point, Point]]:
         """Return names and points, converted to the units of two shapes' files.
@@ -58,6 +63,11 @@ class LandmarkPairs:
                 raise InputError(
                     f"{shape.spec}: landmarks of images only work for drawings and pictures; use JSON"
                 )
+        known = target.georeference.crs if target.georeference else ""
+        if self.crs and known and self.crs != known:
+            raise InputError(
+                f"{target.spec}: is in {known}, but the ground control points are in {self.crs}; reproject one of them"
+            )
         before, after = self.axes
         return [
             (name, _from_axes(before, a, source), _from_axes(after, b, target))
@@ -69,6 +79,8 @@ def _from_axes(axes: Axes, point: Point, shape: Shape) -> Point:
     """Convert a point from a program's coordinates to the units of a shape's file."""
     if axes == "image":
         return point
+    if axes == "map" and shape.georeference:
+        return shape.georeference.from_map(*point)
     origin = shape.box[0] if axes == "lower-edge" else 0j
     x, y = shape.to_file(origin + complex(*point)).tolist()
     return x, y
@@ -77,13 +89,15 @@ def _from_axes(axes: Axes, point: Point, shape: Shape) -> Point:
 def _to_axes(axes: Axes, point: Point, shape: Shape) -> Point:
     if axes == "image":
         return point
+    if axes == "map" and shape.georeference:
+        return shape.georeference.to_map(*point)
     z = complex(shape.to_core(point)) - (shape.box[0] if axes == "lower-edge" else 0j)
     return z.real, z.imag
 
 
 def is_landmarks(name: str) -> bool:
     """Return whether a file contains landmarks of another program, by its suffix."""
-    return formats.suffix_of(name) in SUFFIXES
+    return formats.suffix_of(name) in (*SUFFIXES, *georeferenced.TIFF_SUFFIXES)
 
 
 def parse(name: str, data: bytes) -> LandmarkPairs:
@@ -96,12 +110,18 @@ def parse(name: str, data: bytes) -> LandmarkPairs:
     Raises:
         InputError: the file is invalid; the message starts with what is wrong.
     """
+    if formats.suffix_of(name) in georeferenced.TIFF_SUFFIXES:
+        return _limited(_read_gcps(name))
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError("not a text file in UTF-8") from error
     readers = {".csv": _read_bigwarp, ".points": _read_qgis, ".tps": _read_tps}
-    found = readers[formats.suffix_of(name)](text)
+    return _limited(readers[formats.suffix_of(name)](text))
+
+
+def _limited(found: LandmarkPairs) -> LandmarkPairs:
+    """Return landmarks after checking their number."""
     if not found.names:
         raise InputError("contains no landmarks that are switched on")
     if len(found.names) > limits.PAGE_PINS:
@@ -142,7 +162,7 @@ def _read_qgis(text: str) -> LandmarkPairs:
     sources = next((both for both in QGIS_SOURCE if set(both) <= set(header)), None)
     if sources is None or not {"mapX", "mapY"} <= set(header):
         raise InputError("has no columns mapX, mapY, sourceX and sourceY (QGIS)")
-    pairs = LandmarkPairs(("upward", "upward"), [], [], [])
+    pairs = LandmarkPairs(("upward", "map"), [], [], [])
     for line, row in rows[1:]:
         cells = dict(zip(header, row))
         if cells.get("enable", "1").lower() in NO:
@@ -152,6 +172,12 @@ def _read_qgis(text: str) -> LandmarkPairs:
         pairs.source.append((x, y))
         pairs.target.append((u, v))
     return pairs
+
+
+def _read_gcps(name: str) -> LandmarkPairs:
+    """Return the ground control points of a GeoTIFF, from its own pixels to a map."""
+    pixels, places, crs = georeferenced.gcps(Path(name))
+    return LandmarkPairs(("image", "map"), [""] * len(pixels), pixels, places, crs)
 
 
 def _read_tps(text: str) -> LandmarkPairs:
@@ -208,10 +234,10 @@ def write(suffix: str, pins: Sequence[Any], source: Shape, target: Shape) -> str
     Raises:
         InputError: a pin is on a mesh, or the format is unknown.
     """
-    writers: dict[str, tuple[Axes, Callable[[LandmarkPairs], str]]] = {
-        ".csv": ("image", _bigwarp),
-        ".points": ("upward", _qgis),
-        ".tps": ("lower-edge", _tps),
+    writers: dict[str, tuple[tuple[Axes, Axes], Callable[[LandmarkPairs], str]]] = {
+        ".csv": (("image", "image"), _bigwarp),
+        ".points": (("upward", "map"), _qgis),
+        ".tps": (("lower-edge", "lower-edge"), _tps),
     }
     if suffix not in writers:
         raise InputError(f"{suffix}: unknown format of landmarks; use {', '.join(SUFFIXES)}")
@@ -219,9 +245,9 @@ def write(suffix: str, pins: Sequence[Any], source: Shape, target: Shape) -> str
         raise InputError("landmarks on meshes can only be saved as JSON")
     axes, writer = writers[suffix]
     names = [pin.name for pin in pins]
-    sides = [[_to_axes(axes, getattr(pin, side), shape) for pin in pins] for side, shape in
-             (("source", source), ("target", target))]  # fmt: skip
-    return writer(LandmarkPairs((axes, axes), names, *sides))
+    sides = [[_to_axes(own, getattr(pin, side), shape) for pin in pins] for own, side, shape in
+             ((axes[0], "source", source), (axes[1], "target", target))]  # fmt: skip
+    return writer(LandmarkPairs(axes, names, sides[0], sides[1]))
 
 
 def _text(value: float) -> str:

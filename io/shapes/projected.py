@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -144,7 +145,8 @@ def _marked(text: str) -> Shape:
     with naming(str(spec.path)):
         found = _found(kind, sizes, places, canvas.box, settings.get("focal", [None])[0])
     notes = _notes(found)
-    return _shape(text, spec.path, found.view, _outline(found.view), canvas.box, flip=True, notes=notes)
+    marked = _shape(text, spec.path, found.view, _outline(found.view), canvas.box, flip=True, notes=notes)
+    return replace(marked, georeference=canvas.georeference)
 
 
 def _found(

@@ -23,6 +23,7 @@ from ...errors import InputError
 from ...pixels.texture import REPEAT, Wrap
 from ...plane import bounding_box
 from ...polygons import unite
+from ...saved.georeference import Georeference
 from .. import formats
 from ..outlines import dxf, lettering, polygons
 from ..point_syntax import Place, written
@@ -67,6 +68,7 @@ class Shape:
         trace: how a picture is traced, see `silhouette.read`.
         millimetres: length of a unit of its file; None if the file does not state it.
         outlines: all outlines of its file, in the file's coordinates, if the whole file was read.
+        georeference: where the file's coordinates lie on a map, if the file says so.
         view: how a flat sheet is seen in it, if it is one of `projected`.
     """
 
@@ -94,6 +96,7 @@ class Shape:
     pin_radii: dict[str, float] = field(default_factory=dict)
     view: View | None = None
     millimetres: float | None = None
+    georeference: Georeference | None = None
 
     @property
     def bounds(self) -> Box:
@@ -343,6 +346,7 @@ def read(
         trace=trace,
         pin_radii=drawing.pin_radii,
         millimetres=drawing.millimetres,
+        georeference=drawing.georeference,
         **_holes(drawing, outline),
     )
 
@@ -372,6 +376,7 @@ def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str
         rigid=tuple(_core(z, drawing.flip) for z in drawing.rigid),
         pin_radii=drawing.pin_radii,
         millimetres=drawing.millimetres,
+        georeference=drawing.georeference,
         drawing=whole,
         ink=ink,
         coloured=drawing.coloured,
@@ -432,6 +437,7 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
             coloured=drawing.coloured,
             trace=trace,
             millimetres=drawing.millimetres,
+            georeference=drawing.georeference,
             **_holes(drawing, drawing.outlines[number]),
         )
         for number, curve in curves.items()

@@ -115,7 +115,7 @@ def read(
     Raises:
         InputError: not a picture, too large, or nothing in it stands out.
     """
-    from ..pictures import image_files
+    from ..pictures import georeferenced, image_files
 
     files.open_input(path, max_bytes=max_bytes)
     image = image_files.read(path, max_pixels=max_pixels)
@@ -126,9 +126,12 @@ def read(
         coloured = has_colours(image.pixels, image.alpha, reading)
         if coloured:
             handed.keep(path, trace, part, image, reading)
-        drawing = Drawing([], (0.0, 0.0, float(width), float(height)), flip=True, coloured=coloured)
+        place, note = georeferenced.read(path)
+        canvas = (0.0, 0.0, float(width), float(height))
+        drawing = Drawing([], canvas, flip=True, coloured=coloured, georeference=place)
         drawing.ids.update({part: None} if part in (CANVAS, SILHOUETTE) else {})
         drawing.notes.extend(reading.notes)
+        drawing.notes.extend([note] if note else [])
         if reading.field is None:
             corners = np.array([0, width, width + 1j * height, 1j * height])
             drawing.outlines.append(FilledOutline("the whole picture", corners, float(width * height)))

@@ -11,6 +11,7 @@ from ...arrays import Complex
 from ...curve import polygon_of
 from ...errors import InputError
 from ...polygons import unite
+from ...saved.georeference import Georeference
 from .affine import Affine
 from .fill import FilledOutline, Refused, outlines, with_lines_filled
 
@@ -55,6 +56,7 @@ class Drawing:
         wrapped: the picture, if the drawing contains nothing else.
         has_lines: whether strokes paint something besides the fills.
         millimetres: length of a unit; None where the file does not state it.
+        georeference: where the file's coordinates lie on a map.
         paint: computes `ink` and `painted` where these are more than the union of the outlines.
     """
 
@@ -72,6 +74,7 @@ class Drawing:
     wrapped: WrappedPicture | None = None
     has_lines: bool = False
     millimetres: float | None = None
+    georeference: Georeference | None = None
     paint: Callable[[], tuple[shapely.Geometry, shapely.Geometry]] | None = None
 
     @property

@@ -9,6 +9,7 @@ textured_mesh  the mesh with new texture coordinates
 new_uvs        computing these coordinates
 baked          the texture in the mesh's own layout
 stmap          the map as a picture
+world_file     where the picture lies on a map of the earth
 saved_map      the map itself, without loss
 plot           the figure
 """
@@ -146,6 +147,8 @@ def _kind(name: str, job: Job) -> str:
     format = formats.of(name)
     if format.mesh:
         return "textured_mesh.TexturedMesh"
+    if format.world:
+        return "world_file.WorldFile"
     if format.map:
         return "saved_map.SavedMap"
     if formats.suffix_of(name) == ".dxf":

@@ -13,7 +13,7 @@ from ....errors import InputError
 from ....pixels.canvas import Canvas, Diagnostics
 from ....pixels.warp import Warp, band_bytes, padded, whole, whole_bytes
 from ... import formats
-from ...pictures import image_files
+from ...pictures import georeferenced, image_files
 from ...pictures.image import Image, prepare, unassociate
 from ..blank_picture import Colours
 from ..job import Job
@@ -22,6 +22,7 @@ from ..state import Run
 from ..texture import has_texture, shows_itself
 from . import checks
 from .output import Output
+from .world_file import canvas_transform
 
 PADDED = "the whole picture at once (--padding)"
 
@@ -102,7 +103,16 @@ class Picture(Output):
                 image = replace(run.image, alpha=work.alpha)
                 rows = self._rows(run, work, colours)
             image_files.write_bands(path, image, canvas.height, canvas.width, rows)
+        self._georeference(run, path)
         return _report_pixels(run, colours, work.diagnostics, canvas)
+
+    def _georeference(self, run: Run, path: Path) -> None:
+        """Say in a TIFF where it lies on a map, if the target does."""
+        place = run.target.georeference
+        if place is None or formats.suffix_of(self.name) not in georeferenced.TIFF_SUFFIXES:
+            return
+        if not georeferenced.write(path, canvas_transform(run), place.crs):
+            run.note(f"{self.name}: is not georeferenced, because that {georeferenced.MISSING}")
 
     def _rows(self, run: Run, work: Warp, colours: Colours) -> Iterator[NDArray]:
         """Yield blocks of rows while they are computed, with only some of them in memory."""

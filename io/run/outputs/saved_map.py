@@ -53,7 +53,8 @@ class SavedMap(Output):
 def plane_of(shape: Shape) -> Plane:
     """Return what the file of a map stores about a shape."""
     name = Path(shape.spec).name
-    return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, name, shape.millimetres)
+    lying = shape.millimetres, shape.georeference
+    return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, name, *lying)
 
 
 def _plain(value: object) -> bool:
