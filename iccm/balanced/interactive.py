@@ -313,8 +313,8 @@ class Live:
                 if not dragged or others:
                     raise
         outline_age = self.outline_age + 1
-        is_met = state is not None and not behind and state.miss == 0
-        if dragged and is_met and not coarse and not others and outline_age >= STEPS_PER_MESH:
+        is_tried = dragged and not (behind or coarse or others) and outline_age >= STEPS_PER_MESH
+        if is_tried and state is not None and state.miss == 0:
             outline_age, slid = 0, self._slid(state, given)
             if slid is not None:
                 state, least, age = slid, _least_area(slid), 0
