@@ -34,6 +34,7 @@ EXTRAS = {
     "edit": "iccm edit",
     "gis": "GeoTIFF and ground control points",
     "heic": "pictures in HEIC",
+    "usd": "meshes in USD files",
     "brain": "cortical surfaces (GIFTI, FreeSurfer)",
     "imagej": "points from ImageJ",
     "itk": "displacement fields as .nrrd, .mha and .nii",

@@ -148,6 +148,8 @@ FACES = {
     "a.gltf": json.dumps(
         {"meshes": [{"primitives": [{"indices": 0}]}], "accessors": [{"count": 213}]}
     ).encode(),
+    "a.usda": b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + b"3, " * 70 + b"3]\n}\n",
+    "a.usd": b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + b"3, " * 70 + b"3]\n}\n",
     "a.gii": b'<GIFTI><DataArray Dim0="3" Intent="NIFTI_INTENT_POINTSET"/>'
     b'<DataArray Intent="NIFTI_INTENT_TRIANGLE" Dim0="71" Dim1="3">',
     "a.gii.gz": gzip.compress(b'<DataArray Dim0="71" Intent="NIFTI_INTENT_TRIANGLE">'),
@@ -156,7 +158,7 @@ FACES = {
 
 
 def test_faces_of_every_mesh_format_are_counted_below():
-    assert {formats.suffix_of(name) for name in FACES} | {".glb"} == set(formats.holding("mesh"))
+    assert {formats.suffix_of(name) for name in FACES} | {".glb", ".usdc"} == set(formats.holding("mesh"))
 
 
 @pytest.mark.parametrize("name", FACES)

@@ -1,0 +1,74 @@
+"""USD files that usd-core writes and reads."""
+
+import numpy as np
+import pytest
+
+from iccm.errors import InputError
+from iccm.io.meshes import mesh_files
+
+Usd = pytest.importorskip("pxr.Usd", reason="usd-core is an extra")
+Sdf, UsdGeom = pytest.importorskip("pxr.Sdf"), pytest.importorskip("pxr.UsdGeom")
+
+POINTS = [(0, 0, 0), (4, 0, 1), (4, 3, 1), (0, 3, 0), (9, 0, 0), (9, 3, 0)]
+COUNTS, CORNERS = [4, 3, 3], [0, 1, 2, 3, 1, 4, 5, 1, 5, 2]
+UV = [(0, 0), (0.4, 0), (0.4, 0.3), (0, 0.3), (0.9, 0), (0.9, 0.3)]
+
+
+@pytest.fixture(params=[".usda", ".usdc", ".usd"])
+def scene(request, tmp_path, monkeypatch):
+    """A sheet of a quad and two triangles, moved and with coordinates at its vertices."""
+    monkeypatch.chdir(tmp_path)
+    name = f"sheet{request.param}"
+    stage = Usd.Stage.CreateNew(name)
+    group = UsdGeom.Xform.Define(stage, "/world")
+    group.AddTranslateOp().Set((10, 20, 30))
+    mesh = UsdGeom.Mesh.Define(stage, "/world/sheet")
+    mesh.CreatePointsAttr(POINTS)
+    mesh.CreateFaceVertexCountsAttr(COUNTS)
+    mesh.CreateFaceVertexIndicesAttr(CORNERS)
+    kinds = Sdf.ValueTypeNames.TexCoord2fArray
+    UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", kinds, UsdGeom.Tokens.vertex).Set(UV)
+    stage.GetRootLayer().Save()
+    return name
+
+
+def test_a_mesh_is_read_with_its_place_and_its_coordinates(scene):
+    mesh = mesh_files.read(scene).mesh
+    assert np.allclose(mesh.points, np.add(POINTS, (10, 20, 30)))
+    assert mesh.sizes.tolist() == COUNTS and mesh.corners.tolist() == CORNERS
+    assert np.allclose(mesh.uv[mesh.uv_corners], np.array(UV)[CORNERS], atol=1e-6)
+    mesh_files.check_size(mesh_files.Path(scene), 3)
+    with pytest.raises(InputError, match="3 faces"):
+        mesh_files.check_size(mesh_files.Path(scene), 2)
+
+
+def test_coordinates_are_written_so_that_usd_reads_them(scene, iccm):
+    suffix = scene[scene.index(".") :]
+    done = iccm("flatten", scene, "-o", "flat.obj", "--uv", f"out{suffix}")
+    assert done.code == 0, done.err
+    stage = Usd.Stage.Open(f"out{suffix}")
+    mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
+    assert list(mesh.GetFaceVertexCountsAttr().Get()) == COUNTS
+    points = np.array(mesh.GetPointsAttr().Get())
+    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get())
+    assert np.allclose(points[corners], np.add(POINTS, (10, 20, 30))[CORNERS])
+    st = np.array(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st").ComputeFlattened())
+    with open("flat.obj") as file:
+        lines = [line.split() for line in file]
+    flat = np.array([words[1:3] for words in lines if words[0] == "v"], float)
+    at = np.concatenate(
+        [np.array([w.partition("/")[0] for w in words[1:]], int) - 1 for words in lines if words[0] == "f"]
+    )
+    # the OBJ lists triangles first, the USD polygons in their order: compare the extents and all points as sets
+    scale = np.ptp(st, axis=0).max() / np.ptp(flat, axis=0).max()
+    ours = np.unique(np.round((flat[at] - flat.min(axis=0)) * scale, 4), axis=0)
+    theirs = np.unique(np.round(st - st.min(axis=0), 4), axis=0)
+    assert ours.shape == theirs.shape and np.abs(ours - theirs).max() < 2e-4
+
+
+def test_what_refers_to_other_files_is_refused(scene, iccm):
+    stage = Usd.Stage.CreateNew("outer.usda")
+    stage.DefinePrim("/a").GetReferences().AddReference(f"./{scene}", "/world")
+    stage.GetRootLayer().Save()
+    done = iccm("flatten", "outer.usda", "-o", "no.svg")
+    assert done.code == 2 and "other USD files" in done.err
