@@ -30,7 +30,6 @@ def command(**given: Any) -> int:
     iccm flatten cow.obj --cut-open --uv cow-uv.obj
     iccm flatten glove.obj --method balanced --plot glove.png
     iccm flatten face.obj --onto heart.svg --uv face-heart.obj
-    iccm flatten lh.cortex.patch.3d --overlay lh.curv -o curv.png
 
     Exit code: 0 done, 1 the flattening is not one-to-one, 2 wrong input.
     """
