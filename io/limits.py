@@ -101,6 +101,8 @@ CONSTRAINTS_BYTES = 16 << 20
 """Bytes of a file of pins and strokes."""
 START_ENTRIES = 200_000
 """Vertices, and triangles, of an earlier map in a file of pins and strokes."""
+FINGERPRINT_DIGITS = 16
+"""Hexadecimal digits of the fingerprint of a starting map that is kept."""
 MANIFEST_BYTES = 64 << 20
 """Bytes of a manifest."""
 JOBS = 100_000

@@ -11,6 +11,7 @@ from typing import Any
 from ...errors import InputError
 from ...saved.georeference import Affine, Georeference
 from .. import files, formats
+from . import pillow
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 GEOTIFF_TAGS = 33550, 33922, 34264, 34735
@@ -92,13 +93,9 @@ def world_files(picture: Path) -> list[Path]:
 
 def has_geotiff_tags(path: Path) -> bool:
     """Return whether a TIFF has the tags of a GeoTIFF; False for any other file."""
-    from PIL import Image
-
-    with suppress(OSError, ValueError, SyntaxError), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with Image.open(path, formats=("TIFF",)) as picture:
-            tags = picture.tag_v2  # type: ignore[attr-defined]
-            return any(tag in tags for tag in GEOTIFF_TAGS)
+    with suppress(InputError), pillow.opened(path, path, ("TIFF",)) as picture:
+        tags = picture.tag_v2  # type: ignore[attr-defined]
+        return any(tag in tags for tag in GEOTIFF_TAGS)
     return False
 
 

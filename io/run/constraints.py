@@ -20,9 +20,8 @@ from ...errors import ConstraintError, InputError
 from ...fits import is_of_drawings
 from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Pin, Stroke
-from .. import files
+from .. import files, limits
 from ..shapes import parts
-from ..shapes.starts import FINGERPRINT_DIGITS
 from .job import Job
 
 if TYPE_CHECKING:
@@ -110,7 +109,7 @@ def fingerprint(job: Job, pins: Complex, settings: Sequence[dict[str, float]]) -
         [str(here), str(there), str(sorted(more.items()))]
         for (here, there), more in zip(pins.tolist(), settings)
     )
-    return sha256(json.dumps([options, placed]).encode()).hexdigest()[:FINGERPRINT_DIGITS]
+    return sha256(json.dumps([options, placed]).encode()).hexdigest()[: limits.FINGERPRINT_DIGITS]
 
 
 def as_pins(points: Complex, settings: Sequence[dict[str, float]]) -> Complex | list[Pin] | None:

@@ -41,8 +41,6 @@ Spring = Annotated[float, Field(allow_inf_nan=False, ge=1, le=limits.COORDINATE,
 Vertices = Annotated[list[tuple[Number, Number]], Field(min_length=3, max_length=limits.START_ENTRIES)]
 Corner = Annotated[int, Field(ge=0, lt=limits.START_ENTRIES, strict=True)]
 
-
-FINGERPRINT_DIGITS = 16
 SAME_PLACE_SHARE = 1e-8  # of the diagonal: a vertex this close to a pin is that of the pin
 
 
@@ -54,7 +52,7 @@ class StartingMap(StrictModel):
     triangles: Annotated[
         list[tuple[Corner, Corner, Corner]], Field(min_length=1, max_length=limits.START_ENTRIES)
     ]
-    kept: Annotated[str, Field(max_length=FINGERPRINT_DIGITS)] = ""
+    kept: Annotated[str, Field(max_length=limits.FINGERPRINT_DIGITS)] = ""
     springs: list[Spring] = Field([], max_length=limits.PAGE_PINS)
 
     @model_validator(mode="before")

@@ -176,7 +176,7 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
         (("map", "square.xyz", "disk.svg"), ".glb"),
         (("map", "square.svg", "disk.svg", "--texture", "square.xyz"), "not an image; iccm reads .png"),
         (("map", "square.svg", "disk.svg", "-o", "folder"), "folder: is a folder"),
-        (("map", "square.svg", "disk.svg", "-o", "out.xyz"), ".svg .svgz .obj .glb"),
+        (("map", "square.svg", "disk.svg", "-o", "out.xyz"), ".svg .svgz .obj"),
         (("flatten", "none.obj", "-o", "old.svg"), "none.obj: no such file"),
         (
             ("relayout", "none.obj", "none.obj", "--texture", "none.png", "-o", "old.png"),

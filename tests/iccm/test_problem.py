@@ -22,6 +22,7 @@ GIVEN |= {
     "effort": 3,
     "rigid_size": 1.2,
     "exact_pins": True,
+    "keep_start": True,
     "terms": [object()],
 }
 CONFORMAL = {

@@ -95,7 +95,7 @@ def test_a_job_that_fails_leaves_the_others(meshes, capsys):
         ('command = "fold"', "command: must be one of map, flatten, relayout"),
         ('command = "flatten"\nuv = "a.obj"', "mesh"),
         ('command = "flatten"\nmesh = "old/a.obj"\nturn = 3', "turn: unknown key"),
-        ('command = "flatten"\nmesh = "old/a.obj"\noutput = "a.png"', "a flattening is written as .svg"),
+        ('command = "flatten"\nmesh = "old/a.obj"\noutput = "a.wav"', "a flattening is written as .svg"),
         ('command = "flatten"\nmesh = "old/a.obj"\nmethod = "none.svg"', "none.svg: no such file"),
         ('command = "relayout"\nold = "old/a.obj"\nnew = "new/a.obj"', "output: is missing"),
         ('command = "relayout"\nold = "old/a.obj"\nnew = "new/a.obj"\noutput = "a.png"', "no texture"),
