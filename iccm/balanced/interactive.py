@@ -7,9 +7,6 @@ removing an exact pin, pins on the outline, strokes) requires a new mesh at each
 
 While something is dragged, each step has a budget of Newton steps, and the map may lag behind; the rest is done
 in the next step, and then on a new mesh. When nothing is dragged, there is no budget.
-
-Corners hold the outlines' vertices during these steps. Once in some steps of a drag, the outlines slide past
-corners, on a new mesh, so that the map does not depend on where the drag began.
 """
 
 from collections.abc import Mapping, Sequence
@@ -65,10 +62,6 @@ STEPS_PER_MESH = 20
 """Steps of a drag between two new fine meshes. A new mesh costs as much as some ten other steps, which is a
 noticeable delay; with 20 to 40 steps per second, there is at most one per second.
 """
-WORTH_SLIDING_ENERGY = 0.99
-"""Energy relative to that before, below which it is worth a new mesh that outlines slide past corners.
-
-In eight Newton steps they slide by about an edge of the mesh, so that a small gain is the first of several."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +179,6 @@ class Live:
         behind: whether the map belongs to earlier constraints, because the current ones were not reached.
         stiffening: (k,) factors for the stiffness of soft pins' springs, above 1 for pins that would exceed
             their limits.
-        outline_age: steps since the outlines last slid past corners, or since this was last tried.
     """
 
     pair: "_Pair"
@@ -199,7 +191,6 @@ class Live:
     age: int = STEPS_PER_MESH
     behind: bool = False
     stiffening: Real = field(default_factory=lambda: np.empty(0))
-    outline_age: int = 0
 
     @classmethod
     def of(
@@ -306,56 +297,24 @@ class Live:
             age = 0
             try:
                 state, coarse = self.pair.carried_anyhow(
-                    state or self.state, given, self._stiff_settings, coarse=coarse
+                    state or self.state, given, self.settings, coarse=coarse
                 )
                 least, behind = _least_area(state), False
             except NoMapError:
                 if not dragged or others:
                     raise
-        outline_age = self.outline_age + 1
-        is_tried = dragged and not (behind or coarse or others) and outline_age >= STEPS_PER_MESH
-        if is_tried and state is not None and state.miss == 0:
-            outline_age, slid = 0, self._slid(state, given)
-            if slid is not None:
-                state, least, age = slid, _least_area(slid), 0
         area = _least_area(state or self.state)
         if waits and area < SQUEEZED_AREA_RATIO**2 * least:  # the triangle would soon be degenerate
             state = None
         if state is None or behind:
-            return replace(self, state=state or self.state, age=age, behind=True, outline_age=outline_age)
+            return replace(self, state=state or self.state, age=age, behind=True)
         if not waits and not area >= SQUEEZED_AREA_RATIO * least:
             age, free = 0, state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
             with suppress(NoMapError):
-                anew = self.pair.carried(free, given, self._stiff_settings, coarse=coarse)
+                anew = self.pair.carried(free, given, self.settings, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
                 least = _least_area(state)
-        found = replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
-        return replace(found, outline_age=outline_age)
-
-    @property
-    def _stiff_settings(self) -> Settings:
-        """The settings with springs as stiff as they are now."""
-        pins = self.settings.energy.pins
-        stiff = None if pins is None else pins.stiffer(self.stiffening)
-        return replace(self.settings, energy=replace(self.settings.energy, pins=stiff))
-
-    def at_rest(self) -> "Live":
-        """Return the map with its outlines held for the next steps, so that a drag does not begin with a jump."""
-        return replace(self, outline_age=0)
-
-    def _slid(self, state: DiscreteMap, given: Pins) -> DiscreteMap | None:
-        """Return the map after its outlines slid past each other's corners, on a new mesh; None if that gains little.
-
-        Corners hold their vertices during the steps of a drag. Without this, a map that was dragged far would keep the
-        correspondence of the outlines that the first one had, and be stretched more than its pins require.
-        """
-        free = state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
-        before, after = (each.rest_energy(each.u, 1.0) for each in (state, free))
-        if after > WORTH_SLIDING_ENERGY * before:
-            return None
-        with suppress(NoMapError):
-            return self.pair.carried(free, given, self._stiff_settings, coarse=False)
-        return None
+        return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
 
     def _with_patches(self, patches: PinnedPatches, given: Pins) -> "Live":
         """Return the map with other soft pins in its energy; `given` are the exact ones."""

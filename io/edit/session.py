@@ -317,7 +317,7 @@ class Session:
             chosen = MapChoice(start, kept=True, springs=None if self._live is None else self._live.springs)
             solved = self._fit_scene(scene, start, kept=True)
             if solved.status.ok and not any(missed_constraints(solved.report, scene).values()):
-                return self._settle(scene, solved, chosen, live=self._live and self._live.at_rest())
+                return self._settle(scene, solved, chosen, live=self._live)
         return None
 
     def _only_adds_pins(self, scene: Scene) -> bool:
@@ -588,8 +588,6 @@ class Session:
             released: the map that was seen when the pin was released. Once the constraints are met, the map stays
                 near it.
         """
-        if released is not None and self._live is not None:
-            self._live = self._live.at_rest()
         before, live, was_met = self._map, self._live, self._is_met
         if self.deforming or before is None or not (scene.whole and self._is_whole):
             return None

@@ -11,7 +11,6 @@ from iccm.balanced.minimise import newton
 from iccm.balanced.model.settings import Settings
 from iccm.curve import Curve
 from iccm.errors import InputError
-from iccm.maps.distortion import in_middles
 from iccm.pins import Softness
 from tests import shapes
 
@@ -247,24 +246,3 @@ def test_exact_pins_go_with_soft_ones():
     live = live.moved(pins, softness=softness)
     assert live.met and abs(live.map(pins[:1, 0])[0] - pins[0, 1]) < 1e-8
     assert len(live.patches.points) == 2
-
-
-def test_outlines_slide_past_corners_during_a_long_drag(monkeypatch):
-    """Two pins rotate the picture in a shape with corners, which would hold the outline where it began."""
-    start = np.array([0.45, -0.4 + 0.1j])
-    pins = np.column_stack([start, 0.9 * start])
-    fit = iccm.fit(shapes.pear(), 1.1 * shapes.circle(7), pins=pins)
-
-    def stretch():
-        live = Live.of(fit, Settings(), pins, softness=Softness.free(2), dragged=True)
-        for degrees in range(2, 2 * STEPS_PER_MESH + 5, 2):
-            for part in (-1, 0):
-                angle = np.exp(1j * np.radians(degrees + part))
-                moved = np.column_stack([start, 0.9 * start * angle])
-                live = live.moved(moved, softness=Softness.free(2), dragged=True)
-        assert live.met and live.map.injectivity.certified
-        return in_middles(live.map).stretch_p95
-
-    slid = stretch()
-    monkeypatch.setattr("iccm.balanced.interactive.WORTH_SLIDING_ENERGY", 0.0)
-    assert slid < 0.98 * stretch()
