@@ -597,7 +597,7 @@ class Session:
         if self._moved_share(before, after) < STILL_SHARE:
             return None
         if released is not None and was_met and self._moved_share(released, after) > MOST_SETTLING_SHARE:
-            self._live, self._maps = live, [before]
+            self._live, self._maps, self._is_met = live, [before], was_met
             return None
         return shown
 

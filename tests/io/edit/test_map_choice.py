@@ -146,6 +146,22 @@ def test_after_the_hand_let_go_the_map_settles_by_no_more_than_can_be_seen(movin
     assert apart(released, edited._map) > 1e-4
 
 
+def test_a_map_that_would_settle_too_far_and_off_its_pins_is_kept_as_it_was(moving, monkeypatch):
+    edited, last = moving
+    released, follow = edited._map, edited.follow
+
+    def miss(followed):
+        shown = follow(followed)
+        edited._is_met = False  # as for a pin that leaves its tolerance
+        return shown
+
+    monkeypatch.setattr("iccm.io.edit.session.STILL_SHARE", 1e-6)
+    monkeypatch.setattr("iccm.io.edit.session.MOST_SETTLING_SHARE", 1e-6)
+    monkeypatch.setattr(edited, "follow", miss)
+    assert edited.relax(last, released) is None
+    assert edited.solve(last).ok and apart(released, edited._map) < 1e-4
+
+
 def test_the_next_drag_begins_with_the_map_as_it_is(moving):
     edited, last = moving
     edited.solve(last)
