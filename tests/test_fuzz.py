@@ -9,6 +9,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests import fuzz
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of processes")
 @pytest.mark.parametrize("kind", fuzz.SEEDS)
 def test_mutated_inputs_are_read_or_refused_in_one_line(kind):

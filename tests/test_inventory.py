@@ -175,6 +175,7 @@ def check(told, folder, written):
             assert allowed or not path.exists() or not inner, f"reads {name}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_no_command_goes_beyond_the_inventory(folder, name, tmp_path_factory):
     typed, written = COMMANDS[name]
@@ -200,6 +201,7 @@ def test_no_command_goes_beyond_the_inventory(folder, name, tmp_path_factory):
 TRACED = re.compile(r'(\w+)\((?:AT_FDCWD, |\d+(?:<[^>]*>)?, )?"((?:[^"\\]|\\.)*)"(.*)')
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("strace"), reason="strace is not installed")
 @pytest.mark.parametrize(
     "name",

@@ -24,7 +24,7 @@ ELSEWHERE = {
     "relayout": "needs meshes with two layouts, see tests/io/run/test_relayout",
 }
 """Commands whose examples are run by other tests, or cannot be run."""
-QUICK = ("map", "init", "help", "info")
+QUICK = ("init", "help", "info")
 
 
 def examples(iccm, command):

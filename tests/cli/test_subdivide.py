@@ -54,6 +54,7 @@ def is_closed(mesh: trimesh.Trimesh) -> bool:
     return mesh.is_watertight
 
 
+@pytest.mark.slow
 def test_a_box_of_smaller_triangles_is_the_same_box_and_stretches_less(iccm, box):
     """The surface, its normals and its sharp edges stay; the written picture is stretched less."""
     before = mapped(iccm, "box.obj")

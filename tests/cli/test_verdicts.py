@@ -17,6 +17,7 @@ LIMB = np.array([0, 4, 4 + 1j, 1.2 + 1j, 1.2 + 3j, 0.2 + 3j, 0.2 + 1j, 1j])
 """An asymmetric outline on which the paper's method folds."""
 
 
+@pytest.mark.slow
 def test_a_folded_map_is_a_failure_and_no_quiet_hides_where(tmp_path, iccm):
     given = ("map", FILES / "worm.svg", FILES / "block.svg", "--method", "paper", "--size", "48")
     out, report = tmp_path / "out.png", tmp_path / "r.json"

@@ -66,6 +66,7 @@ def test_a_word_is_a_target(here, iccm):
     assert shapely.area(shapely.symmetric_difference(found, word)) < 0.01 * word.area
 
 
+@pytest.mark.slow
 def test_fonts_are_files_or_names(here, iccm):
     assert iccm("map", "--text", "T", "--font", str(SERIF), "flag.svg", "-o", "file.svg").code == 0
     assert iccm("map", "--text", "T", "--font", "DejaVu Serif", "flag.svg", "-o", "name.svg").code == 0

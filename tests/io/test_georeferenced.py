@@ -134,6 +134,7 @@ def test_saved_maps_keep_both_places(here, iccm):
     assert np.allclose(back[:6], (1.5, 0, 1000, 0, -1.5, 5000)) and crs.to_epsg() == 32627
 
 
+@pytest.mark.slow
 def test_ground_control_points_of_a_geotiff_are_pins(here, iccm):
     points = [(15, 20, 405000, 510000), (48, 75, 450000, 508000), (12, 70, 412000, 580000)]
     control = [rasterio.control.GroundControlPoint(row=y, col=x, x=u, y=v) for x, y, u, v in points]

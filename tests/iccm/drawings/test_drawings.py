@@ -253,6 +253,7 @@ def test_the_frames_that_are_taken_cost_little_more_than_the_cheapest_of_all_pai
     assert taken.cost <= 1.02 * least
 
 
+@pytest.mark.slow
 def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
     drawings, settings = (Drawing(HOOK), Drawing(BARS)), settings_of(Options(fit="frame"))
 
@@ -266,6 +267,7 @@ def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
     assert len(shorter) < len(longer) and min(shorter) == min(longer)
 
 
+@pytest.mark.slow
 def test_joined_frames_that_cost_much_more_than_paired_parts_are_not_looked_for(monkeypatch):
     hook = Drawing(shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9)]))
     apart = Drawing(shapely.MultiPolygon([HOOK, shapely.box(16, 0, 17, 12)]))

@@ -106,6 +106,7 @@ def test_a_pin_between_parts_is_met_and_followed(drawings):
     assert edited.solve(scene(strokes=[stroke])).ok
 
 
+@pytest.mark.slow
 def test_parts_that_are_mapped_one_by_one_each_take_points(drawings):
     edited = session("dots.svg", "squares.svg")
     assert edited.solve(scene()).ok and len(edited._maps) == 3

@@ -46,6 +46,7 @@ def mapped(iccm, *words):
     return json.loads(open("r.json").read()), done.err
 
 
+@pytest.mark.slow
 def test_a_cut_is_taken_that_stretches_the_picture_less(there, iccm, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr(cut_choice, "SEAM_EXTENSIONS", ())

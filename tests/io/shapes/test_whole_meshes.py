@@ -84,6 +84,7 @@ def test_pieces_lie_inside_the_outline_of_the_source_and_upright(machine, shapes
         assert ((bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0).all()
 
 
+@pytest.mark.slow
 def test_one_piece_is_taken_where_it_is_asked_for_or_where_pins_need_it(machine, shapes, iccm):
     for words in (["--parts", "largest"], ["--pin", "50,50:v300"]):
         done = iccm("map", "square.svg", machine, *words, "-o", "o.obj", "--report", "r.json", "--force")
