@@ -123,7 +123,7 @@ def solve_once(
         attempt = _attempt(problem, options, start, moved=moved)
     attempt = _with_exact_pins(attempt, problem, options, start, moved=moved)
     fit, settings = attempt.fit, attempt.settings
-    if settings.fit != "whole" and loses_too_much(fit, options):
+    if settings.fit != "whole" and loses_too_much(fit.left_out, fit.uncovered, options):
         return solve_once(problem, replace(options, fit="whole"), start)
     if fit.rigid:
         check_sizes(fit, options.rigid_size)
@@ -329,15 +329,12 @@ def solve_inverse(
     return replace(found.inverse(), notes=[*told, *notes] if len(notes) < len(found.notes) else notes)
 
 
-def loses_too_much(fit: Fit, options: Options) -> bool:
-    """Return whether more of the source is hidden, or more of the target bare, than allowed.
+def loses_too_much(hidden: float, bare: float, options: Options) -> bool:
+    """Return whether these shares, of the source that is hidden and of the target that is bare, exceed those allowed.
 
-    The search only estimates these shares.
+    They are those of a solved map; the search only estimates them.
     """
-    return (
-        fit.left_out > options.max_left_out + NOTED_AREA_SHARE
-        or fit.uncovered > options.max_uncovered + NOTED_AREA_SHARE
-    )
+    return hidden > options.max_left_out + NOTED_AREA_SHARE or bare > options.max_uncovered + NOTED_AREA_SHARE
 
 
 def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:

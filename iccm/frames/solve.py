@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from ..balanced.fit import NOTED_AREA_SHARE, coverage_notes, settings_of
+from ..balanced.fit import coverage_notes, loses_too_much, settings_of
 from ..drawings.drawing import Drawing
 from ..errors import InputError
 from ..fits import FITS
@@ -120,8 +120,7 @@ def _with_losses_checked(fit: Fit, options: Options) -> Fit:
         return fit  # measuring the shares takes time
     seen = fit.seen
     assert seen is not None
-    hidden, bare = seen.hidden - options.max_left_out, seen.bare - options.max_uncovered
-    if max(hidden, bare) <= NOTED_AREA_SHARE:
+    if not loses_too_much(seen.hidden, seen.bare, options):
         return fit
     note = f"{seen.hidden:.1%} of the source drawing is hidden, and {seen.bare:.1%} of the target is bare."
     return replace(fit, ended=Status.BOUNDS, notes=[*fit.notes, note])

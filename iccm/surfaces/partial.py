@@ -28,7 +28,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
     soft_pins, softness = asked.soft_pins
     found = replace(found, soft_pins=soft_pins, softness=softness)
     result = fit.result_of(problem, found, found.map, (asked.holes, asked.points), asked.settings, drawn=True)
-    if fit.loses_too_much(result, options):
+    if fit.loses_too_much(result.left_out, result.uncovered, options):
         return None
     result.notes.extend(fit.coverage_notes(result))
     return replace(result, layouts=layouts)

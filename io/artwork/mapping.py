@@ -254,7 +254,7 @@ def _by_region(
     which: NDArray[np.intp],
     z: Complex,
 ) -> Sequence[Complex]:
-    """Return the values, as many as said, that a method of regions has at points (p,) of segments `which`."""
+    """Return `values` arrays (p,): what a method of regions returns for points (p,) of segments `which`."""
     if len(set(owners)) == 1:
         return evaluate(owners[0], z)
     out = np.empty((values, z.size), np.complex128)

@@ -320,7 +320,7 @@ class MeshFormat(ABC):
         except InputError:
             raise
         except Exception as error:  # whatever exception a parser raises, the file is at fault
-            reason = " ".join(str(error).split())[:REASON_LENGTH] or type(error).__name__
+            reason = reason_of(error)
             kind = formats.suffix_of(self.path).strip(".").upper()
             raise InputError(f"{self.path}: cannot read this {kind} file: {reason}") from error
 
@@ -393,3 +393,8 @@ def _area(mesh: Mesh) -> float:
     corners = mesh.corners[mesh.starts[:-1][mesh.sizes == 3, None] + np.arange(3)]
     corners = corners[((corners >= 0) & (corners < len(mesh.points))).all(axis=1)]
     return float(np.nan_to_num(face_areas(mesh.points[corners])).sum())
+
+
+def reason_of(error: Exception) -> str:
+    """Return the message of a parser's exception in one short line."""
+    return " ".join(str(error).split())[:REASON_LENGTH] or type(error).__name__

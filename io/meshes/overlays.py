@@ -14,6 +14,7 @@ from ...errors import InputError
 from .. import files, limits
 from ..formats import suffix_of
 from .brain_formats import gifti, nibabel
+from .mesh_format import reason_of
 
 TABLES = (".txt", ".csv", ".1d")
 MGH = (".mgh", ".mgz")
@@ -46,8 +47,7 @@ def read(name: str | Path, count: int) -> Overlay:
     except InputError:
         raise
     except Exception as error:  # whatever exception a parser raises, the file is at fault
-        said = " ".join(str(error).split())[:120] or type(error).__name__
-        raise InputError(f"{path}: cannot read this overlay: {said}") from None
+        raise InputError(f"{path}: cannot read this overlay: {reason_of(error)}") from None
     if found.values.size != count:
         raise InputError(f"{path}: has {found.values.size} values, but the surface has {count} vertices")
     return found

@@ -26,7 +26,7 @@ def add_landmarks(run: Run, solve: Callable[[Run], None]) -> None:
 
     Args:
         run: the job, solved.
-        solve: solves a job; raises an InputError where there is no map.
+        solve: function that solves a job; it raises an InputError where there is no map.
     """
     for k in range(len(run.pairs)):
         trial, remark = _with_landmarks(run, k)
