@@ -7,11 +7,9 @@ from typing import Any
 
 import click
 
-from ..errors import InputError
+from ..io import extras
 from . import logs, options, process
 from .options import FILE
-
-EXTRA = "iccm edit needs additional packages: pip install 'iccm[edit]'"
 
 
 @click.command("edit", cls=options.Command)
@@ -33,14 +31,9 @@ def command(**given: Any) -> int:
 
     Exit code: 0 the page was closed, 2 wrong input, 130 Ctrl-C.
     """
-    try:
-        import websockets  # noqa: F401  (uvicorn speaks to pages by it)
-
-        from ..io.edit import server
-    except ModuleNotFoundError as error:
-        if error.name not in ("starlette", "uvicorn", "websockets"):
-            raise
-        raise InputError(EXTRA) from None
+    for package in ("starlette", "uvicorn", "websockets"):
+        extras.load("iccm edit", package)
+    from ..io.edit import server
     from ..io.edit.workspace import Workspace
 
     port, browser = given.pop("port") or 0, not given.pop("no_browser")

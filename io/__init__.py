@@ -11,6 +11,7 @@ spec           `file#part#number`
 point_syntax   points as users write them
 values         validation of option values
 checked        validation of documents by pydantic, with the same messages
+extras         optional packages, and the extra of iccm that installs each
 quiet_stderr   silences C libraries that write to stderr
 memory         memory for pictures within a limit
 svg/           SVG as outlines

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..errors import InputError
-from . import files, limits
+from . import extras, files, limits
 from .quiet_stderr import silence
 
 READERS = {
@@ -28,7 +28,6 @@ READERS = {
 """The reader of each suffix; ITK would choose one by the content, among twenty."""
 SUFFIXES = tuple(READERS)
 MOST_COMPONENTS = 4  # of a pixel: more than vectors and colours with alpha have
-_NEEDED = "displacement fields need the package SimpleITK: pip install 'iccm[itk]'"
 _UNREAD = "cannot be read as a picture or field of ITK"
 _ELSEWHERE = "its data are not in this file; save header and data as one file"
 _META_LINE = re.compile(rb"[ \t]*([^=:\r\n]*?)[ \t]*[=:][ \t]*([^\r\n]*?)[ \t]*\r?\n")
@@ -55,11 +54,7 @@ def simple_itk() -> Any:
     Raises:
         InputError: it is not installed.
     """
-    try:
-        import SimpleITK
-    except ImportError:
-        raise InputError(_NEEDED) from None
-    return SimpleITK
+    return extras.load("reading and writing displacement fields", "SimpleITK")
 
 
 def read(path: str) -> Any:

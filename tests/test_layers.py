@@ -33,7 +33,7 @@ ORDER = (
     "io.svg",
     "io.memory io.quiet_stderr io.checked",
     "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references io.values",
-    "io.files io.limits",
+    "io.extras io.files io.limits",
     "texture_transfer",
     "solve",
     "projection",

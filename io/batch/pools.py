@@ -14,6 +14,7 @@ from statistics import median
 from typing import Any, Protocol
 
 from ...errors import InputError
+from .. import extras
 from . import worker
 
 GRACE_SECONDS = 3.0  # seconds that a worker has to end on its own, before it is killed
@@ -213,14 +214,9 @@ class Dask:
         Raises:
             InputError: distributed is not installed, or the scheduler does not answer.
         """
+        distributed = extras.load("--dask", "distributed")
         try:
-            from distributed import Client
-        except ImportError:
-            raise InputError(
-                "--dask: the package distributed is not installed; run `pip install 'iccm[dask]'`"
-            ) from None
-        try:
-            self._client = Client(address, timeout=CLUSTER_TIMEOUT)
+            self._client = distributed.Client(address, timeout=CLUSTER_TIMEOUT)
         except (OSError, ValueError) as error:
             raise InputError(
                 f"--dask: no scheduler answers at {address}: {' '.join(str(error).split())}"

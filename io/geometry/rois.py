@@ -18,7 +18,7 @@ import shapely
 from ...arrays import Complex
 from ...errors import InputError
 from ...polygons import polygons_of
-from .. import limits
+from .. import extras, limits
 from .document import Document, Geometry, Images
 
 if TYPE_CHECKING:
@@ -147,16 +147,11 @@ def _file_name(name: str) -> str:
 
 def _roi(data: bytes) -> ImagejRoi:
     """Return a region of interest from its bytes."""
-    try:
-        from roifile import ImagejRoi
-    except ImportError:
-        raise InputError(
-            "reading ImageJ's regions needs the package roifile: pip install 'iccm[imagej]', or export a table"
-        ) from None
+    roifile = extras.load("reading ImageJ's regions", "roifile", otherwise="export a table")
     logging.getLogger("roifile").setLevel(logging.CRITICAL)  # its notices of damage would go to stderr
     try:
         with np.errstate(invalid="ignore"):
-            roi = ImagejRoi.frombytes(data)
+            roi = roifile.ImagejRoi.frombytes(data)
             roi.coordinates(multi=True)
     except UNREAD as error:
         raise InputError(f"not a region of interest of ImageJ: {error}") from error

@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .. import files, limits
+from .. import extras, files, limits
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
 POINTSET, TRIANGLE = 1008, 1009
@@ -103,11 +103,7 @@ def nibabel(path: Path | str) -> Any:
     Raises:
         InputError: it is not installed.
     """
-    try:
-        import nibabel.freesurfer
-    except ImportError:
-        raise InputError(f"{path}: reading it needs the package nibabel: pip install 'iccm[brain]'") from None
-    return nibabel
+    return extras.load(f"{path}: reading it", "nibabel", "freesurfer")
 
 
 def gifti(path: Path) -> Any:

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
-from .. import limits
+from .. import extras, limits
 from .gltf_schema import DTYPES, TRIANGLES_MODE
 
 DRACO = "KHR_draco_mesh_compression"
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
-NEEDS = "{}: is compressed ({}); run pip install 'iccm[{}]' to read it, or save it without compression"
+UNCOMPRESSED = "save it without compression"
 
 
 def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dict[int, bytes]:
@@ -43,10 +42,7 @@ def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dic
 
 
 def _decoded(path: Path, name: str, place: str, said: dict[str, Any], buffers: list[bytes]) -> bytes:
-    try:
-        import meshopt
-    except ImportError:
-        raise InputError(NEEDS.format(path, name, "meshopt")) from None
+    meshopt = extras.load(f"{path}: reading {name}", "meshopt", otherwise=UNCOMPRESSED)
     start, count, stride = said.get("byteOffset", 0), said["count"], said["byteStride"]
     data = buffers[said["buffer"]][start : start + said["byteLength"]]
     if not 0 <= count * stride <= limits.MESH_BYTES:
@@ -78,10 +74,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
     """
     if not any(DRACO in primitive.get("extensions", {}) for primitive in _primitives(tree)):
         return tree, views
-    try:
-        import DracoPy
-    except ImportError:
-        raise InputError(NEEDS.format(path, DRACO, "draco")) from None
+    draco = extras.load(f"{path}: reading {DRACO}", "DracoPy", otherwise=UNCOMPRESSED)
     tree, views = deepcopy(tree), list(views)
     decoded = dict[int, Any]()
 
@@ -109,7 +102,7 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
         at = said["bufferView"]
         if at not in decoded:
             try:
-                decoded[at] = DracoPy.decode(views[at])
+                decoded[at] = draco.decode(views[at])
             except Exception as error:  # DracoPy's exceptions have no common base class
                 raise ValueError(f"bufferViews/{at}: {error}") from None
         found = decoded[at]

@@ -15,7 +15,7 @@ import numpy as np
 from ...arrays import Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
-from .. import files, limits
+from .. import extras, files, limits
 from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
 
 MAGICS = (b"#usda", b"PXR-USDC")
@@ -132,11 +132,4 @@ def _usd(path: Path | str) -> Any:
     Raises:
         InputError: it is not installed.
     """
-    try:
-        import pxr.Sdf
-        import pxr.Usd
-        import pxr.UsdGeom
-        import pxr.Vt
-    except ImportError:
-        raise InputError(f"{path}: USD needs the package usd-core: pip install 'iccm[usd]'") from None
-    return pxr
+    return extras.load(f"{path}: reading USD", "pxr", "Sdf", "Usd", "UsdGeom", "Vt")

@@ -20,7 +20,7 @@ from ... import deadline
 from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
 from ...plane import diagonal
-from .. import files, limits
+from .. import extras, files, limits
 from ..svg.drawing import Drawing
 
 JOINED_DIAGONAL_SHARE = 1e-6  # of the drawing's diagonal: ends at most this far apart are joined
@@ -89,14 +89,8 @@ def library(path: Path | str) -> Iterator[Any]:
     Raises:
         InputError: ezdxf is not installed, or an error of ezdxf.
     """
-    try:
-        with _without_fonts():
-            import ezdxf
-            import ezdxf.disassemble
-            import ezdxf.path
-            import ezdxf.recover
-    except ImportError:
-        raise InputError(f"{path}: reading DXF needs the package ezdxf: pip install 'iccm[dxf]'") from None
+    with _without_fonts():
+        ezdxf = extras.load(f"{path}: reading DXF", "ezdxf", "disassemble", "path", "recover")
     try:
         yield ezdxf
     except InputError:

@@ -10,14 +10,13 @@ from typing import Any
 
 from ...errors import InputError
 from ...saved.georeference import Affine, Georeference
-from .. import files, formats
+from .. import extras, files, formats
 from . import pillow
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 GEOTIFF_TAGS = 33550, 33922, 34264, 34735
 """Of TIFF: pixel scale, tie points, transformation, and the directory of keys."""
 WORLD_FILE_BYTES = 4096
-MISSING = "needs the package rasterio: pip install 'iccm[gis]'"
 
 
 def read(path: Path) -> tuple[Georeference | None, str]:
@@ -26,9 +25,10 @@ def read(path: Path) -> tuple[Georeference | None, str]:
     The file's coordinates are pixels, y down, from the upper left corner.
     """
     if formats.suffix_of(path) in TIFF_SUFFIXES and has_geotiff_tags(path):
-        module = rasterio()
-        if module is None:
-            return None, f"{path}: its georeference is ignored, because it {MISSING}"
+        try:
+            module = rasterio(f"{path}: reading where it lies on a map")
+        except InputError as error:
+            return None, str(error)
         with suppress(module.errors.RasterioError), _opened(module, path) as file:
             if not file.transform.is_identity:
                 a, b, c, d, e, f = tuple(file.transform)[:6]
@@ -46,9 +46,7 @@ def gcps(path: Path) -> tuple[list[tuple[float, float]], list[tuple[float, float
     Raises:
         InputError: rasterio is missing, or the file has none.
     """
-    module = rasterio()
-    if module is None:
-        raise InputError(f"ground control points: reading them {MISSING}")
+    module = rasterio("reading ground control points")
     try:
         with _opened(module, path) as file:
             points, crs = file.gcps
@@ -60,16 +58,17 @@ def gcps(path: Path) -> tuple[list[tuple[float, float]], list[tuple[float, float
     return pixels, [(float(each.x), float(each.y)) for each in points], _text(crs)
 
 
-def write(path: Path, transform: Affine, crs: str) -> bool:
-    """Add a transform and a coordinate reference system to a TIFF; return whether rasterio is installed."""
-    module = rasterio()
-    if module is None:
-        return False
+def write(path: Path, transform: Affine, crs: str) -> None:
+    """Add a transform and a coordinate reference system to a TIFF.
+
+    Raises:
+        InputError: rasterio is missing.
+    """
+    module = rasterio("writing where the picture lies on a map")
     with _opened(module, path, "r+") as file:
         file.transform = module.Affine(*transform)
         if crs:
             file.crs = module.crs.CRS.from_string(crs)
-    return True
 
 
 def world_file_text(transform: Affine) -> str:
@@ -80,8 +79,13 @@ def world_file_text(transform: Affine) -> str:
 
 
 def projection_text(crs: str) -> str:
-    """Return the content of a .prj file; rasterio must be installed."""
-    return str(rasterio().crs.CRS.from_string(crs).to_wkt(version="WKT1_ESRI")) + "\n"
+    """Return the content of a .prj file.
+
+    Raises:
+        InputError: rasterio is missing.
+    """
+    module = rasterio("writing a coordinate reference system")
+    return str(module.crs.CRS.from_string(crs).to_wkt(version="WKT1_ESRI")) + "\n"
 
 
 def world_files(picture: Path) -> list[Path]:
@@ -99,15 +103,13 @@ def has_geotiff_tags(path: Path) -> bool:
     return False
 
 
-def rasterio() -> Any:
-    """Return the module rasterio; None if it is not installed."""
-    try:
-        import rasterio
-        import rasterio.crs
-        import rasterio.errors
-    except ImportError:
-        return None
-    return rasterio
+def rasterio(purpose: str) -> Any:
+    """Return the module rasterio. `purpose` is what needs it, with which the message begins.
+
+    Raises:
+        InputError: it is not installed.
+    """
+    return extras.load(purpose, "rasterio", "crs", "errors")
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...memory import Memory
 from ...pixels.pyramid import strip_rows
-from .. import formats, limits
+from .. import extras, formats, limits
 from ..files import as_text, open_input, scratch
 from ..quiet_stderr import silence
 from . import icc, pillow
@@ -111,11 +111,10 @@ def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
         raise InputError(
             f"{path}: AVIF is not read by this Pillow; convert it first, to .png or .jxl for instance"
         )
-    if form != "AVIF" and not pillow.decodes_heif():
-        raise InputError(
-            f"{path}: reading {form} needs the package pi-heif: pip install 'iccm[heic]', or convert the picture "
-            "first, for instance to .png or .jxl"
-        )
+    if form != "AVIF":
+        convert = "convert the picture first, for instance to .png or .jxl"
+        pi_heif = extras.load(f"{path}: reading {form}", "pi_heif", otherwise=convert)
+        pi_heif.register_heif_opener(thumbnails=False)  # with Pillow, which opens the file
     with pillow.opened(Path(path), path, ("AVIF" if form == "AVIF" else "HEIF",)) as picture:
         width, height = picture.size
         if width * height > max_pixels:

@@ -21,19 +21,9 @@ if TYPE_CHECKING:
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "GIF", "BMP", "AVIF")
 """Pillow's names of the formats that may be opened; their decoders start no programs and read no other files."""
 WITH_EXTRA = ("HEIF",)
-"""Further formats, which Pillow opens after `decodes_heif` has registered their decoder."""
+"""Further formats, which Pillow opens once the package pi_heif has registered their decoder."""
 EMBEDDED = FORMATS
 """Formats that may be embedded in a drawing."""
-
-
-def decodes_heif() -> bool:
-    """Return whether the HEIC decoder (extra `heic`) is installed; if so, register it with Pillow."""
-    try:
-        import pi_heif
-    except ImportError:
-        return False
-    pi_heif.register_heif_opener(thumbnails=False)
-    return True
 
 
 @contextmanager

@@ -111,8 +111,10 @@ class Picture(Output):
         place = run.target.georeference
         if place is None or formats.suffix_of(self.name) not in georeferenced.TIFF_SUFFIXES:
             return
-        if not georeferenced.write(path, canvas_transform(run), place.crs):
-            run.note(f"{self.name}: is not georeferenced, because that {georeferenced.MISSING}")
+        try:
+            georeferenced.write(path, canvas_transform(run), place.crs)
+        except InputError as error:
+            run.note(f"{self.name}: {error}")  # the picture itself is right
 
     def _rows(self, run: Run, work: Warp, colours: Colours) -> Iterator[NDArray]:
         """Yield blocks of rows while they are computed, with only some of them in memory."""

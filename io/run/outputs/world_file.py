@@ -40,8 +40,7 @@ class WorldFile(Output):
                 raise InputError(
                     f"{self.name}: the coordinate reference system of {run.target.spec} is unknown"
                 )
-            if georeferenced.rasterio() is None:
-                raise InputError(f"{self.name}: writing it {georeferenced.MISSING}")
+            georeferenced.rasterio(f"{self.name}: writing it")
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the file."""

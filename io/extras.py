@@ -1,0 +1,58 @@
+"""Optional packages: which extra of iccm installs each, and their import."""
+
+from collections.abc import Mapping
+from importlib import import_module
+from types import MappingProxyType
+from typing import Any
+
+from ..errors import InputError
+
+EXTRAS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "DracoPy": ("DracoPy", "draco"),
+        "SimpleITK": ("SimpleITK", "itk"),
+        "distributed": ("distributed", "dask"),
+        "ezdxf": ("ezdxf", "dxf"),
+        "meshopt": ("meshopt", "meshopt"),
+        "nibabel": ("nibabel", "brain"),
+        "pi_heif": ("pi-heif", "heic"),
+        "pxr": ("usd-core", "usd"),
+        "rasterio": ("rasterio", "gis"),
+        "roifile": ("roifile", "imagej"),
+        "starlette": ("starlette", "edit"),
+        "uvicorn": ("uvicorn", "edit"),
+        "websockets": ("websockets", "edit"),
+    }
+)
+"""Of each optional package, by the name it is imported by: its name on PyPI, and the extra of iccm it belongs to."""
+
+
+def load(purpose: str, package: str, *submodules: str, otherwise: str = "") -> Any:
+    """Import an optional package with the submodules that are used.
+
+    Args:
+        purpose: what needs it, with which the message begins, such as "drawing.dxf: reading DXF".
+        package: the name it is imported by.
+        submodules: their names within the package, such as "recover".
+        otherwise: what can be done without the package, with which the message ends.
+
+    Raises:
+        InputError: it is not installed; the message names the extra that installs it.
+
+    >>> load("reading DXF", "ezdxf", "recover").__name__
+    'ezdxf'
+    """
+    try:
+        module = import_module(package)
+        for name in submodules:
+            import_module(f"{package}.{name}")
+    except ImportError:
+        raise InputError(needed(purpose, package, otherwise)) from None
+    return module
+
+
+def needed(purpose: str, package: str, otherwise: str = "") -> str:
+    """Return the message that an optional package is missing. Parameters as in `load`."""
+    distribution, extra = EXTRAS[package]
+    alternative = f", or {otherwise}" if otherwise else ""
+    return f"{purpose} needs the package {distribution}: pip install 'iccm[{extra}]'{alternative}"
