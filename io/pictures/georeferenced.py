@@ -16,7 +16,8 @@ from . import pillow
 TIFF_SUFFIXES = (".tif", ".tiff")
 GEOTIFF_TAGS = 33550, 33922, 34264, 34735
 """Of TIFF: pixel scale, tie points, transformation, and the directory of keys."""
-WORLD_FILE_BYTES = 4096
+MOST_WORLD_FILE_BYTES = 4096
+MOST_PROJECTION_BYTES = 1 << 16
 
 
 def read(path: Path) -> tuple[Georeference | None, str]:
@@ -135,17 +136,30 @@ def _text(crs: Any) -> str:
 def _of_world_file(path: Path, picture: Path) -> tuple[Georeference | None, str]:
     try:
         numbers = [
-            float(word) for word in files.read_bytes(path, max_bytes=WORLD_FILE_BYTES).decode().split()
+            float(word) for word in files.read_bytes(path, max_bytes=MOST_WORLD_FILE_BYTES).decode().split()
         ]
         a, d, b, e, x, y = numbers
     except (InputError, ValueError):
         return None, f"{path}: ignored, because it is not a world file of six numbers"
     if not all(abs(number) < 1e15 for number in numbers) or a * e == b * d:
         return None, f"{path}: ignored, because it does not place the picture"
-    crs = ""
-    projection, module = picture.with_suffix(".prj"), rasterio()
-    if projection.is_file() and module is not None:
-        with suppress(module.errors.RasterioError, InputError, UnicodeDecodeError):
-            text = files.read_bytes(projection, max_bytes=1 << 16).decode()
-            crs = _text(module.crs.CRS.from_wkt(text))
+    crs, projection = "", picture.with_suffix(".prj")
+    if projection.is_file():
+        with suppress(InputError, UnicodeDecodeError):  # the transform holds without it
+            crs = _of_projection_file(projection)
     return Georeference((a, b, x - (a + b) / 2, d, e, y - (d + e) / 2), crs), ""
+
+
+def _of_projection_file(path: Path) -> str:
+    """Return the coordinate reference system in a .prj file.
+
+    Raises:
+        InputError: rasterio is missing, or does not know the system.
+        UnicodeDecodeError: the file is not text.
+    """
+    module = rasterio(f"{path}: reading it")
+    text = files.read_bytes(path, max_bytes=MOST_PROJECTION_BYTES).decode()
+    try:
+        return _text(module.crs.CRS.from_wkt(text))
+    except module.errors.RasterioError:
+        raise InputError(f"{path}: cannot be read as a coordinate reference system") from None
