@@ -42,6 +42,7 @@ def test_there_is_a_task_for_each_part(name):
     assert name in guarded.tasks()
 
 
+@pytest.mark.slow
 def test_a_version_answers_with_seconds(tmp_path):
     version = guard.Version(sys.executable, tmp_path)
     try:

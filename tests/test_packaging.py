@@ -48,6 +48,7 @@ def jobs(baselines, tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_jobs_are_run_and_compared(jobs, tmp_path):
     done = jobs("jobs.toml", "baselines", "results")
     assert done.returncode == 0, done.stderr
@@ -58,6 +59,7 @@ def test_jobs_are_run_and_compared(jobs, tmp_path):
     assert summary and summary == (tmp_path / "results" / "check.md").read_text()
 
 
+@pytest.mark.slow
 def test_a_difference_is_a_failure_and_wrong_input_another(jobs, tmp_path):
     shutil.copy(ROOT / "samples" / "pins" / "face.png", tmp_path / "baselines" / "blob.png")
     assert jobs("jobs.toml", "baselines", "results").returncode == 1

@@ -11,7 +11,7 @@ import pytest
 from iccm.io.pictures import image_files
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
-LONG = {"rose-leaf", "square-country", "polyline", "strokes", "face-pins", "hexagon-surface"}
+LONG = {"rose-leaf", "square-country", "polyline", "strokes", "face-pins", "hexagon-surface", "raster"}
 # Several maps of a square or a regular hexagon are equally good, and rounding may decide: only alpha is compared.
 FREE = {"square-country", "hexagon-surface"}
 BLOCK = 8

@@ -29,7 +29,14 @@ def results(typed):
     }
 
 
-@pytest.mark.parametrize("sources", [("icons/*.svg",), ("icons",), ("icons/square.svg", "icons/blob.svg")])
+@pytest.mark.parametrize(
+    "sources",
+    [
+        ("icons/*.svg",),
+        pytest.param(("icons",), marks=pytest.mark.slow),
+        pytest.param(("icons/square.svg", "icons/blob.svg"), marks=pytest.mark.slow),
+    ],
+)
 def test_a_pattern_a_folder_or_files_become_a_job_each(icons, iccm, sources):
     typed = iccm("batch", *sources, "disk.svg", *SMALL, "-o", "out/{source.stem}-on-{target.stem}.png")
     assert typed.code == 0 and results(typed) == {"square-disk": "done", "blob-disk": "done"}
@@ -37,6 +44,7 @@ def test_a_pattern_a_folder_or_files_become_a_job_each(icons, iccm, sources):
     assert made == ["blob-on-disk.png", "square-on-disk.png"]
 
 
+@pytest.mark.slow
 def test_an_output_may_be_a_folder_and_options_of_the_map_hold(icons, iccm):
     typed = iccm("batch", "icons", "[bd]*.svg", *SMALL, "-o", "out/")
     assert typed.code in (0, 1) and len(results(typed)) == 4

@@ -141,6 +141,7 @@ def test_all_charts_by_name_into_one_picture_as_baking_them(sheets, iccm):
     assert np.allclose(middle, [[0.75, 0.5], [0.25, 0.5]], atol=0.01)
 
 
+@pytest.mark.slow
 def test_without_names_parts_go_by_place(sheets, iccm):
     words = ["--parts", "all", "--texture", "ramp.png", "--size", "200"]
     assert iccm("map", "places.svg", "pair.obj#uv", *words, "-o", "a.png").code == 0
@@ -303,6 +304,7 @@ def bounds_of(path):
     }
 
 
+@pytest.mark.slow
 def test_all_pieces_of_two_meshes_are_mapped_in_pairs(sheets, shapes, iccm):
     """By their names, although they lie in the other order."""
     write_sheets(shapes / "other.obj", {"right": ((0, 0), (1, 1)), "left": ((0, 0), (1, 1))}, n=7)

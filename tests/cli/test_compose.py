@@ -57,6 +57,7 @@ def test_maps_are_composed_and_certified_again(maps, iccm):
     assert area == pytest.approx(15) and both.target.distances(both.image).max() < 1e-3 * both.diagonal
 
 
+@pytest.mark.slow
 def test_a_tilde_inverts_a_map_in_any_place(maps, iccm):
     assert iccm("compose", "~ell-box.npz", "~leaf-ell.npz", "-o", "box-leaf.npz").code == 0
     assert iccm("compose", "~leaf-ell.npz", "-o", "ell-leaf.npz").code == 0

@@ -103,7 +103,7 @@ def distances(z, line):
     )
 
 
-@pytest.mark.parametrize("version", ["R2010", "R12"])
+@pytest.mark.parametrize("version", [pytest.param("R2010", marks=pytest.mark.slow), "R12"])
 def test_every_entity_is_where_the_map_takes_it_and_keeps_its_layer_and_colour(version, here, iccm):
     pattern("a.dxf", version)
     done = iccm(
@@ -206,6 +206,7 @@ def test_each_piece_follows_its_own_map(here, iccm):
         assert shapely.distance(piece.exterior, shapely.Point(at.real, at.imag)) < 0.2
 
 
+@pytest.mark.slow
 def test_back_and_forth_and_from_inches_to_the_units_of_a_drawing(here, iccm):
     Path("sheet.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="20cm" height="10cm" viewBox="0 0 400 200">'

@@ -42,6 +42,7 @@ def test_a_shape_that_leaves_its_canvas_is_told(shapes, iccm):
     ]
 
 
+@pytest.mark.slow
 def test_a_small_part_of_a_large_canvas_fills_the_picture(shapes, iccm):
     part = (
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 800 400"><path d="M100 50h80v40h-80z"/></svg>'
@@ -67,6 +68,7 @@ def test_a_small_part_of_a_large_canvas_fills_the_picture(shapes, iccm):
     )
 
 
+@pytest.mark.slow
 def test_the_checkerboard_covers_the_shape_and_a_texture_the_canvas(shapes, iccm):
     part = (
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 800 800"><path d="M100 50h80v80h-80z"/></svg>'

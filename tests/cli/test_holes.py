@@ -189,6 +189,7 @@ FACE = (
 )
 
 
+@pytest.mark.slow
 def test_boundaries_of_a_mesh_are_holes_and_its_pieces_are_picked_by_number(shapes, iccm):
     head(shapes / "head.obj")
     for name, eyes in (("face", ("left", "right")), ("other", ("right", "left"))):

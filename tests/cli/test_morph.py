@@ -147,6 +147,7 @@ def test_drawings_with_colours_of_their_own_fade_into_each_other(shapes, iccm):
     assert len(np.unique(pixels("c-3.png")[..., :3].reshape(-1, 3), axis=0)) > 10
 
 
+@pytest.mark.slow
 def test_artwork_is_cut_to_the_target_by_and_by(shapes, iccm):
     (shapes / "bars.svg").write_text(SVG.format(BARS.format('fill="red"')))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))

@@ -112,6 +112,7 @@ def test_the_others_are_told_once(drawings, iccm):
 WORD = '<path id="a" d="M5 20h40v50h-40z"/><path d="M55 20h40v50h-40z"/><circle cx="50" cy="85" r="10"/>'
 
 
+@pytest.mark.slow
 def test_one_source_goes_onto_each_part(drawings, iccm):
     (drawings / "word.svg").write_text(SVG.format(WORD))
     each = ("map", "face.svg#head", "word.svg", "--parts", "each", "--size", "100")
@@ -243,6 +244,7 @@ def test_lines_beside_fills_are_parts_of_their_own(shapes, iccm):
     assert rows.size and rows.min() > 0
 
 
+@pytest.mark.slow
 def test_artwork_shows_all_parts_that_are_mapped_one_by_one(shapes, iccm):
     mug = (
         '<path d="M20 50H70V90H20Z"/><path d="M30 10H38V40H30Z"/>'

@@ -137,6 +137,7 @@ def test_options_of_a_search_are_refused(here, iccm, given):
     assert done.code == 2 and given[0] in done.err
 
 
+@pytest.mark.slow
 def test_a_batch_maps_onto_generated_shapes_and_marked_photographs(here, iccm):
     Path("jobs.toml").write_text(
         f"""

@@ -54,6 +54,7 @@ def test_typed_settings_and_listed_ones_are_the_same(iccm, tmp_path, pair):
     assert first[0] < 1e-9 < first[1]
 
 
+@pytest.mark.slow
 def test_the_circle_of_a_drawn_pin_is_its_patch(iccm, tmp_path):
     def circles(radius):
         pin = '<circle id="pin-nose" cx="{}" cy="{}" r="{}" fill="none"/>'

@@ -112,6 +112,7 @@ def test_what_vertices_have_is_interpolated_and_other_parts_stay(bowl, iccm):
     assert np.array_equal(other.points[other.corners], [[9, 0, 0], [10, 0, 0], [9, 1, 0]])
 
 
+@pytest.mark.slow
 def test_both_sides_of_a_seam_are_split_alike(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     Path("round.svg").write_text(SVG)
@@ -145,7 +146,7 @@ def test_layouts_onto_an_outline_have_their_rims_split(bowl, iccm):
 COMB = "M5 5H95V95H80V20H70V95H55V20H45V95H30V20H20V95H5Z"
 
 
-@pytest.mark.parametrize("command", ["map", "flatten"])
+@pytest.mark.parametrize("command", [pytest.param("map", marks=pytest.mark.slow), "flatten"])
 def test_what_would_turn_triangles_over_is_taken_back_and_told(bowl, iccm, command):
     Path("comb.svg").write_text(SVG.replace(ROUND, COMB))
     words = ("map", "comb.svg", "bowl.obj#bowl", "-o")

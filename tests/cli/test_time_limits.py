@@ -42,6 +42,7 @@ def meshes(shapes):
     return shapes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LINES)
 def test_outputs_are_whole_or_a_line_names_the_limit(meshes, iccm, monkeypatch, name):
     """A tenth, a half and most of the time that the command takes, in steps of the clock."""

@@ -73,6 +73,7 @@ def marks(pixels, alpha):
     return np.array(ndimage.center_of_mass(found > 0, found, range(1, count + 1)))[:, ::-1] + 0.5
 
 
+@pytest.mark.slow
 def test_an_old_map_lies_where_its_map_says(here, iccm):
     """The marks of places on a drawn map of Iceland, as rasterio locates them, to a pixel."""
     for name in ("iceland.geojson", "old-iceland.png", "old-iceland.points"):

@@ -110,7 +110,10 @@ def test_numbers_out_of_range_in_glb_files_are_refused(sheet, iccm, tree):
         assert typed.code == 2 and len(typed.lines) == 1 and "sheet.glb" in typed.err, typed.err
 
 
-@pytest.mark.parametrize("scale", [[0, 1], [0, 0], [1e-9, 1], [-1, 0]])
+@pytest.mark.parametrize(
+    "scale",
+    [[0, 1], *(pytest.param(scale, marks=pytest.mark.slow) for scale in ([0, 0], [1e-9, 1], [-1, 0]))],
+)
 def test_textures_that_a_transform_shrinks_to_a_line_or_point_are_shown_so(sheet, iccm, scale):
     sheet(shown({"scale": scale}))
     for command in COMMANDS:

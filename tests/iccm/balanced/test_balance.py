@@ -38,7 +38,7 @@ def mean_energy(found):
     return np.average(energy[inner], weights=found.area[inner])
 
 
-@pytest.mark.parametrize("name", ["square to Texas", "arrow to blob"])
+@pytest.mark.parametrize("name", ["square to Texas", pytest.param("arrow to blob", marks=pytest.mark.slow)])
 def test_a_bound_that_can_be_met_is_met_at_little_cost_elsewhere(name):
     free = iccm.fit(*PAIRS[name], fit="whole").distortion
     for share in (0.9, 0.7):

@@ -85,6 +85,7 @@ def test_a_stroke_is_met_and_ends_with_pins_go_to_ends(turn):
     assert off_line(fit) < 2e-4 * fit.diagonal and max(errors(fit)) < 1e-9
 
 
+@pytest.mark.slow
 def test_ends_without_pins_slide_to_where_the_map_is_best():
     pins = np.column_stack([side[[0, -1]] for side in STROKE])
     free, stuck, half = (

@@ -295,7 +295,14 @@ def given_holes(source, target):
     return {"source_holes": [h.z for h in source[1]], "target_holes": [h.z for h in target[1]]}
 
 
-@pytest.mark.parametrize(("pair", "pin"), [((FACE, MASK), 0.1), ((FACE, OFF), -0.3), ((OFF, FACE), -0.3)])
+@pytest.mark.parametrize(
+    ("pair", "pin"),
+    [
+        ((FACE, MASK), 0.1),
+        pytest.param((FACE, OFF), -0.3, marks=pytest.mark.slow),
+        pytest.param((OFF, FACE), -0.3, marks=pytest.mark.slow),
+    ],
+)
 def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):
     source, target = pair
     given = given_holes(*pair)

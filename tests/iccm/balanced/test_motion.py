@@ -57,7 +57,7 @@ def test_maps_of_the_same_shapes_are_left_alone_and_other_holes_refused():
         carry_map(fit.map, fit.source, Curve(3 * DISC), ((), [Curve(0.1 * DISC[::-1])]))
 
 
-@pytest.mark.parametrize("moves", ["target", "source"])
+@pytest.mark.parametrize("moves", [pytest.param("target", marks=pytest.mark.slow), "source"])
 def test_frames_follow_each_other_without_a_jump(moves):
     frames = [figure(angle) for angle in np.linspace(-30, 0, 4)]
     fits = []
@@ -116,6 +116,7 @@ def test_lettering_on_a_flag_rotates_with_the_cloth_in_every_frame():
     assert fit.energies[-1]["total"] < 1.01 * alone.energies[-1]["total"]  # shear does not add up
 
 
+@pytest.mark.slow
 def test_a_flag_does_not_shear_further_the_longer_it_waves():
     source = np.array([0, 300, 300 + 60j, 60j])
     costs, fit = [], None
@@ -125,6 +126,7 @@ def test_a_flag_does_not_shear_further_the_longer_it_waves():
     assert costs[-1] == pytest.approx(costs[0], rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("balance", [2.0, *(pytest.param(b, marks=pytest.mark.slow) for b in (4.0, 10.0))])
 def test_a_map_onto_moved_outlines_costs_little_more_than_one_from_scratch_whatever_the_balance(balance):
     source, target = np.array([0, 3, 3 + 2j, 2j]), banner(0.0)[1] / 40

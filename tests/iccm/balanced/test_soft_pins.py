@@ -213,6 +213,7 @@ def test_noise_in_the_outline_hardly_moves_a_deformation():
     assert np.abs(moved).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_deformations_converge_as_meshes_are_refined(monkeypatch):
     """For maps onto a target, this would only measure the correspondence of the outlines, which depends on their
     vertices.
@@ -298,6 +299,7 @@ def test_settings_are_refused_where_they_have_no_effect():
         iccm.fit(EGG, PEAR, pins=pins, method="conformal")
 
 
+@pytest.mark.slow
 def test_a_huge_patch_makes_the_shape_stiff_and_no_more():
     found = iccm.fit(EGG, PEAR, pins=[iccm.Pin(*PINS[0], radius=1e9)])
     usual = iccm.fit(EGG, PEAR, pins=[iccm.Pin(*PINS[0])])
@@ -360,6 +362,7 @@ def test_a_pin_on_the_outline_has_no_rotation():
         iccm.fit(square, square, pins=[iccm.Pin(1 + 0.5j, 1.1 + 0.5j), iccm.Pin(1, 1, turn=20)])
 
 
+@pytest.mark.slow
 def test_a_pin_that_is_pulled_far_comes_within_its_tolerance():
     source, target = shapes.pear(), shapes.blob()
     here = 0.2 + 0.1j

@@ -281,6 +281,7 @@ def test_joined_frames_that_cost_much_more_than_paired_parts_are_not_looked_for(
     assert min(other.cost for other in compared[1:]) > best.cost
 
 
+@pytest.mark.slow
 def test_fit_frame_leaves_no_part_out_and_others_note_what_they_leave_out():
     part = shapely.union(shapely.box(0, 0, 6, 5), shapely.box(20, 1, 21, 2.5))  # 5 % lies far away
     source, target = Drawing(part), Drawing(shapely.Polygon([(0, 0), (9, 1), (8, 6), (1, 5)]))

@@ -31,7 +31,13 @@ FITS = {
 }
 
 
-@pytest.fixture(scope="module", params=FITS)
+LONG = {"star to thin bar", "random, paper", "folded: star to bent bar"}  # seconds, also to solve
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in FITS],
+)
 def map(request):
     source, target, method = FITS[request.param]
     return iccm.fit(source, target, method=method, max_iterations=40).map

@@ -271,6 +271,7 @@ def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(the
         )
 
 
+@pytest.mark.slow
 def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):
     """If charts are points, each on its own colour, the old picture's size does not matter."""
     x, y, quads = grid(4)

@@ -338,7 +338,9 @@ def test_padding_reaches_as_far_as_asked_and_keeps_alpha(fill):
         warp(IDENTITY, premultiplied, Canvas(9, 9, BOX), padding=2)
 
 
-@pytest.mark.parametrize("wild", ["noise", "folded", "constant", "not a number", "huge"])
+@pytest.mark.parametrize(
+    "wild", [pytest.param("noise", marks=pytest.mark.slow), "folded", "constant", "not a number", "huge"]
+)
 def test_a_bad_map_ends_and_counts_what_it_could_not_solve(wild):
     p = star()
     phi = {

@@ -11,6 +11,7 @@ from iccm.surfaces import coarse_start
 from tests.iccm.surfaces.test_surfaces import circle, grid, hill
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mirrored", "newton"), [(False, True), (True, True), (False, False)])
 def test_a_coarser_triangulation_leads_to_the_same_map(monkeypatch, mirrored, newton):
     """The energy of both maps agrees within the tolerance of the last steps, and the coarser one is really used.

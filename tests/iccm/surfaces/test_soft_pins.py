@@ -52,6 +52,7 @@ def test_a_surface_has_soft_pins_that_come_close_to_their_places():
     assert strain[0] < strain[1]
 
 
+@pytest.mark.slow
 def test_a_patch_of_a_surface_does_not_depend_on_its_layout():
     layout, here = layout_of(17)
     scale = np.abs(layout.flat).max()
@@ -94,6 +95,7 @@ def test_maps_with_soft_pins_converge_as_a_surface_is_refined():
     assert steps[False][1] < steps[True][1]
 
 
+@pytest.mark.slow
 def test_pins_between_surfaces_are_landmarks_unless_a_radius_is_given():
     source, here = layout_of(13)
     target, there = layout_of(17, PLACES + np.array([[0.04, 0.02], [-0.03, 0.03]]))
@@ -106,6 +108,7 @@ def test_pins_between_surfaces_are_landmarks_unless_a_radius_is_given():
     assert missed[1] < 1e-9 < missed[0] <= soft.softness.limits[0]
 
 
+@pytest.mark.slow
 def test_a_band_around_a_stroke_of_a_surface_keeps_its_form():
     layout, line = layout_of(13, np.array([[0.3, 0.3], [0.45, 0.42], [0.6, 0.3]]))
     goal = np.array([-0.4 - 0.3j, -0.05 + 0.15j, 0.4 - 0.35j])

@@ -318,6 +318,7 @@ def test_the_renderer_ends_without_who_started_it():
     assert done.returncode == -signal.SIGALRM
 
 
+@pytest.mark.slow
 def test_a_small_result_needs_no_large_rendering(files, made, monkeypatch):
     """However much of the source a pixel shows: a number of texels for each pixel, or the size before the map is
     known.

@@ -46,8 +46,8 @@ def session(source, target=None):
         (("bars.svg", "panes.svg"), scene()),
         # parts mapped separately
         pytest.param(("dots.svg", "squares.svg"), scene(), marks=pytest.mark.slow),
-        (("bars.svg", "blob.svg"), scene(fit="frame")),
-        (("bars.svg", "panes.svg"), scene(GAP)),
+        pytest.param(("bars.svg", "blob.svg"), scene(fit="frame"), marks=pytest.mark.slow),
+        pytest.param(("bars.svg", "panes.svg"), scene(GAP), marks=pytest.mark.slow),
         (("square.svg", "bars.svg"), scene(fit="contain")),
     ],
 )

@@ -281,6 +281,7 @@ def inside(shape, rng):
             return shape.to_file(z)[0].tolist()
 
 
+@pytest.mark.slow
 def test_without_pins_and_when_turned_it_is_made_from_scratch(dragged):
     edited, last, _ = dragged
     edited.solve(last)
@@ -390,6 +391,7 @@ def test_a_start_is_read_as_it_was_written(dragged):
 RING = '<svg xmlns="http://www.w3.org/2000/svg"><path fill-rule="evenodd" d="{}"/></svg>'
 
 
+@pytest.mark.slow
 def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(shapes):
     (shapes / "a.svg").write_text(RING.format("M10 10H90V90H10Z M35 35H60V60H35Z"))
     (shapes / "b.svg").write_text(RING.format("M50 5L95 50L50 95L5 50Z M45 45H65V70H45Z"))

@@ -71,7 +71,14 @@ def check(pixels, across, down):
     assert np.abs(pixels[..., :3].astype(float) - wanted)[clear].max() < 8
 
 
-@pytest.mark.parametrize(("across", "down"), [("repeat", "repeat"), ("mirror", "clamp"), ("clamp", "mirror")])
+@pytest.mark.parametrize(
+    ("across", "down"),
+    [
+        pytest.param("repeat", "repeat", marks=pytest.mark.slow),
+        ("mirror", "clamp"),
+        pytest.param("clamp", "mirror", marks=pytest.mark.slow),
+    ],
+)
 def test_gltf(iccm, tmp_path, monkeypatch, across, down):
     """With the wrap modes of its samplers, different ones in each direction."""
     monkeypatch.chdir(tmp_path)
@@ -101,7 +108,9 @@ def test_a_picture_that_repeats_often_across_a_triangle(iccm, tmp_path, monkeypa
     assert np.abs(made[..., :3] - wanted)[inside].max() < 8
 
 
-@pytest.mark.parametrize(("said", "wrap"), [("", "repeat"), ("-clamp on ", "clamp")])
+@pytest.mark.parametrize(
+    ("said", "wrap"), [pytest.param("", "repeat", marks=pytest.mark.slow), ("-clamp on ", "clamp")]
+)
 def test_obj(iccm, tmp_path, monkeypatch, said, wrap):
     """`-clamp` of a material library."""
     monkeypatch.chdir(tmp_path)

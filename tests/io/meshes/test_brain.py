@@ -143,6 +143,7 @@ def test_labels_have_their_colours_and_no_others(here, iccm):
     assert np.sort(counts)[-2:].sum() > 0.98 * counts.sum()  # the others are mixed at edges
 
 
+@pytest.mark.slow
 def test_a_closed_surface_is_cut_open(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     ball = trimesh.creation.icosphere(subdivisions=3)  # as many vertices as nibabel's functional data have

@@ -103,6 +103,7 @@ def test_maps_of_every_material_are_carried(pair, iccm):
         assert pixels[tuple((at[::-1] * pixels.shape[:2]).astype(int))].tolist() == [200 * number, 50, 50]
 
 
+@pytest.mark.slow
 def test_one_texture_of_several_is_told(pair, iccm):
     done = iccm("map", "pair.glb", "pair.svg", "--parts", "all", "-o", "o.png")
     assert done.code == 0 and "replaces all of its 2 textures" in done.err, done.err

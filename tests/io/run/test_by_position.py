@@ -36,6 +36,7 @@ def test_meshes_in_the_same_place_are_matched_by_position(eggs, shapes, iccm):
     assert len(found["pins"]) >= 2
 
 
+@pytest.mark.slow
 def test_a_map_that_drifts_is_not_good_unless_its_landmarks_move(eggs):
     source, target = (mesh_reading.read(name, cut=True).domain for name in eggs)
     free = fit(source, target)

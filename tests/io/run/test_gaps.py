@@ -57,6 +57,7 @@ def test_a_texture_that_is_given_keeps_its_transparent_parts(iccm, files):
     assert 0.3 < (pixels[..., 3] == 0).mean() < 0.8
 
 
+@pytest.mark.slow
 def test_gaps_of_a_picture_are_not_filled_with_colours_from_beside_them(iccm, files):
     """A hook with a hole: its frame closes the concavity, into which neither the colour beside it nor that of the hole
     extends.
@@ -100,7 +101,11 @@ COMB = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
 
 @pytest.mark.parametrize(
     ("width", "target", "noted"),
-    [(2, "comb", True), (2, "plate", False), pytest.param(14, "comb", False, marks=pytest.mark.slow)],
+    [
+        pytest.param(2, "comb", True, marks=pytest.mark.slow),
+        (2, "plate", False),
+        pytest.param(14, "comb", False, marks=pytest.mark.slow),
+    ],
 )
 def test_a_note_says_where_a_thin_target_shows_pieces_of_lines(iccm, files, width, target, noted):
     Path("arrows.svg").write_text(ARROWS.format(width=width))

@@ -129,6 +129,7 @@ def test_a_large_scan_is_traced_in_its_own_pixels(tmp_path, monkeypatch):
     assert gap_to_truth(traced(tmp_path, pixels)) < 3
 
 
+@pytest.mark.slow
 def test_whatever_is_traced_is_simple():
     rng = np.random.default_rng(1)
     for k in range(18):

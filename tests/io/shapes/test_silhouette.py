@@ -234,6 +234,7 @@ def test_a_photograph_is_its_rectangle_and_says_so(name):
     assert photo.coloured and canvas.coloured
 
 
+@pytest.mark.slow
 def test_a_photograph_is_traced_where_that_is_asked_for():
     path = of_scikit_image("rocket.jpg")
     whole = shapes.read(path).curve.area
@@ -241,7 +242,9 @@ def test_a_photograph_is_traced_where_that_is_asked_for():
         assert traced.curve.area < 0.6 * whole and not any("rectangle" in note for note in traced.notes)
 
 
-@pytest.mark.parametrize("name", ["horse.png", "retina.jpg", "coins.png", "color.png"])
+@pytest.mark.parametrize(
+    "name", ["horse.png", pytest.param("retina.jpg", marks=pytest.mark.slow), "coins.png", "color.png"]
+)
 def test_what_lies_on_a_background_is_no_rectangle(name):
     found = shapes.read(of_scikit_image(name))
     assert found.curve.area < 0.8 * abs(found.box[1] - found.box[0]) ** 2 / 2
