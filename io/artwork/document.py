@@ -20,7 +20,7 @@ from ..shapes.shape import Shape
 from ..svg import reader, tree
 from ..svg.budget import Quota
 from ..svg.document import local
-from ..svg.drawing import Rectangle
+from ..svg.drawing_content import Rectangle
 from ..svg.tree import Node
 from . import attributes, embedded
 from .element import SVG, MappedElement, box_of, restyle, runs_of

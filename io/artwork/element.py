@@ -14,7 +14,7 @@ from ..svg import basic_shapes, css
 from ..svg.affine import Affine
 from ..svg.batches import batches
 from ..svg.curves import Bezier
-from ..svg.drawing import Rectangle
+from ..svg.drawing_content import Rectangle
 from ..svg.path_data import PenPath
 from ..svg.tree import Node
 from .clip import Clipped

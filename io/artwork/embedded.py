@@ -27,7 +27,7 @@ from ..pictures.image import Image
 from ..svg import affine
 from ..svg.affine import Affine
 from ..svg.data_uri import content_of
-from ..svg.drawing import Rectangle
+from ..svg.drawing_content import Rectangle
 from .references import typed
 from .regions import Region
 

@@ -18,7 +18,7 @@ from .. import limits
 from ..svg import affine
 from ..svg.affine import Affine
 from ..svg.document import length, local
-from ..svg.drawing import Rectangle
+from ..svg.drawing_content import Rectangle
 from ..svg.tree import LINKS, Document
 from .affine_part import AffinePart
 from .element import SVG, MappedElement, box_of, length_of, restyle

@@ -21,7 +21,7 @@ from ...arrays import Complex, complex_of, xy_of
 from ...errors import InputError
 from ...plane import diagonal
 from .. import extras, files, limits
-from ..svg.drawing import Drawing
+from ..svg.drawing_content import DrawingContent
 
 JOINED_DIAGONAL_SHARE = 1e-6  # of the drawing's diagonal: ends at most this far apart are joined
 NO_FONTS = {"version": 2, "font-faces": []}
@@ -35,7 +35,7 @@ MILLIMETRES = {1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0, 8: 25.4e-6, 9: 0.0
 
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
-) -> Drawing:
+) -> DrawingContent:
     """Return the closed outlines in the drawing's model space, including blocks.
 
     Args:
@@ -63,7 +63,7 @@ def read(
     if not all((np.abs(z) <= limits.SVG_NUMBER).all() for z in every):
         raise InputError(f"{path}: a coordinate is not finite, or too large")
     inserted = {name for each in curves.values() for curve in each for name in curve.blocks}
-    drawing = Drawing(
+    drawing = DrawingContent(
         [], None, flip=False, ids=dict.fromkeys([*curves, *sorted(inserted)]), millimetres=millimetres
     )
     near = JOINED_DIAGONAL_SHARE * diagonal(np.concatenate(every))
@@ -189,7 +189,7 @@ def _without_fonts() -> Iterator[None]:
                 os.environ["XDG_CACHE_HOME"] = before
 
 
-def _add(drawing: Drawing, layer: str, curves: list[_Curve], near: float) -> None:
+def _add(drawing: DrawingContent, layer: str, curves: list[_Curve], near: float) -> None:
     """Add a layer's closed loops to the drawing, and a note on open lines."""
     closed, rest = list[Complex](), list[Complex]()
     for z, _ in curves:

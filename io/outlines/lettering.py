@@ -13,7 +13,7 @@ from ...curve import polygon_of
 from ...errors import InputError
 from .. import files, formats, limits
 from ..svg.affine import Affine
-from ..svg.drawing import Drawing, Rectangle
+from ..svg.drawing_content import DrawingContent, Rectangle
 from ..svg.fill import FilledOutline, outlines
 from ..svg.fonts import Font
 from ..svg.lettering import font_file
@@ -104,7 +104,7 @@ class Line:
 
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
-) -> Drawing:
+) -> DrawingContent:
     """Return the outlines of a line of text with kerning and ligatures.
 
     Raises:
@@ -116,7 +116,7 @@ def read(
         replace(outline, names=(line.name,), element=letter)
         for outline, letter in zip(found, _letters_of(found, line.letters))
     ]
-    return Drawing(found, line.canvas, flip=True, refused=refused, ids={line.name: None})
+    return DrawingContent(found, line.canvas, flip=True, refused=refused, ids={line.name: None})
 
 
 def svg(path: Path, chosen: str | None = None, *, max_bytes: int = limits.DRAWING_BYTES) -> bytes:

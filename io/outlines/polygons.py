@@ -13,7 +13,7 @@ from ...arrays import Complex, complex_of
 from ...errors import InputError
 from ...saved.georeference import Georeference
 from .. import files, limits
-from ..svg.drawing import Drawing
+from ..svg.drawing_content import DrawingContent
 from . import antimeridian, topology
 
 Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and their fill rule
@@ -31,7 +31,7 @@ RECORD_SEPARATOR = b"\x1e \t\r"
 
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.GEOMETRY_BYTES
-) -> Drawing:
+) -> DrawingContent:
     """Return the polygons of a file, or those of the feature, label, category or picture called `chosen`.
 
     Coordinates are used unchanged, without a projection. `flatness` is not used, since there are no curves.
@@ -49,7 +49,7 @@ def read(
         elif isinstance(content.get("annotations"), list):
             drawing, found = _coco(content, chosen)
         elif isinstance(content.get("type"), str):
-            drawing = Drawing([], None, flip=False)
+            drawing = DrawingContent([], None, flip=False)
             crs = _crs_of(content)
             found = _geojson(topology.as_geojson(content), drawing.notes)
         else:
@@ -68,7 +68,7 @@ def read(
     return drawing
 
 
-def _in_degrees(drawing: Drawing) -> bool:
+def _in_degrees(drawing: DrawingContent) -> bool:
     """Return whether coordinates can be degrees; across 180°, longitudes increase beyond it."""
     return all(
         (np.abs(each.z.real) <= 360).all() and (np.abs(each.z.imag) <= 90).all() for each in drawing.outlines
@@ -127,7 +127,7 @@ def _of_lines(path: Path, max_bytes: int) -> list[Any]:
         return []
 
 
-def _fill(drawing: Drawing, found: Iterator[Found], chosen: str | None) -> None:
+def _fill(drawing: DrawingContent, found: Iterator[Found], chosen: str | None) -> None:
     """Add the chosen outlines, or all, to the drawing, the largest first."""
     number = 0
     for names, rings, rule in found:
@@ -211,7 +211,7 @@ def _labelme(content: dict[str, Any]) -> Iterator[Found]:
         yield (str(shape["label"]),), [points], "nonzero"
 
 
-def _coco(content: dict[str, Any], chosen: str | None) -> tuple[Drawing, Iterator[Found]]:
+def _coco(content: dict[str, Any], chosen: str | None) -> tuple[DrawingContent, Iterator[Found]]:
     """Return the annotations of one picture, on its canvas."""
     pictures = {each["id"]: each for each in content.get("images", [])}
     kinds = {each["id"]: str(each["name"]) for each in content.get("categories", [])}
@@ -244,9 +244,9 @@ def _name(pictures: dict[Any, Any], seen: set[Any]) -> str:
     return str(pictures.get(min(seen, key=str), {}).get("file_name", "file_name"))
 
 
-def _canvas(width: Any, height: Any) -> Drawing:
+def _canvas(width: Any, height: Any) -> DrawingContent:
     known = all(isinstance(size, int | float) and 0 < size < limits.SVG_NUMBER for size in (width, height))
-    return Drawing([], (0.0, 0.0, float(width), float(height)) if known else None, flip=True)
+    return DrawingContent([], (0.0, 0.0, float(width), float(height)) if known else None, flip=True)
 
 
 def _ring(points: Any) -> Complex:

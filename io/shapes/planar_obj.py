@@ -12,7 +12,7 @@ from ...errors import InputError
 from .. import files, limits
 from ..meshes import obj
 from ..meshes.obj import Obj
-from ..svg.drawing import Drawing
+from ..svg.drawing_content import DrawingContent
 
 FLAT_EXTENT_SHARE = 1e-6  # largest deviation from a plane z = constant, relative to the extent
 
@@ -25,7 +25,7 @@ Edges = NDArray[np.int64]  # (e, 2) pairs of vertices, from 0
 
 def read(
     path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
-) -> Drawing:
+) -> DrawingContent:
     """Return the closed outlines of an OBJ file in a plane z = constant, or those of the object or group `chosen`.
 
     Polylines with common ends are joined; vertices at the same position count as one. Without `l` lines, the outlines
@@ -44,7 +44,7 @@ def read(
     parts = polylines or _boundary(content, chosen if chosen in ids else None)
     points = _planar(content, np.unique(np.concatenate([edges for _, edges in parts])))
     (x, y), (width, height) = points.min(axis=0).tolist(), np.ptp(points, axis=0).tolist()
-    drawing = Drawing([], (x, y, width, height), flip=False, ids={name: None for name in ids if name})
+    drawing = DrawingContent([], (x, y, width, height), flip=False, ids={name: None for name in ids if name})
     for name, edges in _gathered(parts, chosen).items():
         _add(drawing, content, name, edges)
     drawing.outlines.sort(key=lambda o: -o.area)
@@ -58,7 +58,7 @@ def _gathered(parts: list[tuple[str, Edges]], chosen: str | None) -> dict[str, E
     return {name: np.concatenate([e for n, e in wanted if n == name]) for name in names}
 
 
-def _add(drawing: Drawing, content: Obj, name: str, edges: Edges) -> None:
+def _add(drawing: DrawingContent, content: Obj, name: str, edges: Edges) -> None:
     """Add a part's outlines to the drawing, or the reason why it has none."""
     points = _planar(content, np.unique(edges))
     place, merged = np.unique(content.v[:, :2], axis=0, return_inverse=True)

@@ -16,7 +16,7 @@ from shapely.affinity import scale
 
 from ...arrays import Box, Complex, Real, complex_of, xy_of
 from ...curve import Curve, polygon_of
-from ...drawings.drawing import Drawing as Drawn
+from ...drawings.drawing import Drawing
 from ...drawings.frame import close_hairlines
 from ...drawings.mappable_holes import mappable
 from ...errors import InputError
@@ -29,7 +29,7 @@ from ..outlines import dxf, lettering, polygons
 from ..point_syntax import Place, written
 from ..spec import Spec
 from ..svg import reader as svg
-from ..svg.drawing import Drawing
+from ..svg.drawing_content import DrawingContent
 from ..svg.fill import FilledOutline
 from . import planar_obj, silhouette
 from .silhouette import CANVAS
@@ -89,8 +89,8 @@ class Shape:
     rigid: tuple[Complex, ...] = ()
     coloured: bool = False
     trace: str = "auto"
-    drawing: Drawn | None = None
-    ink: Drawn | None = None
+    drawing: Drawing | None = None
+    ink: Drawing | None = None
     outlines: tuple[FilledOutline, ...] | None = None
     chosen: tuple[FilledOutline, ...] = ()
     pin_radii: dict[str, float] = field(default_factory=dict)
@@ -141,11 +141,11 @@ class Shape:
         return found
 
     @property
-    def domain(self) -> Curve | Flattening | Drawn:
+    def domain(self) -> Curve | Flattening | Drawing:
         """What is mapped: the whole drawing, the domain's boundary, or a flattened mesh."""
         return self.drawing or self.curve
 
-    def part_of(self, drawing: Drawn, number: int) -> Shape:
+    def part_of(self, drawing: Drawing, number: int) -> Shape:
         """Return one part of the whole drawing as a shape, named by a number."""
         return replace(
             self,
@@ -169,7 +169,7 @@ class Shape:
             key: tuple[str, int | None] = ("element", outline.element) if known else ("outline", number)
             ring = polygon_of(*(_core(z, self.flip) for z in (outline.z, *outline.holes)))
             groups.setdefault(key, []).append(ring)
-        drawings = [Drawn(close_hairlines(unite(shapely.make_valid(rings)))) for rings in groups.values()]
+        drawings = [Drawing(close_hairlines(unite(shapely.make_valid(rings)))) for rings in groups.values()]
         drawings.sort(key=lambda drawing: -drawing.region.area)
         return [self.part_of(drawing, number) for number, drawing in enumerate(drawings, start=1)]
 
@@ -186,7 +186,7 @@ class Shape:
         drawing = self.drawing
         if drawing is not None:
             origin = (middle.real, middle.imag)
-            drawing = Drawn(scale(drawing.painted, factor, factor, origin=origin))
+            drawing = Drawing(scale(drawing.painted, factor, factor, origin=origin))
         return replace(
             self,
             curve=Curve(moved(self.curve.z)),
@@ -351,7 +351,7 @@ def read(
     )
 
 
-def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
+def _whole(drawing: DrawingContent, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
     """Return the shape of everything that a drawing paints, in the tightest frame around all of it."""
     notes += [f"ignored: {error}" for _, error in drawing.refused]
     whole = _drawn_region(drawing, drawing.painted)
@@ -387,14 +387,14 @@ def _whole(drawing: Drawing, text: str, spec: Spec, notes: list[str], trace: str
     )
 
 
-def _drawn_region(drawing: Drawing, region: shapely.Geometry) -> Drawn:
+def _drawn_region(drawing: DrawingContent, region: shapely.Geometry) -> Drawing:
     """Return a region of the file as a drawing in the core plane; the vertices of a single outline are kept exactly."""
     first = drawing.outlines[0]
     alone = polygon_of(first.z, *first.holes)
     if len(drawing.outlines) == 1 and alone.is_valid and np.isclose(alone.area, region.area, rtol=1e-9):
         region = alone
     turned = shapely.transform(region, lambda xy: xy * [1, -1]) if drawing.flip else region
-    return Drawn(close_hairlines(shapely.make_valid(turned)))
+    return Drawing(close_hairlines(shapely.make_valid(turned)))
 
 
 def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[Shape]:
@@ -475,7 +475,7 @@ def drawn(
     max_bytes: int | None = None,
     max_segments: int | None = None,
     trace: str = "auto",
-) -> Drawing:
+) -> DrawingContent:
     """Read everything that a file, or a part of it, draws, with the reader for its suffix.
 
     Raises:
@@ -489,7 +489,7 @@ def drawn(
         drawing = drawn(inner, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)
         if spec.part not in drawing.ids:  # no element has this name
             return _boxed(drawing, inner, spec.part)
-    reader: Callable[..., Drawing] = READERS.get(suffix, silhouette.read)
+    reader: Callable[..., DrawingContent] = READERS.get(suffix, silhouette.read)
     limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
     limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}
     limits |= {"trace": trace} if reader is silhouette.read else {}
@@ -514,7 +514,7 @@ def without_box(path: Path, part: str) -> str:
     return head if last in boxes else part
 
 
-def _boxed(drawing: Drawing, spec: Spec, part: str) -> Drawing:
+def _boxed(drawing: DrawingContent, spec: Spec, part: str) -> DrawingContent:
     """Return a drawing whose only outline is the bounding box of what it paints, or its canvas.
 
     Args:
@@ -543,7 +543,7 @@ def _boxed(drawing: Drawing, spec: Spec, part: str) -> Drawing:
     return replace(drawing, outlines=[box], refused=[], paint=None, has_lines=False, wrapped=None, ids=ids)
 
 
-def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
+def _lines_apart(drawing: DrawingContent) -> list[FilledOutline]:
     """Return the parts of a drawing painted only by lines that touch no outline, such as the arcs of an icon."""
     parts = shapely.get_parts(drawing.painted)
     tree = shapely.STRtree(shapely.buffer([polygon_of(each.z) for each in drawing.outlines], 0))
@@ -559,7 +559,9 @@ def _lines_apart(drawing: Drawing) -> list[FilledOutline]:
     return found
 
 
-def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tuple[FilledOutline, list[str]]:
+def _choose(
+    drawing: DrawingContent, text: str, spec: Spec, *, told: bool = True
+) -> tuple[FilledOutline, list[str]]:
     """Return the selected outline and notes; with `told`, including notes on the other outlines."""
     found, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
@@ -582,7 +584,7 @@ def _choose(drawing: Drawing, text: str, spec: Spec, *, told: bool = True) -> tu
     return outline, [*drawing.notes, *outline.notes, *(_left_out(drawing, outline) if told else [])]
 
 
-def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:
+def _left_out(drawing: DrawingContent, outline: FilledOutline) -> list[str]:
     notes = []
     others = [o for o in drawing.outlines if o is not outline]
     if others:
@@ -595,7 +597,7 @@ def _left_out(drawing: Drawing, outline: FilledOutline) -> list[str]:
     return notes
 
 
-def _holes(drawing: Drawing, outline: FilledOutline) -> dict[str, Any]:
+def _holes(drawing: DrawingContent, outline: FilledOutline) -> dict[str, Any]:
     """Return the outlines of holes, and the names of what is drawn in them, since holes have no names themselves."""
     named = [other for other in drawing.outlines if other.names and other is not outline]
     starts = np.array([other.z[0] for other in named], dtype=complex)
@@ -637,7 +639,7 @@ def _listed(names: Iterable[str], most: int = 12) -> str:
     return ", ".join(ids[:most]) + more
 
 
-def _box(drawing: Drawing, extent: Box) -> Box:
+def _box(drawing: DrawingContent, extent: Box) -> Box:
     if drawing.rectangle is None:
         return extent
     x, y, width, height = drawing.rectangle

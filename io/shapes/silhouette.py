@@ -18,7 +18,7 @@ from ...errors import InputError, naming
 from ...pixels.raster import Pieces, depths, dilated, eroded, pieces, resized_by_area, resized_linearly
 from .. import files, limits
 from ..svg import affine
-from ..svg.drawing import Drawing, WrappedPicture
+from ..svg.drawing_content import DrawingContent, WrappedPicture
 from ..svg.fill import FilledOutline
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def read(
     max_bytes: int = limits.DRAWING_BYTES,
     max_pixels: int = limits.SILHOUETTE_PIXELS,
     trace: str = "auto",
-) -> Drawing:
+) -> DrawingContent:
     """Return the outlines in a picture: of its alpha channel, of an object on a plain background, or of a scan.
 
     With `trace` "auto", alpha is used if it varies, then differences from a plain background, then `scan`, which copes
@@ -128,7 +128,7 @@ def read(
             handed.keep(path, trace, part, image, reading)
         place, note = georeferenced.read(path)
         canvas = (0.0, 0.0, float(width), float(height))
-        drawing = Drawing([], canvas, flip=True, coloured=coloured, georeference=place)
+        drawing = DrawingContent([], canvas, flip=True, coloured=coloured, georeference=place)
         drawing.ids.update({part: None} if part in (CANVAS, SILHOUETTE) else {})
         drawing.notes.extend(reading.notes)
         drawing.notes.extend([note] if note else [])

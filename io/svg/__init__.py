@@ -20,7 +20,7 @@ gaps       small gaps in lines that the eye closes
 painted    the painted area of a whole drawing, with closed lines filled where it is drawn by lines
 clips      clip paths and masks
 crossings  limits on crossing lines
-drawing    `Drawing`: outlines, canvas and constraints of a file of any format
+drawing_content  outlines, canvas and constraints of a file of any format
 data_uri   files embedded as data: addresses
 budget     limits on the work that a drawing may require
 """

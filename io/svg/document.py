@@ -12,7 +12,7 @@ from defusedxml.ElementTree import XMLParser
 
 from ...errors import InputError
 from .. import files, formats, limits
-from .drawing import Rectangle
+from .drawing_content import Rectangle
 from .path_data import numbers
 
 SUFFIXES = (".svg", ".svgz")

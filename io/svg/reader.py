@@ -27,7 +27,7 @@ from .crossings import TooMuch
 from .curves import thinned
 from .data_uri import content_of
 from .document import drawing_bytes, local
-from .drawing import Drawing, WrappedPicture
+from .drawing_content import DrawingContent, WrappedPicture
 from .fill import FilledOutline, Refused, outlines, outlines_of
 from .painted import painted_areas
 from .path_data import PenPath, Subpath, flatten, least
@@ -52,7 +52,7 @@ def read(
     flatness: float = 1e-4,
     max_bytes: int = limits.SVG_BYTES,
     max_segments: int = limits.SEGMENTS,
-) -> Drawing:
+) -> DrawingContent:
     """Read the outlines that an SVG shows, or those of one element or group.
 
     Only displayed content counts: `defs`, `display: none`, text and images do not, and clip paths and masks are
@@ -79,7 +79,7 @@ def read(
     with naming(path):
         document = tree.parse(data)
         shapes, shown = document.shapes, []
-        drawing = Drawing([], document.canvas, flip=True, millimetres=document.millimetres)
+        drawing = DrawingContent([], document.canvas, flip=True, millimetres=document.millimetres)
         detail = Detail(flatness, Budget(max_segments))
         without_area: dict[Node, Refused] = {}
         if count := document.unread:
@@ -202,7 +202,7 @@ def _check_size(shapes: list[Node], max_segments: int) -> None:
 
 
 def _special(
-    drawing: Drawing, document: tree.Document, shown: list[Node], chosen: str | None, detail: Detail
+    drawing: DrawingContent, document: tree.Document, shown: list[Node], chosen: str | None, detail: Detail
 ) -> None:
     """Add outlines that do not belong to a single element: the drawing's silhouette, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
@@ -245,7 +245,7 @@ def _may_be_outline(drawn: Node, chosen: str | None) -> bool:
     return drawn.filled if chosen is None else chosen in (*drawn.groups, *drawn.names)
 
 
-def _candidate(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> Refused | None:
+def _candidate(drawn: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> Refused | None:
     """Add a shape's outlines to the drawing, or the reason why it has none.
 
     If its fill encloses no area, and it is not chosen, the reason is returned instead, since other shapes may have
@@ -314,7 +314,7 @@ def _has_colours(shown: list[Node], document: tree.Document) -> bool:
     return len(paints) > 1
 
 
-def _picture(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> None:
+def _picture(drawn: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> None:
     """Add the rectangle of an embedded picture to the outlines of the drawing."""
     names = (*drawn.groups, *drawn.names)
     drawing.ids.update(dict.fromkeys(names))
@@ -343,7 +343,7 @@ def _wrapped(drawn: Node) -> WrappedPicture | None:
     return WrappedPicture(content, place, drawn.affine, aspect, drawn.name)
 
 
-def _closed_lines(drawing: Drawing, lines: list[Node], detail: Detail) -> None:
+def _closed_lines(drawing: DrawingContent, lines: list[Node], detail: Detail) -> None:
     """Add the outlines of areas enclosed by lines to those of fills, if one of them is larger than every fill."""
     largest = max((outline.area for outline in drawing.outlines), default=0.0)
     if not largest or not lines:
@@ -364,9 +364,9 @@ def _closed_lines(drawing: Drawing, lines: list[Node], detail: Detail) -> None:
 
 
 def _paint(
-    drawing: Drawing, shown: list[Node], pictures: list[shapely.Polygon], detail: Detail
+    drawing: DrawingContent, shown: list[Node], pictures: list[shapely.Polygon], detail: Detail
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
-    """Return the ink and the painted area of a drawing, see `Drawing`."""
+    """Return the ink and the painted area of a drawing, see `DrawingContent`."""
     try:
         clear = [_without_faint(drawn) for drawn in shown]
         seen = [drawn for drawn in clear if drawn.visible] or [drawn for drawn in shown if drawn.visible]
@@ -414,7 +414,7 @@ def _ring(run: Subpath, z: Complex, drawn: Node, notes: list[str]) -> Complex:
     return z
 
 
-def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
+def _constraint(drawn: Node, drawing: DrawingContent, detail: Detail) -> bool:
     """Add a shape to the drawing if it is a pin or a stroke; return whether it is."""
     name = next((n for n in reversed(drawn.names) if n.startswith((PIN, STROKE))), None)
     if name is None:
@@ -435,13 +435,13 @@ def _constraint(drawn: Node, drawing: Drawing, detail: Detail) -> bool:
     return True
 
 
-def _rigid(drawn: Node, chosen: str | None, drawing: Drawing, detail: Detail) -> bool:
+def _rigid(drawn: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> bool:
     """Add a shape's outlines as rigid regions if it is in one that is not chosen; return whether it is."""
     names = (*drawn.groups, *drawn.names)
     name = next((n for n in names if n.startswith(RIGID)), None)
     if name is None or chosen in names:
         return False
-    found = Drawing([], None, flip=True)
+    found = DrawingContent([], None, flip=True)
     _candidate(drawn, name, found, detail)
     if not found.outlines:
         raise (

@@ -19,7 +19,7 @@ from . import affine, basic_shapes, css, fonts_in_css, lettering
 from .affine import Affine
 from .budget import Copies
 from .document import SHAPES, canvas, length, local, millimetres, root, view_box
-from .drawing import Rectangle
+from .drawing_content import Rectangle
 
 VIEWPORT = "viewport"  # tag of the node inside an <svg> or <symbol>, which has no element
 GROUPS = frozenset(["g", "a", "switch", "svg", "symbol", "use", VIEWPORT])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from . import MUTANTS
 from .mutant import Mutant
-from .run import PASSED, ROOT, Copy
+from .run import PASSED, ROOT, STAGES, Copy
 
 
 def stale(mutants: list[Mutant]) -> list[str]:
@@ -64,7 +64,7 @@ def main() -> int:
         copy = Copy(Path(folder))
         if not args.unchecked:
             tests = args.tests or sorted({test for mutant in chosen for test in mutant.tests.split()})
-            if copy.test(tests) != PASSED:
+            if copy.test(tests, STAGES[0]) != PASSED:
                 print(copy.output, "the tests fail without any mutant", sep="\n", file=sys.stderr)
                 return 1
         counts: Counter[str] = Counter()

@@ -112,8 +112,8 @@ PAGE: list[Mutant] = [
     ),
     Mutant(
         "io/edit/page/editor.js",
-        "this.commit(this.asked !== this.#solved);",
-        "this.commit();",
+        "if (this.busy || this.asked !== this.#solved) this.solve('', true);",
+        "this.solve('', true);",
         MODULES,
         "letting go of what is held still computes the map twice",
     ),

@@ -28,8 +28,10 @@ PACKAGES = ("io", "cli", "plugins", "samples")
 """Folders of the repository that are packages in `iccm` once it is installed."""
 TIME_LIMIT = 900.0
 """Seconds: if a mutant's tests take longer, it counts as caught, since they take seconds without it."""
-PASSED, FAILED, INTERRUPTED = 0, 1, 2
+PASSED, FAILED, INTERRUPTED, NO_TESTS = 0, 1, 2, 5
 """Exit codes of pytest; others mean that the tests were not run."""
+STAGES = ("not slow", "slow")
+"""Markers of the tests of `make test` and `make test-slow`. Mutants that survive the first are tried on the second."""
 
 PRELOADED = [
     "pytest",
@@ -56,7 +58,9 @@ if sys.platform != "win32":
     CONTEXT.set_forkserver_preload(PRELOADED)
 
 
-def run_pytest(folder: Path, environment: Mapping[str, str], tests: Sequence[str], log: Path) -> None:
+def run_pytest(
+    folder: Path, environment: Mapping[str, str], tests: Sequence[str], stage: str, log: Path
+) -> None:
     """Run tests in a copy of the repository, and exit with pytest's exit code; called in a separate process."""
     os.chdir(folder)
     os.environ.update(environment)
@@ -67,7 +71,7 @@ def run_pytest(folder: Path, environment: Mapping[str, str], tests: Sequence[str
         os.dup2(file.fileno(), 2)
     import pytest
 
-    options = ["-x", "-q", "-n", "0", "-m", "not slow", "-p", "no:cacheprovider", "-o", "timeout=0"]
+    options = ["-x", "-q", "-n", "0", "-m", stage, "-p", "no:cacheprovider", "-o", "timeout=0"]
     options += ["--rootdir", str(folder)]
     sys.exit(int(pytest.main([*options, *tests])))
 
@@ -98,9 +102,9 @@ class Copy:
             "OPENBLAS_NUM_THREADS": "1",
         }
 
-    def test(self, tests: Sequence[str]) -> int | None:
-        """Run tests until one fails. Return pytest's exit code, or None if they took longer than TIME_LIMIT."""
-        job = CONTEXT.Process(target=run_pytest, args=(self.folder, self.environment, tests, self.log))
+    def test(self, tests: Sequence[str], stage: str) -> int | None:
+        """Run the tests of a stage until one fails. Return pytest's exit code, or None after TIME_LIMIT."""
+        job = CONTEXT.Process(target=run_pytest, args=(self.folder, self.environment, tests, stage, self.log))
         job.start()
         job.join(TIME_LIMIT)
         if job.is_alive():
@@ -132,12 +136,23 @@ class Copy:
         try:
             if mutant.compiled and not self.compile():
                 return "not applicable: cannot be compiled"
-            code = self.test(tests or mutant.tests.split())
+            codes = self._codes(tests or mutant.tests.split())
         finally:
             self._write(path, original)
-        if code in (FAILED, INTERRUPTED, None):
+        if any(code in (FAILED, INTERRUPTED, None) for code in codes):
             return "caught"
-        return "survived" if code == PASSED else f"not applicable: pytest ends with {code}"
+        if all(code in (PASSED, NO_TESTS) for code in codes) and PASSED in codes:
+            return "survived"
+        return f"not applicable: pytest ends with {' and '.join(map(str, codes))}"
+
+    def _codes(self, tests: Sequence[str]) -> list[int | None]:
+        """Return pytest's exit codes of the stages, up to the first in which a test fails."""
+        codes = list[int | None]()
+        for stage in STAGES:
+            codes.append(self.test(tests, stage))
+            if codes[-1] not in (PASSED, NO_TESTS):
+                break
+        return codes
 
     def _write(self, path: Path, content: bytes) -> None:
         """Write a module, and remove the bytecode of its earlier content.

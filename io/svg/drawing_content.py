@@ -38,7 +38,7 @@ class WrappedPicture:
 
 
 @dataclass(frozen=True, eq=False)
-class Drawing:
+class DrawingContent:
     """The content of a file of any format; coordinates are x + iy as in the file.
 
     Attributes:
