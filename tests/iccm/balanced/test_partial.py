@@ -65,6 +65,13 @@ def test_an_edge_along_the_hull_begins_no_bay():
     assert fill_hull(unit(SQUARE)).bays == () == fill_hull(unit(DISC)).bays
 
 
+def test_a_dent_of_little_area_is_no_bay_however_deep():
+    """Notches of .3 % and of 2.5 % of the area; both are deeper than what counts as convex."""
+    small, large = [0.2, 0.25 + 0.06j, 0.3], [0.5, 0.7 + 0.12j, 0.9]
+    (bay,) = fill_hull(Curve(np.array([0, *small, *large, 1.25, 1.25 + 0.8j, 0.8j]))).bays
+    assert sorted(bay, key=lambda z: z.real) == large
+
+
 @pytest.mark.parametrize("curve", [U, STAR], ids=["U", "star"])
 def test_half_a_shape_gets_half_the_bays(curve):
     whole = fill_hull(unit(curve))

@@ -17,6 +17,7 @@ from iccm.balanced.model.energy import UPRIGHT, WITHOUT_ROTATION, Energy
 from iccm.balanced.model.measures import stretches
 from iccm.balanced.search import final_mesh, initial_matches, multilevel, via_disc
 from iccm.balanced.search.levels import Level
+from iccm.balanced.search.similarity import similarity
 from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve, hausdorff
 from iccm.maps import bounds, distortion
@@ -31,6 +32,14 @@ STAR = Curve.domain(1j * np.tile([1, 0.45], 5) * np.exp(2j * np.pi * np.arange(1
 SHIELD = Curve.domain(np.array([-1 + 1j, -1 - 0.2j, -1.3j, 1 - 0.2j, 1 + 1j, 1.2j]))
 DISC = Curve.domain(np.exp(1j * ANGLES))
 SQUARE = Curve.domain(np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]))
+
+
+def test_similar_outlines_match_where_the_target_begins_at_another_vertex():
+    """Two vertices of a trapezoid are equally far from its centroid, so that an outline may begin at either."""
+    trapezoid = np.array([-2 - 2j / 3, 2 - 2j / 3, 1 + 5j / 6, -1 + 5j / 6]) / np.sqrt(4.5)
+    source, target = Curve(trapezoid), Curve(np.roll(trapezoid, -1))
+    match = similarity(source, target, turns=False)
+    assert np.abs(source.at(match.s) - target.at(match.tau)).max() < 1e-12
 
 
 @pytest.fixture(scope="module")
