@@ -67,6 +67,7 @@ def test_the_rim_of_a_hole_shows_the_rim_of_its_partner(holed, iccm):
     assert min(int(side[:, 0].min()) for side in sides) > 120
 
 
+@pytest.mark.slow
 def test_more_holes_in_one_shape_are_told(holed, iccm):
     done, report = mapped(iccm, "eyes.svg", "ring.svg")
     assert (

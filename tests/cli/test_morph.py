@@ -71,6 +71,7 @@ def test_animations_hold_every_frame_and_textures_fade(shapes, iccm):
     assert middles[1] == pytest.approx([128, 0, 128, 255], abs=1)
 
 
+@pytest.mark.slow
 def test_holes_go_along_where_both_have_as_many(shapes, iccm):
     ring = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path fill-rule="evenodd" d="{}"/></svg>'
     (shapes / "ring.svg").write_text(ring.format("M10 10H90V90H10ZM40 40H60V60H40Z"))

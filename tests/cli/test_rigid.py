@@ -118,6 +118,7 @@ def test_a_drawn_bone_stays_straight_while_an_arm_bends(shapes, iccm):
     assert 40 < region["turn"] < 110 and region["size"]["p95"] < 1.02 * region["size"]["p05"] * 1.02
 
 
+@pytest.mark.slow
 def test_grey_in_a_mask_is_partly_rigid(drawn, iccm):
     y, x = np.mgrid[:200, :200]
     away = np.hypot(x - 80, y - 100) / 70

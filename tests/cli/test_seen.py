@@ -27,6 +27,7 @@ def split(shapes, iccm):
     return done
 
 
+@pytest.mark.slow
 def test_a_slit_of_the_source_is_noted(split, shapes):
     report = json.loads((shapes / "run" / "o.json").read_text())
     assert report["cracks"] == pytest.approx(0.6 / 89.3, abs=0.0025)

@@ -86,6 +86,7 @@ def test_a_picture_outside_of_the_folder_is_not_carried(meshes, iccm, name):
     assert done.code == 0 and "--allow-outside" not in done.err and written(meshes) == ["o-kd.png"]
 
 
+@pytest.mark.slow
 def test_a_mesh_as_source_shows_no_picture_from_outside(meshes, iccm):
     (meshes / "x.mtl").write_text("newmtl skin\nmap_Kd ../canary/secret.png\n")
     (meshes / "x.obj").write_text("mtllib x.mtl\n" + CORNERS + FACES)

@@ -56,6 +56,7 @@ def test_pins_on_the_outline_and_inside():
     assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
 
 
+@pytest.mark.slow
 def test_pins_in_a_mirror_are_met_in_the_mirror():
     s, tau = np.array([0.3, 1.2, 2.4, 3.1]), np.array([0.1, 1.4, 2.9, 4.6])
     boot = np.array([0, 2, 2.3 + 0.7j, 1 + 1j, 1 + 2j, 2j])

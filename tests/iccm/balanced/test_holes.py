@@ -100,6 +100,7 @@ def test_a_hole_may_have_two_corners():
     assert [outline.corners.size for outline in outlines_of(square, [lens], 5e-4, 6e-3)] == [4, 2]
 
 
+@pytest.mark.slow
 def test_the_inverse_has_the_same_energy():
     there, back = solved(FACE, MASK), solved(MASK, FACE)
     assert there.energy == pytest.approx(back.energy, rel=0.02)

@@ -94,6 +94,7 @@ def banner(phase):
     return middle, np.concatenate([middle - 30j, (middle + 30j)[::-1]])
 
 
+@pytest.mark.slow
 def test_lettering_on_a_flag_rotates_with_the_cloth_in_every_frame():
     source = np.array([0, 300, 300 + 60j, 60j])
     letters = (np.linspace(50, 250, 21)[:, None] + 1j * np.linspace(22, 38, 5)).ravel()

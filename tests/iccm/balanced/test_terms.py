@@ -175,6 +175,7 @@ def test_what_is_not_a_term_is_refused():
         iccm.fit(ell(), pear(), method="conformal", terms=[ScaleGradient(0.1)])
 
 
+@pytest.mark.slow
 def test_deformations_have_terms_too():
     pins = [(0.2 + 0.7j, 0.2 + 0.7j), (4 + 0.5j, 4 + 1.8j), (2 + 0.5j, 2 + 0.2j)]
     plain, smooth = (iccm.deform(arrow(), pins=pins, terms=terms) for terms in ((), [ScaleGradient(0.2)]))

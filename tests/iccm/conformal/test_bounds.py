@@ -106,6 +106,7 @@ def test_thickness_in_parts_is_thickness(monkeypatch):
         assert np.array_equal(a, b)
 
 
+@pytest.mark.slow
 def test_panels_are_bounded_however_fine_they_are_asked_for(monkeypatch):
     monkeypatch.setattr(method, "MOST_PANELS", 600)
     curve = Curve(coast(100))

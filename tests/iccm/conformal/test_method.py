@@ -58,6 +58,7 @@ def test_the_gap_is_within_the_tolerance_when_it_says_so():
     assert fit.report()["boundary"]["hausdorff"] < 1e-3  # what cannot be reached is not given up either
 
 
+@pytest.mark.slow
 def test_vertices_caps_the_number_of_vertices():
     counts = [conformal_fit(pear(40), arrow(), vertices=n).map.polygon.size for n in (60, 120)]
     assert counts[0] <= 66 < counts[1] <= 130
@@ -318,6 +319,7 @@ def test_a_circle_map_stays_increasing_however_its_images_are_moved(size):
     )
 
 
+@pytest.mark.slow
 def test_the_images_that_newton_found_are_the_next_correspondence():
     """Strains do not move the target's corners: without this, their vertices would always be placed beside them."""
     found = []

@@ -149,6 +149,7 @@ def test_a_sheet_that_is_rolled_up_goes_onto_its_rectangle_without_stretch(layou
     assert fit.distortion.report()["dilatation"]["p95"] < 1.003
 
 
+@pytest.mark.slow
 def test_the_figures_of_a_surface_do_not_depend_on_its_layout():
     layout = flatten(disk_patch(grid(21, 21, hill)))
     heart = rectangle(1.0, 1.0)

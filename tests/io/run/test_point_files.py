@@ -150,6 +150,7 @@ def test_damaged_files_are_refused(tmp_path, name, data):
     assert name in str(error.value)
 
 
+@pytest.mark.slow
 def test_many_names_are_compared_in_little_time(tmp_path):
     rows = "".join(f"p{number},{number % 97},{number % 31}\n" for number in range(100_000))
     for name in ("a.csv", "b.csv"):

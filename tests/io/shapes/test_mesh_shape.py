@@ -627,6 +627,7 @@ def test_texture_coordinates_that_are_not_finite_are_refused(shapes, iccm):
     ), done.err
 
 
+@pytest.mark.slow
 def test_geometries_that_are_left_out_are_told(shapes, iccm):
     import trimesh
 
@@ -658,6 +659,7 @@ def put_on_two(folder, name="a.obj"):
     (folder / name).write_text("\n".join(lines) + "\n")
 
 
+@pytest.mark.slow
 def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
     put_on_two(shapes)
     words = ["square.svg", "--method", "paper", "--vertices", "60", "--size", "32", "-o"]

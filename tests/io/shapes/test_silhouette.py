@@ -179,6 +179,7 @@ def test_pieces_that_touch_at_a_corner_are_two():
     assert [round(o.area) for o in found] == [225, 225]
 
 
+@pytest.mark.slow
 def test_a_mask_with_noise_is_bounded():
     noise = np.random.default_rng(3).random((300, 300)).astype(np.float32)
     found, rest = silhouette.traced(noise)
@@ -327,6 +328,7 @@ def test_a_drawing_on_paper_is_its_own_texture_without_the_paper(tmp_path):
     assert np.abs(own.pixels[left][:, :3].astype(int) - (200, 30, 40)).mean() < 2
 
 
+@pytest.mark.slow
 def test_a_photograph_is_carried_without_a_texture_given(tmp_path, iccm, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "disc.svg").write_text(
