@@ -132,16 +132,21 @@ def carry_frames(
     ]
     mappings = [PathMapping(frame.parts, tolerance) for frame in frames]
     prepared = [mapping.prepare(drawing.elements) for mapping, drawing in zip(mappings, drawings)]
-    counts = {len(one.owners) for one in prepared}
+    counts = {len(prepared_shapes.owners) for prepared_shapes in prepared}
     if len(counts) == 1:
-        fitted = refit_together([one.image for one in prepared], counts.pop(), tolerance)
+        fitted = refit_together(
+            [prepared_shapes.image for prepared_shapes in prepared], counts.pop(), tolerance
+        )
     else:  # clipped differently, since accuracy limits differ
-        fitted = [refit(one.image, len(one.owners), tolerance) for one in prepared]
+        fitted = [
+            refit(prepared_shapes.image, len(prepared_shapes.owners), tolerance)
+            for prepared_shapes in prepared
+        ]
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)
     notes: dict[str, int] = {}
-    for frame, drawing, mapping, one, cubics in zip(frames, drawings, mappings, prepared, fitted):
-        mapping.write(one, cubics, drawing.effects)
+    for frame, drawing, mapping, prepared_shapes, cubics in zip(frames, drawings, mappings, prepared, fitted):
+        mapping.write(prepared_shapes, cubics, drawing.effects)
         mapping.carry_pictures(drawing.pictures)
         if frame.painted:
             drawing.cut_by(frame.painted, frame.opacity)

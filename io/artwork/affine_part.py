@@ -50,22 +50,22 @@ class Samples:
     lined: NDArray[np.bool_]
     control: Complex
 
-    def part(self, where: slice, lined: NDArray[np.bool_], control: Sequence[Complex]) -> "Samples":
+    def part(self, span: slice, lined: NDArray[np.bool_], control: Sequence[Complex]) -> "Samples":
         """Return a range of the samples, with its own `lined` flags and control points."""
-        hull = np.concatenate([np.empty(0, np.complex128), *(each.ravel() for each in control)])
-        at = (self.z[where], self.w[where], self.alpha[where], self.beta[where])
-        return Samples(*at, self.length[where], lined, hull)
+        hull = np.concatenate([np.empty(0, np.complex128), *(points.ravel() for points in control)])
+        at = (self.z[span], self.w[span], self.alpha[span], self.beta[span])
+        return Samples(*at, self.length[span], lined, hull)
 
 
 def affine_part(samples: Sequence[Samples]) -> AffinePart | None:
     """Return the affine approximation over several shapes together; None where nothing of them is left."""
     names = ("z", "w", "alpha", "beta", "length", "lined", "control")
-    joined = [np.concatenate([getattr(each, name) for each in samples]) for name in names if samples]
+    joined = [np.concatenate([getattr(sample, name) for sample in samples]) for name in names if samples]
     if not joined:
         return None
-    *known, hull = joined
-    finite = np.isfinite(known[1]) & np.isfinite(known[2]) & np.isfinite(known[3])
-    z, w, alpha, beta, length, lined = (values[finite] for values in known)
+    *arrays, hull = joined
+    finite = np.isfinite(arrays[1]) & np.isfinite(arrays[2]) & np.isfinite(arrays[3])
+    z, w, alpha, beta, length, lined = (values[finite] for values in arrays)
     if not z.size:
         return None
     length = np.maximum(length, max(1e-9 * float(length.max()), 1e-300))
@@ -92,8 +92,8 @@ def _nearest(z: Complex, w: Complex, alpha: Complex, beta: Complex, weight: NDAr
     moves = np.array([0, 1, -1, 1j, -1j])[:, None] * step
     points = (z + moves - centre).ravel()
     values = (w + alpha * moves + beta * moves.conj()).ravel()
-    each = np.tile(np.sqrt(weight / weight.sum()), moves.size)
+    root_weight = np.tile(np.sqrt(weight / weight.sum()), moves.size)
     matrix = np.stack([points / step, points.conj() / step, np.ones_like(points)], axis=1)
-    a, b, c = np.linalg.lstsq(matrix * each[:, None], values * each, rcond=None)[0]
+    a, b, c = np.linalg.lstsq(matrix * root_weight[:, None], values * root_weight, rcond=None)[0]
     linear = Affine(complex(a / step), complex(b / step))
     return Affine(linear.alpha, linear.beta, complex(c) - linear(complex(centre)))

@@ -27,21 +27,23 @@ def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict
 
     Style sheet rules that matched its old tag or id, and no longer match, are added to its own style.
     """
-    own = {k: v for k, v in element.attrib.items() if not k.startswith("{")}
-    rest = {k: v for k, v in own.items() if k not in _PLACED and not k.lower().startswith("on")}
+    attributes = {k: v for k, v in element.attrib.items() if not k.startswith("{")}
+    remaining = {k: v for k, v in attributes.items() if k not in _PLACED and not k.lower().startswith("on")}
     if not named:
-        rest.pop("id", None)
+        remaining.pop("id", None)
     sheet = document.sheet
     nothing = css.Style()
-    before, after = (sheet.style(element), sheet.simple_style(tag, rest)) if sheet else (nothing, nothing)
+    before, after = (
+        (sheet.style(element), sheet.simple_style(tag, remaining)) if sheet else (nothing, nothing)
+    )
     style = before.only(k for k, v in before.items() if after.get(k) != v)
-    style.add({k: own.get(k, "inherit") for k in after if k not in before})
-    style.add(css.declarations(rest.pop("style", "")))
+    style.add({k: attributes.get(k, "inherit") for k in after if k not in before})
+    style.add(css.declarations(remaining.pop("style", "")))
     style = style.only(k for k in style if k not in _PLACED)
     if "transform" in after:
         style.add(css.Style({"transform": "none"}, after.important.intersection(["transform"])))
-    rest |= {k: v for k, v in element.attrib.items() if k in _NAMED}
-    return rest | ({"style": style.text()} if style else {})
+    remaining |= {k: v for k, v in element.attrib.items() if k in _NAMED}
+    return remaining | ({"style": style.text()} if style else {})
 
 
 def settled(document: Document) -> Document:
@@ -49,8 +51,8 @@ def settled(document: Document) -> Document:
     sheet = document.sheet
     if sheet is None or not sheet.contextual:
         return document
-    said = [(e, sheet.style(e), sheet.simple_style(local(e), e.attrib)) for e in document.top.iter()]
-    for element, before, after in said:
+    styles = [(e, sheet.style(e), sheet.simple_style(local(e), e.attrib)) for e in document.top.iter()]
+    for element, before, after in styles:
         if style := before.only(k for k, v in before.items() if after.get(k) != v):
             element.set("style", style.add(css.declarations(element.get("style", ""))).text())
         if local(element) == "style":

@@ -105,9 +105,9 @@ class _Ring:
         p, d, e = z[segment], z[segment + 1] - z[segment], self.b[wall] - self.a[wall]
         area = cross(d, e)
         with np.errstate(divide="ignore", invalid="ignore"):
-            part, along = cross(self.a[wall] - p, e) / area, cross(self.a[wall] - p, d) / area
-        met = (part >= 0) & (part <= 1) & (along >= 0) & (along <= 1)
-        return np.unique((place[segment] + part * (place[segment + 1] - place[segment]))[met])
+            along_line, along_wall = cross(self.a[wall] - p, e) / area, cross(self.a[wall] - p, d) / area
+        crossed = (along_line >= 0) & (along_line <= 1) & (along_wall >= 0) & (along_wall <= 1)
+        return np.unique((place[segment] + along_line * (place[segment + 1] - place[segment]))[crossed])
 
 
 class Domain:
@@ -126,10 +126,10 @@ class Domain:
         self.polygon = polygon_of(rim.z, *(hole.z for hole in holes))
         deep = [_shrunk(polygon_of(hole.z), near) for hole in holes]
         outer = shapely.Polygon(polygon_of(rim.z).buffer(near).exterior)
-        self.reach = shapely.Polygon(outer.exterior, [each.exterior for each in deep])
+        self.reach = shapely.Polygon(outer.exterior, [polygon.exterior for polygon in deep])
         shapely.prepare([self.polygon, self.reach])
         self.shore = _Ring(
-            *(complex_of(shapely.get_coordinates(each.exterior)[:-1]) for each in (outer, *deep))
+            *(complex_of(shapely.get_coordinates(polygon.exterior)[:-1]) for polygon in (outer, *deep))
         )
         self.ring = _Ring(rim.z, *(hole.z for hole in holes))
         self.inner = complex(*shapely.maximum_inscribed_circle(self.polygon).coords[0])
@@ -137,8 +137,8 @@ class Domain:
     @cached_property
     def _corners(self) -> dict[Curve, NDArray[np.float64]]:
         return {
-            each: each.knots[:-1][corners(each, CORNER_RADIANS)]
-            for each in (self.rim, *(hole for hole, _ in self.holes))
+            curve: curve.knots[:-1][corners(curve, CORNER_RADIANS)]
+            for curve in (self.rim, *(hole for hole, _ in self.holes))
         }
 
     def _hole_of(self, z: Complex) -> int | None:
@@ -154,8 +154,8 @@ class Domain:
             seams: whether lines must not continue across the start of a closed subpath.
             filled: whether the chords that close open subpaths belong to the shape.
         """
-        found = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
-        away = any(stretch.away for stretches in found for stretch in stretches)
+        split = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
+        away = any(stretch.away for stretches in split for stretch in stretches)
         if filled and not away:
             chords = [_closed(run)[-1:] for run in runs if not (run.closed or is_flat(run.pieces))]
             away = any(stretch.away for chord in chords for stretch in self._stretches(chord, False))
@@ -164,11 +164,11 @@ class Domain:
         ends = self._within(np.array([runs[0].start, runs[-1].pieces[-1].last()]))
         out = Clipped([], cut=True, begins=bool(ends[0]), ends=bool(ends[1]))
         laps = [0] * len(self.holes)
-        for run, stretches in zip(runs, found):
-            whole = len(stretches) == 1 and run.closed
-            inner = [s if whole else self._landed(run.pieces, s) for s in stretches if not s.away]
+        for run, stretches in zip(runs, split):
+            is_complete = len(stretches) == 1 and run.closed
+            inner = [s if is_complete else self._landed(run.pieces, s) for s in stretches if not s.away]
             spans = [_spans(run.pieces, stretch) for stretch in inner]
-            out.line.extend((parts, whole) for parts in spans if parts)
+            out.line.extend((parts, is_complete) for parts in spans if parts)
             if is_flat(run.pieces):
                 continue
             pieces = _closed(run)
@@ -192,7 +192,7 @@ class Domain:
 
     def _turns(self, stretches: Sequence[_Stretch]) -> list[int]:
         """Return how often a closed subpath winds around a point of each hole."""
-        angles = [sum(_angle(each.z - point) for each in stretches) for _, point in self.holes]
+        angles = [sum(_angle(stretch.z - point) for stretch in stretches) for _, point in self.holes]
         return [round(angle / (2 * math.pi)) for angle in angles]
 
     def around(self, turns: int) -> list[Part]:
@@ -206,18 +206,20 @@ class Domain:
         """Split a subpath into stretches alternately inside and outside; those of a closed one may cross its start."""
         place, z = _polyline(pieces, self.near / 10)
         cuts = self.shore.crossings(place, z)
-        whole = _Stretch(place, z, not self._within(z[:1])[0])
+        complete = _Stretch(place, z, not self._within(z[:1])[0])
         if not cuts.size:
-            return [whole]
+            return [complete]
         cuts = np.concatenate([place[:1], cuts, place[-1:]])
         away = ~self._within(_between(place, z, (cuts[:-1] + cuts[1:]) / 2))
         change = np.flatnonzero(np.diff(away)) + 1
-        found = [whole.between(cuts[a], cuts[b], bool(away[a])) for a, b in pairwise([0, *change, len(away)])]
-        if closed and len(found) > 1 and found[0].away == found[-1].away:
-            first, last = found[0], found.pop()
+        stretches = [
+            complete.between(cuts[a], cuts[b], bool(away[a])) for a, b in pairwise([0, *change, len(away)])
+        ]
+        if closed and len(stretches) > 1 and stretches[0].away == stretches[-1].away:
+            first, last = stretches[0], stretches.pop()
             place = np.concatenate([last.place, first.place[1:] + len(pieces)])
-            found[0] = _Stretch(place, np.concatenate([last.z, first.z[1:]]), first.away)
-        return found
+            stretches[0] = _Stretch(place, np.concatenate([last.z, first.z[1:]]), first.away)
+        return stretches
 
     def _landed(self, pieces: Sequence[Piece], stretch: _Stretch) -> _Stretch:
         """Trim the ends of a stretch inside that lie beyond the boundary, though still near it."""
@@ -227,9 +229,11 @@ class Domain:
         ends = []
         for end, cut, inward in ((0, cuts[0], 1), (-1, cuts[-1], -1)):
             steps = inward * self.near * np.concatenate([[0.0], 0.05 * 2.0 ** np.arange(8)])
-            at = _between(stretch.place, stretch.z, np.array([cut]))
-            near = abs(at[0] - stretch.z[end]) < TAIL_DISTANCES * self.near
-            places = np.concatenate([[stretch.place[end]], cut + steps / _speed(pieces, cut) if near else []])
+            crossing = _between(stretch.place, stretch.z, np.array([cut]))
+            is_near = abs(crossing[0] - stretch.z[end]) < TAIL_DISTANCES * self.near
+            places = np.concatenate(
+                [[stretch.place[end]], cut + steps / _speed(pieces, cut) if is_near else []]
+            )
             z = np.array([_point(pieces, place) for place in places])
             inside = shapely.contains_xy(self.polygon, z.real, z.imag)
             ends.append(places[np.argmax(inside)])
@@ -254,8 +258,8 @@ class Domain:
     def _arcs(self, rim: Curve, start: float, stop: float) -> list[Part]:
         """Return the part of a boundary between two arclengths, split at its corners."""
         low, high = sorted((start, stop))
-        whole = rim.length * np.arange(math.floor(low / rim.length), high // rim.length + 1)
-        corners = np.add.outer(whole, self._corners[rim]).ravel()
+        laps = rim.length * np.arange(math.floor(low / rim.length), high // rim.length + 1)
+        corners = np.add.outer(laps, self._corners[rim]).ravel()
         cuts = [low, *corners[(corners > low) & (corners < high)], high]
         return [Span(rim, float(a), float(b)) for a, b in pairwise(cuts if start <= stop else cuts[::-1])]
 
@@ -280,9 +284,9 @@ def _point_in(hole: Curve) -> complex:
     return complex(middle + OFF_MIDDLE_RADIUS_SHARE * (touched - middle))
 
 
-def _shrunk(hole: shapely.Polygon, near: float) -> shapely.Polygon:
+def _shrunk(hole: shapely.Polygon, distance: float) -> shapely.Polygon:
     """Return the largest part of a hole that is at least `near` from its outline; all of it if there is none."""
-    parts = [part for part in shapely.get_parts(hole.buffer(-near)) if part.area > 0]
+    parts = [part for part in shapely.get_parts(hole.buffer(-distance)) if part.area > 0]
     return max(parts, key=lambda part: part.area, default=hole)
 
 
@@ -298,8 +302,8 @@ def _polyline(pieces: Sequence[Piece], tolerance: float) -> tuple[NDArray[np.flo
     return place, np.concatenate([*points, [pieces[-1].last()]])
 
 
-def _between(place: NDArray[np.float64], z: Complex, at: NDArray[np.float64]) -> Complex:
-    return np.interp(at, place, z.real) + 1j * np.interp(at, place, z.imag)
+def _between(place: NDArray[np.float64], z: Complex, positions: NDArray[np.float64]) -> Complex:
+    return np.interp(positions, place, z.real) + 1j * np.interp(positions, place, z.imag)
 
 
 def _spans(pieces: Sequence[Piece], stretch: _Stretch) -> list[Part]:

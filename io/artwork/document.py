@@ -157,12 +157,12 @@ class MappedDocument:
 
     def _share_pictures(self) -> None:
         """Store unchanged pictures that are shown more than once only once."""
-        kept = [(out, out[0]) for out in (picture.out for picture in self.pictures) if len(out) == 1]
-        uses = Counter(image.get("href") for _, image in kept)
-        for out, image in kept:
+        images = [(out, out[0]) for out in (picture.out for picture in self.pictures) if len(out) == 1]
+        uses = Counter(image.get("href") for _, image in images)
+        for out, image in images:
             if uses[image.get("href")] > 1 and (transform := image.attrib.pop("transform", "")):
-                held = self.definitions.picture(image.attrib)
-                link = {tree.LINKS[1]: f"#{held.get('id')}", "transform": transform}
+                shared = self.definitions.picture(image.attrib)
+                link = {tree.LINKS[1]: f"#{shared.get('id')}", "transform": transform}
                 out[0] = Element(f"{SVG}use", link)
 
     def _children(self, node: Node, parent: Element) -> None:
@@ -186,7 +186,7 @@ class MappedDocument:
         elif node.tag == "image":
             self._picture(node, parent)
         elif node.tag in _COPIED:
-            if node.used:
+            if node.copied_from:
                 self.document.copies.add(node.element, whole=True)
             parent.append(copy.deepcopy(node.element))
         else:
@@ -215,20 +215,22 @@ class MappedDocument:
         if not runs or not scale(node.affine):
             return
         self.carried.spend(sum(len(run.pieces) for run in runs))
-        said = node.properties
+        properties = node.properties
         out = SubElement(parent, f"{SVG}path", self._styled(node, "path"))
-        marked = {name for name in _MARKERS if said.get(name, said.get("marker", "none")) != "none"}
+        marked = {
+            name for name in _MARKERS if properties.get(name, properties.get("marker", "none")) != "none"
+        }
         marks = frozenset(marked if node.tag in _MARKED else ())
         shape = MappedElement(
             out,
             parent,
             runs,
-            own=node.own,
+            declared=node.declared,
             filled=node.filled,
             lined=local(parent) != "clipPath" and (bool(marks) or node.stroked),
             aside=self.aside,
             markers=marks,
-            line_first=said.get("paint-order", "").strip().startswith("stroke"),
+            line_first=properties.get("paint-order", "").strip().startswith("stroke"),
             copy=self.copy,
         )
         self.elements.append(shape)
@@ -236,16 +238,16 @@ class MappedDocument:
         self._applied(node, out, [shape])
         if local(parent) == "clipPath":
             if (
-                "clip-rule" in said and "clip-rule" not in shape.own
+                "clip-rule" in properties and "clip-rule" not in shape.declared
             ):  # inherited from a <use>, which is resolved
-                restyle(out, {"clip-rule": said["clip-rule"]})
+                restyle(out, {"clip-rule": properties["clip-rule"]})
             return
         if marked and node.tag not in _MARKED:
             restyle(out, dict.fromkeys(sorted(marked), "none"))
         space = Space(node.affine, node.size, [shape])
-        self._paint(shape, said, space)
-        if shape.lined and said.get("vector-effect") != "non-scaling-stroke":
-            self.effects.append(Effect([shape], lined(shape, node.element, said, space)))
+        self._paint(shape, properties, space)
+        if shape.lined and properties.get("vector-effect") != "non-scaling-stroke":
+            self.effects.append(Effect([shape], lined(shape, node.element, properties, space)))
 
     def _picture(self, node: Node, parent: Element) -> None:
         """Add a group for an embedded picture, clipped to its mapped outline; the picture is resampled later."""
@@ -256,26 +258,26 @@ class MappedDocument:
         if local(parent) == "clipPath":
             return
         address = embedded.typed(node.element.get(link, ""))
-        found = embedded.size_of(address)
-        if found is None:
+        picture = embedded.size_of(address)
+        if picture is None:
             self.notes["<image> that cannot be read, omitted"] += 1
             return
-        content, width, height = found
+        content, width, height = picture
         self.carried.spend(embedded.COUNTED_CURVES)
         place = _picture_place(node, width / height, height)
         if min(place[2:]) <= 0:
             return
         aspect = node.properties.get("preserveAspectRatio", "")
-        fit, seen = embedded.placed(place, (width / height, 1.0), aspect)
+        fit, visible = embedded.placed(place, (width / height, 1.0), aspect)
         group = SubElement(parent, f"{SVG}g", self._styled(node, "g"))
-        clip, shapes = self._clip_to(seen, node)
+        clip, shapes = self._clip_to(visible, node)
         self.pictures.append(
             embedded.EmbeddedPicture(
                 SubElement(group, f"{SVG}g", {"clip-path": clip}),
                 group,
                 content,
                 address,
-                node.affine(_corners(seen)),
+                node.affine(_corners(visible)),
                 node.affine @ fit,
                 width / height,
                 smooth=node.properties.get("image-rendering", "auto").strip() not in embedded.NEAREST,
@@ -285,18 +287,20 @@ class MappedDocument:
         self.shapes += shapes
         self._applied(node, group, shapes)
 
-    def _paint(self, shape: MappedElement, said: Mapping[str, str], space: Space) -> None:
+    def _paint(self, shape: MappedElement, properties: Mapping[str, str], space: Space) -> None:
         """Copy the shape's gradients, patterns and markers into user space, so that they can follow the map."""
         for kind in ("fill", "stroke"):
-            found = self.document.named(said.get(kind, ""), *_PAINTED)
-            if found is not None and (made := self.definitions.painted(found, space)):
-                restyle(shape.out, {kind: made[0]})
-                self.effects.append(Effect([shape], made[1]))
+            definition = self.document.named(properties.get(kind, ""), *_PAINTED)
+            if definition is not None and (copied := self.definitions.painted(definition, space)):
+                restyle(shape.out, {kind: copied[0]})
+                self.effects.append(Effect([shape], copied[1]))
         for name in sorted(shape.markers):
-            found = self.document.named(said.get(name, said.get("marker", "")), "marker")
-            if found is not None and (made := self.definitions.marker(found, scale(space.affine))):
-                restyle(shape.out, {name: made[0]})
-                self.effects.append(Effect([shape], made[1]))
+            definition = self.document.named(properties.get(name, properties.get("marker", "")), "marker")
+            if definition is not None and (
+                copied := self.definitions.marker(definition, scale(space.affine))
+            ):
+                restyle(shape.out, {name: copied[0]})
+                self.effects.append(Effect([shape], copied[1]))
 
     def _applied(self, node: Node, out: Element, shapes: list[MappedElement]) -> None:
         """Apply a node's clip path, mask and filter to `out`, each as a separate copy to be mapped."""
@@ -307,19 +311,19 @@ class MappedDocument:
             ("filter", "filter", self._filter),
         )
         for name, tag, make in kinds:
-            said = node.own.get(name, "none").strip()
-            if said == "none" or (local(out) == "clipPath" and name != "clip-path"):
+            reference = node.declared.get(name, "none").strip()
+            if reference == "none" or (local(out) == "clipPath" and name != "clip-path"):
                 continue
-            found = self.document.named(said, tag)
+            definition = self.document.named(reference, tag)
             self.covered.spend(sum(len(run.pieces) for shape in shapes for run in shape.runs))
-            known = found is not None and id(found) not in node.used
-            made = make(found, node, space) if found is not None and known else None
-            if made is None and shapes:
+            usable = definition is not None and id(definition) not in node.copied_from
+            new_reference = make(definition, node, space) if definition is not None and usable else None
+            if new_reference is None and shapes:
                 self.notes[f"{name} that refers to no element of the file or has no area, omitted"] += 1
-            restyle(out, {name: made or "none"})
+            restyle(out, {name: new_reference or "none"})
 
-    def _clip(self, found: Element, node: Node, space: Space) -> str | None:
-        inner = self._definition(found, node, space, "clipPathUnits")
+    def _clip(self, element: Element, node: Node, space: Space) -> str | None:
+        inner = self._definition(element, node, space, "clipPathUnits")
         if inner is None:
             return None
         mapped = self.definitions.new("clipPath", self._styled(inner, "clipPath"))
@@ -328,9 +332,9 @@ class MappedDocument:
             self._applied(inner, mapped, self.shapes)
         return f"url(#{mapped.get('id')})"
 
-    def _mask(self, found: Element, node: Node, space: Space) -> str | None:
-        inner = self._definition(found, node, space, "maskContentUnits")
-        place = space.rectangle(self.document.own(found), "maskUnits", MARGIN)
+    def _mask(self, element: Element, node: Node, space: Space) -> str | None:
+        inner = self._definition(element, node, space, "maskContentUnits")
+        place = space.rectangle(self.document.declared(element), "maskUnits", MARGIN)
         if inner is None or place is None:
             return None
         mapped = self.definitions.new("mask", self._styled(inner, "mask") | self.region)
@@ -343,26 +347,31 @@ class MappedDocument:
             self._applied(inner, mapped, self.shapes)
         return f"url(#{mapped.get('id')})"
 
-    def _filter(self, found: Element, node: Node, space: Space) -> str | None:
-        made = filtered(self.definitions, found, space)
-        if made is None:
+    def _filter(self, element: Element, node: Node, space: Space) -> str | None:
+        copied = filtered(self.definitions, element, space)
+        if copied is None:
             return None
-        self.effects.append(Effect(space.shapes, made[1]))
-        return made[0]
+        self.effects.append(Effect(space.shapes, copied[1]))
+        return copied[0]
 
-    def _definition(self, found: Element, node: Node, space: Space, units: str) -> Node | None:
+    def _definition(self, element: Element, node: Node, space: Space, units: str) -> Node | None:
         """Return the clip path or mask that a node uses; None where its units refer to a box without area."""
-        boxed = self.document.own(found).get(units) == "objectBoundingBox"
+        boxed = self.document.declared(element).get(units) == "objectBoundingBox"
         if boxed and not space.area:
             return None
-        return self.document.definition(found, node, space.units if boxed else tree.IDENTITY)
+        return self.document.definition(element, node, space.units if boxed else tree.IDENTITY)
 
     def _clip_to(self, place: Rectangle, node: Node) -> tuple[str, list[MappedElement]]:
         """Return a clip path for a rectangle in the node's user space, and its shape."""
         mapped = self.definitions.new("clipPath")
         sides = {name: repr(value) for (name, _), value in zip(SIDES, place)}
         rectangle = Node(
-            Element(f"{SVG}rect", sides), "rect", node.affine, node.size, used=node.used, properties=sides
+            Element(f"{SVG}rect", sides),
+            "rect",
+            node.affine,
+            node.size,
+            copied_from=node.copied_from,
+            properties=sides,
         )
         with self._elsewhere():
             self.add(rectangle, mapped)
@@ -380,7 +389,7 @@ class MappedDocument:
 
     def _styled(self, node: Node, tag: str) -> dict[str, str]:
         """Return the attributes that a node keeps; without an id if it might occur twice."""
-        once = not node.used and not self.copy and tag not in ("clipPath", "mask")
+        once = not node.copied_from and not self.copy and tag not in ("clipPath", "mask")
         return attributes.kept(self.document, node.element, tag, named=once)
 
     @staticmethod

@@ -89,11 +89,11 @@ class Reference:
 
     def every(self) -> Iterator[Any]:
         """Yield everything in it, including the content of references in the block."""
-        for each in self.content:
-            if isinstance(each, Reference):
-                yield from each.every()
+        for entity in self.content:
+            if isinstance(entity, Reference):
+                yield from entity.every()
             else:
-                yield each
+                yield entity
 
 
 @dataclass(frozen=True)
@@ -146,8 +146,8 @@ def carry(
     within = tolerance / unit if tolerance else default_tolerance
     with library(path) as ezdxf:
         document = load(ezdxf, path)
-        source, own = parts[0][0], unit_of(document)
-        scale = own / source.millimetres if own and source.millimetres else 1.0
+        source, unit_length = parts[0][0], unit_of(document)
+        scale = unit_length / source.millimetres if unit_length and source.millimetres else 1.0
         drawing = MappedDxf(ezdxf, document, path, Plane.of(source, scale), Plane.of(target, 1 / unit))
         drawing.carry(PathMapping(parts, within))
         document.header["$INSUNITS"], document.header["$MEASUREMENT"] = MILLIMETRES_CODE, 1
@@ -191,16 +191,18 @@ class MappedDxf:
             InputError: nothing is left of it.
         """
         space = self.document.modelspace()
-        given = list(space)
-        content = [each for entity in given for each in self._content(entity)]
+        entities = list(space)
+        content = [part for entity in entities for part in self._content(entity)]
         names = list(_names_inside(content))
         self.uses.update(names)
-        self.fitted = _Fitted(mapping, self._drawn(content), arcs_only=self.document.dxfversion == R12)
+        self.fitted = _Fitted(
+            mapping, self._drawn_entities(content), arcs_only=self.document.dxfversion == R12
+        )
         self.mapping = mapping
-        kept: set[int] = set()
-        low, high = self._write(content, space, 0j, kept)
-        for entity in given:
-            if id(entity) not in kept:
+        kept_ids: set[int] = set()
+        low, high = self._write(content, space, 0j, kept_ids)
+        for entity in entities:
+            if id(entity) not in kept_ids:
                 space.delete_entity(entity)
         if not len(space):
             raise InputError(f"{self.path}: nothing of it lies inside the source shape of the map")
@@ -219,7 +221,7 @@ class MappedDxf:
         kind = entity.dxftype()
         if kind == "INSERT":
             inside = contents(entity)
-            yield Reference(entity, [each for part in inside for each in self._content(part)])
+            yield Reference(entity, [mapped for part in inside for mapped in self._content(part)])
         elif kind in ANCHORED:
             yield entity
         elif runs := self._runs(entity):
@@ -228,41 +230,43 @@ class MappedDxf:
         elif kind != "ATTDEF":
             self.notes[f"{kind}, omitted"] += 1
 
-    def _drawn(self, content: Sequence[Any]) -> list[DrawnEntity]:
-        found = [
-            part for each in content for part in (each.every() if isinstance(each, Reference) else [each])
+    def _drawn_entities(self, content: Sequence[Any]) -> list[DrawnEntity]:
+        entities = [
+            part
+            for entity in content
+            for part in (entity.every() if isinstance(entity, Reference) else [entity])
         ]
-        return [each for each in found if isinstance(each, DrawnEntity)]
+        return [entity for entity in entities if isinstance(entity, DrawnEntity)]
 
     def _runs(self, entity: Any) -> list[PenPath]:
         """Return the lines of an entity in the plane of the source, y down; none if it has no lines."""
-        made = RUNS.get(entity.dxftype())
-        runs = made(self.ezdxf, entity) if made else []
+        read_runs = RUNS.get(entity.dxftype())
+        runs = read_runs(self.ezdxf, entity) if read_runs else []
         affine = self.source.to_down
-        found = [
+        mapped_runs = [
             PenPath(affine(run.start), [piece.under(affine) for piece in run.pieces], run.closed)
             for run in runs
         ]
-        return [run for run in found if run.pieces]
+        return [run for run in mapped_runs if run.pieces]
 
     # Writing --------------------------------------------------------------------------------------------------------
 
     def _write(
-        self, content: Sequence[Any], layout: Any, base: complex, kept: set[int]
+        self, content: Sequence[Any], layout: Any, base: complex, kept_ids: set[int]
     ) -> tuple[complex, complex]:
         """Write the images of content into a layout, with positions relative to `base`.
 
         Entities that are changed in place are added to `kept`. Returns the corners of a box around the images.
         """
         box = [complex(np.inf, np.inf), complex(-np.inf, -np.inf)]
-        for each in content:
+        for item in content:
             deadline.check("writing DXF")
-            if isinstance(each, Reference):
-                z = self._write_reference(each, layout, base, kept)
-            elif isinstance(each, DrawnEntity):
-                z = self._write_lines(each, layout, base, kept)
+            if isinstance(item, Reference):
+                z = self._write_reference(item, layout, base, kept_ids)
+            elif isinstance(item, DrawnEntity):
+                z = self._write_lines(item, layout, base, kept_ids)
             else:
-                z = self._write_anchored(each, layout, base, kept)
+                z = self._write_anchored(item, layout, base, kept_ids)
             if z.size:
                 low, high = bounding_box(z)
                 box = [
@@ -271,29 +275,35 @@ class MappedDxf:
                 ]
         return box[0], box[1]
 
-    def _write_reference(self, each: Reference, layout: Any, base: complex, kept: set[int]) -> Complex:
+    def _write_reference(
+        self, reference: Reference, layout: Any, base: complex, kept_ids: set[int]
+    ) -> Complex:
         """Write a reference to a block, or to a new block with the mapped content. Returns points of its image."""
-        entity, drawn = each.entity, self._drawn([each])
-        images = [self.fitted.of(part) for part in drawn]
+        entity, drawn_entities = reference.entity, self._drawn_entities([reference])
+        images = [self.fitted.of(part) for part in drawn_entities]
         points = np.concatenate([np.empty(0, complex), *(image.w for image in images)])
-        if drawn and not any(image.cut for image in images) and len({image.region for image in images}) == 1:
+        if (
+            drawn_entities
+            and not any(image.cut for image in images)
+            and len({image.region for image in images}) == 1
+        ):
             z = np.concatenate([image.z for image in images])
             similarity = _similarity(z, points)
             if similarity.error <= CLOSED_TOLERANCE_SHARE * self.mapping.tolerance:
-                self._move(entity, similarity, layout, base, kept)
+                self._move(entity, similarity, layout, base, kept_ids)
                 return self._numbers(points)
         position = _position(entity)
-        at = self._local(position)
-        origin = self._numbers(np.array([at.w]))[0] if at else 0j
+        reference_similarity = self._local(position)
+        origin = self._numbers(np.array([reference_similarity.w]))[0] if reference_similarity else 0j
         block = self._block_for(str(entity.dxf.name))
-        low, high = self._write(each.content, block, complex(origin), kept)
+        low, high = self._write(reference.content, block, complex(origin), kept_ids)
         if not len(block):
             self.document.blocks.delete_block(block.name, safe=False)
             return np.empty(0, complex)
         for attribute in list(entity.attribs):
-            near = self._local(_position(attribute)) or at
-            if near:
-                attribute.transform(self._matrix(near, base))
+            attribute_similarity = self._local(_position(attribute)) or reference_similarity
+            if attribute_similarity:
+                attribute.transform(self._matrix(attribute_similarity, base))
             else:
                 entity.attribs.remove(attribute)
                 self.notes[OUTSIDE] += 1
@@ -302,7 +312,7 @@ class MappedDxf:
         entity.dxf.insert = ((origin - base).real, (origin - base).imag, 0)
         entity.dxf.xscale = entity.dxf.yscale = entity.dxf.zscale = 1
         entity.dxf.rotation, entity.dxf.row_count, entity.dxf.column_count = 0, 1, 1
-        self._keep(entity, layout, kept)
+        self._keep(entity, layout, kept_ids)
         return np.array([low, high]) if np.isfinite([low, high]).all() else np.empty(0, complex)
 
     def _block_for(self, name: str) -> Any:
@@ -319,35 +329,35 @@ class MappedDxf:
             number += 1
         return blocks.new(f"{name}_{number}")
 
-    def _write_lines(self, each: DrawnEntity, layout: Any, base: complex, kept: set[int]) -> Complex:
-        image = self.fitted.of(each)
+    def _write_lines(self, drawn: DrawnEntity, layout: Any, base: complex, kept_ids: set[int]) -> Complex:
+        image = self.fitted.of(drawn)
         placements = image.fills or image.lines
         if not placements or not np.isfinite(image.w).all():
             self.notes[LOST if placements else OUTSIDE] += 1
             return np.empty(0, complex)
         self.notes[CUT] += image.cut
-        share = CLOSED_TOLERANCE_SHARE if each.closed else OPEN_TOLERANCE_SHARE
+        share = CLOSED_TOLERANCE_SHARE if drawn.closed else OPEN_TOLERANCE_SHARE
         similarity = _similarity(image.z, image.w)
         if not image.cut and similarity.error <= share * self.mapping.tolerance:
-            self._move(each.entity, similarity, layout, base, kept)
+            self._move(drawn.entity, similarity, layout, base, kept_ids)
             return self._numbers(image.w)
-        attributes = each.entity.graphic_properties()
-        if each.filled:
-            self._add_area(each, image, layout, base, attributes, kept)
+        attributes = drawn.entity.graphic_properties()
+        if drawn.filled:
+            self._add_area(drawn, image, layout, base, attributes, kept_ids)
         else:
             for placement, pieces in zip(image.lines, image.line_fits):
                 if image.as_splines:
                     self._add_spline(pieces, layout, base, attributes)
                 else:
                     width = (
-                        _width(each.entity) * abs(similarity.alpha) * self.source.scale / self.target.scale
+                        _width(drawn.entity) * abs(similarity.alpha) * self.source.scale / self.target.scale
                     )
-                    self._add_polyline(each, placement, pieces, layout, base, attributes, width)
+                    self._add_polyline(drawn, placement, pieces, layout, base, attributes, width)
         return self._numbers(image.w)
 
     def _add_polyline(
         self,
-        each: DrawnEntity,
+        drawn: DrawnEntity,
         placement: Placement,
         pieces: Sequence[tuple[Complex, Real]],
         layout: Any,
@@ -357,7 +367,7 @@ class MappedDxf:
     ) -> None:
         """Add the image of lines and arcs: as a line or an arc if it is one, else as a polyline."""
         vertices, bulges = self._polyline(pieces, base)
-        kind = each.entity.dxftype()
+        kind = drawn.entity.dxftype()
         if kind == "LINE" and bulges.size == 1:
             layout.add_line(*([z.real, z.imag] for z in vertices), dxfattribs=attributes)
         elif kind == "ARC" and bulges.size == 1 and bulges[0]:
@@ -388,22 +398,22 @@ class MappedDxf:
 
     def _add_area(
         self,
-        each: DrawnEntity,
+        drawn: DrawnEntity,
         image: _Image,
         layout: Any,
         base: complex,
         attributes: dict[str, Any],
-        kept: set[int],
+        kept_ids: set[int],
     ) -> None:
         """Replace the boundary of a hatch; other filled areas become solid hatches."""
-        if each.entity.dxftype() == "HATCH":
-            hatch = each.entity
+        if drawn.entity.dxftype() == "HATCH":
+            hatch = drawn.entity
             hatch.paths.clear()
             hatch.dxf.associative = 0
             hatch.dxf.elevation, hatch.dxf.extrusion = (0, 0, 0), (0, 0, 1)
-            self._keep(hatch, layout, kept)
+            self._keep(hatch, layout, kept_ids)
         elif self.document.dxfversion == R12:
-            self.notes[f"{each.entity.dxftype()}, omitted"] += 1
+            self.notes[f"{drawn.entity.dxftype()}, omitted"] += 1
             return
         else:
             hatch = layout.add_hatch(dxfattribs=attributes)
@@ -421,22 +431,24 @@ class MappedDxf:
         )
         return self._numbers(vertices) - base, np.concatenate([bulges for _, bulges in pieces])
 
-    def _write_anchored(self, entity: Any, layout: Any, base: complex, kept: set[int]) -> Complex:
+    def _write_anchored(self, entity: Any, layout: Any, base: complex, kept_ids: set[int]) -> Complex:
         """Move a point or a text by the similarity that the map is near its position."""
-        at = self._local(_position(entity))
-        if at is None:
+        similarity = self._local(_position(entity))
+        if similarity is None:
             self.notes[OUTSIDE] += 1
             return np.empty(0, complex)
-        self._move(entity, at, layout, base, kept)
-        return self._numbers(np.array([at.w]))
+        self._move(entity, similarity, layout, base, kept_ids)
+        return self._numbers(np.array([similarity.w]))
 
-    def _move(self, entity: Any, similarity: _Similarity, layout: Any, base: complex, kept: set[int]) -> None:
+    def _move(
+        self, entity: Any, similarity: _Similarity, layout: Any, base: complex, kept_ids: set[int]
+    ) -> None:
         entity.transform(self._matrix(similarity, base))
-        self._keep(entity, layout, kept)
+        self._keep(entity, layout, kept_ids)
 
-    def _keep(self, entity: Any, layout: Any, kept: set[int]) -> None:
+    def _keep(self, entity: Any, layout: Any, kept_ids: set[int]) -> None:
         """Keep a changed entity in its layout; copies of a block's content are added to theirs."""
-        kept.add(id(entity))
+        kept_ids.add(id(entity))
         if entity.is_virtual:
             layout.add_entity(entity)
 
@@ -459,11 +471,13 @@ class MappedDxf:
         for region in self.mapping.regions.all:
             if shapely.contains_xy(region.domain.reach, z.real, z.imag):
                 place = np.array([z])
-                near, w, alpha, beta = region.jet(place)
-                at = w + alpha * (place - near) + beta * (place - near).conj()
-                if np.isfinite(at[0]) and np.isfinite(alpha[0]) and alpha[0]:
-                    turn = alpha[0]
-                    return _Similarity(complex(turn), complex(at[0] - turn * z), 0.0, complex(at[0]))
+                moved, w, alpha, beta = region.jet(place)
+                images = w + alpha * (place - moved) + beta * (place - moved).conj()
+                if np.isfinite(images[0]) and np.isfinite(alpha[0]) and alpha[0]:
+                    factor = alpha[0]
+                    return _Similarity(
+                        complex(factor), complex(images[0] - factor * z), 0.0, complex(images[0])
+                    )
         return None
 
 
@@ -515,39 +529,39 @@ class _Image:
 class _Fitted:
     """The images of all lines of a drawing, which are fitted together."""
 
-    def __init__(self, mapping: PathMapping, drawn: Sequence[DrawnEntity], *, arcs_only: bool):
-        self.prepared = mapping.prepare(drawn) if drawn else None
-        self._numbers = {each: number for number, each in enumerate(drawn)}
+    def __init__(self, mapping: PathMapping, entities: Sequence[DrawnEntity], *, arcs_only: bool):
+        self.prepared = mapping.prepare(entities) if entities else None
+        self._numbers = {entity: number for number, entity in enumerate(entities)}
         if self.prepared is None:
             return
         prepared = self.prepared
         counts = [sum(len(run.pieces) for run in (*part.fill, *part.line)) for part in prepared.parts]
         self._first = np.cumsum([0, *counts])
-        splines = np.repeat([each.curved and not arcs_only for each in drawn], counts)
+        splines = np.repeat([entity.curved and not arcs_only for entity in entities], counts)
         straight = np.array([
             _is_straight(piece) for part in prepared.parts for run in (*part.fill, *part.line) for piece in run.pieces
         ], dtype=bool)  # fmt: skip
-        self._splines = [each.curved and not arcs_only for each in drawn]
+        self._splines = [entity.curved and not arcs_only for entity in entities]
         self._fits: list[Any] = [None] * len(prepared.owners)
 
-        def part(chosen: Index) -> Any:
-            return lambda which, t: _images(prepared, chosen[which], t)[1]
+        def part(numbers: Index) -> Any:
+            return lambda segment, t: _images(prepared, numbers[segment], t)[1]
 
         within = FITTED_TOLERANCE_SHARE * mapping.tolerance
-        cubic, other = np.flatnonzero(splines), np.flatnonzero(~splines)
+        cubic, not_cubic = np.flatnonzero(splines), np.flatnonzero(~splines)
         if cubic.size:
             for number, fit in zip(cubic, refit(part(cubic), cubic.size, within)):
                 self._fits[number] = fit
-        if other.size:
-            for number, pair in zip(other, refit_arcs(part(other), straight[other], within)):
+        if not_cubic.size:
+            for number, pair in zip(not_cubic, refit_arcs(part(not_cubic), straight[not_cubic], within)):
                 self._fits[number] = pair
-        which = np.repeat(np.arange(len(prepared.owners)), SAMPLES.size)
-        self._z, self._w = _images(prepared, which, np.tile(SAMPLES, len(prepared.owners)))
+        segment = np.repeat(np.arange(len(prepared.owners)), SAMPLES.size)
+        self._z, self._w = _images(prepared, segment, np.tile(SAMPLES, len(prepared.owners)))
 
-    def of(self, each: DrawnEntity) -> _Image:
+    def of(self, entity: DrawnEntity) -> _Image:
         """Return the image of one entity."""
         assert self.prepared is not None
-        number = self._numbers[each]
+        number = self._numbers[entity]
         fill, line, _ = self.prepared.parts[number]
         first, last = self._first[number], self._first[number + 1]
         fits = iter(self._fits[first:last])
@@ -563,24 +577,26 @@ class _Fitted:
             fill,
             line_fits,
             fill_fits,
-            self._splines[number] and not each.filled,
+            self._splines[number] and not entity.filled,
         )
 
 
-def _images(prepared: Prepared, which: NDArray[np.intp], t: Real) -> tuple[Complex, Complex]:
+def _images(prepared: Prepared, segment: NDArray[np.intp], t: Real) -> tuple[Complex, Complex]:
     """Return points on segments, and their images; beyond the domain's outline the map continues linearly.
 
     The outline of the domain is flattened, but that of the drawing is not.
     """
-    z = prepared.places(which, t)
-    near, w, alpha, beta = prepared.jet(which, z)
-    away = z - near
+    z = prepared.places(segment, t)
+    moved, w, alpha, beta = prepared.jet(segment, z)
+    away = z - moved
     return z, np.where(away == 0, w, w + alpha * away + beta * away.conj())
 
 
 def _is_straight(piece: Any) -> bool:
-    whole = piece.whole if isinstance(piece, Span) else piece
-    return not isinstance(whole, Piece) or (isinstance(whole, Bezier) and len(whole.p) == 2)
+    piece_or_curve = piece.whole if isinstance(piece, Span) else piece
+    return not isinstance(piece_or_curve, Piece) or (
+        isinstance(piece_or_curve, Bezier) and len(piece_or_curve.p) == 2
+    )
 
 
 def _is_reference(entity: Any) -> bool:
@@ -589,19 +605,19 @@ def _is_reference(entity: Any) -> bool:
 
 def _names_inside(content: Sequence[Any]) -> Iterator[str]:
     """Yield the names of the blocks that references in some content show."""
-    for each in content:
-        if isinstance(each, Reference):
-            yield str(each.entity.dxf.name)
-            yield from _names_inside(each.content)
+    for part in content:
+        if isinstance(part, Reference):
+            yield str(part.entity.dxf.name)
+            yield from _names_inside(part.content)
 
 
 def _position(entity: Any) -> complex:
     """Return the position of a point, a text or a reference."""
     kind = entity.dxftype()
-    at = entity.dxf.location if kind == "POINT" else entity.dxf.insert
+    point = entity.dxf.location if kind == "POINT" else entity.dxf.insert
     if kind in ("TEXT", "ATTRIB", "INSERT"):
-        at = entity.ocs().to_wcs(at)
-    return complex(at.x, at.y)
+        point = entity.ocs().to_wcs(point)
+    return complex(point.x, point.y)
 
 
 def _width(entity: Any) -> float:
@@ -660,17 +676,17 @@ def _elliptic(centre: complex, u: complex, v: complex, begin: float, sweep: floa
 def _polyline(ezdxf: Any, entity: Any) -> list[PenPath]:
     """Return a polyline, whose sides are lines and arcs; meshes that DXF stores as polylines have none."""
     if entity.dxftype() == "LWPOLYLINE":
-        given = [(ezdxf.math.Vec3(x, y), bulge) for x, y, bulge in entity.get_points("xyb")]
+        vertices = [(ezdxf.math.Vec3(x, y), bulge) for x, y, bulge in entity.get_points("xyb")]
         ocs, closed = entity.ocs(), bool(entity.closed)
     elif entity.is_2d_polyline or entity.is_3d_polyline:
         on_line = [vertex for vertex in entity.vertices if not vertex.dxf.flags & POLYLINE_FLAGS_OF_FRAMES]
-        given = [(vertex.dxf.location, vertex.dxf.get("bulge", 0)) for vertex in on_line]
+        vertices = [(vertex.dxf.location, vertex.dxf.get("bulge", 0)) for vertex in on_line]
         ocs, closed = entity.ocs() if entity.is_2d_polyline else None, bool(entity.is_closed)
     else:
         return []
-    z = np.array([_complex(ocs.to_wcs(point) if ocs else point) for point, _ in given])
+    z = np.array([_complex(ocs.to_wcs(point) if ocs else point) for point, _ in vertices])
     mirrored = ocs is not None and ocs.transform and entity.dxf.extrusion.z < 0
-    bulges = [-bulge if mirrored else bulge for _, bulge in given]
+    bulges = [-bulge if mirrored else bulge for _, bulge in vertices]
     ends = np.append(z[1:], z[:1]) if closed else z[1:]
     pieces = [_side(complex(a), complex(b), bulge) for a, b, bulge in zip(z, ends, bulges) if a != b]
     return [PenPath(complex(z[0]), pieces, closed)] if pieces else []
@@ -698,18 +714,18 @@ def _hatch(ezdxf: Any, entity: Any) -> list[PenPath]:
 
 def _pen_path(ezdxf: Any, path: Any, *, closed: bool) -> PenPath:
     """Return a path of ezdxf as a subpath."""
-    start = at = _complex(path.start)
+    start = current = _complex(path.start)
     pieces = list[Piece]()
     for command in path.commands():
         controls = [
             _complex(getattr(command, name)) for name in ("ctrl", "ctrl1", "ctrl2") if hasattr(command, name)
         ]
         end = _complex(command.end)
-        if controls or end != at:
-            pieces.append(Bezier((at, *controls, end)))
-        at = end
-    if closed and at != start:
-        pieces.append(Bezier((at, start)))
+        if controls or end != current:
+            pieces.append(Bezier((current, *controls, end)))
+        current = end
+    if closed and current != start:
+        pieces.append(Bezier((current, start)))
     return PenPath(start, pieces, closed)
 
 

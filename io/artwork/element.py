@@ -37,7 +37,7 @@ class MappedElement:
     Attributes:
         out, parent: the element that it becomes, and the parent of that.
         runs: its subpaths; each has at least one segment.
-        own: the element's own styles, without inherited ones.
+        declared: the element's own styles, without inherited ones.
         filled, lined: whether its fill and its line are painted; markers need a line even where that is not painted.
         aside: whether it belongs to a clip path or mask; where it surrounds the source, it is then extended.
         markers: the marker properties that it has.
@@ -48,7 +48,7 @@ class MappedElement:
     out: Element
     parent: Element
     runs: list[PenPath]
-    own: Mapping[str, str] = field(default_factory=dict)
+    declared: Mapping[str, str] = field(default_factory=dict)
     filled: bool = True
     lined: bool = False
     aside: bool = False
@@ -83,53 +83,53 @@ class MappedElement:
             line_is_filled: whether fill and line have the same subpaths. They differ if the fill is clipped, closes an
                 open subpath, or encloses nothing.
         """
-        drawn: list[tuple[str, dict[str, str]]] = []
+        paths: list[tuple[str, dict[str, str]]] = []
         if line:
             style = {} if line_is_filled else {"fill": "none"}
-            kept = {"marker-start": clipped.begins, "marker-mid": False, "marker-end": clipped.ends}
-            style |= {name: "none" for name in sorted(self.markers) if not kept[name]}
-            drawn.append((_data(line, digits), style))
+            has_marker = {"marker-start": clipped.begins, "marker-mid": False, "marker-end": clipped.ends}
+            style |= {name: "none" for name in sorted(self.markers) if not has_marker[name]}
+            paths.append((_data(line, digits), style))
             if "marker-mid" in self.markers:  # at the shape's own vertices, not at those added by refitting
                 bare = [([_outer(run)], closed) for run, closed in line]
                 groups = [[run] for run in bare] if clipped.cut else [bare]
-                drawn += [(_data(group, digits), _UNSEEN | _ENDS) for group in groups]
+                paths += [(_data(group, digits), _UNSEEN | _ENDS) for group in groups]
         if fill:
             around = [turns for turns in clipped.turns if turns] if self.aside else []
             data = _data(fill[: len(fill) - len(around)], digits) + "".join(map(_square, around))
             unlined = {"stroke": "none"} | dict.fromkeys(sorted(self.markers), "none") if self.lined else {}
             first = 1 if self.line_first and line else 0  # a path with only markers stays last
-            drawn.insert(first, (data, unlined))
-        if len(drawn) == 1:
-            self.out.set("d", drawn[0][0])
-            restyle(self.out, drawn[0][1])
+            paths.insert(first, (data, unlined))
+        if len(paths) == 1:
+            self.out.set("d", paths[0][0])
+            restyle(self.out, paths[0][1])
             return
         kept_style = css.declarations(self.out.get("style", ""))
-        whole = {k: v for k, v in (dict(self.own) | kept_style).items() if k in _WHOLE}
-        for data, style in drawn:
+        group_style = {k: v for k, v in (dict(self.declared) | kept_style).items() if k in _WHOLE}
+        for data, style in paths:
             part = SubElement(self.out, self.out.tag, {k: v for k, v in self.out.attrib.items() if k != "id"})
             part.set("d", data)
-            restyle(part, {k: _WHOLE[k] for k in whole} | style)
+            restyle(part, {k: _WHOLE[k] for k in group_style} | style)
         self.out.tag = f"{SVG}g"
         self.out.attrib = {k: v for k, v in self.out.attrib.items() if k == "id" or k.startswith("{")}
-        restyle(self.out, whole)
+        restyle(self.out, group_style)
 
 
-def runs_of(drawn: Node) -> list[PenPath]:
+def runs_of(node: Node) -> list[PenPath]:
     """Return the subpaths of a shape in the root's user units, y down; closed ones end where they start.
 
     Raises:
         InputError: a malformed attribute, or coordinates that are too large.
     """
     out = []
-    for run in basic_shapes.pen_paths(drawn):
+    for run in basic_shapes.pen_paths(node):
         pieces = list(run.pieces)
         if run.closed and pieces and pieces[-1].last() != run.start:
             pieces.append(Bezier((pieces[-1].last(), run.start)))
         if pieces:
-            pieces = [piece.under(drawn.affine) for piece in pieces]
-            out.append(PenPath(drawn.affine(run.start), pieces, run.closed))
-    whole = batches([piece for run in out for piece in run.pieces], Affine())
-    rough = np.concatenate([[run.start for run in out], *(batch.rough()[0] for batch in whole)])
+            pieces = [piece.under(node.affine) for piece in pieces]
+            out.append(PenPath(node.affine(run.start), pieces, run.closed))
+    groups = batches([piece for run in out for piece in run.pieces], Affine())
+    rough = np.concatenate([[run.start for run in out], *(batch.rough()[0] for batch in groups)])
     if not (np.abs(rough) <= limits.SVG_NUMBER).all():  # NaN included
         raise InputError("the coordinates are too large")
     return out
@@ -155,10 +155,10 @@ def restyle(out: Element, style: dict[str, str]) -> None:
     """Add declarations to an element's own style, where they override attributes and style sheets."""
     for name in style:
         out.attrib.pop(name, None)
-    both = css.declarations(out.get("style", ""))
-    both.update(style)
-    if both:
-        out.set("style", both.text())
+    styles = css.declarations(out.get("style", ""))
+    styles.update(style)
+    if styles:
+        out.set("style", styles.text())
 
 
 def _data(runs: Sequence[Cubics], digits: int) -> str:

@@ -79,22 +79,24 @@ class EmbeddedPicture:
         """Show the picture as the regions' maps transform it, and return a note, or an empty string."""
         corners = self.place.conj()
         polygon = shapely.Polygon(np.column_stack([corners.real, corners.imag]))
-        met = [region for region in regions if region.domain.reach.intersects(polygon)]
-        if len(met) == 1 and (map := _affine_map(met[0], polygon, corners, tolerance)):
+        covering = [region for region in regions if region.domain.reach.intersects(polygon)]
+        if len(covering) == 1 and (map := _affine_map(covering[0], polygon, corners, tolerance)):
             size = {"width": f"{self.ratio:.9g}", "height": "1", "preserveAspectRatio": "none"}
-            whole = affine.written(_conjugated(map) @ self.to_root)
-            SubElement(self.out, _name("image"), size | {"href": self.address, "transform": whole})
+            transform = affine.written(_conjugated(map) @ self.to_root)
+            SubElement(self.out, _name("image"), size | {"href": self.address, "transform": transform})
             return ""
         try:
             image = image_files.read_held(self.content, "embedded picture")
         except InputError as error:
             return f"{error}; omitted"
         finest = 1 / (PATH_TOLERANCES * tolerance)
-        notes = [self._resampled(region, polygon, image, finest, alone=len(met) == 1) for region in met]
+        notes = [
+            self._resampled(region, polygon, image, finest, opaque=len(covering) == 1) for region in covering
+        ]
         return next((note for note in notes if note), "")
 
     def _resampled(
-        self, region: Region, polygon: shapely.Polygon, image: Image, finest: float, *, alone: bool
+        self, region: Region, polygon: shapely.Polygon, image: Image, finest: float, *, opaque: bool
     ) -> str:
         """Add the picture as resampled by a region's map; return a note."""
         visible = shapely.intersection(polygon, region.domain.polygon)
@@ -111,7 +113,7 @@ class EmbeddedPicture:
         box = bounding_box(np.concatenate([w, rim]))
         texel_count = width * height * min(1.0, visible.area / polygon.area)
         canvas = _canvas(box, max(density, finest), texel_count)
-        made = _warped(region, image, texels, canvas, smooth=self.smooth, alone=alone)
+        made = _warped(region, image, texels, canvas, smooth=self.smooth, opaque=opaque)
         low, high = canvas.box
         place = zip(("x", "y", "width", "height"), (low.real, -high.imag, *_size(canvas.box)))
         attributes = {name: f"{value:.9g}" for name, value in place} | {"preserveAspectRatio": "none"}
@@ -161,13 +163,13 @@ class _Placing:
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
         """See `Placing.places`."""
         linear = Affine(self.texels.alpha, self.texels.beta)
-        at, across, below = self.texels(z.conj()), linear(right.conj()), linear(down.conj())
-        turn = np.stack([across.real, below.real, across.imag, below.imag], axis=1)
-        return Places(np.stack([at.real, at.imag], axis=1), turn, right, down)
+        points, across, below = self.texels(z.conj()), linear(right.conj()), linear(down.conj())
+        jacobian = np.stack([across.real, below.real, across.imag, below.imag], axis=1)
+        return Places(np.stack([points.real, points.imag], axis=1), jacobian, right, down)
 
 
 def _warped(
-    region: Region, image: Image, texels: Affine, canvas: Canvas, *, smooth: bool, alone: bool
+    region: Region, image: Image, texels: Affine, canvas: Canvas, *, smooth: bool, opaque: bool
 ) -> Image:
     """Resample a picture onto a canvas by a region's map; its colours are extended beyond the mapped area.
 
@@ -179,27 +181,31 @@ def _warped(
     placing = _Placing(texels)
     bands = preimages.of(region.map, canvas, ERROR_TEXELS / placing.scale[0])
     out = np.zeros((canvas.height * canvas.width, sampler.channels), sampler.dtype)
-    known = np.zeros(canvas.height * canvas.width, bool)
+    filled = np.zeros(canvas.height * canvas.width, bool)
     for row in range(0, canvas.height, BAND_ROWS):
         deadline.check("carrying embedded pictures")
         band = bands(row)
-        at = np.flatnonzero(band.coverage)
-        z, right, down = band.z.ravel()[at], band.right.ravel()[at], band.down.ravel()[at]
-        at += row * canvas.width
-        known[at] = True
-        for first in range(0, at.size, 1 << 15):
+        pixel = np.flatnonzero(band.coverage)
+        z, right, down = (
+            band.z.ravel()[pixel],
+            band.right.ravel()[pixel],
+            band.down.ravel()[pixel],
+        )
+        pixel += row * canvas.width
+        filled[pixel] = True
+        for first in range(0, pixel.size, 1 << 15):
             part = slice(first, first + (1 << 15))
             values = sampler.values(placing.places(z[part], right[part], down[part]))
-            out[at[part]] = sampler.stored(values)
-    pixels, covered = out.reshape(canvas.height, canvas.width, -1), known.reshape(canvas.height, -1)
+            out[pixel[part]] = sampler.stored(values)
+    pixels, covered = out.reshape(canvas.height, canvas.width, -1), filled.reshape(canvas.height, -1)
     alpha = texture.alpha
-    if not alone:
+    if not opaque:
         reached = np.zeros((*covered.shape, 1), pixels.dtype)
         reached[covered] = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
         pixels, alpha = (
             (pixels, alpha) if alpha >= 0 else (np.concatenate([pixels, reached], axis=2), pixels.shape[2])
         )
-    pad(pixels, covered, -1 if alone else MARGIN_PIXELS)
+    pad(pixels, covered, -1 if opaque else MARGIN_PIXELS)
     return image.with_pixels(np.ascontiguousarray(pixels), alpha)
 
 

@@ -11,7 +11,7 @@ from ..svg.document import local
 from ..svg.path_data import numbers
 from ..svg.tree import LINKS
 from .affine_part import AffinePart
-from .paint_server import SIDES, Apply, Definitions, Space, scale, told
+from .paint_server import SIDES, Apply, Definitions, Space, affine_note, scale
 
 MARGIN = {"x": "-10%", "y": "-10%", "width": "120%", "height": "120%"}
 _PLACES = {"fePointLight": [("x", "y")], "feSpotLight": [("x", "y"), ("pointsAtX", "pointsAtY")]}
@@ -20,7 +20,7 @@ _DEPTHS |= {"feSpecularLighting": {"surfaceScale": 1.0}, "fePointLight": {"z": 0
 _DEPTHS |= {"feSpotLight": {"z": 0.0, "pointsAtZ": 0.0}}
 
 
-def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[str, Apply] | None:
+def filtered(definitions: Definitions, original: Element, space: Space) -> tuple[str, Apply] | None:
     """Copy a filter; return a reference `url(#id)` to the copy, and a function that makes it follow the map.
 
     The copy's region has the margins of the original's, around the image of the shapes that use it.
@@ -31,13 +31,15 @@ def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[st
     Raises:
         InputError: a length or number is malformed.
     """
-    said, source = definitions.said(found)
-    region = space.rectangle(said, "filterUnits", MARGIN)
-    boxed = said.get("primitiveUnits") == "objectBoundingBox"
+    attributes, source = definitions.inherited_attributes(original)
+    region = space.rectangle(attributes, "filterUnits", MARGIN)
+    boxed = attributes.get("primitiveUnits") == "objectBoundingBox"
     if not region or (boxed and not space.area):
         return None
-    kept = {k: v for k, v in said.items() if k not in (*LINKS, *MARGIN, "id", "primitiveUnits")}
-    new = definitions.new("filter", kept | {"filterUnits": "userSpaceOnUse"})
+    copied_attributes = {
+        k: v for k, v in attributes.items() if k not in (*LINKS, *MARGIN, "id", "primitiveUnits")
+    }
+    new = definitions.new("filter", copied_attributes | {"filterUnits": "userSpaceOnUse"})
     new.extend(definitions.copied(source))
     for element in new.iter():
         _under(element, Affine())  # checks the numbers before a map is known
@@ -52,7 +54,7 @@ def filtered(definitions: Definitions, found: Element, space: Space) -> tuple[st
             new.set(name, f"{value:.6g}")
         for element in new.iter():
             _under(element, map @ space.units if boxed else map)
-        return told("filter", over)
+        return affine_note("filter", over)
 
     return f"url(#{new.get('id')})", apply
 
@@ -80,16 +82,16 @@ def _under(element: Element, map: Affine) -> None:
         light = linear(cmath.rect(1, math.radians(_number(element, "azimuth"))))
         _set(element, azimuth=math.degrees(cmath.phase(light)))
     if tag == "feTurbulence" and "baseFrequency" in element.attrib:
-        each = _numbers(element, "baseFrequency")
-        element.set("baseFrequency", " ".join(f"{value / max(factor, 1e-9):.6g}" for value in each))
+        frequencies = _numbers(element, "baseFrequency")
+        element.set("baseFrequency", " ".join(f"{value / max(factor, 1e-9):.6g}" for value in frequencies))
 
 
 def _numbers(element: Element, name: str) -> list[float]:
     with naming(f"<{local(element)}> {name}"):
-        found = numbers(element.get(name, ""))
-    if not found:
+        values = numbers(element.get(name, ""))
+    if not values:
         raise InputError(f"<{local(element)}> {name}: not a number")
-    return found
+    return values
 
 
 def _number(element: Element, name: str, default: float = 0.0) -> float:

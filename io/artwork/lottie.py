@@ -52,26 +52,26 @@ def write(
     x, y, width, height = canvas
     factor = max(1.0, SMALLEST_SIDE / max(width, height))
 
-    def placed(z: Complex) -> Complex:
+    def to_lottie(z: Complex) -> Complex:
         return factor * (z - complex(x, y))
 
     nodes = [document.shapes for document in documents]
     notes: Counter[str] = Counter()
     parents = {child: parent for parent in documents[0].top.iter() for child in parent}
     shapes: list[Json] = []
-    for same in zip(*nodes, strict=True):
-        if group := _group(same, placed, factor, notes):
-            group["it"][-1]["o"] = _still(round(100 * _opacity(parents, same[0].element), DIGITS))
+    for nodes_of_shape in zip(*nodes, strict=True):
+        if group := _group(nodes_of_shape, to_lottie, factor, notes):
+            group["it"][-1]["o"] = _still(round(100 * _opacity(parents, nodes_of_shape[0].element), DIGITS))
             shapes.insert(0, group)  # the first is on top
     notes["picture, left out"] += len(documents[0].pictures)
     last = len(frames)
     layers = [_layer(shapes, last, 1)]
     if painted and len({len(rings) for rings in painted}) == 1:
         order = np.argsort([-abs(polygon_area(ring)) for ring in painted[0]])
-        masks = [_mask([rings[k].conj() for rings in painted], placed) for k in order]
+        masks = [_mask([rings[k].conj() for rings in painted], to_lottie) for k in order]
         fading = [{"t": k, "s": [round(100 * (1 - k / (last - 1)), DIGITS)]} for k in range(last)]
         below = _layer(shapes, last, 2)
-        below["ks"]["o"] = {"a": 1, "k": [_eased(each) for each in fading]}
+        below["ks"]["o"] = {"a": 1, "k": [_eased(keyframe) for keyframe in fading]}
         layers[0] |= {"hasMask": True, "masksProperties": masks}
         layers.append(below)  # what the upper layer shows covers it
     size = [max(1, round(factor * side)) for side in (width, height)]
@@ -88,23 +88,23 @@ def _layer(shapes: list[Json], frames: int, number: int) -> Json:
 
 
 def _group(
-    same: Sequence[Node], placed: Callable[[Complex], Complex], factor: float, notes: Counter[str]
+    nodes: Sequence[Node], to_lottie: Callable[[Complex], Complex], factor: float, notes: Counter[str]
 ) -> Json | None:
     """Return the forms of one shape in all frames as a group; None if it is not painted."""
-    first = same[0]
+    first = nodes[0]
     items = []
     if first.stroked:
-        items.append(_line(same, factor, notes))
+        items.append(_line(nodes, factor, notes))
     if first.filled:
         rule = 2 if first.properties.get("fill-rule", "nonzero").strip() == "evenodd" else 1
         items.append({"ty": "fl", "r": rule, **_paint(first, "fill", "black", notes)})
     if not items:
         return None
     for name in ("clip-path", "mask", "filter"):
-        notes[f"{name}, left out"] += first.own.get(name, "none").strip() != "none"
-    paths = [_runs(node.properties["d"]) for node in same]
-    shown = [
-        {"ty": "sh", "ks": _moving([_path(z, closed, placed) for z, closed in run])}
+        notes[f"{name}, left out"] += first.declared.get(name, "none").strip() != "none"
+    paths = [_runs(node.properties["d"]) for node in nodes]
+    forms = [
+        {"ty": "sh", "ks": _moving([_path(z, closed, to_lottie) for z, closed in run])}
         for run in zip(*paths, strict=True)
     ]
     transform = {
@@ -114,7 +114,7 @@ def _group(
         "s": _still([100, 100]),
         "r": _still(0),
     }
-    return {"ty": "gr", "it": [*shown, *items, transform | {"o": _still(100)}]}
+    return {"ty": "gr", "it": [*forms, *items, transform | {"o": _still(100)}]}
 
 
 def _runs(d: str) -> list[tuple[Complex, bool]]:
@@ -132,9 +132,9 @@ def _runs(d: str) -> list[tuple[Complex, bool]]:
     return [(np.array(points), closed) for points, closed in runs]
 
 
-def _path(z: Complex, closed: bool, placed: Callable[[Complex], Complex]) -> Json:
+def _path(z: Complex, closed: bool, to_lottie: Callable[[Complex], Complex]) -> Json:
     """Return a run of cubics as Lottie's vertices with tangents relative to them."""
-    z = placed(z)
+    z = to_lottie(z)
     vertices, out, into = z[::3], z[1::3] - z[:-1:3], z[2::3] - z[3::3]
     if closed:  # its end is its beginning
         return _bezier(vertices[:-1], np.append(into[-1:], into[:-1]), out, closed)
@@ -148,46 +148,46 @@ def _bezier(vertices: Complex, into: Complex, out: Complex, closed: bool) -> Jso
     return {"v": pairs(vertices), "i": pairs(into), "o": pairs(out), "c": closed}
 
 
-def _mask(rings: Sequence[Complex], placed: Callable[[Complex], Complex]) -> Json:
+def _mask(rings: Sequence[Complex], to_lottie: Callable[[Complex], Complex]) -> Json:
     """Return a ring in all frames as a mask: that of a part adds, that of a hole, which is clockwise, subtracts."""
     mode = "a" if polygon_area(rings[0].conj()) > 0 else "s"
     still = np.zeros(rings[0].size, complex)
-    forms = [_bezier(placed(ring), still, still, True) for ring in rings]
+    forms = [_bezier(to_lottie(ring), still, still, True) for ring in rings]
     return {"inv": False, "mode": mode, "pt": _moving(forms), "o": _still(100), "x": _still(0)}
 
 
-def _line(same: Sequence[Node], factor: float, notes: Counter[str]) -> Json:
-    first = same[0].properties
-    widths = [round(factor * node.length("stroke-width", "r"), DIGITS) for node in same]
+def _line(nodes: Sequence[Node], factor: float, notes: Counter[str]) -> Json:
+    first = nodes[0].properties
+    widths = [round(factor * node.length("stroke-width", "r"), DIGITS) for node in nodes]
     ends = {
         "lc": CAPS.get(first.get("stroke-linecap", "butt").strip(), 1),
         "lj": JOINS.get(first.get("stroke-linejoin", "miter").strip(), 1),
     }
     moving = _moving([[width] for width in widths]) if len(set(widths)) > 1 else _still(widths[0])
-    notes["dashed line, drawn whole"] += same[0].dashed
-    return {"ty": "st", "w": moving, "ml": 4, **ends, **_paint(same[0], "stroke", "none", notes)}
+    notes["dashed line, drawn whole"] += nodes[0].dashed
+    return {"ty": "st", "w": moving, "ml": 4, **ends, **_paint(nodes[0], "stroke", "none", notes)}
 
 
 def _paint(node: Node, kind: str, default: str, notes: Counter[str]) -> Json:
     """Return colour and opacity of a fill or line."""
-    found = parse_color(node.properties.get(kind, default).strip())
+    parsed = parse_color(node.properties.get(kind, default).strip())
     colour, alpha = GREY, 1.0
-    if found is None or isinstance(found, str):
+    if parsed is None or isinstance(parsed, str):
         notes["gradient or pattern, drawn in grey"] += 1
     else:
-        colour, alpha = (found.red, found.green, found.blue), found.alpha
+        colour, alpha = (parsed.red, parsed.green, parsed.blue), parsed.alpha
     alpha *= _number(node.properties.get(f"{kind}-opacity", "1"))
-    shown = [round(float(part), DIGITS) for part in colour]
-    return {"c": _still([*shown, 1]), "o": _still(round(100 * float(alpha), DIGITS))}
+    channels = [round(float(part), DIGITS) for part in colour]
+    return {"c": _still([*channels, 1]), "o": _still(round(100 * float(alpha), DIGITS))}
 
 
 def _opacity(parents: Mapping[Element, Element], element: Element) -> float:
     """Return the product of the opacities of an element and of the groups around it."""
-    opacity, at = 1.0, element
-    while at in parents:
-        style = css.declarations(at.get("style", ""))
-        opacity *= _number(style.get("opacity", at.get("opacity", "1")))
-        at = parents[at]
+    opacity, ancestor = 1.0, element
+    while ancestor in parents:
+        style = css.declarations(ancestor.get("style", ""))
+        opacity *= _number(style.get("opacity", ancestor.get("opacity", "1")))
+        ancestor = parents[ancestor]
     return opacity
 
 

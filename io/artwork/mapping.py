@@ -83,13 +83,13 @@ class Prepared(Generic[Shapes]):
     owners: Sequence[Region]
     places: Places
 
-    def image(self, which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
+    def image(self, segment: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
         """Return images of points on segments, given their numbers and parameters in [0, 1]."""
-        return _by_region(Region.images, 2, self.owners, which, self.places(which, t))[1]
+        return _by_region(Region.images, 2, self.owners, segment, self.places(segment, t))[1]
 
-    def jet(self, which: NDArray[np.intp], z: Complex) -> Sequence[Complex]:
+    def jet(self, segment: NDArray[np.intp], z: Complex) -> Sequence[Complex]:
         """Return points of segments `which`, moved into the domains, with their images and the derivatives there."""
-        return _by_region(Region.jet, 4, self.owners, which, z)
+        return _by_region(Region.jet, 4, self.owners, segment, z)
 
 
 class PathMapping:
@@ -115,9 +115,9 @@ class PathMapping:
 
     def prepare(self, shapes: Sequence[Shapes]) -> Prepared[Shapes]:
         """Return what is left of shapes, as segments to be fitted."""
-        left = [self._left(shape) for shape in shapes]
-        clipped = [_together([clipped for _, clipped in each]) for each in left]
-        parts = [_to_fit(shape, each) for shape, each in zip(shapes, left)]
+        clippings = [self._clip(shape) for shape in shapes]
+        clipped = [_together([clipped for _, clipped in clipping]) for clipping in clippings]
+        parts = [_to_fit(shape, clipping) for shape, clipping in zip(shapes, clippings)]
         runs = [run for part in parts for run in part.fill + part.line]
         owners = [run.region for run in runs for _ in run.pieces]
         return Prepared(
@@ -143,7 +143,7 @@ class PathMapping:
             self.notes[note] += bool(note)
         cubics = iter(fitted)
         digits = max(0, int(np.ceil(-np.log10(self.tolerance / 20))))
-        for shape, each, (fill, line, line_is_filled) in zip(
+        for shape, clipped, (fill, line, line_is_filled) in zip(
             prepared.shapes, prepared.clipped, prepared.parts
         ):
             fills, lines = (
@@ -153,33 +153,39 @@ class PathMapping:
                 shape.parent.remove(shape.out)
                 self.notes[LOST] += 1
             elif fills or lines:
-                shape.write(each, fills, lines, digits, line_is_filled=line_is_filled)
-                self.notes[CUT] += each.cut and not shape.aside
+                shape.write(clipped, fills, lines, digits, line_is_filled=line_is_filled)
+                self.notes[CUT] += clipped.cut and not shape.aside
             else:
                 shape.parent.remove(shape.out)
-                self.notes[OUTSIDE] += each.cut and not shape.aside
+                self.notes[OUTSIDE] += clipped.cut and not shape.aside
         self.notes = +self.notes
 
     def carry_pictures(self, pictures: Sequence[EmbeddedPicture]) -> None:
         """Add every embedded picture, or remove its group if nothing of it is left; call this after `carry`."""
         for picture in pictures:
-            met = [self.regions.given[picture.copy]] if picture.copy is not None else self.regions.outer
+            regions = (
+                [self.regions.in_order[picture.copy]] if picture.copy is not None else self.regions.outer
+            )
             deadline.check("carrying embedded pictures")
-            note = picture.carry(met, self.tolerance) or ("" if len(picture.out) else OUTSIDE)
+            note = picture.carry(regions, self.tolerance) or ("" if len(picture.out) else OUTSIDE)
             self.notes[note] += bool(note)
             picture.group[:] = picture.group if len(picture.out) else []
         self.notes = +self.notes
 
-    def _left(self, shape: Lines) -> list[tuple[Region, Clipped]]:
+    def _clip(self, shape: Lines) -> list[tuple[Region, Clipped]]:
         """Return the regions that transform a shape, with the part of it in each."""
         runs = [_core(run) for run in shape.runs]
-        regions = self.regions.of(runs) if shape.copy is None else [self.regions.given[shape.copy]]
-        found = [
+        regions = self.regions.of(runs) if shape.copy is None else [self.regions.in_order[shape.copy]]
+        clipped_by_region = [
             (region, region.domain.clip(runs, seams=bool(shape.markers), filled=shape.filled))
             for region in regions
         ]
-        seen = [(region, each) for region, each in found if each.line or each.fill or any(each.turns)]
-        return seen or found[:1]
+        not_empty = [
+            (region, clipped)
+            for region, clipped in clipped_by_region
+            if clipped.line or clipped.fill or any(clipped.turns)
+        ]
+        return not_empty or clipped_by_region[:1]
 
 
 class Placement(NamedTuple):
@@ -204,35 +210,37 @@ class ToFit(NamedTuple):
     line_is_filled: bool = True
 
 
-def _together(found: Sequence[Clipped]) -> Clipped:
+def _together(clippings: Sequence[Clipped]) -> Clipped:
     """Join the parts of a shape that lie in different regions."""
-    if len(found) == 1:
-        return found[0]
-    lines, fills = ([run for each in found for run in getattr(each, name)] for name in ("line", "fill"))
-    turns = [turn for each in found for turn in each.turns]
-    begins, ends = (any(getattr(each, name) for each in found) for name in ("begins", "ends"))
+    if len(clippings) == 1:
+        return clippings[0]
+    lines, fills = (
+        [run for clipped in clippings for run in getattr(clipped, name)] for name in ("line", "fill")
+    )
+    turns = [turn for clipped in clippings for turn in clipped.turns]
+    begins, ends = (any(getattr(clipped, name) for clipped in clippings) for name in ("begins", "ends"))
     return Clipped(lines, True, fills, turns, begins, ends)
 
 
-def _to_fit(shape: Lines, left: Sequence[tuple[Region, Clipped]]) -> ToFit:
+def _to_fit(shape: Lines, clippings: Sequence[tuple[Region, Clipped]]) -> ToFit:
     """Return the subpaths of a shape to be fitted, given its part in each region."""
-    cut = any(clipped.cut for _, clipped in left)
-    lines = [Placement(run, closed, region) for region, each in left for run, closed in each.line]
+    cut = any(clipped.cut for _, clipped in clippings)
+    lines = [Placement(run, closed, region) for region, part in clippings for run, closed in part.line]
     if not shape.filled and (shape.lined or not cut):
         return ToFit([], lines)
     if cut:
-        fills = [Placement(run, True, region) for region, each in left for run in each.fill]
+        fills = [Placement(run, True, region) for region, part in clippings for run in part.fill]
         fills += [
             Placement(region.domain.around(turns), True, region)
-            for region, each in left
-            for turns in each.turns
+            for region, part in clippings
+            for turns in part.turns
             if turns
         ]
     else:
         fills = [
             Placement(_closed(run), True, region)
-            for region, each in left
-            for run, _ in each.line
+            for region, part in clippings
+            for run, _ in part.line
             if not is_flat(run)
         ]
         if len(fills) == len(lines) and all(closed for _, closed, _ in lines):
@@ -251,7 +259,7 @@ def _by_region(
     evaluate: Callable[[Region, Complex], tuple[Complex, ...]],
     values: int,
     owners: Sequence[Region],
-    which: NDArray[np.intp],
+    segment: NDArray[np.intp],
     z: Complex,
 ) -> Sequence[Complex]:
     """Return `values` arrays (p,): what a method of regions returns for points (p,) of segments `which`."""
@@ -259,11 +267,11 @@ def _by_region(
         return evaluate(owners[0], z)
     out = np.empty((values, z.size), np.complex128)
     number = {region: k for k, region in enumerate(dict.fromkeys(owners))}
-    mine = np.array([number[region] for region in owners], dtype=np.intp)[which]
+    region_number = np.array([number[region] for region in owners], dtype=np.intp)[segment]
     for region, k in number.items():
-        chosen = np.flatnonzero(mine == k)
-        if chosen.size:
-            out[:, chosen] = evaluate(region, z[chosen])
+        points = np.flatnonzero(region_number == k)
+        if points.size:
+            out[:, points] = evaluate(region, z[points])
     return list(out)
 
 
@@ -300,16 +308,16 @@ class Places:
             self._batch[numbers[batch.number]] = k
             self._place[numbers[batch.number]] = np.arange(batch.number.size)
 
-    def __call__(self, which: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
+    def __call__(self, segment: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
         """Return points at parameters in [0, 1]; equal numbers in `which` are consecutive, but it is not sorted."""
         out = np.empty(t.size, dtype=np.complex128)
-        batch = self._batch[which]
-        along = self._start[which] + (self._stop - self._start)[which] * t
+        batch = self._batch[segment]
+        parameters = self._start[segment] + (self._stop - self._start)[segment] * t
         for k, pieces in enumerate(self._batches):
-            at = np.flatnonzero(batch == k)
-            out[at] = pieces.at(self._place[which[at]], along[at])
-        others = np.flatnonzero(batch < 0)
-        cuts = np.flatnonzero(np.diff(which[others], prepend=-1, append=-1))
+            points = np.flatnonzero(batch == k)
+            out[points] = pieces.at(self._place[segment[points]], parameters[points])
+        on_outlines = np.flatnonzero(batch < 0)
+        cuts = np.flatnonzero(np.diff(segment[on_outlines], prepend=-1, append=-1))
         for a, b in pairwise(cuts):
-            out[others[a:b]] = self._pieces[which[others[a]]].at(t[others[a:b]])
+            out[on_outlines[a:b]] = self._pieces[segment[on_outlines[a]]].at(t[on_outlines[a:b]])
         return out

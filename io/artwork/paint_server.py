@@ -66,17 +66,19 @@ class Space:
         x, y, width, height = self.box
         return Affine.matrix(width, 0, 0, height, x, y)
 
-    def rectangle(self, said: Mapping[str, str], units: str, default: Mapping[str, str]) -> Rectangle | None:
+    def rectangle(
+        self, attributes: Mapping[str, str], units: str, default: Mapping[str, str]
+    ) -> Rectangle | None:
         """Return x, y, width and height in user space; None where units refer to a box without area.
 
         Raises:
             InputError: one of them is not a length.
         """
-        boxed = said.get(units, "objectBoundingBox") == "objectBoundingBox"
+        boxed = attributes.get(units, "objectBoundingBox") == "objectBoundingBox"
         if boxed and not self.area:
             return None
         size = (1.0, 1.0) if boxed else self.size
-        x, y, w, h = (length(said.get(name, default[name]), size, axis, name) for name, axis in SIDES)
+        x, y, w, h = (length(attributes.get(name, default[name]), size, axis, name) for name, axis in SIDES)
         if not boxed:
             return x, y, w, h
         left, top, width, height = self.box
@@ -98,9 +100,9 @@ class Definitions:
 
     def new(self, tag: str, attributes: Mapping[str, str] | None = None) -> Element:
         """Add and return a new, empty definition with an unused id."""
-        made = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
-        self.out.append(made)
-        return made
+        definition = Element(f"{SVG}{tag}", {"id": next(self._free), **(attributes or {})})
+        self.out.append(definition)
+        return definition
 
     def picture(self, attributes: Mapping[str, str]) -> Element:
         """Return a definition of a picture at the origin, shared by equal pictures."""
@@ -120,12 +122,12 @@ class Definitions:
 
     def collect(self, top: Element) -> None:
         """Add copies of all definitions that the new document refers to, and drop the unused ones."""
-        wanted, ids = [top], self.document.ids
-        known = {e.get("id") for e in top.iter()}
-        made = {e.get("id"): e for e in self.out}
+        pending, ids = [top], self.document.ids
+        included = {e.get("id") for e in top.iter()}
+        new_definitions = {e.get("id"): e for e in self.out}
         self.out[:] = []
-        while wanted:
-            for element in wanted.pop().iter():
+        while pending:
+            for element in pending.pop().iter():
                 names = {
                     name for text in (*element.attrib.values(), element.text or "") for name in _names(text)
                 }
@@ -134,17 +136,17 @@ class Definitions:
                 names |= {
                     element.get(link, "")[1:] for link in LINKS if element.get(link, "").startswith("#")
                 }
-                for name in sorted(names - known):
-                    found = made.get(name)
-                    if found is None and name in ids:
-                        found = copy.deepcopy(ids[name])
-                        found.tail = None
-                    if found is not None:
-                        known |= {e.get("id") for e in found.iter()}
-                        self.out.append(found)
-                        wanted.append(found)
+                for name in sorted(names - included):
+                    definition = new_definitions.get(name)
+                    if definition is None and name in ids:
+                        definition = copy.deepcopy(ids[name])
+                        definition.tail = None
+                    if definition is not None:
+                        included |= {e.get("id") for e in definition.iter()}
+                        self.out.append(definition)
+                        pending.append(definition)
 
-    def said(self, element: Element) -> tuple[dict[str, str], Element]:
+    def inherited_attributes(self, element: Element) -> tuple[dict[str, str], Element]:
         """Return an element's attributes including those inherited by href, and the element that has the children.
 
         Raises:
@@ -160,60 +162,60 @@ class Definitions:
                 raise InputError(
                     f"<{local(element)}> {name!r} has a chain of more than {limits.SVG_LINKS} references"
                 )
-        said = {k: v for each in reversed(chain) for k, v in each.attrib.items()}
-        return said, next((each for each in chain if len(each)), element)
+        attributes = {k: v for link in reversed(chain) for k, v in link.attrib.items()}
+        return attributes, next((link for link in chain if len(link)), element)
 
-    def painted(self, found: Element, space: Space) -> tuple[str, Apply] | None:
+    def painted(self, element: Element, space: Space) -> tuple[str, Apply] | None:
         """Copy a gradient or pattern into user space; return `url(#id)` and its effect; None if its box has no area."""
-        make = self._pattern if local(found) == "pattern" else self._gradient
-        made = make(found, space)
-        return (f"url(#{made[0].get('id')})", made[1]) if made else None
+        make = self._pattern if local(element) == "pattern" else self._gradient
+        copied = make(element, space)
+        return (f"url(#{copied[0].get('id')})", copied[1]) if copied else None
 
-    def _gradient(self, found: Element, space: Space) -> tuple[Element, Apply] | None:
-        said, _ = self.said(found)
-        boxed = said.get("gradientUnits", "objectBoundingBox") == "objectBoundingBox"
+    def _gradient(self, element: Element, space: Space) -> tuple[Element, Apply] | None:
+        attributes, _ = self.inherited_attributes(element)
+        boxed = attributes.get("gradientUnits", "objectBoundingBox") == "objectBoundingBox"
         if boxed and not space.area:
             return None
         size = (1.0, 1.0) if boxed else space.size
-        new = self.new(local(found), {LINKS[1]: f"#{found.get('id')}", "gradientUnits": "userSpaceOnUse"})
-        for name, axis, default in _GRADIENTS[local(found)]:
-            if text := said.get(name, default):
+        new = self.new(local(element), {LINKS[1]: f"#{element.get('id')}", "gradientUnits": "userSpaceOnUse"})
+        for name, axis, default in _GRADIENTS[local(element)]:
+            if text := attributes.get(name, default):
                 new.set(name, f"{length(text, size, axis, name):.9g}")
         to_root = (
             space.affine
             @ (space.units if boxed else Affine())
-            @ affine.parse(said.get("gradientTransform", ""))
+            @ affine.parse(attributes.get("gradientTransform", ""))
         )
         return new, _following(new, "gradientTransform", to_root, "gradient")
 
-    def _pattern(self, found: Element, space: Space) -> tuple[Element, Apply] | None:
-        said, _ = self.said(found)
-        tile = space.rectangle(said, "patternUnits", dict.fromkeys(("x", "y", "width", "height"), "0"))
-        boxed = said.get("patternContentUnits") == "objectBoundingBox" and "viewBox" not in said
+    def _pattern(self, element: Element, space: Space) -> tuple[Element, Apply] | None:
+        attributes, _ = self.inherited_attributes(element)
+        tile = space.rectangle(attributes, "patternUnits", dict.fromkeys(("x", "y", "width", "height"), "0"))
+        boxed = attributes.get("patternContentUnits") == "objectBoundingBox" and "viewBox" not in attributes
         if not tile or tile[2] <= 0 or tile[3] <= 0 or (boxed and not space.area):
             return None
-        new = self.new("pattern", {LINKS[1]: f"#{found.get('id')}", "patternUnits": "userSpaceOnUse"})
+        new = self.new("pattern", {LINKS[1]: f"#{element.get('id')}", "patternUnits": "userSpaceOnUse"})
         for (name, _axis), value in zip(SIDES, tile):
             new.set(name, f"{value:.9g}")
         if boxed:
             new.set("patternContentUnits", "userSpaceOnUse")
             new.set("viewBox", f"0 0 {tile[2] / space.box[2]:.9g} {tile[3] / space.box[3]:.9g}")
             new.set("preserveAspectRatio", "none")
-        to_root = space.affine @ affine.parse(said.get("patternTransform", ""))
+        to_root = space.affine @ affine.parse(attributes.get("patternTransform", ""))
         return new, _following(new, "patternTransform", to_root, "pattern")
 
-    def marker(self, found: Element, unit: float) -> tuple[str, Apply] | None:
+    def marker(self, element: Element, unit: float) -> tuple[str, Apply] | None:
         """Copy a marker in user space units; return `url(#id)` and its effect; None if its unit is the line's width.
 
         Args:
-            found: the marker.
+            element: the marker.
             unit: scale from user space to the root's units.
         """
-        if found.get("markerUnits", "strokeWidth") != "userSpaceOnUse":
+        if element.get("markerUnits", "strokeWidth") != "userSpaceOnUse":
             return None
-        new = self.new("marker", {k: v for k, v in found.attrib.items() if k != "id"})
-        new.extend(self.copied(found))
-        sides = [length(found.get(name, "3"), None, "x", name) for name in ("markerWidth", "markerHeight")]
+        new = self.new("marker", {k: v for k, v in element.attrib.items() if k != "id"})
+        new.extend(self.copied(element))
+        sides = [length(element.get(name, "3"), None, "x", name) for name in ("markerWidth", "markerHeight")]
         new.attrib.setdefault("viewBox", f"0 0 {sides[0]:.9g} {sides[1]:.9g}")
 
         def apply(over: AffinePart) -> str:
@@ -231,12 +233,12 @@ def _names(text: str) -> list[str]:
 def _following(new: Element, name: str, to_root: Affine, kind: str) -> Apply:
     def apply(over: AffinePart) -> str:
         new.set(name, affine.written(over.affine @ to_root))
-        return told(kind, over)
+        return affine_note(kind, over)
 
     return apply
 
 
-def told(kind: str, over: AffinePart) -> str:
+def affine_note(kind: str, over: AffinePart) -> str:
     """Return a note for content that follows only the map's affine part, where that is not accurate enough."""
     return (
         f"{kind} that follows the map only approximately (by an affine map)"
@@ -245,7 +247,7 @@ def told(kind: str, over: AffinePart) -> str:
     )
 
 
-def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space: Space) -> Apply:
+def lined(shape: MappedElement, element: Element, properties: Mapping[str, str], space: Space) -> Apply:
     """Return an effect that scales a line's width and dashes by the map's mean scale along it.
 
     Raises:
@@ -253,13 +255,13 @@ def lined(shape: MappedElement, element: Element, said: Mapping[str, str], space
     """
     unit = scale(space.affine)
     width, offset = (
-        length(said.get(name, default), space.size, "r", name)
+        length(properties.get(name, default), space.size, "r", name)
         for name, default in (("stroke-width", "1"), ("stroke-dashoffset", "0"))
     )
-    texts = said.get("stroke-dasharray", "none").replace(",", " ").split()
+    texts = properties.get("stroke-dasharray", "none").replace(",", " ").split()
     dashes = [length(text, space.size, "r", "stroke-dasharray") for text in texts if text != "none"]
-    whole = length(element.get("pathLength") or "0", None, "r", "pathLength")
-    dash_unit = length_of(shape.runs) / whole if whole > 0 else unit
+    path_length = length(element.get("pathLength") or "0", None, "r", "pathLength")
+    dash_unit = length_of(shape.runs) / path_length if path_length > 0 else unit
 
     def apply(over: AffinePart) -> str:
         style = {"stroke-width": f"{width * unit * over.scale:.6g}"}

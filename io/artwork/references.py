@@ -58,12 +58,12 @@ def confine(top: Element) -> int:
             element.text, lost = sheet(text)
             left_out += lost
         for name, value in list(element.attrib.items()):
-            kept, lost = _attribute(name, value)
+            new_value, lost = _attribute(name, value)
             left_out += lost
-            if kept is None:
+            if new_value is None:
                 del element.attrib[name]
             else:
-                element.set(name, kept)
+                element.set(name, new_value)
     return left_out
 
 
@@ -177,8 +177,8 @@ def _leads_out(values: list[Any], inert: bool = False) -> bool:
 
 
 def _names_inside(arguments: list[Any]) -> bool:
-    told = [value for value in arguments if value.type not in ("whitespace", "comment")]
-    return len(told) == 1 and told[0].type == "string" and _inside(told[0].value)
+    significant = [value for value in arguments if value.type not in ("whitespace", "comment")]
+    return len(significant) == 1 and significant[0].type == "string" and _inside(significant[0].value)
 
 
 def _inside(address: str) -> bool:

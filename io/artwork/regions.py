@@ -61,8 +61,8 @@ class Region:
             if not lost.size:
                 break
             z[lost] = self._on_rim(z[lost], inward)
-            for into, found in zip(values, evaluate(z[lost])):
-                into[lost] = found
+            for into, corrected in zip(values, evaluate(z[lost])):
+                into[lost] = corrected
         return z, *values
 
     def _on_rim(self, z: Complex, inward: float) -> Complex:
@@ -80,7 +80,7 @@ class Regions:
     """The domains of several maps, sorted by area."""
 
     def __init__(self, regions: Sequence[Region]):
-        self.given = regions
+        self.in_order = regions
         self.all = sorted(regions, key=lambda region: region.domain.polygon.area)
         reaches = [region.domain.reach for region in self.all]
         self.outer = [

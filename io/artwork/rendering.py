@@ -99,14 +99,14 @@ def _rasterized(text: str, fonts: bool) -> bytes:
     ends_by_itself = str(math.ceil(seconds) + 1)  # in case this process is killed meanwhile
     command = [sys.executable, "-P", rasterize.__file__, ends_by_itself, *(["fonts"] if fonts else [])]
     try:
-        done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=seconds)
+        process = subprocess.run(command, input=text.encode(), capture_output=True, timeout=seconds)
     except subprocess.TimeoutExpired:
         reason = f"rendering takes longer than {seconds:g} s; simplify its filters, masks and patterns"
         raise InputError(f"{reason}, or use --texture checker, or --texture with a picture of it") from None
-    if done.returncode or not done.stdout:
-        said = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
-        raise InputError(f"cannot render this drawing: {said[0][:200] if said else 'resvg ended early'}")
-    return done.stdout
+    if process.returncode or not process.stdout:
+        errors = process.stderr.decode(errors="replace").strip().splitlines()[-1:]
+        raise InputError(f"cannot render this drawing: {errors[0][:200] if errors else 'resvg ended early'}")
+    return process.stdout
 
 
 class _Cleaned(NamedTuple):
@@ -144,7 +144,7 @@ def _cleaned(data: bytes) -> _Cleaned:
     restyle(top, {"overflow": "visible"})
     for prefix, name in attributes.SPACES.items():
         ElementTree.register_namespace(prefix, name)
-    has_text = any(local(each) == "text" for each in top.iter())
+    has_text = any(local(descendant) == "text" for descendant in top.iter())
     return _Cleaned(ElementTree.tostring(top, encoding="unicode"), has_text)
 
 
@@ -155,23 +155,25 @@ def _is_constraint(element: Element) -> bool:
 
 def _outlined_texts(document: tree.Document) -> dict[Element, Element]:
     """Return paths that replace the texts which the reader outlines, with the same letters as in the shape."""
-    found: dict[Element, Element] = {}
+    replacements: dict[Element, Element] = {}
     for node in document.shapes:
         if local(node.element) == "text":
             element = _without_text(node.element, node, "path")
             element.set("d", node.properties["d"])
             paint = Lettering.plain(node.properties)  # style rules for paths must not apply to it
             restyle(element, {name: value for name, value in paint.items() if name != "opacity"})
-            found[node.element] = element
+            replacements[node.element] = element
     for text, node in document.painted_texts.items():
-        found[text] = _without_text(text, node, "g")
-        found[text].extend(copy.deepcopy(list(node.element)))
-    return found
+        replacements[text] = _without_text(text, node, "g")
+        replacements[text].extend(copy.deepcopy(list(node.element)))
+    return replacements
 
 
 def _without_text(text: Element, node: tree.Node, tag: str) -> Element:
     """Return a <text> as another element, with the attributes that apply to it as a whole."""
     attributes = {name: value for name, value in text.attrib.items() if name not in _OF_TEXT}
     element = Element(f"{SVG}{tag}", attributes)
-    restyle(element, {name: value for name, value in node.own.items() if name in ("opacity", "transform")})
+    restyle(
+        element, {name: value for name, value in node.declared.items() if name in ("opacity", "transform")}
+    )
     return element

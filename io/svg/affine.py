@@ -62,8 +62,12 @@ class Affine:
 
 def written(map: Affine) -> str:
     """Return the map as SVG's matrix(a b c d e f)."""
-    x, y, at = map.alpha + map.beta, map.alpha - map.beta, complex(map.gamma)
-    return "matrix(" + " ".join(f"{v:.9g}" for v in (x.real, x.imag, -y.imag, y.real, at.real, at.imag)) + ")"
+    x, y, shift = map.alpha + map.beta, map.alpha - map.beta, complex(map.gamma)
+    return (
+        "matrix("
+        + " ".join(f"{v:.9g}" for v in (x.real, x.imag, -y.imag, y.real, shift.real, shift.imag))
+        + ")"
+    )
 
 
 @lru_cache(64)  # for elements that <use> draws again

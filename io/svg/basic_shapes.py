@@ -26,61 +26,61 @@ class Shape(Protocol):
         """Return a length as `Node.length` does."""
 
 
-def pen_paths(drawn: Shape, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
+def pen_paths(shape: Shape, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
     """Return the subpaths of a shape in its own coordinates; arguments and errors as for `path_data.runs`.
 
     As SVG 2 (9.5.4) requires, malformed path data and point lists are drawn up to the error, which is added to the
     shape's `faults`.
     """
     budget, faults = budget or Budget(), list[str]()
-    if drawn.tag in ("polyline", "polygon"):
-        values = path_data.numbers(drawn.properties.get("points", ""), faults)
+    if shape.tag in ("polyline", "polygon"):
+        values = path_data.numbers(shape.properties.get("points", ""), faults)
         z = complex_of(np.array(values[: len(values) // 2 * 2]).reshape(-1, 2))
         if len(values) % 2 and not faults:
             faults.append(f"points: {len(values)} numbers; x and y of each point are needed")
         budget.segments.spend(z.size)
         pieces: list[Any] = [Lines(z)] if joined else [Bezier(ends) for ends in pairwise(z.tolist())]
-        runs = [PenPath(complex(z[0]), pieces, drawn.tag == "polygon")] if z.size else []
+        runs = [PenPath(complex(z[0]), pieces, shape.tag == "polygon")] if z.size else []
     else:
-        runs = path_data.runs(_PATH[drawn.tag](drawn), budget, joined=joined, faults=faults)
-    drawn.faults = tuple(faults)
+        runs = path_data.runs(_PATH[shape.tag](shape), budget, joined=joined, faults=faults)
+    shape.faults = tuple(faults)
     return runs
 
 
-def box_of(drawn: Shape) -> Complex | None:
+def box_of(shape: Shape) -> Complex | None:
     """Return two opposite corners of a shape's bounding box in its own coordinates, to about a thousandth.
 
     None where there is nothing to bound.
     """
     t = np.linspace(0, 1, 33)
-    z = [piece.at(t) for run in pen_paths(drawn) for piece in run.pieces]
+    z = [piece.at(t) for run in pen_paths(shape) for piece in run.pieces]
     return np.array(bounding_box(np.concatenate(z))) if z else None
 
 
-def _line(drawn: Shape) -> str:
-    return _text("M", (drawn.length(f"{axis}{end}", axis) for end in "12" for axis in "xy"))
+def _line(shape: Shape) -> str:
+    return _text("M", (shape.length(f"{axis}{end}", axis) for end in "12" for axis in "xy"))
 
 
-def _ellipse(drawn: Shape) -> str:
-    if drawn.tag == "circle":
-        rx = ry = _positive(drawn, "r", "r")
+def _ellipse(shape: Shape) -> str:
+    if shape.tag == "circle":
+        rx = ry = _positive(shape, "r", "r")
     else:
-        rx, ry = _positive(drawn, "rx", "x"), _positive(drawn, "ry", "y")
-        rx, ry = (rx if "rx" in drawn.properties else ry), (ry if "ry" in drawn.properties else rx)
-    x, y = drawn.length("cx", "x"), drawn.length("cy", "y")
+        rx, ry = _positive(shape, "rx", "x"), _positive(shape, "ry", "y")
+        rx, ry = (rx if "rx" in shape.properties else ry), (ry if "ry" in shape.properties else rx)
+    x, y = shape.length("cx", "x"), shape.length("cy", "y")
     if not rx or not ry:
         return ""
     halves = [_text("A", (rx, ry, 0, 0, 1, x + side * rx, y)) for side in (-1, 1)]
     return f"{_text('M', (x + rx, y))}{halves[0]}{halves[1]}Z"
 
 
-def _rectangle(drawn: Shape) -> str:
-    x, y, w, h = drawn.length("x", "x"), drawn.length("y", "y"), _positive(drawn, "width", "x"), 0.0
-    h = _positive(drawn, "height", "y")
+def _rectangle(shape: Shape) -> str:
+    x, y, w, h = shape.length("x", "x"), shape.length("y", "y"), _positive(shape, "width", "x"), 0.0
+    h = _positive(shape, "height", "y")
     if not w or not h:
         return ""
-    given = [k for k in ("rx", "ry") if drawn.properties.get(k, "auto").strip() != "auto"]
-    radii = {k: _positive(drawn, k, k[1]) for k in given}
+    stated = [k for k in ("rx", "ry") if shape.properties.get(k, "auto").strip() != "auto"]
+    radii = {k: _positive(shape, k, k[1]) for k in stated}
     rx = min(radii.get("rx", radii.get("ry", 0.0)), w / 2)
     ry = min(radii.get("ry", radii.get("rx", 0.0)), h / 2)
     if not rx or not ry:
@@ -95,8 +95,8 @@ def _rectangle(drawn: Shape) -> str:
     return _text("M", (x + rx, y)) + "".join(sides) + "Z"
 
 
-def _positive(drawn: Shape, name: str, axis: str) -> float:
-    value = drawn.length(name, axis)
+def _positive(shape: Shape, name: str, axis: str) -> float:
+    value = shape.length(name, axis)
     if value < 0:
         raise InputError(f"{name} is {value:g}; it must not be negative")
     return value
@@ -107,7 +107,7 @@ def _text(command: str, values: Iterable[float]) -> str:
 
 
 _PATH = {
-    "path": lambda drawn: drawn.properties.get("d", ""),
+    "path": lambda shape: shape.properties.get("d", ""),
     "line": _line,
     "circle": _ellipse,
     "ellipse": _ellipse,

@@ -26,7 +26,7 @@ class Batch:
     end: Complex
     bend: Real
 
-    def at(self, which: Index, t: Real) -> Complex:
+    def at(self, segment: Index, t: Real) -> Complex:
         """Return points at parameters t of the segments `which`."""
         raise NotImplementedError
 
@@ -46,15 +46,15 @@ class Batch:
         """
         if not self.bend.any():
             return self.end, self.number
-        which = np.repeat(np.arange(self.end.size), ROUGH.size)
-        inner = self.at(which, np.tile(ROUGH, self.end.size))
-        return np.concatenate([inner, self.end]), np.concatenate([self.number[which], self.number])
+        segment = np.repeat(np.arange(self.end.size), ROUGH.size)
+        inner = self.at(segment, np.tile(ROUGH, self.end.size))
+        return np.concatenate([inner, self.end]), np.concatenate([self.number[segment], self.number])
 
     def points(self, counts: Index) -> Complex:
         """Return the points of all segments, one after the other, without their start points."""
-        which, last = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - 1
-        step = np.arange(which.size) - (last - counts + 1)[which] + 1
-        z = self.at(which, step / counts[which])
+        segment, last = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - 1
+        step = np.arange(segment.size) - (last - counts + 1)[segment] + 1
+        z = self.at(segment, step / counts[segment])
         z[last] = self.end
         return z
 
@@ -70,9 +70,9 @@ class Beziers(Batch):
         bend = np.abs(np.diff(self.p, 2, axis=1)).max(axis=1) if degree > 1 else np.zeros(self.end.size)
         self.bend = degree * (degree - 1) * bend
 
-    def at(self, which: Index, t: Real) -> Complex:
+    def at(self, segment: Index, t: Real) -> Complex:
         """Return points at parameters t of the segments `which`, by de Casteljau's algorithm."""
-        points = [column[which] for column in self.p.T]
+        points = [column[segment] for column in self.p.T]
         while len(points) > 1:
             points = [a * (1 - t) + b * t for a, b in pairwise(points)]
         return points[0]
@@ -91,10 +91,10 @@ class Arcs(Batch):
         self.begin, self.sweep = (np.array([getattr(p, name) for p in pieces]) for name in ("begin", "sweep"))
         self.bend = np.hypot(np.abs(self.u), np.abs(self.v)) * self.sweep**2
 
-    def at(self, which: Index, t: Real) -> Complex:
+    def at(self, segment: Index, t: Real) -> Complex:
         """Return points at parameters t of the segments `which`."""
-        angle = self.begin[which] + self.sweep[which] * t
-        return self.centre[which] + self.u[which] * np.cos(angle) + self.v[which] * np.sin(angle)
+        angle = self.begin[segment] + self.sweep[segment] * t
+        return self.centre[segment] + self.u[segment] * np.cos(angle) + self.v[segment] * np.sin(angle)
 
 
 class Stretches(Batch):

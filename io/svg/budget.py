@@ -83,8 +83,8 @@ class Copies:
         Raises:
             InputError: the limit is exceeded.
         """
-        for each in element.iter() if whole else (element,):
+        for descendant in element.iter() if whole else (element,):
             self.elements.spend()
-            named = each.attrib.items()
-            length = sum(len(value) for name, value in named if whole or name not in _COUNTED_ELSEWHERE)
-            self.characters.spend(length + len(each.text or ""))
+            attributes = descendant.attrib.items()
+            length = sum(len(value) for name, value in attributes if whole or name not in _COUNTED_ELSEWHERE)
+            self.characters.spend(length + len(descendant.text or ""))

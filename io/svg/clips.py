@@ -25,19 +25,19 @@ class Clips:
 
     def __init__(self, runs: Callable[[Node], list[Subpath]]):
         self.runs = runs
-        self.known: dict[Clip, shapely.Geometry] = {}
+        self._areas: dict[Clip, shapely.Geometry] = {}
         self.work = Quota(
             limits.CUT_POINTS,
             "clip paths and masks cut too many shapes; apply them (Inkscape: Path > Intersection)",
         )
 
-    def cut(self, drawn: Node, region: shapely.Geometry) -> shapely.Geometry:
+    def cut(self, node: Node, region: shapely.Geometry) -> shapely.Geometry:
         """Return the part of a shape's painted region that is shown; the region itself if nothing is hidden.
 
         Raises:
             InputError: a clip path is malformed, or crosses the region too often.
         """
-        for clip in drawn.clips:
+        for clip in node.clips:
             if clip.properties is not None and not region.is_empty:
                 region = self._inside(region, clip)
         return region
@@ -46,41 +46,41 @@ class Clips:
         area = self._area(clip)
         if area.covers(region):
             return region
-        counts = [int(shapely.get_num_coordinates(each)) for each in (region, area)]
+        counts = [int(shapely.get_num_coordinates(geometry)) for geometry in (region, area)]
         self.work.spend(sum(counts))
         if counts[0] * counts[1] > limits.CROSSINGS:
             crossings.check([*rings_of(region), *rings_of(area)])
-        left = shapely.intersection(region, area)
-        return region if region.area - left.area <= HAIR_AREA_SHARE * region.area else left
+        visible = shapely.intersection(region, area)
+        return region if region.area - visible.area <= HAIR_AREA_SHARE * region.area else visible
 
     def _area(self, clip: Clip) -> shapely.Geometry:
-        if clip not in self.known:
+        if clip not in self._areas:
             area = self._mask(clip) if clip.name == "mask" else self._clip_path(clip)
             shapely.prepare(area)
-            self.known[clip] = area
-        return self.known[clip]
+            self._areas[clip] = area
+        return self._areas[clip]
 
     def _clip_path(self, clip: Clip) -> shapely.Geometry:
         """Return the area that the clip path's shapes enclose, whether they paint it or not."""
-        return unite([self.cut(each, self._filled(each, "clip-rule")) for each in clip.shapes])
+        return unite([self.cut(node, self._filled(node, "clip-rule")) for node in clip.shapes])
 
     def _mask(self, clip: Clip) -> shapely.Geometry:
         by_luminance = (clip.properties or {}).get("mask-type", "luminance").strip() != "alpha"
         area: shapely.Geometry = shapely.Polygon()
-        for each in clip.shapes:
-            for paint, region in self._painted(each):
-                dark = by_luminance and _is_black(each.properties.get(paint, "black"))
+        for node in clip.shapes:
+            for paint, region in self._painted(node):
+                dark = by_luminance and _is_black(node.properties.get(paint, "black"))
                 crossings.check([*rings_of(area), *rings_of(region)])
-                area = (shapely.difference if dark else shapely.union)(area, self.cut(each, region))
+                area = (shapely.difference if dark else shapely.union)(area, self.cut(node, region))
         return area
 
-    def _painted(self, drawn: Node) -> list[tuple[str, shapely.Geometry]]:
-        filled = [("fill", self._filled(drawn, "fill-rule"))] if drawn.filled else []
-        return filled + ([("stroke", painted_by_stroke(drawn, self.runs(drawn)))] if drawn.stroked else [])
+    def _painted(self, node: Node) -> list[tuple[str, shapely.Geometry]]:
+        filled = [("fill", self._filled(node, "fill-rule"))] if node.filled else []
+        return filled + ([("stroke", painted_by_stroke(node, self.runs(node)))] if node.stroked else [])
 
-    def _filled(self, drawn: Node, rule: str) -> shapely.Geometry:
-        rings = [run.z for run in self.runs(drawn) if run.z.size > 2]
-        return shapely.MultiPolygon(painted(rings, drawn.properties.get(rule, "nonzero").strip()))
+    def _filled(self, node: Node, rule: str) -> shapely.Geometry:
+        rings = [run.z for run in self.runs(node) if run.z.size > 2]
+        return shapely.MultiPolygon(painted(rings, node.properties.get(rule, "nonzero").strip()))
 
 
 def _is_black(paint: str) -> bool:

@@ -39,22 +39,22 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
     boxes = shapely.box(x[0], y[0], x[1] + reach, y[1] + reach)
     tree = shapely.STRtree(boxes)
     order = np.random.default_rng(0).permutation(a.size)
-    met = near = start = 0
+    crossing_pairs = near_pairs = start = 0
     step = FIRST_SEGMENTS
     while start < a.size:
         part = order[start : start + step]
         i, j = tree.query(boxes[part])
         i = part[i]
-        met += int(_cross(a[i], b[i], a[j], b[j]).sum()) // 2
-        near += i.size // 2
+        crossing_pairs += int(_cross(a[i], b[i], a[j], b[j]).sum()) // 2
+        near_pairs += i.size // 2
         start += step
-        if met > limits.CROSSINGS or met * a.size > limits.WINDINGS:
+        if crossing_pairs > limits.CROSSINGS or crossing_pairs * a.size > limits.WINDINGS:
             raise TooMuch(
                 "lines cross each other too often; unite the shapes, or remove the crossings (Inkscape: Path > Union)"
             )
-        if near > limits.NEAR_SEGMENTS:
+        if near_pairs > limits.NEAR_SEGMENTS:
             raise TooMuch("too many lines lie close together; simplify the path (Inkscape: Path > Simplify)")
-        step = max(1, min(a.size, PAIRS_AT_ONCE * start // max(2 * near, 1)))
+        step = max(1, min(a.size, PAIRS_AT_ONCE * start // max(2 * near_pairs, 1)))
 
 
 def _nested(lines: Sequence[Complex]) -> None:

@@ -34,8 +34,8 @@ class Style(dict[str, str]):
 
     def only(self, names: Iterable[str]) -> "Style":
         """Return the declarations with the given names."""
-        kept = {name: self[name] for name in names}
-        return Style(kept, self.important.intersection(kept))
+        selected = {name: self[name] for name in names}
+        return Style(selected, self.important.intersection(selected))
 
     def text(self) -> str:
         """Return the declarations as the value of a `style` attribute."""
@@ -47,8 +47,8 @@ def declarations(text: str) -> Style:
     if _PLAIN.fullmatch(text):  # the usual case: no need to parse character by character
         pairs = (part.partition(":") for part in text.split(";"))
         return Style({k.strip().lower(): v.strip() for k, colon, v in pairs if colon})
-    found = _quoted(text)
-    return Style(found, found.important)
+    style = _quoted(text)
+    return Style(style, style.important)
 
 
 @lru_cache(64)  # for elements that <use> draws again
@@ -62,12 +62,12 @@ def block(content: Any) -> Style:
     Args:
         content: text, or tokens parsed by tinycss2.
     """
-    found = Style()
+    style = Style()
     for node in parsed(tinycss2.parse_blocks_contents, content):
         if node.type == "declaration":
             vital = [node.lower_name] if node.important else []
-            found.add(Style({node.lower_name: written(node.value)}, vital))
-    return found
+            style.add(Style({node.lower_name: written(node.value)}, vital))
+    return style
 
 
 def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:

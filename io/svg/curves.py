@@ -136,12 +136,14 @@ def thinned(z: Complex, tolerance: float, *, closed: bool) -> Complex:
     missing = np.zeros(z.size)  # bound on the deviation of the segment from each vertex to the next
     parity = 0
     while z.size > 4:
-        at = np.arange(1 + parity, z.size - 1, 2)
-        worst = np.maximum(missing[at - 1], missing[at]) + _away(z[at], z[at - 1], z[at + 1])
-        gone = worst <= tolerance
-        missing[at[gone] - 1] = worst[gone]
+        vertices = np.arange(1 + parity, z.size - 1, 2)
+        worst = np.maximum(missing[vertices - 1], missing[vertices]) + _away(
+            z[vertices], z[vertices - 1], z[vertices + 1]
+        )
+        removable = worst <= tolerance
+        missing[vertices[removable] - 1] = worst[removable]
         keep = np.ones(z.size, dtype=bool)
-        keep[at[gone]] = False
+        keep[vertices[removable]] = False
         before = z.size
         z, missing = z[keep], missing[keep]
         if z.size > WORTHWHILE_KEPT_SHARE * before and parity:

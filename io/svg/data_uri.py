@@ -10,12 +10,12 @@ _ENCODED = re.compile(r"data:(?P<kind>[^,]*?)(?P<base64>;base64)?,", re.IGNORECA
 
 def content_of(address: str) -> bytes | None:
     """Return the file that a `data:` address contains; None where it is malformed."""
-    found = _ENCODED.match(address.strip())
-    if not found:
+    match = _ENCODED.match(address.strip())
+    if not match:
         return None
-    text = address.strip()[found.end() :]
+    text = address.strip()[match.end() :]
     try:
         raw = unquote_to_bytes(text)
-        return base64.b64decode(b"".join(raw.split())) if found["base64"] else raw
+        return base64.b64decode(b"".join(raw.split())) if match["base64"] else raw
     except (ValueError, binascii.Error):
         return None

@@ -15,10 +15,10 @@ def in_visual_order(text: str) -> list[str]:
     """
     if not any(bidirectional(letter) in _LEFTWARD for letter in text):
         return [text]
-    found: list[str] = []
+    parts: list[str] = []
     for leftward, part in _directed(text, _ways(text)):
-        found += _numbers_apart(part)[::-1] if leftward else [part]
-    return found
+        parts += _numbers_apart(part)[::-1] if leftward else [part]
+    return parts
 
 
 def _ways(text: str) -> list[str]:
@@ -58,7 +58,7 @@ def _direct_brackets(text: str, ways: list[str]) -> None:
 
 def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
     """Return parts of one direction, and whether it is leftward; neutrals are leftward only between such letters."""
-    found: list[tuple[bool, str]] = []
+    parts: list[tuple[bool, str]] = []
     k = 0
     while k < len(text):
         end = k
@@ -68,24 +68,24 @@ def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
             leftward = k > 0 and end < len(text) and ways[k - 1] == ways[end] == "R"
         else:
             leftward, end = ways[k] == "R", k + 1
-        if found and found[-1][0] == leftward:
-            found[-1] = leftward, found[-1][1] + text[k:end]
+        if parts and parts[-1][0] == leftward:
+            parts[-1] = leftward, parts[-1][1] + text[k:end]
         else:
-            found.append((leftward, text[k:end]))
+            parts.append((leftward, text[k:end]))
         k = end
-    return found
+    return parts
 
 
 def _numbers_apart(text: str) -> list[str]:
     """Split the numbers off a right-to-left part."""
-    found: list[str] = []
+    parts: list[str] = []
     for k, letter in enumerate(text):
         number = _in_number(text, k)
-        if found and k and _in_number(text, k - 1) == number:
-            found[-1] += letter
+        if parts and k and _in_number(text, k - 1) == number:
+            parts[-1] += letter
         else:
-            found.append(letter)
-    return found
+            parts.append(letter)
+    return parts
 
 
 def _in_number(text: str, k: int) -> bool:

@@ -35,14 +35,14 @@ def drawing_bytes(path: Path, max_bytes: int = limits.SVG_BYTES) -> bytes:
         return data
     unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
     try:
-        found = unpacker.decompress(data, max_bytes + 1)
+        unpacked = unpacker.decompress(data, max_bytes + 1)
     except zlib.error as error:
         raise InputError(f"{path}: damaged: {error}; save it again") from error
-    if len(found) > max_bytes:
+    if len(unpacked) > max_bytes:
         raise InputError(f"{path}: unpacks to more than {max_bytes} bytes, which is the limit")
     if not unpacker.eof:
         raise InputError(f"{path}: damaged: the file is truncated; save it again")
-    return found
+    return unpacked
 
 
 def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "length") -> float:
@@ -62,8 +62,8 @@ def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "
         return float(match[1]) * _UNITS[match[2].lower()]
     if size is None:
         raise InputError(f"{name} {text[:24]!r}: a percentage needs a viewBox to refer to")
-    whole = {"x": size[0], "y": size[1], "r": ((size[0] ** 2 + size[1] ** 2) / 2) ** 0.5}[axis]
-    return float(match[1]) / 100 * whole
+    reference = {"x": size[0], "y": size[1], "r": ((size[0] ** 2 + size[1] ** 2) / 2) ** 0.5}[axis]
+    return float(match[1]) / 100 * reference
 
 
 class _Builder(TreeBuilder):
@@ -122,7 +122,7 @@ def root(data: bytes) -> Element:
     parser = _Parser(data)
     try:
         parser.feed(data)
-        found = parser.close()
+        top = parser.close()
     except EntitiesForbidden as error:
         raise InputError(
             f"declares the XML entity {error.name!r}; save it as plain SVG without entities"
@@ -130,17 +130,19 @@ def root(data: bytes) -> Element:
     except DefusedXmlException as error:
         raise InputError("refers to another file in its XML; save it as plain SVG") from error
     except ParseError as error:
-        held = formats.picture_kind(data)  # images sometimes have the suffix of a drawing
-        if held:
-            raise InputError(f"is a {held} picture, not an SVG; rename it to .{held.lower()}") from None
+        picture_format = formats.picture_kind(data)  # images sometimes have the suffix of a drawing
+        if picture_format:
+            raise InputError(
+                f"is a {picture_format} picture, not an SVG; rename it to .{picture_format.lower()}"
+            ) from None
         raise InputError(f"not well-formed XML: {error}") from error
     except (ValueError, LookupError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"invalid XML: {str(error).splitlines()[0]}") from error
-    if local(found) != "svg":
-        raise InputError(f"the root element is <{str(found.tag)[:40]}>, not <svg>")
-    return found
+    if local(top) != "svg":
+        raise InputError(f"the root element is <{str(top.tag)[:40]}>, not <svg>")
+    return top
 
 
 def local(element: Element) -> str:

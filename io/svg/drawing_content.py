@@ -94,7 +94,7 @@ class DrawingContent:
     def _areas(self) -> tuple[shapely.Geometry, shapely.Geometry]:
         if self.paint is not None:
             return self.paint()
-        ink = unite([polygon_of(each.z, *each.holes).buffer(0) for each in self.outlines])
+        ink = unite([polygon_of(outline.z, *outline.holes).buffer(0) for outline in self.outlines])
         return ink, with_lines_filled(ink)
 
     def add(
@@ -112,8 +112,8 @@ class DrawingContent:
         `fill.outlines`.
         """
         try:
-            found, refused = outlines(rings, rule, label, **how)
+            painted, refused = outlines(rings, rule, label, **how)
         except InputError as error:
-            found, refused = [], [(area, error)]
-        self.outlines.extend(replace(outline, names=names) for outline in found)
+            painted, refused = [], [(area, error)]
+        self.outlines.extend(replace(outline, names=names) for outline in painted)
         self.refused.extend(refused)

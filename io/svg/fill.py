@@ -79,18 +79,18 @@ def outlines(
         InputError: no ring encloses anything.
     """
     rings = [ring for ring in distinct_each(list(rings)) if ring.size]
-    whole = [ring for ring in rings if ring.size > 2]
-    if not whole:
+    usable = [ring for ring in rings if ring.size > 2]
+    if not usable:
         raise InputError(
             f"{name}: has {max((r.size for r in rings), default=0)} distinct points; at least 3 are needed"
         )
     paint = paint or painted
-    if len(whole) == 1 and (alone := _simple(whole[0])):  # most shapes of a drawing
-        paint(whole, rule)  # for the cache
-        return [FilledOutline(name, whole[0], alone.area, notes=notes)], []
+    if len(usable) == 1 and (single := _simple(usable[0])):  # most shapes of a drawing
+        paint(usable, rule)  # for the cache
+        return [FilledOutline(name, usable[0], single.area, notes=notes)], []
     simple: list[Complex] = []
     refused: list[Refused] = []
-    for ring, is_flat, polygon in zip(whole, _flat(whole), _polygons_of(whole)):
+    for ring, is_flat, polygon in zip(usable, _flat(usable), _polygons_of(usable)):
         if is_flat:
             continue
         lobes, twisted, place = _untangled(ring, polygon)
@@ -105,15 +105,15 @@ def outlines(
                 (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
             )
     polygons = paint(simple, rule)
-    found = outlines_of(shapely.MultiPolygon(polygons), name, notes)
-    if not found and not refused:
+    painted_outlines = outlines_of(shapely.MultiPolygon(polygons), name, notes)
+    if not painted_outlines and not refused:
         raise InputError(f"{name}: encloses no area")
-    return found, refused
+    return painted_outlines, refused
 
 
 def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()) -> list[FilledOutline]:
     """Return the outlines of the parts of a region, the largest first."""
-    found = [
+    parts = [
         FilledOutline(
             name,
             _z(part.exterior),
@@ -123,15 +123,15 @@ def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()
         )
         for part in polygons_of(region)
     ]
-    return sorted(found, key=lambda o: -o.area)
+    return sorted(parts, key=lambda o: -o.area)
 
 
 def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
     """Return the polygons painted by filling rings by `rule`; rings may cross."""
     if not rings:
         return []
-    if len(rings) == 1 and (alone := polygon_of(rings[0])).is_valid:  # most shapes of a drawing
-        return [alone] if alone.area > 0 else []
+    if len(rings) == 1 and (polygon := polygon_of(rings[0])).is_valid:  # most shapes of a drawing
+        return [polygon] if polygon.area > 0 else []
     faces, winding = _faces(rings)
     inside = winding % 2 != 0 if rule == "evenodd" else winding != 0
     return list(polygons_of(unite(faces[inside])))
@@ -139,8 +139,8 @@ def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
 
 def with_lines_filled(ink: shapely.Geometry) -> shapely.Geometry:
     """Fill holes of an area if it covers so little of what it encloses that it is a line drawing."""
-    whole = fill_holes(ink)
-    return whole if ink.area < DRAWN_AREA_SHARE * whole.area and has_body(whole) else ink
+    filled = fill_holes(ink)
+    return filled if ink.area < DRAWN_AREA_SHARE * filled.area and has_body(filled) else ink
 
 
 def has_body(filled: shapely.Geometry) -> bool:
@@ -214,8 +214,8 @@ class _Lines:
             parts = np.cumsum(self.sizes[ring]) // SEGMENTS_AT_ONCE
             for pairs in np.split(np.arange(ring.size), np.flatnonzero(np.diff(parts)) + 1):
                 if pairs.size:
-                    found = self._winding(ring[pairs], z[point[pairs]])
-                    total += np.bincount(point[pairs], found, total.size).astype(int)
+                    winding_numbers = self._winding(ring[pairs], z[point[pairs]])
+                    total += np.bincount(point[pairs], winding_numbers, total.size).astype(int)
         return total
 
     def _winding(self, ring: Index, z: Complex) -> Index:
@@ -223,9 +223,12 @@ class _Lines:
         sizes = self.sizes[ring]
         first = np.cumsum(sizes) - sizes
         segment = np.arange(first[-1] + sizes[-1]) + np.repeat(self._starts[ring] - first, sizes)
-        a, b, at = self.begin[segment], self.end[segment], np.repeat(z, sizes)
-        up, down = (a.imag <= at.imag) & (b.imag > at.imag), (a.imag > at.imag) & (b.imag <= at.imag)
-        side = cross(b - a, at - a)
+        a, b, points = self.begin[segment], self.end[segment], np.repeat(z, sizes)
+        up, down = (
+            (a.imag <= points.imag) & (b.imag > points.imag),
+            (a.imag > points.imag) & (b.imag <= points.imag),
+        )
+        side = cross(b - a, points - a)
         crossed = (up & (side > 0)).astype(int) - (down & (side < 0))
         return np.add.reduceat(crossed, first)
 

@@ -73,7 +73,7 @@ class Font:
         extents = self._font.get_font_extents("ltr")
         self.line_height = (extents.ascender - extents.descender) / self._em  # without a gap between lines
         self._shaped = lru_cache(maxsize=64)(self._shape)
-        self._drawn = lru_cache(maxsize=1024)(self._draw_glyph)
+        self._template = lru_cache(maxsize=1024)(self._draw_glyph)
 
     def _shape(self, text: str, spacing: Spacing = NO_SPACING) -> tuple[list[Glyph], float, bool]:
         """Return the glyphs of a line, their total width, and whether the font has every letter."""
@@ -84,13 +84,13 @@ class Font:
         buffer.guess_segment_properties()
         # with letter spacing, ligatures are off
         hb.shape(self._font, buffer, {"liga": False, "clig": False} if spacing.letters else {})
-        found, x, last = [], 0.0, -1
+        glyphs, x, last = [], 0.0, -1
         for info, place in zip(buffer.glyph_infos, buffer.glyph_positions):
             if last not in (-1, info.cluster):
                 x += spacing.letters + spacing.words * (text[last] in _SPACES)
             last = info.cluster
             advance = place.x_advance / self._em
-            found.append(
+            glyphs.append(
                 Glyph(
                     info.codepoint,
                     x + place.x_offset / self._em,
@@ -101,9 +101,9 @@ class Font:
                 )
             )
             x += advance
-        if found:
+        if glyphs:
             x += spacing.letters + spacing.words * (text[last] in _SPACES)
-        return found, x, all(glyph.number for glyph in found)
+        return glyphs, x, all(glyph.number for glyph in glyphs)
 
     def _draw_glyph(self, number: int) -> tuple[str, Complex]:
         """Return a glyph's path data with %r for each number, and the points of all commands, in ems with y down."""
@@ -158,11 +158,11 @@ class Font:
     ) -> Iterator[tuple[int, str]]:
         """Yield the path data of each glyph, with the index in the text of the first letter that it represents."""
         for glyph in self._shaped(text, spacing)[0]:
-            if (found := place(glyph.begin, glyph.advance)) is None:
+            if (frame := place(glyph.begin, glyph.advance)) is None:
                 continue
-            template, points = self._drawn(glyph.number)
-            placed = found @ translation(glyph.right - glyph.begin, -glyph.up)
-            yield glyph.cluster, template % tuple(placed(points).view(np.float64).tolist())
+            template, points = self._template(glyph.number)
+            glyph_affine = frame @ translation(glyph.right - glyph.begin, -glyph.up)
+            yield glyph.cluster, template % tuple(glyph_affine(points).view(np.float64).tolist())
 
     def set_at(self, text: str, x: float, y: float, size: float) -> list[tuple[int, str]]:
         """Return path data of a line's glyphs at a position and font size, as `draw_letters` yields it."""

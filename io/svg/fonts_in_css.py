@@ -62,18 +62,18 @@ def without_ems(text: str, font: float, root: float) -> str:
     if not _EM.search(text):
         return text
     units = {"em": font, "rem": root, "ex": _EX_EMS * font, "ch": _EX_EMS * font}
-    return _EM.sub(lambda found: repr(float(found[1]) * units[found[2].lower()]), text)
+    return _EM.sub(lambda match: repr(float(match[1]) * units[match[2].lower()]), text)
 
 
 def shorthand(text: str) -> dict[str, str]:
     """Return the properties that a value of `font` sets; empty where it is not supported."""
-    found = _SHORTHAND.fullmatch(text.strip())
-    words = found["before"].split() if found else []
-    if not found or not set(words) <= _STYLES | _WEIGHTS | _OTHERS:
+    match = _SHORTHAND.fullmatch(text.strip())
+    words = match["before"].split() if match else []
+    if not match or not set(words) <= _STYLES | _WEIGHTS | _OTHERS:
         return {}
     return {
         "font-style": next((word for word in words if word in _STYLES), "normal"),
         "font-weight": next((word for word in words if word in _WEIGHTS), "normal"),
-        "font-size": found["size"],
-        "font-family": found["family"],
+        "font-size": match["size"],
+        "font-family": match["family"],
     }

@@ -50,7 +50,7 @@ def bridges(shapes: Sequence[Seen], extent: float) -> list[shapely.Geometry]:
         shapes: shapes with their subpaths in the root's units.
         extent: the longer side of the drawing.
     """
-    ends = [end for drawn, runs in shapes for run in runs if not run.closed for end in _ends(drawn, run.z)]
+    ends = [end for node, runs in shapes for run in runs if not run.closed for end in _ends(node, run.z)]
     if not 2 <= len(ends) <= MOST_ENDS:
         return []
     places = np.array([end.place for end in ends])
@@ -59,37 +59,37 @@ def bridges(shapes: Sequence[Seen], extent: float) -> list[shapely.Geometry]:
     first, second = shapely.STRtree(points).query(points, predicate="dwithin", distance=reach)
     pairs = [(i, j) for i, j in zip(first.tolist(), second.tolist()) if i < j]
     pairs.sort(key=lambda pair: abs(places[pair[0]] - places[pair[1]]))
-    taken = set[int]()
-    found = []
+    joined = set[int]()
+    areas = []
     for i, j in pairs:
-        if not taken & {i, j} and _continue_each_other(ends[i], ends[j], extent):
-            taken |= {i, j}
+        if not joined & {i, j} and _continue_each_other(ends[i], ends[j], extent):
+            joined |= {i, j}
             line = shapely.LineString(xy_of(places[[i, j]]))
-            found.append(shapely.buffer(line, min(ends[i].width, ends[j].width) / 2))
-    return found
+            areas.append(shapely.buffer(line, min(ends[i].width, ends[j].width) / 2))
+    return areas
 
 
-def _ends(drawn: Node, z: Complex) -> list[_End]:
+def _ends(node: Node, z: Complex) -> list[_End]:
     """Return both ends of an open subpath of a shape; none if it has no length."""
     z = distinct(z, closed=False)
     if z.size < 2:
         return []
-    width = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
-    cap = width / 2 if drawn.properties.get("stroke-linecap", "") in CAPS else 0.0
-    found = []
+    width = width_of(node) * math.sqrt(abs(node.affine.determinant))
+    cap = width / 2 if node.properties.get("stroke-linecap", "") in CAPS else 0.0
+    ends = []
     for line in (z, z[::-1]):
         far = np.abs(line - line[0]) >= width
         back = line[far.argmax()] if far.any() else line[-1]
         away = line[0] - back
         if away:
-            found.append(_End(complex(line[0]), complex(away / abs(away)), width, cap))
-    return found
+            ends.append(_End(complex(line[0]), complex(away / abs(away)), width, cap))
+    return ends
 
 
-def _continue_each_other(one: _End, other: _End, extent: float) -> bool:
+def _continue_each_other(first: _End, second: _End, extent: float) -> bool:
     """Return whether the gap between two ends is small, and continues both lines."""
-    gap = other.place - one.place
-    if abs(gap) - one.cap - other.cap > max(GAP_SIDE_SHARE * extent, min(one.width, other.width)):
+    gap = second.place - first.place
+    if abs(gap) - first.cap - second.cap > max(GAP_SIDE_SHARE * extent, min(first.width, second.width)):
         return False
     least = math.cos(math.radians(MOST_ANGLE_DEGREES)) * abs(gap)
-    return (gap * one.way.conjugate()).real >= least and (-gap * other.way.conjugate()).real >= least
+    return (gap * first.way.conjugate()).real >= least and (-gap * second.way.conjugate()).real >= least

@@ -50,9 +50,9 @@ class _NotPlainError(Exception):
 @lru_cache(maxsize=64)
 def _matched(family: str, weight: int, slant: int) -> Font | None:
     """Return the font of a family; None where fontconfig would substitute another."""
-    found = font_file(family, weight, slant)
+    file = font_file(family, weight, slant)
     try:
-        return Font(*found, weight) if found else None
+        return Font(*file, weight) if file else None
     except Exception:  # treat a broken font file as missing
         return None
 
@@ -68,14 +68,15 @@ def font_file(family: str, weight: int = 400, slant: int = 0) -> tuple[str, int]
     command = shutil.which("fc-match")
     if command is None:
         return _listed(family, weight, slant)
-    asked = re.sub(r"([\\\-:,])", r"\\\1", family)
-    near = _FONTCONFIG[min(900, max(100, round(weight, -2)))]
-    line = [command, "-f", "%{family}\n%{file}\n%{index}", f"{asked}:weight={near}:slant={slant}"]
+    pattern = re.sub(r"([\\\-:,])", r"\\\1", family)
+    fontconfig_weight = _FONTCONFIG[min(900, max(100, round(weight, -2)))]
+    query = f"{pattern}:weight={fontconfig_weight}:slant={slant}"
+    arguments = [command, "-f", "%{family}\n%{file}\n%{index}", query]
     try:
-        said = subprocess.run(
-            line, capture_output=True, text=True, timeout=FONTCONFIG_SECONDS, check=True
+        output = subprocess.run(
+            arguments, capture_output=True, text=True, timeout=FONTCONFIG_SECONDS, check=True
         ).stdout
-        names, path, number = said.split("\n")[:3]
+        names, path, number = output.split("\n")[:3]
         if family not in _GENERIC and family not in names.casefold().split(","):
             return None
         return path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else 0
@@ -94,8 +95,8 @@ def _listed(family: str, weight: int, slant: int) -> tuple[str, int] | None:
             110: "oblique",
         }
         style = styles[slant]
-        asked = font_manager.FontProperties(family=[family], weight=weight, style=style)
-        return str(font_manager.findfont(asked, fallback_to_default=False)), 0
+        properties = font_manager.FontProperties(family=[family], weight=weight, style=style)
+        return str(font_manager.findfont(properties, fallback_to_default=False)), 0
     except Exception:  # a missing family
         return None
 
@@ -114,16 +115,16 @@ class Lettering:
     """Outlines the text of a document.
 
     Args:
-        own: returns an element's attributes and styles.
+        declared: returns an element's attributes and styles.
         linked: returns the element that another one links to.
     """
 
     def __init__(
         self,
-        own: Callable[[Element], Mapping[str, str]],
+        declared: Callable[[Element], Mapping[str, str]],
         linked: Callable[[Element], Element | None] = lambda _: None,
     ):
-        self._own, self._linked = own, linked
+        self._declared, self._linked = declared, linked
         most = limits.SVG_LETTERS
         self._letters = Quota(most, f"it contains more than {most} letters; convert text to paths")
         self._families: set[tuple[str, int, int]] = set()
@@ -138,8 +139,8 @@ class Lettering:
         Raises:
             InputError: there are too many letters.
         """
-        found = self.painted(element, properties)
-        return None if found is None else "".join(data for _, data in found)
+        parts = self.painted(element, properties)
+        return None if parts is None else "".join(data for _, data in parts)
 
     def painted(
         self, element: Element, properties: Mapping[str, str]
@@ -154,107 +155,115 @@ class Lettering:
                 raise _NotPlainError
             spans = _Spans()
             self._collect(element, properties, element.get(_SPACE) == "preserve", spans)
-            drawn = self._fitted(spans, properties)
+            parts = self._fitted(spans, properties)
         except _NotPlainError:
             return None
-        if len({key for key, _ in drawn}) > 1 and any("url(" in value for key, _ in drawn for value in key):
+        if len({key for key, _ in parts}) > 1 and any("url(" in value for key, _ in parts for value in key):
             return None  # gradients and patterns refer to the box of the whole text
-        return [(dict(zip(PAINT, key)), data) for key, data in drawn] or None
+        return [(dict(zip(PAINT, key)), data) for key, data in parts] or None
 
     @staticmethod
     def plain(properties: Mapping[str, str]) -> dict[str, str]:
         """Return the paint of letters that have only the properties of their <text>."""
         return {name: properties.get(name, default) for name, default in PAINT.items()} | {"opacity": "1"}
 
-    def _collect(self, element: Element, said: Mapping[str, str], kept: bool, spans: "_Spans") -> None:
+    def _collect(
+        self, element: Element, properties: Mapping[str, str], keep_space: bool, spans: "_Spans"
+    ) -> None:
         """Add the letters in an element, with the properties and listed positions that apply to each."""
-        if any(name in said and said[name].strip() not in plain for name, plain in _PLAIN.items()):
-            raise _NotPlainError
+        for name, plain in _PLAIN.items():
+            if name in properties and properties[name].strip() not in plain:
+                raise _NotPlainError
         begin = spans.count
-        later = {k: v for k, v in said.items() if k not in _OWN}
-        spans.add(element.text or "", later, kept)
+        inherited = {k: v for k, v in properties.items() if k not in _NOT_INHERITED}
+        spans.add(element.text or "", inherited, keep_space)
         for child in element:
             if local(child) in ("title", "desc", "metadata"):
                 continue
-            own = dict(self._own(child))
-            if own.get("display") != "none":
-                self._collect_child(child, own, later, kept, spans)
+            declared = dict(self._declared(child))
+            if declared.get("display") != "none":
+                self._collect_child(child, declared, inherited, keep_space, spans)
             if local(child) == "textPath" and (child.tail or "").strip():
                 raise _NotPlainError
-            spans.add(child.tail or "", later, kept)
-        spans.place(begin, said)
+            spans.add(child.tail or "", inherited, keep_space)
+        spans.place(begin, properties)
 
     def _collect_child(
-        self, child: Element, own: dict[str, str], outer: Mapping[str, str], kept: bool, spans: "_Spans"
+        self,
+        child: Element,
+        declared: dict[str, str],
+        outer: Mapping[str, str],
+        keep_space: bool,
+        spans: "_Spans",
     ) -> None:
         """Add the letters of a <tspan> or <textPath> in a text."""
-        inner = dict(outer) | {k: v for k, v in own.items() if v != "inherit"}
+        inner = dict(outer) | {k: v for k, v in declared.items() if v != "inherit"}
         try:
-            if "font-size" in own:
+            if "font-size" in declared:
                 around = fonts_in_css.px(outer.get("font-size", ""))
                 inner["font-size"] = repr(
-                    fonts_in_css.size(own["font-size"], around, fonts_in_css.MEDIUM_PIXELS)
+                    fonts_in_css.size(declared["font-size"], around, fonts_in_css.MEDIUM_PIXELS)
                 )
         except InputError:
             raise _NotPlainError from None
         size = fonts_in_css.px(inner.get("font-size", ""))
-        for name in fonts_in_css.LENGTHS.intersection(own):
+        for name in fonts_in_css.LENGTHS.intersection(declared):
             inner[name] = fonts_in_css.without_ems(inner[name], size, fonts_in_css.MEDIUM_PIXELS)
         if local(child) == "textPath" and ALONG not in outer:
-            inner[ALONG] = self._along(child)
+            inner[ALONG] = self._path_along(child)
         elif local(child) != "tspan":
             raise _NotPlainError
-        if "opacity" in own:
-            inner[SEEN] = repr(_number(own["opacity"]) * _number(outer.get(SEEN, "1")))
-        raised = own.get("baseline-shift", "baseline").strip()
+        if "opacity" in declared:
+            inner[SEEN] = repr(_number(declared["opacity"]) * _number(outer.get(SEEN, "1")))
+        raised = declared.get("baseline-shift", "baseline").strip()
         if raised not in ("0", "0px", "baseline"):
             inner[RAISED] = f"{outer.get(RAISED, '')} {raised}@{size!r}"
-        if "textLength" in own:
+        if "textLength" in declared:
             if FITTED in outer:
                 raise _NotPlainError
             inner[FITTED] = f"{spans.count}"
-        self._collect(child, inner, kept or child.get(_SPACE) == "preserve", spans)
+        self._collect(child, inner, keep_space or child.get(_SPACE) == "preserve", spans)
 
-    def _along(self, element: Element) -> str:
+    def _path_along(self, element: Element) -> str:
         """Return the path data that a <textPath> refers to, in the text's units."""
-        found = self._linked(element)
-        own = self._own(found) if found is not None else {}
-        if found is None or local(found) != "path" or element.get("side", "left") != "left":
+        path = self._linked(element)
+        declared = self._declared(path) if path is not None else {}
+        if path is None or local(path) != "path" or element.get("side", "left") != "left":
             raise _NotPlainError
-        return f"{own.get('transform', '')}|{own.get('d', '')}"
+        return f"{declared.get('transform', '')}|{declared.get('d', '')}"
 
-    def _fitted(self, spans: "_Spans", said: Mapping[str, str]) -> "Painted":
+    def _fitted(self, spans: "_Spans", properties: Mapping[str, str]) -> "Painted":
         """Return the path data of a text, with spans stretched to their `textLength`."""
         runs = spans.runs()
-        for span in dict.fromkeys(own[FITTED] for _, own in runs if FITTED in own):
-            chosen = [k for k, (_, own) in enumerate(runs) if own.get(FITTED) == span]
-            some = self._stretched([runs[k] for k in chosen], spans.lengths[int(span)])
-            for k, run in zip(chosen, some):
+        for span in dict.fromkeys(style[FITTED] for _, style in runs if FITTED in style):
+            numbers = [k for k, (_, style) in enumerate(runs) if style.get(FITTED) == span]
+            stretched = self._stretched([runs[k] for k in numbers], spans.lengths[int(span)])
+            for k, run in zip(numbers, stretched):
                 runs[k] = run
-        if "textLength" in said:
-            if any(FITTED in own for _, own in runs):
+        if "textLength" in properties:
+            if any(FITTED in style for _, style in runs):
                 raise _NotPlainError
-            runs = self._stretched(runs, said)
+            runs = self._stretched(runs, properties)
         return self._set(runs)[0]
 
-    def _stretched(self, runs: list["Run"], said: Mapping[str, str]) -> list["Run"]:
+    def _stretched(self, runs: list["Run"], properties: Mapping[str, str]) -> list["Run"]:
         """Return runs stretched to a total length of `textLength`."""
-        wanted = _place(said["textLength"], "textLength")
-        _, natural, letters = self._set(runs)
-        if any(set(_PLACES) & set(own) for _, own in runs[1:]) or natural <= 0 or wanted <= 0:
+        wanted_width = _place(properties["textLength"], "textLength")
+        _, width, letters = self._set(runs)
+        if any(set(_PLACES) & set(style) for _, style in runs[1:]) or width <= 0 or wanted_width <= 0:
             raise _NotPlainError
-        if said.get("lengthAdjust", "spacing").strip() == "spacingAndGlyphs":
-            more = {STRETCHED: repr(wanted / natural)}
+        if properties.get("lengthAdjust", "spacing").strip() == "spacingAndGlyphs":
+            extra = {STRETCHED: repr(wanted_width / width)}
         else:
-            more = {APART: repr((wanted - natural) / max(1, letters - 1))}
-        return [(text, {**own, **more}) for text, own in runs]
+            extra = {APART: repr((wanted_width - width) / max(1, letters - 1))}
+        return [(text, {**style, **extra}) for text, style in runs]
 
     def _set(self, runs: Sequence["Run"]) -> tuple["Painted", float, int]:
         """Return the path data of runs, their width, and their number of letters.
 
         Runs between two absolute positions are anchored together.
         """
-        drawn: list[tuple[tuple[str, ...], str]] = []
+        parts: list[tuple[tuple[str, ...], str]] = []
         x, y = 0.0, 0.0
         line: list[Piece] = []
         anchor, runs_in_line = 0.0, 0
@@ -264,59 +273,60 @@ class Lettering:
         def end() -> None:
             shift = anchor * (x - line[0].x) if line else 0.0
             for piece in line:
-                if drawn and drawn[-1][0] == piece.paint:
-                    drawn[-1] = piece.paint, drawn[-1][1] + piece.draw(shift)
+                if parts and parts[-1][0] == piece.paint:
+                    parts[-1] = piece.paint, parts[-1][1] + piece.draw(shift)
                 else:
-                    drawn.append((piece.paint, piece.draw(shift)))
+                    parts.append((piece.paint, piece.draw(shift)))
             line.clear()
 
-        for text, said in runs:
-            if said.get(ALONG) != path:  # on a path, x of the text counts and y does not
-                path, moved = said.get(ALONG), bool(line)
+        for text, style in runs:
+            if style.get(ALONG) != path:  # on a path, x of the text counts and y does not
+                path, has_letters = style.get(ALONG), bool(line)
                 end()
-                x, y = 0.0 if moved else x, 0.0
-            place = {name: _place(said[name], name) for name in _MOVES if name in said}
-            if ALONG in said:
+                x, y = 0.0 if has_letters else x, 0.0
+            place = {name: _place(style[name], name) for name in _MOVES if name in style}
+            if ALONG in style:
                 place.pop("y", None)
             if "x" in place or "y" in place:
                 end()
                 x, y = place.get("x", x), place.get("y", y)
             x, y = x + place.get("dx", 0.0), y + place.get("dy", 0.0)
             if not line:
-                anchor, runs_in_line = _ANCHORS.get(said.get("text-anchor", "start").strip(), 0.0), 0
+                anchor, runs_in_line = _ANCHORS.get(style.get("text-anchor", "start").strip(), 0.0), 0
             runs_in_line += 1
-            font, size = self._font(said, text)
-            apart, stretch = float(said.get(APART, "0")), float(said.get(STRETCHED, "1"))
+            font, size = self._font(style, text)
+            extra_spacing, stretch = float(style.get(APART, "0")), float(style.get(STRETCHED, "1"))
             spacing = Spacing(
-                (_spacing(said, "letter-spacing") + apart) / size, _spacing(said, "word-spacing") / size
+                (_spacing(style, "letter-spacing") + extra_spacing) / size,
+                _spacing(style, "word-spacing") / size,
             )
-            along = _Track(said[ALONG], said.get("startOffset", "0")) if ALONG in said else None
-            turn = _degrees(said.get("rotate", "0"))
-            raised = sum(_raised(shift, font) for shift in said.get(RAISED, "").split())
+            track = _Track(style[ALONG], style.get("startOffset", "0")) if ALONG in style else None
+            rotation = _degrees(style.get("rotate", "0"))
+            raised = sum(_raised(shift, font) for shift in style.get(RAISED, "").split())
             paint = tuple(
-                said.get({"opacity": SEEN}.get(name, name), default) for name, default in PAINT.items()
+                style.get({"opacity": SEEN}.get(name, name), default) for name, default in PAINT.items()
             )
             for part in in_visual_order(text):
-                line.append(Piece(part, font, size, x, y - raised, spacing, stretch, along, turn, paint))
+                line.append(Piece(part, font, size, x, y - raised, spacing, stretch, track, rotation, paint))
                 advance = size * font.width(part, spacing) * stretch
                 x, width = x + advance, width + advance
             if runs_in_line > 1 and any(font.runs_leftward(piece.text) for piece in line):
                 raise _NotPlainError
             count += len(text)
         end()
-        return drawn, width, count
+        return parts, width, count
 
-    def _font(self, said: Mapping[str, str], text: str) -> tuple[Font, float]:
+    def _font(self, style: Mapping[str, str], text: str) -> tuple[Font, float]:
         self._letters.spend(len(text))
         try:
-            size = length(said.get("font-size", "16"), None, "y", "font-size")
-            weight = said.get("font-weight", "normal").strip()
-            heavy = _WEIGHTS.get(weight) or int(weight)
+            size = length(style.get("font-size", "16"), None, "y", "font-size")
+            weight = style.get("font-weight", "normal").strip()
+            weight_number = _WEIGHTS.get(weight) or int(weight)
         except (InputError, ValueError):
             raise _NotPlainError from None
-        slant = {"italic": 100, "oblique": 110}.get(said.get("font-style", "normal").strip(), 0)
-        for name in said.get("font-family", "").split(","):
-            key = (name.strip().strip("'\"").casefold(), heavy, slant)
+        slant = {"italic": 100, "oblique": 110}.get(style.get("font-style", "normal").strip(), 0)
+        for name in style.get("font-family", "").split(","):
+            key = (name.strip().strip("'\"").casefold(), weight_number, slant)
             self._families.add(key)
             font = _matched(*key) if key[0] and len(self._families) <= limits.SVG_FONTS else None
             if font and all(map(font.sets, in_visual_order(text))) and size > 0:
@@ -337,7 +347,7 @@ RAISED = "iccm-raised"  # all baseline shifts, each with its font size
 SEEN = "iccm-seen"  # product of the opacities of all enclosing spans
 _MOVES = ("x", "y", "dx", "dy")
 _PLACES = (*_MOVES, "rotate", "textLength", "lengthAdjust")
-_OWN = (*_PLACES, "baseline-shift", "opacity")
+_NOT_INHERITED = (*_PLACES, "baseline-shift", "opacity")
 """Properties that are not inherited."""
 PAINT = {
     **{"fill": "black", "stroke": "none", "fill-opacity": "1", "stroke-opacity": "1", "stroke-width": "1"},
@@ -357,59 +367,59 @@ class _Spans:
 
     Attributes:
         letters: one by one, white space collapsed as in HTML.
-        said: properties of each letter, except its position.
+        styles: properties of each letter, except its position.
         places: position attributes of each letter, by name.
         lengths: attributes of spans with a textLength, by their first letter.
     """
 
     letters: list[str] = field(default_factory=list)
-    said: list[Mapping[str, str]] = field(default_factory=list)
+    styles: list[Mapping[str, str]] = field(default_factory=list)
     places: list[dict[str, str]] = field(default_factory=list)
     lengths: dict[int, Mapping[str, str]] = field(default_factory=dict)
-    _kept: list[bool] = field(default_factory=list)
+    _keep_space: list[bool] = field(default_factory=list)
 
     @property
     def count(self) -> int:
         """Number of letters."""
         return len(self.letters)
 
-    def add(self, text: str, said: Mapping[str, str], kept: bool) -> None:
+    def add(self, text: str, style: Mapping[str, str], keep_space: bool) -> None:
         """Add a text; white space is kept, or collapsed with that before it."""
         for letter in text:
             space = letter in " \n\t\r"
-            if space and not kept and (not self.letters or self.letters[-1] == " "):
+            if space and not keep_space and (not self.letters or self.letters[-1] == " "):
                 continue
             self.letters.append(" " if space else letter)
-            self.said.append(said)
+            self.styles.append(style)
             self.places.append({})
-            self._kept.append(kept)
+            self._keep_space.append(keep_space)
 
-    def place(self, begin: int, said: Mapping[str, str]) -> None:
+    def place(self, begin: int, declared: Mapping[str, str]) -> None:
         """Assign the positions that an element lists to letters from `begin` on; those of inner elements are kept."""
         end = self.count
         for name in (*_MOVES, "rotate"):
-            values = re.split(r"[\s,]+", said[name].strip()) if name in said else []
+            values = re.split(r"[\s,]+", declared[name].strip()) if name in declared else []
             if name == "rotate" and values:
                 values += values[-1:] * (end - begin - len(values))
-            for own, value in zip(self.places[begin:end], values):
-                own.setdefault(name, value)
-        if "textLength" in said:
-            self.lengths[begin] = said
+            for positions, value in zip(self.places[begin:end], values):
+                positions.setdefault(name, value)
+        if "textLength" in declared:
+            self.lengths[begin] = declared
 
     def runs(self) -> list[Run]:
         """Return runs of consecutive letters without separate positions and with the same properties."""
         end = self.count
-        while end and self.letters[end - 1] == " " and not self._kept[end - 1]:
+        while end and self.letters[end - 1] == " " and not self._keep_space[end - 1]:
             end -= 1
-        found: list[tuple[str, dict[str, str], Mapping[str, str]]] = []
-        for letter, said, place in zip(self.letters[:end], self.said, self.places):
+        merged: list[tuple[str, dict[str, str], Mapping[str, str]]] = []
+        for letter, style, place in zip(self.letters[:end], self.styles, self.places):
             turn = place.get("rotate", "0")
-            alike = found and found[-1][2] is said and found[-1][1].get("rotate", "0") == turn
+            alike = merged and merged[-1][2] is style and merged[-1][1].get("rotate", "0") == turn
             if alike and not set(_MOVES) & set(place):
-                found[-1] = found[-1][0] + letter, *found[-1][1:]
+                merged[-1] = merged[-1][0] + letter, *merged[-1][1:]
             else:
-                found.append((letter, place, said))
-        return [(text, {**said, **place}) for text, place, said in found]
+                merged.append((letter, place, style))
+        return [(text, {**style, **place}) for text, place, style in merged]
 
 
 @dataclass(frozen=True, eq=False)
@@ -421,8 +431,8 @@ class Piece:
         font, size: their font and its size.
         x, y: position of the first one; on a path, offset along it and across it.
         spacing, stretch: extra spacing and horizontal stretch.
-        along: the path that they follow, if any.
-        turn: rotation of each letter in degrees.
+        track: the path that they follow, if any.
+        rotation: rotation of each letter in degrees.
         paint: the values of all of PAINT.
     """
 
@@ -433,20 +443,22 @@ class Piece:
     y: float
     spacing: Spacing
     stretch: float
-    along: "_Track | None"
-    turn: float
+    track: "_Track | None"
+    rotation: float
     paint: tuple[str, ...]
 
     def draw(self, shift: float) -> str:
         """Return the path data, moved to the left by `shift`."""
-        linear = affine.rotation(self.turn) @ Affine.matrix(self.size * self.stretch, 0, 0, self.size, 0, 0)
+        linear = affine.rotation(self.rotation) @ Affine.matrix(
+            self.size * self.stretch, 0, 0, self.size, 0, 0
+        )
 
         def place(begin: float, advance: float) -> Affine | None:
-            at = self.x - shift + self.size * self.stretch * begin
-            if self.along is None:
-                return affine.translation(at, self.y) @ linear
+            offset = self.x - shift + self.size * self.stretch * begin
+            if self.track is None:
+                return affine.translation(offset, self.y) @ linear
             half = self.size * self.stretch * advance / 2
-            middle = self.along.at(at + half)
+            middle = self.track.at(offset + half)
             return middle and middle @ affine.translation(-half, self.y) @ linear
 
         return self.font.draw(self.text, place, self.spacing)
@@ -468,8 +480,8 @@ class _Track:
                 raise _NotPlainError
             z = np.append(runs[0].z, runs[0].z[:1]) if runs[0].closed else runs[0].z
             self.curve = Curve(z, closed=False)
-            whole = self.curve.length
-            self.start = length(offset, (whole, whole), "x", "startOffset")
+            total = self.curve.length
+            self.start = length(offset, (total, total), "x", "startOffset")
         except InputError:
             raise _NotPlainError from None
 
@@ -478,8 +490,8 @@ class _Track:
         s = self.start + distance
         if not 0 <= s <= self.curve.length:
             return None
-        near = 1e-4 * self.curve.length
-        ends = self.curve.at(np.clip(np.array([s - near, s, s + near]), 0, self.curve.length))
+        step = 1e-4 * self.curve.length
+        ends = self.curve.at(np.clip(np.array([s - step, s, s + step]), 0, self.curve.length))
         tangent = complex(ends[2] - ends[0])
         return Affine(tangent / abs(tangent), 0, complex(ends[1])) if tangent else None
 
@@ -507,8 +519,8 @@ def _place(text: str, axis: str) -> float:
         raise _NotPlainError from None
 
 
-def _spacing(said: Mapping[str, str], name: str) -> float:
-    text = said.get(name, "normal").strip()
+def _spacing(style: Mapping[str, str], name: str) -> float:
+    text = style.get(name, "normal").strip()
     return 0.0 if text == "normal" else _place(text, "x")
 
 

@@ -52,18 +52,18 @@ def painted_areas(
     if not strokes:
         ink = _thinned(fills, _longer_side(fills))
         return ink, with_lines_filled(ink)
-    every = unite([area for _, area in strokes])
-    both = unite([fills, every])
-    extent = _longer_side(both)
-    widths = [width_of(drawn) * math.sqrt(abs(drawn.affine.determinant)) for drawn, _ in strokes]
+    stroke_area = unite([area for _, area in strokes])
+    painted_area = unite([fills, stroke_area])
+    extent = _longer_side(painted_area)
+    widths = [width_of(node) * math.sqrt(abs(node.affine.determinant)) for node, _ in strokes]
     lines = max(widths) <= LINE_WIDTH_SHARE * extent
-    closed = fill_holes(_without_gaps(every, shapes, extent)) if lines else every
-    enclosed = fill_holes(unite([both, closed]))
+    closed = fill_holes(_without_gaps(stroke_area, shapes, extent)) if lines else stroke_area
+    enclosed = fill_holes(unite([painted_area, closed]))
     if lines and fills.area < DRAWN_AREA_SHARE * enclosed.area:
-        whole = unite([with_lines_filled(fills), closed]) if has_body(enclosed) else both
-        return _thinned(both, extent), _thinned(whole, extent)
+        filled_area = unite([with_lines_filled(fills), closed]) if has_body(enclosed) else painted_area
+        return _thinned(painted_area, extent), _thinned(filled_area, extent)
     visible = [area for (_, area), width in zip(strokes, widths) if width >= VISIBLE_WIDTH_SHARE * extent]
-    ink = _thinned(both if len(visible) == len(strokes) else unite([fills, *visible]), extent)
+    ink = _thinned(painted_area if len(visible) == len(strokes) else unite([fills, *visible]), extent)
     return ink, with_lines_filled(ink)
 
 

@@ -89,9 +89,9 @@ def _commands(d: str, *, keep: bool) -> Iterator[tuple[str, list[float]]]:
         previous = match[0]
         stretch = _STRETCH[previous].match(d, match.end()) if previous in _STRETCH and tidy else None
         if stretch and not _NUMBER.match(d, stretch.end()):
-            found = list(map(float, _BARE.findall(d, match.end(), stretch.end())))
-            if all(abs(x) <= limits.SVG_NUMBER for x in found):
-                yield previous, found
+            values = list(map(float, _BARE.findall(d, match.end(), stretch.end())))
+            if all(abs(x) <= limits.SVG_NUMBER for x in values):
+                yield previous, values
                 position = _skip(d, stretch.end())
                 continue
         tidy = tidy and not stretch  # errors are located command by command
@@ -106,25 +106,25 @@ def _commands(d: str, *, keep: bool) -> Iterator[tuple[str, list[float]]]:
 def _arguments(d: str, position: int, command: str) -> tuple[list[float], int, str]:
     """Return the complete arguments of a command, the position where they end, and the error if any."""
     count, start = _COUNTS[command.upper()], position
-    found: list[float] = []
+    arguments: list[float] = []
     fault = ""
     while True:
-        flag = command in "Aa" and len(found) % 7 in (3, 4)
+        flag = command in "Aa" and len(arguments) % 7 in (3, 4)
         match = (_FLAG if flag else _NUMBER).match(d, position) if count else None
         if not match:
             break
         if not abs(float(match[1])) <= limits.SVG_NUMBER:
             fault = f"d: character {position + 1}: the number is too large"
             break
-        found.append(float(match[1]))
+        arguments.append(float(match[1]))
         position = match.end()
     position = _skip(d, position)
-    if count and not fault and (not found or len(found) % count):
+    if count and not fault and (not arguments or len(arguments) % count):
         fault = (
             f"d: character {position + 1}: command {command} (character {start}) takes {count} numbers at "
-            f"a time, but {len(found)} are given before {d[position : position + 12] or 'the end'!r}"
+            f"a time, but {len(arguments)} are given before {d[position : position + 12] or 'the end'!r}"
         )
-    return found[: len(found) // count * count] if count else found, position, fault
+    return arguments[: len(arguments) // count * count] if count else arguments, position, fault
 
 
 def _skip(d: str, position: int) -> int:
@@ -142,14 +142,14 @@ def numbers(text: str, faults: list[str] | None = None) -> list[float]:
         InputError: the first error, if `faults` is None.
     """
     position = _LIST.match(text).end()  # type: ignore[union-attr]
-    found = list(map(float, _BARE.findall(text, 0, position)))
-    large = next((k for k, x in enumerate(found) if not abs(x) <= limits.SVG_NUMBER), None)
+    values = list(map(float, _BARE.findall(text, 0, position)))
+    large = next((k for k, x in enumerate(values) if not abs(x) <= limits.SVG_NUMBER), None)
     if text[position:].strip() or large is not None:
         fault = f"character {position + 1}: {text[position:].strip()[:12]!r} is not a number in range"
         if faults is None:
             raise InputError(fault)
         faults.append(f"points: {fault}")
-    return found[:large]
+    return values[:large]
 
 
 @dataclass(eq=False)
@@ -183,7 +183,7 @@ def runs(
     """
     budget = budget or Budget()
     budget.segments.check(least(d))
-    found: list[PenPath] = []
+    pens: list[PenPath] = []
     pen = _Pen()
     for command, values in commands(d, faults):
         kind, count = command.upper(), _COUNTS[command.upper()]
@@ -191,13 +191,13 @@ def runs(
         budget.runs.spend(kind == "M")
         if kind == "Z":
             if pen.down:
-                found[-1].closed = True
+                pens[-1].closed = True
             pen = _Pen(pen.start, pen.start)
         if joined and kind == "L" and len(values) > LINES_PER_PIECE:
             if not pen.down:
                 pen.down = True
-                found.append(PenPath(pen.at))
-            found[-1].pieces.append(pen.stretch(command.islower(), values))  # type: ignore[arg-type]
+                pens.append(PenPath(pen.at))
+            pens[-1].pieces.append(pen.stretch(command.islower(), values))  # type: ignore[arg-type]
             continue
         for k in range(0, len(values), count or 1):
             group = values[k : k + count]
@@ -207,9 +207,9 @@ def runs(
                 continue
             if not pen.down:
                 pen.down = True
-                found.append(PenPath(pen.at))
-            found[-1].pieces.append(pen.draw("L" if kind == "M" else kind, command.islower(), group))
-    return found
+                pens.append(PenPath(pen.at))
+            pens[-1].pieces.append(pen.draw("L" if kind == "M" else kind, command.islower(), group))
+    return pens
 
 
 @dataclass
@@ -240,14 +240,14 @@ class _Pen:
             tail = values[5:] if kind == "A" else values
             points = [origin + complex(x, y) for x, y in zip(tail[::2], tail[1::2])]
         if kind in "ST":  # reflect the control point of the previous curve if it is of the same kind
-            same = self.last in ("CS" if kind == "S" else "QT")
-            points.insert(0, 2 * self.at - self.control if self.last and same else self.at)
-        here, self.at, self.last = self.at, points[-1], kind
+            continues = self.last in ("CS" if kind == "S" else "QT")
+            points.insert(0, 2 * self.at - self.control if self.last and continues else self.at)
+        start, self.at, self.last = self.at, points[-1], kind
         self.control = points[-2] if len(points) > 1 else self.at
         if kind != "A":
-            return bezier([here, *points])
+            return bezier([start, *points])
         rx, ry, turned, large, sweep = values[:5]
-        return arc(here, rx, ry, turned, large, sweep, self.at)
+        return arc(start, rx, ry, turned, large, sweep, self.at)
 
 
 def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = None) -> list[Subpath]:
@@ -284,9 +284,11 @@ def flatten(pens: Sequence[PenPath], affine: Affine, flatness: float, budget: Bu
     z = np.empty(len(pens) + counts.sum(), dtype=np.complex128)
     ends = 1 + run_of + np.cumsum(counts)  # of each piece in z, where each run also has its start
     for group in groups:
-        own = counts[group.number]
-        first = np.cumsum(own) - own
-        z[np.repeat(ends[group.number] - own - first, own) + np.arange(own.sum())] = group.points(own)
+        own_counts = counts[group.number]
+        first = np.cumsum(own_counts) - own_counts
+        z[np.repeat(ends[group.number] - own_counts - first, own_counts) + np.arange(own_counts.sum())] = (
+            group.points(own_counts)
+        )
     sizes = 1 + np.bincount(run_of, counts, len(pens)).astype(np.int64)
     last = np.cumsum(sizes)
     z[last - sizes] = starts

@@ -86,30 +86,28 @@ def read(
             rules = f"{count} style rule{'s' * (count > 1)}"
             drawing.notes.append(f"{rules} ignored: a malformed selector, or a pseudo-class such as :hover")
         _check_size(shapes, max_segments)
-        detail.flatten_ahead([drawn for drawn in shapes if _may_be_outline(drawn, chosen)])
-        for drawn in shapes:
-            with naming(drawn.name):
+        detail.flatten_ahead([node for node in shapes if _may_be_outline(node, chosen)])
+        for node in shapes:
+            with naming(node.name):
                 deadline.check("reading it")
-                if not (_constraint(drawn, drawing, detail) or _rigid(drawn, chosen, drawing, detail)):
-                    shown.append(drawn)
-                    if nothing := _candidate(drawn, chosen, drawing, detail):
-                        without_area[drawn] = nothing
-        for drawn in document.pictures:
-            with naming(drawn.name):
-                _picture(drawn, chosen, drawing, detail)
+                if not (_constraint(node, drawing, detail) or _rigid(node, chosen, drawing, detail)):
+                    shown.append(node)
+                    if nothing := _candidate(node, chosen, drawing, detail):
+                        without_area[node] = nothing
+        for node in document.pictures:
+            with naming(node.name):
+                _picture(node, chosen, drawing, detail)
         if chosen is None:
-            lines = [
-                drawn for drawn in shown if drawn.stroked and (not drawn.filled or drawn in without_area)
-            ]
+            lines = [node for node in shown if node.stroked and (not node.filled or node in without_area)]
             _closed_lines(drawing, lines, detail)
             places = [
-                polygon_of(each.z, *each.holes)
-                for each in drawing.outlines
-                if each.name.startswith("<image>")
+                polygon_of(outline.z, *outline.holes)
+                for outline in drawing.outlines
+                if outline.name.startswith("<image>")
             ]
             paint = partial(_paint, drawing, shown, places, detail)
-            drawing = replace(drawing, paint=paint, has_lines=any(drawn.stroked for drawn in shown))
-            if len(document.pictures) == 1 and not any(drawn.visible for drawn in shown):
+            drawing = replace(drawing, paint=paint, has_lines=any(node.stroked for node in shown))
+            if len(document.pictures) == 1 and not any(node.visible for node in shown):
                 drawing = replace(drawing, wrapped=_wrapped(document.pictures[0]))
         drawing = replace(drawing, coloured=_has_colours(shown, document))
         if count := len(document.unset_texts):
@@ -117,9 +115,7 @@ def read(
                 f"ignored {count} text{'s' * (count > 1)} with missing fonts or an unsupported layout; convert text to "
                 "paths in your drawing program"
             )
-        drawing.notes.extend(
-            f"{drawn.name}: drawn up to {drawn.faults[0]}" for drawn in shapes if drawn.faults
-        )
+        drawing.notes.extend(f"{node.name}: drawn up to {node.faults[0]}" for node in shapes if node.faults)
         _special(drawing, document, shown, chosen, detail)
         if not drawing.outlines:
             drawing.refused.extend(without_area.values())
@@ -139,7 +135,7 @@ class Detail:
         self.flatness, self.budget = flatness, budget
         self.clips = Clips(self.runs)
         self.fills = Fills()
-        self._known: dict[Node, list[Subpath]] = {}
+        self._runs: dict[Node, list[Subpath]] = {}
         self._rings: dict[Node, list[Complex]] = {}
 
     def flatten_ahead(self, shapes: Sequence[Node]) -> None:
@@ -154,36 +150,38 @@ class Detail:
         flattened: dict[Node, list[Subpath]] = {}
         rings: dict[Node, list[Complex]] = {}
         try:
-            for drawn in shapes:
+            for node in shapes:
                 deadline.check("reading it")
-                _check_affine(drawn.affine)
-                own = pen_paths(drawn, budget, joined=True)
-                pens.setdefault(drawn.affine, []).append((drawn, own))
+                _check_affine(node.affine)
+                node_pens = pen_paths(node, budget, joined=True)
+                pens.setdefault(node.affine, []).append((node, node_pens))
             for affine, group in pens.items():
-                every = flatten([pen for _, own in group for pen in own], affine, self.flatness, budget)
-                every = _bounded(every, self.flatness)
-                every_ring = distinct_each([run.z for run in every])
+                flattened_runs = flatten(
+                    [pen for _, node_pens in group for pen in node_pens], affine, self.flatness, budget
+                )
+                flattened_runs = _bounded(flattened_runs, self.flatness)
+                flattened_rings = distinct_each([run.z for run in flattened_runs])
                 last = 0
-                for drawn, own in group:
-                    first, last = last, last + len(own)
-                    flattened[drawn], rings[drawn] = every[first:last], every_ring[first:last]
+                for node, node_pens in group:
+                    first, last = last, last + len(node_pens)
+                    flattened[node], rings[node] = flattened_runs[first:last], flattened_rings[first:last]
         except InputError:
             return
         self.budget = budget
-        self._known.update(flattened)
+        self._runs.update(flattened)
         self._rings.update(rings)
 
-    def runs(self, drawn: Node) -> list[Subpath]:
+    def runs(self, node: Node) -> list[Subpath]:
         """Return the flattened subpaths of a shape, see `runs_of`; cached."""
-        if drawn not in self._known:
-            self._known[drawn] = runs_of(drawn, self.flatness, self.budget)
-        return self._known[drawn]
+        if node not in self._runs:
+            self._runs[node] = runs_of(node, self.flatness, self.budget)
+        return self._runs[node]
 
-    def rings(self, drawn: Node) -> list[Complex]:
+    def rings(self, node: Node) -> list[Complex]:
         """Return the distinct points of each subpath of a shape."""
-        if drawn not in self._rings:
-            return distinct_each([run.z for run in self.runs(drawn)])
-        return self._rings[drawn]
+        if node not in self._rings:
+            return distinct_each([run.z for run in self.runs(node)])
+        return self._rings[node]
 
 
 def _check_size(shapes: list[Node], max_segments: int) -> None:
@@ -192,13 +190,13 @@ def _check_size(shapes: list[Node], max_segments: int) -> None:
     Raises:
         InputError: the shapes have more segments than allowed.
     """
-    budget, known = Budget(max_segments), dict[str, int]()
-    for drawn in shapes:
-        text = drawn.properties.get({"path": "d"}.get(drawn.tag, "points"), "")
-        if text not in known:
-            known[text] = least(text)
+    budget, segments = Budget(max_segments), dict[str, int]()
+    for node in shapes:
+        text = node.properties.get({"path": "d"}.get(node.tag, "points"), "")
+        if text not in segments:
+            segments[text] = least(text)
         budget.runs.spend(text.count("M") + text.count("m"))
-        budget.segments.spend(known[text])
+        budget.segments.spend(segments[text])
 
 
 def _special(
@@ -207,8 +205,8 @@ def _special(
     """Add outlines that do not belong to a single element: the drawing's silhouette, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
         drawing.ids[chosen] = None
-        which = f"<{document.tags[chosen]}> {chosen!r}"
-        reason = f"{which} draws no outline; show it if it is hidden, convert text to paths"
+        element = f"<{document.tags[chosen]}> {chosen!r}"
+        reason = f"{element} draws no outline; show it if it is hidden, convert text to paths"
         drawing.refused.append((0.0, InputError(reason)))
     elif chosen == CANVAS and chosen not in drawing.ids and drawing.rectangle:
         drawing.ids[chosen] = None
@@ -219,77 +217,77 @@ def _special(
         chosen or drawing.outlines or drawing.refused
     ):
         drawing.ids.update({SILHOUETTE: None} if chosen else {})
-        seen = [drawn for drawn in shown if drawn.visible]
-        what = "the silhouette" if chosen else "the silhouette of its strokes"
-        drawing.notes.extend(_not_seen(seen))
-        shapes = ((d, detail.runs(d)) for d in seen)
-        drawing.outlines.extend(silhouette(shapes, what, detail.clips.cut))
+        visible = [node for node in shown if node.visible]
+        label = "the silhouette" if chosen else "the silhouette of its strokes"
+        drawing.notes.extend(_ignored_properties(visible))
+        shapes = ((d, detail.runs(d)) for d in visible)
+        drawing.outlines.extend(silhouette(shapes, label, detail.clips.cut))
 
 
-def _not_seen(shapes: list[Node]) -> list[str]:
+def _ignored_properties(shapes: list[Node]) -> list[str]:
     """Return notes on properties that a silhouette ignores."""
-    counts = Counter(name for drawn in shapes for name in _unknown(drawn))
-    counts["dashes"] = sum(drawn.dashed for drawn in shapes)
+    counts = Counter(name for node in shapes for name in _unsupported_clips(node))
+    counts["dashes"] = sum(node.dashed for node in shapes)
     return [f"{name} of {count} shape{'s' * (count > 1)} ignored" for name, count in counts.items() if count]
 
 
-def _unknown(drawn: Node) -> list[str]:
+def _unsupported_clips(node: Node) -> list[str]:
     """Return the kinds of a shape's clip paths and masks that are not supported."""
-    return list(dict.fromkeys(clip.name for clip in drawn.clips if clip.properties is None))
+    return list(dict.fromkeys(clip.name for clip in node.clips if clip.properties is None))
 
 
-def _may_be_outline(drawn: Node, chosen: str | None) -> bool:
+def _may_be_outline(node: Node, chosen: str | None) -> bool:
     """Return whether outlines are sought in a shape: in all that are filled, or in those of the chosen name."""
-    if any(name.startswith((PIN, STROKE)) for name in drawn.names):
+    if any(name.startswith((PIN, STROKE)) for name in node.names):
         return False
-    return drawn.filled if chosen is None else chosen in (*drawn.groups, *drawn.names)
+    return node.filled if chosen is None else chosen in (*node.groups, *node.names)
 
 
-def _candidate(drawn: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> Refused | None:
+def _candidate(node: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> Refused | None:
     """Add a shape's outlines to the drawing, or the reason why it has none.
 
     If its fill encloses no area, and it is not chosen, the reason is returned instead, since other shapes may have
     outlines.
     """
-    names = (*drawn.groups, *drawn.names)
+    names = (*node.groups, *node.names)
     drawing.ids.update(dict.fromkeys(names))
-    if (chosen is None and not drawn.filled) or (chosen is not None and chosen not in names):
+    if (chosen is None and not node.filled) or (chosen is not None and chosen not in names):
         return None
-    runs = detail.runs(drawn)
+    runs = detail.runs(node)
     rings: list[Complex] = []
-    notes = [f"{drawn.name}: its {name} is ignored" for name in _unknown(drawn)]
+    notes = [f"{node.name}: its {name} is ignored" for name in _unsupported_clips(node)]
     notes += [
-        f"{drawn.name}: simplified from {run.before} to {run.z.size} points, within "
+        f"{node.name}: simplified from {run.before} to {run.z.size} points, within "
         f"{THINNED_TOLERANCE_SHARE * detail.flatness:g} of its size"
         for run in runs
         if run.before
     ]
-    for run, ring in zip(runs, detail.rings(drawn)):
+    for run, ring in zip(runs, detail.rings(node)):
         try:
-            rings.append(_ring(run, ring, drawn, notes))
+            rings.append(_ring(run, ring, node, notes))
         except InputError as error:
             drawing.refused.append((float(np.ptp(run.z.real) * np.ptp(run.z.imag)), error))
     if runs and not rings:
         return None
-    if drawn.faults and not rings:
-        drawing.refused.append((0.0, InputError(f"{drawn.name}: {drawn.faults[0]}")))
+    if node.faults and not rings:
+        drawing.refused.append((0.0, InputError(f"{node.name}: {node.faults[0]}")))
         return None
-    rule = drawn.properties.get("fill-rule", "nonzero").strip()
+    rule = node.properties.get("fill-rule", "nonzero").strip()
     try:
-        found, refused = outlines(rings, rule, drawn.name, tuple(notes), paint=detail.fills.painted)
+        shape_outlines, refused = outlines(rings, rule, node.name, tuple(notes), paint=detail.fills.painted)
     except TooMuch as error:
-        found, refused = [], [_too_much(runs, drawn, error)]
+        shape_outlines, refused = [], [_too_much(runs, node, error)]
     except InputError as error:
-        reason = InputError(f"{drawn.name}: {drawn.faults[0]}") if drawn.faults else error
+        reason = InputError(f"{node.name}: {node.faults[0]}") if node.faults else error
         if chosen is None:
             return 0.0, reason
-        found, refused = [], [(0.0, reason)]
+        shape_outlines, refused = [], [(0.0, reason)]
     try:
-        found = _shown(found, drawn, detail)
+        shape_outlines = _clipped(shape_outlines, node, detail)
     except TooMuch as error:
-        found, refused = [], [_too_much(runs, drawn, error)]
+        shape_outlines, refused = [], [_too_much(runs, node, error)]
     number = len(drawing.outlines)
-    drawing.outlines.extend(replace(outline, names=names, element=number) for outline in found)
+    drawing.outlines.extend(replace(outline, names=names, element=number) for outline in shape_outlines)
     drawing.refused.extend(refused)
     return None
 
@@ -303,44 +301,46 @@ def _has_colours(shown: list[Node], document: tree.Document) -> bool:
     if document.pictures or any(local(element) == "text" for element in document.top.iter()):
         return True
     paints = set[tuple[str, str, str]]()
-    for drawn in shown:
-        for kind, default, painted in (("fill", "black", drawn.filled), ("stroke", "none", drawn.stroked)):
-            paint = drawn.properties.get(kind, default).strip()
+    for node in shown:
+        for kind, default, painted in (("fill", "black", node.filled), ("stroke", "none", node.stroked)):
+            paint = node.properties.get(kind, default).strip()
             if painted and (paint.startswith("url(") or "gradient" in paint):
                 return True
             if painted:
-                opacity = drawn.properties.get(f"{kind}-opacity", "1").strip()
-                paints.add((str(parse_color(paint) or paint), opacity, drawn.own.get("opacity", "1").strip()))
+                opacity = node.properties.get(f"{kind}-opacity", "1").strip()
+                paints.add(
+                    (str(parse_color(paint) or paint), opacity, node.declared.get("opacity", "1").strip())
+                )
     return len(paints) > 1
 
 
-def _picture(drawn: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> None:
+def _picture(node: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> None:
     """Add the rectangle of an embedded picture to the outlines of the drawing."""
-    names = (*drawn.groups, *drawn.names)
+    names = (*node.groups, *node.names)
     drawing.ids.update(dict.fromkeys(names))
     if chosen is not None and chosen not in names:
         return
     sides = (
-        drawn.length(name, axis) for name, axis in (("x", "x"), ("y", "y"), ("width", "x"), ("height", "y"))
+        node.length(name, axis) for name, axis in (("x", "x"), ("y", "y"), ("width", "x"), ("height", "y"))
     )
     x, y, width, height = sides
-    corners = drawn.affine(complex(x, y) + np.array([0, width, width + 1j * height, 1j * height]))
+    corners = node.affine(complex(x, y) + np.array([0, width, width + 1j * height, 1j * height]))
     area = float(shapely.area(polygon_of(corners)))
     if area > 0:
-        place = FilledOutline(drawn.name, corners, area)
-        drawing.outlines.extend(replace(each, names=names) for each in _shown([place], drawn, detail))
+        place = FilledOutline(node.name, corners, area)
+        drawing.outlines.extend(replace(outline, names=names) for outline in _clipped([place], node, detail))
 
 
-def _wrapped(drawn: Node) -> WrappedPicture | None:
+def _wrapped(node: Node) -> WrappedPicture | None:
     """Return an embedded picture as the only content of a drawing; None if it is clipped, or its address malformed."""
-    address = next((drawn.element.get(link, "") for link in tree.LINKS if drawn.element.get(link)), "")
+    address = next((node.element.get(link, "") for link in tree.LINKS if node.element.get(link)), "")
     content = content_of(address)
-    if not content or drawn.clips:
+    if not content or node.clips:
         return None
-    x, y = drawn.length("x", "x"), drawn.length("y", "y")
-    place = x, y, drawn.length("width", "x"), drawn.length("height", "y")
-    aspect = drawn.properties.get("preserveAspectRatio", "").strip() or "xMidYMid"
-    return WrappedPicture(content, place, drawn.affine, aspect, drawn.name)
+    x, y = node.length("x", "x"), node.length("y", "y")
+    place = x, y, node.length("width", "x"), node.length("height", "y")
+    aspect = node.properties.get("preserveAspectRatio", "").strip() or "xMidYMid"
+    return WrappedPicture(content, place, node.affine, aspect, node.name)
 
 
 def _closed_lines(drawing: DrawingContent, lines: list[Node], detail: Detail) -> None:
@@ -349,16 +349,16 @@ def _closed_lines(drawing: DrawingContent, lines: list[Node], detail: Detail) ->
     if not largest or not lines:
         return
     try:
-        runs = [(drawn, detail.runs(drawn)) for drawn in lines]
-        points = [run.z for _, own in runs for run in own if run.z.size]
+        runs = [(node, detail.runs(node)) for node in lines]
+        points = [run.z for _, node_runs in runs for run in node_runs if run.z.size]
         low, high = bounding_box(np.concatenate(points)) if points else (0j, 0j)
         if (high - low).real * (high - low).imag <= largest:
             return
-        found = silhouette(runs, "the silhouette of its strokes", detail.clips.cut)
+        line_outlines = silhouette(runs, "the silhouette of its strokes", detail.clips.cut)
     except InputError as error:
         drawing.notes.append(f"lines ignored: {error}")
         return
-    closed = [outline for outline in found if outline.holes]
+    closed = [outline for outline in line_outlines if outline.holes]
     if max((outline.area for outline in closed), default=0.0) > largest:
         drawing.outlines.extend(closed)
 
@@ -368,64 +368,66 @@ def _paint(
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
     """Return the ink and the painted area of a drawing, see `DrawingContent`."""
     try:
-        clear = [_without_faint(drawn) for drawn in shown]
-        seen = [drawn for drawn in clear if drawn.visible] or [drawn for drawn in shown if drawn.visible]
-        shapes = [(drawn, detail.runs(drawn)) for drawn in seen]
+        clear = [_without_faint(node) for node in shown]
+        visible = [node for node in clear if node.visible] or [node for node in shown if node.visible]
+        shapes = [(node, detail.runs(node)) for node in visible]
         return painted_areas(shapes, detail.clips.cut, pictures, detail.fills)
     except TooMuch as error:
         drawing.notes.append(f"its strokes are ignored: {error}")
         return replace(drawing, paint=None)._areas
 
 
-def _without_faint(drawn: Node) -> Node:
+def _without_faint(node: Node) -> Node:
     """Return the shape without a fill or stroke that is hardly visible, such as that of a shadow."""
-    faint = [kind for kind in ("fill", "stroke") if drawn.alpha(kind) < FAINT_OPACITY]
-    return replace(drawn, properties={**drawn.properties, **dict.fromkeys(faint, "none")}) if faint else drawn
+    faint = [kind for kind in ("fill", "stroke") if node.alpha(kind) < FAINT_OPACITY]
+    return replace(node, properties={**node.properties, **dict.fromkeys(faint, "none")}) if faint else node
 
 
-def _too_much(runs: list[Subpath], drawn: Node, error: TooMuch) -> Refused:
+def _too_much(runs: list[Subpath], node: Node, error: TooMuch) -> Refused:
     size = max(float(np.ptp(run.z.real) * np.ptp(run.z.imag)) for run in runs)
-    return size, InputError(f"{drawn.name}: {error}")
+    return size, InputError(f"{node.name}: {error}")
 
 
-def _shown(found: list[FilledOutline], drawn: Node, detail: Detail) -> list[FilledOutline]:
+def _clipped(outlines_of_shape: list[FilledOutline], node: Node, detail: Detail) -> list[FilledOutline]:
     """Return the parts of a shape's outlines that clip paths and masks show."""
-    shown: list[FilledOutline] = []
-    for outline in found if drawn.clips else ():
-        whole = polygon_of(outline.z, *outline.holes)
-        left = detail.clips.cut(drawn, whole)
-        shown += [outline] if left is whole else outlines_of(left, outline.name, outline.notes)
-    return shown if drawn.clips else found
+    shown_parts: list[FilledOutline] = []
+    for outline in outlines_of_shape if node.clips else ():
+        region = polygon_of(outline.z, *outline.holes)
+        remaining = detail.clips.cut(node, region)
+        shown_parts += (
+            [outline] if remaining is region else outlines_of(remaining, outline.name, outline.notes)
+        )
+    return shown_parts if node.clips else outlines_of_shape
 
 
-def _ring(run: Subpath, z: Complex, drawn: Node, notes: list[str]) -> Complex:
+def _ring(run: Subpath, z: Complex, node: Node, notes: list[str]) -> Complex:
     """Return the distinct points z of a subpath as a ring.
 
     Raises:
         InputError: The subpath is open, and no fill closes it; or the width of its stroke is malformed.
     """
-    reach = width_of(drawn) * math.sqrt(abs(drawn.affine.determinant))
+    reach = width_of(node) * math.sqrt(abs(node.affine.determinant))
     if run.closed or z.size < 3 or abs(run.z[-1] - run.z[0]) <= max(reach, GAP_SIDE_SHARE * diagonal(z)):
         return z
     ends = " and ".join(f"({p.real:g}, {p.imag:g})" for p in (run.z[0], run.z[-1]))
-    if not drawn.filled:
-        raise InputError(f"{drawn.name}: the outline is open, its ends are {ends}; close the path")
-    notes.append(f"{drawn.name}: closed the open outline between {ends}, as SVG does to fill it")
+    if not node.filled:
+        raise InputError(f"{node.name}: the outline is open, its ends are {ends}; close the path")
+    notes.append(f"{node.name}: closed the open outline between {ends}, as SVG does to fill it")
     return z
 
 
-def _constraint(drawn: Node, drawing: DrawingContent, detail: Detail) -> bool:
+def _constraint(node: Node, drawing: DrawingContent, detail: Detail) -> bool:
     """Add a shape to the drawing if it is a pin or a stroke; return whether it is."""
-    name = next((n for n in reversed(drawn.names) if n.startswith((PIN, STROKE))), None)
+    name = next((n for n in reversed(node.names) if n.startswith((PIN, STROKE))), None)
     if name is None:
         return False
-    known = drawing.pins if name.startswith(PIN) else drawing.strokes
-    if name in known:
+    constraints = drawing.pins if name.startswith(PIN) else drawing.strokes
+    if name in constraints:
         raise InputError(f"a second {name!r}; give pins and strokes different names")
     if name.startswith(PIN):
-        drawing.pins[name], drawing.pin_radii[name] = _circle(drawn)
+        drawing.pins[name], drawing.pin_radii[name] = _circle(node)
         return True
-    runs = detail.runs(drawn)
+    runs = detail.runs(node)
     if len(runs) != 1:
         raise InputError(f"a stroke must be a single line, but this path has {len(runs)} parts")
     z = np.append(runs[0].z, runs[0].z[:1]) if runs[0].closed else runs[0].z
@@ -435,43 +437,43 @@ def _constraint(drawn: Node, drawing: DrawingContent, detail: Detail) -> bool:
     return True
 
 
-def _rigid(drawn: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> bool:
+def _rigid(node: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> bool:
     """Add a shape's outlines as rigid regions if it is in one that is not chosen; return whether it is."""
-    names = (*drawn.groups, *drawn.names)
+    names = (*node.groups, *node.names)
     name = next((n for n in names if n.startswith(RIGID)), None)
     if name is None or chosen in names:
         return False
-    found = DrawingContent([], None, flip=True)
-    _candidate(drawn, name, found, detail)
-    if not found.outlines:
+    region = DrawingContent([], None, flip=True)
+    _candidate(node, name, region, detail)
+    if not region.outlines:
         raise (
-            found.refused[0][1]
-            if found.refused
+            region.refused[0][1]
+            if region.refused
             else InputError("a rigid region must be a closed path; close it")
         )
-    drawing.ids.update(found.ids)
-    drawing.rigid.extend(outline.z for outline in found.outlines)
+    drawing.ids.update(region.ids)
+    drawing.rigid.extend(outline.z for outline in region.outlines)
     return True
 
 
-def _circle(drawn: Node) -> tuple[complex, float]:
+def _circle(node: Node) -> tuple[complex, float]:
     """Return the centre of a pin, and the radius of the circle with the same area."""
-    if drawn.tag not in ("circle", "ellipse"):
+    if node.tag not in ("circle", "ellipse"):
         raise InputError("a pin must be a circle or an ellipse, whose centre counts; draw one")
-    centre = drawn.affine(complex(drawn.length("cx", "x"), drawn.length("cy", "y")))
+    centre = node.affine(complex(node.length("cx", "x"), node.length("cy", "y")))
     sides = ("r", ""), ("r", "")
-    if drawn.tag == "ellipse":
+    if node.tag == "ellipse":
         sides = ("rx", "x"), ("ry", "y")
-    first, second = (drawn.length(name, axis) for name, axis in sides)
-    if drawn.tag == "ellipse":  # a missing radius equals the other
+    first, second = (node.length(name, axis) for name, axis in sides)
+    if node.tag == "ellipse":  # a missing radius equals the other
         first, second = (
-            first if "rx" in drawn.properties else second,
-            second if "ry" in drawn.properties else first,
+            first if "rx" in node.properties else second,
+            second if "ry" in node.properties else first,
         )
-    return centre, math.sqrt(abs(first * second * drawn.affine.determinant))
+    return centre, math.sqrt(abs(first * second * node.affine.determinant))
 
 
-def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[Subpath]:
+def runs_of(node: Node, flatness: float, budget: Budget | None = None) -> list[Subpath]:
     """Return the subpaths of a shape in the root's user units, flattened to `flatness` times each one's diagonal.
 
     Subpaths with very many points are simplified.
@@ -479,10 +481,10 @@ def runs_of(drawn: Node, flatness: float, budget: Budget | None = None) -> list[
     Raises:
         InputError: a malformed attribute, coordinates that are not finite, or the budget is exceeded.
     """
-    _check_affine(drawn.affine)
+    _check_affine(node.affine)
     budget = budget or Budget()
-    pens = pen_paths(drawn, budget, joined=True)
-    return _bounded(flatten(pens, drawn.affine, flatness, budget), flatness)
+    pens = pen_paths(node, budget, joined=True)
+    return _bounded(flatten(pens, node.affine, flatness, budget), flatness)
 
 
 def _check_affine(affine: Affine) -> None:

@@ -28,37 +28,37 @@ LARGEST_FILLS = 16  # fills that are tested for covering others, which bounds th
 Seen = tuple[Node, list[Subpath]]
 
 
-def width_of(drawn: Node) -> float:
+def width_of(node: Node) -> float:
     """Return the width of a shape's stroke in its own units; 0 where it has none.
 
     Raises:
         InputError: the width is malformed or negative.
     """
-    if not drawn.stroked:
+    if not node.stroked:
         return 0.0
-    width = drawn.length("stroke-width", "r", 1.0)
+    width = node.length("stroke-width", "r", 1.0)
     if not 0 <= width <= limits.SVG_NUMBER:
         raise InputError(f"stroke-width is {width:g}; it must not be negative")
     return width
 
 
-def painted_by_stroke(drawn: Node, runs: Iterable[Subpath]) -> shapely.Geometry:
+def painted_by_stroke(node: Node, runs: Iterable[Subpath]) -> shapely.Geometry:
     """Return the area that a shape's stroke paints, given its subpaths in the root's units."""
-    width = width_of(drawn)
-    affine = drawn.affine
+    width = width_of(node)
+    affine = node.affine
     if not width or not affine.determinant:
         return shapely.Polygon()
-    own = affine.inverse
+    to_own = affine.inverse
     style = {
         "quad_segs": ROUND_SEGMENTS,
-        "cap_style": CAPS.get(drawn.properties.get("stroke-linecap", ""), "flat"),
-        "join_style": JOINS.get(drawn.properties.get("stroke-linejoin", ""), "mitre"),
+        "cap_style": CAPS.get(node.properties.get("stroke-linecap", ""), "flat"),
+        "join_style": JOINS.get(node.properties.get("stroke-linejoin", ""), "mitre"),
         "mitre_limit": MITRE_LIMIT,
     }
     runs = [run for run in runs if run.z.size > 1]
     for run in runs:
-        crossings.check([own(np.append(run.z, run.z[:1]) if run.closed else run.z)], reach=width)
-    lines = [_line(own(run.z), run.closed) for run in runs]
+        crossings.check([to_own(np.append(run.z, run.z[:1]) if run.closed else run.z)], reach=width)
+    lines = [_line(to_own(run.z), run.closed) for run in runs]
     areas = [shapely.buffer(line, width / 2, **style) for line in lines]
     return affine_transform(unite(areas), _matrix(affine))
 
@@ -93,18 +93,18 @@ def areas(
         InputError: a malformed width, or lines that cross too often.
     """
     filled = filled or Fills()
-    seen = shapes if isinstance(shapes, list) else list(_bearable(shapes, filled))
-    base, rest = _base(seen, filled)
+    checked = shapes if isinstance(shapes, list) else list(_bearable(shapes, filled))
+    base, uncovered = _base(checked, filled)
     fills = [base]
-    for drawn, runs in rest:
-        fills += [cut(drawn, part) for part in filled.of(drawn, runs)]
-    stroked = [(drawn, runs) for drawn, runs in seen if drawn.stroked]
+    for node, runs in uncovered:
+        fills += [cut(node, part) for part in filled.of(node, runs)]
+    stroked = [(node, runs) for node, runs in checked if node.stroked]
     strokes = [
-        (drawn, cut(drawn, painted_by_stroke(drawn, runs)))
-        for drawn, runs in _uncovered(base, stroked, _boxes(stroked))
+        (node, cut(node, painted_by_stroke(node, runs)))
+        for node, runs in _uncovered(base, stroked, _boxes(stroked))
     ]
     # The boundaries of one region do not cross. Those of whole fills consist of lines that `_base` has checked.
-    if strokes or any(drawn.clips for drawn, _ in rest):
+    if strokes or any(node.clips for node, _ in uncovered):
         crossings.check(
             [ring for area in (*fills, *(area for _, area in strokes)) for ring in rings_of(area)]
         )
@@ -115,19 +115,19 @@ class Fills:
     """Cache of the areas that fills paint, by their rings."""
 
     def __init__(self) -> None:
-        self._known: dict[tuple[str, tuple[bytes, ...]], list[shapely.Polygon]] = {}
+        self._cache: dict[tuple[str, tuple[bytes, ...]], list[shapely.Polygon]] = {}
 
-    def of(self, drawn: Node, runs: Sequence[Subpath]) -> list[shapely.Polygon]:
+    def of(self, node: Node, runs: Sequence[Subpath]) -> list[shapely.Polygon]:
         """Return the polygons that the fill of one shape paints."""
         rings = [ring for ring in distinct_each([run.z for run in runs]) if ring.size > 2]
-        return self.painted(rings, drawn.properties.get("fill-rule", "nonzero").strip())
+        return self.painted(rings, node.properties.get("fill-rule", "nonzero").strip())
 
     def painted(self, rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
         """Return the polygons painted by filling rings by a rule, see `fill.painted`."""
         key = rule, tuple(ring.tobytes() for ring in rings)
-        if key not in self._known:
-            self._known[key] = painted(rings, rule)
-        return self._known[key]
+        if key not in self._cache:
+            self._cache[key] = painted(rings, rule)
+        return self._cache[key]
 
 
 def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
@@ -138,18 +138,18 @@ def _bearable(shapes: Iterable[Seen], filled: Fills) -> Iterator[Seen]:
     Raises:
         InputError: lines cross too often, and are not all covered.
     """
-    seen: list[Seen] = []
+    previous: list[Seen] = []
     count, look = 0, FIRST_LOOK_SUBPATHS
-    for drawn, runs in shapes:
+    for node, runs in shapes:
         if count >= look:  # more shapes follow; the caller makes the final check
-            _base(seen, filled)
+            _base(previous, filled)
             look = MORE_FACTOR * count
-        seen.append((drawn, runs))
-        count += len(runs) if drawn.filled else 0
-        yield drawn, runs
+        previous.append((node, runs))
+        count += len(runs) if node.filled else 0
+        yield node, runs
 
 
-def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[Seen]]:
+def _base(candidates: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[Seen]]:
     """Return the union of the LARGEST_FILLS largest fills, and the other filled shapes that it does not cover.
 
     Covered shapes do not affect the silhouette, however often their lines cross.
@@ -157,10 +157,10 @@ def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[S
     Raises:
         InputError: lines of the other shapes cross too often.
     """
-    shapes = [(drawn, runs) for drawn, runs in seen if drawn.filled and runs]
+    shapes = [(node, runs) for node, runs in candidates if node.filled and runs]
     boxes = _boxes(shapes)
     order = np.argsort(-shapely.area(boxes), kind="stable").tolist()
-    base, taken = shapely.Polygon(), set[int]()
+    base, united = shapely.Polygon(), set[int]()
     for k in [k for k in order if not shapes[k][0].clips][:LARGEST_FILLS]:
         try:
             if not base.is_empty:  # one shape's own crossings are counted when it is painted
@@ -168,19 +168,19 @@ def _base(seen: Sequence[Seen], filled: Fills) -> tuple[shapely.Geometry, list[S
             base = unite([base, *filled.of(*shapes[k])])
         except crossings.TooMuch:
             continue
-        taken.add(k)
-    others = [k for k in order if k not in taken]
-    rest = _uncovered(base, [shapes[k] for k in others], boxes[others])
-    if rest:
-        crossings.check([*_closed(rest), *rings_of(base)])
-    return base, rest
+        united.add(k)
+    remaining = [k for k in order if k not in united]
+    uncovered = _uncovered(base, [shapes[k] for k in remaining], boxes[remaining])
+    if uncovered:
+        crossings.check([*_closed(uncovered), *rings_of(base)])
+    return base, uncovered
 
 
 def _uncovered(base: shapely.Geometry, shapes: Sequence[Seen], boxes: np.ndarray) -> list[Seen]:
     """Return the shapes whose bounding boxes an area does not cover."""
     shapely.prepare(base)
     hidden = shapely.covers(base, boxes)
-    return [each for each, covered in zip(shapes, hidden) if not covered]
+    return [shape for shape, covered in zip(shapes, hidden) if not covered]
 
 
 def _closed(shapes: Iterable[Seen]) -> list[Complex]:
@@ -189,24 +189,24 @@ def _closed(shapes: Iterable[Seen]) -> list[Complex]:
 
 def _boxes(shapes: Sequence[Seen]) -> np.ndarray:
     """Return for each shape a box that contains everything that it paints; empty if it has no points."""
-    found = np.full(len(shapes), shapely.Polygon(), dtype=object)
+    boxes = np.full(len(shapes), shapely.Polygon(), dtype=object)
     sizes = np.array([sum(run.z.size for run in runs) for _, runs in shapes], dtype=np.intp)
     some = np.flatnonzero(sizes)
     if not some.size:
-        return found
+        return boxes
     z = np.concatenate([run.z for _, runs in shapes for run in runs])
     starts = (np.cumsum(sizes) - sizes)[some]
     reach = np.array([_reach(shapes[k][0]) for k in some.tolist()])
     low_x, low_y = (np.minimum.reduceat(axis, starts) - reach for axis in (z.real, z.imag))
     high_x, high_y = (np.maximum.reduceat(axis, starts) + reach for axis in (z.real, z.imag))
-    found[some] = shapely.box(low_x, low_y, high_x, high_y)
-    return found
+    boxes[some] = shapely.box(low_x, low_y, high_x, high_y)
+    return boxes
 
 
-def _reach(drawn: Node) -> float:
+def _reach(node: Node) -> float:
     """Return the largest distance from a shape's lines up to which its stroke may paint."""
-    affine = drawn.affine
-    return MITRE_LIMIT * width_of(drawn) / 2 * (abs(affine.alpha) + abs(affine.beta))
+    affine = node.affine
+    return MITRE_LIMIT * width_of(node) / 2 * (abs(affine.alpha) + abs(affine.beta))
 
 
 def _line(z: np.ndarray, closed: bool) -> shapely.Geometry:

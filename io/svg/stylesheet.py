@@ -54,8 +54,8 @@ class Stylesheet:
             "plain SVG with styles in attributes",
         )
         self._simple, self._contextual = _Matcher(self._tests), _Matcher(self._tests)
-        self._known: dict[tuple[str, str | None, str | None], tuple[list[Any], css.Style]] = {}
-        named: set[str] = set()
+        self._styles: dict[tuple[str, str | None, str | None], tuple[list[Any], css.Style]] = {}
+        attribute_names: set[str] = set()
         for order, (tokens, style) in enumerate(_rules(text)):
             if order >= limits.SELECTORS:
                 raise InputError(f"its style sheet has more than {limits.SELECTORS} selectors; simplify it")
@@ -67,10 +67,10 @@ class Stylesheet:
             matcher.order = order  # the order is common to both matchers
             matcher.cost = max(matcher.cost, 1 + len(css.written(tokens)) // COSTLY)
             matcher.add_selector(selector, style)
-            named.update(_attributes(tokens))
+            attribute_names.update(_attributes(tokens))
         self.contextual = self._contextual.order > 0
-        if named:
-            values = (v for each in root.iter() for k, v in each.attrib.items() if k in named)
+        if attribute_names:
+            values = (v for element in root.iter() for k, v in element.attrib.items() if k in attribute_names)
             self._contextual.cost *= 1 + max(map(len, values), default=0) // COSTLY
 
     def style(self, element: Element) -> css.Style:
@@ -93,31 +93,31 @@ class Stylesheet:
     def _simple_matches(self, tag: str, attributes: Mapping[str, str]) -> tuple[list[Any], css.Style]:
         name = attributes.get("id")
         key = tag, attributes.get("class"), name if name in self._simple.id_selectors else None
-        if key not in self._known:
+        if key not in self._styles:
             element = Element(tag, {k: v for k, v in zip(("class", "id"), key[1:]) if v is not None})
             wrapper = cssselect2.ElementWrapper.from_xml_root(element)
             self._tests.spend(len(wrapper.classes) // 8)  # a look-up costs that much less than a rule
             matches = self._simple.match(wrapper)
-            self._known[key] = matches if self.contextual else [], _cascade(matches)
-        return self._known[key]
+            self._styles[key] = matches if self.contextual else [], _cascade(matches)
+        return self._styles[key]
 
     @staticmethod
     def without_contextual(text: str) -> str:
         """Return a style sheet without selectors that depend on more than the tag, classes and id."""
-        kept, comma = [], tinycss2.ast.LiteralToken(0, 0, ",")
+        rules, comma = [], tinycss2.ast.LiteralToken(0, 0, ",")
         for rule in css.parsed(tinycss2.parse_stylesheet, text):
             if rule.type == "qualified-rule":
                 parts = [part for part in _selectors(rule) if not _is_contextual(part) or not _compiled(part)]
                 rule.prelude = [token for part in parts for token in (comma, *part)][1:]
             if rule.type != "qualified-rule" or rule.prelude:
-                kept.append(css.written([rule]))
-        return "".join(kept)
+                rules.append(css.written([rule]))
+        return "".join(rules)
 
     @cached_property
     def _wrappers(self) -> dict[int, cssselect2.ElementWrapper]:
         """Selector wrappers of all elements of the document, by Python's id."""
         wrapper = _counting_wrapper(self._tests, self._contextual.cost)
-        return {id(each.etree_element): each for each in wrapper.from_xml_root(self.root).iter_subtree()}
+        return {id(node.etree_element): node for node in wrapper.from_xml_root(self.root).iter_subtree()}
 
 
 class _Matcher(cssselect2.Matcher):
@@ -162,16 +162,16 @@ def _rules(text: str) -> Iterator[tuple[list[Any], css.Style]]:
 
 def _selectors(rule: Any) -> list[list[Any]]:
     """Split the selectors of a rule; unlike in CSS, an invalid one does not invalidate the others."""
-    found: list[list[Any]] = [[]]
+    selectors: list[list[Any]] = [[]]
     for token in rule.prelude:
         if token == ",":
-            found.append([])
-        elif token.type != "comment" and (found[-1] or token.type != "whitespace"):
-            found[-1].append(token)
-    for tokens in found:
+            selectors.append([])
+        elif token.type != "comment" and (selectors[-1] or token.type != "whitespace"):
+            selectors[-1].append(token)
+    for tokens in selectors:
         while tokens and tokens[-1].type == "whitespace":
             tokens.pop()
-    return found
+    return selectors
 
 
 def _compiled(tokens: list[Any]) -> Any:
@@ -196,7 +196,7 @@ def _attributes(tokens: Sequence[Any]) -> Iterator[str]:
     """Yield the names of attributes, and other identifiers, in the brackets of a selector."""
     for token in tokens:
         if token.type == "[] block":
-            yield from (each.value for each in token.content if each.type == "ident")
+            yield from (part.value for part in token.content if part.type == "ident")
         elif token.type == "function":
             yield from _attributes(token.arguments)
 
@@ -208,7 +208,7 @@ def _is_bounded(tokens: Sequence[Any]) -> bool:
             if not _is_bounded(token.arguments):
                 return False
         elif token.type == "function":
-            words = (each.lower_value for each in token.arguments if each.type == "ident")
+            words = (argument.lower_value for argument in token.arguments if argument.type == "ident")
             if token.lower_name not in _COUNTED or "of" in words:
                 return False
         elif before == ":" and (token.type != "ident" or token.lower_value not in _STRUCTURAL):
@@ -217,8 +217,8 @@ def _is_bounded(tokens: Sequence[Any]) -> bool:
 
 
 def _cascade(matches: Sequence[Any]) -> css.Style:
-    found = css.Style()
+    cascaded = css.Style()
     for _specificity, _order, pseudo_element, style in matches:
         if pseudo_element is None:
-            found.add(style)
-    return found
+            cascaded.add(style)
+    return cascaded

@@ -70,9 +70,10 @@ class Node:
         size: width and height that percentages refer to; None where the document does not give them.
         origin: corner of the viewBox, from which `transform-origin` is measured.
         groups: ids and labels of all elements that contain it.
-        used: elements that it is a copy of, innermost last: targets of <use>, clip paths and masks, by Python's id.
+        copied_from: elements that it is a copy of: targets of <use>, clip paths and masks, innermost last, as Python's
+            ids.
         depth: of nesting.
-        own: its attributes and styles by name, including the style sheet, without inherited ones.
+        declared: its attributes and styles by name, including the style sheet, without inherited ones.
         properties: its own and inherited properties.
         names: its id and Inkscape label, if any.
         hidden: whether it and its content are not displayed.
@@ -88,9 +89,9 @@ class Node:
     size: tuple[float, float] | None
     origin: tuple[float, float] = (0.0, 0.0)
     groups: tuple[str, ...] = ()
-    used: tuple[int, ...] = ()
+    copied_from: tuple[int, ...] = ()
     depth: int = 0
-    own: Mapping[str, str] = field(default_factory=dict)
+    declared: Mapping[str, str] = field(default_factory=dict)
     properties: Mapping[str, str] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     hidden: bool = False
@@ -190,7 +191,7 @@ class Document:
             from .stylesheet import Stylesheet  # with its library, which few drawings need
 
             self.sheet = Stylesheet(text, top)
-        self.lettering = lettering.Lettering(self.own, self.linked)
+        self.lettering = lettering.Lettering(self.declared, self.linked)
         self.unset_texts: set[int] = set()
         self.painted_texts: dict[Element, Node] = {}
         self._root_font = fonts_in_css.MEDIUM_PIXELS
@@ -245,17 +246,19 @@ class Document:
     def named(self, paint: str, *tags: str) -> Element | None:
         """Return the element that `url(#id)` refers to, if it has one of the given tags."""
         match = _URL.match(paint)
-        found = self.ids.get(match[1]) if match else None
-        return found if found is not None and local(found) in tags else None
+        element = self.ids.get(match[1]) if match else None
+        return element if element is not None and local(element) in tags else None
 
-    def own(self, element: Element) -> dict[str, str]:
+    def declared(self, element: Element) -> dict[str, str]:
         """Return an element's attributes and styles by name, without inherited ones."""
-        own = {k: v for k, v in element.attrib.items() if k[0] != "{"}
-        style = own.get("style")
+        attributes = {k: v for k, v in element.attrib.items() if k[0] != "{"}
+        style = attributes.get("style")
         if not self.sheet:
-            return own | css.declarations(style) if style else own
-        said = self.sheet.style(element)
-        return own | (css.Style(said, said.important).add(css.declarations(style)) if style else said)
+            return attributes | css.declarations(style) if style else attributes
+        from_sheet = self.sheet.style(element)
+        if style:
+            from_sheet = css.Style(from_sheet, from_sheet.important).add(css.declarations(style))
+        return attributes | from_sheet
 
     def children(self, node: Node) -> Iterator[Node]:
         """Yield the nodes rendered in a node, in painting order.
@@ -272,64 +275,66 @@ class Document:
             yield _viewport(node)
         elif node.tag == "switch":
             understood = (child for child in node.element if _is_understood(child))
-            yield from (self._child(child, node, node.used) for child in list(understood)[:1])
+            yield from (self._child(child, node, node.copied_from) for child in list(understood)[:1])
         else:
             for child in node.element:
                 if local(child) not in _NEVER_RENDERED:
-                    yield self._child(child, node, node.used)
+                    yield self._child(child, node, node.copied_from)
 
-    def definition(self, found: Element, node: Node, units: Affine = IDENTITY) -> Node:
+    def definition(self, element: Element, node: Node, units: Affine = IDENTITY) -> Node:
         """Return the node of a clip path or mask, which inherits nothing from its surroundings.
 
         Args:
-            found: its element.
+            element: its element.
             node: the node that it cuts.
             units: map from the units of its content to those of the node.
 
         Raises:
             InputError: such references are nested too deeply, or its transform is malformed.
         """
-        if len(node.used) > limits.SVG_LINKS:
+        if len(node.copied_from) > limits.SVG_LINKS:
             raise InputError(
                 f"clip paths, masks and <use> refer to each other more than {limits.SVG_LINKS} deep"
             )
-        own = self.own(found)
-        transform = affine.parse(own.get("transform", "")) if local(found) == "clipPath" else IDENTITY
+        declared = self.declared(element)
+        transform = affine.parse(declared.get("transform", "")) if local(element) == "clipPath" else IDENTITY
         return Node(
-            found,
-            local(found),
+            element,
+            local(element),
             node.affine @ transform @ units,
             node.size,
             node.origin,
-            used=(*node.used, id(found)),
+            copied_from=(*node.copied_from, id(element)),
             depth=node.depth + 1,
-            own=own,
-            properties=own,
+            declared=declared,
+            properties=declared,
         )
 
     def _used(self, node: Node) -> Iterator[Node]:
         target = self.linked(node.element)
         if target is None:  # a missing element or another file: SVG draws nothing, and no file is read
             return
-        if id(target) in node.used:
+        if id(target) in node.copied_from:
             raise InputError(f"<use> of {'#' + target.get('id', '')!r} contains itself")
         tag = local(target)
         if tag == "symbol" or tag not in _NEVER_RENDERED:
-            child = self._child(target, node, (*node.used, id(target)))
+            child = self._child(target, node, (*node.copied_from, id(target)))
             if tag in ("symbol", "svg"):
                 size = {k: node.properties[k] for k in ("width", "height") if k in node.properties}
                 child.properties = dict(child.properties) | size
             yield child
 
-    def _child(self, element: Element, outer: Node, used: tuple[int, ...]) -> Node:
+    def _child(self, element: Element, outer: Node, copied_from: tuple[int, ...]) -> Node:
         """Return the node of a child element; it counts towards the limit if it is drawn repeatedly."""
         tag = local(element)
         groups = outer.groups + outer.names
-        node = Node(element, tag, outer.affine, outer.size, outer.origin, groups, used, outer.depth + 1)
+        node = Node(
+            element, tag, outer.affine, outer.size, outer.origin, groups, copied_from, outer.depth + 1
+        )
         node.opacity = outer.opacity
         if tag not in _RENDERED:
             return self._lettered(node, outer) if tag == "text" else node
-        if used and tag != "symbol":
+        if copied_from and tag != "symbol":
             self.copies.add(element)
         if outer.depth > limits.SVG_DEPTH:
             raise InputError(f"<use> nests elements more than {limits.SVG_DEPTH} deep")
@@ -337,32 +342,33 @@ class Document:
 
     def _lettered(self, node: Node, outer: Node) -> Node:
         """Return the node of a text as a path, where it can be outlined."""
-        if node.used:
+        if node.copied_from:
             self.copies.add(node.element, whole=True)
-        found = self._resolved(replace(node), outer.properties)
-        if found.hidden:
+        text = self._resolved(replace(node), outer.properties)
+        if text.hidden:
             return node
-        parts = self.lettering.painted(node.element, found.properties)
+        parts = self.lettering.painted(node.element, text.properties)
         if parts is None:
             self.unset_texts.add(id(node.element))
             return node
-        if [paint for paint, _ in parts] == [self.lettering.plain(found.properties)]:
-            found.tag, found.properties = "path", {**found.properties, "d": parts[0][1]}
-            return found
-        self.painted_texts[node.element] = found
-        found.tag, found.element = "g", _as_paths(node.element, parts)
-        return found
+        if [paint for paint, _ in parts] == [self.lettering.plain(text.properties)]:
+            text.tag, text.properties = "path", {**text.properties, "d": parts[0][1]}
+            return text
+        self.painted_texts[node.element] = text
+        text.tag, text.element = "g", _as_paths(node.element, parts)
+        return text
 
     def _resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:
         """Resolve a node's styles, transform and names; only `hidden` is set if it is not displayed."""
-        own = node.own = self.own(node.element)
-        node.hidden = own.get("display") == "none" or own.get("opacity", "").strip() in ("0", "0%", "0.0")
+        declared = node.declared = self.declared(node.element)
+        transparent = declared.get("opacity", "").strip() in ("0", "0%", "0.0")
+        node.hidden = declared.get("display") == "none" or transparent
         if node.hidden:
             return node
-        node.opacity *= _share(own.get("opacity", "1"))
-        kept = {k: inherited[k] for k in _INHERITED if k in inherited}
-        node.properties = kept | {k: v for k, v in own.items() if v != "inherit"}
-        self._settle_fonts(node, own, inherited)
+        node.opacity *= _share(declared.get("opacity", "1"))
+        from_parent = {k: inherited[k] for k in _INHERITED if k in inherited}
+        node.properties = from_parent | {k: v for k, v in declared.items() if v != "inherit"}
+        self._settle_fonts(node, declared, inherited)
         names = node.element.get("id"), node.element.get(LABEL)
         node.names = tuple(dict.fromkeys(n for n in names if n))
         if "transform" in node.properties and node.element is not self.top:
@@ -372,20 +378,21 @@ class Document:
             node.affine = node.affine @ affine.translation(x, y)
         return node
 
-    def _settle_fonts(self, node: Node, own: Mapping[str, str], inherited: Mapping[str, str]) -> None:
+    def _settle_fonts(self, node: Node, declared: Mapping[str, str], inherited: Mapping[str, str]) -> None:
         """Convert the node's font size, and lengths relative to it, to px."""
         properties = dict(node.properties)
-        changed = fonts_in_css.shorthand(own["font"]) if "font" in own else {}
+        changed = fonts_in_css.shorthand(declared["font"]) if "font" in declared else {}
         if changed:
-            properties |= {k: v for k, v in changed.items() if k not in own} | {"font": ""}
+            properties |= {k: v for k, v in changed.items() if k not in declared} | {"font": ""}
             del properties["font"]
         outer = fonts_in_css.px(inherited.get("font-size", ""))
-        if ("font-size" in own or changed) and (size := properties.get("font-size", "inherit")) != "inherit":
+        size = properties.get("font-size", "inherit")
+        if ("font-size" in declared or changed) and size != "inherit":
             properties["font-size"] = repr(fonts_in_css.size(size, outer, self._root_font))
         inner = fonts_in_css.px(properties.get("font-size", ""))
         if node.element is self.top:
             self._root_font = inner
-        for name in fonts_in_css.LENGTHS.intersection(own):
+        for name in fonts_in_css.LENGTHS.intersection(declared):
             properties[name] = fonts_in_css.without_ems(properties[name], inner, self._root_font)
         node.properties = properties
 
@@ -396,17 +403,17 @@ class Document:
             corner, size = self._own_box(node)
         text = properties["transform"]
         if "%" in text and size:
-            text = _TRANSLATED.sub(lambda found: _without_percentages(found, size), text)
-        own = affine.parse(text)
+            text = _TRANSLATED.sub(lambda match: _without_percentages(match, size), text)
+        transform = affine.parse(text)
         if "transform-origin" not in properties and not own_box:
-            return own
+            return transform
         words = [*properties.get("transform-origin", "0 0").split(), "center"][:2]
         if words[0] in ("top", "bottom") or words[1] in ("left", "right"):
             words.reverse()
         words = [_KEYWORDS.get(w, w) for w in words]
-        at = [length(w, size, axis, "transform-origin") for w, axis in zip(words, "xy")]
-        at = [a + o for a, o in zip(at, corner)]
-        return affine.translation(*at) @ own @ affine.translation(-at[0], -at[1])
+        origin = [length(w, size, axis, "transform-origin") for w, axis in zip(words, "xy")]
+        origin = [a + o for a, o in zip(origin, corner)]
+        return affine.translation(*origin) @ transform @ affine.translation(-origin[0], -origin[1])
 
     def _own_box(self, node: Node) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the corner and size of a node's bounding box, in its own units and without its transform."""
@@ -428,8 +435,8 @@ class Document:
     def _shapes(self, node: Node, *, pictures: bool = False) -> Iterator[Node]:
         """Yield the shapes displayed in a node, and with `pictures` its pictures."""
         for child in self.children(node):
-            drawn = child.tag in SHAPES or (pictures and child.tag == "image")
-            if not child.hidden and (drawn or child.tag in GROUPS):
+            is_drawn = child.tag in SHAPES or (pictures and child.tag == "image")
+            if not child.hidden and (is_drawn or child.tag in GROUPS):
                 child.clips = node.clips + self._cut_by(child)
                 if child.tag in GROUPS:
                     yield from self._shapes(child, pictures=pictures)
@@ -440,23 +447,23 @@ class Document:
         """Return the clip path and mask of a node itself, or the rectangle of a viewport."""
         if node.tag == VIEWPORT:
             return (Clip("overflow", {}, (node.frame,)),) if node.frame else ()
-        said = ((name, node.properties.get(name, "none").strip()) for name in CLIPS)
-        return tuple(self._clip(name, text, node) for name, text in said if text not in ("", "none"))
+        references = ((name, node.properties.get(name, "none").strip()) for name in CLIPS)
+        return tuple(self._clip(name, text, node) for name, text in references if text not in ("", "none"))
 
-    def _clip(self, name: str, said: str, node: Node) -> Clip:
+    def _clip(self, name: str, reference: str, node: Node) -> Clip:
         tag, units = CLIPS[name]
-        found = self.named(said, tag)
-        if found is None or id(found) in node.used:
+        element = self.named(reference, tag)
+        if element is None or id(element) in node.copied_from:
             return Clip(name)
-        inside = self.definition(found, node)
-        if id(found) not in self._unread:
-            self._unread[id(found)] = any(local(each) in UNREAD for each in found.iter())
-        if self._unread[id(found)] or inside.own.get(units) == "objectBoundingBox":
+        inside = self.definition(element, node)
+        if id(element) not in self._unread:
+            self._unread[id(element)] = any(local(descendant) in UNREAD for descendant in element.iter())
+        if self._unread[id(element)] or inside.declared.get(units) == "objectBoundingBox":
             return Clip(name)
-        place = id(found), node.affine, node.size
+        place = id(element), node.affine, node.size
         if place not in self._clips:
             inside.clips = self._cut_by(inside)
-            self._clips[place] = Clip(name, inside.own, tuple(self._shapes(inside)))
+            self._clips[place] = Clip(name, inside.declared, tuple(self._shapes(inside)))
         return self._clips[place]
 
 
@@ -491,27 +498,27 @@ def _without_percentages(translate: "re.Match[str]", size: tuple[float, float]) 
 
 def _is_understood(element: Element) -> bool:
     """Return whether a <switch> can select this child."""
-    drawn = local(element) in _RENDERED - {"symbol"} | {"text"}
+    is_drawn = local(element) in _RENDERED - {"symbol"} | {"text"}
     speaks = element.get("systemLanguage", "en").partition("-")[0].strip() == "en"
-    return drawn and "requiredExtensions" not in element.attrib and speaks
+    return is_drawn and "requiredExtensions" not in element.attrib and speaks
 
 
 def _viewport(node: Node) -> Node:
     """Return the node inside an <svg> or <symbol>, with the transform of its viewBox."""
-    said, size, corner, frame = node.properties, node.size, (0.0, 0.0), None
-    given = {k: said[k] for k in ("x", "y", "width", "height") if said.get(k, "auto") != "auto"}
-    sides = ({"width": "100%", "height": "100%"} if size else {}) | given
-    x, y = (length(given.get(k) or "0", size, k, k) for k in "xy")
+    properties, size, corner, frame = node.properties, node.size, (0.0, 0.0), None
+    stated = {k: properties[k] for k in ("x", "y", "width", "height") if properties.get(k, "auto") != "auto"}
+    sides = ({"width": "100%", "height": "100%"} if size else {}) | stated
+    x, y = (length(stated.get(k) or "0", size, k, k) for k in "xy")
     fit = affine.translation(x, y)
     if "width" in sides and "height" in sides:
         size = width, height = (
             length(sides["width"], size, "x", "width"),
             length(sides["height"], size, "y", "height"),
         )
-        if "viewBox" in said and min(size) > 0:
-            box, aspect = view_box(said), said.get("preserveAspectRatio", "xMidYMid")
+        if "viewBox" in properties and min(size) > 0:
+            box, aspect = view_box(properties), properties.get("preserveAspectRatio", "xMidYMid")
             fit, size, corner = affine.viewport((x, y, width, height), box, aspect), box[2:], box[:2]
-    overflows = said.get("overflow", "hidden").strip() in ("visible", "auto")
+    overflows = properties.get("overflow", "hidden").strip() in ("visible", "auto")
     if not overflows and size and min(size) > 0:
         frame = Node(node.element, "rect", node.affine, node.size, properties=sides)
     return replace(
@@ -522,6 +529,6 @@ def _viewport(node: Node) -> Node:
         origin=corner,
         groups=node.groups + node.names,
         names=(),
-        own={},
+        declared={},
         frame=frame,
     )

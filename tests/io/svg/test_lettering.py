@@ -199,7 +199,7 @@ def test_a_text_follows_a_path(tmp_path, offset, at):
 def test_repeated_letters_are_drawn_from_their_font_once():
     font = Font(str(FONTS / "DejaVuSans.ttf"))
     drawn = ["".join(data for _, data in font.set_at(text, 3, 4, 10)) for text in ("AAAA", "AVA")]
-    assert font._drawn.cache_info().misses == 2
+    assert font._template.cache_info().misses == 2
     assert [path.count("Z") for path in drawn] == [8, 5] and len(set(re.findall("M[^L]*", drawn[0]))) == 8
 
 
