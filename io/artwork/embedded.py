@@ -186,11 +186,7 @@ def _warped(
         deadline.check("carrying embedded pictures")
         band = bands(row)
         pixel = np.flatnonzero(band.coverage)
-        z, right, down = (
-            band.z.ravel()[pixel],
-            band.right.ravel()[pixel],
-            band.down.ravel()[pixel],
-        )
+        z, right, down = band.z.ravel()[pixel], band.right.ravel()[pixel], band.down.ravel()[pixel]
         pixel += row * canvas.width
         filled[pixel] = True
         for first in range(0, pixel.size, 1 << 15):

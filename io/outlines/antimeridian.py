@@ -18,20 +18,23 @@ def joined(polygons: Sequence[Rings]) -> Sequence[Rings]:
 
     The same sequence is returned if nothing crosses, or coordinates are not degrees of longitude and latitude.
     """
-    every = [ring for rings in polygons for ring in rings]
-    if not every or not all(_is_in_degrees(ring) for ring in every):
+    rings_of_all = [ring for rings in polygons for ring in rings]
+    if not rings_of_all or not all(_is_in_degrees(ring) for ring in rings_of_all):
         return polygons
-    unwrapped = [_beside([_unwrapped(ring) for ring in rings]) for rings in polygons]
+    unwrapped = [_align([_unwrapped(ring) for ring in rings]) for rings in polygons]
     turns = _turns(unwrapped)
-    if not any(turns) and all(own[0] is rings[0] for own, rings in zip(unwrapped, polygons)):
+    if not any(turns) and all(outline[0] is rings[0] for outline, rings in zip(unwrapped, polygons)):
         return polygons
     moved = [[_snapped(ring + 360 * turn) for ring in rings] for rings, turn in zip(unwrapped, turns)]
-    whole = unite(
-        [shapely.Polygon(xy_of(own), [xy_of(hole) for hole in holes]).buffer(0) for own, *holes in moved]
+    union = unite(
+        [
+            shapely.Polygon(xy_of(outline), [xy_of(hole) for hole in holes]).buffer(0)
+            for outline, *holes in moved
+        ]
     )
     return [
         [complex_of(shapely.get_coordinates(ring)) for ring in (part.exterior, *part.interiors)]
-        for part in polygons_of(whole)
+        for part in polygons_of(union)
     ]
 
 
@@ -68,7 +71,7 @@ def _unwrapped(ring: Complex) -> Complex:
     return ring + 360 * np.concatenate([[0], np.cumsum(turns)[:-1]])
 
 
-def _beside(rings: Rings) -> Rings:
+def _align(rings: Rings) -> Rings:
     """Return the rings of one polygon, with holes shifted to the same turn of longitude as the outline."""
     middle = (rings[0].real.max() + rings[0].real.min()) / 2
     return [rings[0], *(hole + 360 * np.round((middle - hole.real.mean()) / 360) for hole in rings[1:])]

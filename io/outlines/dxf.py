@@ -59,18 +59,18 @@ def read(
         millimetres = unit_of(document)
     if not curves:
         raise InputError(f"{path}: contains no lines in model space")
-    every = [curve.z for each in curves.values() for curve in each]
-    if not all((np.abs(z) <= limits.SVG_NUMBER).all() for z in every):
+    lines = [curve.z for layer_curves in curves.values() for curve in layer_curves]
+    if not all((np.abs(z) <= limits.SVG_NUMBER).all() for z in lines):
         raise InputError(f"{path}: a coordinate is not finite, or too large")
-    inserted = {name for each in curves.values() for curve in each for name in curve.blocks}
+    inserted = {name for layer_curves in curves.values() for curve in layer_curves for name in curve.blocks}
     drawing = DrawingContent(
         [], None, flip=False, ids=dict.fromkeys([*curves, *sorted(inserted)]), millimetres=millimetres
     )
-    near = JOINED_DIAGONAL_SHARE * diagonal(np.concatenate(every))
-    for layer, each in curves.items():
-        held = [curve for curve in each if chosen is None or chosen in (layer, *curve.blocks)]
-        if held:
-            _add(drawing, layer, held, near)
+    joining_distance = JOINED_DIAGONAL_SHARE * diagonal(np.concatenate(lines))
+    for layer, layer_curves in curves.items():
+        selected = [curve for curve in layer_curves if chosen is None or chosen in (layer, *curve.blocks)]
+        if selected:
+            _add(drawing, layer, selected, joining_distance)
     drawing.outlines.sort(key=lambda outline: -outline.area)
     return drawing
 
@@ -96,8 +96,8 @@ def library(path: Path | str) -> Iterator[Any]:
     except InputError:
         raise
     except (ezdxf.DXFError, OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
-        said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-        raise InputError(f"{path}: cannot read this DXF drawing: {said}") from None
+        reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        raise InputError(f"{path}: cannot read this DXF drawing: {reason}") from None
 
 
 def load(ezdxf: Any, path: Path, max_bytes: int = limits.DRAWING_BYTES) -> Any:
@@ -109,7 +109,7 @@ def load(ezdxf: Any, path: Path, max_bytes: int = limits.DRAWING_BYTES) -> Any:
     files.open_input(path, max_bytes=max_bytes)
     document, _ = ezdxf.recover.readfile(path)
     with suppress(RecursionError):
-        if _shown(document, document.modelspace(), {}) <= limits.DXF_ENTITIES:
+        if _count_shown(document, document.modelspace(), {}) <= limits.DXF_ENTITIES:
             return document
     raise InputError(
         f"{path}: shows more than {limits.DXF_ENTITIES} entities, or blocks nested more than {limits.DXF_DEPTH} deep; "
@@ -124,17 +124,17 @@ def unit_of(document: Any) -> float | None:
 
 def contents(entity: Any) -> Iterator[Any]:
     """Yield the entities that a reference to a block shows, in the numbers of the drawing."""
-    for one in entity.multi_insert() if entity.mcount > 1 else [entity]:
-        yield from one.virtual_entities()
+    for reference in entity.multi_insert() if entity.mcount > 1 else [entity]:
+        yield from reference.virtual_entities()
 
 
-def _shown(document: Any, layout: Any, known: dict[str, int], depth: int = 0) -> int:
+def _count_shown(document: Any, layout: Any, counts: dict[str, int], depth: int = 0) -> int:
     """Return the number of entities that a layout shows, with those of all references to blocks.
 
     Args:
         document: the drawing.
         layout: the model space or a block.
-        known: the numbers of blocks, by name.
+        counts: the numbers of blocks, by name.
         depth: of the blocks around this one.
 
     Raises:
@@ -146,9 +146,9 @@ def _shown(document: Any, layout: Any, known: dict[str, int], depth: int = 0) ->
     for entity in layout:
         count += 1
         if entity.dxftype() == "INSERT" and (block := document.blocks.get(entity.dxf.name)) is not None:
-            if block.name not in known:
-                known[block.name] = _shown(document, block, known, depth + 1)
-            count += max(entity.mcount, 1) * known[block.name]
+            if block.name not in counts:
+                counts[block.name] = _count_shown(document, block, counts, depth + 1)
+            count += max(entity.mcount, 1) * counts[block.name]
     return count
 
 
@@ -189,13 +189,15 @@ def _without_fonts() -> Iterator[None]:
                 os.environ["XDG_CACHE_HOME"] = before
 
 
-def _add(drawing: DrawingContent, layer: str, curves: list[_Curve], near: float) -> None:
+def _add(drawing: DrawingContent, layer: str, curves: list[_Curve], joining_distance: float) -> None:
     """Add a layer's closed loops to the drawing, and a note on open lines."""
-    closed, rest = list[Complex](), list[Complex]()
+    closed, open_lines = list[Complex](), list[Complex]()
     for z, _ in curves:
-        (closed if z.size > 2 and abs(z[0] - z[-1]) <= near else rest).append(z)
-    joined = shapely.set_precision([shapely.LineString(xy_of(z)) for z in rest], near, mode="pointwise")
-    chains = shapely.get_parts(shapely.line_merge(shapely.union_all(joined))) if rest else []
+        (closed if z.size > 2 and abs(z[0] - z[-1]) <= joining_distance else open_lines).append(z)
+    joined = shapely.set_precision(
+        [shapely.LineString(xy_of(z)) for z in open_lines], joining_distance, mode="pointwise"
+    )
+    chains = shapely.get_parts(shapely.line_merge(shapely.union_all(joined))) if open_lines else []
     opened = 0
     for chain in chains:
         if chain.is_closed and not chain.is_empty:

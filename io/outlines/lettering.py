@@ -60,17 +60,17 @@ def spec(text: str, font: str | None = None) -> str:
     if formats.suffix_of(font) in formats.FONTS or Path(font).exists():
         return f"{font}#{TEXT}{text}"
     family, weight, slant = _style(font)
-    found = font_file(family, weight, slant)
-    if found is None:
+    file = font_file(family, weight, slant)
+    if file is None:
         raise InputError(
             f"--font {font}: there is no such font file, and no font with this name is installed; name a .ttf or "
             ".otf file"
         )
-    if formats.suffix_of(found[0]) not in formats.FONTS:
+    if formats.suffix_of(file[0]) not in formats.FONTS:
         raise InputError(
-            f"--font {font}: is stored in {found[0]}, which is not a .ttf or .otf file; name such a file"
+            f"--font {font}: is stored in {file[0]}, which is not a .ttf or .otf file; name such a file"
         )
-    return f"{found[0]}#{TEXT}{text}"
+    return f"{file[0]}#{TEXT}{text}"
 
 
 def _style(name: str) -> tuple[str, int, int]:
@@ -111,12 +111,12 @@ def read(
         InputError: no text is given, the file is not a font, or lacks letters.
     """
     line = _set(path, chosen, flatness, max_bytes)
-    found, refused = outlines([z for _, z in line.letters], "nonzero", repr(line.text[:40]))
-    found = [
+    letter_outlines, refused = outlines([z for _, z in line.letters], "nonzero", repr(line.text[:40]))
+    letter_outlines = [
         replace(outline, names=(line.name,), element=letter)
-        for outline, letter in zip(found, _letters_of(found, line.letters))
+        for outline, letter in zip(letter_outlines, _letters_of(letter_outlines, line.letters))
     ]
-    return DrawingContent(found, line.canvas, flip=True, refused=refused, ids={line.name: None})
+    return DrawingContent(letter_outlines, line.canvas, flip=True, refused=refused, ids={line.name: None})
 
 
 def svg(path: Path, chosen: str | None = None, *, max_bytes: int = limits.DRAWING_BYTES) -> bytes:
@@ -158,14 +158,14 @@ def _set(path: Path, chosen: str | None, flatness: float, max_bytes: int) -> Lin
     letters = [(letter, run.z) for letter, data in glyphs for run in subpaths(data, Affine(), flatness)]
     if not letters:
         raise InputError(f"{path}: {text[:40]!r} draws nothing")
-    every = np.concatenate([z for _, z in letters])
-    left, top = min(0.0, every.real.min()), min(0.0, every.imag.min())
-    right, bottom = max(width, every.real.max()), max(LINE_EMS[1] * UNITS_PER_EM, every.imag.max())
+    points = np.concatenate([z for _, z in letters])
+    left, top = min(0.0, points.real.min()), min(0.0, points.imag.min())
+    right, bottom = max(width, points.real.max()), max(LINE_EMS[1] * UNITS_PER_EM, points.imag.max())
     canvas = float(left), float(top), float(right - left), float(bottom - top)
     return Line(chosen or "", text, glyphs, canvas, letters)
 
 
-def _letters_of(found: Sequence[FilledOutline], letters: Sequence[tuple[int, Complex]]) -> list[int]:
+def _letters_of(outlines: Sequence[FilledOutline], letters: Sequence[tuple[int, Complex]]) -> list[int]:
     """Return the letter that each outline belongs to; if it joins several, the one with the largest area in it.
 
     `letters` has the rings of all glyphs, each with the index of its letter in the text.
@@ -173,10 +173,10 @@ def _letters_of(found: Sequence[FilledOutline], letters: Sequence[tuple[int, Com
     areas = shapely.make_valid([polygon_of(z) if z.size > 2 else shapely.Polygon() for _, z in letters])
     numbers = np.array([letter for letter, _ in letters])
     tree = shapely.STRtree(areas)
-    chosen = []
-    for outline in found:
+    letters_of_outlines = []
+    for outline in outlines:
         region = shapely.make_valid(polygon_of(outline.z))
-        near = tree.query(region)
-        common = np.bincount(numbers[near], shapely.area(shapely.intersection(areas[near], region)))
-        chosen.append(int(common.argmax()))
-    return chosen
+        nearby = tree.query(region)
+        common = np.bincount(numbers[nearby], shapely.area(shapely.intersection(areas[nearby], region)))
+        letters_of_outlines.append(int(common.argmax()))
+    return letters_of_outlines

@@ -45,33 +45,35 @@ def read(
     crs: str | None = None  # of GeoJSON
     try:
         if isinstance(content.get("shapes"), list):
-            drawing, found = _canvas(content.get("imageWidth"), content.get("imageHeight")), _labelme(content)
+            drawing = _canvas(content.get("imageWidth"), content.get("imageHeight"))
+            polygons = _labelme(content)
         elif isinstance(content.get("annotations"), list):
-            drawing, found = _coco(content, chosen)
+            drawing, polygons = _coco(content, chosen)
         elif isinstance(content.get("type"), str):
             drawing = DrawingContent([], None, flip=False)
             crs = _crs_of(content)
-            found = _geojson(topology.as_geojson(content), drawing.notes)
+            polygons = _geojson(topology.as_geojson(content), drawing.notes)
         else:
             raise InputError("not GeoJSON, nor annotations of labelme or COCO")
-        _fill(drawing, found, chosen)
+        _fill(drawing, polygons, chosen)
         if crs is not None:
             usual = LONGITUDE_LATITUDE if _in_degrees(drawing) else ""
             return replace(drawing, georeference=Georeference(crs=crs or usual))
     except (LookupError, TypeError, ValueError, AttributeError, RecursionError, OverflowError) as error:
-        said = (
+        reason = (
             str(error)
             if isinstance(error, InputError)
             else ("its polygons do not have the structure of this format")
         )
-        raise InputError(f"{path}: {said}") from None
+        raise InputError(f"{path}: {reason}") from None
     return drawing
 
 
 def _in_degrees(drawing: DrawingContent) -> bool:
     """Return whether coordinates can be degrees; across 180°, longitudes increase beyond it."""
     return all(
-        (np.abs(each.z.real) <= 360).all() and (np.abs(each.z.imag) <= 90).all() for each in drawing.outlines
+        (np.abs(outline.z.real) <= 360).all() and (np.abs(outline.z.imag) <= 90).all()
+        for outline in drawing.outlines
     )
 
 
@@ -110,8 +112,8 @@ def _content(path: Path, max_bytes: int) -> Any:
         if not features:
             raise
         content = features
-    listed = isinstance(content, list) and content and all(isinstance(each, dict) for each in content)
-    if listed and all("geometry" in each or "coordinates" in each for each in content):
+    listed = isinstance(content, list) and content and all(isinstance(item, dict) for item in content)
+    if listed and all("geometry" in item or "coordinates" in item for item in content):
         return {"type": "FeatureCollection", "features": content}
     return content
 
@@ -127,10 +129,10 @@ def _of_lines(path: Path, max_bytes: int) -> list[Any]:
         return []
 
 
-def _fill(drawing: DrawingContent, found: Iterator[Found], chosen: str | None) -> None:
+def _fill(drawing: DrawingContent, polygons: Iterator[Found], chosen: str | None) -> None:
     """Add the chosen outlines, or all, to the drawing, the largest first."""
     number = 0
-    for names, rings, rule in found:
+    for names, rings, rule in polygons:
         number += 1
         drawing.ids.update(dict.fromkeys(names))
         if chosen is not None and chosen not in names:
@@ -169,28 +171,28 @@ def geometries(
 
 def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
     """Yield the polygons of features and geometries with their names; add notes on what was ignored or joined."""
-    others: Counter[str] = Counter()
+    ignored: Counter[str] = Counter()
     joined = list[str]()
     for geometry, feature in geometries(content):
         kind = geometry["type"]
         if kind not in POLYGONS:
-            others[f"{kind}"] += 1
+            ignored[f"{kind}"] += 1
             continue
         feature = feature or {}
         properties = (feature.get("properties") or {}).items()
         called = [feature.get("id"), *(value for key, value in properties if key.lower().endswith(NAMES))]
         names = tuple(dict.fromkeys(str(value) for value in called if isinstance(value, str | int)))
-        listed = geometry["coordinates"] if kind == "MultiPolygon" else [geometry["coordinates"]]
-        polygons = [[_ring(ring) for ring in rings] for rings in listed if rings]
+        polygon_coordinates = geometry["coordinates"] if kind == "MultiPolygon" else [geometry["coordinates"]]
+        polygons = [[_ring(ring) for ring in rings] for rings in polygon_coordinates if rings]
         if not polygons:
-            others[f"empty {kind}"] += 1
-        whole = antimeridian.joined(polygons)
-        if whole is not polygons:
+            ignored[f"empty {kind}"] += 1
+        united = antimeridian.joined(polygons)
+        if united is not polygons:
             joined.append(names[0] if names else "a polygon without name")
-        for rings in whole:
+        for rings in united:
             yield names, rings, "evenodd"
-    if others:
-        notes.append("left out " + ", ".join(f"{count} {kind}" for kind, count in others.items()))
+    if ignored:
+        notes.append("left out " + ", ".join(f"{count} {kind}" for kind, count in ignored.items()))
     if joined:
         more = f" and {len(joined) - NAMED_FEATURES} more" if len(joined) > NAMED_FEATURES else ""
         notes.append(f"{', '.join(joined[:NAMED_FEATURES])}{more}: joined across the 180° meridian")
@@ -213,40 +215,42 @@ def _labelme(content: dict[str, Any]) -> Iterator[Found]:
 
 def _coco(content: dict[str, Any], chosen: str | None) -> tuple[DrawingContent, Iterator[Found]]:
     """Return the annotations of one picture, on its canvas."""
-    pictures = {each["id"]: each for each in content.get("images", [])}
-    kinds = {each["id"]: str(each["name"]) for each in content.get("categories", [])}
-    found: list[tuple[Any, Found]] = []
+    pictures = {annotation["id"]: annotation for annotation in content.get("images", [])}
+    kinds = {annotation["id"]: str(annotation["name"]) for annotation in content.get("categories", [])}
+    polygons: list[tuple[Any, Found]] = []
     runs = 0
-    for each in content["annotations"]:
-        picture, parts = each.get("image_id"), each["segmentation"]
+    for annotation in content["annotations"]:
+        picture, parts = annotation.get("image_id"), annotation["segmentation"]
         if not isinstance(parts, list):
             runs += 1
             continue
-        own = [str(each.get("id", "")), kinds.get(each.get("category_id"), "")]
-        own.append(str(pictures.get(picture, {}).get("file_name", "")))
+        annotation_names = [str(annotation.get("id", "")), kinds.get(annotation.get("category_id"), "")]
+        annotation_names.append(str(pictures.get(picture, {}).get("file_name", "")))
         rings = [complex_of(np.asarray(part, float).reshape(-1, 2)) for part in parts]
-        found.append((picture, (tuple(filter(None, own)), [_sound(ring) for ring in rings], "nonzero")))
-    seen = {picture for picture, (names, _, _) in found if chosen is None or chosen in names}
-    if len(seen) > 1:
-        raise InputError(
-            f"contains annotations of {len(seen)} pictures; choose one, such as #{_name(pictures, seen)}"
+        polygons.append(
+            (picture, (tuple(filter(None, annotation_names)), [_sound(ring) for ring in rings], "nonzero"))
         )
-    size = pictures.get(next(iter(seen), None), {})
+    annotated = {picture for picture, (names, _, _) in polygons if chosen is None or chosen in names}
+    if len(annotated) > 1:
+        raise InputError(
+            f"contains annotations of {len(annotated)} pictures; choose one, such as #{_name(pictures, annotated)}"
+        )
+    size = pictures.get(next(iter(annotated), None), {})
     drawing = _canvas(size.get("width"), size.get("height"))
     if runs:
         drawing.notes.append(
             f"ignored {runs} run-length encoded mask{'s' * (runs > 1)} (RLE); only polygons are read"
         )
-    return drawing, (each for _, each in found)
+    return drawing, (annotation for _, annotation in polygons)
 
 
-def _name(pictures: dict[Any, Any], seen: set[Any]) -> str:
-    return str(pictures.get(min(seen, key=str), {}).get("file_name", "file_name"))
+def _name(pictures: dict[Any, Any], annotated: set[Any]) -> str:
+    return str(pictures.get(min(annotated, key=str), {}).get("file_name", "file_name"))
 
 
 def _canvas(width: Any, height: Any) -> DrawingContent:
-    known = all(isinstance(size, int | float) and 0 < size < limits.SVG_NUMBER for size in (width, height))
-    return DrawingContent([], (0.0, 0.0, float(width), float(height)) if known else None, flip=True)
+    is_given = all(isinstance(size, int | float) and 0 < size < limits.SVG_NUMBER for size in (width, height))
+    return DrawingContent([], (0.0, 0.0, float(width), float(height)) if is_given else None, flip=True)
 
 
 def _ring(points: Any) -> Complex:

@@ -21,9 +21,9 @@ def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
     transform = content.get("transform")
     arcs = [_arc(arc, transform) for arc in content["arcs"]]
     features = [
-        _feature(each, arcs, str(name), 0)
-        for name, each in content["objects"].items()
-        if isinstance(each, dict)
+        _feature(geometry, arcs, str(name), 0)
+        for name, geometry in content["objects"].items()
+        if isinstance(geometry, dict)
     ]
     return {"type": "FeatureCollection", "features": features}
 
@@ -44,26 +44,26 @@ def _feature(
     """Convert a geometry to a feature, or a geometry collection to a feature collection; `name` is its object's."""
     kind = geometry.get("type")
     if kind == "GeometryCollection" and depth < MOST_NESTED_COLLECTIONS:
-        members = [_feature(each, arcs, "", depth + 1) for each in geometry["geometries"]]
+        members = [_feature(member, arcs, "", depth + 1) for member in geometry["geometries"]]
         return {"type": "FeatureCollection", "features": members}
-    found: dict[str, Any] = {"type": kind, "coordinates": []}
+    converted: dict[str, Any] = {"type": kind, "coordinates": []}
     if kind in ("Polygon", "MultiPolygon"):
         polygons = [geometry["arcs"]] if kind == "Polygon" else geometry["arcs"]
         rings = [[_ring(ring, arcs) for ring in polygon] for polygon in polygons]
-        found["coordinates"] = rings[0] if kind == "Polygon" else rings
+        converted["coordinates"] = rings[0] if kind == "Polygon" else rings
     properties = dict(geometry.get("properties") or {})
     if name and not properties:
         properties["name"] = name
-    return {"type": "Feature", "id": geometry.get("id"), "properties": properties, "geometry": found}
+    return {"type": "Feature", "id": geometry.get("id"), "properties": properties, "geometry": converted}
 
 
 def _ring(numbers: list[int], arcs: list[NDArray[np.float64]]) -> list[list[float]]:
     """Return the points of a ring of arcs, each of which begins where the one before ends; ~k is arc k reversed."""
     points = list[list[float]]()
     for number in numbers:
-        at = ~number if number < 0 else number
-        if at >= len(arcs):
-            raise InputError(f"refers to arc {at}, but there are only {len(arcs)} arcs")
-        arc = arcs[at][::-1] if number < 0 else arcs[at]
+        index = ~number if number < 0 else number
+        if index >= len(arcs):
+            raise InputError(f"refers to arc {index}, but there are only {len(arcs)} arcs")
+        arc = arcs[index][::-1] if number < 0 else arcs[index]
         points += arc.tolist()[1 if points else 0 :]
     return points

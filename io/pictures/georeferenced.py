@@ -55,8 +55,8 @@ def gcps(path: Path) -> tuple[list[tuple[float, float]], list[tuple[float, float
         raise InputError("cannot be read as a GeoTIFF") from None
     if not points:
         raise InputError("has no ground control points; QGIS and gdal_translate -gcp write them")
-    pixels = [(float(each.col), float(each.row)) for each in points]
-    return pixels, [(float(each.x), float(each.y)) for each in points], _text(crs)
+    pixels = [(float(point.col), float(point.row)) for point in points]
+    return pixels, [(float(point.x), float(point.y)) for point in points], _text(crs)
 
 
 def write(path: Path, transform: Affine, crs: str) -> None:
@@ -93,7 +93,7 @@ def world_files(picture: Path) -> list[Path]:
     """Return the names that a picture's world file may have, the usual one first: .pgw for .png."""
     suffix = picture.suffix
     short = f".{suffix[1:2]}{suffix[-1:]}w" if len(suffix) > 3 else f"{suffix}w"
-    return [picture.with_suffix(each) for each in (short, f"{suffix}w", ".wld")]
+    return [picture.with_suffix(ending) for ending in (short, f"{suffix}w", ".wld")]
 
 
 def has_geotiff_tags(path: Path) -> bool:

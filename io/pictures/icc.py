@@ -51,7 +51,7 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
                     f"{path}: CMYK or Lab with additional channels is not supported; convert "
                     "the picture to RGB first"
                 )
-            made = ImageCms.profileToProfile(
+            converted = ImageCms.profileToProfile(
                 picture,
                 profile,
                 ImageCms.createProfile("sRGB"),
@@ -62,8 +62,8 @@ def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:
         except (OSError, KeyError, ImageCms.PyCMSError) as error:
             reason = (str(error) or "unknown reason").splitlines()[0]
             raise InputError(f"{path}: cannot convert its colours with its ICC profile: {reason}") from error
-    assert made is not None
-    return np.asarray(made)
+    assert converted is not None
+    return np.asarray(converted)
 
 
 def as_srgb(picture: "PictureFile", path: str | Path) -> tuple[NDArray[np.uint8], int]:
@@ -75,12 +75,12 @@ def as_srgb(picture: "PictureFile", path: str | Path) -> tuple[NDArray[np.uint8]
     from PIL import ImageCms
 
     alpha = 3 if picture.has_transparency_data else -1
-    made = picture.convert("RGBA" if alpha >= 0 else "RGB")
+    converted = picture.convert("RGBA" if alpha >= 0 else "RGB")
     if profile := picture.info.get("icc_profile"):
         try:
-            held = ImageCms.ImageCmsProfile(BytesIO(profile))
-            ImageCms.profileToProfile(made, held, ImageCms.createProfile("sRGB"), inPlace=True)
+            source_profile = ImageCms.ImageCmsProfile(BytesIO(profile))
+            ImageCms.profileToProfile(converted, source_profile, ImageCms.createProfile("sRGB"), inPlace=True)
         except (OSError, ImageCms.PyCMSError) as error:
             reason = (str(error) or "unknown reason").splitlines()[0]
             raise InputError(f"{path}: cannot be converted by its ICC profile: {reason}") from error
-    return np.asarray(made), alpha
+    return np.asarray(converted), alpha

@@ -72,10 +72,10 @@ class Image:
 
     def with_pixels(self, pixels: NDArray, alpha: int) -> "Image":
         """Return a picture of the same kind with other pixels, which `warp` made from this picture's texture."""
-        made = replace(self, pixels=pixels, alpha=alpha)
+        image = replace(self, pixels=pixels, alpha=alpha)
         if pixels.dtype != self.pixels.dtype:
-            made = _convert(replace(made, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
-        return made
+            image = _convert(replace(image, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
+        return image
 
 
 def own_configuration() -> bool:
@@ -98,34 +98,34 @@ def transfer_of(colorspace: str) -> str | None:
 
 
 @cache
-def usual_of(said: str) -> str | None:
+def usual_of(space: str) -> str | None:
     """Return the usual name of a colour space if it has one, else the given name; None if it is unknown."""
-    if said in USUAL and not own_configuration():
-        return USUAL[said]
+    if space in USUAL and not own_configuration():
+        return USUAL[space]
     config = oiio.ColorConfig()
-    if config.resolve(said) not in config.getColorSpaceNames():
+    if config.resolve(space) not in config.getColorSpaceNames():
         return None
-    return next((name for name in TRANSFERS if config.equivalent(said, name)), said)
+    return next((name for name in TRANSFERS if config.equivalent(space, name)), space)
 
 
 def prepare(image: Image, format: PictureFormat) -> Image:
     """Convert the picture to what a format can store: encoding, alpha association, channels and depth."""
     before, encoded = image.colorspace, transfer_of(image.colorspace)
-    unsaid = not format.named and encoded != "srgb" and image.colorspace != "data"
+    not_stated = not format.named and encoded != "srgb" and image.colorspace != "data"
     display, linear = format.light == "display", format.light == "linear"
     if display:
         image = unassociate(image)
     if linear and (encoded != "linear" or image.pixels.dtype.kind != "f"):
         space = "data" if image.colorspace == "data" else "lin_rec709"
         image = _convert(image, space, np.dtype(np.float16 if image.pixels.dtype == np.uint8 else np.float32))
-    elif display and (unsaid or image.pixels.dtype.kind == "f"):
+    elif display and (not_stated or image.pixels.dtype.kind == "f"):
         depth = np.uint16 if 16 in format.bits else np.uint8
         image = _convert(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
-    elif unsaid and format.light == "any" and image.colorspace != "lin_rec709":
+    elif not_stated and format.light == "any" and image.colorspace != "lin_rec709":
         # readers of such formats assume sRGB for integers, and linear light for floats
         deep = image.pixels.dtype.kind == "f"
         image = _convert(image, "lin_rec709" if deep else "sRGB", np.dtype(np.float32 if deep else np.uint16))
-    elif unsaid and format.light == "any" and image.pixels.dtype.kind != "f":
+    elif not_stated and format.light == "any" and image.pixels.dtype.kind != "f":
         image = _convert(image, "sRGB", np.dtype(np.uint16))
     if image.colorspace != before:
         image = replace(image, metadata=_without(image, "ICCProfile", "CICP"))
@@ -196,10 +196,12 @@ def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray
     if alpha is not None:
         rgb = rgb / np.where(alpha != 0, alpha, 1)
     source = oiio.ImageBuf(np.ascontiguousarray(rgb))
-    made = oiio.ImageBufAlgo.colorconvert(source, image.colorspace, space)
-    if made.has_error or not made.initialized:
-        raise InputError(f"colour space {image.colorspace!r} to {space!r}: {first_line(made.geterror())}")
-    out = np.asarray(made.get_pixels(oiio.FLOAT))[..., : len(part)]
+    converted = oiio.ImageBufAlgo.colorconvert(source, image.colorspace, space)
+    if converted.has_error or not converted.initialized:
+        raise InputError(
+            f"colour space {image.colorspace!r} to {space!r}: {first_line(converted.geterror())}"
+        )
+    out = np.asarray(converted.get_pixels(oiio.FLOAT))[..., : len(part)]
     return out if alpha is None else out * alpha
 
 

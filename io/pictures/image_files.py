@@ -140,12 +140,12 @@ def read_held(picture: Path | bytes, where: str, **options: Any) -> Image:
         path = folder / f"a{formats.suffix_of_content(picture) or '.jpg'}"
         path.write_bytes(picture)
         try:
-            found = read(path, **options)
+            image = read(path, **options)
         except InputError as error:
             reason = str(error).removeprefix(f"{path}: ").replace(str(path), "the picture")
             unread = "" if reason.startswith("cannot read this picture") else "cannot read this picture: "
             raise InputError(f"{where}: {unread}{reason}") from error
-    return replace(found, notes=tuple(note.replace(str(path), where) for note in found.notes))
+    return replace(image, notes=tuple(note.replace(str(path), where) for note in image.notes))
 
 
 def proportions(picture: str | Path | bytes) -> float | None:
@@ -176,7 +176,7 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
     config["oiio:UnassociatedAlpha"] = 1
     file = oiio.ImageInput.open(as_text(path), config)
     if file is None:
-        said = error_of(oiio)
+        reason = error_of(oiio)
         form = formats.of(path)
         if form.drawing and not form.mesh:
             raise InputError(
@@ -185,7 +185,7 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
             )
         if not form.picture:
             raise InputError(f"{path}: not an image; iccm reads {' '.join(formats.holding('picture'))}")
-        raise InputError(f"{path}: cannot read this picture: {said}")
+        raise InputError(f"{path}: cannot read this picture: {reason}")
     try:
         if file.format_name() not in DECODERS:
             raise InputError(
@@ -213,15 +213,15 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
     finally:
         file.close()
     pixels = _turn_upright(_as_displayed(pixels, spec, room), spec)
-    metadata, whole = _metadata(spec)
+    metadata, is_complete = _metadata(spec)
     holes = _holes(pixels, room) if pixels.dtype.kind == "f" else 0
     return Image(
         pixels if pixels.flags.c_contiguous else _copy(pixels, room(pixels.shape, pixels.dtype), room),
         _alpha(spec),
         _is_associated(spec, file.format_name()),
-        _known(path, colorspace) if colorspace else _space(spec, pixels.dtype),
+        _checked_space(path, colorspace) if colorspace else _space(spec, pixels.dtype),
         metadata,
-        _notes(path, spec, several, holes, whole),
+        _notes(path, spec, several, holes, is_complete),
         holes,
     )
 
@@ -241,7 +241,7 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
         raise _unknown(path)
     side, channels, dtype = max(height, width), like.pixels.shape[2], like.pixels.dtype
     kind = (Path(path).suffix, side, channels, dtype, like.alpha, like.associated, like.colorspace)
-    if any(metadata is like.metadata and kind == known for metadata, known in _passed):
+    if any(metadata is like.metadata and kind == checked for metadata, checked in _passed):
         return
     row = np.zeros((1, side, channels), dtype)
     with tempfile.TemporaryDirectory() as folder:
@@ -306,12 +306,12 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
                 if not begun:
                     raise InputError(f"{path}: cannot write this picture: {error_of(file)}")
             rows = np.ascontiguousarray(ready.pixels)
-            done = (
+            written = (
                 file.write_image(rows)
                 if len(rows) == height
                 else file.write_scanlines(row, row + len(rows), 0, rows)
             )
-            if not done:
+            if not written:
                 raise InputError(f"{path}: cannot write this picture: {error_of(file)}")
             row += len(rows)
 
@@ -322,9 +322,11 @@ def _check_channels(path: str | Path, image: Image, any_number: bool) -> None:
     if colours in (1, 3) or (any_number and (colours > 3 or format.light == "linear")):
         return
     suffix = formats.suffix_of(path)
-    held = f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if format.alpha else ''}"
-    others = ".exr" if any_number or colours == 2 else ".exr or .tif"
-    raise InputError(f"{path}: {suffix} can store {held}, not {colours}; use {others}")
+    supported = (
+        f"1{', 3 or more' if any_number else ' or 3'} channels{' beside alpha' if format.alpha else ''}"
+    )
+    formats_for_all = ".exr" if any_number or colours == 2 else ".exr or .tif"
+    raise InputError(f"{path}: {suffix} can store {supported}, not {colours}; use {formats_for_all}")
 
 
 def _unknown(path: str | Path) -> InputError:
@@ -375,18 +377,19 @@ def _check_png(path: str | Path, content: BinaryIO) -> bool:
     name, frames = b"", 1
     while name != b"IEND":
         head = content.read(8)
-        left, name = int.from_bytes(head[:4]), head[4:]
+        remaining, name = int.from_bytes(head[:4]), head[4:]
         checksum = zlib.crc32(name)
-        if name == b"acTL" and left >= 4 and (count := content.read(4)):
-            left, checksum, frames = left - len(count), zlib.crc32(count, checksum), int.from_bytes(count)
-        while left and (block := content.read(min(left, 1 << 20))):
-            left, checksum = left - len(block), zlib.crc32(block, checksum)
+        if name == b"acTL" and remaining >= 4 and (count := content.read(4)):
+            remaining, checksum = remaining - len(count), zlib.crc32(count, checksum)
+            frames = int.from_bytes(count)
+        while remaining and (block := content.read(min(remaining, 1 << 20))):
+            remaining, checksum = remaining - len(block), zlib.crc32(block, checksum)
         stored = content.read(4)
-        if left or len(stored) < 4:
+        if remaining or len(stored) < 4:
             raise InputError(f"{path}: the picture is damaged: the file is truncated")
         if name[:1].isupper() and stored != checksum.to_bytes(4):  # readers ignore other chunks
-            shown = name.decode() if name.isalnum() else repr(name)
-            raise InputError(f"{path}: the picture is damaged: wrong checksum of {shown}")
+            label = name.decode() if name.isalnum() else repr(name)
+            raise InputError(f"{path}: the picture is damaged: wrong checksum of {label}")
     return frames > 1
 
 
@@ -409,9 +412,9 @@ def clipping_note(path: str | Path, image: Image) -> str | None:
     count, highest, step = 0, 0.0, strip_rows(*pixels.shape[1:])
     for row in range(0, len(pixels), step):
         part = pixels[row : row + step]
-        beyond = ((part > 1) | (part < 0)) & np.isfinite(part)
-        count += int(beyond.any(axis=2).sum())
-        highest = max(highest, float(part[beyond].max(initial=0)))
+        outside = ((part > 1) | (part < 0)) & np.isfinite(part)
+        count += int(outside.any(axis=2).sum())
+        highest = max(highest, float(part[outside].max(initial=0)))
     if not count:
         return None
     top = f", up to {highest:.3g}," if highest > 1 else ""
@@ -421,11 +424,13 @@ def clipping_note(path: str | Path, image: Image) -> str | None:
     )
 
 
-def _notes(path: str | Path, spec: oiio.ImageSpec, others: bool, holes: int, whole: bool) -> tuple[str, ...]:
+def _notes(
+    path: str | Path, spec: oiio.ImageSpec, several: bool, holes: int, header_is_complete: bool
+) -> tuple[str, ...]:
     notes = []
-    if not whole:
+    if not header_is_complete:
         notes.append(f"{path}: invalid parts of its header are ignored")
-    if others:
+    if several:
         notes.append(f"{path}: contains several pictures; the first one is used")
     if WIDE.intersection(map(str, spec.channelformats or [spec.format])):
         notes.append(
@@ -469,7 +474,7 @@ def _is_associated(spec: oiio.ImageSpec, format: str) -> bool:
     return _alpha(spec) >= 0 and not straight
 
 
-def _known(path: str | Path, colorspace: str) -> str:
+def _checked_space(path: str | Path, colorspace: str) -> str:
     config = oiio.ColorConfig()
     names = [*config.getColorSpaceNames(), *config.getAliases(colorspace)]
     if colorspace != "data" and config.resolve(colorspace) not in names:
@@ -482,31 +487,31 @@ def _known(path: str | Path, colorspace: str) -> str:
 def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
     """Return the file's colour space; by default sRGB for integers and linear for floats."""
     try:
-        said = spec.get_string_attribute("oiio:ColorSpace")
+        stated = spec.get_string_attribute("oiio:ColorSpace")
     except UnicodeDecodeError:
-        said = ""
-    said = said if isinstance(said, str) and said.isprintable() else ""
-    return (said and usual_of(said)) or ("lin_rec709" if dtype.kind == "f" else "sRGB")
+        stated = ""
+    stated = stated if isinstance(stated, str) and stated.isprintable() else ""
+    return (stated and usual_of(stated)) or ("lin_rec709" if dtype.kind == "f" else "sRGB")
 
 
 def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
     """Return the metadata of the picture itself, and whether it is complete: entries that are not UTF-8 are ignored."""
-    kept: dict[str, Any] = {}
-    whole = True
+    entries: dict[str, Any] = {}
+    is_complete = True
     for entry in spec.extra_attribs:
         try:
             if not entry.name.startswith(FORGOTTEN):
                 # skip values that cannot be written back
                 oiio.ImageSpec().attribute(entry.name, entry.type, entry.value)
-                kept[entry.name] = (entry.type, entry.value)
+                entries[entry.name] = (entry.type, entry.value)
         except (UnicodeDecodeError, TypeError, RuntimeError):
-            whole = False
+            is_complete = False
     try:
         names = tuple(spec.channelnames)
         oiio.ImageSpec(1, 1, len(names), "float").channelnames = names
     except (UnicodeDecodeError, TypeError, RuntimeError):
-        return kept, False
-    return kept | {"channels": ("Y",) if names == ("A",) else names}, whole
+        return entries, False
+    return entries | {"channels": ("Y",) if names == ("A",) else names}, is_complete
 
 
 def _spec(image: Image, height: int, width: int, encoder: str) -> oiio.ImageSpec:
@@ -516,11 +521,11 @@ def _spec(image: Image, height: int, width: int, encoder: str) -> oiio.ImageSpec
     for name, value in image.metadata.items():
         if name != "channels" and (name != "ICCProfile" or _fits(value[1], channels - (image.alpha >= 0))):
             spec.attribute(name, *value)
-    said = image.metadata.get("channels", ())
-    if len(said) == channels:
-        spec.channelnames = said
-    elif len(said) == channels - 1 and image.alpha == channels - 1:
-        spec.channelnames = (*said, "A")
+    channel_names = image.metadata.get("channels", ())
+    if len(channel_names) == channels:
+        spec.channelnames = channel_names
+    elif len(channel_names) == channels - 1 and image.alpha == channels - 1:
+        spec.channelnames = (*channel_names, "A")
     elif image.alpha < 0 and channels > 3:  # otherwise the fourth would be named alpha
         spec.channelnames = tuple(f"channel{k}" for k in range(channels))
     elif channels == 2 and image.alpha == 1:

@@ -41,8 +41,8 @@ def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMAT
     """
     from PIL import Image as Pillow
 
-    if beyond := set(formats).difference(FORMATS, WITH_EXTRA):
-        raise ValueError(f"{', '.join(beyond)}: formats that may not be opened")
+    if not_allowed := set(formats).difference(FORMATS, WITH_EXTRA):
+        raise ValueError(f"{', '.join(not_allowed)}: formats that may not be opened")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

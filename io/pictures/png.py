@@ -20,35 +20,37 @@ class PngOutput:
     """A PNG file with the interface of OpenImageIO's `ImageOutput`, which writes the header.
 
     Args:
-        said: an `ImageOutput` that has not been opened.
+        output: an `ImageOutput` that has not been opened.
     """
 
-    def __init__(self, said: Any):
-        self.said, self.error = said, ""
+    def __init__(self, output: Any):
+        self.output, self.error = output, ""
 
     def supports(self, what: str) -> Any:
         """Return as `ImageOutput.supports`."""
-        return self.said.supports(what)
+        return self.output.supports(what)
 
     def geterror(self) -> str:
         """Return the error like `ImageOutput.geterror`, or that of the operating system."""
-        return self.error or self.said.geterror()
+        return self.error or self.output.geterror()
 
     def open(self, name: str, spec: oiio.ImageSpec) -> bool:
         """Open the file like `ImageOutput.open`; the header is taken from a file with only the first row."""
-        one, path = spec.copy(), Path(name)
-        one.height = one.full_height = 1
-        if one.get_string_attribute("oiio:ColorSpace") == "sRGB":
+        first_row_spec, path = spec.copy(), Path(name)
+        first_row_spec.height = first_row_spec.full_height = 1
+        if first_row_spec.get_string_attribute("oiio:ColorSpace") == "sRGB":
             # PNG implies it, and omitting it saves reading an OpenColorIO configuration
-            one.erase_attribute("oiio:ColorSpace")
+            first_row_spec.erase_attribute("oiio:ColorSpace")
         row = np.zeros((1, spec.width, spec.nchannels), str(spec.format))
-        if not (self.said.open(name, one) and self.said.write_image(row) and self.said.close()):
+        if not (
+            self.output.open(name, first_row_spec) and self.output.write_image(row) and self.output.close()
+        ):
             return False
         before = _until_pixels(path.read_bytes(), spec.height)
         self.stream = isal_zlib.compressobj(COMPRESSION_LEVEL)
         self.above = np.zeros(row.size * row.itemsize, np.uint8)
         self.file = path.open("wb", buffering=0)
-        return self._put(before)
+        return self._append(before)
 
     def write_scanlines(self, first: int, end: int, z: int, rows: NDArray) -> bool:
         """Write rows like `ImageOutput.write_scanlines`: (rows, w, c) uint8 or uint16, in order."""
@@ -58,7 +60,7 @@ class PngOutput:
         np.subtract(stored[0], self.above, out=lines[0, 1:])
         np.subtract(stored[1:], stored[:-1], out=lines[1:, 1:])
         self.above = stored[-1].copy()
-        return self._put(chunk(b"IDAT", self.stream.compress(lines)))
+        return self._append(chunk(b"IDAT", self.stream.compress(lines)))
 
     def write_image(self, rows: NDArray) -> bool:
         """Write the picture like `ImageOutput.write_image`."""
@@ -67,16 +69,16 @@ class PngOutput:
     def close(self) -> bool:
         """Finish the file like `ImageOutput.close`."""
         if not hasattr(self, "file"):
-            return self.said.close()
-        done = not self.error and self._put(chunk(b"IDAT", self.stream.flush()) + chunk(b"IEND", b""))
+            return self.output.close()
+        success = not self.error and self._append(chunk(b"IDAT", self.stream.flush()) + chunk(b"IEND", b""))
         self.file.close()
-        return done
+        return success
 
-    def _put(self, content: bytes) -> bool:
+    def _append(self, content: bytes) -> bool:
         try:
-            left = memoryview(content)
-            while left:
-                left = left[self.file.write(left) :]
+            remaining = memoryview(content)
+            while remaining:
+                remaining = remaining[self.file.write(remaining) :]
         except OSError as error:
             self.error = error.strerror or str(error)
         return not self.error
@@ -89,18 +91,18 @@ def chunk(name: bytes, content: bytes) -> bytes:
 
 def chunks(content: bytes) -> Iterator[tuple[bytes, bytes]]:
     """Yield names and contents of the chunks of a valid PNG file."""
-    at = len(PNG)
-    while at < len(content):
-        end = at + 8 + int.from_bytes(content[at : at + 4])
-        yield content[at + 4 : at + 8], content[at + 8 : end]
-        at = end + 4
+    start = len(PNG)
+    while start < len(content):
+        end = start + 8 + int.from_bytes(content[start : start + 4])
+        yield content[start + 4 : start + 8], content[start + 8 : end]
+        start = end + 4
 
 
 def _until_pixels(content: bytes, height: int) -> bytes:
     """Return the beginning of a PNG file up to its pixels, with another height in the header."""
-    made = PNG
-    for name, held in chunks(content):
+    beginning = PNG
+    for name, data in chunks(content):
         if name == b"IDAT":
             break
-        made += chunk(name, held[:4] + height.to_bytes(4) + held[8:] if name == b"IHDR" else held)
-    return made
+        beginning += chunk(name, data[:4] + height.to_bytes(4) + data[8:] if name == b"IHDR" else data)
+    return beginning

@@ -47,8 +47,8 @@ def write(
         InputError: the suffix's format does not support floats, or the file cannot be written.
     """
     check(path)
-    each, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
-    threads = (room or Memory()).threads(threads, each, what)
+    bytes_per_band, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
+    threads = (room or Memory()).threads(threads, bytes_per_band, what)
     rows = stmap.stmap(map, box, canvas, placing=placing, threads=threads)
     image_files.write_bands(path, _like(), canvas.height, canvas.width, rows)
 
@@ -66,8 +66,8 @@ def is_own(image: image_files.Image) -> bool:
 
 
 def _like() -> image_files.Image:
-    said = {"ImageDescription": ("string", _SAID)}
-    return image_files.Image(np.zeros((1, 1, 4), np.float32), 3, True, "data", said)
+    metadata = {"ImageDescription": ("string", _SAID)}
+    return image_files.Image(np.zeros((1, 1, 4), np.float32), 3, True, "data", metadata)
 
 
 def band_bytes(width: int) -> int:
@@ -86,21 +86,21 @@ def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory
     Raises:
         InputError: the file cannot be read, has fewer than two channels, or no floats.
     """
-    found = image_files.read(path, max_pixels=max_pixels, room=room)
-    if found.pixels.shape[2] < 2 or found.pixels.dtype.kind != "f":
+    image = image_files.read(path, max_pixels=max_pixels, room=room)
+    if image.pixels.shape[2] < 2 or image.pixels.dtype.kind != "f":
         raise InputError(
-            f"{path}: not an STMap: it has {found.pixels.shape[2]} channels of {found.pixels.dtype}, but "
+            f"{path}: not an STMap: it has {image.pixels.shape[2]} channels of {image.pixels.dtype}, but "
             "needs at least 2 channels of floats"
         )
-    return found.pixels
+    return image.pixels
 
 
 def places(st: NDArray) -> Real:
     """Return (p, 2) s and t of an STMap's pixels, except those on the edge of a tile, which may belong to either."""
-    known = np.isfinite(st[..., :2]).all(axis=-1)
-    known &= st[..., 3] > 0 if st.shape[2] > 3 else (st[..., :2] != 0).any(axis=-1)
-    found = st[known][:, :2].astype(float)
-    return found[(np.abs(found - np.round(found)) > TILE_EDGE_SHARE).all(axis=1)]
+    is_set = np.isfinite(st[..., :2]).all(axis=-1)
+    is_set &= st[..., 3] > 0 if st.shape[2] > 3 else (st[..., :2] != 0).any(axis=-1)
+    st_of_pixels = st[is_set][:, :2].astype(float)
+    return st_of_pixels[(np.abs(st_of_pixels - np.round(st_of_pixels)) > TILE_EDGE_SHARE).all(axis=1)]
 
 
 def apply(

@@ -90,7 +90,7 @@ class TiledImage:
 
 def read(
     pattern: str | Path,
-    wanted: Iterable[complex],
+    tiles: Iterable[complex],
     *,
     max_pixels: int = limits.READ_PIXELS,
     colorspace: str | None = None,
@@ -100,14 +100,14 @@ def read(
 
     Args:
         pattern: file name that contains `<UDIM>`.
-        wanted: tiles that are used.
+        tiles: tiles that are used.
         max_pixels: limit for all together.
         colorspace, room: as for `image_files.read`.
 
     Raises:
         InputError: there is no file, or they are incompatible or too large.
     """
-    corners = sorted(set(wanted), key=lambda tile: (tile.imag, tile.real))
+    corners = sorted(set(tiles), key=lambda tile: (tile.imag, tile.real))
     paths = {tile: name_of(str(pattern), n) for tile in corners if (n := number_of(tile)) is not None}
     present = {tile: name for tile, name in paths.items() if Path(name).is_file()}
     if not present:
@@ -129,15 +129,15 @@ def read(
     pixels = (room or Memory())(shape, first.pixels.dtype)
     pixels[:] = 0
     for tile, image in images.items():
-        at = tile - low
-        x, y = int(at.real) * width, (rows - 1 - int(at.imag)) * height
+        offset = tile - low
+        x, y = int(offset.real) * width, (rows - 1 - int(offset.imag)) * height
         pixels[y : y + height, x : x + width] = _alike(present[tile], image, first, width, height)
     notes = [note for image in images.values() for note in image.notes]
     if lacking := [tile for tile in corners if tile not in present]:
         names = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking[:8])
         more = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
-        shown = "black" if first.alpha < 0 else "transparent"
-        notes.append(f"{pattern}: no file for the tiles {names}{more}; the mesh is {shown} there")
+        colour = "black" if first.alpha < 0 else "transparent"
+        notes.append(f"{pattern}: no file for the tiles {names}{more}; the mesh is {colour} there")
     holes = sum(image.holes for image in images.values())
     return TiledImage(replace(first, pixels=pixels, notes=tuple(notes), holes=holes), (low, high))
 
@@ -150,8 +150,8 @@ def read_any(name: str, uv: Callable[[], Real], **options: Any) -> tuple[Image, 
     """
     if not is_pattern(name):
         return image_files.read(name, **options), None
-    found = read(name, all_of(uv()), **options)
-    return found.image, found.box
+    tiled = read(name, all_of(uv()), **options)
+    return tiled.image, tiled.box
 
 
 def _alike(name: str, image: Image, first: Image, width: int, height: int) -> Any:
@@ -161,8 +161,8 @@ def _alike(name: str, image: Image, first: Image, width: int, height: int) -> An
         InputError: channels, type or colour space differ from those of the first, or the sizes do not divide.
     """
     kinds = [
-        (each.pixels.shape[2], each.pixels.dtype, each.alpha, each.associated, each.colorspace)
-        for each in (image, first)
+        (picture.pixels.shape[2], picture.pixels.dtype, picture.alpha, picture.associated, picture.colorspace)
+        for picture in (image, first)
     ]
     if kinds[0] != kinds[1]:
         raise InputError(f"{name}: its channels, type or colour space differ from those of the other tiles")

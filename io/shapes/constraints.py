@@ -117,12 +117,12 @@ def in_the_plane(
     settings: dict[str, float], source: Shape, target: Shape, start: complex, end: complex
 ) -> dict[str, float]:
     """Return a pin's settings with lengths converted from the files' units to the core planes, at its points."""
-    found = dict(settings)
-    if "radius" in found:
-        found["radius"] *= source.unit_at(start)
-    if "tolerance" in found:
-        found["tolerance"] *= target.unit_at(end)
-    return found
+    converted = dict(settings)
+    if "radius" in converted:
+        converted["radius"] *= source.unit_at(start)
+    if "tolerance" in converted:
+        converted["tolerance"] *= target.unit_at(end)
+    return converted
 
 
 def _drawn_settings(source: Shape, name: str) -> dict[str, float]:
@@ -140,13 +140,13 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
     """
     if target is not source:
         raise InputError("turn: a rotation of pins is only possible in a deformation, without a target")
-    found: list[tuple] = []
+    pins: list[tuple] = []
     z = np.array([source.at(pin.source) for pin in listed])
     outlines, size = (source.curve, *map(Curve, source.holes)), source.curve.diagonal
     for k, pin in enumerate(listed):
         if pin.turn is None:
             continue
-        away = [each.distances(z[k : k + 1])[0] for each in outlines]
+        away = [outline.distances(z[k : k + 1])[0] for outline in outlines]
         room = min([*away, *np.abs(np.delete(z, k) - z[k])])
         if room < LEAST_ROOM_SHARE * size:
             raise InputError(
@@ -156,8 +156,8 @@ def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
             2j * np.pi * np.arange(CIRCLE_PINS) / CIRCLE_PINS
         )
         goals = target.at(pin.target) + around * np.exp(1j * np.radians(pin.turn))
-        found += [(*pair, pin.weight, pin.name, {}) for pair in zip(z[k] + around, goals)]
-    return found
+        pins += [(*pair, pin.weight, pin.name, {}) for pair in zip(z[k] + around, goals)]
+    return pins
 
 
 def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tuple[complex, complex]]:
@@ -173,14 +173,14 @@ def pairs_at(source: Shape, target: Shape, start: Place, end: Place) -> list[tup
 def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
     """Return the names drawn in both files, in the source's order; refuse names drawn in only one."""
     in_source, in_target = getattr(source, kind), getattr(target, kind)
-    for alone, by, other in (
+    for unmatched, shape, other in (
         (in_source.keys() - in_target.keys(), source, target),
         (in_target.keys() - in_source.keys(), target, source),
     ):
-        if alone:
-            names = ", ".join(sorted(alone)[:12])
+        if unmatched:
+            names = ", ".join(sorted(unmatched)[:12])
             raise InputError(
-                f"{by.path}: {names}: missing in {other.path}; draw each pin and stroke in both files or in neither"
+                f"{shape.path}: {names}: missing in {other.path}; draw each pin and stroke in both files or in neither"
             )
     return list(in_source)
 

@@ -31,17 +31,24 @@ def named_partners(
     source: Shape, target: Shape, holes: tuple[Sequence[int], Sequence[int]]
 ) -> list[tuple[int, int]]:
     """Return pairs of positions in the lists of holes that share a name which is unique on both sides."""
-    said = [
-        [parts.words_of(shape.hole_names[k] if shape.hole_names else ()) for k in chosen]
-        for shape, chosen in zip((source, target), holes)
+    names_by_side = [
+        [parts.words_of(shape.hole_names[k] if shape.hole_names else ()) for k in numbers]
+        for shape, numbers in zip((source, target), holes)
     ]
-    own = [{name for name in set().union(*side) if sum(name in each for each in side) == 1} for side in said]
-    found: dict[int, int] = {}
-    for i, names in enumerate(said[0]):
-        shared = [j for j, others in enumerate(said[1]) if names & others & own[0] & own[1]]
-        if len(shared) == 1 and shared[0] not in found.values():
-            found[i] = shared[0]
-    return list(found.items())
+    unique_names = [
+        {name for name in set().union(*side) if sum(name in hole_names for hole_names in side) == 1}
+        for side in names_by_side
+    ]
+    partners: dict[int, int] = {}
+    for i, names in enumerate(names_by_side[0]):
+        shared = [
+            j
+            for j, target_names in enumerate(names_by_side[1])
+            if names & target_names & unique_names[0] & unique_names[1]
+        ]
+        if len(shared) == 1 and shared[0] not in partners.values():
+            partners[i] = shared[0]
+    return list(partners.items())
 
 
 def is_drawn_by_lines(shape: Shape) -> bool:
@@ -86,8 +93,8 @@ def without_holes(shape: Shape, tell: Callable[[str], None]) -> Shape:
 def unmapped(shape: Shape, mapped: Sequence[Curve]) -> tuple[Complex, ...]:
     """Return the holes of a shape that are not among those of a map."""
     corners = np.array([_corner(hole.z) for hole in mapped])
-    near = 1e-9 * shape.curve.diagonal
-    return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < near))
+    same_distance = 1e-9 * shape.curve.diagonal
+    return tuple(hole for hole in shape.holes if not np.any(np.abs(corners - _corner(hole)) < same_distance))
 
 
 def fit_with_holes(
@@ -101,9 +108,9 @@ def fit_with_holes(
 
     If that finds no map, or `start` has no holes, fit without holes and give a note.
     """
-    chosen = source.mappable_holes, target.mappable_holes
-    inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), chosen)]
-    partners = named_partners(source, target, chosen)
+    mappable = source.mappable_holes, target.mappable_holes
+    inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), mappable)]
+    partners = named_partners(source, target, mappable)
     if source.drawing is not None and target.drawing is not None:
         return _fit_drawings(source, target, tell, partners, start, **given)
     plain = start is not None and len(start.loops) == 1
@@ -130,10 +137,16 @@ def _fit_drawings(
     **given: Any,
 ) -> Fit:
     """Call `iccm.fit` with two whole drawings; names pair their holes if both have a single part."""
-    both = all(shape.drawing is not None and shape.drawing.is_one_part for shape in (source, target))
+    both_are_one_part = all(
+        shape.drawing is not None and shape.drawing.is_one_part for shape in (source, target)
+    )
     try:
         return iccm.fit(
-            source.domain, target.domain, start=start, hole_partners=partners if both else (), **given
+            source.domain,
+            target.domain,
+            start=start,
+            hole_partners=partners if both_are_one_part else (),
+            **given,
         )
     except NoMapError:
         if not (source.holes or target.holes):
@@ -146,14 +159,14 @@ def deform_with_holes(source: Shape, **given: Any) -> Fit:
     """Call `iccm.deform` with a shape and its holes; with filled holes if it cannot be meshed otherwise."""
     holes = [source.holes[k] for k in source.mappable_holes]
     try:
-        found = iccm.deform(source.curve, source_holes=holes, **given)
+        fit = iccm.deform(source.curve, source_holes=holes, **given)
     except NoMapError:
         if not holes:
             raise
-        found = iccm.deform(source.curve, **given)
+        fit = iccm.deform(source.curve, **given)
     if source.drawing is None or source.drawing.is_one_part:
-        return found
-    return replace(found, drawings=(source.drawing, source.drawing))
+        return fit
+    return replace(fit, drawings=(source.drawing, source.drawing))
 
 
 def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> list[str]:
@@ -164,16 +177,20 @@ def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> 
         keep: whether pictures leave the target's holes transparent.
         mapped: whether the map takes holes to holes.
     """
-    said = []
+    notes = []
     for k, cure in enumerate(("", ", which pictures leave transparent" if keep else ", which pictures fill")):
         shapes = {id(pair[k]): pair[k] for pair in pairs if pair[k].holes}.values()
         count = sum(len(shape.holes) for shape in shapes)
-        left = count - sum(len(shape.mappable_holes) for shape in shapes) if mapped else count
-        if left:
-            many = f"its {left} hole{'s' * (left > 1)}" if left == count else f"{left} of its {count} holes"
+        ignored = count - sum(len(shape.mappable_holes) for shape in shapes) if mapped else count
+        if ignored:
+            many = (
+                f"its {ignored} hole{'s' * (ignored > 1)}"
+                if ignored == count
+                else f"{ignored} of its {count} holes"
+            )
             why = ", too small or too close to an outline" if mapped else ""
-            said.append(f"{pairs[0][k].spec}: the map ignores {many}{why}{cure}")
-    return said[-1:] if pairs[0][0].spec == pairs[0][1].spec else said
+            notes.append(f"{pairs[0][k].spec}: the map ignores {many}{why}{cure}")
+    return notes[-1:] if pairs[0][0].spec == pairs[0][1].spec else notes
 
 
 def _corner(z: Complex) -> complex:

@@ -63,10 +63,11 @@ class LandmarkPairs:
                 raise InputError(
                     f"{shape.spec}: landmarks of images only work for drawings and pictures; use JSON"
                 )
-        known = target.georeference.crs if target.georeference else ""
-        if self.crs and known and self.crs != known:
+        target_crs = target.georeference.crs if target.georeference else ""
+        if self.crs and target_crs and self.crs != target_crs:
             raise InputError(
-                f"{target.spec}: is in {known}, but the ground control points are in {self.crs}; reproject one of them"
+                f"{target.spec}: is in {target_crs}, but the ground control points are in {self.crs}; reproject one of "
+                "them"
             )
         before, after = self.axes
         return [
@@ -120,13 +121,13 @@ def parse(name: str, data: bytes) -> LandmarkPairs:
     return _limited(readers[formats.suffix_of(name)](text))
 
 
-def _limited(found: LandmarkPairs) -> LandmarkPairs:
+def _limited(pairs: LandmarkPairs) -> LandmarkPairs:
     """Return landmarks after checking their number."""
-    if not found.names:
+    if not pairs.names:
         raise InputError("contains no landmarks that are switched on")
-    if len(found.names) > limits.PAGE_PINS:
+    if len(pairs.names) > limits.PAGE_PINS:
         raise InputError(f"contains more than {limits.PAGE_PINS} landmarks")
-    return found
+    return pairs
 
 
 def _rows(text: str) -> list[tuple[int, list[str]]]:
@@ -159,7 +160,7 @@ def _read_bigwarp(text: str) -> LandmarkPairs:
 def _read_qgis(text: str) -> LandmarkPairs:
     rows = _rows(text)
     header = rows[0][1] if rows else []
-    sources = next((both for both in QGIS_SOURCE if set(both) <= set(header)), None)
+    sources = next((columns for columns in QGIS_SOURCE if set(columns) <= set(header)), None)
     if sources is None or not {"mapX", "mapY"} <= set(header):
         raise InputError("has no columns mapX, mapY, sourceX and sourceY (QGIS)")
     pairs = LandmarkPairs(("upward", "map"), [], [], [])
@@ -202,14 +203,14 @@ def _specimens(text: str) -> list[list[Point | None]]:
     Other lines, such as curves and names of pictures, are ignored.
     """
     specimens: list[list[Point | None]] = []
-    left = 0
+    remaining = 0
     for line, row in enumerate(text.splitlines(), 1):
         words = row.split()
         key, _, count = row.replace(" ", "").partition("=")
         if key.upper() == "LM" and re.fullmatch("[0-9]{1,9}", count):
             specimens.append([])
-            left = int(count)
-        elif left and words:
+            remaining = int(count)
+        elif remaining and words:
             if len(words) != 2:
                 raise InputError(f"line {line}: {row.strip()[:40]!r} is not a landmark x y")
             if [word.upper() for word in words] == ["NA", "NA"]:
@@ -217,9 +218,9 @@ def _specimens(text: str) -> list[list[Point | None]]:
             else:
                 x, y = (coordinate(word, f"line {line}") for word in words)
                 specimens[-1].append((x, y))
-            left -= 1
-    if left:
-        raise InputError(f"the file ends before the last {left} landmarks")
+            remaining -= 1
+    if remaining:
+        raise InputError(f"the file ends before the last {remaining} landmarks")
     return specimens
 
 
@@ -245,7 +246,7 @@ def write(suffix: str, pins: Sequence[Any], source: Shape, target: Shape) -> str
         raise InputError("landmarks on meshes can only be saved as JSON")
     axes, writer = writers[suffix]
     names = [pin.name for pin in pins]
-    sides = [[_to_axes(own, getattr(pin, side), shape) for pin in pins] for own, side, shape in
+    sides = [[_to_axes(side_axes, getattr(pin, side), shape) for pin in pins] for side_axes, side, shape in
              ((axes[0], "source", source), (axes[1], "target", target))]  # fmt: skip
     return writer(LandmarkPairs(axes, names, sides[0], sides[1]))
 

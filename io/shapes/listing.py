@@ -79,8 +79,8 @@ class Pin(_Entry):
     @property
     def settings(self) -> dict[str, float]:
         """The pin's settings other than its points, by name."""
-        given = {name: getattr(self, name) for name in PIN_SETTINGS.values()}
-        return {name: value for name, value in given.items() if value is not None}
+        values = {name: getattr(self, name) for name in PIN_SETTINGS.values()}
+        return {name: value for name, value in values.items() if value is not None}
 
 
 class Stroke(_Entry):
@@ -137,12 +137,12 @@ class ConstraintsFile(StrictModel):
             InputError: a landmark is given on one side only.
         """
         sources, targets = self.landmarks.source, self.landmarks.target
-        for alone, side in (
+        for unmatched, side in (
             (sources.keys() - targets.keys(), "source"),
             (targets.keys() - sources.keys(), "target"),
         ):
-            if alone:
-                names = ", ".join(sorted(alone)[:12])
+            if unmatched:
+                names = ", ".join(sorted(unmatched)[:12])
                 raise InputError(f"landmarks: {names}: only given for the {side}; give each for both shapes")
         marks = [Pin(name=name[:200], source=place, target=targets[name]) for name, place in sources.items()]
         return [*self.pins, *marks]
@@ -153,7 +153,7 @@ class ConstraintsFile(StrictModel):
         Raises:
             InputError: as `all_pins`, or landmarks of images for a mesh.
         """
-        pairs = [pair for each in self._pairs for pair in each.in_file_units(source, target)]
+        pairs = [pair for landmarks in self._pairs for pair in landmarks.in_file_units(source, target)]
         return [*self.all_pins, *(Pin(name=name[:200], source=a, target=b) for name, a, b in pairs)]
 
     def add_pairs(self, pairs: other_programs.LandmarkPairs) -> None:
@@ -170,7 +170,7 @@ class ConstraintsFile(StrictModel):
             low, high = shape.box
             size = np.array([(high - low).real, (high - low).imag])
             if sheet and not np.allclose(size, sheet.size, rtol=SAME_SIZE_SHARE):
-                expected, actual = ("{:g} x {:g}".format(*each) for each in (sheet.size, size))
+                expected, actual = ("{:g} x {:g}".format(*extent) for extent in (sheet.size, size))
                 cure = 'scale the points, or remove the size from "files"'
                 raise InputError(
                     f"the constraints were made for {sheet.file or 'a shape'} with size {expected}, but "

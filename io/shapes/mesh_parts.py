@@ -27,15 +27,15 @@ def side_by_side(shapes: list[MeshShape]) -> list[MeshShape]:
     width = max(
         max(size.real for size in sizes), np.sqrt(sum((s.real + gap) * (s.imag + gap) for s in sizes))
     )
-    placed: dict[int, MeshShape] = {}
+    moved: dict[int, MeshShape] = {}
     x = y = tallest = 0.0
     for k in sorted(range(len(shapes)), key=lambda k: -sizes[k].imag):
         if x > 0 and x + sizes[k].real > width:
             x, y, tallest = 0.0, y - tallest - gap, 0.0
         tallest = max(tallest, sizes[k].imag)
-        placed[k] = _move(shapes[k], complex(x, y - sizes[k].imag) - shapes[k].curve.box[0])
+        moved[k] = _move(shapes[k], complex(x, y - sizes[k].imag) - shapes[k].curve.box[0])
         x += sizes[k].real + gap
-    return [placed[k] for k in range(len(shapes))]
+    return [moved[k] for k in range(len(shapes))]
 
 
 def move_beside(shape: MeshShape, boxes: Sequence[Box]) -> MeshShape:
@@ -57,35 +57,37 @@ def join(shapes: Sequence[MeshShape]) -> MeshShape:
         return shapes[0]
     mesh, faces, corners = _unite([shape.file for shape in shapes])
     patches = [shape.flattening.patch for shape in shapes]
-    whole = Patch.of_pieces(mesh, patches, [number[patch.corner] for number, patch in zip(corners, patches)])
-    whole = replace(whole, notes=tuple(dict.fromkeys(note for patch in patches for note in patch.notes)))
+    united = Patch.of_pieces(mesh, patches, [number[patch.corner] for number, patch in zip(corners, patches)])
+    united = replace(united, notes=tuple(dict.fromkeys(note for patch in patches for note in patch.notes)))
     flat = np.concatenate([shape.flattening.flat for shape in shapes])
     first = shapes[0]
-    laid = Flattening(whole, flat, first.flattening.loop, first.flattening.method)
+    laid = Flattening(united, flat, first.flattening.loop, first.flattening.method)
     return replace(first, file=replace(first.file, mesh=mesh, faces=faces), flattening=laid)
 
 
 def _unite(files: Sequence[MeshFile]) -> tuple[Mesh, Flags, list[Index]]:
     """Return the faces of several parts of a file as one mesh, marks of these faces, and new numbers of all corners."""
-    own = [np.flatnonzero(file.faces) for file in files]
-    faces, first = np.unique(np.concatenate(own), return_index=True)
+    faces_of_files = [np.flatnonzero(file.faces) for file in files]
+    faces, first = np.unique(np.concatenate(faces_of_files), return_index=True)
     sizes = np.concatenate([file.mesh.sizes for file in files])[first]
     starts = np.concatenate([[0], np.cumsum(sizes)])
-    numbers = [_numbered(file.mesh, starts[np.searchsorted(faces, ids)]) for file, ids in zip(files, own)]
+    numbers = [
+        _numbered(file.mesh, starts[np.searchsorted(faces, ids)]) for file, ids in zip(files, faces_of_files)
+    ]
     mesh = files[0].mesh
 
-    def all_of(name: str, at: list[Index], count: int) -> Any:
+    def all_of(name: str, positions: list[Index], count: int) -> Any:
         values = [getattr(file.mesh, name) for file in files]
         if values[0] is None:
             return None
         out = np.empty(count, values[0].dtype)
-        for place, own_values in zip(at, values):
+        for place, own_values in zip(positions, values):
             out[place] = own_values
         return out
 
-    rows = [np.searchsorted(faces, ids) for ids in own]
-    named = ("corners", "uv_corners", "normal_corners")
-    corners, uv, normals = (all_of(name, numbers, int(starts[-1])) for name in named)
+    rows = [np.searchsorted(faces, ids) for ids in faces_of_files]
+    names = ("corners", "uv_corners", "normal_corners")
+    corners, uv, normals = (all_of(name, numbers, int(starts[-1])) for name in names)
     lines = all_of("lines", rows, faces.size)
     marked = np.logical_or.reduce([file.faces for file in files])
     return (

@@ -32,20 +32,20 @@ def lay_onto(
         NoMapError: no map without folds was found.
     """
     fit = fit_with_holes(mesh, outline, tell)
-    figures, told = {"boundary": fit.boundary, "turn": fit.distortion.turn}, list(fit.notes)
+    figures, notes_of_fit = {"boundary": fit.boundary, "turn": fit.distortion.turn}, list(fit.notes)
 
-    def placed(layout: Flattening) -> Complex:
+    def lay_out(layout: Flattening) -> Complex:
         return with_room(fit.map(layout.flat), layout, outline.curve.diagonal)
 
     if tolerance is not None:
-        there = triangulated(fit.map)
-        back = TriangulatedMap(there.image, there.source, there.faces, there.loops)
+        to_outline = triangulated(fit.map)
+        back = TriangulatedMap(to_outline.image, to_outline.source, to_outline.faces, to_outline.loops)
         images = [fit.map(mesh.flattening.flat)]
-        (mesh,), rims, left = subdivide_rims([mesh], images, [back], tolerance, [placed])
-        figures, told = figures | rims, told + left
-    before, flat = mesh.flattening, placed(mesh.flattening)
+        (mesh,), rims, rim_notes = subdivide_rims([mesh], images, [back], tolerance, [lay_out])
+        figures, notes_of_fit = figures | rims, notes_of_fit + rim_notes
+    before, flat = mesh.flattening, lay_out(mesh.flattening)
     curve = Curve(flat[before.loop])
     holes = tuple(flat[loop] for loop in before.patch.loops if not (loop[0] == before.loop).any())
     laid = replace(before, flat=flat, method=outline.path.name, notes=())
-    notes = (*mesh.notes, *told)
+    notes = (*mesh.notes, *notes_of_fit)
     return replace(mesh, curve=curve, box=curve.box, flattening=laid, holes=holes, notes=notes), figures

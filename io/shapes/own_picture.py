@@ -34,10 +34,10 @@ def read(spec: Spec, trace: str = "auto", *, anew: bool = False, **options: Any)
         InputError: it is not a picture, or nothing stands out from the background.
     """
     part = part_of(spec.chosen)
-    held = handed.take(Path(spec.path), trace, part)
+    handed_over = handed.take(Path(spec.path), trace, part)
     as_asked = not anew and not options.get("colorspace")
-    if held and as_asked and _pixels(held[0]) <= options.get("max_pixels", np.inf):
-        image, reading = held
+    if handed_over and as_asked and _pixels(handed_over[0]) <= options.get("max_pixels", np.inf):
+        image, reading = handed_over
     else:
         image = image_files.read(spec.path, **options)
         with naming(spec.path):
@@ -60,13 +60,13 @@ def _cut_out(image: Image, reading: Reading) -> Image:
     if reading.kind == "plain":
         colours = _unmix(colours, alpha)
     largest = np.iinfo(image.pixels.dtype).max if image.pixels.dtype.kind == "u" else 1
-    made = np.concatenate([colours, alpha[..., None]], axis=2) * np.float32(largest)
+    cut_out = np.concatenate([colours, alpha[..., None]], axis=2) * np.float32(largest)
     if image.pixels.dtype.kind == "u":
-        made = np.rint(made)
+        cut_out = np.rint(cut_out)
     return replace(
         image,
-        pixels=made.astype(image.pixels.dtype),
-        alpha=made.shape[2] - 1,
+        pixels=cut_out.astype(image.pixels.dtype),
+        alpha=cut_out.shape[2] - 1,
         associated=False,
         metadata={name: value for name, value in image.metadata.items() if name != "channels"},
     )

@@ -52,31 +52,31 @@ class PackedMap(NamedTuple):
     triangles: Triangles
 
 
-def round_map(source: Points, target: Points, triangles: Triangles, kept: NDArray[np.bool_]) -> PackedMap:
+def round_map(source: Points, target: Points, triangles: Triangles, is_fixed: NDArray[np.bool_]) -> PackedMap:
     """Return a map whose coordinates are rounded for `pack`, with its vertices sorted.
 
     Args:
         source: (n, 2) vertices in the source.
         target: (n, 2) the same in the target.
         triangles: (m, 3) numbers of vertices.
-        kept: (n,) whether a vertex must stay where it is.
+        is_fixed: (n,) whether a vertex must stay where it is.
     """
     fine = [_rounded(side, _exponent(side, FINE_BITS)) for side in (source, target)]
-    found = fine
+    rounded = fine
     for bits in COARSE_BITS:
         coarse = [
-            np.where(kept[:, None], at, _rounded(at, _exponent(side, bits)))
-            for at, side in zip(fine, (source, target))
+            np.where(is_fixed[:, None], fine_side, _rounded(fine_side, _exponent(side, bits)))
+            for fine_side, side in zip(fine, (source, target))
         ]
         if not any(_folds(side, triangles) for side in coarse):
-            found = coarse
+            rounded = coarse
             break
-    order = _order(found[0])
+    order = _order(rounded[0])
     faces = np.argsort(order)[triangles]
     first = faces.argmin(axis=1)
     faces = np.take_along_axis(faces, (first[:, None] + np.arange(3)) % 3, axis=1)
     faces = faces[np.lexsort((faces[:, 2], faces[:, 1], faces[:, 0]))]
-    return PackedMap(found[0][order], found[1][order], faces)
+    return PackedMap(rounded[0][order], rounded[1][order], faces)
 
 
 def pack(map: PackedMap) -> str:
@@ -118,14 +118,14 @@ def unpack(text: str) -> PackedMap:
         raise ValueError(DAMAGED)
     mask = np.frombuffer(content, np.uint8, mask_bytes, HEADER.size)
     is_coarse = np.unpackbits(mask, count=count).astype(bool)
-    if is_coarse.sum() != coarse_count or not all(-1074 <= each <= 900 for each in exponents):
+    if is_coarse.sum() != coarse_count or not all(-1074 <= power <= 900 for power in exponents):
         raise ValueError(DAMAGED)
-    at = HEADER.size + mask_bytes
+    position = HEADER.size + mask_bytes
 
     def numbers(size: int) -> NDArray[np.int64]:
-        nonlocal at
-        planes = np.frombuffer(content, np.uint8, 8 * size, at).reshape(8, size)
-        at += 8 * size
+        nonlocal position
+        planes = np.frombuffer(content, np.uint8, 8 * size, position).reshape(8, size)
+        position += 8 * size
         return np.ascontiguousarray(planes.T).view("<i8").ravel().astype(np.int64)
 
     sides = [np.empty((count, 2)), np.empty((count, 2))]
@@ -163,9 +163,9 @@ def _order(source: Points) -> NDArray[np.int64]:
 
 
 def _differences(values: NDArray[np.float64] | NDArray[np.int64]) -> bytes:
-    whole = values.astype(np.int64)
-    whole[1:] -= whole[:-1].copy()
-    return _as_bytes(whole)
+    numbers = values.astype(np.int64)
+    numbers[1:] -= numbers[:-1].copy()
+    return _as_bytes(numbers)
 
 
 def _as_bytes(values: NDArray[np.int64]) -> bytes:
@@ -177,7 +177,7 @@ def _decompress(content: bytes) -> bytes:
     """Return what was compressed, at most as much as the largest map has."""
     most = HEADER.size + limits.START_ENTRIES * (1 + 8 * 7)
     engine = zlib.decompressobj()
-    found = engine.decompress(content, most)
+    unpacked = engine.decompress(content, most)
     if not engine.eof:
         raise ValueError(DAMAGED)
-    return found
+    return unpacked

@@ -29,17 +29,17 @@ def pair(sources: Sequence[Shape], targets: Sequence[Shape], turn: float = 0.0) 
         turn: rotation of the source in degrees, counter-clockwise.
     """
     spatial = all(shape.is_mesh for shape in (sources[0], targets[0]))
-    placed, size = _fit_to_unit(sources, spatial)
+    positions, size = _fit_to_unit(sources, spatial)
     aims, large = _fit_to_unit(targets, spatial)
-    placed[:, :2] = xy_of(complex_of(placed[:, :2]) * np.exp(1j * np.radians(turn)))
+    positions[:, :2] = xy_of(complex_of(positions[:, :2]) * np.exp(1j * np.radians(turn)))
     names = [[words_of(shape.names) for shape in shapes] for shapes in (sources, targets)]
     shared = np.array([[len(a & b) for b in names[1]] for a in names[0]])
-    return pair_by_cost((placed, aims), (size, large), NAME_GAIN * shared)
+    return pair_by_cost((positions, aims), (size, large), NAME_GAIN * shared)
 
 
 def _fit_to_unit(shapes: Sequence[Shape], spatial: bool) -> tuple[Real, Real]:
     """Return centroids (k, 3) relative to the middle of all, in half diagonals, and shares of the area (k,)."""
-    middles, lows, highs = (np.array(each) for each in zip(*(shape.spread(spatial) for shape in shapes)))
+    middles, lows, highs = (np.array(values) for values in zip(*(shape.spread(spatial) for shape in shapes)))
     low, high = lows.min(axis=0), highs.max(axis=0)
     areas = np.array([shape.curve.area for shape in shapes])
     return (middles - (low + high) / 2) / (np.linalg.norm(high - low) / 2), areas / areas.sum()

@@ -53,9 +53,9 @@ def read(
 
 def _gathered(parts: list[tuple[str, Edges]], chosen: str | None) -> dict[str, Edges]:
     """Group the edges of the chosen parts by name."""
-    wanted = [(name, edges) for name, edges in parts if chosen in (None, name)]
-    names = dict.fromkeys(name for name, _ in wanted)
-    return {name: np.concatenate([e for n, e in wanted if n == name]) for name in names}
+    selected = [(name, edges) for name, edges in parts if chosen in (None, name)]
+    names = dict.fromkeys(name for name, _ in selected)
+    return {name: np.concatenate([e for n, e in selected if n == name]) for name in names}
 
 
 def _add(drawing: DrawingContent, content: Obj, name: str, edges: Edges) -> None:
@@ -68,16 +68,16 @@ def _add(drawing: DrawingContent, content: Obj, name: str, edges: Edges) -> None
     drawing.add((z[k] for k in rings), "evenodd", label, (name,) if name else (), area, crossed=False)
 
 
-def _planar(content: Obj, used: NDArray) -> Real:
+def _planar(content: Obj, indices: NDArray) -> Real:
     """Return x and y of the used vertices.
 
     Raises:
         InputError: they are not finite, or do not have the same z.
     """
-    v = content.v[used]
+    v = content.v[indices]
     wrong = ~(np.abs(v) <= limits.SVG_NUMBER).all(axis=1)
     if wrong.any():
-        raise InputError(f"{content.path}: vertex {int(used[wrong][0]) + 1} is not finite, or too large")
+        raise InputError(f"{content.path}: vertex {int(indices[wrong][0]) + 1} is not finite, or too large")
     extent = np.ptp(v, axis=0)
     if extent[2] > FLAT_EXTENT_SHARE * extent.max():
         raise InputError(
@@ -100,9 +100,9 @@ def _remedy(extent: Real, faces: int) -> str:
 def _polylines(content: Obj) -> list[tuple[str, Edges]]:
     """Return the edges of `l` lines, each with the object or group in force there."""
     vertices = None
-    found = []
-    said = [s for s in content.statements if s.keyword in ("o", "g")]
-    places = [s.at for s in said]
+    polylines = []
+    names = [s for s in content.statements if s.keyword in ("o", "g")]
+    places = [s.at for s in names]
     for line in _LINE.finditer(content.data):
         words = line[1].split(b"#")[0].replace(b"\\", b" ").split()
         index = np.array([_index(content, word, line.start()) for word in words], dtype=np.int64)
@@ -118,21 +118,21 @@ def _polylines(content: Obj) -> list[tuple[str, Edges]]:
                 f"{_place(content, line.start())}: there is no vertex {words[int(np.argmax(bad))].decode()}"
             )
         number = int(np.searchsorted(places, line.start())) - 1
-        name = said[number].text if number >= 0 else ""
-        found.append((name, np.column_stack([index[:-1], index[1:]]) - 1))
-    return found
+        name = names[number].text if number >= 0 else ""
+        polylines.append((name, np.column_stack([index[:-1], index[1:]]) - 1))
+    return polylines
 
 
-def _index(content: Obj, word: bytes, at: int) -> int:
+def _index(content: Obj, word: bytes, position: int) -> int:
     match = _INDEX.fullmatch(word)
     if not match or not int(match[1]):
-        shown = word[:24].decode("utf-8", "replace")
-        raise InputError(f"{_place(content, at)}: {shown!r} is not a vertex")
+        text = word[:24].decode("utf-8", "replace")
+        raise InputError(f"{_place(content, position)}: {text!r} is not a vertex")
     return int(match[1])
 
 
-def _place(content: Obj, at: int) -> str:
-    return f"{content.path}: line {int(np.searchsorted(content.line_ends, at)) + 1}"
+def _place(content: Obj, position: int) -> str:
+    return f"{content.path}: line {int(np.searchsorted(content.line_ends, position)) + 1}"
 
 
 def _boundary(content: Obj, part: str | None) -> list[tuple[str, Edges]]:
@@ -164,19 +164,19 @@ def _rings(edges: Edges, z: Complex) -> Iterator[NDArray]:
         InputError: a path has an end, or lines branch.
     """
     edges = np.unique(np.sort(edges[edges[:, 0] != edges[:, 1]], axis=1), axis=0)
-    both = np.concatenate([edges, edges[:, ::-1]])
-    both = both[np.argsort(both[:, 0], kind="stable")]
-    vertex, start, degree = np.unique(both[:, 0], return_index=True, return_counts=True)
-    for wrong, what in ((degree == 1, "the outline is open: it ends"), (degree > 2, "lines branch")):
+    half_edges = np.concatenate([edges, edges[:, ::-1]])
+    half_edges = half_edges[np.argsort(half_edges[:, 0], kind="stable")]
+    vertex, start, degree = np.unique(half_edges[:, 0], return_index=True, return_counts=True)
+    for wrong, problem in ((degree == 1, "the outline is open: it ends"), (degree > 2, "lines branch")):
         if wrong.any():
-            at = " and ".join(f"({p.real:g}, {p.imag:g})" for p in z[vertex[wrong]][:2])
-            raise InputError(f"{what} at {at}; every outline must be one closed loop")
-    near = {int(v): (int(both[s, 1]), int(both[s + 1, 1])) for v, s in zip(vertex, start)}
-    while near:
-        first = previous = next(iter(near))
-        current, ring = near.pop(first)[0], [first]
+            points = " and ".join(f"({p.real:g}, {p.imag:g})" for p in z[vertex[wrong]][:2])
+            raise InputError(f"{problem} at {points}; every outline must be one closed loop")
+    neighbours = {int(v): (int(half_edges[s, 1]), int(half_edges[s + 1, 1])) for v, s in zip(vertex, start)}
+    while neighbours:
+        first = previous = next(iter(neighbours))
+        current, ring = neighbours.pop(first)[0], [first]
         while current != first:
             ring.append(current)
-            a, b = near.pop(current)
+            a, b = neighbours.pop(current)
             previous, current = current, b if a == previous else a
         yield np.array(ring)

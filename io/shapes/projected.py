@@ -58,14 +58,14 @@ def read_pair(source: str, target: str) -> tuple[Shape, Shape]:
     Raises:
         InputError: one of them cannot be read, or both do not fit each other.
     """
-    found = [_read_view(text) if is_view(text) else flat_picture(text) for text in (source, target)]
+    pair = [_read_view(text) if is_view(text) else flat_picture(text) for text in (source, target)]
     for k, text in enumerate((source, target)):
         if text == SHEET:
-            found[k] = _sheet_of(found[1 - k], text)
-    balls = [each for each in found if _is_ball(each)]
-    if balls and not any(isinstance(view_of(each), Canvas) for each in found):
+            pair[k] = _sheet_of(pair[1 - k], text)
+    balls = [side for side in pair if _is_ball(side)]
+    if balls and not any(isinstance(view_of(side), Canvas) for side in pair):
         raise InputError(f"{balls[0].spec}: the other side of a sphere must be a flat picture or a sheet")
-    first, second = found
+    first, second = pair
     return first, second
 
 
@@ -80,8 +80,8 @@ def flat_picture(text: str) -> Shape:
         raise InputError(f"{text}: is a mesh; only pictures and drawings lie flat on such a shape")
     boxes = f"#{CANVAS}", f"#{shape.BBOX}"
     if not text.endswith(boxes):
-        whole = spec.chosen is None and (formats.of(spec.path).picture or formats.of(spec.path).drawing)
-        text += boxes[0] if whole and formats.suffix_of(spec.path) != ".obj" else boxes[1]
+        is_whole = spec.chosen is None and (formats.of(spec.path).picture or formats.of(spec.path).drawing)
+        text += boxes[0] if is_whole and formats.suffix_of(spec.path) != ".obj" else boxes[1]
     return shape.read(text)
 
 
@@ -143,9 +143,11 @@ def _marked(text: str) -> Shape:
     canvas = shape.read(f"{spec.path}#{CANVAS}")
     places = [complex(x, -y) for x, y in points]
     with naming(str(spec.path)):
-        found = _found(kind, sizes, places, canvas.box, settings.get("focal", [None])[0])
-    notes = _notes(found)
-    marked = _shape(text, spec.path, found.view, _outline(found.view), canvas.box, flip=True, notes=notes)
+        estimate = _found(kind, sizes, places, canvas.box, settings.get("focal", [None])[0])
+    notes = _notes(estimate)
+    marked = _shape(
+        text, spec.path, estimate.view, _outline(estimate.view), canvas.box, flip=True, notes=notes
+    )
     return replace(marked, georeference=canvas.georeference)
 
 
@@ -158,14 +160,14 @@ def _found(
     return revolved(top, bottom, height, points, box, focal)
 
 
-def _notes(found: Found) -> tuple[str, ...]:
+def _notes(estimate: Found) -> tuple[str, ...]:
     """Return a note on what was found from points on a photograph."""
-    if found.focal_mm is None:
+    if estimate.focal_mm is None:
         return ()
-    width, height = found.view.label or found.view.size
+    width, height = estimate.view.label or estimate.view.size
     return (
-        f"the marked label is {width:.4g} by {height:.4g} on the surface (camera: {found.focal_mm:.0f} mm; marks "
-        f"within {found.error:.1f} pixels)",
+        f"the marked label is {width:.4g} by {height:.4g} on the surface (camera: {estimate.focal_mm:.0f} mm; marks "
+        f"within {estimate.error:.1f} pixels)",
     )
 
 
@@ -177,11 +179,11 @@ def _sheet(text: str, size: tuple[float, float]) -> Shape:
     return Shape(text, Path(SHEET), Curve(corners), box, True, {}, {})
 
 
-def _sheet_of(other: Shape, text: str) -> Shape:
+def _sheet_of(view_shape: Shape, text: str) -> Shape:
     """Return the sheet of a view, in the size that the view has on its own."""
-    if other.view is None or other.view.label is None:
+    if view_shape.view is None or view_shape.view.label is None:
         raise InputError(f"{text}: its size is not known; write sheet:WIDTHxHEIGHT")
-    return _sheet(text, label_size(other.view, None))
+    return _sheet(text, label_size(view_shape.view, None))
 
 
 def _outline(view: View) -> Complex:
@@ -210,14 +212,14 @@ def _parsed(text: str, kind: str, values: str, examples: dict[str, str]) -> Valu
     """
     marked = examples is MARKED_EXAMPLES
     usage = f"write for example {examples[kind]}"
-    known = _MARKED_SETTINGS if marked else _SETTINGS
+    allowed = _MARKED_SETTINGS if marked else _SETTINGS
     words = re.split(r",(?=\s*[a-z]+\s*=)", values)
     settings = dict[str, list[float]]()
     for word in words[1:]:
         name, _, value = (part.strip() for part in word.partition("="))
-        if name not in known or (kind == "plane" and name == "focal"):
-            given = [each for each in known if not (kind == "plane" and each == "focal")]
-            raise InputError(f"{text}: {name!r} is not a setting; {_listed(given)}; {usage}")
+        if name not in allowed or (kind == "plane" and name == "focal"):
+            available = [setting for setting in allowed if not (kind == "plane" and setting == "focal")]
+            raise InputError(f"{text}: {name!r} is not a setting; {_listed(available)}; {usage}")
         numbers = _sizes(value, text, usage) if name == "label" else [_number(value, text, usage)]
         if len(numbers) != (2 if name == "label" else 1):
             raise InputError(f"{text}: {name}={value} is not a size; write {name}=80x60")
@@ -227,11 +229,11 @@ def _parsed(text: str, kind: str, values: str, examples: dict[str, str]) -> Valu
         if most is not None and abs(numbers[0]) > most:
             raise InputError(f"{text}: {name} must be between -{most:g} and {most:g} degrees")
         settings[name] = numbers
-    first, *rest = words[0].split(":")
+    first, *further = words[0].split(":")
     if marked and kind == "plane":
-        sizes, places = [], [first, *rest]
+        sizes, places = [], [first, *further]
     else:
-        sizes, places = _sizes(first, text, usage), rest
+        sizes, places = _sizes(first, text, usage), further
         if len(sizes) != NUMBERS_OF_SIZES[kind]:
             many = f"{NUMBERS_OF_SIZES[kind]} sizes" if NUMBERS_OF_SIZES[kind] > 1 else "one size"
             raise InputError(f"{text}: a {kind} has {many}; {usage}")
@@ -245,25 +247,25 @@ def _listed(names: Sequence[str]) -> str:
     return f"these are {', '.join(names)}" if names else "there are none here"
 
 
-def _sizes(text: str, whole: str, usage: str) -> list[float]:
-    numbers = [_number(word, whole, usage) for word in re.split("[x×]", text)]
+def _sizes(text: str, spec: str, usage: str) -> list[float]:
+    numbers = [_number(word, spec, usage) for word in re.split("[x×]", text)]
     if min(numbers) <= 0:
-        raise InputError(f"{whole}: sizes must be greater than 0")
+        raise InputError(f"{spec}: sizes must be greater than 0")
     return numbers
 
 
-def _point(text: str, whole: str, usage: str) -> tuple[float, float]:
+def _point(text: str, spec: str, usage: str) -> tuple[float, float]:
     words = text.split(",")
     if len(words) != 2:
-        raise InputError(f"{whole}: {text!r} is not a point; {usage}")
-    return _number(words[0], whole, usage), _number(words[1], whole, usage)
+        raise InputError(f"{spec}: {text!r} is not a point; {usage}")
+    return _number(words[0], spec, usage), _number(words[1], spec, usage)
 
 
-def _number(text: str, whole: str, usage: str) -> float:
+def _number(text: str, spec: str, usage: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"{whole}: {text!r} is not a number; {usage}") from None
+        raise InputError(f"{spec}: {text!r} is not a number; {usage}") from None
     if not abs(value) <= limits.COORDINATE:
-        raise InputError(f"{whole}: {text!r} is not a number of a usual size; {usage}")
+        raise InputError(f"{spec}: {text!r} is not a number of a usual size; {usage}")
     return value

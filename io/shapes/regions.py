@@ -35,7 +35,7 @@ GREY_EDGE_SHARE = 0.1  # of the pixels of a mask that are not black: a smaller s
 
 def read(
     shape: Shape,
-    given: Sequence[str],
+    regions: Sequence[str],
     listed: Sequence[str | list[Place]] = (),
     option: str = "--rigid",
 ) -> list[Complex]:
@@ -43,7 +43,7 @@ def read(
 
     Args:
         shape: the source or the target.
-        given: each is `#id` for an element or group of its drawing, an object, group or material of its OBJ, or a
+        regions: each is `#id` for an element or group of its drawing, an object, group or material of its OBJ, or a
             geometry or material of its GLB; or the name of a picture over its canvas or layout, white where it is
             rigid.
         listed: as `given`, or polygons in the shape's units.
@@ -52,18 +52,18 @@ def read(
     Raises:
         InputError: an element or group that the file does not have, or a picture without white.
     """
-    found = list(shape.rigid)
-    for each in (*given, *listed):
-        if not isinstance(each, str):
-            found.append(Curve.domain([shape.at(place) for place in each], "rigid: a polygon").z)
-        elif not each.startswith(MARK):
-            _refuse_missing(shape, each, option)
-            found += _mask(shape, Path(each), option)
+    outlines = list(shape.rigid)
+    for region in (*regions, *listed):
+        if not isinstance(region, str):
+            outlines.append(Curve.domain([shape.at(place) for place in region], "rigid: a polygon").z)
+        elif not region.startswith(MARK):
+            _refuse_missing(shape, region, option)
+            outlines += _mask(shape, Path(region), option)
         elif isinstance(shape, MeshShape):
-            found += _triangles(shape, each, option)
+            outlines += _triangles(shape, region, option)
         else:
-            found += _element(shape, each, option)
-    return found
+            outlines += _element(shape, region, option)
+    return outlines
 
 
 def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[str, Field]:
@@ -72,7 +72,7 @@ def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[
     Raises:
         InputError: a picture cannot be read, or the source is a mesh.
     """
-    found = {}
+    fields_by_name = {}
     for name, path, least in (("importance", importance, 0.0), ("size_map", size_map, 1.0)):
         if path is None:
             continue
@@ -80,11 +80,11 @@ def fields(source: Shape, importance: str | None, size_map: str | None) -> dict[
         if source.is_mesh:
             raise InputError(f"{option}: only works for drawings and pictures, and {source.spec} is a mesh")
         bright = _brightness(Path(path), option)
-        found[name] = Field.of(least + bright, source.box, LEAST_BRIGHTNESS, f"{option} {path}")
-    return found
+        fields_by_name[name] = Field.of(least + bright, source.box, LEAST_BRIGHTNESS, f"{option} {path}")
+    return fields_by_name
 
 
-def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]:
+def greys(source: Shape, regions: Sequence[str | list[Place]]) -> dict[str, Field]:
     """Return the importance of places that are grey in masks of rigid regions, and thus partly rigid.
 
     Empty if no mask is grey.
@@ -92,19 +92,19 @@ def greys(source: Shape, given: Sequence[str | list[Place]]) -> dict[str, Field]
     Raises:
         InputError: a picture cannot be read, or several grey ones differ in size.
     """
-    masks = [each for each in given if isinstance(each, str) and not each.startswith(MARK)]
-    found = [_brightness(Path(path), "--rigid") for path in masks]
-    found = [
+    masks = [entry for entry in regions if isinstance(entry, str) and not entry.startswith(MARK)]
+    brightnesses = [_brightness(Path(path), "--rigid") for path in masks]
+    brightnesses = [
         bright
-        for bright in found
+        for bright in brightnesses
         if ((bright > LEAST_BRIGHTNESS) & (bright < WHITE_BRIGHTNESS)).sum()
         > GREY_EDGE_SHARE * (bright > LEAST_BRIGHTNESS).sum()
     ]
-    if len({bright.shape for bright in found}) > 1:
+    if len({bright.shape for bright in brightnesses}) > 1:
         raise InputError("--rigid: masks with grey have different sizes; give them the same size")
     return (
-        {"importance": Field.of(np.max(found, axis=0), source.box, LEAST_BRIGHTNESS, "--rigid")}
-        if found
+        {"importance": Field.of(np.max(brightnesses, axis=0), source.box, LEAST_BRIGHTNESS, "--rigid")}
+        if brightnesses
         else {}
     )
 
@@ -116,9 +116,9 @@ def _refuse_missing(shape: Shape, name: str, option: str) -> None:
     if Path(name).exists():
         return
     ids = drawn(Spec(shape.path)).ids if not isinstance(shape, MeshShape) and _is_drawing(shape) else ()
-    near = get_close_matches(name, ids, 1)
-    if near:
-        cure = f"; for the element of {shape.path} write '{MARK}{near[0]}'"
+    similar = get_close_matches(name, ids, 1)
+    if similar:
+        cure = f"; for the element of {shape.path} write '{MARK}{similar[0]}'"
     else:
         cure = similar_name(Path(name)) or f"; name a mask picture, or an element as '{MARK}id'"
     raise InputError(f"{option} {name}: no such file{cure}")
@@ -151,13 +151,13 @@ def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:
     """Return the outlines, in the layout, of a named part of a mesh's file."""
     file, patch = shape.file, shape.flattening.patch
     with naming(f"{option} {name}"):
-        named = file.faces_called(name[len(MARK) :])
-    own = named[np.searchsorted(file.mesh.starts, patch.corner[:, 0], side="right") - 1]
-    if not own.any():
+        is_named = file.faces_called(name[len(MARK) :])
+    in_region = is_named[np.searchsorted(file.mesh.starts, patch.corner[:, 0], side="right") - 1]
+    if not in_region.any():
         raise InputError(
             f"{option} {name}: none of its faces belongs to the part that is mapped, {shape.spec}"
         )
-    return [rings[0] for rings in rings_of(shape.flattening.flat, patch.faces[own])]
+    return [rings[0] for rings in rings_of(shape.flattening.flat, patch.faces[in_region])]
 
 
 def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
@@ -169,11 +169,11 @@ def _mask(shape: Shape, path: Path, option: str) -> list[Complex]:
         outlines, _ = silhouette.traced(bright)
     (low, high), (height, width) = shape.box, bright.shape
     size = high - low
-    found = [
+    placed = [
         low + outline.z.real / width * size.real + 1j * (1 - outline.z.imag / height) * size.imag
         for outline in outlines
     ]
-    return found if shape.mirror is None else [2 * shape.mirror - z.conj() for z in found]
+    return placed if shape.mirror is None else [2 * shape.mirror - z.conj() for z in placed]
 
 
 def _brightness(path: Path, option: str) -> NDArray[np.float32]:

@@ -109,8 +109,8 @@ def is_line(mask: NDArray[np.bool_]) -> bool:
     """Return whether a mask, with gaps closed, is a line around an area much larger than its own."""
     ink = _without_specks(mask)
     for radius in (0, *_radii(mask)):
-        whole = _largest(_closed(ink, radius, fill=True))
-        if np.count_nonzero(_closed(ink, radius) & whole) < LINE_AREA_SHARE * np.count_nonzero(whole):
+        filled = _largest(_closed(ink, radius, fill=True))
+        if np.count_nonzero(_closed(ink, radius) & filled) < LINE_AREA_SHARE * np.count_nonzero(filled):
             return True
     return False
 
@@ -161,9 +161,9 @@ def inside_of(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """
     ink = _without_specks(mask)
     for radius in (0, *_radii(mask)):
-        whole = _closed(ink, radius, fill=True)
-        if whole.sum() > 2 * ink.sum():
-            return whole | ink
+        filled = _closed(ink, radius, fill=True)
+        if filled.sum() > 2 * ink.sum():
+            return filled | ink
     raise InputError(
         f"no line in the picture encloses an area, even after gaps of up to {2 * _radii(mask)[-1]} pixels "
         "are closed; close the line, or use --trace dark"
@@ -218,14 +218,16 @@ def _surface(colours: Float) -> tuple[Float, float]:
     blocks = np.array(
         [[np.median(colours[i : i + step, j : j + step], axis=(0, 1)) for j in columns] for i in rows]
     ).reshape(-1, channels)
-    y, x = (each.ravel() for each in np.meshgrid(rows / height, columns / width, indexing="ij"))
-    near = np.minimum.reduce([x, y, x[-1] - x, y[-1] - y]) <= 0
+    y, x = (grid.ravel() for grid in np.meshgrid(rows / height, columns / width, indexing="ij"))
+    is_background = np.minimum.reduce([x, y, x[-1] - x, y[-1] - y]) <= 0
     powers = _powers(x, y)
-    fitted = _most(powers[near], blocks[near])
+    fitted = _most(powers[is_background], blocks[is_background])
     for _ in range(8):
-        apart = np.abs(blocks - powers @ fitted).max(axis=1)
-        near = apart <= max(NOISE_DEVIATIONS * np.median(apart[near]), LEAST_DIFFERENCE)
-        fitted = np.linalg.lstsq(powers[near], blocks[near], rcond=None)[0]
+        difference = np.abs(blocks - powers @ fitted).max(axis=1)
+        is_background = difference <= max(
+            NOISE_DEVIATIONS * np.median(difference[is_background]), LEAST_DIFFERENCE
+        )
+        fitted = np.linalg.lstsq(powers[is_background], blocks[is_background], rcond=None)[0]
     down, across = np.mgrid[:height, :width]
     ground = _powers((across.ravel()) / width, down.ravel() / height) @ fitted
     ground = ground.reshape(colours.shape).astype(np.float32)

@@ -38,15 +38,17 @@ def same_vertices(specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat])
     Raises:
         InputError: a mesh cannot be read.
     """
-    found = [mesh_files.read(spec, file) for spec, file in zip(specs, opened)]
-    if any(file.chart for file in found) or found[0].mesh.corners.size != found[1].mesh.corners.size:
+    mesh_parts = [mesh_files.read(spec, file) for spec, file in zip(specs, opened)]
+    if any(file.chart for file in mesh_parts):
         return []
-    source, target = (sound_piece(file.mesh, file.piece or 1) for file in found)
+    if mesh_parts[0].mesh.corners.size != mesh_parts[1].mesh.corners.size:
+        return []
+    source, target = (sound_piece(file.mesh, file.piece or 1) for file in mesh_parts)
     if any(patch.loops or patch.genus for patch in (source, target)):
         return []
     partner = np.arange(len(target.points))
     if not np.array_equal(source.faces, target.faces):
-        corner = isomorphism(*(Polygons.triangles(each.points, each.faces) for each in (source, target)))
+        corner = isomorphism(*(Polygons.triangles(part.points, part.faces) for part in (source, target)))
         if corner is None:
             return []
         partner[target.faces.ravel()] = source.faces.ravel()[corner]
@@ -54,7 +56,10 @@ def same_vertices(specs: tuple[str, str], opened: tuple[MeshFormat, MeshFormat])
     stops = [int(np.argmax(graph.distances(np.zeros(1, np.int64))[0, :count]))]
     while len(stops) < min(PINNED_VERTICES, count):
         stops.append(int(np.argmax(graph.distances(np.array(stops))[:, :count].min(axis=0))))
-    rows = source.vertex[partner[stops]] + found[0].mesh.base, target.vertex[stops] + found[1].mesh.base
+    rows = (
+        source.vertex[partner[stops]] + mesh_parts[0].mesh.base,
+        target.vertex[stops] + mesh_parts[1].mesh.base,
+    )
     return [(f"v{a}", f"v{b}") for a, b in zip(*rows)]
 
 
@@ -73,21 +78,21 @@ def seam_order(
     Raises:
         InputError: a mesh cannot be read, or does not have such a vertex.
     """
-    given = list(range(len(pins)))
-    found = [mesh_files.read(spec, file) for spec, file in zip(specs, opened)]
-    if any(file.chart for file in found):
-        return given, None
+    as_given = list(range(len(pins)))
+    mesh_parts = [mesh_files.read(spec, file) for spec, file in zip(specs, opened)]
+    if any(file.chart for file in mesh_parts):
+        return as_given, None
     points = [
         np.array([point_of(file, spec, pair[side]) for pair in pins])
-        for side, (file, spec) in enumerate(zip(found, specs))
+        for side, (file, spec) in enumerate(zip(mesh_parts, specs))
     ]
-    found[0] = split_at(found[0], points[0])
-    source, target = (sound_piece(file.mesh, file.piece or 1) for file in found)
+    mesh_parts[0] = split_at(mesh_parts[0], points[0])
+    source, target = (sound_piece(file.mesh, file.piece or 1) for file in mesh_parts)
     if any(patch.loops or patch.genus for patch in (source, target)):
-        return given, None
-    stops = np.column_stack([nearest(patch, each) for patch, each in zip((source, target), points)])
+        return as_given, None
+    stops = np.column_stack([nearest(patch, positions) for patch, positions in zip((source, target), points)])
     if any(np.unique(side).size < side.size for side in stops.T):
-        return given, None
+        return as_given, None
     orders = agreed_orders(source, target, stops)
     tried = ((order, same_seam(source, target, stops[order])) for order in orders[:MAPS_TRIED])
     best = next(tried)

@@ -125,20 +125,20 @@ class Shape:
     @cached_property
     def elements(self) -> dict[str, tuple[complex, float]]:
         """The elements inside it, by id or label: centroid, and radius of a circle with the same area."""
-        named: dict[str, list[shapely.Polygon]] = {}
+        polygons_by_name: dict[str, list[shapely.Polygon]] = {}
         if not self.is_mesh and READERS.get(formats.suffix_of(self.path)) is svg.read:
             with suppress(InputError):
                 outlines = self.outlines
-                for other in drawn(Spec(self.path)).outlines if outlines is None else outlines:
-                    for name in set(other.names) - set(self.names):
-                        named.setdefault(name, []).append(polygon_of(_core(other.z, self.flip)))
-        found = {}
-        for name, pieces in named.items():
-            whole = shapely.MultiPolygon(pieces)
-            middle = complex(whole.centroid.x, whole.centroid.y)
+                for outline in drawn(Spec(self.path)).outlines if outlines is None else outlines:
+                    for name in set(outline.names) - set(self.names):
+                        polygons_by_name.setdefault(name, []).append(polygon_of(_core(outline.z, self.flip)))
+        discs = {}
+        for name, pieces in polygons_by_name.items():
+            region = shapely.MultiPolygon(pieces)
+            middle = complex(region.centroid.x, region.centroid.y)
             if self.curve.contains(np.array([middle]))[0]:
-                found[name] = middle, float(np.sqrt(whole.area / np.pi))
-        return found
+                discs[name] = middle, float(np.sqrt(region.area / np.pi))
+        return discs
 
     @property
     def domain(self) -> Curve | Flattening | Drawing:
@@ -165,8 +165,8 @@ class Shape:
         """
         groups: dict[tuple[str, int | None], list[shapely.Geometry]] = {}
         for number, outline in enumerate(self.chosen):
-            known = outline.element is not None
-            key: tuple[str, int | None] = ("element", outline.element) if known else ("outline", number)
+            has_element = outline.element is not None
+            key: tuple[str, int | None] = ("element", outline.element) if has_element else ("outline", number)
             ring = polygon_of(*(_core(z, self.flip) for z in (outline.z, *outline.holes)))
             groups.setdefault(key, []).append(ring)
         drawings = [Drawing(close_hairlines(unite(shapely.make_valid(rings)))) for rings in groups.values()]
@@ -314,7 +314,7 @@ def read(
     spec = Spec.of(text)
     drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)
     chosen = spec.among(drawing.ids)
-    outline, notes = _choose(drawing, text, chosen, told=not whole)
+    outline, notes = _choose(drawing, text, chosen, warn=not whole)
     if whole and chosen.number is None and vertices is None:
         return _whole(drawing, text, spec, notes, trace)
     curve = Curve.domain(_core(outline.z, drawing.flip), text)
@@ -354,13 +354,13 @@ def read(
 def _whole(drawing: DrawingContent, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
     """Return the shape of everything that a drawing paints, in the tightest frame around all of it."""
     notes += [f"ignored: {error}" for _, error in drawing.refused]
-    whole = _drawn_region(drawing, drawing.painted)
-    ink = whole if drawing.ink is drawing.painted else _drawn_region(drawing, drawing.ink)
-    frame = whole.tightest.outline
-    if whole.is_one_part:
+    painted = _drawn_region(drawing, drawing.painted)
+    ink = painted if drawing.ink is drawing.painted else _drawn_region(drawing, drawing.ink)
+    frame = painted.tightest.outline
+    if painted.is_one_part:
         largest = drawing.outlines[0]
-        named = _holes(drawing, largest) if len(largest.holes) == len(whole.holes) else {}
-        holes: dict[str, Any] = named or {"holes": tuple(whole.holes)}
+        named_holes = _holes(drawing, largest) if len(largest.holes) == len(painted.holes) else {}
+        holes: dict[str, Any] = named_holes or {"holes": tuple(painted.holes)}
     else:
         holes = {}
     return Shape(
@@ -377,7 +377,7 @@ def _whole(drawing: DrawingContent, text: str, spec: Spec, notes: list[str], tra
         pin_radii=drawing.pin_radii,
         millimetres=drawing.millimetres,
         georeference=drawing.georeference,
-        drawing=whole,
+        drawing=painted,
         ink=ink,
         coloured=drawing.coloured,
         trace=trace,
@@ -390,11 +390,11 @@ def _whole(drawing: DrawingContent, text: str, spec: Spec, notes: list[str], tra
 def _drawn_region(drawing: DrawingContent, region: shapely.Geometry) -> Drawing:
     """Return a region of the file as a drawing in the core plane; the vertices of a single outline are kept exactly."""
     first = drawing.outlines[0]
-    alone = polygon_of(first.z, *first.holes)
-    if len(drawing.outlines) == 1 and alone.is_valid and np.isclose(alone.area, region.area, rtol=1e-9):
-        region = alone
-    turned = shapely.transform(region, lambda xy: xy * [1, -1]) if drawing.flip else region
-    return Drawing(close_hairlines(shapely.make_valid(turned)))
+    polygon = polygon_of(first.z, *first.holes)
+    if len(drawing.outlines) == 1 and polygon.is_valid and np.isclose(polygon.area, region.area, rtol=1e-9):
+        region = polygon
+    upward = shapely.transform(region, lambda xy: xy * [1, -1]) if drawing.flip else region
+    return Drawing(close_hairlines(shapely.make_valid(upward)))
 
 
 def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[Shape]:
@@ -413,9 +413,9 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
     curves: dict[int, Curve] = {}
     notes = [*drawing.notes, *(f"ignored: {error}" for _, error in drawing.refused)]
     if drawing.pins or drawing.strokes or drawing.rigid:
-        what = "pins, strokes and rigid regions" if drawing.rigid else "pins and strokes"
+        constraints = "pins, strokes and rigid regions" if drawing.rigid else "pins and strokes"
         notes.append(
-            f"ignored the {what} drawn in it, because they only apply to a single shape; choose one with #id"
+            f"ignored the {constraints} drawn in it, because they only apply to a single shape; choose one with #id"
         )
     for number, outline in enumerate(drawing.outlines):
         try:
@@ -427,10 +427,10 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
     if not curves:
         raise InputError(f"{text}: contains no usable outline; {notes[-1]}")
     extent = bounding_box(np.array([curve.box for curve in curves.values()]))
-    box, said = _box(drawing, extent), tuple(dict.fromkeys(notes))
+    box, all_notes = _box(drawing, extent), tuple(dict.fromkeys(notes))
     return [
         Shape(
-            *(text, spec.path, curve, box, drawing.flip, {}, {}, said),
+            *(text, spec.path, curve, box, drawing.flip, {}, {}, all_notes),
             part=f"{chosen.part or ''}#{number + 1}".removeprefix("#"),
             names=drawing.outlines[number].names,
             extent=extent,
@@ -463,8 +463,8 @@ def known(path: Path) -> str:
                 "`fonttools ttLib.woff2 decompress` makes"
             )
         kind = repr(path.suffix) if path.suffix else "a file without suffix"
-        known = sorted({*SUFFIXES, *formats.holding("mesh")})
-        raise InputError(f"{path}: cannot read a shape from {kind}; use one of {', '.join(known)}")
+        suffixes = sorted({*SUFFIXES, *formats.holding("mesh")})
+        raise InputError(f"{path}: cannot read a shape from {kind}; use one of {', '.join(suffixes)}")
     return suffix
 
 
@@ -526,9 +526,9 @@ def _boxed(drawing: DrawingContent, spec: Spec, part: str) -> DrawingContent:
         InputError: nothing is painted.
     """
     text = f"{spec.path}#{part}"
-    found = spec.among(drawing.ids)
-    if found.number is not None or not drawing.outlines or found.part not in (None, *drawing.ids):
-        outline, _ = _choose(drawing, text, found, told=False)
+    selected = spec.among(drawing.ids)
+    if selected.number is not None or not drawing.outlines or selected.part not in (None, *drawing.ids):
+        outline, _ = _choose(drawing, text, selected, warn=False)
         painted: shapely.Geometry = polygon_of(outline.z)
     else:
         painted = drawing.painted
@@ -546,52 +546,52 @@ def _boxed(drawing: DrawingContent, spec: Spec, part: str) -> DrawingContent:
 def _lines_apart(drawing: DrawingContent) -> list[FilledOutline]:
     """Return the parts of a drawing painted only by lines that touch no outline, such as the arcs of an icon."""
     parts = shapely.get_parts(drawing.painted)
-    tree = shapely.STRtree(shapely.buffer([polygon_of(each.z) for each in drawing.outlines], 0))
+    tree = shapely.STRtree(shapely.buffer([polygon_of(outline.z) for outline in drawing.outlines], 0))
     touching, _ = tree.query(parts, "intersects")
-    found = []
+    lines = []
     for part in np.delete(parts, np.unique(touching)):
         if part.geom_type == "Polygon" and part.area > 0:
             outer, *holes = (
                 complex_of(shapely.get_coordinates(ring)[:-1]) for ring in (part.exterior, *part.interiors)
             )
             area = shapely.Polygon(part.exterior).area
-            found.append(FilledOutline("a line", outer, area, tuple(holes)))
-    return found
+            lines.append(FilledOutline("a line", outer, area, tuple(holes)))
+    return lines
 
 
 def _choose(
-    drawing: DrawingContent, text: str, spec: Spec, *, told: bool = True
+    drawing: DrawingContent, text: str, spec: Spec, *, warn: bool = True
 ) -> tuple[FilledOutline, list[str]]:
-    """Return the selected outline and notes; with `told`, including notes on the other outlines."""
-    found, number = drawing.outlines, spec.number
+    """Return the selected outline and notes; with `warn`, including notes on the other outlines."""
+    outlines, number = drawing.outlines, spec.number
     if spec.part is not None and spec.part not in drawing.ids:
         raise InputError(
             f"{text}: there is no {spec.part!r} in the file; {suggested(spec.part, drawing.ids)}"
         )
-    if number is not None and not 1 <= number <= len(found):
+    if number is not None and not 1 <= number <= len(outlines):
         raise InputError(
-            f"{text}: there is no outline {number}; {'it' if spec.part else 'the file'} has {len(found)}"
+            f"{text}: there is no outline {number}; {'it' if spec.part else 'the file'} has {len(outlines)}"
         )
     largest = max(drawing.refused, key=lambda r: r[0], default=None)
-    if largest and (not found or (number is None and largest[0] > found[0].area)):
+    if largest and (not outlines or (number is None and largest[0] > outlines[0].area)):
         raise InputError(f"{text}: {largest[1]}")
-    if not found:
+    if not outlines:
         raise InputError(
             f"{text}: contains no outline; draw a closed path, convert text to paths in your drawing "
             "program, or set a word in a font with font.ttf#text=Hello"
         )
-    outline = found[(number or 1) - 1]
-    return outline, [*drawing.notes, *outline.notes, *(_left_out(drawing, outline) if told else [])]
+    outline = outlines[(number or 1) - 1]
+    return outline, [*drawing.notes, *outline.notes, *(_left_out(drawing, outline) if warn else [])]
 
 
 def _left_out(drawing: DrawingContent, outline: FilledOutline) -> list[str]:
     notes = []
-    others = [o for o in drawing.outlines if o is not outline]
-    if others:
-        share = others[0].area / outline.area
+    other_outlines = [o for o in drawing.outlines if o is not outline]
+    if other_outlines:
+        share = other_outlines[0].area / outline.area
         notes.append(
-            f"ignored {len(others)} other outline{'s' * (len(others) > 1)}, the largest with {share:.1%} "
-            "of this one's area; #id or #2 selects another, --parts all maps all of them"
+            f"ignored {len(other_outlines)} other outline{'s' * (len(other_outlines) > 1)}, the largest with "
+            f"{share:.1%} of this one's area; #id or #2 selects another, --parts all maps all of them"
         )
     notes += [f"ignored: {error}" for _, error in drawing.refused]
     return notes
@@ -599,36 +599,38 @@ def _left_out(drawing: DrawingContent, outline: FilledOutline) -> list[str]:
 
 def _holes(drawing: DrawingContent, outline: FilledOutline) -> dict[str, Any]:
     """Return the outlines of holes, and the names of what is drawn in them, since holes have no names themselves."""
-    named = [other for other in drawing.outlines if other.names and other is not outline]
-    starts = np.array([other.z[0] for other in named], dtype=complex)
+    candidates = [other for other in drawing.outlines if other.names and other is not outline]
+    starts = np.array([candidate.z[0] for candidate in candidates], dtype=complex)
     return {
         "holes": tuple(_core(hole, drawing.flip) for hole in outline.holes),
-        "hole_names": tuple(_names_in(Curve(hole), outline, named, starts) for hole in outline.holes),
+        "hole_names": tuple(_names_in(Curve(hole), outline, candidates, starts) for hole in outline.holes),
     }
 
 
 def _names_in(
-    hole: Curve, outline: FilledOutline, others: Sequence[FilledOutline], starts: Complex
+    hole: Curve, outline: FilledOutline, candidates: Sequence[FilledOutline], starts: Complex
 ) -> tuple[str, ...]:
     """Return the names of what is drawn in a hole, except those of groups that contain the shape itself.
 
-    `starts` has a point of each of the `others`.
+    `starts` has a point of each of the `candidates`.
     """
     low, high = hole.box
-    near = (low.real <= starts.real) & (starts.real <= high.real)
-    near &= (low.imag <= starts.imag) & (starts.imag <= high.imag)
-    inside = [others[k] for k in np.flatnonzero(near).tolist() if hole.contains(others[k].z).all()]
-    return tuple(dict.fromkeys(name for other in inside for name in other.names if name not in outline.names))
+    is_near = (low.real <= starts.real) & (starts.real <= high.real)
+    is_near &= (low.imag <= starts.imag) & (starts.imag <= high.imag)
+    inside = [candidates[k] for k in np.flatnonzero(is_near).tolist() if hole.contains(candidates[k].z).all()]
+    return tuple(
+        dict.fromkeys(name for candidate in inside for name in candidate.names if name not in outline.names)
+    )
 
 
 def suggested(name: str, ids: Iterable[str]) -> str:
     """Return a hint for an unknown id: the most similar one, and a list of all."""
     from difflib import get_close_matches
 
-    known = list(ids)
-    near = get_close_matches(name, known, 1)
-    listed = f"has {_listed(known)}"
-    return f"did you mean '#{near[0]}'? It {listed}" if near else f"it {listed}"
+    all_ids = list(ids)
+    similar = get_close_matches(name, all_ids, 1)
+    listed = f"has {_listed(all_ids)}"
+    return f"did you mean '#{similar[0]}'? It {listed}" if similar else f"it {listed}"
 
 
 def _listed(names: Iterable[str], most: int = 12) -> str:

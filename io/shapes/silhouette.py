@@ -59,30 +59,30 @@ class Handed:
     MOST = 1 << 26  # 64 MB of bytes; 4600 by 4600 pixels of three channels
 
     def __init__(self) -> None:
-        self._held: tuple[object, Image, Reading] | None = None
+        self._kept_picture: tuple[object, Image, Reading] | None = None
 
     def keep(self, path: Path, trace: str, part: str | None, image: "Image", reading: "Reading") -> None:
         """Keep a picture, unless there is one already."""
-        if self._held is None and image.pixels.size <= self.MOST:
-            self._held = _key(path, trace, part), image, reading
+        if self._kept_picture is None and image.pixels.size <= self.MOST:
+            self._kept_picture = _key(path, trace, part), image, reading
 
     def clear(self) -> None:
         """Forget the picture, so that the next one is kept."""
-        self._held = None
+        self._kept_picture = None
 
     def take(self, path: Path, trace: str, part: str | None) -> "tuple[Image, Reading] | None":
         """Return the kept picture if its file has not changed, and forget it; None otherwise."""
-        held, self._held = self._held, None
-        return held[1:] if held and held[0] == _key(path, trace, part) else None
+        kept_picture, self._kept_picture = self._kept_picture, None
+        return kept_picture[1:] if kept_picture and kept_picture[0] == _key(path, trace, part) else None
 
 
 def _key(path: Path, trace: str, part: str | None) -> object:
     """Return a key for a picture's file, its state, and how it is read."""
     try:
-        seen = path.stat()
+        state = path.stat()
     except OSError:
         return object()
-    return os.path.realpath(path), seen.st_mtime_ns, seen.st_size, trace, part
+    return os.path.realpath(path), state.st_mtime_ns, state.st_size, trace, part
 
 
 def read(
@@ -136,11 +136,11 @@ def read(
             corners = np.array([0, width, width + 1j * height, 1j * height])
             drawing.outlines.append(FilledOutline("the whole picture", corners, float(width * height)))
             return drawing
-        found, rest = traced(reading.field, flatness)
-    drawing.outlines.extend(_enlarged(each, reading.scale) for each in found)
-    if rest:
+        traced_outlines, specks = traced(reading.field, flatness)
+    drawing.outlines.extend(_enlarged(outline, reading.scale) for outline in traced_outlines)
+    if specks:
         drawing.notes.append(
-            f"ignored {rest} speck{'s' * (rest > 1)} smaller than {SPECK_PIXELS} pixels or beyond the "
+            f"ignored {specks} speck{'s' * (specks > 1)} smaller than {SPECK_PIXELS} pixels or beyond the "
             f"{limits.PIECES} largest pieces"
         )
     return drawing
@@ -162,15 +162,15 @@ def of_wrapped(picture: WrappedPicture, flatness: float) -> list[FilledOutline]:
         return []
     height, width = image.pixels.shape[:2]
     fit = picture.to_root @ affine.viewport(picture.place, (0.0, 0.0, width, height), picture.aspect)
-    found = [_enlarged(each, reading.scale) for each in traced(reading.field, flatness)[0]]
+    enlarged = [_enlarged(outline, reading.scale) for outline in traced(reading.field, flatness)[0]]
     return [
         FilledOutline(
             picture.name,
-            fit(each.z),
-            each.area * abs(fit.determinant),
-            tuple(fit(hole) for hole in each.holes),
+            fit(outline.z),
+            outline.area * abs(fit.determinant),
+            tuple(fit(hole) for hole in outline.holes),
         )
-        for each in found
+        for outline in enlarged
     ]
 
 
@@ -416,10 +416,10 @@ def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fil
     if not order:
         raise InputError(f"no piece of at least {SPECK_PIXELS} pixels stands out from the background")
     outlines = [_piece(field, connected, k, flatness) for k in progress.counted("tracing pieces", order)]
-    found = [outline for outline in outlines if outline]
-    if not found:
+    closed_outlines = [outline for outline in outlines if outline]
+    if not closed_outlines:
         raise InputError("the picture contains no enclosed area")
-    return sorted(found, key=lambda o: -o.area), connected.count - len(order)
+    return sorted(closed_outlines, key=lambda o: -o.area), connected.count - len(order)
 
 
 def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> FilledOutline | None:
@@ -430,32 +430,37 @@ def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> F
 
     top, left, bottom, right = (int(n) for n in connected.boxes[number])
     rows, columns = slice(max(top - 1, 0), bottom + 1), slice(max(left - 1, 0), right + 1)
-    own = connected.labels[rows, columns]
-    values = np.where((own == number + 1) | (own == 0), field[rows, columns], 0)
-    near = np.abs(values - 0.5) < LEAST_LEVEL_DISTANCE  # contours could otherwise meet at a pixel's centre
-    values[near] = np.where(values[near] < 0.5, 0.5 - LEAST_LEVEL_DISTANCE, 0.5 + LEAST_LEVEL_DISTANCE)
+    labels = connected.labels[rows, columns]
+    values = np.where((labels == number + 1) | (labels == 0), field[rows, columns], 0)
+    at_level = np.abs(values - 0.5) < LEAST_LEVEL_DISTANCE
+    # contours could otherwise meet at a pixel's centre
+    values[at_level] = np.where(
+        values[at_level] < 0.5, 0.5 - LEAST_LEVEL_DISTANCE, 0.5 + LEAST_LEVEL_DISTANCE
+    )
     # a frame of zeros closes outlines at the picture's border, half a pixel beyond the outermost centres
     corner = columns.start - 0.5, rows.start - 0.5
-    found = find_contours(np.pad(values, 1), 0.5)
-    contours = [shapely.Polygon(c[:, ::-1] + corner) for c in found if len(c) > 3]
+    lines = find_contours(np.pad(values, 1), 0.5)
+    contours = [shapely.Polygon(c[:, ::-1] + corner) for c in lines if len(c) > 3]
     if not contours:
         return None
-    whole = max(contours, key=lambda p: p.area)
-    bounds = whole.bounds
+    outer = max(contours, key=lambda p: p.area)
+    bounds = outer.bounds
     diagonal = np.hypot(bounds[2] - bounds[0], bounds[3] - bounds[1])
-    soft = np.mean((values > 0.02) & (values < 0.98)) * values.size > 0.25 * len(whole.exterior.coords)
+    soft = np.mean((values > 0.02) & (values < 0.98)) * values.size > 0.25 * len(outer.exterior.coords)
     tolerance = max(SOFT_TOLERANCE_PIXELS if soft else HARD_TOLERANCE_PIXELS, flatness * diagonal)
-    smooth = smooth_outline(whole, tolerance, flatness * diagonal)
-    inner = [c for c in contours if c is not whole and c.area >= SPECK_PIXELS]
+    smooth = smooth_outline(outer, tolerance, flatness * diagonal)
+    inner = [c for c in contours if c is not outer and c.area >= SPECK_PIXELS]
     holes = [smooth_outline(c, tolerance, flatness * diagonal) for c in inner]
     if not shapely.Polygon(smooth.exterior, [hole.exterior for hole in holes]).is_valid:
         smooth = shapely.simplify(
-            shapely.Polygon(whole.exterior, [hole.exterior for hole in inner]), tolerance
+            shapely.Polygon(outer.exterior, [hole.exterior for hole in inner]), tolerance
         )
         holes = [shapely.Polygon(hole) for hole in smooth.interiors]
     rings = [smooth.exterior, *(hole.exterior for hole in holes)]
-    z, *rest = (complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings)
-    return FilledOutline(f"piece at ({left}, {top})", z, shapely.Polygon(smooth.exterior).area, tuple(rest))
+    z, *inner_rings = (complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings)
+    return FilledOutline(
+        f"piece at ({left}, {top})", z, shapely.Polygon(smooth.exterior).area, tuple(inner_rings)
+    )
 
 
 handed = Handed()

@@ -84,19 +84,19 @@ def _fit_edges(z: Complex, corners: Complex, tolerance: float) -> tuple[Complex,
     count = _points_of_edges(first, z.size)
     lines = [_line(np.take(z, np.arange(a, a + n + 1), mode="wrap")) for a, n in zip(first, count)]
     moved = np.array([_meeting(lines[k - 1], lines[k], corner) for k, corner in enumerate(corners)])
-    kept = np.ones(moved.size, dtype=bool)
+    is_kept = np.ones(moved.size, dtype=bool)
     length = np.abs(np.roll(moved, -1) - moved)
     for k in np.flatnonzero(length < CUT_EDGE_PIXELS).tolist():
         # a short edge between long ones cuts a corner, which is at their intersection
         before, after = k - 1, (k + 1) % moved.size
-        is_cut = 2 * length[k] < min(length[before], length[after]) and kept[before] and kept[after]
-        if is_cut and kept.sum() > 3:
+        is_cut = 2 * length[k] < min(length[before], length[after]) and is_kept[before] and is_kept[after]
+        if is_cut and is_kept.sum() > 3:
             point = _intersection(lines[before], lines[after])
             if point is not None and max(abs(point - moved[k]), abs(point - moved[after])) <= CUT_EDGE_PIXELS:
-                moved[after], kept[k] = point, False
-    moved, first = moved[kept], first[kept]
-    rest = shapely.simplify(shapely.Polygon(xy_of(moved)), ALMOST_STRAIGHT_TOLERANCES * tolerance)
-    number = _places(complex_of(shapely.get_coordinates(rest.exterior)[:-1]), moved)
+                moved[after], is_kept[k] = point, False
+    moved, first = moved[is_kept], first[is_kept]
+    straightened = shapely.simplify(shapely.Polygon(xy_of(moved)), ALMOST_STRAIGHT_TOLERANCES * tolerance)
+    number = _places(complex_of(shapely.get_coordinates(straightened.exterior)[:-1]), moved)
     return moved[number], first[number]
 
 
@@ -158,14 +158,14 @@ def _fit_curve(
     edge = np.repeat(np.arange(n), _points_of_edges(first, z.size))
     points = np.roll(z, -first[0])
     away = [np.where(sharp[k], np.abs(points - start[k]), np.inf) for k in (edge, (edge + 1) % n)]
-    used = np.minimum(*away) > CUT_PIXELS
-    edge, points = edge[used], points[used]
+    is_used = np.minimum(*away) > CUT_PIXELS
+    edge, points = edge[is_used], points[is_used]
     fairness = _curvature_changes(start, sharp, SMOOTHING_TOLERANCES * tolerance)
     vertices = start
     for _ in range(FITTING_ROUNDS):
         feet = _project(points, edge, _sections(basis, vertices))
-        wanted = _solve(points, feet, basis, vertices, fairness)
-        moved = wanted - start
+        best = _solve(points, feet, basis, vertices, fairness)
+        moved = best - start
         vertices = start + moved * np.minimum(1, REACH_PIXELS / np.maximum(np.abs(moved), REACH_PIXELS))
     sections = _sections(basis, vertices)
     distance = _project(points, edge, sections).distance
@@ -249,22 +249,28 @@ def _project(points: Complex, edge: NDArray[np.intp], sections: Complex) -> Feet
     around = np.concatenate(
         [np.roll(sections, 1, axis=0)[:, :-1], sections[:, :-1], np.roll(sections, -1, axis=0)], 1
     )
-    along = np.diff(around, axis=1)
-    square = np.maximum(np.abs(along) ** 2, 1e-18)
-    found = list[Feet]()
+    segments = np.diff(around, axis=1)
+    square = np.maximum(np.abs(segments) ** 2, 1e-18)
+    feet = list[Feet]()
     for k in range(0, points.size, POINTS_AT_ONCE):
-        own = edge[k : k + POINTS_AT_ONCE]
-        step = along[own]
-        offset = points[k : k + POINTS_AT_ONCE, None] - around[own, :-1]
-        share = np.clip((offset * step.conj()).real / square[own], 0, 1)
+        own_edges = edge[k : k + POINTS_AT_ONCE]
+        step = segments[own_edges]
+        offset = points[k : k + POINTS_AT_ONCE, None] - around[own_edges, :-1]
+        share = np.clip((offset * step.conj()).real / square[own_edges], 0, 1)
         distance = np.abs(offset - share * step)
         nearest = distance.argmin(axis=1)
-        at = np.arange(own.size), nearest
-        tangent = step[at] / np.sqrt(square[own][at])
-        found.append(
-            Feet((own + nearest // steps - 1) % n, nearest % steps, share[at], tangent, distance[at])
+        nearest_index = np.arange(own_edges.size), nearest
+        tangent = step[nearest_index] / np.sqrt(square[own_edges][nearest_index])
+        feet.append(
+            Feet(
+                (own_edges + nearest // steps - 1) % n,
+                nearest % steps,
+                share[nearest_index],
+                tangent,
+                distance[nearest_index],
+            )
         )
-    return Feet(*(np.concatenate(column) for column in zip(*found))) if found else _NO_FEET
+    return Feet(*(np.concatenate(column) for column in zip(*feet))) if feet else _NO_FEET
 
 
 _NO_FEET = Feet(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0), np.zeros(0, complex), np.zeros(0))
@@ -300,15 +306,15 @@ def _solve(
     weights = basis[feet.edge, feet.sample] * (1 - share) + basis[feet.edge, feet.sample + 1] * share
     columns = (feet.edge[:, None] + NEIGHBOURS) % n
     rows = np.repeat(np.arange(count), 2 * NEIGHBOURS.size)
-    both = np.concatenate([columns, columns + n], axis=1).ravel()  # x of all vertices, then y
-    system, wanted = list[sparse.csr_array](), list[Real]()
+    coordinates = np.concatenate([columns, columns + n], axis=1).ravel()  # x of all vertices, then y
+    system, goals = list[sparse.csr_array](), list[Real]()
     for direction in (1j * feet.tangent, ALONG_WEIGHT * feet.tangent):
         entries = [weights * part[:, None] for part in (direction.real, direction.imag)]
         values = np.concatenate(entries, axis=1).ravel()
-        system.append(sparse.csr_array((values, (rows, both)), shape=(count, 2 * n)))
-        wanted.append((direction.conj() * points).real)
+        system.append(sparse.csr_array((values, (rows, coordinates)), shape=(count, 2 * n)))
+        goals.append((direction.conj() * points).real)
     system += [sparse.block_diag([fairness, fairness]), np.sqrt(STAY_WEIGHT) * sparse.eye_array(2 * n)]
-    wanted += [np.zeros(2 * n), np.sqrt(STAY_WEIGHT) * np.concatenate([vertices.real, vertices.imag])]
+    goals += [np.zeros(2 * n), np.sqrt(STAY_WEIGHT) * np.concatenate([vertices.real, vertices.imag])]
     matrix = sparse.csr_array(sparse.vstack(system))
-    found = spsolve((matrix.T @ matrix).tocsc(), matrix.T @ np.concatenate(wanted))
-    return found[:n] + 1j * found[n:]
+    solution = spsolve((matrix.T @ matrix).tocsc(), matrix.T @ np.concatenate(goals))
+    return solution[:n] + 1j * solution[n:]

@@ -34,13 +34,13 @@ def missed(
     """
     if (gap := boundary["hausdorff"]) <= COARSE_TOLERANCES * tolerance:
         return []
-    said = (
+    problem = (
         f"between vertices of the mesh, the boundary is up to {gap:.1%} of the diagonal away from the outline"
     )
     cure = "" if split else "; use --subdivide-rim to split its triangles there"
     if divides:
         cure += ", or --subdivide 3 to divide all of them, which also lets them stretch less" if cure else ""
-    return [f"{said}, because the mesh is too coarse (boundary){cure}"]
+    return [f"{problem}, because the mesh is too coarse (boundary){cure}"]
 
 
 def subdivide_rims(
@@ -48,7 +48,7 @@ def subdivide_rims(
     images: Sequence[Complex],
     maps: Sequence[AnyMap],
     tolerance: float,
-    placed: Sequence[Callable[[Flattening], Complex]],
+    layout_functions: Sequence[Callable[[Flattening], Complex]],
 ) -> tuple[list[MeshShape], dict[str, int], list[str]]:
     """Split the rims of parts of one file, except where triangles would flip; see `RimSplits`.
 
@@ -58,49 +58,50 @@ def subdivide_rims(
         The parts, numbers for the report, and notes.
     """
     splits = RimSplits.of([part.flattening for part in parts], images, maps, tolerance)
-    made, before, wanted = list(parts), None, splits.edges
+    split_parts, before, edge_count = list(parts), None, splits.edges
     while splits.edges:
         layouts = splits.layouts_split()
-        made = _subdivided(parts, layouts)
-        before = before or [_heights(part, place) for part, place in zip(parts, placed)]
+        split_parts = _subdivided(parts, layouts)
+        before = before or [_heights(part, place) for part, place in zip(parts, layout_functions)]
         turned = [
             _turned(heights, _heights(part, place), split.surface.own)
-            for heights, part, place, split in zip(before, made, placed, layouts)
+            for heights, part, place, split in zip(before, split_parts, layout_functions, layouts)
         ]
         if not any(triangles.size for triangles in turned):
             break
-        made, splits = list(parts), splits.without(turned)
-    added = sum(len(part.flattening.flat) - len(old.flattening.flat) for part, old in zip(made, parts))
-    left = wanted - splits.edges
-    return made, {"rim_vertices": added, "rim_edges_left": left}, [LEFT.format(left)] if left else []
+        split_parts, splits = list(parts), splits.without(turned)
+    added = sum(len(part.flattening.flat) - len(old.flattening.flat) for part, old in zip(split_parts, parts))
+    edges_left = edge_count - splits.edges
+    notes = [LEFT.format(edges_left)] if edges_left else []
+    return split_parts, {"rim_vertices": added, "rim_edges_left": edges_left}, notes
 
 
-def _heights(part: MeshShape, placed: Callable[[Flattening], Complex]) -> Real:
-    return least_heights(part.flattening, placed(part.flattening))
+def _heights(part: MeshShape, lay_out: Callable[[Flattening], Complex]) -> Real:
+    return least_heights(part.flattening, lay_out(part.flattening))
 
 
-def _turned(before: Real, after: Real, own: Index) -> Index:
+def _turned(before: Real, after: Real, parents: Index) -> Index:
     """Return the triangles that were not flipped before, and have flipped parts."""
-    return np.unique(own[(before[own] > 0) & (after <= 0)])
+    return np.unique(parents[(before[parents] > 0) & (after <= 0)])
 
 
 def _subdivided(parts: Sequence[MeshShape], splits: Sequence[SplitLayout]) -> list[MeshShape]:
     """Return parts of one file with their layouts split."""
-    found = [subdivision(part.flattening, split.surface) for part, split in zip(parts, splits)]
+    plans_of_parts = [subdivision(part.flattening, split.surface) for part, split in zip(parts, splits)]
     united = join(parts).file
     polygons = united.content.polygons
-    chosen = [part.file.faces for part in parts]
+    face_marks = [part.file.faces for part in parts]
     plans = []
-    for (plan, _, _), part, own in zip(found, parts, chosen):
-        faces = np.flatnonzero(own)
+    for (plan, _, _), part, marks in zip(plans_of_parts, parts, face_marks):
+        faces = np.flatnonzero(marks)
         shift = (polygons.starts[faces] - part.file.mesh.starts[:-1])[plan.faces]
         plans.append(Subdivision(faces[plan.faces], plan.corners + shift[:, None], plan.weights))
-    whole = Subdivision.joined(plans)
-    content = united.content.subdivide(whole)
-    times = whole.sizes(polygons.sizes)
+    joined_plan = Subdivision.joined(plans)
+    content = united.content.subdivide(joined_plan)
+    times = joined_plan.sizes(polygons.sizes)
     return [
-        _with(part, split, how, part.file.part_of(content, np.repeat(own, times)))
-        for part, split, how, own in zip(parts, splits, found, chosen)
+        _with(part, split, how, part.file.part_of(content, np.repeat(marks, times)))
+        for part, split, how, marks in zip(parts, splits, plans_of_parts, face_marks)
     ]
 
 
@@ -113,32 +114,32 @@ def _with(
     corner = _corners(patch, split, how, file.mesh)
     vertex = np.empty(surface.count, np.int64)
     vertex[surface.faces] = file.mesh.corners[corner]
-    now = np.zeros(len(patch.mesh.points), np.int64)
-    now[patch.vertex] = vertex[: patch.vertex.size]
+    new_numbers = np.zeros(len(patch.mesh.points), np.int64)
+    new_numbers[patch.vertex] = vertex[: patch.vertex.size]
     points = surface.carried(patch.points)
-    whole = Patch(
+    new_patch = Patch(
         file.mesh,
         points,
         Triangles(surface.faces, surface.count),
         vertex,
         corner,
-        now[patch.seam],
+        new_numbers[patch.seam],
         patch.notes,
     )
-    loop = next(loop for loop in whole.loops if before.loop[0] in loop)
+    loop = next(loop for loop in new_patch.loops if before.loop[0] in loop)
     return replace(
-        part, file=file, flattening=Flattening(whole, split.flat, loop, before.method, before.notes)
+        part, file=file, flattening=Flattening(new_patch, split.flat, loop, before.method, before.notes)
     )
 
 
 def _corners(patch: Patch, split: SplitLayout, how: tuple[Subdivision, Index, Index], mesh: Mesh) -> Index:
     """Return (m, 3) corners of all triangles in the mesh in which triangles replace polygons."""
     plan, rows, turned = how
-    own = split.surface.own
+    parents = split.surface.own
     face = patch.polygon
     firsts = np.concatenate([[0], np.cumsum(plan.sizes(patch.mesh.sizes))])
     shift = mesh.starts[firsts[:-1]] - patch.mesh.starts[:-1]
-    corner = patch.corner[own] + shift[face[own]][:, None]
+    corner = patch.corner[parents] + shift[face[parents]][:, None]
     rank = np.arange(rows.size) - np.searchsorted(plan.faces, plan.faces)
     new = mesh.starts[firsts[plan.faces] + rank]
     corner[rows] = new[:, None] + np.where(turned[:, None], [2, 1, 0], [0, 1, 2])

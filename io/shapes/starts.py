@@ -57,26 +57,26 @@ class StartingMap(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _unpack(cls, given: Any) -> Any:
-        if not (isinstance(given, dict) and isinstance(given.get("packed"), str)):
-            return given
-        rest = {name: value for name, value in given.items() if name != "packed"}
-        if rest.keys() - {"kept", "springs"}:
-            return given
-        source, target, triangles = packed_map.unpack(given["packed"])
+    def _unpack(cls, data: Any) -> Any:
+        if not (isinstance(data, dict) and isinstance(data.get("packed"), str)):
+            return data
+        remaining = {name: value for name, value in data.items() if name != "packed"}
+        if remaining.keys() - {"kept", "springs"}:
+            return data
+        source, target, triangles = packed_map.unpack(data["packed"])
         return {
             "source": [tuple(place) for place in source.tolist()],
             "target": [tuple(place) for place in target.tolist()],
             "triangles": [tuple(corners) for corners in triangles.tolist()],
-            **rest,
+            **remaining,
         }
 
     @model_serializer
     def _pack(self) -> dict[str, Any]:
         source, target = np.array(self.source, np.float64), np.array(self.target, np.float64)
         triangles = np.array(self.triangles, np.int64)
-        found: dict[str, Any] = {"packed": packed_map.pack(packed_map.PackedMap(source, target, triangles))}
-        return found | {name: value for name in ("kept", "springs") if (value := getattr(self, name))}
+        packed: dict[str, Any] = {"packed": packed_map.pack(packed_map.PackedMap(source, target, triangles))}
+        return packed | {name: value for name in ("kept", "springs") if (value := getattr(self, name))}
 
     @classmethod
     def of(
@@ -102,20 +102,18 @@ class StartingMap(StrictModel):
         """
         is_fine = np.ones(map.source.size, bool)
         if pins is not None:
-            near = SAME_PLACE_SHARE * diagonal(map.source)
+            same_distance = SAME_PLACE_SHARE * diagonal(map.source)
             is_fine = np.isin(np.arange(map.source.size), np.concatenate(map.loops))
-            is_fine |= (np.abs(map.source[:, None] - pins) <= near).any(axis=1)
-        here, there = (
-            np.reshape(source.to_file(map.source), (-1, 2)),
-            np.reshape(target.to_file(map.image), (-1, 2)),
-        )
-        rounded = packed_map.round_map(here, there, map.faces, is_fine)
+            is_fine |= (np.abs(map.source[:, None] - pins) <= same_distance).any(axis=1)
+        source_points = np.reshape(source.to_file(map.source), (-1, 2))
+        target_points = np.reshape(target.to_file(map.image), (-1, 2))
+        rounded = packed_map.round_map(source_points, target_points, map.faces, is_fine)
         return cls.model_construct(
             source=[(x, y) for x, y in rounded.source.tolist()],
             target=[(x, y) for x, y in rounded.target.tolist()],
             triangles=[(a, b, c) for a, b, c in rounded.triangles.tolist()],
             kept=kept,
-            springs=[float(f"{each:.4g}") for each in springs],
+            springs=[float(f"{stiffness:.4g}") for stiffness in springs],
         )
 
     def map(self, source: Shape, target: Shape) -> TriangulatedMap:
@@ -130,8 +128,8 @@ class StartingMap(StrictModel):
             raise InputError(f"start: has {len(z)} vertices in the source but {len(w)} in the target")
         if not np.array_equal(np.unique(faces), np.arange(len(z))):
             raise InputError(f"start: each of its {len(z)} vertices must belong to a triangle")
-        for side, at in (("source", z), ("target", w)):
-            if not proper(faces).all() or (triangle_areas(at[faces]) <= 0).any():
+        for side, points in (("source", z), ("target", w)):
+            if not proper(faces).all() or (triangle_areas(points[faces]) <= 0).any():
                 raise InputError(f"start: a triangle is flipped or has no area in the {side}")
         return TriangulatedMap(z, w, faces, _loops(z, faces))
 

@@ -224,10 +224,8 @@ class _Lines:
         first = np.cumsum(sizes) - sizes
         segment = np.arange(first[-1] + sizes[-1]) + np.repeat(self._starts[ring] - first, sizes)
         a, b, points = self.begin[segment], self.end[segment], np.repeat(z, sizes)
-        up, down = (
-            (a.imag <= points.imag) & (b.imag > points.imag),
-            (a.imag > points.imag) & (b.imag <= points.imag),
-        )
+        up = (a.imag <= points.imag) & (b.imag > points.imag)
+        down = (a.imag > points.imag) & (b.imag <= points.imag)
         side = cross(b - a, points - a)
         crossed = (up & (side > 0)).astype(int) - (down & (side < 0))
         return np.add.reduceat(crossed, first)
