@@ -112,3 +112,13 @@ def test_what_makes_no_sequence_is_refused(frames, iccm, arguments, said):
     errors = [line for line in typed.lines if line.startswith("error: ")]
     assert typed.code == 2 and errors and said in errors[0], typed.err
     assert not list(Path(".").glob("*.png")) or {path.name for path in Path(".").glob("*.png")} == {"t.png"}
+
+
+@pytest.mark.slow
+def test_a_frame_that_exceeds_a_limit_makes_the_exit_code_1(frames, iccm):
+    typed = iccm(
+        *("map", "square.svg", "frames/f[89].svg", "--sequence", "--max-stretch", "1.02"),
+        *("-o", "{target.stem}.png", *SMALL),
+    )
+    assert typed.code == 1, typed.err
+    assert Path("f8.png").exists() and Path("f9.png").exists()

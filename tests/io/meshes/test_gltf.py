@@ -11,7 +11,7 @@ import pygltflib as gl
 import pytest
 from PIL import Image
 
-from iccm.io.meshes import gltf, gltf_compressed
+from iccm.io.meshes import gltf, gltf_compressed, gltf_materials, mesh_files
 from iccm.io.shapes import mesh_reading
 from tests import rich_glb
 
@@ -502,3 +502,45 @@ def test_nodes_of_scenes_become_roots(tmp_path, monkeypatch, iccm):
     children = [child for node in new.nodes for child in node.children or []]
     assert sorted(children) == [2, 3, 4]  # the hat stays where its parent puts it, and is shown once
     assert new.nodes[4].translation == [1, 2, 3] and not new.nodes[-1].children
+
+
+def test_a_fan_of_triangles_shows_its_front(tmp_path):
+    """A pentagon that is counter-clockwise from above, as triangles around its first vertex."""
+    points = np.array([[0, 0, 0], [3, 0, 0], [4, 2, 0], [1.5, 4, 0], [-1, 1, 0]], np.float32)
+    tree = gl.GLTF2(
+        scenes=[gl.Scene(nodes=[0])],
+        nodes=[gl.Node(mesh=0)],
+        meshes=[gl.Mesh(primitives=[gl.Primitive(attributes=gl.Attributes(POSITION=0), mode=6)])],
+        accessors=[
+            gl.Accessor(
+                bufferView=0, componentType=gl.FLOAT, count=5, type="VEC3", min=[-1, 0, 0], max=[4, 4, 0]
+            )
+        ],
+        bufferViews=[gl.BufferView(buffer=0, byteLength=points.nbytes)],
+        buffers=[gl.Buffer(byteLength=points.nbytes)],
+    )
+    tree.set_binary_blob(points.tobytes())
+    tree.save_binary(tmp_path / "fan.glb")
+    mesh = mesh_files.read(str(tmp_path / "fan.glb")).mesh
+    a, b, c = mesh.points[mesh.corners.reshape(-1, 3)].transpose(1, 0, 2)
+    assert len(a) == 3 and (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+def test_the_transform_of_a_texture_may_name_its_own_set_of_coordinates():
+    transform = {"KHR_texture_transform": {"scale": [2, 1], "texCoord": 1}}
+    assert gltf_materials.set_of({"index": 0, "extensions": transform}) == 1
+    assert gltf_materials.set_of({"index": 0, "texCoord": 2}) == 2
+
+
+@pytest.mark.parametrize(
+    ("slot", "kind"),
+    [
+        ("pbrMetallicRoughness/baseColorTexture", "colour"),
+        ("pbrMetallicRoughness/metallicRoughnessTexture", "data"),
+        ("occlusionTexture", "data"),
+        ("normalTexture", "normal"),
+        ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture", "normal"),
+    ],
+)
+def test_pictures_are_averaged_as_what_their_slot_says(slot, kind):
+    assert gltf_materials.kind_of(slot) == kind

@@ -91,6 +91,20 @@ def test_iccm_apply(tmp_path, capsys):
     assert not (tmp_path / "b.png").exists()
 
 
+def test_iccm_apply_averages_normals_as_directions(tmp_path, monkeypatch, iccm):
+    """Columns that lean to the left and to the right by turns: from afar, the surface faces the viewer."""
+    monkeypatch.chdir(tmp_path)
+    stmap_files.write("a.exr", curved(), BOX, Canvas(20, 20, BOX))
+    leaning = np.tile(np.array([[218, 128, 218], [37, 128, 218]], np.uint8), (400, 200, 1))
+    image_files.write("p.png", Image(leaning))
+    blue = {}
+    for kind in ("normal", "data"):
+        assert iccm("apply", "a.exr", "p.png", "--kind", kind, "-o", f"{kind}.png").code == 0
+        pixels = image_files.read(f"{kind}.png").pixels
+        blue[kind] = pixels[pixels[..., 3] == 255][:, 2].astype(int)
+    assert blue["normal"].min() > 250 and np.abs(blue["data"] - 218).max() <= 2
+
+
 def test_iccm_apply_tells_what_is_left_out_and_refuses_at_once(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     stmap_files.write("a.exr", curved(), BOX, Canvas(60, 60, BOX))
