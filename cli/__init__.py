@@ -10,6 +10,7 @@ edit      `iccm edit`
 flatten   `iccm flatten`
 relayout  `iccm relayout`
 batch     `iccm batch`
+standardize  `iccm standardize`
 init      `iccm init`
 check     `iccm check`
 info      `iccm info`
@@ -53,6 +54,7 @@ COMMANDS = {
     "flatten": "Flatten a mesh patch into the plane.",
     "relayout": "Carry textures from one UV layout of a mesh to another.",
     "batch": "Run many jobs, from a pattern of files or a manifest.",
+    "standardize": "Map specimens with landmarks onto their mean shape, and summarise their pictures.",
     "init": "Write an example manifest to start from.",
     "check": "Compare results with stored baselines, for CI.",
     "info": "Show how iccm reads a file.",

@@ -11,7 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +104,7 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any
         return 0
     policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
     start = time.perf_counter()
-    with _signals() as caught, _pool(len(tasks), given) as pool:
+    with caught_signals() as caught, _pool(len(tasks), given) as pool:
         watch = {"resume": given["resume"], "warn": logs.log.warning}
         watch["stopping"] = lambda: bool(caught) or process.unread()
         results: list[dict[str, Any]] | None = [] if given["html"] else None
@@ -169,17 +169,30 @@ def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
     if given["dask"]:
         # A job that waits at a worker would lose time to --timeout, and begin after a failure.
         prompt = given["timeout"] is not None or given["fail_fast"]
-        pool: pools.Pool = pools.Dask(given["dask"], ahead=not prompt)
+        with closing(pools.Dask(given["dask"], ahead=not prompt)) as cluster:
+            yield cluster
     else:
-        pool = pools.Processes(max(1, min(given["workers"] or os.cpu_count() or 1, count)), given["threads"])
-    try:
-        yield pool
-    finally:
-        pool.close()
+        with processes(count, given["workers"], given["threads"]) as pool:
+            yield pool
 
 
 @contextmanager
-def _signals() -> Iterator[list[int]]:
+def processes(count: int, workers: int | None, threads: int) -> Iterator[Any]:
+    """Open a pool of processes for a number of jobs.
+
+    Args:
+        count: number of jobs; there are no more processes than that.
+        workers: number of processes; None for one per core.
+        threads: threads of each process.
+    """
+    from ..io.batch import pools
+
+    with closing(pools.Processes(max(1, min(workers or os.cpu_count() or 1, count)), threads)) as pool:
+        yield pool
+
+
+@contextmanager
+def caught_signals() -> Iterator[list[int]]:
     """Collect the signals that ask to stop while the block runs; a second Ctrl-C stops at once."""
     caught: list[int] = []
     process.leave_signals()

@@ -32,6 +32,7 @@ pixels/           pictures: sampling, filtering, coverage
 saved/            saved maps, and points, lines and polygons mapped by them
 linalg/           sparse factorisations
 curve             polylines in the plane, closed or open
+procrustes        landmarks superimposed, and mean outlines
 polygons          unions and offsets of regions of many parts
 plane             areas, boxes, similarities and exact orientation of points in the plane
 buckets           a grid of square buckets for nearest points

@@ -574,22 +574,27 @@ class BatchOptions:
     workers: int | None = _option(
         "Number of worker processes.  [default: all cores]",
         least=1,
+        commands=("batch", "standardize"),
         short="-j",
         words="jobs processes cores parallel",
         topic="limits",
     )
-    threads: int = _option("Threads per worker.", default=1, least=1, topic="limits")
+    threads: int = _option(
+        "Threads per worker.", default=1, least=1, commands=("batch", "standardize"), topic="limits"
+    )
     dask: str | None = _option(
         "Use a Dask cluster, such as tcp://host:8786, instead of processes.",
         "ADDRESS",
         topic="limits",
     )
-    timeout: float | None = _option("Time limit for each job.", "SECONDS", above=0, topic="limits")
+    timeout: float | None = _option(
+        "Time limit for each job.", "SECONDS", above=0, commands=("batch", "standardize"), topic="limits"
+    )
     retries: int = _option("How often to retry a job whose worker died.", default=1, least=0, topic="limits")
     fail_fast: bool = _option("Start no further jobs after the first failure.", default=False)
     resume: bool = _option(
         "Skip jobs (or frames of a --sequence) that an earlier run completed and whose inputs have not changed.",
-        default=False, commands=("batch", "map"),
+        default=False, commands=("batch", "map", "standardize"),
         topic="limits",
     )  # fmt: skip
     dry_run: bool = _option(
@@ -602,6 +607,42 @@ class BatchOptions:
     html: str | None = _option(
         "Write a page with status, figures, thumbnails and links to the outputs.",
         "FILE.html",
+        topic="output",
+    )
+
+
+@_table("standardize")
+class StandardizeOptions:
+    """Options of `iccm standardize`."""
+
+    output: str = _option("Folder to write.", "OUT", required=True, short="-o", topic="output")
+    landmarks: str | None = _option(
+        "Landmarks: a file for all specimens (.tps, or a table with a column of specimens), a folder with a file for "
+        "each, or the name of such a file with {stem}.  [default: files beside the specimens]",
+        "FILE|DIR",
+        words="points pins tps",
+        topic="constraints",
+    )
+    outlines: str | None = _option(
+        "Drawings with the outlines, if they are not the silhouettes in the pictures, such as 'outlines/{stem}.svg'; "
+        "the canvas of each is its picture.",
+        "FILE",
+        words="masks contours silhouettes",
+        topic="shapes",
+    )
+    reference: str | None = _option(
+        "Map onto this specimen instead of the mean shape.", "SPECIMEN", words="target mean", topic="shapes"
+    )
+    reflect: bool = _option(
+        "Use mirror images of pictures that fit the others better, such as those of left and right wings.",
+        default=False,
+        words="mirror flip reflection",
+        topic="shapes",
+    )
+    size: tuple[int] | tuple[int, int] | None = _option(
+        "Size of the pictures in pixels, or its longer side.  [default: 1024]",
+        "WxH|N",
+        parse=size,
         topic="output",
     )
 
@@ -828,7 +869,18 @@ class JobOptions:
     force: bool = _option(
         "Replace existing files.",
         default=False,
-        commands=(*EVERY, "compose", "field", "morph", "flatten", "relayout", "batch", "info", "init"),
+        commands=(
+            *EVERY,
+            "compose",
+            "field",
+            "morph",
+            "flatten",
+            "relayout",
+            "batch",
+            "standardize",
+            "info",
+            "init",
+        ),
         basic=True,
         aliases=(("overwrite", "{}"),),
         words="replace clobber yes",

@@ -99,6 +99,7 @@ class TextDocument(Document):
 READERS = {
     ".csv": "table.Table",
     ".tsv": "table.Table",
+    ".txt": "table.Table",
     ".geojson": "geojson.GeoJson",
     ".json": "geojson.GeoJson",
     ".tps": "tps.Tps",

@@ -6,6 +6,7 @@ import codecs
 import csv
 import io
 import re
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -71,6 +72,11 @@ class Table(TextDocument):
         if not (np.isnan(z) | (np.abs(z) < 1e100)).all():
             raise InputError("some coordinates are not finite numbers")
         return cls(head, rows, at, delimiter, ending, Geometry(z, names=_names(head, rows)), comma)
+
+    @property
+    def names_of_rows(self) -> list[str]:
+        """The cells of the first column called name, landmark or label, also if they repeat; empty without one."""
+        return next(_columns_of_names(self.head, self.rows), [])
 
     def text(self, images: Images) -> str:
         """Return the rows with their images; rows without one are dropped, or get empty cells."""
@@ -159,14 +165,19 @@ def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
 
 def _names(head: list[str], rows: list[list[str]]) -> list[str]:
     """Return the cells of the column called name, landmark or label, unless they repeat; else nothing."""
+    for names in _columns_of_names(head, rows):
+        if len({*names}) == len(names):
+            return names
+    return []
+
+
+def _columns_of_names(head: list[str], rows: list[list[str]]) -> Iterator[list[str]]:
+    """Yield the cells of columns called name, landmark or label."""
     low = [name.strip().lower() for name in head]
     for column in NAME_COLUMNS:
         if column in low:
             k = low.index(column)
-            names = [row[k].strip() if k < len(row) else "" for row in rows]
-            if len({*names}) == len(names):
-                return names
-    return []
+            yield [row[k].strip() if k < len(row) else "" for row in rows]
 
 
 def _is_number(text: str) -> bool:

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...errors import InputError
+from ...arrays import Complex
+from ...errors import InputError, naming
 from ..point_syntax import coordinate
 from .document import NOWHERE, Geometry, Images, TextDocument
 
 MISSING = "NA NA"
 _COUNT = re.compile(r"\s*(LM|POINTS)\s*=\s*([0-9]{1,9})\s*", re.IGNORECASE)
 _KEY = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
+_SPECIMEN = re.compile(r"(?=^\s*LM\s*=)", re.IGNORECASE | re.MULTILINE)
+_NAME = re.compile(r"^\s*(IMAGE|ID)\s*=(.*)$", re.IGNORECASE | re.MULTILINE)
 
 
 @dataclass
@@ -82,3 +85,26 @@ def _place(line: str, at: int) -> complex:
         raise InputError(f"line {at}: {line.strip()[:40]!r} is not a position x y")
     x, y = (coordinate(word, f"line {at}") for word in words)
     return complex(x, y)
+
+
+def specimens_of(data: bytes) -> list[tuple[str, Complex]]:
+    """Return name and landmarks (k,) of each specimen in a file; NaN for missing landmarks.
+
+    The name is that in IMAGE=, else that in ID=, else empty. Points of curves are left out.
+
+    Raises:
+        InputError: the file is invalid; the message starts with what is wrong.
+    """
+    text = data.decode("utf-8-sig")
+    blocks = [block for block in _SPECIMEN.split(text) if _COUNT.match(block)]
+    if not blocks:
+        raise InputError("contains no landmarks (LM=…)")
+    found = []
+    for number, block in enumerate(blocks, 1):
+        with naming(f"specimen {number}"):
+            points = Tps.parse(block.encode(), None).geometry.points
+        names = {key.upper(): name.strip() for key, name in _NAME.findall(block)}
+        count = _COUNT.match(block)
+        assert count is not None
+        found.append((names.get("IMAGE") or names.get("ID", ""), points[: int(count[2])]))
+    return found

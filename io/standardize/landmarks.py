@@ -1,0 +1,184 @@
+"""Landmarks of many specimens: in one file for all, or in a file for each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...arrays import Complex
+from ...errors import InputError, naming
+from .. import files, formats, limits
+from ..geometry import document
+from ..geometry.table import Table
+from ..geometry.tps import specimens_of
+
+STEM = "{stem}"
+"""Placeholder in the name of a file for the specimen's name."""
+SPECIMEN_COLUMNS = ("specimen", "image", "picture", "file", "filename", "id")
+"""Names, in lower case, of the column of a table that names the specimen of each point."""
+SEPARATORS = "_-. "  # after the specimen's name in longer names of files, as in BC0004_landmarks.txt
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """The landmarks of a specimen.
+
+    Attributes:
+        path: the file.
+        names: of the landmarks; their numbers from 1 if the file has no names.
+        points: (k,) in the file's units; NaN for missing ones.
+        upward: whether y points up from the lower edge of the picture; otherwise it points down from the upper edge.
+    """
+
+    path: str
+    names: tuple[str, ...]
+    points: Complex
+    upward: bool
+
+
+class LandmarkFiles:
+    """Finds the landmarks of specimens.
+
+    Args:
+        given: a file with the landmarks of all specimens (TPS, or a table with a column of specimens), a folder with a
+            file for each specimen, or the name of such a file with {stem}; None for files beside the pictures.
+        pictures: the specimens' files.
+
+    Raises:
+        InputError: the file or folder does not exist, or cannot be read.
+    """
+
+    def __init__(self, given: str | None, pictures: Sequence[Path]):
+        self._given, self._pictures = given, pictures
+        self._listed: dict[str, list[str]] = {}
+        self._all: dict[str, Landmarks] | list[Landmarks] | None = None
+        if given is not None and STEM not in given and not os.path.isdir(given):
+            self._all = _all_of(given)
+            if isinstance(self._all, list) and len(self._all) != len(pictures):
+                raise InputError(
+                    f"{given}: has {len(self._all)} specimens without names, but there are {len(pictures)} pictures; "
+                    "name the pictures in IMAGE= lines"
+                )
+
+    @property
+    def inputs(self) -> list[str]:
+        """The file with all landmarks, if there is one."""
+        return [] if self._given is None or self._all is None else [self._given]
+
+    def of(self, number: int) -> Landmarks:
+        """Return the landmarks of the specimen with a number, from 0.
+
+        Raises:
+            InputError: there are none, or their file cannot be read.
+        """
+        picture = self._pictures[number]
+        if isinstance(self._all, list):
+            return self._all[number]
+        if self._all is not None:
+            for name in (picture.name, picture.stem):
+                if name.casefold() in self._all:
+                    return self._all[name.casefold()]
+            raise InputError(f"{self._given}: has no landmarks for {picture.name}")
+        return _read(self._file_of(picture))
+
+    def _file_of(self, picture: Path) -> str:
+        """Return the file with the landmarks of a specimen.
+
+        Raises:
+            InputError: there is none, or more than one.
+        """
+        if self._given is not None and STEM in self._given:
+            return self._given.replace(STEM, picture.stem)
+        folder = self._given if self._given is not None else str(picture.parent)
+        if folder not in self._listed:
+            names = sorted(os.listdir(folder))
+            self._listed[folder] = [name for name in names if formats.suffix_of(name) in document.READERS]
+        stem = picture.stem
+        others = {path.stem for path in self._pictures if path.stem != stem and path.stem.startswith(stem)}
+        exact = [name for name in self._listed[folder] if Path(name).stem == stem and name != picture.name]
+        longer = [
+            name
+            for name in self._listed[folder]
+            if name.startswith(tuple(stem + mark for mark in SEPARATORS))
+            and not name.startswith(tuple(others))
+            and name != picture.name
+        ]
+        found = exact or longer
+        if not found:
+            raise InputError(
+                f"{picture}: no file with its landmarks in {folder}; name it with --landmarks, such as "
+                f"--landmarks 'landmarks/{STEM}.csv'"
+            )
+        if len(found) > 1:
+            raise InputError(
+                f"{picture}: {', '.join(found[:4])} could all contain its landmarks; choose with --landmarks, such as "
+                f"--landmarks '{os.path.join(folder, found[0].replace(stem, STEM))}'"
+            )
+        return os.path.join(folder, found[0])
+
+
+def _all_of(path: str) -> dict[str, Landmarks] | list[Landmarks]:
+    """Return the landmarks of all specimens in a file, by names in lower case, or in order if they have no names.
+
+    Raises:
+        InputError: it cannot be read, or does not list specimens.
+    """
+    if formats.suffix_of(path) == ".tps":
+        data = files.read_bytes(Path(path), max_bytes=limits.GEOMETRY_BYTES)
+        with naming(path):
+            blocks = specimens_of(data)
+        found = [(name, Landmarks(path, _numbered(points), points, upward=True)) for name, points in blocks]
+        if not any(name for name, _ in found):
+            return [landmarks for _, landmarks in found]
+        return _by_name(path, found)
+    table = document.read(path) if formats.suffix_of(path) in document.READERS else None
+    low = [name.strip().lower() for name in table.head] if isinstance(table, Table) else []
+    column = next((low.index(name) for name in SPECIMEN_COLUMNS if name in low), None)
+    if not isinstance(table, Table) or column is None:
+        raise InputError(
+            f"{path}: does not list several specimens; use a TPS file, a table with a column {SPECIMEN_COLUMNS[0]!r}, "
+            "or a folder with a file for each specimen"
+        )
+    rows: dict[str, list[int]] = {}
+    for k, row in enumerate(table.rows):
+        rows.setdefault(row[column].strip() if column < len(row) else "", []).append(k)
+    names, points = table.names_of_rows, table.geometry.points
+    found = []
+    for name, numbers in rows.items():
+        called = _numbered(points[numbers], [names[k] for k in numbers] if names else ())
+        found.append((name, Landmarks(path, called, points[numbers], upward=False)))
+    return _by_name(path, found)
+
+
+def _by_name(path: str, found: list[tuple[str, Landmarks]]) -> dict[str, Landmarks]:
+    names = [name.casefold() for name, _ in found]
+    repeated = next((name for name in names if names.count(name) > 1), None)
+    if repeated is not None:
+        raise InputError(f"{path}: has more than one specimen named {repeated!r}")
+    return {Path(name).name: landmarks for name, (_, landmarks) in zip(names, found)}
+
+
+def _read(path: str) -> Landmarks:
+    """Read a file with the landmarks of one specimen.
+
+    Raises:
+        InputError: it cannot be read, or has no points.
+    """
+    if formats.suffix_of(path) not in document.READERS:
+        known = ", ".join(sorted(document.READERS))
+        raise InputError(f"{path}: not a file of landmarks; iccm reads {known}")
+    file = document.read(path)
+    if not file.geometry.points.size:
+        raise InputError(f"{path}: contains no points")
+    return Landmarks(
+        path, _numbered(file.geometry.points, file.geometry.names), file.geometry.points, file.upward
+    )
+
+
+def _numbered(points: Complex, names: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the names of landmarks; their numbers from 1 if they have none."""
+    return (
+        tuple(names) if all(names) and names else tuple(str(number) for number in range(1, points.size + 1))
+    )
