@@ -30,7 +30,7 @@ def command(specimens: tuple[str, ...], workers: int | None, **given: Any) -> in
     \b
     iccm standardize wings/*.jpg --landmarks landmarks -o OUT
     iccm standardize wings/*.jpg --landmarks wings.tps --reflect -o OUT
-    iccm standardize leaves --landmarks 'points/{stem}.csv' --reference leaf-7 -o OUT
+    iccm standardize leaves --landmarks 'lm/{stem}.csv' --reference leaf-7 -o OUT
 
     Exit code: 0 all specimens done, 1 some failed or are not good enough, 2 wrong input, 129, 130 or 143 stopped by a
     signal.

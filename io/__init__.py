@@ -30,6 +30,7 @@ itk_files      formats of ITK
 fields         `iccm field`
 batch/         many jobs
 check/         results compared with baselines
+standardize/   specimens on their mean shape
 edit/          the page of `iccm edit`
 describe       what `iccm info` reports
 sheet          the figure of numbered parts for `iccm info --plot`

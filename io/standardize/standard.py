@@ -25,7 +25,7 @@ FAR_FROM_OUTLINE_SHARE = 0.1
 """Distance at which a landmark that lies on the outline of other specimens must be wrong."""
 TOLERANCE_SHARE = 0.01
 """Distance by which landmarks inside may miss their places, relative to the root of the standard shape's area. With
-0.003 drawn wings are no better aligned, with 0.03 twice as badly."""
+0.003 drawn wings are as well aligned, with 0.03 half as well."""
 NUMBERS_PER_LINE = 8
 
 Pin = tuple[tuple[float, float], tuple[float, float], dict[str, float]]
@@ -140,7 +140,7 @@ def of(
     if not inside.all():
         outside = [name for name, is_inside in zip(alike[0].names, inside) if not is_inside]
         note(
-            f"landmarks outside of the standard shape only superimpose specimens, and are not pins: "
+            f"landmarks outside of the standard shape only superimpose specimens, and are left out of the pins: "
             f"{', '.join(outside[:8])}"
         )
     return Standard(alike, placed, *standard[:2], anchors, np.flatnonzero(inside), standard[2])
