@@ -36,6 +36,7 @@ procrustes        landmarks superimposed, and mean outlines
 polygons          unions and offsets of regions of many parts
 plane             areas, boxes, similarities and exact orientation of points in the plane
 buckets           a grid of square buckets for nearest points
+sorting           stable orders of small integers
 flips             triangles across the edges of a triangulation
 arrays            types of arrays, and conversions to them
 axes              the meaning of pairs of numbers: y up or down, rows and columns

@@ -53,6 +53,7 @@ ORDER = (
     "procrustes",
     "curve linalg polygons",
     "buckets flips plane transform axes",
+    "sorting",
     "arrays native",
     "parallel memory blas progress signatures fits",
     "deadline",

@@ -116,3 +116,17 @@ ICCM_EXPORT int64_t iccm_maps_order_pairs(const int64_t *first, const int64_t *s
     sort_by_counting(first, by_second.data, n, bound, place.data, order);
     return 0;
 }
+
+// Sort numbers; equal ones stay in order. Returns 0.
+//
+//   keys   (n,) numbers
+//   n      their number
+//   bound  a number above all of them; none is negative
+//   order  (n,) written: indices into `keys`
+ICCM_EXPORT int64_t iccm_maps_order(const int64_t *keys, int64_t n, int64_t bound, int64_t *order) {
+    Buffer<Index> place(bound + 1), given(n);
+    if (!place || !given) return OUT_OF_MEMORY;
+    for (Index i = 0; i < n; i++) given[i] = i;
+    sort_by_counting(keys, given.data, n, bound, place.data, order);
+    return 0;
+}

@@ -11,7 +11,7 @@ from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
-from .coarsening import by_coarser, coarser_layout, nearly_relaxed, relaxed
+from .coarsening import by_coarser, coarser_layout, nearly_relaxed, relaxed, smooth
 from .free import LARGE_VERTEX_COUNT, Elastic, surface
 from .opening import open_up
 from .scaffold import relax_with_scaffold
@@ -34,6 +34,10 @@ KEPT_DILATATION_P95 = 1.3  # 95th percentile of the dilatation at which angles c
 ANGLE_ROUNDS = 8  # most times that a seam is lengthened for angles; most meshes that need it need 1 to 4
 LEAST_DECREASE, LEAST_DECREASE_OF_SEAMS = 1e-5, 1e-4
 """Relative decrease that ends the iteration, finally and while the seam grows."""
+SWEEPS = 6
+"""Times that each vertex of a large patch is moved after its layout was found on a coarser triangulation. They take
+about as long as two Newton steps; with them the 95th percentile of the stretch is 7 % above that of the converged
+layout, without them 16 % (a figure of 44,000 triangles)."""
 CONTINUATION_THETAS = 0.1, 0.01
 """θ on the way from even to conformal: Newton's method does not converge from an even layout at 0 directly."""
 
@@ -47,6 +51,7 @@ def flatten(
     chart: bool = False,
     joins: bool = False,
     seam_extensions: int | None = None,
+    hidden: bool = False,
 ) -> Flattening:
     """Flatten a patch into the plane.
 
@@ -61,6 +66,8 @@ def flatten(
             angles are preserved.
         joins: whether a growing seam may run into holes where that helps; these become part of the outline.
         seam_extensions: most times that a growing seam is extended; None: as often as areas need.
+        hidden: whether the layout is only a plane in which balanced maps are found. That of a large patch then stays
+            nearly even where "conformal" would continue to a conformal one.
 
     Raises:
         InputError: there is no such loop, least squares have no solution, or no flattening without overlap was
@@ -89,8 +96,11 @@ def flatten(
         return _check(_even_with_seam(plain, growing, joins, sound, most)[0])
     if fault is None and not growing:
         return plain
-    found = _conformal(*_even_with_seam(plain, growing, joins, sound, most))
-    found = _check(_lengthen_seam(found) if growing and chart else found)
+    if hidden and len(patch.points) >= LARGE_VERTEX_COUNT:
+        found = _check(_nearly_even(plain, growing, joins, sound, most))
+    else:
+        found = _conformal(*_even_with_seam(plain, growing, joins, sound, most))
+        found = _check(_lengthen_seam(found) if growing and chart else found)
     return replace(found, notes=() if fault is None else (f"LSCM produced {fault}; another method was used",))
 
 
@@ -147,17 +157,38 @@ def _even_with_seam(
         sound: a layout of this patch without folds or overlaps, used as the start if it is close enough.
         most: most times that the seam is extended.
     """
+    start = _first_layout(layout, growing, sound)
+    if not growing:
+        sheet = surface(layout.patch.points, layout.patch.faces)
+        return _relax(start, sheet, 1.0), sheet
+    result, sheet, _ = _with_seam(start, joins, most)
+    return _relax(result, sheet, 1.0), sheet
+
+
+def _nearly_even(
+    layout: Flattening, growing: bool, joins: bool, sound: Flattening | None, most: int
+) -> Flattening:
+    """Return a nearly even layout of a large patch with a long enough seam; arguments as for `_even_with_seam`."""
+    start = _first_layout(layout, growing, sound)
+    result, sheet, _ = _with_seam(start, joins, most) if growing else _roughly(start)
+    if overlap(result) is None:
+        return result
+    u = _apart(result, sheet, 1.0, range(SCAFFOLD_STEPS))
+    rim = np.zeros(u.size, bool)
+    rim[np.concatenate(_rings(result))] = True
+    unit = result.patch.points / np.sqrt(result.patch.areas.sum())
+    smooth(sheet.faces, unit, rim, SWEEPS, 1.0, u)
+    return _place(result, u)
+
+
+def _first_layout(layout: Flattening, growing: bool, sound: Flattening | None) -> Flattening:
+    """Return a layout without folds from which to relax; arguments as for `_even_with_seam`."""
     patch = layout.patch
     coarsely = (
         len(patch.points) >= LARGE_VERTEX_COUNT and not growing
     )  # coarsening makes up for a distant start
     near = sound is not None and (coarsely or sound.strained(95) < STRETCHED_P95)
-    start = replace(sound, method="balanced") if sound and near else _start(patch, layout.loop)
-    if not growing:
-        sheet = surface(patch.points, patch.faces)
-        return _relax(start, sheet, 1.0), sheet
-    result, sheet, _ = _with_seam(start, joins, most)
-    return _relax(result, sheet, 1.0), sheet
+    return replace(sound, method="balanced") if sound and near else _start(patch, layout.loop)
 
 
 def _with_seam(start: Flattening, joins: bool, most: int) -> tuple[Flattening, Elastic, list[int]]:
@@ -245,18 +276,31 @@ def _relax(
     result = _place(start, relaxed(sheet, points, _unit(start), theta, NEWTON_STEPS, LEAST_DECREASE))
     if overlap(result) is None:
         return result
+    u = _apart(start, sheet, theta, steps)
+    return _place(start, relax_with_scaffold(sheet, u, _rings(start), theta, steps, LEAST_DECREASE))
+
+
+def _apart(start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int]) -> Complex:
+    """Return (n,) positions without folds or overlaps: those of `start`, or others where that overlaps itself.
+
+    Those of a large patch are relaxed on a coarser triangulation that has all of its boundary.
+    """
     if overlap(start) is not None:
         start = _start(start.patch, start.loop)
-    u = _unit(start)
-    loops = [start.loop, *(loop for loop in start.patch.loops if not np.array_equal(loop, start.loop))]
+    u, loops = _unit(start), _rings(start)
 
     def apart(own: Elastic, kept: Index) -> Complex:
         rings = [np.searchsorted(kept, loop) for loop in loops]
         return relax_with_scaffold(own, u[kept], rings, theta, steps, LEAST_DECREASE)
 
     # with the whole boundary kept, a layout without overlap on the coarser triangulation has none on the fine one
-    u = by_coarser(sheet, points, u, theta, apart, np.concatenate(loops))
-    return _place(start, relax_with_scaffold(sheet, u, loops, theta, steps, LEAST_DECREASE))
+    return by_coarser(sheet, start.patch.points, u, theta, apart, np.concatenate(loops))
+
+
+def _rings(layout: Flattening) -> list[Index]:
+    """Return the boundary loops of a layout, its outline first."""
+    others = [loop for loop in layout.patch.loops if not np.array_equal(loop, layout.loop)]
+    return [layout.loop, *others]
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:

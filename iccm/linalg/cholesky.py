@@ -18,6 +18,7 @@ import numpy as np
 
 from ..arrays import Complex, Index, Real
 from ..native import Record, function, record
+from ..sorting import counting_order_of_pairs
 from .fronts import Fronts, fronts_of
 from .ordering import minimum_degree
 
@@ -162,12 +163,15 @@ def system_of(faces: Index, following: Index, count: int, stencils: Sequence[Ind
     position[order] = np.arange(count)
     places = np.sort(position[faces], axis=1)
     corners = order[places]
-    pairs = [places[:, i] * count + places[:, j] for i, j in ((0, 1), (0, 2), (1, 2))]
-    ends = np.sort(position[more], axis=1)
-    keys, where = np.unique(
-        np.concatenate([*pairs, np.arange(count) * (count + 1), ends[:, 0] * count + ends[:, 1]]),
-        return_inverse=True,
-    )
+    ends, every = np.sort(position[more], axis=1), np.arange(count)
+    rows = np.concatenate([places[:, 0], places[:, 0], places[:, 1], every, ends[:, 0]])
+    columns = np.concatenate([places[:, 1], places[:, 2], places[:, 2], every, ends[:, 1]])
+    by_entry = counting_order_of_pairs(rows, columns, count)
+    keys = rows[by_entry] * count + columns[by_entry]
+    is_new = np.append(True, keys[1:] != keys[:-1])
+    where = np.empty(rows.size, np.int64)
+    where[by_entry] = np.cumsum(is_new) - 1
+    keys = keys[is_new]
     first, second, third, own = np.split(where, np.cumsum([len(faces)] * 3))
     diagonal = own[position]
     slots = np.stack(

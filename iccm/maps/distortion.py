@@ -123,14 +123,13 @@ class Distortion:
     def report(self) -> dict:
         """Return the figures as in the JSON report."""
         return {
-            "stretch": self._figures(self.stretches, ("p50", 0.5), ("p95", 0.95)),
-            "dilatation": self._figures(self.dilatations, ("median", 0.5), ("p95", 0.95)),
+            "stretch": {"p50": self.quantile(self.stretches, 0.5), "p95": self.stretch_p95}
+            | {"max": float(self.stretches.max())},
+            "dilatation": {"median": self.quantile(self.dilatations, 0.5), "p95": self.dilatation_p95}
+            | {"max": float(self.dilatations.max())},
             "scale": {"within2": self.within(2), "within4": self.within(4)},
             "turn": self.turn,
         }
-
-    def _figures(self, values: Real, *names: tuple[str, float]) -> dict[str, float]:
-        return {**{name: self.quantile(values, share) for name, share in names}, "max": float(values.max())}
 
 
 def weighted_quantile(values: Real, weights: Real, share: float) -> float:

@@ -33,11 +33,18 @@ class Joined:
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Joined":
-        """Return all triangles.
+        """Return all triangles; a mesh keeps the result, as pieces are counted first and read later.
 
         Raises:
             InputError: names the first invalid element (see `mesh.check`).
         """
+        if "joined" not in mesh.__dict__:
+            mesh.__dict__["joined"] = cls._of(mesh)
+        found: Joined = mesh.__dict__["joined"]
+        return found
+
+    @classmethod
+    def _of(cls, mesh: Mesh) -> "Joined":
         corner = triangulate(check(mesh))
         used, named = (np.zeros(len(mesh.points), bool) for _ in range(2))
         used[mesh.corners[corner]] = named[mesh.corners] = True
@@ -183,8 +190,11 @@ def sound_piece(mesh: Mesh | Joined, piece: int = 1) -> Patch:
     joined = mesh if isinstance(mesh, Joined) else Joined.of(mesh)
     mesh, vertex, notes = joined.mesh, joined.vertex, list(joined.notes)
     shape, corner = _one_piece(joined, piece, notes)
-    used, local = np.unique(shape.faces, return_inverse=True)
-    shape, vertex = Triangles(local.reshape(-1, 3), used.size), vertex[used]
+    used = np.zeros(shape.count, bool)
+    used[shape.faces] = True
+    if not used.all():
+        number = np.cumsum(used) - 1
+        shape, vertex = Triangles(number[shape.faces], int(used.sum())), vertex[used]
     shape, corner = _orient(mesh, shape, corner, vertex, notes)
     shape, vertex = split_non_manifold(shape, vertex, notes)
     return Patch(mesh, mesh.points[vertex], shape, vertex, corner, notes=tuple(notes))

@@ -1,6 +1,7 @@
 """Find the triangle of a flattened patch that contains a point of the plane."""
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,16 @@ class Locator:
     Args:
         flattening: the patch; its triangles do not overlap.
     """
+
+    _made: ClassVar[WeakKeyDictionary[Flattening, "Locator"]] = WeakKeyDictionary()
+
+    @classmethod
+    def of(cls, flattening: Flattening) -> "Locator":
+        """Return the locator of a layout, which is made only once as long as the layout exists."""
+        found = cls._made.get(flattening)
+        if found is None:
+            found = cls._made[flattening] = cls(flattening)
+        return found
 
     def __init__(self, flattening: Flattening):
         self.faces = np.ascontiguousarray(flattening.patch.faces, np.int64)

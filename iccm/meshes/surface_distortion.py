@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex, Flags, Real
+from ..arrays import Complex, Flags, Index, Real
 from ..maps.distortion import Distortion
 from ..plane import diagonal
 from .flatten import Flattening, weighted_percentiles
@@ -21,17 +21,20 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
         flat: samples in the planes, with their positions.
         layouts: of source and target; None for a planar domain. Samples in holes of layouts are omitted.
     """
-    on = np.ones(flat.z.size, bool)
+    on, triangles = np.ones(flat.z.size, bool), list[Index | None]()
     for layout, w in zip(layouts, (flat.z, flat.w)):
+        triangles.append(None)
         if layout is not None:
-            on &= _on_surface(layout, w)
+            triangles[-1], inside = _on_surface(layout, w)
+            on &= inside
     flat = replace(
         flat, area=flat.area[on], f_z=flat.f_z[on], f_zbar=flat.f_zbar[on], z=flat.z[on], w=flat.w[on]
     )
     jacobian, area = Linear(flat.f_z, flat.f_zbar), flat.area
     before = area / np.maximum(np.abs(jacobian.determinant), 1e-300)
     here, there = (
-        None if each is None else _to_surface(each, w) for each, w in zip(layouts, (flat.z, flat.w))
+        None if layout is None or triangle is None else _to_surface(layout, triangle[on])
+        for layout, triangle in zip(layouts, triangles)
     )
     if here is not None:
         jacobian, before = jacobian @ here.inverse(), before * here.determinant
@@ -53,7 +56,7 @@ def surface_distances(flat: Distortion, source: Flattening, target: Flattening) 
         source: layout of the source.
         target: layout of the target.
     """
-    there = _to_surface(target, flat.w)
+    there = _to_surface(target, Locator.of(target)(flat.w, 1)[0])
     away = np.linalg.norm(_in_space(source, flat.z) - _in_space(target, flat.w), axis=1)
     at = weighted_percentiles(away, flat.area * np.abs(there.determinant), (50, 95, 100))
     size = np.linalg.norm(np.ptp(target.patch.points, axis=0))
@@ -89,20 +92,22 @@ def distances_at(pairs: Complex, source: Flattening, target: Flattening) -> Real
 
 def _in_space(layout: Flattening, z: Complex) -> Real:
     """Return (p, 3) the points of a surface at points z of its layout."""
-    face, place = Locator(layout)(z, 1)
+    face, place = Locator.of(layout)(z, 1)
     return np.einsum("pk,pkc->pc", place, layout.patch.points[layout.patch.faces[face]])
 
 
-def _on_surface(layout: Flattening, z: Complex) -> Flags:
-    """Return (p,) whether points are on the surface and not in its holes, up to NEAR_SHARE of its diagonal."""
-    face, place = Locator(layout)(z, 1)
-    found = np.einsum("pk,pk->p", place, layout.flat[layout.patch.faces[face]])
-    return np.abs(found - z) <= NEAR_SHARE * diagonal(layout.flat)
+def _on_surface(layout: Flattening, z: Complex) -> tuple[Index, Flags]:
+    """Return the triangles (p,) at points, and whether these are on the surface and not in its holes.
+
+    Points count as on the surface up to NEAR_SHARE of its diagonal.
+    """
+    triangle, place = Locator.of(layout)(z, 1)
+    nearest = np.einsum("pk,pk->p", place, layout.flat[layout.patch.faces[triangle]])
+    return triangle, np.abs(nearest - z) <= NEAR_SHARE * diagonal(layout.flat)
 
 
-def _to_surface(layout: Flattening, z: Complex) -> Linear:
-    """Return the linear maps from the plane to the surface at points z (p,)."""
+def _to_surface(layout: Flattening, triangle: Index) -> Linear:
+    """Return the linear maps from the plane to the surface in triangles (p,)."""
     faces = layout.patch.faces
     maps = linear(layout.flat[faces], laid_flat(layout.patch.points[faces]))
-    triangle = Locator(layout)(z, 1)[0]
     return Linear(maps.a[triangle], maps.b[triangle])

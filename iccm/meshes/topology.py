@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Index, Real
 from ..maps.triangulated.adjacency import loops_along
+from ..sorting import counting_order_of_pairs
 
 # Limits on the pairs of surfaces with common crowded edges that are checked, those with most edges first,
 # which bound the time.
@@ -47,9 +48,10 @@ class Triangles:
     @cached_property
     def _sorted_edges(self) -> tuple[Index, Index]:
         """(3m,) half-edges sorted by their edge, and where each edge's half-edges begin."""
-        key = self._edge_key(self.tail, self.head)
-        order = np.argsort(key, kind="stable")
-        begins = np.flatnonzero(np.diff(key[order], prepend=-1))
+        low, high = np.minimum(self.tail, self.head), np.maximum(self.tail, self.head)
+        order = counting_order_of_pairs(low, high, self.count)
+        low, high = low[order], high[order]
+        begins = np.flatnonzero((np.diff(low, prepend=-1) != 0) | (np.diff(high, prepend=-1) != 0))
         return order, begins
 
     @property

@@ -93,7 +93,7 @@ def laid_by_themselves(
     on_outline = np.zeros(z.size, bool)
     on_outline[np.concatenate(map.loops)] = True
     labels, _ = labels_of(map.faces, z, on_outline, regions)
-    face, weights = Locator(layout)(z, 1)
+    face, weights = Locator.of(layout)(z, 1)
     points = np.einsum("pk,pkx->px", weights, layout.patch.points[layout.patch.faces[face]])
     flat = flat_by_itself(z, map.faces, laid_flat(points[map.faces]), labels)
     outlines = [rings for k in range(labels.max() + 1) for rings in rings_of(z, map.faces[labels == k])]

@@ -92,7 +92,7 @@ class Side:
     @cached_property
     def _given_locator(self) -> Locator:
         """Locator of triangles under points of the user's plane."""
-        return Locator(self.given)
+        return Locator.of(self.given)
 
     def scale_inward(self, z: Complex) -> Real:
         """Return the local scales (p,) from the user's plane to the solver's at points (p,) of the former."""
@@ -118,7 +118,7 @@ class Side:
         """Return points (n,) of the solver's plane in the user's; those marked in `on` are on the outer outline."""
         if self.layout is None or self.own is self.layout or not z.size:
             return z
-        return _transfer(Locator(self.own), self.layout, self.loops[0], z, on)
+        return _transfer(Locator.of(self.own), self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
         """Return a curve of the user's plane as a polyline in the solver's, from at least so many samples."""

@@ -215,6 +215,7 @@ class Inputs(Files):
             opening=None if target else self._seams[1],
             united=self._names_regions(target),
             seam_extensions=seam_extensions,
+            hidden=target and self._hides_plane,
             **self._lying(target, source),
         )
 
@@ -325,6 +326,14 @@ class Inputs(Files):
             "aspect": aspect,
             "joins": joins,
         }
+
+    @property
+    def _hides_plane(self) -> bool:
+        """Whether nothing that is given or written lies in the plane of a mesh target."""
+        job = self.job
+        in_plane = (job.has_pins, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
+        shown = job.stmap or job.plot or not all(map(is_mesh, job.output))
+        return job.exact and not self._both_meshes and not any(in_plane) and (job.bake or not shown)
 
     @property
     def _both_meshes(self) -> bool:

@@ -57,6 +57,7 @@ def read(
     opening: Opening | None = None,
     united: bool = False,
     seam_extensions: int | None = None,
+    hidden: bool = False,
 ) -> MeshShape:
     """Read and flatten the mesh that `file`, `file#part`, `file#loop` or `file#part#loop` specifies.
 
@@ -79,6 +80,7 @@ def read(
         opening: a mesh split along its cut, which replaces the paths between pins.
         seam_extensions: most times that a cut is extended; see `flattening.flatten`.
         united: whether to read all geometries of the mesh, since glTF has one for each material.
+        hidden: whether nothing lies in the plane of the mesh; see `flattening.flatten`.
 
     Raises:
         InputError: in one line, naming the first invalid element.
@@ -95,7 +97,12 @@ def read(
     piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
     grow = cut and through is None  # lengthened seams would differ between two meshes
     grow &= cut_open or len(piece.seam) > 0
-    how: dict[str, Any] = {"chart": chart, "joins": joins, "seam_extensions": seam_extensions}
+    how: dict[str, Any] = {
+        "chart": chart,
+        "joins": joins,
+        "seam_extensions": seam_extensions,
+        "hidden": hidden,
+    }
     return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), **how)
 
 
@@ -126,6 +133,8 @@ def read_whole(
     files = mesh_files.read_all(spec, opened)
     if files[0].numbered or files[0].chart:
         return None
+    if sum(np.count_nonzero(Joined.of(file.mesh).areas) for file in files) < 2:
+        return None
     pieces, corners, faults = list[Patch](), list[Index](), list[str]()
     first = 0
     for file in files:
@@ -134,8 +143,6 @@ def read_whole(
         corners += [piece.corner + first for piece in found]
         faults += more
         first += file.mesh.corners.size
-    if len(pieces) + len(faults) < 2:
-        return None
     if not pieces:
         raise InputError(faults[0])
     tried = flatten_each(pieces, grow=cut, method=method)

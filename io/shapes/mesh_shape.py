@@ -190,7 +190,7 @@ class MeshShape(Shape):
     @cached_property
     def locator(self) -> Locator:
         """Locator of triangles under points of the plane."""
-        return Locator(self.flattening)
+        return Locator.of(self.flattening)
 
     @property
     def pictures(self) -> tuple[Path | bytes, ...]:

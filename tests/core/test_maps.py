@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from iccm import buckets
+from iccm import buckets, sorting
 from iccm.flips import neighbours
 from iccm.maps import cauchy_green, enclosure, extended_inverse, folds, refinement
 from iccm.maps.triangulated import adjacency, evaluation, location, patches
@@ -67,7 +67,7 @@ def test_pairs_are_sorted_and_equal_ones_stay_in_order(monkeypatch):
         found = adjacency.edges_of(faces)
         return found.ends, found.sides, found.rim, found.beside, found.opposite
 
-    equal(*both(monkeypatch, adjacency, {"_order_pairs": order_pairs}, work))
+    equal(*both(monkeypatch, sorting, {"_order_pairs": order_pairs}, work))
 
 
 def test_nearest_segments_are_those_of_a_look_at_all():

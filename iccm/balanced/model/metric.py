@@ -81,7 +81,7 @@ class LaidMetric(Metric):
         scale = 1 / area
         turned = scale * to_surface.a * to_surface.b.conj() * (abs(frame.factor) / frame.factor) ** 2
         return cls(
-            Locator(layout),
+            Locator.of(layout),
             frame,
             scale * (np.abs(to_surface.a) ** 2 + np.abs(to_surface.b) ** 2),
             turned.conj() if frame.mirrored else turned,

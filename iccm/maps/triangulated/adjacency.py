@@ -6,11 +6,8 @@ import numpy as np
 
 from ...arrays import Index
 from ...native import function
+from ...sorting import counting_order_of_pairs
 
-_order_pairs = function(
-    """int64_t iccm_maps_order_pairs(
-        const int64_t *first, const int64_t *second, int64_t n, int64_t bound, int64_t *order)"""
-)
 _number_edges = function(
     """int64_t iccm_maps_number_edges(
         const int64_t *faces, const int64_t *across, int64_t m, int64_t *ends, int64_t *sides, int64_t *rim,
@@ -44,8 +41,7 @@ def edges_of(faces: Index) -> Edges:
     tail, head = (np.roll(faces, -k, axis=1).ravel() for k in (1, 2))
     low, high = np.minimum(tail, head), np.maximum(tail, head)
     count = int(faces.max(initial=-1)) + 1
-    order = np.empty(low.size, np.int64)
-    _order_pairs(low, high, low.size, count, order)
+    order = counting_order_of_pairs(low, high, count)
     new = np.ones(low.size, bool)
     new[1:] = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
     first, sides = order[new], np.empty(low.size, np.int64)

@@ -70,6 +70,19 @@ def test_a_surface_that_can_be_unrolled_is_unrolled(method):
     assert overlap(found) is None
 
 
+def test_a_hidden_plane_of_a_large_closed_surface_is_nearly_even_and_does_not_overlap(monkeypatch):
+    monkeypatch.setattr(method, "LARGE_VERTEX_COUNT", 100)
+    monkeypatch.setattr(coarsening, "LARGE_VERTEX_COUNT", 100)
+    patch = disk_patch(sphere(36, 20), cut=True)
+    plain, hidden = (flatten(patch, grow=True, hidden=hides) for hides in (False, True))
+    assert (plain.method, hidden.method) == ("conformal", "balanced")
+    assert overlap(hidden) is None
+    assert plain.even is not None
+    assert hidden.strained(95) < 1.1 * plain.even.strained(95)
+    small = flatten(disk_patch(sphere(8, 6), cut=True), grow=True, hidden=True)
+    assert small.method == "conformal"
+
+
 def test_newton_ends_where_the_energy_has_no_slope():
     patch = disk_patch(grid(12, 10, dome))
     sheet = surface(patch.points, patch.faces)
