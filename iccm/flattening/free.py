@@ -47,9 +47,9 @@ class Elastic:
         """Create it from rest shapes (m, 3), weighted by `weights` (m,) or by their areas."""
         return cls._on(system_of(faces, np.arange(held), int(faces.max()) + 1), faces, shapes, weights, held)
 
-    def with_shapes(self, shapes: Complex) -> "Elastic":
-        """Return the same triangles with other rest shapes (m, 3), weighted by their areas."""
-        return self._on(self.pattern, self.faces, shapes, None, self.held)
+    def with_shapes(self, shapes: Complex, weights: Real | None = None) -> "Elastic":
+        """Return the same triangles with other rest shapes (m, 3), weighted by `weights` (m,) or by their areas."""
+        return self._on(self.pattern, self.faces, shapes, weights, self.held)
 
     @classmethod
     def _on(

@@ -19,10 +19,19 @@ FRAME_RADIUS_FACTOR = 2.0
 SCAFFOLD_WEIGHT = 1e-3  # of the surface's energy: total weight of the scaffold
 THIN_AREA_SHARE = 1e-14  # of the frame's radius squared: triangles with less area are dropped
 SETTLED_STEPS = 3  # consecutive steps with little gain after which the layout has converged
+LEAST_KEPT_AREA_SHARE = 0.5
+"""Of its area at first: a scaffold is triangulated anew when one of its triangles gets smaller. Towards the end the
+layout hardly moves, and the sparsity pattern of a large surface takes longer than a step."""
 
 
 def relax_with_scaffold(
-    sheet: Elastic, u: Complex, loops: list[Index], theta: float, steps: Iterable[int], tolerance: float
+    sheet: Elastic,
+    u: Complex,
+    loops: list[Index],
+    theta: float,
+    steps: Iterable[int],
+    tolerance: float,
+    settled: int = SETTLED_STEPS,
 ) -> Complex:
     """Take Newton steps with a scaffold, from a layout that does not overlap itself to one with less energy.
 
@@ -33,28 +42,33 @@ def relax_with_scaffold(
         theta: weight of the area part.
         steps: yields one item per step that may be taken, so that several calls can share a limit.
         tolerance: relative decrease that counts as none.
+        settled: consecutive steps with no decrease after which the layout counts as converged.
 
     Returns:
         (n,) new positions.
     """
     energy, small = sheet.energy(u, theta), 0
+    around = frame(u[loops[0]])
+    faces, areas, both = outside(u, around, loops), np.empty(0), None
     for _ in steps:
-        around = frame(u[loops[0]])
-        faces = outside(u, around, loops)
         at = np.concatenate([around, u])
+        if both is not None and (triangle_areas(at[faces]) < LEAST_KEPT_AREA_SHARE * areas).any():
+            around, both = frame(u[loops[0]]), None
+            faces, at = outside(u, around, loops), np.concatenate([around, u])
         if not len(faces):  # the outline is too thin for a scaffold; without one it might overlap itself
             break
+        shapes = np.concatenate([sheet.shapes, at[faces]])
         light = np.full(len(faces), SCAFFOLD_WEIGHT * energy / len(faces))
-        both = Elastic.of(
-            np.concatenate([sheet.faces + FRAME_CORNERS, faces]),
-            np.concatenate([sheet.shapes, at[faces]]),
-            np.concatenate([sheet.rest.weights, light]),
-            FRAME_CORNERS,
-        )
+        weights = np.concatenate([sheet.rest.weights, light])
+        if both is None:
+            areas, joined = triangle_areas(at[faces]), np.concatenate([sheet.faces + FRAME_CORNERS, faces])
+            both = Elastic.of(joined, shapes, weights, FRAME_CORNERS)
+        else:
+            both = both.with_shapes(shapes, weights)
         u = both.relaxed(at, theta, 1, tolerance)[FRAME_CORNERS:]
         before, energy = energy, sheet.energy(u, theta)
         small = small + 1 if before - energy < tolerance * before else 0
-        if small == SETTLED_STEPS:
+        if small == settled:
             break
     return u
 
