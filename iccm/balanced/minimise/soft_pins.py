@@ -175,12 +175,16 @@ class SoftPins:
         found: list[TermOnMesh] = []
         around = nearest_triangles(w, faces, self.source)
         for k, vertices in enumerate(cores):
-            weights = _core_weights(self.source[k], self.core_radii[k], vertices, w, vertex_areas)
-            if weights is None:
+            core_weights = _core_weights(self.source[k], self.core_radii[k], vertices, w, vertex_areas)
+            if core_weights is not None:
+                weights = spread = core_weights
+            else:
                 corners = faces[around[k]]
-                weights = np.zeros(vertices.size)
-                weights[np.searchsorted(vertices, corners)] = _barycentric(self.source[k], w[corners])
-            derivative = _mean_derivative(z[vertices], u[vertices], weights)
+                own = np.searchsorted(vertices, corners)
+                weights, spread = np.zeros(vertices.size), np.zeros(vertices.size)
+                weights[own] = _barycentric(self.source[k], w[corners])
+                spread[own] = 1 / 3  # at a vertex, the barycentric coordinates are those of a single point
+            derivative = _mean_derivative(z[vertices], u[vertices], spread)
             # Displacement of the core from its place: u - u₀ - f'·(z - z₀), which is linear in the positions
             # that move. The second difference is zero until vertices of the source move.
             factor = 1.0 if forward else -derivative
@@ -192,7 +196,7 @@ class SoftPins:
             found.append(Spring(vertices, np.asarray(factor * weights, np.complex128), constant, spring))
             aim = self._aim(k, derivative)
             if aim is not None:
-                slopes = _slope_weights(kept[vertices], weights)
+                slopes = _slope_weights(kept[vertices], spread)
                 # The derivative of the moving side is f' or 1/f'; a deviation of 1/f' stands for one of f' that
                 # is |f'|² times as large.
                 is_inverse = forward == self.inverted

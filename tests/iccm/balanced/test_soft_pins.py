@@ -111,6 +111,17 @@ def test_a_similarity_that_meets_the_pins_costs_nothing():
         assert sum(spring.values(moving)[0] for spring in springs) < 1e-24
 
 
+@pytest.mark.parametrize("forward", [True, False])
+def test_a_pin_at_a_vertex_of_a_mesh_much_coarser_than_its_patch_has_a_derivative(forward):
+    z, _, faces = triangles(100)
+    factor = 0.9 * np.exp(0.4j)
+    source = z[np.argsort(np.abs(z))[:2]]
+    pins = some_pins(source=source, target=factor * source, radii=np.full(2, 0.01), scales=np.full(2, 0.9))
+    u = factor * z
+    springs = pins.springs_on_mesh(z, u, faces, pins.cores(z, u, faces), 1.0, forward=forward)
+    assert sum(spring.values(u if forward else z)[0] for spring in springs) < 1e-24
+
+
 def test_patches_count_more_by_an_integral_that_does_not_depend_on_the_mesh():
     radius, stiffness = 0.2, 8.0
     pins = some_pins(source=np.array([0.03 - 0.06j]), target=np.zeros(1), radii=np.array([radius]))
