@@ -237,8 +237,7 @@ class Live:
             if springs is None or known is None:
                 state, stiffening = with_present_springs(state)
             else:
-                given_factors = [springs.get(here, 1.0) for here in patches.points[:, 0].tolist()]
-                stiffening = np.clip(given_factors, 1, STIFFEST)
+                stiffening = np.clip(_factors_at(patches, springs), 1, STIFFEST)
                 state = state.with_energy(replace(state.energy, pins=known.stiffer(stiffening)))
         else:
             given, patches = pair.checked(pins, strokes, softness)
@@ -321,9 +320,8 @@ class Live:
         if not len(patches.points) and not len(self.patches.points):
             return self
         settings, factors = self.pair.with_patches(self.settings, patches), self.stiffening
-        if len(factors) != len(patches.points):
-            known = dict(zip(self.patches.points[:, 0].tolist(), factors.tolist()))
-            factors = np.array([known.get(here, 1.0) for here in patches.points[:, 0].tolist()])
+        if len(factors) != len(patches.points):  # else a pin whose place in the source moves keeps its factor
+            factors = _factors_at(patches, self.springs)
         energy = energy_of(settings, given)
         if energy.pins is not None:
             energy = replace(energy, pins=energy.pins.stiffer(factors))
@@ -401,6 +399,11 @@ class Live:
         if not len(cut.lines):
             return map
         return replace(map, bulge=bulges(cut.faces, u, z, map.edges, cut.lines))
+
+
+def _factors_at(patches: PinnedPatches, springs: Mapping[complex, float]) -> Real:
+    """Return the factors (k,) of the springs of soft pins, by their points of the source; 1 for those not known."""
+    return np.array([springs.get(point, 1.0) for point in patches.points[:, 0].tolist()])
 
 
 def _least_area(state: DiscreteMap) -> float:
