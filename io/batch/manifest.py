@@ -34,13 +34,15 @@ JOURNAL = ".iccm-journal.jsonl"
 class ManifestError(InputError):
     """Lists every mistake in a manifest, one per line."""
 
-    def __init__(self, found: list[str]) -> None:
-        found = [
+    def __init__(self, mistakes: list[str]) -> None:
+        mistakes = [
             printable(line if len(line) <= SHOWN_CHARACTERS else line[:SHOWN_CHARACTERS] + "…")
-            for line in found
+            for line in mistakes
         ]
-        super().__init__(f"{found[0]} (and {len(found) - 1} more)" if len(found) > 1 else found[0])
-        self.mistakes = found
+        super().__init__(
+            f"{mistakes[0]} (and {len(mistakes) - 1} more)" if len(mistakes) > 1 else mistakes[0]
+        )
+        self.mistakes = mistakes
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +108,9 @@ class Entry:
     def whole(self) -> dict[str, Any]:
         """All of its values except the command; defaults that only apply to other commands are left out."""
         others = {key for kind in KINDS.values() for key in kind.rows} - self.kind.rows.keys()
-        defaults, own = _with_todays_names(self.defaults), _with_todays_names(self.values)
-        given = {key: value for key, value in defaults.items() if key not in others} | own
-        return {key: value for key, value in given.items() if key != "command"}
+        defaults, values = _with_todays_names(self.defaults), _with_todays_names(self.values)
+        merged = {key: value for key, value in defaults.items() if key not in others} | values
+        return {key: value for key, value in merged.items() if key != "command"}
 
     @property
     def former(self) -> list[tuple[str, str]]:
@@ -117,8 +119,8 @@ class Entry:
 
     def at(self, key: str) -> str:
         """Return the place where a key was written."""
-        own = key.split(".")[0] not in self.defaults or key.split(".")[0] in self.values
-        return self.place if own else self.defaults_place
+        is_in_entry = key.split(".")[0] not in self.defaults or key.split(".")[0] in self.values
+        return self.place if is_in_entry else self.defaults_place
 
 
 def read(
@@ -142,9 +144,9 @@ def read(
         ManifestError: lists every mistake with its place.
     """
     base = "" if name == "-" else os.path.dirname(name)
-    found: list[str] = []
-    entries = _with_notices(_entries(text, name, found), name, tell)
-    return _tasks(entries, name, base, found, root=root, outside=outside)
+    mistakes: list[str] = []
+    entries = _with_notices(_entries(text, name, mistakes), name, tell)
+    return _tasks(entries, name, base, mistakes, root=root, outside=outside)
 
 
 def _with_todays_names(values: dict[str, Any]) -> dict[str, Any]:
@@ -153,11 +155,11 @@ def _with_todays_names(values: dict[str, Any]) -> dict[str, Any]:
 
 def _with_notices(entries: Iterable[Entry], name: str, tell: Callable[[str], None]) -> Iterator[Entry]:
     """Yield entries unchanged, with a note at the first use of each former name of a key."""
-    seen = set[str]()
+    noted = set[str]()
     for entry in entries:
         for old, new in entry.former if entry.is_known else ():
-            if old not in seen:
-                seen.add(old)
+            if old not in noted:
+                noted.add(old)
                 tell(f"{name}: {old} is now {new}; the old name works until iccm 2")
         yield entry
 
@@ -188,9 +190,9 @@ def from_patterns(
     """
     patterns = [pattern for source in sources for pattern in _in_folder(source)]
     output = [_named_in_folder(name, target) for name in many(values.get("output"))]
-    given = values | {"target": target} | ({"output": output} if output else {})
+    shared = values | {"target": target} | ({"output": output} if output else {})
     place = sources[0] if len(sources) == 1 else f"{sources[0]} …"
-    entries = [Entry(place, {**given, "source": pattern}) for pattern in patterns]
+    entries = [Entry(place, {**shared, "source": pattern}) for pattern in patterns]
     return _tasks(entries, "-", "", [], root=root, outside=True)
 
 
@@ -204,14 +206,14 @@ def _in_folder(source: str) -> list[str]:
         return [source]
     shapes = ("drawing", "picture", "mesh", "outlines")
     suffixes = {os.path.splitext(name)[1] for name in os.listdir(source) if not name.startswith(".")}
-    found = sorted(
+    matching = sorted(
         suffix
         for suffix in suffixes
         if (form := formats.FORMATS.get(suffix.lower())) and any(getattr(form, kind) for kind in shapes)
     )
-    if not found:
+    if not matching:
         raise ManifestError([f"{source}: no shapes in this folder (iccm reads .svg, .png, .obj and others)"])
-    return [os.path.join(glob.escape(source), f"*{suffix}") for suffix in found]
+    return [os.path.join(glob.escape(source), f"*{suffix}") for suffix in matching]
 
 
 def _named_in_folder(output: str, target: str | None) -> str:
@@ -223,34 +225,36 @@ def _named_in_folder(output: str, target: str | None) -> str:
 
 
 def _tasks(
-    entries: Iterable[Entry], name: str, base: str, found: list[str], *, root: Path, outside: bool
+    entries: Iterable[Entry], name: str, base: str, mistakes: list[str], *, root: Path, outside: bool
 ) -> list[Task]:
     tasks: list[Task] = []
     globs = Globs(None if outside else (base, str(root)))
     for entry in entries:
         if not entry.is_known:
-            found.append(f"{entry.at('command')}: command: must be one of {', '.join(KINDS)}")
+            mistakes.append(f"{entry.at('command')}: command: must be one of {', '.join(KINDS)}")
             continue
         tables = entry.values, entry.defaults
-        both = [pair for pair in entry.former if any(set(pair) <= table.keys() for table in tables)]
-        found += [
+        duplicates = [pair for pair in entry.former if any(set(pair) <= table.keys() for table in tables)]
+        mistakes += [
             f"{entry.at(old)}: {old}: former name of {new}, which is also given; remove it"
-            for old, new in both
+            for old, new in duplicates
         ]
         before = 0
-        for values in _expand(entry, base, globs, found):
+        for values in _expand(entry, base, globs, mistakes):
             if len(tasks) >= limits.JOBS:
                 raise ManifestError([f"{name}: contains more than {limits.JOBS} jobs; split the manifest"])
-            task = _task(len(tasks) + 1, entry, values, found)
+            task = _task(len(tasks) + 1, entry, values, mistakes)
             if task:
-                tasks.append(replace(_place(task, root, outside, found), after=before))
+                tasks.append(replace(_place(task, root, outside, mistakes), after=before))
                 before = task.number if entry.whole.get("sequence") else 0
-    _check_distinct(tasks, {os.path.realpath(path): what for path, what in _reserved(name, root)}, found)
-    if not found and not tasks:
-        found.append(f"{name}: contains no jobs; add [[job]] tables, or one JSON object per line")
-    if found:
+    _check_distinct(
+        tasks, {os.path.realpath(path): description for path, description in _reserved(name, root)}, mistakes
+    )
+    if not mistakes and not tasks:
+        mistakes.append(f"{name}: contains no jobs; add [[job]] tables, or one JSON object per line")
+    if mistakes:
         # a mistake that occurs for every file that a pattern matches is listed once
-        distinct = dict.fromkeys(found)
+        distinct = dict.fromkeys(mistakes)
         above = [line for line in distinct if ": [defaults]: " in line]
         raise ManifestError([*above, *(line for line in distinct if line not in above)])
     return tasks
@@ -275,39 +279,39 @@ def load(name: str) -> str:
         raise InputError(f"{name}: not UTF-8 (byte {error.start}); save the manifest as UTF-8") from None
 
 
-def _entries(text: str, name: str, found: list[str]) -> Iterator[Entry]:
+def _entries(text: str, name: str, mistakes: list[str]) -> Iterator[Entry]:
     if name.endswith(".toml") or (name == "-" and not text.lstrip().startswith("{")):
-        return _from_toml(text, name, found)
-    return _from_lines(text, name, found)
+        return _from_toml(text, name, mistakes)
+    return _from_lines(text, name, mistakes)
 
 
-def _from_toml(text: str, name: str, found: list[str]) -> Iterator[Entry]:
+def _from_toml(text: str, name: str, mistakes: list[str]) -> Iterator[Entry]:
     try:
         manifest = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise ManifestError([f"{name}: {str(error) or 'nested too deeply'}"]) from None
     unknown = sorted(manifest.keys() - {"defaults", "job"})
-    found += [f"{name}: {key}: unknown key; a manifest has [defaults] and [[job]]" for key in unknown]
+    mistakes += [f"{name}: {key}: unknown key; a manifest has [defaults] and [[job]]" for key in unknown]
     defaults, jobs = manifest.get("defaults", {}), manifest.get("job", [])
     if not isinstance(defaults, dict):
-        found.append(f"{name}: defaults: must be one table, [defaults]")
+        mistakes.append(f"{name}: defaults: must be one table, [defaults]")
     elif not isinstance(jobs, list) or not all(isinstance(job, dict) for job in jobs):
-        found.append(f"{name}: job: must be tables, [[job]]")
+        mistakes.append(f"{name}: job: must be tables, [[job]]")
     else:
-        above = f"{name}: [defaults]"
+        defaults_place = f"{name}: [defaults]"
         for place, values in [
-            (above, defaults),
+            (defaults_place, defaults),
             *((f"{name}: job {n}", job) for n, job in enumerate(jobs, 1)),
         ]:
             if _exceeds(values, limits.DEPTH):
-                found.append(f"{place}: nested more than {limits.DEPTH} deep")
+                mistakes.append(f"{place}: nested more than {limits.DEPTH} deep")
                 return
-        yield from (Entry(f"{name}: job {n}", job, defaults, above) for n, job in enumerate(jobs, 1))
+        yield from (Entry(f"{name}: job {n}", job, defaults, defaults_place) for n, job in enumerate(jobs, 1))
 
 
-def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
+def _from_lines(text: str, name: str, mistakes: list[str]) -> Iterator[Entry]:
     defaults: dict[str, Any] = {}
-    above = ""
+    defaults_place = ""
     # not splitlines(): a string may contain other line separators
     for number, line in enumerate(text.split("\n"), 1):
         if not line.strip():
@@ -317,19 +321,19 @@ def _from_lines(text: str, name: str, found: list[str]) -> Iterator[Entry]:
             values = json.loads(line.lstrip("\ufeff"), object_pairs_hook=files.distinct_keys)
         # also for numbers of thousands of digits, and deep nesting
         except (ValueError, RecursionError) as error:
-            what = str(error)
+            reason = str(error)
             if isinstance(error, json.JSONDecodeError):
-                what = f"column {error.colno}: {error.msg}"
-            found.append(f"{place}: {what}; each line is one JSON object")
+                reason = f"column {error.colno}: {error.msg}"
+            mistakes.append(f"{place}: {reason}; each line is one JSON object")
             continue
         if not isinstance(values, dict):
-            found.append(f"{place}: must be a JSON object")
+            mistakes.append(f"{place}: must be a JSON object")
         elif _exceeds(values, limits.DEPTH):
-            found.append(f"{place}: nested more than {limits.DEPTH} deep")
+            mistakes.append(f"{place}: nested more than {limits.DEPTH} deep")
         elif values.keys() == {"defaults"} and isinstance(values["defaults"], dict):
-            defaults, above = values["defaults"], f"{place}: [defaults]"
+            defaults, defaults_place = values["defaults"], f"{place}: [defaults]"
         else:
-            yield Entry(place, values, defaults, above)
+            yield Entry(place, values, defaults, defaults_place)
 
 
 def _exceeds(value: Any, depth: int) -> bool:
@@ -341,54 +345,62 @@ def _exceeds(value: Any, depth: int) -> bool:
     )
 
 
-def _expand(entry: Entry, base: str, globs: Globs, found: list[str]) -> Iterator[dict[str, Any]]:
+def _expand(entry: Entry, base: str, globs: Globs, mistakes: list[str]) -> Iterator[dict[str, Any]]:
     """Yield one set of values for each combination of files that the patterns match."""
     choices: list[list[Any]] = []
-    whole = entry.whole
+    values = entry.whole
     keys = entry.kind.globbed
     for key in keys:
-        value = whole.get(key)
+        value = values.get(key)
         try:
             matches = [value] if not isinstance(value, str) else _matches(value, base, globs)
         except InputError as error:
-            found.append(f"{entry.at(key)}: {key}: {value!r} {error}")
+            mistakes.append(f"{entry.at(key)}: {key}: {value!r} {error}")
             return
         if not matches:
-            found.append(f"{entry.at(key)}: {key}: no file matches {value!r}")
+            mistakes.append(f"{entry.at(key)}: {key}: no file matches {value!r}")
         choices.append(matches)
-    if whole.get("sequence") and entry.kind is Job:
-        yield from _frames(entry, choices, base, found)
+    if values.get("sequence") and entry.kind is Job:
+        yield from _frames(entry, choices, base, mistakes)
         return
     count = math.prod(map(len, choices))
     if count > limits.JOBS:
-        found.append(f"{entry.place}: its patterns match {count} jobs, more than {limits.JOBS}; split them")
+        mistakes.append(
+            f"{entry.place}: its patterns match {count} jobs, more than {limits.JOBS}; split them"
+        )
         return
     for combination in itertools.product(*choices):
-        yield {**whole, **{k: v for k, v in zip(keys, combination) if v is not None}, "": base}
+        yield {**values, **{k: v for k, v in zip(keys, combination) if v is not None}, "": base}
 
 
-def _frames(entry: Entry, choices: list[list[Any]], base: str, found: list[str]) -> Iterator[dict[str, Any]]:
+def _frames(
+    entry: Entry, choices: list[list[Any]], base: str, mistakes: list[str]
+) -> Iterator[dict[str, Any]]:
     """Yield the values of each frame of a sequence, with files in the order of the numbers in their names.
 
     What is not a pattern is the same in all frames. Maps are of whole outlines with holes mapped onto holes, so that
     parts do not appear and disappear.
     """
-    said = {
+    stated = {
         key: value for key, value in entry.whole.items() if value != "auto" or key not in ("fit", "holes")
     }
-    whole = {"fit": "whole", "holes": "keep", **said}
-    counts = {len(each) for each in choices} - {1}
+    values = {"fit": "whole", "holes": "keep", **stated}
+    counts = {len(matches) for matches in choices} - {1}
     if len(counts) > 1:
-        listed = ", ".join(f"{key} {len(each)}" for key, each in zip(Job.globbed, choices) if len(each) != 1)
-        found.append(f"{entry.place}: the numbers of frames differ: {listed} files")
+        numbers = ", ".join(
+            f"{key} {len(matches)}" for key, matches in zip(Job.globbed, choices) if len(matches) != 1
+        )
+        mistakes.append(f"{entry.place}: the numbers of frames differ: {numbers} files")
         return
-    if wrong := _why_no_sequence(whole):
-        found.append(f"{entry.place}: {wrong}")
+    if wrong := _why_no_sequence(values):
+        mistakes.append(f"{entry.place}: {wrong}")
         return
     count = max(counts, default=1)
-    ordered = [sorted(each, key=_by_numbers) if len(each) > 1 else each * count for each in choices]
+    ordered = [
+        sorted(matches, key=_by_numbers) if len(matches) > 1 else matches * count for matches in choices
+    ]
     for combination in zip(*ordered):
-        yield {**whole, **{k: v for k, v in zip(Job.globbed, combination) if v is not None}, "": base}
+        yield {**values, **{k: v for k, v in zip(Job.globbed, combination) if v is not None}, "": base}
 
 
 def _why_no_sequence(values: dict[str, Any]) -> str:
@@ -424,13 +436,13 @@ def _matches(spec: str, base: str, globs: Globs) -> list[str]:
     return [match + path[len(file) :] for match in globs.files(file)]
 
 
-def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -> Task | None:
+def _task(number: int, entry: Entry, values: dict[str, Any], mistakes: list[str]) -> Task | None:
     """Return the validated job of an entry with its templates filled in; None after recording what is wrong."""
     base, name, kind = values.pop(""), values.pop("name", None), entry.kind
-    wrong = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
-    given = entry.whole
-    streams = [key for key in (*kind.globbed, *kind.read) if given.get(key) in ("-", ["-"])]
-    wrong += [f"{entry.at(key)}: {key}: a batch cannot read from `-`; name a file" for key in streams]
+    problems = [f"{entry.at('name')}: name: must be text"] if not isinstance(name, str | None) else []
+    written = entry.whole
+    streams = [key for key in (*kind.globbed, *kind.read) if written.get(key) in ("-", ["-"])]
+    problems += [f"{entry.at(key)}: {key}: a batch cannot read from `-`; name a file" for key in streams]
     filled: dict[str, Any] = {}
     fields = {
         "number": str(number),
@@ -438,48 +450,49 @@ def _task(number: int, entry: Entry, values: dict[str, Any], found: list[str]) -
     }  # the last is filled in by the job, for each of its textures
     for key in kind.globbed:
         if key in values and key in kind.templated:
-            values[key] = _fill(values[key], fields, f"{entry.at(key)}: {key}", wrong)
+            values[key] = _fill(values[key], fields, f"{entry.at(key)}: {key}", problems)
         fields |= _fields(key, values.get(key))
     named_by_inputs = not any(values.get(key) for key in ("output", *kind.written))
     if named_by_inputs:
         values["output"] = _default_output(kind, values)
     for key, value in values.items():
         templated = key in kind.templated and key not in kind.globbed
-        filled[key] = _fill(value, fields, f"{entry.at(key)}: {key}", wrong) if templated else value
+        filled[key] = _fill(value, fields, f"{entry.at(key)}: {key}", problems) if templated else value
         if key in kind.read:
             filled[key] = _placed(kind, key, filled[key], base)
     if filled.get("sequence") and kind is Job:
         filled["output"] = _with_map(filled)
     usual = "-".join(f"{{{key}.stem}}" for key in kind.globbed if kind.rows[key][1] is None)
-    label = _fill(name or usual, fields, f"{entry.at('name')}: name", wrong)
+    label = _fill(name or usual, fields, f"{entry.at('name')}: name", problems)
     try:
         job = kind(**filled)
     except (JobError, TypeError) as error:
-        listed = error.mistakes if isinstance(error, JobError) else [("", "keys must be text")]
+        job_mistakes = error.mistakes if isinstance(error, JobError) else [("", "keys must be text")]
         if named_by_inputs:  # if such a name is wrong, so is an input
-            of_inputs = [(key, text) for key, text in listed if not key.startswith("output")]
-            listed = of_inputs or listed
-        wrong += [
-            f"{entry.at(key)}: {key}: {text}" if key else f"{entry.place}: {text}" for key, text in listed
+            input_mistakes = [(key, text) for key, text in job_mistakes if not key.startswith("output")]
+            job_mistakes = input_mistakes or job_mistakes
+        problems += [
+            f"{entry.at(key)}: {key}: {text}" if key else f"{entry.place}: {text}"
+            for key, text in job_mistakes
         ]
     else:
         tiles = [path.replace(MARK, "1001") for path in job.outputs]
-        wrong += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, tiles))]
-        if not wrong:
-            wrong = [f"{entry.place}: {path}: no such file" for path in job.inputs if not _exists(path)]
-        if not wrong:
-            wrong = [f"{entry.place}: {text}" for text in _check_kinds(job)]
-    found.extend(wrong)
-    return None if wrong else Task.of(number, str(label).strip("-"), entry.place, job)
+        problems += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, tiles))]
+        if not problems:
+            problems = [f"{entry.place}: {path}: no such file" for path in job.inputs if not _exists(path)]
+        if not problems:
+            problems = [f"{entry.place}: {text}" for text in _check_kinds(job)]
+    mistakes.extend(problems)
+    return None if problems else Task.of(number, str(label).strip("-"), entry.place, job)
 
 
 def _with_map(values: dict[str, Any]) -> list[Any]:
     """Return the outputs of a frame including its map, which is named after its first output."""
-    given = list(many(values.get("output")))
-    first = next((each for each in [*given, *map(values.get, WRITTEN)] if isinstance(each, str)), "")
-    if any(isinstance(each, str) and formats.of(each).map for each in given) or not first:
-        return given
-    return [*given, str(Path(first.replace(STEM, "map")).with_suffix(".npz"))]
+    outputs = list(many(values.get("output")))
+    first = next((output for output in [*outputs, *map(values.get, WRITTEN)] if isinstance(output, str)), "")
+    if any(isinstance(output, str) and formats.of(output).map for output in outputs) or not first:
+        return outputs
+    return [*outputs, str(Path(first.replace(STEM, "map")).with_suffix(".npz"))]
 
 
 def _exists(path: str) -> bool:
@@ -500,9 +513,9 @@ def _fields(key: str, spec: Any) -> dict[str, str]:
     if isinstance(spec, str) and is_generated(spec):
         name = short_name(spec)
         return {f"{key}.stem": name, f"{key}.name": name, f"{key}.id": ""}
-    named = Spec.of(spec if isinstance(spec, str) else "")
-    chosen = re.sub(r"[^\w.-]", "_", named.chosen or "")
-    return {f"{key}.stem": named.path.stem, f"{key}.name": named.path.name, f"{key}.id": chosen}
+    parsed = Spec.of(spec if isinstance(spec, str) else "")
+    chosen = re.sub(r"[^\w.-]", "_", parsed.chosen or "")
+    return {f"{key}.stem": parsed.path.stem, f"{key}.name": parsed.path.name, f"{key}.id": chosen}
 
 
 def _default_output(kind: type[Described], values: dict[str, Any]) -> Any:
@@ -510,14 +523,14 @@ def _default_output(kind: type[Described], values: dict[str, Any]) -> Any:
     if kind is not Job:
         return "{mesh.stem}-flat.svg" if "mesh" in kind.rows else ()
     goal = "{target.stem}" if values.get("target") else "deformed"
-    each = "-" + STEM if any(values.get(key) for key in ("normal", "normal_down", "data")) else ""
-    return f"{{source.stem}}-{goal}{each}.png"
+    suffix = "-" + STEM if any(values.get(key) for key in ("normal", "normal_down", "data")) else ""
+    return f"{{source.stem}}-{goal}{suffix}.png"
 
 
 def _placed(kind: type[Described], key: str, value: Any, base: str) -> Any:
     """Return the value of an input with its files relative to the manifest's folder."""
     if isinstance(value, list | tuple):
-        return [_placed(kind, key, each, base) for each in value]
+        return [_placed(kind, key, item, base) for item in value]
     return os.path.join(base, value) if isinstance(value, str) and kind.names_file(key, value) else value
 
 
@@ -537,11 +550,11 @@ def _fill(value: Any, fields: dict[str, str], place: str, wrong: list[str]) -> A
     return re.sub(r"\{([^{}]*)\}", fill, value)
 
 
-def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
+def _place(task: Task, root: Path, outside: bool, mistakes: list[str]) -> Task:
     """Return the task with its outputs under the root, after checking that they stay there and are not folders."""
     job = task.job
     if "-" in (*job.output, job.report):
-        found.append(
+        mistakes.append(
             f"{task.place}: output: `-` is not available, because results of the batch go to "
             "stdout; name a file"
         )
@@ -549,9 +562,9 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
     moved = {name: os.path.join(root, name) for name in job.outputs}
     for name, path in moved.items():
         if os.path.isdir(path):
-            found.append(f"{task.place}: output: {path}: is a folder; name a file in it")
+            mistakes.append(f"{task.place}: output: {path}: is a folder; name a file in it")
         if not outside and not Path(os.path.realpath(path)).is_relative_to(real):
-            found.append(
+            mistakes.append(
                 f"{task.place}: output: {name} lies outside {root}; choose another --root, or allow it "
                 "with --allow-outside"
             )
@@ -560,7 +573,7 @@ def _place(task: Task, root: Path, outside: bool, found: list[str]) -> Task:
     return task.with_job(job.model_copy(update=values))
 
 
-def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) -> None:
+def _check_distinct(tasks: list[Task], reserved: dict[str, str], mistakes: list[str]) -> None:
     """Check that no file is the output of two jobs, or the input of one and the output of another.
 
     Names that differ only in case or Unicode normalization are the same file on many disks.
@@ -577,25 +590,29 @@ def _check_distinct(tasks: list[Task], taken: dict[str, str], found: list[str]) 
     for task, paths in zip(tasks, outputs):
         for path in paths:
             real = os.path.realpath(path)
-            other = owner.get(names.alike(real))
-            if other is not None:
-                both = (
-                    f"{other.place} writes the same file" if other is not task else "the job names it twice"
+            writer = owner.get(names.alike(real))
+            if writer is not None:
+                conflict = (
+                    f"{writer.place} writes the same file" if writer is not task else "the job names it twice"
                 )
-                if (same := _name_in(other, real)) != real:
-                    both = f"{other.place} writes {same}, which is the same file on case-insensitive disks"
-                found.append(f"{task.place}: output: {path}: {both}; use a template such as {{source.stem}}")
+                if (same := _name_in(writer, real)) != real:
+                    conflict = (
+                        f"{writer.place} writes {same}, which is the same file on case-insensitive disks"
+                    )
+                mistakes.append(
+                    f"{task.place}: output: {path}: {conflict}; use a template such as {{source.stem}}"
+                )
             if real in inputs:
-                found.append(f"{task.place}: output: {path}: is also an input of the batch")
-            if real in taken:
-                found.append(f"{task.place}: output: {path}: is {taken[real]}; name another file")
+                mistakes.append(f"{task.place}: output: {path}: is also an input of the batch")
+            if real in reserved:
+                mistakes.append(f"{task.place}: output: {path}: is {reserved[real]}; name another file")
             owner[names.alike(real)] = task
     for task, paths in zip(tasks, outputs):
         for path in paths:
-            above = next(((owner[key], key) for key in _parents(path) if key in owner), None)
-            if above:
-                found.append(
-                    f"{task.place}: output: {path}: {above[0].place} writes {_name_in(*above)} as a file, "
+            parent = next(((owner[key], key) for key in _parents(path) if key in owner), None)
+            if parent:
+                mistakes.append(
+                    f"{task.place}: output: {path}: {parent[0].place} writes {_name_in(*parent)} as a file, "
                     "so it cannot be a folder"
                 )
 

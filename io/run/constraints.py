@@ -55,44 +55,46 @@ def constrain(
     """
     from ..shapes import constraints
 
-    found = constraints.collect(source, target, listed, exact=job.exact_pins)
-    found.check_weights()
+    collected = constraints.collect(source, target, listed, exact=job.exact_pins)
+    collected.check_weights()
     typed: list[tuple[complex, complex]] = []
-    settings = list(found.settings)
+    settings = list(collected.settings)
     for start, end, *more in job.pin:
         pairs = constraints.pairs_at(source, target, start, end)
         typed += pairs
-        said = more[0] if more else {}
-        settings += [constraints.in_the_plane(said, source, target, *pair) for pair in pairs]
-    pins = np.concatenate([found.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
+        typed_settings = more[0] if more else {}
+        settings += [constraints.in_the_plane(typed_settings, source, target, *pair) for pair in pairs]
+    pins = np.concatenate([collected.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     for side, shape in enumerate((source, target) if job.target else (source,)):
         check_inside(shape, "pin", list(pins[:, side]))
         if side == 0 or job.exact:  # strokes with a weight may lead out of the target
-            check_inside(shape, "vertex of a stroke", [z for stroke in found.strokes for z in stroke[side].z])
-    given: dict[str, Any] = {
+            check_inside(
+                shape, "vertex of a stroke", [z for stroke in collected.strokes for z in stroke[side].z]
+            )
+    arguments: dict[str, Any] = {
         "pins": as_pins(pins, settings),
-        "strokes": as_strokes(found.strokes, found.stroke_widths),
+        "strokes": as_strokes(collected.strokes, collected.stroke_widths),
     }
     regions = job.rigid or (listed and listed.rigid) or (not job.rigid_target and source.rigid)
     if regions:
         from ..shapes.regions import greys, read
 
         more = listed.rigid if listed else []
-        given["rigid"] = read(source, job.rigid, more)
-        given |= greys(source, [*job.rigid, *more]) if job.target and not source.is_mesh else {}
+        arguments["rigid"] = read(source, job.rigid, more)
+        arguments |= greys(source, [*job.rigid, *more]) if job.target and not source.is_mesh else {}
     if job.rigid_target:
         from ..shapes.regions import read
 
-        given["rigid_target"] = read(target, job.rigid_target, option="--rigid-target")
+        arguments["rigid_target"] = read(target, job.rigid_target, option="--rigid-target")
     if job.importance or job.size_map:
         from ..shapes.regions import fields
 
-        given |= fields(source, job.importance, job.size_map)
+        arguments |= fields(source, job.importance, job.size_map)
     if listed and listed.start:
-        given["start"] = listed.start.map(source, target)
+        arguments["start"] = listed.start.map(source, target)
         if listed.start.kept and listed.start.kept == fingerprint(job, pins, settings):
-            given["keep_start"] = True
-    return given, found.names
+            arguments["keep_start"] = True
+    return arguments, collected.names
 
 
 def fingerprint(job: Job, pins: Complex, settings: Sequence[dict[str, float]]) -> str:
@@ -106,8 +108,8 @@ def fingerprint(job: Job, pins: Complex, settings: Sequence[dict[str, float]]) -
     values = [getattr(job, name) for name in FINGERPRINTED]
     options = ["" if value in DEFAULT_VALUES else str(value) for value in values]
     placed = sorted(
-        [str(here), str(there), str(sorted(more.items()))]
-        for (here, there), more in zip(pins.tolist(), settings)
+        [str(source_point), str(target_point), str(sorted(more.items()))]
+        for (source_point, target_point), more in zip(pins.tolist(), settings)
     )
     return sha256(json.dumps([options, placed]).encode()).hexdigest()[: limits.FINGERPRINT_DIGITS]
 
@@ -125,8 +127,8 @@ def as_strokes(
     pairs: list[tuple[Curve, Curve]], widths: Sequence[float]
 ) -> list[tuple[Curve, Curve] | Stroke] | None:
     """Return strokes with the widths of their bands as an argument of `iccm.fit`; None if there are none."""
-    found = [Stroke(*pair, width) if width else pair for pair, width in zip(pairs, widths)]
-    return found or None
+    strokes = [Stroke(*pair, width) if width else pair for pair, width in zip(pairs, widths)]
+    return strokes or None
 
 
 @contextmanager
@@ -136,10 +138,13 @@ def add_names(called: Names) -> Iterator[None]:
         yield
     except ConstraintError as error:
         pairs = zip(("pin", "stroke"), (error.pins, error.strokes), called)
-        found = [
-            f"{kind} {k + 1}: {names[k]}" for kind, which, names in pairs for k in which if _named(names, k)
+        labels = [
+            f"{kind} {k + 1}: {names[k]}"
+            for kind, numbers, names in pairs
+            for k in numbers
+            if _named(names, k)
         ]
-        raise InputError(f"{error} ({', '.join(found)})" if found else str(error)) from None
+        raise InputError(f"{error} ({', '.join(labels)})" if labels else str(error)) from None
 
 
 def _named(names: list[str], k: int) -> bool:
@@ -225,15 +230,15 @@ def read_start(job: Job) -> Fit:
     from ...result import load
 
     if job.several or not job.exact:
-        other = f"--parts {job.parts}" if job.exact else "--method balanced"
+        needed = f"--parts {job.parts}" if job.exact else "--method balanced"
         raise InputError(
-            f"--start: only works with one balanced map, {'not with' if job.exact else 'so add'} {other}"
+            f"--start: only works with one balanced map, {'not with' if job.exact else 'so add'} {needed}"
         )
     files.open_input(job.start or "")
-    found = load(job.start or "")
-    if not isinstance(found.map, TriangulatedMap):
+    fit = load(job.start or "")
+    if not isinstance(fit.map, TriangulatedMap):
         raise InputError(f"{job.start}: not a balanced map, so --start cannot continue from it")
-    return found
+    return fit
 
 
 def go_on(
@@ -257,12 +262,12 @@ def go_on(
             for shape, rings in zip((source, target), before)
         ):
             return start
-    found = None
+    continued = None
     with suppress(NoMapError, InputError):
         if start.filled is None and (not holed or _have_holes(start, source, target)):
-            found = solve(source, target, given | {"start": start.map}, holed=holed, tell=tell)
-    best = better(start, found, lambda: solve(source, target, given, holed=holed, tell=tell))
-    if best is not found:
+            continued = solve(source, target, given | {"start": start.map}, holed=holed, tell=tell)
+    best = better(start, continued, lambda: solve(source, target, given, holed=holed, tell=tell))
+    if best is not continued:
         tell(
             f"{(target or source).spec}: the shapes differ too much from those of the earlier map, so a "
             "new one is computed"
@@ -270,25 +275,25 @@ def go_on(
     return best
 
 
-def better(start: Fit, found: Fit | None, anew: Callable[[], Fit]) -> Fit:
+def better(start: Fit, continued: Fit | None, anew: Callable[[], Fit]) -> Fit:
     """Return the map that was continued from another, or a new one if that is better.
 
     Args:
         start: the earlier map.
-        found: the map continued from it; None if that failed.
+        continued: the map continued from it; None if that failed.
         anew: computes a map of the same shapes from scratch. It is called if the continued map costs more than
             `MOST_ENERGY_RATIO` times as much as the earlier one, or if protrusions have merged or separated. Its map is
             returned if it
             costs less: by that factor in the first case, by any amount in the second.
     """
-    if found is None or not found.status.ok:
+    if continued is None or not continued.status.ok:
         return anew()
-    outlines = (start.source, found.source), (start.target, found.target)
+    outlines = (start.source, continued.source), (start.target, continued.target)
     more = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MOST_ENERGY_RATIO
-    if more > 1 and _cost(found) <= more * _cost(start):
-        return found
-    other = anew()
-    return other if other.status.ok and _cost(found) > more * _cost(other) else found
+    if more > 1 and _cost(continued) <= more * _cost(start):
+        return continued
+    new = anew()
+    return new if new.status.ok and _cost(continued) > more * _cost(new) else continued
 
 
 def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
@@ -325,5 +330,5 @@ def check_inside(shape: Shape, what: str, points: list[complex]) -> None:
     outside = np.flatnonzero(~shape.curve.contains(z) & (gap > 1e-6 * shape.curve.diagonal))
     if outside.size:
         x, y = shape.to_file(z[outside[0]])
-        where = f"({x:g}, {y:g}) is {gap[outside[0]]:.3g} outside the shape"
-        raise InputError(f"{shape.spec}: {what} {outside[0] + 1}: {where}; move it inside")
+        position = f"({x:g}, {y:g}) is {gap[outside[0]]:.3g} outside the shape"
+        raise InputError(f"{shape.spec}: {what} {outside[0] + 1}: {position}; move it inside")

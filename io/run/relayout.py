@@ -83,14 +83,14 @@ def plan(job: RelayoutJob) -> Plan:
             input.
     """
     formats.check_report(job.report)
-    whole = [name for name in job.output if formats.of(name).mesh]
-    if len(whole) > 1:
-        raise InputError(f"{whole[1]}: only one mesh can be written; remove the other -o")
-    rest = [name for name in job.output if name not in whole]
-    pictures = _pictures(job.maps, rest) if rest else []
-    named = [*whole, *(each.output for each in pictures)]
-    files.check_outputs(named, expand_tiles(job.inputs), force=job.force)
-    return Plan(pictures, whole[0] if whole else None)
+    meshes = [name for name in job.output if formats.of(name).mesh]
+    if len(meshes) > 1:
+        raise InputError(f"{meshes[1]}: only one mesh can be written; remove the other -o")
+    picture_names = [name for name in job.output if name not in meshes]
+    pictures = _pictures(job.maps, picture_names) if picture_names else []
+    outputs = [*meshes, *(picture.output for picture in pictures)]
+    files.check_outputs(outputs, expand_tiles(job.inputs), force=job.force)
+    return Plan(pictures, meshes[0] if meshes else None)
 
 
 def _pictures(maps: Sequence[tuple[str, str]], outputs: Sequence[str]) -> list[CarriedPicture]:
@@ -146,7 +146,7 @@ class _Pictures:
 
     def __init__(
         self,
-        wanted: Sequence[CarriedPicture],
+        pictures: Sequence[CarriedPicture],
         before: _Read,
         after: _Read,
         settings: BakeSettings,
@@ -154,32 +154,32 @@ class _Pictures:
     ) -> None:
         self.before = relaid.sheet_of(before)
         self.after = matched(self.before, relaid.sheet_of(after), settings.match)
-        self.wanted, self.settings, self.force = wanted, settings, force
+        self.pictures, self.settings, self.force = pictures, settings, force
         self.read = [
-            tiles.read_any(each.path, lambda: _middles(self.before), max_pixels=settings.max_pixels)
-            for each in wanted
+            tiles.read_any(picture.path, lambda: _middles(self.before), max_pixels=settings.max_pixels)
+            for picture in pictures
         ]
-        for each, (image, _) in zip(wanted, self.read):
-            check_kind(each.kind, image.pixels.shape[2], each.path)
+        for picture, (image, _) in zip(pictures, self.read):
+            check_kind(picture.kind, image.pixels.shape[2], picture.path)
         self.pairs = partners(self.before, self.after)
-        self.files = [_outputs(each.output, self.after, force) for each in wanted]
+        self.files = [_outputs(picture.output, self.after, force) for picture in pictures]
         self.tiles = list(dict.fromkeys(tile for names in self.files for tile in names))
         self.cut = list[str]()
         self.conflicts = list[Conflicts]()
         self.size = settings.size or self._square()
         width, height = self.size
-        for each, (image, _) in zip(wanted, self.read):
-            image_files.check(each.output, image, height, width)
+        for picture, (image, _) in zip(pictures, self.read):
+            image_files.check(picture.output, image, height, width)
 
     def _square(self) -> tuple[int, int]:
         """Return width and height at which pictures show as much detail as the textures."""
         sides = [0]
         for tile in self.tiles:
             probe = self._origin(PROBED_TEXELS_ACROSS, PROBED_TEXELS_ACROSS, tile)
-            shown = probe.reached(self.settings.limit)
+            reached = probe.reached(self.settings.limit)
             for image, box in self.read:
                 size = image.pixels.shape[1::-1]
-                side, note = picture_side(probe, shown, size, box)
+                side, note = picture_side(probe, reached, size, box)
                 sides.append(side)
                 self.cut += [note] if note else []
         return (max(sides) or COLOUR_TEXELS_ACROSS,) * 2
@@ -191,8 +191,8 @@ class _Pictures:
     def notes(self) -> list[str]:
         """Notes on the textures."""
         return self.cut + [
-            _with_path(each.path, note)
-            for each, (image, _) in zip(self.wanted, self.read)
+            _with_path(picture.path, note)
+            for picture, (image, _) in zip(self.pictures, self.read)
             for note in image.notes
         ]
 
@@ -200,9 +200,12 @@ class _Pictures:
         """Write the pictures; return their names, and the origins of the texels."""
         settings, origins = self.settings, {tile: self._origin(*self.size, tile) for tile in self.tiles}
         self.conflicts = [origin.conflicts() for origin in origins.values()]
-        for each, (image, box), names in zip(self.wanted, self.read, self.files):
+        for picture, (image, box), names in zip(self.pictures, self.read, self.files):
             sampler = Sampler(
-                image.texture((0j, 1 + 1j), each.kind), settings.filter, each.kind, threads=settings.threads
+                image.texture((0j, 1 + 1j), picture.kind),
+                settings.filter,
+                picture.kind,
+                threads=settings.threads,
             )
             for tile, name in names.items():
                 options: dict[str, Any] = {
@@ -210,17 +213,17 @@ class _Pictures:
                     "padding": settings.padding,
                     "threads": settings.threads,
                 }
-                made = carry(origins[tile], sampler, settings.limit, **options)
+                pixels = carry(origins[tile], sampler, settings.limit, **options)
                 if image.alpha < 0:
-                    self.cut += _black(name, each.path, made, origins[tile].reached(settings.limit))
+                    self.cut += _black(name, picture.path, pixels, origins[tile].reached(settings.limit))
                 path = stack.enter_context(files.writing(name, force=self.force))
-                image_files.write(path, image.with_pixels(made, image.alpha))
+                image_files.write(path, image.with_pixels(pixels, image.alpha))
         return [name for names in self.files for name in names.values()], list(origins.values())
 
 
-def _black(name: str, texture: str, made: NDArray, reached: NDArray) -> list[str]:
+def _black(name: str, texture: str, pixels: NDArray, reached: NDArray) -> list[str]:
     """Return a note if much of a picture without alpha is black because it lies outside the charts."""
-    share = (~reached & ~made.any(axis=-1)).mean()
+    share = (~reached & ~pixels.any(axis=-1)).mean()
     if share < SEEN_BLACK_SHARE:
         return []
     return [
@@ -242,23 +245,25 @@ def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:
     from ...blas import one_thread
 
     with one_thread(), references.outside(job.allow_outside), files.together(), ExitStack() as stack:
-        wanted = plan(job)
+        outputs = plan(job)
         for name in (job.old, job.new):
             mesh_files.check_size(Spec.of(name).path, job.max_faces)
-        found = write_all(job, wanted, threads, stack)
+        figures = write_all(job, outputs, threads, stack)
         if job.report:
-            report.write(found, job.report, stack, force=job.force)
-    message = _doubt(found, job)
-    names = [*found["written"], *([job.report] if job.report not in (None, "-") else [])]
-    return Outcome(message is None, message or remarks(found)[0], found, tuple(names), tuple(found["notes"]))
+            report.write(figures, job.report, stack, force=job.force)
+    message = _doubt(figures, job)
+    names = [*figures["written"], *([job.report] if job.report not in (None, "-") else [])]
+    return Outcome(
+        message is None, message or remarks(figures)[0], figures, tuple(names), tuple(figures["notes"])
+    )
 
 
-def write_all(job: RelayoutJob, wanted: Plan, threads: int | None, stack: ExitStack) -> dict[str, Any]:
+def write_all(job: RelayoutJob, outputs: Plan, threads: int | None, stack: ExitStack) -> dict[str, Any]:
     """Write the outputs, and return the report; the files appear when the stack is closed."""
     before, after = sources = [mesh_files.read_all(name) for name in (job.old, job.new)]
     for file in (*before, *after):
         check(file.mesh)
-    notes = [f"{each.mesh.name}: {note}" for read in sources for each in read for note in each.notes]
+    notes = [f"{file.mesh.name}: {note}" for read in sources for file in read for note in file.notes]
     diagonal = _diagonal(before)
     fixed = size_within(job.size, 1 + 1j, job.max_pixels) if job.size else None
     settings = BakeSettings(
@@ -267,33 +272,33 @@ def write_all(job: RelayoutJob, wanted: Plan, threads: int | None, stack: ExitSt
     if len(before) == len(after) == 1:
         after = [replace(after[0], mesh=cut_alike(before[0].mesh, after[0].mesh))]
     work: list[_Mesh | _Pictures] = []
-    if wanted.mesh:
-        work.append(_Mesh(wanted.mesh, job, before, after, settings))
-    if wanted.pictures:
-        work.append(_Pictures(wanted.pictures, before, after, settings, job.force))
+    if outputs.mesh:
+        work.append(_Mesh(outputs.mesh, job, before, after, settings))
+    if outputs.pictures:
+        work.append(_Pictures(outputs.pictures, before, after, settings, job.force))
     names, origins = list[str](), list[Origin]()
-    for each in work:
-        made, where = each.write(stack)
-        names, origins, notes = names + made, origins + where, notes + each.notes
+    for task in work:
+        task_names, task_origins = task.write(stack)
+        names, origins, notes = names + task_names, origins + task_origins, notes + task.notes
     _demand_partners(origins, job.old, job.new, settings)
-    conflicts = [conflict for each in work for conflict in each.conflicts]
+    conflicts = [conflict for task in work for conflict in task.conflicts]
     _demand_one_tile(origins, conflicts, job.new)
     figures = _figures(origins, conflicts, job.limit, diagonal, expand_tiles(job.inputs))
     notes += _blank(origins, job.new)
     return figures | {"notes": list(dict.fromkeys(notes)), "written": names}
 
 
-def _doubt(found: dict[str, Any], job: RelayoutJob) -> str | None:
+def _doubt(figures: dict[str, Any], job: RelayoutJob) -> str | None:
     """Return what is wrong with the pictures, or None."""
-    if far := found["far_texels"]:
+    if far_texels := figures["far_texels"]:
         return (
-            f"{far} texels stay empty, because they are farther from {job.old} than {job.limit:g} of "
+            f"{far_texels} texels stay empty, because they are farther from {job.old} than {job.limit:g} of "
             "the diagonal (--limit)"
         )
-    if found["status"] == "empty":
+    if figures["status"] == "empty":
         return "its texture coordinates cover no texel; unwrap the mesh, or use a larger --size"
-    if found["status"] == "overlapping":
-        share = found["layout"]["conflicting_texels"] / found["layout"]["covered_texels"]
+    if figures["status"] == "overlapping":
+        share = figures["layout"]["conflicting_texels"] / figures["layout"]["covered_texels"]
         return (
             f"{job.new}: its layout overlaps itself, and on {share:.1%} of it the overlapping triangles show different "
             "parts of the old texture, so that some of them look wrong; unwrap the mesh without stacked charts"
@@ -336,20 +341,21 @@ def _demand_one_tile(origins: Sequence[Origin], conflicts: Sequence[Conflicts], 
 
 def _blank(origins: Sequence[Origin], new: str) -> list[str]:
     """Return a note on triangles without a texture because their new coordinates have no area."""
-    own, every = np.sum(
-        [origin.blank for origin in {id(each.partner): each for each in origins}.values()], axis=0
+    blank_area, total_area = np.sum(
+        [origin.blank for origin in {id(origin.partner): origin for origin in origins}.values()], axis=0
     )
-    if own <= SAME_PLACE_SHARE * every:
+    if blank_area <= SAME_PLACE_SHARE * total_area:
         return []
     return [
-        f"{new}: {own / every:.1%} of the surface shows no texture, because its texture coordinates have no area"
+        f"{new}: {blank_area / total_area:.1%} of the surface shows no texture, because its texture coordinates "
+        "have no area"
     ]
 
 
 def _diagonal(meshes: _Read) -> float:
     """Return the diagonal of the bounding box of all meshes in a file."""
-    used = np.concatenate([each.mesh.points[np.unique(each.mesh.corners)] for each in meshes])
-    return float(np.linalg.norm(np.ptp(used, axis=0))) if used.size else 0.0
+    points = np.concatenate([file.mesh.points[np.unique(file.mesh.corners)] for file in meshes])
+    return float(np.linalg.norm(np.ptp(points, axis=0))) if points.size else 0.0
 
 
 def _middles(mesh: Charted) -> Real:
@@ -365,11 +371,11 @@ def _outputs(name: str, mesh: Charted, force: bool) -> dict[complex | None, str]
     """
     if not tiles.is_pattern(name):
         return {None: name}
-    found: dict[complex | None, str] = {}
+    names: dict[complex | None, str] = {}
     for tile in tiles.all_of(_middles(mesh)):
-        found[tile] = tiles.name_at(name, tile, mesh.name)
-        files.check_output(found[tile], force=force)
-    return found
+        names[tile] = tiles.name_at(name, tile, mesh.name)
+        files.check_output(names[tile], force=force)
+    return names
 
 
 def _with_path(path: str, note: str) -> str:
@@ -422,26 +428,26 @@ def _status(far: int, layout: dict[str, int]) -> str:
 def _layout(origins: Sequence[Origin]) -> dict[str, int]:
     """Return figures of the layout, summed over tiles or parts."""
     parts = {id(origin.partner): origin.grid.report for origin in origins}
-    found = {key: sum(part[key] for part in parts.values()) for key in origins[0].grid.report}
-    return found | {key: sum(origin.grid.report[key] for origin in origins) for key in TEXELS}
+    totals = {key: sum(part[key] for part in parts.values()) for key in origins[0].grid.report}
+    return totals | {key: sum(origin.grid.report[key] for origin in origins) for key in TEXELS}
 
 
 def remarks(figures: dict[str, Any]) -> list[str]:
     """Return a summary of the figures, one sentence each; the first reports how triangles were matched."""
     same, count = figures["same_triangles"], figures["triangles"]
-    found = [f"{same} of {count} triangles match triangles of the old mesh"]
-    found.append("pictures of {}x{} texels".format(*figures["size"]))
+    sentences = [f"{same} of {count} triangles match triangles of the old mesh"]
+    sentences.append("pictures of {}x{} texels".format(*figures["size"]))
     nearest, overlaps = figures["nearest_texels"], figures["layout"]["overlapping_texels"]
     if nearest:
         worst = f"{figures['distance']['max']:.2g} of the diagonal"
-        found.append(f"{nearest} texels are taken from the nearest point, at most {worst} away")
+        sentences.append(f"{nearest} texels are taken from the nearest point, at most {worst} away")
     if overlaps:
         conflicting = figures["layout"]["conflicting_texels"]
         text = f"{overlaps} texels lie in several triangles of the new layout, which overlaps"
-        shown = (
+        detail = (
             f"{conflicting} of them show the first of these" if conflicting else "all of these show the same"
         )
-        found.append(f"{text}; {shown}")
+        sentences.append(f"{text}; {detail}")
     if mirrored := figures["layout"]["mirrored_triangles"]:
-        found.append(f"{mirrored} triangles are mirrored in the new layout")
-    return found
+        sentences.append(f"{mirrored} triangles are mirrored in the new layout")
+    return sentences

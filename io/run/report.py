@@ -55,10 +55,10 @@ def build(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
         run: the job.
         outputs: what each output adds.
     """
-    found = map_figures(run, outputs)
-    note_doubts(run, found)
+    solver_figures = map_figures(run, outputs)
+    note_doubts(run, solver_figures)
     figures = run.figures | output_figures(outputs)
-    report = {"schema": SCHEMA, "version": __version__, **found, **figures}
+    report = {"schema": SCHEMA, "version": __version__, **solver_figures, **figures}
     fault = _fault(run, figures)
     if run.fit.status.ok and fault:
         report |= {"status": fault.name.lower(), "message": fault.value}
@@ -72,74 +72,78 @@ def build(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
 
 def map_figures(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
     """Return the solver's report, updated with figures measured while writing outputs."""
-    found = dict(run.fit_report)
-    if "parts" in found:
-        found["parts"] = [dict(part) for part in found["parts"]]
+    figures = dict(run.fit_report)
+    if "parts" in figures:
+        figures["parts"] = [dict(part) for part in figures["parts"]]
     for output in outputs:
-        for part, figures in zip(found.get("parts", []), output.parts):
-            part |= {key: part[key] | value for key, value in figures.items() if key in part}
-        for figures in output.parts[:1]:
-            found |= {key: found[key] | value for key, value in figures.items()}
+        for part, updates in zip(figures.get("parts", []), output.parts):
+            part |= {key: part[key] | value for key, value in updates.items() if key in part}
+        for updates in output.parts[:1]:
+            figures |= {key: figures[key] | value for key, value in updates.items()}
         if output.message:
-            found["message"] = output.message
-    return found
+            figures["message"] = output.message
+    return figures
 
 
 def output_figures(outputs: Sequence[OutputReport]) -> dict[str, Any]:
     """Return the entries that outputs add to the report: those of tiles by tile number, files beside outputs in one
     list.
     """
-    found = dict[str, Any]()
+    entries = dict[str, Any]()
     for output in outputs:
         if output.tile is None:
-            found |= output.figures
+            entries |= output.figures
         else:
-            found.setdefault("tiles", {})[str(output.tile)] = output.figures
+            entries.setdefault("tiles", {})[str(output.tile)] = output.figures
         if output.files is not None:
-            found["also_written"] = [*found.get("also_written", []), *output.files]
-    return found
+            entries["also_written"] = [*entries.get("also_written", []), *output.files]
+    return entries
 
 
-def note_doubts(run: Run, found: dict[str, Any]) -> None:
+def note_doubts(run: Run, figures: dict[str, Any]) -> None:
     """Note the solver's remarks and doubts about the picture, once, from the figures of `map_figures`."""
     weighed = not run.job.exact
-    parts = found.get("parts", [found])
+    parts = figures.get("parts", [figures])
     for pair, fit, part in zip(run.pairs, run.fits, parts):
-        doubted = doubts(found | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
+        doubted = doubts(figures | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
         noted = [note if note in fit.notes else Doubt(note) for note in part["notes"]]
         run.note(*(type(note)(label(pair, note)) for note in [*noted, *doubted]))
 
 
-def doubts(found: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:
+def doubts(figures: dict[str, Any], tolerance: float, quasi: bool, *, weighed: bool = True) -> list[str]:
     """Return sentences on what is wrong with the picture although the solver ended well.
 
     For example, pins and strokes may contradict the outline or each other. Each sentence names the entry of the report
     with the figure, and depends on nothing else.
 
     Args:
-        found: the solver's own report.
+        figures: the solver's own report.
         tolerance: the largest acceptable gap.
         quasi: whether the map was allowed to be quasiconformal.
         weighed: whether constraints are weighted in the energy, instead of met exactly.
     """
-    said: list[str] = []
-    gap, injective = (found["boundary"] or {}).get("hausdorff", 0.0), found["injective"]
-    pulled = weighed and bool(found["pins"] or found["strokes"])
-    if gap > FAR_OFF_TOLERANCES * tolerance and (pulled or found["status"] not in ("gap", "crowded")):
-        said.append(Doubt("the mapped outline is far from the target's outline (boundary)"))
+    sentences: list[str] = []
+    gap, injective = (figures["boundary"] or {}).get("hausdorff", 0.0), figures["injective"]
+    pulled = weighed and bool(figures["pins"] or figures["strokes"])
+    if gap > FAR_OFF_TOLERANCES * tolerance and (pulled or figures["status"] not in ("gap", "crowded")):
+        sentences.append(Doubt("the mapped outline is far from the target's outline (boundary)"))
     if not injective["certified"]:
-        seen = injective["folded"] >= SEEN_FOLDS_SHARE
-        what = "not one-to-one, so the picture overlaps itself" if seen else "not certified to be one-to-one"
-        said.append(Doubt(f"the map is {what} (injective)"))
+        has_folds = injective["folded"] >= SEEN_FOLDS_SHARE
+        fault = (
+            "not one-to-one, so the picture overlaps itself"
+            if has_folds
+            else "not certified to be one-to-one"
+        )
+        sentences.append(Doubt(f"the map is {fault} (injective)"))
     elif injective["share"] < CERTAIN_SHARE and not injective["folded"] >= SEEN_FOLDS_SHARE:
-        said.append(
+        sentences.append(
             f"the picture may overlap itself near the outline: only {injective['share']:.1%} of the "
             "source's area is certified one-to-one (injective)"
         )
-    if not (found["pins"] or found["strokes"]) or not weighed:
-        return said
+    if not (figures["pins"] or figures["strokes"]) or not weighed:
+        return sentences
     cure = "move pins and strokes, or lower their weights" + ("" if quasi else ", or try --quasi 0.01")
-    return [type(text)(f"{text}; {cure}") for text in said]
+    return [type(text)(f"{text}; {cure}") for text in sentences]
 
 
 def as_json(value: Any) -> Any:
@@ -175,17 +179,17 @@ def write(report: dict[str, Any], name: str, stack: ExitStack, *, force: bool) -
 
 def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
     """Return whether the result meets the requirements, and a sentence about it."""
-    wanted = run.job.require_injective
+    least_share = run.job.require_injective
     for pair, fit, part in zip(run.pairs, run.fits, report.get("parts", [report])):
         if not fit.status.ok:
             return False, label(pair, fit.status.value)
         share = (part.get("injective") or {}).get("share") or 0.0
-        if wanted is not None and not share >= wanted:
-            found = f"{share:.4g} of the source's area is certified one-to-one, less than {wanted:g}"
-            return False, label(pair, f"{found} (--require-injective)")
-    if left := report.get("without_map"):
+        if least_share is not None and not share >= least_share:
+            shortfall = f"{share:.4g} of the source's area is certified one-to-one, less than {least_share:g}"
+            return False, label(pair, f"{shortfall} (--require-injective)")
+    if omitted := report.get("without_map"):
         return False, (
-            f"{len(left)} of {len(left) + len(run.fits)} parts are omitted, because no map was "
+            f"{len(omitted)} of {len(omitted) + len(run.fits)} parts are omitted, because no map was "
             "found for them."
         )
     return _fault(run, report) is None, report["message"]

@@ -651,8 +651,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/batch/manifest.py",
-        "given = {key: value for key, value in defaults.items() if key not in others} | own",
-        "given = own | {key: value for key, value in defaults.items() if key not in others}",
+        "merged = {key: value for key, value in defaults.items() if key not in others} | values",
+        "merged = values | {key: value for key, value in defaults.items() if key not in others}",
         MANIFEST,
         "[defaults] win over the jobs of a manifest",
     ),
@@ -672,8 +672,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/batch/manifest.py",
-        'each = "-" + STEM if any(values.get(key) for key in ("normal", "normal_down", "data")) else ""',
-        'each = ""',
+        'suffix = "-" + STEM if any(values.get(key) for key in ("normal", "normal_down", "data")) else ""',
+        'suffix = ""',
         MANIFEST,
         "several textures of a job have one default output",
     ),
@@ -806,8 +806,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/run/report.py",
-        "if wanted is not None and not share >= wanted:",
-        "if wanted is not None and not share > 0:",
+        "if least_share is not None and not share >= least_share:",
+        "if least_share is not None and not share > 0:",
         "tests/cli/test_cli.py",
         "--require-injective accepts any share",
     ),
