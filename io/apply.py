@@ -75,21 +75,21 @@ class Saved:
         Raises:
             InputError: the file does not contain a valid map.
         """
-        held = read_file(files.open_input(name))
+        stored = read_file(files.open_input(name))
         with naming(name):
-            fit, job = Fit.of(held), _job(held)
+            fit, job = Fit.of(stored), _job(stored)
         map = fit.map
         near = (map.near if isinstance(map, TriangulatedMap) else ROUNDING_SHARE) * map.diagonal
-        found = cls(name, fit, held.planes, job, lambda z: map.jet(z)[0], near)
-        return found._turned() if inverse else found
+        saved = cls(name, fit, stored.planes, job, lambda z: map.jet(z)[0], near)
+        return saved._inverse() if inverse else saved
 
-    def _turned(self) -> Saved:
+    def _inverse(self) -> Saved:
         """Return the inverse map, without options that concern pictures of the target."""
         fit, (source, target) = self.fit, self.planes
         if fit.target is None:
             target = replace(target, outline=fit.image)
-        about = triangulated(fit.map)
-        back: Any = Inverted(about)
+        triangles = triangulated(fit.map)
+        back: Any = Inverted(triangles)
         swapped = replace(
             fit,
             map=back,
@@ -101,7 +101,7 @@ class Saved:
             drawings=fit.drawings and fit.drawings[::-1],
         )
         job = {name: value for name, value in self.job.items() if name != "target_box"}
-        near = about.near * about.image_diagonal if about is fit.map else 0.0
+        near = triangles.near * triangles.image_diagonal if triangles is fit.map else 0.0
         return Saved(self.name, swapped, (target, source), job, fit.inverse, near)
 
     @property
@@ -128,23 +128,24 @@ class Saved:
             InputError: as for a job.
         """
         source, target = self.shapes
-        given = (
+        options = (
             {"source": self.name, "target": None if self.fit.target is None else self.name} | self.job | job
         )
         try:
-            made = Job(**given)
+            full_job = Job(**options)
         except JobError as error:
             raise InputError(str(error)) from None
-        if made.source != self.name:
-            source = replace(source, spec=made.source, path=Path(made.source))
-        inputs = Inputs(made)
-        wanted = outputs.of(made, inputs)
-        files.check_outputs(made.outputs, [*made.inputs, self.name], force=made.force)
+        if full_job.source != self.name:
+            source = replace(source, spec=full_job.source, path=Path(full_job.source))
+        inputs = Inputs(full_job)
+        requested = outputs.of(full_job, inputs)
+        files.check_outputs(full_job.outputs, [*full_job.inputs, self.name], force=full_job.force)
         phases = Phases()
-        room = within(made.memory, next(iter(made.outputs), None))  # none if the picture goes to stdout
-        run = Run(made, inputs, [(source, target)], room, tell, phases, threads, fits=[self.fit])
-        for output in outputs.check(run, wanted):
-            with files.writing(output.name, force=made.force) as path:
+        first_output = next(iter(full_job.outputs), None)  # none if the picture goes to stdout
+        room = within(full_job.memory, first_output)
+        run = Run(full_job, inputs, [(source, target)], room, tell, phases, threads, fits=[self.fit])
+        for output in outputs.check(run, requested):
+            with files.writing(output.name, force=full_job.force) as path:
                 output.write(run, path)
 
     def carry_geometry(self, path: str, output: str, **options: Any) -> dict[str, int]:
@@ -159,22 +160,22 @@ class Saved:
             return fit.drawings[0].painted, fit.drawings[1].painted
         target = fit.image if fit.target is None else fit.target.z
         sides = (fit.source.z, fit.source_holes), (target, () if fit.target is None else fit.target_holes)
-        both = [shapely.make_valid(polygon_of(z, *(hole.z for hole in holes))) for z, holes in sides]
-        return both[0], both[1]
+        polygons = [shapely.make_valid(polygon_of(z, *(hole.z for hole in holes))) for z, holes in sides]
+        return polygons[0], polygons[1]
 
     def carried(
-        self, given: Geometry, upward: bool, max_line_error: float | None
+        self, geometry: Geometry, upward: bool, max_line_error: float | None
     ) -> tuple[Images, Counter[str]]:
         """Return the images of geometry, and counts of what lay outside or was cut.
 
         Args:
-            given: in the units of the source's file.
+            geometry: in the units of the source's file.
             upward: whether its y points up from the lower edge of the canvas, see `Document.upward`.
             max_line_error: see `options.ApplyOptions`.
         """
-        source, into = self.planes
+        source, target = self.planes
         reach = max_line_error or TOLERANCE_SHARE * diagonal(
-            self.fit.image if into.outline is None else into.outline
+            self.fit.image if target.outline is None else target.outline
         )
         carrier = Carrier(self.function, self.fit.map.rims, OUTSIDE_DISTANCE_SHARE * self.near, reach)
 
@@ -182,15 +183,17 @@ class Saved:
             return z + _foot(source) if upward else source.turned(z)
 
         def back(w: Complex) -> Complex:
-            return w - _foot(into) if upward else into.turned(w)
+            return w - _foot(target) if upward else target.turned(w)
 
-        points = back(carrier.points(core(given.points)))
-        lines = [[back(w) for w in pieces] for pieces in carrier.lines([core(line) for line in given.lines])]
+        points = back(carrier.points(core(geometry.points)))
+        lines = [
+            [back(w) for w in pieces] for pieces in carrier.lines([core(line) for line in geometry.lines])
+        ]
         polygons = [
             [[back(ring) for ring in rings] for rings in parts]
-            for parts in carrier.polygons([[core(ring) for ring in rings] for rings in given.polygons])
+            for parts in carrier.polygons([[core(ring) for ring in rings] for rings in geometry.polygons])
         ]
-        return Images(points, lines, polygons, name=into.name), carrier.counts
+        return Images(points, lines, polygons, name=target.name), carrier.counts
 
 
 def inverse_chain(names: Sequence[str]) -> list[str]:
@@ -220,8 +223,8 @@ def read_chain(names: Sequence[str]) -> list[Saved]:
     ]
     for before, after in pairwise(steps):
         ends, begins = before._painted[1], after._painted[0]
-        apart = shapely.symmetric_difference(ends, begins).area / ends.area
-        if before.planes[1].down != after.planes[0].down or apart > JOINT_AREA_SHARE:
+        area_between = shapely.symmetric_difference(ends, begins).area / ends.area
+        if before.planes[1].down != after.planes[0].down or area_between > JOINT_AREA_SHARE:
             raise InputError(
                 f"{after.name}: does not begin on the shape on which {before.name} ends; chain maps that meet in the "
                 "same file, and put ~ before a map to use its inverse"
@@ -281,35 +284,39 @@ def carry_geometry(
     if output != "-" and document.READERS.get(formats.suffix_of(output)) != document.READERS[suffix]:
         raise InputError(f"{output}: must have the format of the input; choose a name that ends in {suffix}")
     formats.check_report(report)
-    named = [name for name in (output, report) if name not in (None, "-")]
-    files.check_outputs(named, [path, *(step.name for step in steps)], force=force)
+    names = [name for name in (output, report) if name not in (None, "-")]
+    files.check_outputs(names, [path, *(step.name for step in steps)], force=force)
     if output == report == "-":
         raise InputError("-: only one output can be stdout; name a file for the others")
-    given = document.read(path, columns)
-    if unmapped == "keep" and not given.keeps:
+    content = document.read(path, columns)
+    if unmapped == "keep" and not content.keeps:
         raise InputError(
             f"--unmapped keep: {suffix} files cannot contain entries without a position; use drop or refuse"
         )
-    images, counted = steps[0].carried(given.geometry, given.upward, max_line_error)
+    images, counted = steps[0].carried(content.geometry, content.upward, max_line_error)
     for step in steps[1:]:
-        images, more = _carried_again(images, step, given.upward, max_line_error)
+        images, more = _carried_again(images, step, content.upward, max_line_error)
         counted += more
     images = replace(images, keep=unmapped == "keep")
-    away = {name: count for name, count in counted.items() if count}
-    lost = ", ".join(f"{count} {name}" for name, count in away.items() if "repaired" not in name)
+    nonzero_counts = {name: count for name, count in counted.items() if count}
+    lost = ", ".join(f"{count} {name}" for name, count in nonzero_counts.items() if "repaired" not in name)
     if lost and unmapped == "refuse":
         raise InputError(f"{path}: {lost} of the map's domain; use --unmapped drop to leave them out")
-    for note in (*given.notes, *(f"{count} {name}" for name, count in away.items())):
+    for note in (*content.notes, *(f"{count} {name}" for name, count in nonzero_counts.items())):
         tell(f"{path}: {note}")
-    found = given.geometry
-    counts = {"points": len(found.points), "lines": len(found.lines), "polygons": len(found.polygons)}
+    geometry = content.geometry
+    counts = {
+        "points": len(geometry.points),
+        "lines": len(geometry.lines),
+        "polygons": len(geometry.polygons),
+    }
     counts |= {name.replace(" ", "_"): count for name, count in counted.items()}
-    about = {"map": steps[0].name} if len(steps) == 1 else {"maps": [step.name for step in steps]}
+    maps = {"map": steps[0].name} if len(steps) == 1 else {"maps": [step.name for step in steps]}
     with ExitStack() as stack:
-        written = stack.enter_context(files.writing(output, force=force, suffix=suffix))
-        written.write_bytes(given.encode(images))
+        result_file = stack.enter_context(files.writing(output, force=force, suffix=suffix))
+        result_file.write_bytes(content.encode(images))
         if report:
-            write_report({"schema": SCHEMA, "input": path, **about, **counts}, report, stack, force=force)
+            write_report({"schema": SCHEMA, "input": path, **maps, **counts}, report, stack, force=force)
     return counts
 
 
@@ -319,11 +326,11 @@ def _carried_again(
     """Return images under the next map of a chain, each piece with the line or polygon that it belongs to."""
     pieces = [piece for line in images.lines for piece in line]
     parts = [part for polygon in images.polygons for part in polygon]
-    found, counts = step.carried(Geometry(images.points, pieces, parts), upward, max_line_error)
-    lines, polygons = iter(found.lines), iter(found.polygons)
+    carried, counts = step.carried(Geometry(images.points, pieces, parts), upward, max_line_error)
+    lines, polygons = iter(carried.lines), iter(carried.polygons)
     joined_lines = [[piece for _ in line for piece in next(lines)] for line in images.lines]
     joined_polygons = [[part for _ in polygon for part in next(polygons)] for polygon in images.polygons]
-    return replace(found, lines=joined_lines, polygons=joined_polygons), counts
+    return replace(carried, lines=joined_lines, polygons=joined_polygons), counts
 
 
 def _foot(plane: Plane) -> complex:
@@ -346,7 +353,7 @@ def _shape(name: str, plane: Plane) -> Shape:
     )
 
 
-def _job(held: MapFile) -> dict[str, Any]:
+def _job(stored: MapFile) -> dict[str, Any]:
     """Return the options of the saved job that affect pictures made with its map.
 
     The file may come from an untrusted source, so only these are used. Others, such as names of output files and limits
@@ -355,10 +362,10 @@ def _job(held: MapFile) -> dict[str, Any]:
     Raises:
         InputError: one of them has an invalid value.
     """
-    saved = held.about.get("job", {})
+    saved = stored.about.get("job", {})
     job = {name: saved[name] for name in PICTURE_OPTIONS if name in saved}
     # the method determines which holes take part in the map
-    job["method"] = "balanced" if isinstance(held.map, TriangulatedMap) else "conformal"
+    job["method"] = "balanced" if isinstance(stored.map, TriangulatedMap) else "conformal"
     try:
         Job(source="-", target="-", **job)
     except (JobError, TypeError) as error:

@@ -49,21 +49,21 @@ class StrictModel(BaseModel):
 
 def mistakes(error: ValidationError) -> list[tuple[str, str]]:
     """Return (key, message) for each mistake that pydantic found."""
-    found: dict[str, str] = {}
+    messages: dict[str, str] = {}
     for item in error.errors(include_url=False, include_input=False):
         parts = [str(part) for part in item["loc"]]
         key = ".".join(part for part in parts if not part.startswith(("tuple[", "function-")))
         in_our_words = MESSAGES.get(item["type"])
         text = in_our_words(item.get("ctx", {})) if in_our_words else item["msg"]
-        found.setdefault(key, text.removeprefix("Value error, "))
-    return list(found.items())
+        messages.setdefault(key, text.removeprefix("Value error, "))
+    return list(messages.items())
 
 
 def first(error: ValidationError, whole: str = "the file") -> str:
     """Return the first mistake with its key, else with `whole` unless that is empty, and the number of further
     mistakes.
     """
-    (key, text), *rest = mistakes(error)
-    more = f" (and {len(rest)} more error{'s' if len(rest) > 1 else ''})" if rest else ""
+    (key, text), *further = mistakes(error)
+    more = f" (and {len(further)} more error{'s' if len(further) > 1 else ''})" if further else ""
     place = key[:200] or whole
     return f"{place}{': ' if place else ''}{text}{more}"

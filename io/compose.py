@@ -52,9 +52,9 @@ class Step:
         """
         is_inverse = name.startswith(INVERSE_MARK)
         path = name.removeprefix(INVERSE_MARK)
-        held = read_file(files.open_input(path))
+        stored = read_file(files.open_input(path))
         with naming(path):
-            fit = Fit.of(held)
+            fit = Fit.of(stored)
         if fit.target is None or fit.filled is not None:
             what = "the map of a deformation" if fit.target is None else "a map of parts of its shapes"
             raise InputError(f"{path}: {what} cannot be composed; use maps of whole shapes (--fit whole)")
@@ -63,9 +63,9 @@ class Step:
             raise InputError(f"{path}: the map folds, so it cannot be composed")
         if is_inverse:
             back = replace(map.linear_inverse(), axes=fit.axes[::-1])
-            return cls(name, fit, back, map.inverse, map, held.planes[::-1], is_inverse)
+            return cls(name, fit, back, map.inverse, map, stored.planes[::-1], is_inverse)
         map = replace(map, axes=fit.axes)
-        return cls(name, fit, map, map, map.inverse, held.planes, is_inverse)
+        return cls(name, fit, map, map, map.inverse, stored.planes, is_inverse)
 
     @property
     def outlines(self) -> tuple[list[Curve], list[Curve]]:
@@ -76,8 +76,8 @@ class Step:
     def domains(self) -> tuple[tuple[Curve, Sequence[Curve]], tuple[Curve, Sequence[Curve]]]:
         """Outline and holes of its source and of its target, as they were given."""
         assert self.fit.target is not None
-        both = (self.fit.source, self.fit.source_holes), (self.fit.target, self.fit.target_holes)
-        return both[::-1] if self.is_inverse else both
+        sides = (self.fit.source, self.fit.source_holes), (self.fit.target, self.fit.target_holes)
+        return sides[::-1] if self.is_inverse else sides
 
 
 def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
@@ -163,10 +163,10 @@ def _check_joint(before: Step, after: Step) -> None:
             "file of the shape between them"
         )
     size = diagonal(ends[0].z)
-    apart = max(min(hausdorff(end, begin) for begin in begins) for end in ends) / size
-    if apart > NEAR_SHARE:
+    gap = max(min(hausdorff(end, begin) for begin in begins) for end in ends) / size
+    if gap > NEAR_SHARE:
         raise InputError(
-            f"{after.name}: its source is not the target of {before.name}: their outlines are up to {apart:.2%} "
+            f"{after.name}: its source is not the target of {before.name}: their outlines are up to {gap:.2%} "
             "of the diagonal apart. Maps of whole drawings go by way of frames, which may differ; --parts largest maps "
             "outlines"
         )

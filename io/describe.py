@@ -53,12 +53,12 @@ def describe(name: str | Path, *, max_faces: int = limits.FACES) -> dict[str, An
             continue
         if getattr(formats.of(path), what):
             return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
-    known = sorted({suffix for what in kinds for suffix in formats.holding(what)})
-    raise InputError(f"{path}: iccm does not read files of this type; it reads {' '.join(known)}")
+    suffixes = sorted({suffix for what in kinds for suffix in formats.holding(what)})
+    raise InputError(f"{path}: iccm does not read files of this type; it reads {' '.join(suffixes)}")
 
 
-def _shape(named: Spec | Path) -> dict[str, Any]:
-    drawing = shapes.drawn(named if isinstance(named, Spec) else Spec(named))
+def _shape(spec: Spec | Path) -> dict[str, Any]:
+    drawing = shapes.drawn(spec if isinstance(spec, Spec) else Spec(spec))
     return {
         "kind": "shapes",
         "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],
@@ -175,7 +175,7 @@ def _charts(mesh: Any) -> dict[str, Any]:
         atlas = Atlas.of(mesh)
     except InputError as error:
         return {"uv_charts": 0, "uv": str(error)}
-    found = [
+    charts = [
         {
             "name": f"uv-{k}",
             "triangles": len(atlas.triangles(k)),
@@ -185,7 +185,7 @@ def _charts(mesh: Any) -> dict[str, Any]:
         }
         for k in range(1, min(atlas.count, LISTED_ITEMS) + 1)
     ]
-    return {"uv_charts": atlas.count, "charts": found, "uv": "; ".join(atlas.notes) or None}
+    return {"uv_charts": atlas.count, "charts": charts, "uv": "; ".join(atlas.notes) or None}
 
 
 def _surface(file: Any) -> dict[str, Any]:
@@ -199,14 +199,16 @@ def _surface(file: Any) -> dict[str, Any]:
     except InputError as error:
         return {"patch": str(error)}
     sizes = joined.sizes
-    named = [{"name": f"piece-{k}", "triangles": size} for k, size in enumerate(sizes[:LISTED_ITEMS], 1)]
-    found = {"pieces_in_all": len(sizes), "pieces": named if len(sizes) > 1 else []}
+    listed_pieces = [
+        {"name": f"piece-{k}", "triangles": size} for k, size in enumerate(sizes[:LISTED_ITEMS], 1)
+    ]
+    facts = {"pieces_in_all": len(sizes), "pieces": listed_pieces if len(sizes) > 1 else []}
     try:
-        whole = disk_patch(joined)
+        patch = disk_patch(joined)
     except InputError as error:
-        return found | {"patch": str(error)}
-    loops = [_loop(file, whole, number) for number in range(1, min(len(whole.loops), LISTED_ITEMS) + 1)]
-    return found | {"loops_in_all": len(whole.loops), "loops": loops, "genus": int(whole.genus)}
+        return facts | {"patch": str(error)}
+    loops = [_loop(file, patch, number) for number in range(1, min(len(patch.loops), LISTED_ITEMS) + 1)]
+    return facts | {"loops_in_all": len(patch.loops), "loops": loops, "genus": int(patch.genus)}
 
 
 def _loop(file: Any, patch: Any, number: int) -> dict[str, Any]:
@@ -220,8 +222,8 @@ def _loop(file: Any, patch: Any, number: int) -> dict[str, Any]:
 def _constraints(path: Path) -> dict[str, Any]:
     from .shapes import listing
 
-    if own := _own(path):
-        return own
+    if facts := _facts_of_own_file(path):
+        return facts
     listed = listing.read(path)
     return {
         "kind": "constraints",
@@ -229,18 +231,20 @@ def _constraints(path: Path) -> dict[str, Any]:
     }
 
 
-def _own(path: Path) -> dict[str, Any]:
+def _facts_of_own_file(path: Path) -> dict[str, Any]:
     """Return facts about a JSON file written by iccm: a report, a verdict or a result; empty for other files."""
     try:
-        found = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
+        content = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
     except InputError:
         return {}
-    schema = found.get("schema") if isinstance(found, dict) else None
+    schema = content.get("schema") if isinstance(content, dict) else None
     if not isinstance(schema, str) or not schema.startswith("iccm."):
         return {}
-    kept = ("version", "status", "message", "left_out", "uncovered", "shown", "covered", "turn", "notes")
-    inputs = [each.get("path") for each in found.get("inputs", []) if isinstance(each, dict)]
-    return {"kind": schema, **{key: found[key] for key in kept if key in found}, "inputs": inputs}
+    keys = ("version", "status", "message", "left_out", "uncovered", "shown", "covered", "turn", "notes")
+    inputs = [
+        input_file.get("path") for input_file in content.get("inputs", []) if isinstance(input_file, dict)
+    ]
+    return {"kind": schema, **{key: content[key] for key in keys if key in content}, "inputs": inputs}
 
 
 def _lines_of_own(path: Path) -> dict[str, Any]:
@@ -253,14 +257,14 @@ def _lines_of_own(path: Path) -> dict[str, Any]:
     kind = ""
     for line in filter(bytes.strip, files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).splitlines()):
         try:
-            found = files.parse_json(line)
+            content = files.parse_json(line)
         except InputError:
             return {}
-        said = found if isinstance(found, dict) else {}
-        kind = "journal of a batch" if "event" in said else str(said.get("schema"))
-        if "event" not in said and not kind.startswith("iccm."):
+        record = content if isinstance(content, dict) else {}
+        kind = "journal of a batch" if "event" in record else str(record.get("schema"))
+        if "event" not in record and not kind.startswith("iccm."):
             return {}
-        ended[str(said.get("status") or said.get("state") or said.get("event"))] += 1
+        ended[str(record.get("status") or record.get("state") or record.get("event"))] += 1
     return {"kind": kind, "lines": ended.total(), "ended": dict(ended)} if ended else {}
 
 

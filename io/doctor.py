@@ -85,17 +85,17 @@ def _applies(requirement: Requirement, extra: str) -> bool:
     return requirement.marker is None or requirement.marker.evaluate({"extra": extra})
 
 
-def _library(name: str, wanted: SpecifierSet, purpose: str) -> Finding:
+def _library(name: str, versions: SpecifierSet, purpose: str) -> Finding:
     """Return whether a requirement is installed in a suitable version, and can be imported."""
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
         missing = f"not installed; only needed for {purpose}" if purpose else "not installed"
         return Finding(name, missing, None if purpose else False)
-    if not wanted.contains(version, prereleases=True):
-        needed = f"{name}{wanted} is needed"
+    if not versions.contains(version, prereleases=True):
+        requirement = f"{name}{versions} is needed"
         return Finding(
-            name, f"{version}; {needed} for {purpose}" if purpose else f"{version}; {needed}", False
+            name, f"{version}; {requirement} for {purpose}" if purpose else f"{version}; {requirement}", False
         )
     if purpose:  # extras are imported by the commands that need them
         return Finding(name, version, True)
@@ -169,8 +169,8 @@ def _try_map() -> str:
     gap = float(np.abs(fit.map(np.array([0.3 + 0.6j])) - (0.3 + 0.6j))[0])
     pixels = np.arange(192, dtype=np.uint8).reshape(8, 8, 3)
     box = (0j, 1 + 1j)
-    shown = warp(fit.map, Texture(pixels, box), Canvas(8, 8, box)).pixels[1:7, 1:7, :3]
-    off = int(np.abs(shown.astype(int) - pixels[1:7, 1:7]).max())
+    warped = warp(fit.map, Texture(pixels, box), Canvas(8, 8, box)).pixels[1:7, 1:7, :3]
+    off = int(np.abs(warped.astype(int) - pixels[1:7, 1:7]).max())
     if not (gap < 1e-6 and off <= 1):
         raise ArithmeticError(
             f"the map of a square onto itself is wrong: error {gap:.3g}, error of its picture {off}"

@@ -84,13 +84,13 @@ class Grid:
 
     def physical(self, pixels: Real) -> Real:
         """Convert pixels (…, 2), counted from the centre of the first one, to physical places."""
-        placed: Real = self.origin + (pixels * self.spacing) @ self.direction.T
-        return placed
+        places: Real = self.origin + (pixels * self.spacing) @ self.direction.T
+        return places
 
     def pixels_at(self, places: Real) -> Real:
         """Convert physical places (…, 2) to pixels; the inverse of `physical`."""
-        found: Real = ((places - self.origin) @ np.linalg.inv(self.direction).T) / self.spacing
-        return found
+        pixels: Real = ((places - self.origin) @ np.linalg.inv(self.direction).T) / self.spacing
+        return pixels
 
     @property
     def indices(self) -> Real:
@@ -139,8 +139,10 @@ def write(
         simple_itk()
     if fixed and size:
         raise InputError("--size: cannot be combined with --fixed, whose size the field has")
-    read = [name for name in (fixed, moving) if name]
-    files.check_outputs([output], [*(name.removeprefix(INVERSE_MARK) for name in names), *read], force=force)
+    inputs = [name for name in (fixed, moving) if name]
+    files.check_outputs(
+        [output], [*(name.removeprefix(INVERSE_MARK) for name in names), *inputs], force=force
+    )
     saved = in_one(names, read_chain(names))
     of_source, of_target = saved.planes
     to = _grid(fixed, of_target.box, "--fixed", size)
@@ -150,20 +152,22 @@ def write(
         raise InputError(f"{names[0]}: no pixel of the field lies on the target; choose a larger --size")
     if not in_space and not arrays and vectors != PIXELS:
         return _write_picture(output, st, force)
-    at = _grid(moving, of_source.box, "--moving")
-    place = pixels_of(st, at.size)
+    moving_grid = _grid(moving, of_source.box, "--moving")
+    place = pixels_of(st, moving_grid.size)
     if arrays:
         place[~covered] = OUTSIDE_PIXEL
-        shown: dict[str, Any] = {"map_x": place[..., 0], "map_y": place[..., 1], "mask": st[..., 3]}
+        arrays_by_name: dict[str, Any] = {"map_x": place[..., 0], "map_y": place[..., 1], "mask": st[..., 3]}
         with files.writing(output, force=force, suffix=".npz") as path, path.open("wb") as file:
-            np.savez_compressed(file, **{name: each.astype(np.float32) for name, each in shown.items()})
+            np.savez_compressed(
+                file, **{name: array.astype(np.float32) for name, array in arrays_by_name.items()}
+            )
         return to.size
     if not in_space:
         away = place - to.indices
         away[~covered] = 0
         flat = np.dstack([away[..., 0], -away[..., 1], np.zeros(away.shape[:2]), st[..., 3]])
         return _write_picture(output, flat.astype(np.float32), force, _DESCRIPTION)
-    away = at.physical(place) - to.physical(to.indices)
+    away = moving_grid.physical(place) - to.physical(to.indices)
     # at pixels whose centres lie outside, an STMap has the nearest place inside, not a place that continues the map
     inside = st[..., 3] >= min(0.5, st[..., 3].max())
     _write_itk(output, _extended(away, inside), to, force)
@@ -214,24 +218,24 @@ def _grid(path: str | None, box: Box, option: str, size: tuple[int, ...] | None 
 
         return Grid.pixels(*size_within(tuple(size), extent, limits.PIXELS))
     if path is None:
-        whole = np.rint(sides)
-        if (whole < 2).any() or (np.abs(sides - whole) > WHOLE_UNIT_SHARE * sides).any():
-            other = " or --size" if option == "--fixed" else ""
+        whole_units = np.rint(sides)
+        if (whole_units < 2).any() or (np.abs(sides - whole_units) > WHOLE_UNIT_SHARE * sides).any():
+            alternative = " or --size" if option == "--fixed" else ""
             raise InputError(
                 f"{option}: needed, because the canvas is {sides[0]:g} by {sides[1]:g} units, which is not a number "
-                f"of pixels; name the picture that covers it{other}"
+                f"of pixels; name the picture that covers it{alternative}"
             )
-        if whole.prod() > limits.PIXELS:
+        if whole_units.prod() > limits.PIXELS:
             raise InputError(f"{option}: needed, because the canvas has too many units for a pixel each")
-        return Grid.pixels(int(whole[0]), int(whole[1]))
-    found = Grid.of(path)
-    scale = np.array(found.size) / sides
-    if np.abs(sides * scale.max() - found.size).max() > PROPORTIONS_PIXELS:
+        return Grid.pixels(int(whole_units[0]), int(whole_units[1]))
+    grid = Grid.of(path)
+    scale = np.array(grid.size) / sides
+    if np.abs(sides * scale.max() - grid.size).max() > PROPORTIONS_PIXELS:
         raise InputError(
-            f"{path}: has {found.size[0]} by {found.size[1]} pixels, but the canvas that it should cover is "
+            f"{path}: has {grid.size[0]} by {grid.size[1]} pixels, but the canvas that it should cover is "
             f"{sides[0]:g} by {sides[1]:g} units; name a picture of the whole canvas for {option}"
         )
-    return found
+    return grid
 
 
 def _extended(away: Real, inside: NDArray) -> Real:
@@ -239,8 +243,8 @@ def _extended(away: Real, inside: NDArray) -> Real:
     from scipy.ndimage import distance_transform_edt
 
     row, column = distance_transform_edt(~inside, return_distances=False, return_indices=True)
-    found: Real = away[row, column]
-    return found
+    extended: Real = away[row, column]
+    return extended
 
 
 def _write_picture(
@@ -273,12 +277,12 @@ def _write_itk(output: str, away: Real, grid: Grid, force: bool) -> None:
     image.SetDirection(grid.direction.ravel().tolist())
     suffix = suffix_of(output)
     with files.scratch() as folder, files.writing(output, force=force, suffix=suffix) as path:
-        made = folder / f"field{suffix}"
+        written_file = folder / f"field{suffix}"
         try:
-            itk.WriteImage(image, str(made))
+            itk.WriteImage(image, str(written_file))
         except RuntimeError:
             raise InputError(f"{output}: SimpleITK cannot write this file") from None
-        path.write_bytes(made.read_bytes())
+        path.write_bytes(written_file.read_bytes())
 
 
 def is_field(path: str) -> bool:
@@ -323,13 +327,13 @@ def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:
             other="a damaged archive of arrays",
             damaged="the arrays map_x and map_y cannot be read",
         ) as archive:
-            held = Archive(archive)
-            x, y = (np.asarray(held.member(name), float) for name in ("map_x", "map_y"))
-            mask = np.asarray(held.member("mask"), float) if "mask" in held else np.ones(x.shape)
+            members = Archive(archive)
+            x, y = (np.asarray(members.member(name), float) for name in ("map_x", "map_y"))
+            mask = np.asarray(members.member("mask"), float) if "mask" in members else np.ones(x.shape)
         if x.ndim != 2 or not x.shape == y.shape == mask.shape:
             raise InputError(f"{path}: map_x and map_y are not two arrays (h, w) of the same size")
-        known = np.isfinite(x) & np.isfinite(y) & (x > OUTSIDE_PIXEL)
-        return st_of(np.dstack([np.where(known, x, 0), np.where(known, y, 0)]), size, mask * known)
+        is_known = np.isfinite(x) & np.isfinite(y) & (x > OUTSIDE_PIXEL)
+        return st_of(np.dstack([np.where(is_known, x, 0), np.where(is_known, y, 0)]), size, mask * is_known)
     from .pictures import stmap_files
 
     st = stmap_files.read(path)

@@ -60,7 +60,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = F
         InputError: the folder is missing or not writable, `path` is not a plain file, it exists without
             `force`, or the disk is full.
     """
-    given, path = path, check_output(path, force=force)
+    requested, path = path, check_output(path, force=force)
     temporary = _sibling(path, private)
     try:
         yield temporary
@@ -74,7 +74,7 @@ def replacing(path: str | os.PathLike, *, force: bool = False, private: bool = F
     except InputError as error:  # errors about the temporary file are reported for the output
         if str(temporary) not in str(error):
             raise
-        raise InputError(str(error).replace(str(temporary), str(given))) from error
+        raise InputError(str(error).replace(str(temporary), str(requested))) from error
     except OSError as error:
         if error.errno in _FULL or error.filename in (str(temporary), temporary):
             raise InputError(f"{path}: cannot write this file: {_reason(error)}") from error
@@ -205,14 +205,14 @@ def check_outputs(
     """
     names, inputs = list(names), list(inputs)
     # unlike Path.resolve before Python 3.13, realpath accepts links that form a loop
-    read, seen = ({Path(os.path.realpath(name)) for name in given} for given in (inputs, taken))
+    input_paths, used = ({Path(os.path.realpath(name)) for name in paths} for paths in (inputs, taken))
     for name in names:
         real = check_output(name, force=True)
-        if _is_input(real, read):
+        if _is_input(real, input_paths):
             raise InputError(f"{name}: is also an input; choose another output")
-        if real in seen:
+        if real in used:
             raise InputError(f"{name}: is used for two outputs; give each a separate name")
-        seen.add(real)
+        used.add(real)
     for name in names:
         try:
             check_output(name, force=force or name in own)
@@ -257,8 +257,8 @@ def similar_name(path: Path) -> str:
         return ""
     stems = get_close_matches(path.stem, {Path(name).stem for name in names}, 1, SIMILARITY_RATIO)
     same_stem = [name for name in names if Path(name).stem in stems]
-    near = get_close_matches(path.name, same_stem, 1, 0)
-    return f"; did you mean {path.with_name(near[0])}?" if near else ""
+    similar = get_close_matches(path.name, same_stem, 1, 0)
+    return f"; did you mean {path.with_name(similar[0])}?" if similar else ""
 
 
 @contextmanager
@@ -342,12 +342,12 @@ def distinct_keys(items: list[tuple[str, Any]]) -> dict[str, Any]:
     Raises:
         InputError: a key occurs twice.
     """
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for key, value in items:
-        if key in found:
+        if key in result:
             raise InputError(f"the key {key[:60]!r} is given twice in one object")
-        found[key] = value
-    return found
+        result[key] = value
+    return result
 
 
 def read_json(path: str | os.PathLike, *, max_bytes: int) -> Any:
@@ -441,13 +441,13 @@ def sweep(paths: Iterable[str | os.PathLike]) -> list[Path]:
     for path in map(Path, paths):
         folders.setdefault(path.parent, set()).add((path.stem[:32], path.suffix))
     removed = []
-    for folder, wanted in folders.items():
+    for folder, stems_and_suffixes in folders.items():
         with suppress(OSError):
-            for found in list(folder.iterdir()):
-                if any((match[1], match[2]) in wanted for match in _temporary(found.name)):
+            for entry in list(folder.iterdir()):
+                if any((match[1], match[2]) in stems_and_suffixes for match in _temporary(entry.name)):
                     with suppress(OSError):
-                        found.unlink()
-                        removed.append(found)
+                        entry.unlink()
+                        removed.append(entry)
     return removed
 
 

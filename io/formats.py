@@ -167,17 +167,17 @@ def holding(what: str, *, written: bool = False) -> tuple[str, ...]:
 
 
 def _holds(suffix: str, what: str, *, written: bool) -> bool:
-    held = getattr(FORMATS.get(suffix, Format()), what)
-    return bool(held) and not (written and what == "picture" and suffix in READ_ONLY)
+    content = getattr(FORMATS.get(suffix, Format()), what)
+    return bool(content) and not (written and what == "picture" and suffix in READ_ONLY)
 
 
-def check(name: str | PathLike, what: str, said: str, *others: str) -> None:
+def check(name: str | PathLike, what: str, problem: str, *others: str) -> None:
     """Check that the format of an output can contain something.
 
     Args:
         name: of the output.
         what: the attribute of `Format` to check.
-        said: the message if it cannot.
+        problem: the message if it cannot.
         others: further attributes whose suffixes the message lists.
 
     Raises:
@@ -187,8 +187,8 @@ def check(name: str | PathLike, what: str, said: str, *others: str) -> None:
         return
     if Path(name).is_dir():
         raise InputError(f"{name}: is a folder; name a file in it")
-    known = dict.fromkeys(suffix for held in (what, *others) for suffix in holding(held, written=True))
-    raise InputError(f"{name}: {said}; use one of {' '.join(known)}")
+    suffixes = dict.fromkeys(suffix for kind in (what, *others) for suffix in holding(kind, written=True))
+    raise InputError(f"{name}: {problem}; use one of {' '.join(suffixes)}")
 
 
 def check_report(name: str | None) -> None:
@@ -197,8 +197,8 @@ def check_report(name: str | None) -> None:
     Raises:
         InputError: it does.
     """
-    held = of(name or "")
-    if held.picture or held.drawing or held.mesh or held.plot:
+    kind = of(name or "")
+    if kind.picture or kind.drawing or kind.mesh or kind.plot:
         raise InputError(f"{name}: the report is JSON; choose a name that ends in .json for --report")
 
 

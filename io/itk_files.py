@@ -45,7 +45,7 @@ def is_itk(name: str | Path) -> bool:
 
 def suffix_of(name: str | Path) -> str:
     """Return the suffix of a file in a format of ITK, which may have two parts."""
-    return max((each for each in SUFFIXES if str(name).lower().endswith(each)), key=len)
+    return max((suffix for suffix in SUFFIXES if str(name).lower().endswith(suffix)), key=len)
 
 
 def simple_itk() -> Any:
@@ -129,7 +129,9 @@ def _content(path: str, file: BinaryIO) -> Iterator[bytes] | None:
         header = source.read(files.BLOCK_BYTES)
     except (OSError, EOFError, zlib.error):
         header = b""
-    begins = [first for at, word, first in NIFTI_IN_ONE_FILE if header[at : at + len(word)] == word]
+    begins = [
+        first for offset, word, first in NIFTI_IN_ONE_FILE if header[offset : offset + len(word)] == word
+    ]
     if not begins:
         raise InputError(f"{path}: {_ELSEWHERE}")
     return chain([header[begins[0] :]], iter(lambda: source.read(files.BLOCK_BYTES), b""))
@@ -141,12 +143,12 @@ def _meta_content(path: str, data: bytes) -> Iterator[bytes]:
     Raises:
         InputError: as for `_content`.
     """
-    fields, at = dict[bytes, bytes](), 0
+    fields, position = dict[bytes, bytes](), 0
     while b"ElementDataFile" not in fields:
-        line = _META_LINE.match(data, at)
+        line = _META_LINE.match(data, position)
         if line is None:
             raise InputError(f"{path}: {_UNREAD}")
-        fields[line[1]], at = line[2], line.end()
+        fields[line[1]], position = line[2], line.end()
     # a second one could be what ITK finds, which splits lines in its own way
     if fields[b"ElementDataFile"].upper() != b"LOCAL" or len(_META_DATA.findall(data)) != 1:
         raise InputError(f"{path}: {_ELSEWHERE}")
@@ -156,8 +158,8 @@ def _meta_content(path: str, data: bytes) -> Iterator[bytes]:
     if not size.isdigit() or int(size[:20]) > len(data):
         raise InputError(f"{path}: {_UNREAD}")
     if fields.get(b"CompressedData", b"False").lower() == b"true":
-        return _inflated(data[at:])
-    return iter([data[at:]])
+        return _inflated(data[position:])
+    return iter([data[position:]])
 
 
 def _inflated(data: bytes) -> Iterator[bytes]:

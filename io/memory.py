@@ -35,7 +35,7 @@ class Bounded(memory.Memory):
 
     def __init__(self, limit: int, folder: str | Path | None = None):
         self.limit, self.folder = limit, folder
-        self.kept, self.left = 0, max(0, int(CACHE_MEMORY_SHARE * (limit - resident())))
+        self.in_memory, self.remaining = 0, max(0, int(CACHE_MEMORY_SHARE * (limit - resident())))
         self._maps: list[mmap.mmap] = []
 
     def __call__(self, shape: tuple[int, ...], dtype: Any) -> NDArray:
@@ -44,17 +44,17 @@ class Bounded(memory.Memory):
         Raises:
             InputError: there is no space on the disk.
         """
-        wanted = int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
-        if wanted <= self.left:
-            self.kept, self.left = self.kept + wanted, self.left - wanted
+        byte_count = int(np.prod(shape, dtype=np.int64)) * np.dtype(dtype).itemsize
+        if byte_count <= self.remaining:
+            self.in_memory, self.remaining = self.in_memory + byte_count, self.remaining - byte_count
             return np.empty(shape, dtype)
         try:
             with tempfile.TemporaryFile(dir=self.folder) as file:
-                allocate(file, wanted)
-                self._maps.append(mmap.mmap(file.fileno(), wanted))
+                allocate(file, byte_count)
+                self._maps.append(mmap.mmap(file.fileno(), byte_count))
         except OSError as error:
             raise InputError(
-                f"--memory: cannot write {wanted // MIB}M of temporary data to {self.folder}: {error.strerror}"
+                f"--memory: cannot write {byte_count // MIB}M of temporary data to {self.folder}: {error.strerror}"
             ) from error
         return np.frombuffer(self._maps[-1], dtype).reshape(shape)
 
@@ -78,11 +78,11 @@ class Bounded(memory.Memory):
         Raises:
             InputError: it will not.
         """
-        self._free(max(resident(), SOLVED + self.kept), each, what)
+        self._free(max(resident(), SOLVED + self.in_memory), each, what)
 
-    def _free(self, held: int, each: int, what: str) -> int:
+    def _free(self, in_use: int, each: int, what: str) -> int:
         """Return the bytes left for work that takes `each` bytes per piece."""
-        free = self.limit - held - MARGIN
+        free = self.limit - in_use - MARGIN
         if free < each:
             takes = -(-(self.limit - free + each) // MIB)
             raise InputError(

@@ -67,6 +67,6 @@ def grouped(names: Iterable[str], rows: Mapping[str, Option]) -> list[tuple[str,
     names = list(names)
     if len(names) <= MOST_SHORT_HELP_OPTIONS:
         return [("Options", "", names)] if names else []
-    found = [("Options", "", of_topic("", names, rows))]
-    found += [(topic.title, topic.example, of_topic(word, names, rows)) for word, topic in TOPICS.items()]
-    return [section for section in found if section[2]]
+    sections = [("Options", "", of_topic("", names, rows))]
+    sections += [(topic.title, topic.example, of_topic(word, names, rows)) for word, topic in TOPICS.items()]
+    return [section for section in sections if section[2]]

@@ -30,15 +30,15 @@ def contents(program: str) -> dict[str, bytes]:
         InputError: the window of the plug-in for Figma has not been built.
     """
     home = resources("iccm.plugins")
-    found = {each.name: each.read_bytes() for each in (home / program).iterdir() if each.is_file()}
-    found[PYTHON] = f"{sys.executable}\n".encode()
+    plugin_files = {entry.name: entry.read_bytes() for entry in (home / program).iterdir() if entry.is_file()}
+    plugin_files[PYTHON] = f"{sys.executable}\n".encode()
     if program != "figma":
-        found[SHARED] = (home / SHARED).read_bytes()
-    elif FIGMA_WINDOW not in found:
+        plugin_files[SHARED] = (home / SHARED).read_bytes()
+    elif FIGMA_WINDOW not in plugin_files:
         raise InputError(
             "figma: the window of the plug-in is not built; run `make figma` in a clone, which needs Node.js"
         )
-    return found
+    return plugin_files
 
 
 def names(program: str) -> set[str]:
@@ -63,26 +63,26 @@ def install(program: str, to: str | None = None) -> list[Path]:
     homes = [Path(to)] if to else folders(program)
     if not homes:
         raise InputError(_NOT_FOUND[program])
-    given = contents(program)
+    plugin_files = contents(program)
     for home in homes:
         _check_own(home / OWN)
     for home in homes:
         files.make_folder(home / OWN)
-        for name, content in given.items():
+        for name, content in plugin_files.items():
             files.write_bytes(home / OWN / name, content, force=True)
     return [home / OWN for home in homes]
 
 
 def uninstall(program: str, to: str | None = None) -> list[Path]:
     """Remove the files that `install` wrote, and nothing else; return the folders that contained them."""
-    found = installed(program, to)
-    for folder in found:
+    plugin_folders = installed(program, to)
+    for folder in plugin_folders:
         for name in names(program):
             (folder / name).unlink(missing_ok=True)
         shutil.rmtree(folder / "__pycache__", ignore_errors=True)
         if not any(folder.iterdir()):
             folder.rmdir()
-    return found
+    return plugin_folders
 
 
 def installed(program: str, to: str | None = None) -> list[Path]:
@@ -104,28 +104,28 @@ def folders(program: str) -> list[Path]:
 def _of_inkscape() -> list[Path]:
     home, command = Path.home(), shutil.which(os.environ.get("INKSCAPE_COMMAND") or "inkscape")
     if profile := os.environ.get("INKSCAPE_PROFILE_DIR"):
-        found = [Path(profile)]
-    elif command and (said := _asked([command, "--user-data-directory"])):
-        found = [Path(said)]
+        profiles = [Path(profile)]
+    elif command and (profile_folder := _last_line_of([command, "--user-data-directory"])):
+        profiles = [Path(profile_folder)]
     else:
-        found = [path for path in [_settings("inkscape", "inkscape")] if path.is_dir()]
+        profiles = [path for path in [_settings("inkscape", "inkscape")] if path.is_dir()]
         mac = home / "Library/Application Support/org.inkscape.Inkscape/config/inkscape"
-        found = [mac] if sys.platform == "darwin" and mac.is_dir() else found
+        profiles = [mac] if sys.platform == "darwin" and mac.is_dir() else profiles
     flatpak = home / ".var/app/org.inkscape.Inkscape/config/inkscape"
-    return [path / "extensions" for path in [*found, *([flatpak] if flatpak.is_dir() else [])]]
+    return [path / "extensions" for path in [*profiles, *([flatpak] if flatpak.is_dir() else [])]]
 
 
 def _of_blender() -> list[Path]:
-    if given := os.environ.get("BLENDER_USER_EXTENSIONS"):
-        return [Path(given) / "user_default"]
-    if given := os.environ.get("BLENDER_USER_RESOURCES"):
-        return [Path(given) / "extensions" / "user_default"]
+    if folder := os.environ.get("BLENDER_USER_EXTENSIONS"):
+        return [Path(folder) / "user_default"]
+    if folder := os.environ.get("BLENDER_USER_RESOURCES"):
+        return [Path(folder) / "extensions" / "user_default"]
     home = _settings("blender", "Blender Foundation/Blender")
     if sys.platform == "darwin":
         home = Path.home() / "Library/Application Support/Blender"
     versions = {path: re.fullmatch(r"(\d+)\.(\d+)", path.name) for path in home.glob("*")}
-    known = {path: (int(found[1]), int(found[2])) for path, found in versions.items() if found}
-    ordered = sorted((number, path) for path, number in known.items() if number >= OLDEST_BLENDER)
+    numbers = {path: (int(match[1]), int(match[2])) for path, match in versions.items() if match}
+    ordered = sorted((number, path) for path, number in numbers.items() if number >= OLDEST_BLENDER)
     return [path / "extensions" / "user_default" for _, path in ordered]
 
 
@@ -136,13 +136,14 @@ def _settings(plain: str, windows: str) -> Path:
     return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / plain
 
 
-def _asked(command: list[str]) -> str:
+def _last_line_of(command: list[str]) -> str:
     """Return the last line that a program prints, or an empty text."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=PROGRAM_SECONDS)
+        process = subprocess.run(command, capture_output=True, text=True, timeout=PROGRAM_SECONDS)
     except (OSError, subprocess.TimeoutExpired):
         return ""
-    return done.stdout.strip().splitlines()[-1] if done.returncode == 0 and done.stdout.strip() else ""
+    lines = process.stdout.strip().splitlines()
+    return lines[-1] if process.returncode == 0 and lines else ""
 
 
 def _check_own(folder: Path) -> None:

@@ -129,8 +129,8 @@ def _setting(word: str) -> tuple[str, float]:
     """Parse a setting of a pin; return its name and value."""
     name, _, number = (part.strip() for part in word.partition("="))
     if name not in PIN_SETTINGS:
-        known = ", ".join(dict.fromkeys(PIN_SETTINGS.values()))
-        raise ValueError(f"{word!r} is not a setting of a pin; these are {known}")
+        names = ", ".join(dict.fromkeys(PIN_SETTINGS.values()))
+        raise ValueError(f"{word!r} is not a setting of a pin; these are {names}")
     if not _NUMBER.fullmatch(number):
         raise ValueError(f"{word!r}: {number!r} is not a number")
     value, name = float(number), PIN_SETTINGS[name]
@@ -157,9 +157,9 @@ def coordinate(text: str, where: str) -> float:
         InputError: it is not a finite number, or too large.
     """
     try:
-        found = float(text)
+        number = float(text)
     except ValueError:
-        found = math.nan
-    if not abs(found) <= limits.COORDINATE:
+        number = math.nan
+    if not abs(number) <= limits.COORDINATE:
         raise InputError(f"{where}: {text.strip()[:40]!r} is not a coordinate")
-    return found
+    return number

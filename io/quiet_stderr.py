@@ -13,7 +13,7 @@ def silence() -> Iterator[None]:
     """Discard what C libraries write to the process's stderr while the block runs."""
     with _ONE_AT_A_TIME:
         try:
-            kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+            saved_stderr, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
         except OSError:  # there is no stderr, or no descriptor is free
             yield
             return
@@ -21,7 +21,7 @@ def silence() -> Iterator[None]:
             os.dup2(nowhere, 2)
             yield
         finally:
-            os.dup2(kept, 2)
-            for number in (kept, nowhere):
+            os.dup2(saved_stderr, 2)
+            for number in (saved_stderr, nowhere):
                 with suppress(OSError):
                     os.close(number)

@@ -113,13 +113,13 @@ def _groups(axes: Any, points: Real, faces: Index, group: Index, name: str, view
     places = np.stack([group % len(PALETTE) + 0.5, np.full(group.size, 0.5)], axis=1)
     uv = np.repeat(places[:, None], 3, axis=1)
     pixels: NDArray = render.render(points, faces, uv, colours, LONGER_SIDE_PIXELS, view)
-    seen = (points @ view.T)[:, :2]
-    (low, bottom), (high, top) = seen[faces].min(axis=(0, 1)), seen[faces].max(axis=(0, 1))
+    projected = (points @ view.T)[:, :2]
+    (low, bottom), (high, top) = projected[faces].min(axis=(0, 1)), projected[faces].max(axis=(0, 1))
     axes.imshow(pixels, extent=(low, high, bottom, top))
-    middles = seen[faces].mean(axis=1)
+    middles = projected[faces].mean(axis=1)
     for k in range(min(int(group.max()) + 1, NUMBERED_PARTS)):
-        own = middles[group == k]
-        nearest = own[np.argmin(np.linalg.norm(own - own.mean(axis=0), axis=1))]
+        group_middles = middles[group == k]
+        nearest = group_middles[np.argmin(np.linalg.norm(group_middles - group_middles.mean(axis=0), axis=1))]
         _label(axes, f"#{name}{k + 1}", *nearest)
 
 

@@ -45,11 +45,11 @@ class Spec:
 def path_of(text: str) -> str:
     """Return the file of a spec; an existing file with # in its own name has precedence."""
     marks = [k for k, letter in enumerate(text) if letter == "#"]
-    for at in [len(text), *reversed(marks)]:
-        if os.path.isfile(text[:at]):
-            return text[:at]
+    for end in [len(text), *reversed(marks)]:
+        if os.path.isfile(text[:end]):
+            return text[:end]
     folder = len(os.path.dirname(text))
-    return text[: next((at for at in marks if at >= folder), len(text))]
+    return text[: next((end for end in marks if end >= folder), len(text))]
 
 
 GENERATED = re.compile(r"(sheet|plane|cylinder|cone|sphere):.*|sheet", re.DOTALL)

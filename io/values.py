@@ -79,12 +79,12 @@ def _one_of_types(value: Any, hint: Any, types: tuple[Any, ...]) -> Any:
     """Convert a value to the first type that accepts it."""
     if value is None and NoneType in types:
         return None
-    types = tuple(each for each in types if each is not NoneType)
+    types = tuple(candidate for candidate in types if candidate is not NoneType)
     if len(types) == 1:
         return convert(value, types[0])
-    for each in types:
+    for candidate in types:
         try:
-            return convert(value, each)
+            return convert(value, candidate)
         except WrongValue:
             continue
     raise WrongValue(f"must be {describe(hint)}")
@@ -97,7 +97,7 @@ def _tuple(value: Any, hint: Any, args: tuple[Any, ...]) -> tuple[Any, ...]:
     if args[-1] is not Ellipsis:
         if len(value) != len(args):
             raise WrongValue(f"must be {describe(hint)}")
-        return tuple(convert(item, each) for item, each in zip(value, args))
+        return tuple(convert(item, item_type) for item, item_type in zip(value, args))
     return each_of(value, lambda item: convert(item, args[0]))
 
 
@@ -107,13 +107,13 @@ def each_of(values: Iterable[Any], check: Callable[[Any], Any]) -> tuple[Any, ..
     Raises:
         WrongValue: with the index and the message of the first invalid one.
     """
-    found = []
+    results = []
     for index, value in enumerate(values):
         try:
-            found.append(check(value))
+            results.append(check(value))
         except ValueError as error:
             raise WrongValue(str(error), index) from None
-    return tuple(found)
+    return tuple(results)
 
 
 def _bool(value: Any) -> bool:
@@ -126,23 +126,23 @@ def _bool(value: Any) -> bool:
 def _int(value: Any) -> int:
     is_number = isinstance(value, int | float | str) and not isinstance(value, bool)
     try:
-        found = int(value) if is_number else None
+        number = int(value) if is_number else None
     except (ValueError, OverflowError):  # not a number, more than 4300 digits, NaN, or infinity
-        found = None
-    if found is None or (isinstance(value, float) and found != value):
+        number = None
+    if number is None or (isinstance(value, float) and number != value):
         raise WrongValue(f"must be {describe(int)}")
-    return found
+    return number
 
 
 def _float(value: Any) -> float:
     is_number = isinstance(value, int | float | str) and not isinstance(value, bool)
     try:
-        found = float(value) if is_number else math.nan
+        number = float(value) if is_number else math.nan
     except (ValueError, OverflowError):  # an integer with more than 308 digits
-        found = math.nan
-    if not math.isfinite(found):
+        number = math.nan
+    if not math.isfinite(number):
         raise WrongValue(f"must be {describe(float)}")
-    return found
+    return number
 
 
 def _str(value: Any) -> str:
@@ -169,7 +169,7 @@ def describe(hint: Any) -> str:
     words = {bool: "true or false", int: "a whole number", float: "a finite number", str: "text"}
     origin, args = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
-        return " or ".join(describe(each) for each in args if each is not NoneType)
+        return " or ".join(describe(arg) for arg in args if arg is not NoneType)
     if origin is Literal:
         return one_of(args).removeprefix("must be ")
     if origin is tuple:

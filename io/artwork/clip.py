@@ -115,17 +115,17 @@ class Domain:
 
     Args:
         rim: the boundary, simple and counter-clockwise.
-        near: points up to this distance outside count as inside, since the boundary is flattened and the drawing is
+        margin: points up to this distance outside count as inside, since the boundary is flattened and the drawing is
             not.
-        holes: boundaries of holes; holes narrower than `near` are not shrunk by it.
+        holes: boundaries of holes; holes narrower than `margin` are not shrunk by it.
     """
 
-    def __init__(self, rim: Curve, near: float, holes: Sequence[Curve] = ()):
-        self.rim, self.near = rim, near
+    def __init__(self, rim: Curve, margin: float, holes: Sequence[Curve] = ()):
+        self.rim, self.margin = rim, margin
         self.holes = [(hole, _point_in(hole)) for hole in holes]
         self.polygon = polygon_of(rim.z, *(hole.z for hole in holes))
-        deep = [_shrunk(polygon_of(hole.z), near) for hole in holes]
-        outer = shapely.Polygon(polygon_of(rim.z).buffer(near).exterior)
+        deep = [_shrunk(polygon_of(hole.z), margin) for hole in holes]
+        outer = shapely.Polygon(polygon_of(rim.z).buffer(margin).exterior)
         self.reach = shapely.Polygon(outer.exterior, [polygon.exterior for polygon in deep])
         shapely.prepare([self.polygon, self.reach])
         self.shore = _Ring(
@@ -187,7 +187,7 @@ class Domain:
 
     def _laps(self, run: PenPath) -> bool:
         """Return whether a subpath winds around a hole."""
-        place, z = _polyline(_closed(run), self.near / 10)
+        place, z = _polyline(_closed(run), self.margin / 10)
         return any(self._turns([_Stretch(place, z, False)]))
 
     def _turns(self, stretches: Sequence[_Stretch]) -> list[int]:
@@ -204,7 +204,7 @@ class Domain:
 
     def _stretches(self, pieces: Sequence[Piece], closed: bool) -> list[_Stretch]:
         """Split a subpath into stretches alternately inside and outside; those of a closed one may cross its start."""
-        place, z = _polyline(pieces, self.near / 10)
+        place, z = _polyline(pieces, self.margin / 10)
         cuts = self.shore.crossings(place, z)
         complete = _Stretch(place, z, not self._within(z[:1])[0])
         if not cuts.size:
@@ -228,9 +228,9 @@ class Domain:
             return stretch
         ends = []
         for end, cut, inward in ((0, cuts[0], 1), (-1, cuts[-1], -1)):
-            steps = inward * self.near * np.concatenate([[0.0], 0.05 * 2.0 ** np.arange(8)])
+            steps = inward * self.margin * np.concatenate([[0.0], 0.05 * 2.0 ** np.arange(8)])
             crossing = _between(stretch.place, stretch.z, np.array([cut]))
-            is_near = abs(crossing[0] - stretch.z[end]) < TAIL_DISTANCES * self.near
+            is_near = abs(crossing[0] - stretch.z[end]) < TAIL_DISTANCES * self.margin
             places = np.concatenate(
                 [[stretch.place[end]], cut + steps / _speed(pieces, cut) if is_near else []]
             )
@@ -285,7 +285,7 @@ def _point_in(hole: Curve) -> complex:
 
 
 def _shrunk(hole: shapely.Polygon, distance: float) -> shapely.Polygon:
-    """Return the largest part of a hole that is at least `near` from its outline; all of it if there is none."""
+    """Return the largest part of a hole that is at least `distance` from its outline; all of it if there is none."""
     parts = [part for part in shapely.get_parts(hole.buffer(-distance)) if part.area > 0]
     return max(parts, key=lambda part: part.area, default=hole)
 

@@ -290,12 +290,14 @@ class MappedDocument:
     def _paint(self, shape: MappedElement, properties: Mapping[str, str], space: Space) -> None:
         """Copy the shape's gradients, patterns and markers into user space, so that they can follow the map."""
         for kind in ("fill", "stroke"):
-            definition = self.document.named(properties.get(kind, ""), *_PAINTED)
+            definition = self.document.referenced(properties.get(kind, ""), *_PAINTED)
             if definition is not None and (copied := self.definitions.painted(definition, space)):
                 restyle(shape.out, {kind: copied[0]})
                 self.effects.append(Effect([shape], copied[1]))
         for name in sorted(shape.markers):
-            definition = self.document.named(properties.get(name, properties.get("marker", "")), "marker")
+            definition = self.document.referenced(
+                properties.get(name, properties.get("marker", "")), "marker"
+            )
             if definition is not None and (
                 copied := self.definitions.marker(definition, scale(space.affine))
             ):
@@ -314,7 +316,7 @@ class MappedDocument:
             reference = node.declared.get(name, "none").strip()
             if reference == "none" or (local(out) == "clipPath" and name != "clip-path"):
                 continue
-            definition = self.document.named(reference, tag)
+            definition = self.document.referenced(reference, tag)
             self.covered.spend(sum(len(run.pieces) for shape in shapes for run in shape.runs))
             usable = definition is not None and id(definition) not in node.copied_from
             new_reference = make(definition, node, space) if definition is not None and usable else None

@@ -87,11 +87,11 @@ class Reference:
     entity: Any
     content: list[Any] = field(default_factory=list)
 
-    def every(self) -> Iterator[Any]:
+    def all_content(self) -> Iterator[Any]:
         """Yield everything in it, including the content of references in the block."""
         for entity in self.content:
             if isinstance(entity, Reference):
-                yield from entity.every()
+                yield from entity.all_content()
             else:
                 yield entity
 
@@ -234,7 +234,7 @@ class MappedDxf:
         entities = [
             part
             for entity in content
-            for part in (entity.every() if isinstance(entity, Reference) else [entity])
+            for part in (entity.all_content() if isinstance(entity, Reference) else [entity])
         ]
         return [entity for entity in entities if isinstance(entity, DrawnEntity)]
 

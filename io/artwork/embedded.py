@@ -82,7 +82,7 @@ class EmbeddedPicture:
         covering = [region for region in regions if region.domain.reach.intersects(polygon)]
         if len(covering) == 1 and (map := _affine_map(covering[0], polygon, corners, tolerance)):
             size = {"width": f"{self.ratio:.9g}", "height": "1", "preserveAspectRatio": "none"}
-            transform = affine.written(_conjugated(map) @ self.to_root)
+            transform = affine.to_svg(_conjugated(map) @ self.to_root)
             SubElement(self.out, _name("image"), size | {"href": self.address, "transform": transform})
             return ""
         try:

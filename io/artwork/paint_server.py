@@ -232,7 +232,7 @@ def _names(text: str) -> list[str]:
 
 def _following(new: Element, name: str, to_root: Affine, kind: str) -> Apply:
     def apply(over: AffinePart) -> str:
-        new.set(name, affine.written(over.affine @ to_root))
+        new.set(name, affine.to_svg(over.affine @ to_root))
         return affine_note(kind, over)
 
     return apply

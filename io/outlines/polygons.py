@@ -16,7 +16,7 @@ from .. import files, limits
 from ..svg.drawing_content import DrawingContent
 from . import antimeridian, topology
 
-Found = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and their fill rule
+NamedRings = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and their fill rule
 MOST_NESTED_COLLECTIONS = 50  # levels of nested collections
 MEMBERS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 NAMES = ("name", "id", "label", "title", "class")
@@ -129,7 +129,7 @@ def _of_lines(path: Path, max_bytes: int) -> list[Any]:
         return []
 
 
-def _fill(drawing: DrawingContent, polygons: Iterator[Found], chosen: str | None) -> None:
+def _fill(drawing: DrawingContent, polygons: Iterator[NamedRings], chosen: str | None) -> None:
     """Add the chosen outlines, or all, to the drawing, the largest first."""
     number = 0
     for names, rings, rule in polygons:
@@ -169,7 +169,7 @@ def geometries(
         yield item, feature
 
 
-def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
+def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[NamedRings]:
     """Yield the polygons of features and geometries with their names; add notes on what was ignored or joined."""
     ignored: Counter[str] = Counter()
     joined = list[str]()
@@ -198,7 +198,7 @@ def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[Found]:
         notes.append(f"{', '.join(joined[:NAMED_FEATURES])}{more}: joined across the 180° meridian")
 
 
-def _labelme(content: dict[str, Any]) -> Iterator[Found]:
+def _labelme(content: dict[str, Any]) -> Iterator[NamedRings]:
     """Yield the shapes that enclose an area."""
     for shape in content["shapes"]:
         kind, points = shape.get("shape_type", "polygon"), _ring(shape["points"])
@@ -213,11 +213,11 @@ def _labelme(content: dict[str, Any]) -> Iterator[Found]:
         yield (str(shape["label"]),), [points], "nonzero"
 
 
-def _coco(content: dict[str, Any], chosen: str | None) -> tuple[DrawingContent, Iterator[Found]]:
+def _coco(content: dict[str, Any], chosen: str | None) -> tuple[DrawingContent, Iterator[NamedRings]]:
     """Return the annotations of one picture, on its canvas."""
     pictures = {annotation["id"]: annotation for annotation in content.get("images", [])}
     kinds = {annotation["id"]: str(annotation["name"]) for annotation in content.get("categories", [])}
-    polygons: list[tuple[Any, Found]] = []
+    polygons: list[tuple[Any, NamedRings]] = []
     runs = 0
     for annotation in content["annotations"]:
         picture, parts = annotation.get("image_id"), annotation["segmentation"]

@@ -102,7 +102,7 @@ def fit_with_holes(
     target: Shape,
     tell: Callable[[str], None],
     start: TriangulatedMap | None = None,
-    **given: Any,
+    **options: Any,
 ) -> Fit:
     """Call `iccm.fit` with two shapes and their holes.
 
@@ -112,20 +112,20 @@ def fit_with_holes(
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), mappable)]
     partners = named_partners(source, target, mappable)
     if source.drawing is not None and target.drawing is not None:
-        return _fit_drawings(source, target, tell, partners, start, **given)
+        return _fit_drawings(source, target, tell, partners, start, **options)
     plain = start is not None and len(start.loops) == 1
     if not any(inner) or (plain and all(inner)):
         if any(inner):
             tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(source.domain, target.domain, start=start, **given)
+        return iccm.fit(source.domain, target.domain, start=start, **options)
     holes: dict[str, Any] = dict(
-        source_holes=inner[0], target_holes=inner[1], hole_partners=partners, **given
+        source_holes=inner[0], target_holes=inner[1], hole_partners=partners, **options
     )
     try:
         return iccm.fit(source.domain, target.domain, start=start, **holes)
     except NoMapError:
         tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(source.domain, target.domain, start=start if plain else None, **given)
+        return iccm.fit(source.domain, target.domain, start=start if plain else None, **options)
 
 
 def _fit_drawings(
@@ -134,7 +134,7 @@ def _fit_drawings(
     tell: Callable[[str], None],
     partners: Sequence[tuple[int, int]],
     start: TriangulatedMap | None,
-    **given: Any,
+    **options: Any,
 ) -> Fit:
     """Call `iccm.fit` with two whole drawings; names pair their holes if both have a single part."""
     both_are_one_part = all(
@@ -146,24 +146,24 @@ def _fit_drawings(
             target.domain,
             start=start,
             hole_partners=partners if both_are_one_part else (),
-            **given,
+            **options,
         )
     except NoMapError:
         if not (source.holes or target.holes):
             raise
         tell(f"{target.spec}: {UNMAPPED}")
-        return iccm.fit(filled(source).domain, filled(target).domain, start=start, **given)
+        return iccm.fit(filled(source).domain, filled(target).domain, start=start, **options)
 
 
-def deform_with_holes(source: Shape, **given: Any) -> Fit:
+def deform_with_holes(source: Shape, **options: Any) -> Fit:
     """Call `iccm.deform` with a shape and its holes; with filled holes if it cannot be meshed otherwise."""
     holes = [source.holes[k] for k in source.mappable_holes]
     try:
-        fit = iccm.deform(source.curve, source_holes=holes, **given)
+        fit = iccm.deform(source.curve, source_holes=holes, **options)
     except NoMapError:
         if not holes:
             raise
-        fit = iccm.deform(source.curve, **given)
+        fit = iccm.deform(source.curve, **options)
     if source.drawing is None or source.drawing.is_one_part:
         return fit
     return replace(fit, drawings=(source.drawing, source.drawing))

@@ -174,31 +174,31 @@ def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
         InputError: an invalid element.
     """
     connected = Joined.of(file.mesh)
-    found, faults = list[Patch](), list[str]()
+    pieces, faults = list[Patch](), list[str]()
     for number in range(1, np.count_nonzero(connected.areas) + 1):
         try:
-            found.append(sound_piece(connected, number))
+            pieces.append(sound_piece(connected, number))
         except InputError as error:
             faults.append(
-                f"#{_named(file, 'piece', number)}: {str(error).removeprefix(f'{file.mesh.name}: ')}"
+                f"#{_part_name(file, 'piece', number)}: {str(error).removeprefix(f'{file.mesh.name}: ')}"
             )
-    return found, faults
+    return pieces, faults
 
 
 def _summed(layouts: Sequence[Flattening]) -> list[str]:
     """Return notes on all pieces; notes that several have in common are given once."""
     notes = [f"{len(layouts)} pieces are mapped, packed side by side at one scale; --parts largest maps one"]
-    cut = [each for each in layouts if len(each.patch.seam)]
+    cut = [layout for layout in layouts if len(layout.patch.seam)]
     if cut:
-        edges = sum(len(each.patch.seam) for each in cut)
+        edges = sum(len(layout.patch.seam) for layout in cut)
         notes.append(
             f"cut open along {edges} edges of {len(cut)} piece{'s' if len(cut) > 1 else ''} that are closed or "
             "bag-like; --no-cut refuses them"
         )
     kinds = dict.fromkeys(
         note
-        for each in layouts
-        for note in (*each.patch.notes, *each.notes)
+        for layout in layouts
+        for note in (*layout.patch.notes, *layout.notes)
         if not note.startswith("ignored")
     )
     return [*notes, *list(kinds)[:MOST_NOTES]]
@@ -223,11 +223,11 @@ def flatten_patch(
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
-    loops, left = len(piece.loops), len(flat.patch.loops)
+    loops, loops_left = len(piece.loops), len(flat.patch.loops)
     if loops > 1:
-        others = (
-            "the others are holes" if left == loops else f"the cut joins {loops - left} of the others to it"
-        )
+        others = "the others are holes"
+        if loops_left != loops:
+            others = f"the cut joins {loops - loops_left} of the others to it"
         notes.append(f"boundary {file.loop} of {loops} is the outline, {others}")
     return _lay_out(spec, file, flat, curve, curve.box, notes, start=start)
 
@@ -261,8 +261,10 @@ def _lay_out(
 def split_at(file: MeshFile, points: Real) -> MeshFile:
     """Return the mesh with vertices at points (k, 3) if it is a single closed surface; otherwise unchanged."""
     joined = Joined.of(file.mesh)
-    whole = sound_piece(joined) if len(joined.sizes) == 1 else None
-    return file if whole is None or whole.loops else replace(file, mesh=with_vertices(whole, points))
+    surface = sound_piece(joined) if len(joined.sizes) == 1 else None
+    if surface is None or surface.loops:
+        return file
+    return replace(file, mesh=with_vertices(surface, points))
 
 
 def point_of(file: MeshFile, spec: str, place: Place) -> Real:
@@ -281,9 +283,9 @@ def _start_of(piece: Patch, through: Real | None) -> int:
         return -1
     outline = piece.loops[0]
     first = outline[np.argmin(((piece.points[outline] - through[0]) ** 2).sum(axis=1))]
-    alone = np.count_nonzero(piece.vertex == piece.vertex[first]) == 1
-    near = np.argmin(((piece.points - through[0]) ** 2).sum(axis=1))
-    return int(first) if alone and piece.vertex[near] == piece.vertex[first] else -1
+    is_single = np.count_nonzero(piece.vertex == piece.vertex[first]) == 1
+    nearest_point = np.argmin(((piece.points - through[0]) ** 2).sum(axis=1))
+    return int(first) if is_single and piece.vertex[nearest_point] == piece.vertex[first] else -1
 
 
 def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: float) -> MeshShape:
@@ -306,12 +308,12 @@ def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: flo
     return _lay_out(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
 
 
-def aspect_of(file: MeshFile, given: Aspect | None) -> float:
+def aspect_of(file: MeshFile, aspect: Aspect | None) -> float:
     """Return width / height of the pictures on a mesh's texture coordinates."""
-    if not callable(given):
-        return given or 1.0
+    if not callable(aspect):
+        return aspect or 1.0
     pictures: list[Path | bytes] = [file.picture] if file.picture else [*file.textures()]
-    return given(pictures) or 1.0
+    return aspect(pictures) or 1.0
 
 
 def _of_patch(file: MeshFile, patch: Patch) -> tuple[MeshFile, Patch]:
@@ -325,14 +327,14 @@ def _with_faces_of(
 ) -> tuple[MeshFile, Patch, tuple[Index, Index]]:
     """Restrict as `_of_patch`, but keep the faces of the corners `also[0]`, too, which are at vertices `also[1]`."""
     mesh = file.mesh
-    own = np.zeros(mesh.sizes.size, bool)
-    own[patch.polygon] = True
-    own[np.searchsorted(mesh.starts, also[0], side="right") - 1] = True
-    if own.all():
+    is_kept = np.zeros(mesh.sizes.size, bool)
+    is_kept[patch.polygon] = True
+    is_kept[np.searchsorted(mesh.starts, also[0], side="right") - 1] = True
+    if is_kept.all():
         return file, patch, also
-    part, faces = mesh.part(own, mesh.name), file.faces.copy()
-    faces[np.flatnonzero(faces)[~own]] = False
-    number = np.cumsum(np.repeat(own, mesh.sizes)) - 1
+    part, faces = mesh.part(is_kept, mesh.name), file.faces.copy()
+    faces[np.flatnonzero(faces)[~is_kept]] = False
+    number = np.cumsum(np.repeat(is_kept, mesh.sizes)) - 1
     patch = replace(patch, mesh=part, corner=number[patch.corner])
     return replace(file, mesh=part, faces=faces), patch, (number[also[0]], also[1])
 
@@ -343,16 +345,18 @@ def _at_same_places(mesh: Mesh, patch: Patch) -> tuple[Index, Index]:
     These faces have no area, or the same corners as another face. Vertices are those of a single face if one has all
     corners.
     """
-    own = np.zeros(mesh.sizes.size, bool)
-    own[patch.polygon] = True
-    left = np.flatnonzero(~own)
-    if not left.size:
-        return left, left
+    in_patch = np.zeros(mesh.sizes.size, bool)
+    in_patch[patch.polygon] = True
+    other_faces = np.flatnonzero(~in_patch)
+    if not other_faces.size:
+        return other_faces, other_faces
     place = distinct_rows(mesh.points)[1]
-    known = np.full(len(mesh.points), -1)
-    known[place[patch.vertex]] = np.arange(patch.vertex.size)
-    corners = [np.arange(*mesh.starts[face : face + 2]) for face in left]
-    corners = [each for each in corners if (known[place[mesh.corners[each]]] >= 0).all()]
+    vertex_at = np.full(len(mesh.points), -1)
+    vertex_at[place[patch.vertex]] = np.arange(patch.vertex.size)
+    corners = [np.arange(*mesh.starts[face : face + 2]) for face in other_faces]
+    corners = [
+        face_corners for face_corners in corners if (vertex_at[place[mesh.corners[face_corners]]] >= 0).all()
+    ]
     if not corners:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     of_faces = {
@@ -360,10 +364,10 @@ def _at_same_places(mesh: Mesh, patch: Patch) -> tuple[Index, Index]:
         for key, vertices in zip(place[patch.vertex[patch.faces]].tolist(), patch.faces.tolist())
     }
     vertices = list[int]()
-    for each in corners:
-        there = place[mesh.corners[each]].tolist()
-        same = of_faces.get(tuple(sorted(there)), {})
-        vertices += [same.get(key, int(known[key])) for key in there]
+    for face_corners in corners:
+        corner_places = place[mesh.corners[face_corners]].tolist()
+        vertices_at_places = of_faces.get(tuple(sorted(corner_places)), {})
+        vertices += [vertices_at_places.get(key, int(vertex_at[key])) for key in corner_places]
     return np.concatenate(corners), np.array(vertices)
 
 
@@ -377,9 +381,9 @@ def _holes(file: MeshFile, flat: Flattening) -> dict[str, Any]:
 
 def names_around(file: MeshFile, patch: Patch, loop: Index) -> tuple[str, ...]:
     """Return the objects, groups and materials of the faces that touch a boundary loop of a patch."""
-    beside = np.zeros(len(patch.points), bool)
-    beside[loop] = True
-    touching = beside[patch.faces].any(axis=1)
+    on_loop = np.zeros(len(patch.points), bool)
+    on_loop[loop] = True
+    touching = on_loop[patch.faces].any(axis=1)
     face = np.searchsorted(file.mesh.starts, patch.corner[touching, 0], side="right") - 1
     return tuple(sorted(file.content.names_at(np.flatnonzero(file.faces)[np.unique(face)])))
 
@@ -408,12 +412,14 @@ def read_all(
         how: dict[str, Any] = {"cut": cut, "cut_open": cut_open, "opened": opened}
         return [read(spec, **how, layout=layout, aspect=aspect, joins=joins)], 0
     charts = bool(parts[0].chart) or layout
-    found = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, cut_open, joins)
-    found = sorted(found, key=lambda each: -each.area)
-    made, faults = _pick(found[:most])
-    if not made:
+    candidates = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, cut_open, joins)
+    candidates = sorted(candidates, key=lambda candidate: -candidate.area)
+    named_shapes, faults = _pick(candidates[:most])
+    if not named_shapes:
         raise InputError(faults[0])
-    shapes = [shape for _, shape in made] if charts else side_by_side([shape for _, shape in made])
+    shapes = [shape for _, shape in named_shapes]
+    if not charts:
+        shapes = side_by_side(shapes)
     extent = bounding_box(np.array([reflected(shape.curve.box, shape.mirror) for shape in shapes]))
     notes = tuple(f"ignored: {fault.removeprefix(f'{parts[0].path}: ')}" for fault in faults)
     box = shapes[0].box if charts else extent
@@ -426,11 +432,11 @@ def read_all(
             box=box,
             notes=(*_common(shape), *notes),
         )
-        for (name, _), shape in zip(made, shapes)
-    ], max(len(found) - most, 0)
+        for (name, _), shape in zip(named_shapes, shapes)
+    ], max(len(candidates) - most, 0)
 
 
-class _Found(NamedTuple):
+class _Candidate(NamedTuple):
     """A chart or piece of a mesh.
 
     Attributes:
@@ -444,13 +450,13 @@ class _Found(NamedTuple):
     make: Callable[[], MeshShape]
 
 
-def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list[_Found]:
+def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list[_Candidate]:
     """Return the charts of all geometries.
 
     Raises:
         InputError: no geometry has any; the error of the first.
     """
-    found, faults = list[_Found](), list[InputError]()
+    charts, faults = list[_Candidate](), list[InputError]()
     for file in parts:
         try:
             atlas = Atlas.of(file.mesh)
@@ -458,47 +464,49 @@ def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list
             faults.append(error)
             continue
         wide = aspect_of(file, aspect)
-        found += [
-            _Found(float(area), _named(file, "uv", k), partial(read_chart, spec, file, atlas, k, wide))
+        charts += [
+            _Candidate(
+                float(area), _part_name(file, "uv", k), partial(read_chart, spec, file, atlas, k, wide)
+            )
             for k, area in enumerate(atlas.areas, 1)
         ]
-    if not found:
+    if not charts:
         raise faults[0]
-    return found
+    return charts
 
 
-def _pieces(spec: str, parts: Sequence[MeshFile], cut: bool, cut_open: bool, joins: bool) -> list[_Found]:
+def _pieces(spec: str, parts: Sequence[MeshFile], cut: bool, cut_open: bool, joins: bool) -> list[_Candidate]:
     """Return the pieces of all geometries; errors as for `_charts`."""
 
-    def made(file: MeshFile, connected: Joined, number: int) -> MeshShape:
+    def make(file: MeshFile, connected: Joined, number: int) -> MeshShape:
         piece = disk_patch(connected, cut=cut, piece=number)
         grow = cut and (cut_open or len(piece.seam) > 0)
         return flatten_patch(spec, file, piece, grow, "conformal", joins=joins)
 
-    found = []
+    pieces = []
     for file in parts:
         connected = Joined.of(file.mesh)
         areas = connected.areas[connected.order]
-        found += [
-            _Found(float(area), _named(file, "piece", k), partial(made, file, connected, k))
+        pieces += [
+            _Candidate(float(area), _part_name(file, "piece", k), partial(make, file, connected, k))
             for k, area in enumerate(areas, 1)
         ]
-    return found
+    return pieces
 
 
-def _named(file: MeshFile, word: str, number: int) -> str:
+def _part_name(file: MeshFile, word: str, number: int) -> str:
     return "#".join([*filter(None, [file.part]), f"{word}-{number}"])
 
 
-def _pick(found: Sequence[_Found]) -> tuple[list[tuple[str, MeshShape]], list[str]]:
+def _pick(candidates: Sequence[_Candidate]) -> tuple[list[tuple[str, MeshShape]], list[str]]:
     """Return the shapes that can be created, with their names, and the reasons why others cannot."""
-    made, faults = [], []
-    for each in found:
+    named_shapes, faults = [], []
+    for candidate in candidates:
         try:
-            made.append((each.name, each.make()))
+            named_shapes.append((candidate.name, candidate.make()))
         except InputError as error:
             faults.append(str(error))
-    return made, faults
+    return named_shapes, faults
 
 
 def _common(shape: MeshShape) -> tuple[str, ...]:

@@ -67,23 +67,23 @@ class MeshShape(Shape):
 
         (..., 2) points are positions in the plane already, or texture coordinates.
         """
-        given = np.asarray(xy, dtype=float)
-        if given.shape[-1] == 2:
-            return self._seen(super().to_core(given * (self.aspect, 1)))
+        positions = np.asarray(xy, dtype=float)
+        if positions.shape[-1] == 2:
+            return self._reflect(super().to_core(positions * (self.aspect, 1)))
         points, faces = self._surface
-        _, triangle, closest = self._tree.squared_distance(points, faces, given.reshape(-1, 3))
+        _, triangle, closest = self._tree.squared_distance(points, faces, positions.reshape(-1, 3))
         triangle = np.atleast_1d(triangle)
         weights = barycentric(points[faces[triangle]], np.reshape(closest, (-1, 3)))
         flat = np.einsum("pk,pk->p", weights, self.flattening.flat[faces[triangle]])
-        return flat.reshape(given.shape[:-1])
+        return flat.reshape(positions.shape[:-1])
 
     def to_space(self, z: ArrayLike) -> Real:
         """Return (..., 3) points of the surface for complex points (...) of the plane."""
         flat = np.asarray(z, np.complex128)
         triangle, weights = self.locator(flat.ravel(), 1)
         points, faces = self._surface
-        at = np.einsum("pk,pkc->pc", np.clip(weights, 0, 1), points[faces[triangle]])
-        return at.reshape(*flat.shape, 3)
+        points_in_space = np.einsum("pk,pkc->pc", np.clip(weights, 0, 1), points[faces[triangle]])
+        return points_in_space.reshape(*flat.shape, 3)
 
     def unit_at(self, z: complex) -> float:
         """Return the length in the plane of one unit of the file near a point; 1 for texture coordinates."""
@@ -111,9 +111,9 @@ class MeshShape(Shape):
 
     def to_file(self, z: ArrayLike) -> NDArray[np.float64]:
         """Convert complex points of the plane to (..., 2) flat positions, or to texture coordinates."""
-        return super().to_file(self._seen(np.asarray(z, dtype=complex))) / (self.aspect, 1)
+        return super().to_file(self._reflect(np.asarray(z, dtype=complex))) / (self.aspect, 1)
 
-    def _seen(self, z: Complex) -> Complex:
+    def _reflect(self, z: Complex) -> Complex:
         """Convert points between the layout and its reflected plane, in either direction."""
         return z if self.mirror is None else 2 * self.mirror - z.conj()
 
@@ -180,7 +180,7 @@ class MeshShape(Shape):
         """Return extents in space, seen from the front (x right, y up), or in the plane of texture coordinates."""
         if self.is_layout and not spatial:
             middle, low, high = super().spread(False)
-            middle[0] = self._seen(np.array(complex(middle[0]))).real
+            middle[0] = self._reflect(np.array(complex(middle[0]))).real
             return middle, low, high
         points = self.flattening.patch.points
         corners = points[self.flattening.patch.faces]
@@ -229,21 +229,22 @@ class MeshShape(Shape):
         A corner that is in no triangle, for example at an edge without length, gets the nearest one of its polygon.
         """
         patch, mesh = self.flattening.patch, self.file.mesh
-        known = np.zeros(len(mesh.points), np.int64)  # for corners of polygons without area
-        known[patch.vertex] = np.arange(patch.vertex.size)
-        found = known[mesh.corners]
-        found[patch.corner] = patch.faces
-        shown = np.zeros(found.size, bool)
-        shown[patch.corner] = True
-        partly = np.add.reduceat(shown, mesh.starts[:-1], dtype=np.int64)
+        vertex_at = np.zeros(len(mesh.points), np.int64)  # for corners of polygons without area
+        vertex_at[patch.vertex] = np.arange(patch.vertex.size)
+        vertex_at_corner = vertex_at[mesh.corners]
+        vertex_at_corner[patch.corner] = patch.faces
+        is_in_triangle = np.zeros(vertex_at_corner.size, bool)
+        is_in_triangle[patch.corner] = True
+        partly = np.add.reduceat(is_in_triangle, mesh.starts[:-1], dtype=np.int64)
         for face in np.flatnonzero((partly > 0) & (partly < mesh.sizes)):
-            own = np.arange(*mesh.starts[face : face + 2])
-            at = mesh.points[mesh.corners[own]]
-            away = np.linalg.norm(at[:, None] - at[shown[own]], axis=2)
-            found[own] = found[own[shown[own]][np.argmin(away, axis=1)]]
+            face_corners = np.arange(*mesh.starts[face : face + 2])
+            corner_points = mesh.points[mesh.corners[face_corners]]
+            usable = is_in_triangle[face_corners]
+            away = np.linalg.norm(corner_points[:, None] - corner_points[usable], axis=2)
+            vertex_at_corner[face_corners] = vertex_at_corner[face_corners[usable][np.argmin(away, axis=1)]]
         if self.also is not None:
-            found[self.also[0]] = self.also[1]
-        return found, patch.corner
+            vertex_at_corner[self.also[0]] = self.also[1]
+        return vertex_at_corner, patch.corner
 
     @property
     def has_uv(self) -> bool:

@@ -93,8 +93,8 @@ def pack(map: PackedMap) -> str:
             is_coarse, coarse = on_grid, exponents
     parts = [np.packbits(is_coarse).tobytes()]
     for side, *exponents in zip(map[:2], fine, coarse):
-        for chosen, exponent in zip((~is_coarse, is_coarse), exponents):
-            parts += [_differences(np.ldexp(values, -exponent)) for values in side[chosen].T]
+        for is_selected, exponent in zip((~is_coarse, is_coarse), exponents):
+            parts += [_differences(np.ldexp(values, -exponent)) for values in side[is_selected].T]
     a, b, c = map.triangles.T
     parts += [_differences(a), _as_bytes(b - a), _as_bytes(c - a)]
     header = HEADER.pack(MAGIC, len(map.source), int(is_coarse.sum()), len(map.triangles), *fine, *coarse)
@@ -130,10 +130,10 @@ def unpack(text: str) -> PackedMap:
 
     sides = [np.empty((count, 2)), np.empty((count, 2))]
     for side, fine, coarse in zip(sides, exponents[:2], exponents[2:]):
-        for chosen, exponent in ((~is_coarse, fine), (is_coarse, coarse)):
+        for is_selected, exponent in ((~is_coarse, fine), (is_coarse, coarse)):
             for k in range(2):
-                values = np.cumsum(numbers(int(chosen.sum()))).astype(np.float64)
-                side[chosen, k] = np.ldexp(values, exponent)
+                values = np.cumsum(numbers(int(is_selected.sum()))).astype(np.float64)
+                side[is_selected, k] = np.ldexp(values, exponent)
     a = np.cumsum(numbers(faces))
     b, c = a + numbers(faces), a + numbers(faces)
     return PackedMap(sides[0], sides[1], np.stack([a, b, c], axis=1))

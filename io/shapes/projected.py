@@ -143,7 +143,7 @@ def _marked(text: str) -> Shape:
     canvas = shape.read(f"{spec.path}#{CANVAS}")
     places = [complex(x, -y) for x, y in points]
     with naming(str(spec.path)):
-        estimate = _found(kind, sizes, places, canvas.box, settings.get("focal", [None])[0])
+        estimate = _estimate_view(kind, sizes, places, canvas.box, settings.get("focal", [None])[0])
     notes = _notes(estimate)
     marked = _shape(
         text, spec.path, estimate.view, _outline(estimate.view), canvas.box, flip=True, notes=notes
@@ -151,7 +151,7 @@ def _marked(text: str) -> Shape:
     return replace(marked, georeference=canvas.georeference)
 
 
-def _found(
+def _estimate_view(
     kind: str, sizes: Sequence[float], points: Sequence[complex], box: Box, focal: float | None
 ) -> Found:
     if kind == "plane":

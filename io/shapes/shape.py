@@ -316,7 +316,7 @@ def read(
     chosen = spec.among(drawing.ids)
     outline, notes = _choose(drawing, text, chosen, warn=not whole)
     if whole and chosen.number is None and vertices is None:
-        return _whole(drawing, text, spec, notes, trace)
+        return _whole_shape(drawing, text, spec, notes, trace)
     curve = Curve.domain(_core(outline.z, drawing.flip), text)
     if curve.length**2 > THINNEST_RATIO * curve.area:
         times = curve.length**2 / (4 * curve.area)
@@ -351,7 +351,7 @@ def read(
     )
 
 
-def _whole(drawing: DrawingContent, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
+def _whole_shape(drawing: DrawingContent, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
     """Return the shape of everything that a drawing paints, in the tightest frame around all of it."""
     notes += [f"ignored: {error}" for _, error in drawing.refused]
     painted = _drawn_region(drawing, drawing.painted)

@@ -60,7 +60,7 @@ class Affine:
         return Affine(alpha, beta, -(alpha * self.gamma + beta * complex(self.gamma).conjugate()))
 
 
-def written(map: Affine) -> str:
+def to_svg(map: Affine) -> str:
     """Return the map as SVG's matrix(a b c d e f)."""
     x, y, shift = map.alpha + map.beta, map.alpha - map.beta, complex(map.gamma)
     return (

@@ -15,7 +15,7 @@ class Quota:
     """
 
     def __init__(self, limit: int, refusal: str):
-        self.left, self.refusal = limit, refusal
+        self.remaining, self.refusal = limit, refusal
 
     def spend(self, count: int = 1) -> None:
         """Add to the count.
@@ -23,7 +23,7 @@ class Quota:
         Raises:
             InputError: the limit is exceeded.
         """
-        self.left -= count
+        self.remaining -= count
         self.check(0)
 
     def check(self, count: int) -> None:
@@ -32,7 +32,7 @@ class Quota:
         Raises:
             InputError: the limit would be exceeded.
         """
-        if count > self.left:
+        if count > self.remaining:
             raise InputError(self.refusal)
 
 

@@ -66,7 +66,7 @@ def block(content: Any) -> Style:
     for node in parsed(tinycss2.parse_blocks_contents, content):
         if node.type == "declaration":
             vital = [node.lower_name] if node.important else []
-            style.add(Style({node.lower_name: written(node.value)}, vital))
+            style.add(Style({node.lower_name: serialize(node.value)}, vital))
     return style
 
 
@@ -78,7 +78,7 @@ def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:
         return []
 
 
-def written(values: Sequence[Any]) -> str:
+def serialize(values: Sequence[Any]) -> str:
     """Serialize component values or rules without comments; empty where they are malformed or nested too deeply."""
     try:
         return tinycss2.serialize([value for value in values if value.type != "comment"]).strip()

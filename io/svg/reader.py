@@ -78,7 +78,7 @@ def read(
     data = drawing_bytes(path, max_bytes)
     with naming(path):
         document = tree.parse(data)
-        shapes, shown = document.shapes, []
+        shapes, shown_nodes = document.shapes, []
         drawing = DrawingContent([], document.canvas, flip=True, millimetres=document.millimetres)
         detail = Detail(flatness, Budget(max_segments))
         without_area: dict[Node, Refused] = {}
@@ -91,32 +91,34 @@ def read(
             with naming(node.name):
                 deadline.check("reading it")
                 if not (_constraint(node, drawing, detail) or _rigid(node, chosen, drawing, detail)):
-                    shown.append(node)
+                    shown_nodes.append(node)
                     if nothing := _candidate(node, chosen, drawing, detail):
                         without_area[node] = nothing
         for node in document.pictures:
             with naming(node.name):
                 _picture(node, chosen, drawing, detail)
         if chosen is None:
-            lines = [node for node in shown if node.stroked and (not node.filled or node in without_area)]
+            lines = [
+                node for node in shown_nodes if node.stroked and (not node.filled or node in without_area)
+            ]
             _closed_lines(drawing, lines, detail)
             places = [
                 polygon_of(outline.z, *outline.holes)
                 for outline in drawing.outlines
                 if outline.name.startswith("<image>")
             ]
-            paint = partial(_paint, drawing, shown, places, detail)
-            drawing = replace(drawing, paint=paint, has_lines=any(node.stroked for node in shown))
-            if len(document.pictures) == 1 and not any(node.visible for node in shown):
+            paint = partial(_paint, drawing, shown_nodes, places, detail)
+            drawing = replace(drawing, paint=paint, has_lines=any(node.stroked for node in shown_nodes))
+            if len(document.pictures) == 1 and not any(node.visible for node in shown_nodes):
                 drawing = replace(drawing, wrapped=_wrapped(document.pictures[0]))
-        drawing = replace(drawing, coloured=_has_colours(shown, document))
+        drawing = replace(drawing, coloured=_has_colours(shown_nodes, document))
         if count := len(document.unset_texts):
             drawing.notes.append(
                 f"ignored {count} text{'s' * (count > 1)} with missing fonts or an unsupported layout; convert text to "
                 "paths in your drawing program"
             )
         drawing.notes.extend(f"{node.name}: drawn up to {node.faults[0]}" for node in shapes if node.faults)
-        _special(drawing, document, shown, chosen, detail)
+        _special(drawing, document, shown_nodes, chosen, detail)
         if not drawing.outlines:
             drawing.refused.extend(without_area.values())
     drawing.outlines.sort(key=lambda o: -o.area)
@@ -200,7 +202,11 @@ def _check_size(shapes: list[Node], max_segments: int) -> None:
 
 
 def _special(
-    drawing: DrawingContent, document: tree.Document, shown: list[Node], chosen: str | None, detail: Detail
+    drawing: DrawingContent,
+    document: tree.Document,
+    shown_nodes: list[Node],
+    chosen: str | None,
+    detail: Detail,
 ) -> None:
     """Add outlines that do not belong to a single element: the drawing's silhouette, and its canvas."""
     if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
@@ -217,7 +223,7 @@ def _special(
         chosen or drawing.outlines or drawing.refused
     ):
         drawing.ids.update({SILHOUETTE: None} if chosen else {})
-        visible = [node for node in shown if node.visible]
+        visible = [node for node in shown_nodes if node.visible]
         label = "the silhouette" if chosen else "the silhouette of its strokes"
         drawing.notes.extend(_ignored_properties(visible))
         shapes = ((d, detail.runs(d)) for d in visible)
@@ -292,7 +298,7 @@ def _candidate(node: Node, chosen: str | None, drawing: DrawingContent, detail: 
     return None
 
 
-def _has_colours(shown: list[Node], document: tree.Document) -> bool:
+def _has_colours(shown_nodes: list[Node], document: tree.Document) -> bool:
     """Return whether a drawing has separate colours to show, and is not just a shape.
 
     It has if it contains paint of more than one colour, a gradient or pattern, an embedded picture, or text. Ink of one
@@ -301,7 +307,7 @@ def _has_colours(shown: list[Node], document: tree.Document) -> bool:
     if document.pictures or any(local(element) == "text" for element in document.top.iter()):
         return True
     paints = set[tuple[str, str, str]]()
-    for node in shown:
+    for node in shown_nodes:
         for kind, default, painted in (("fill", "black", node.filled), ("stroke", "none", node.stroked)):
             paint = node.properties.get(kind, default).strip()
             if painted and (paint.startswith("url(") or "gradient" in paint):
@@ -364,12 +370,12 @@ def _closed_lines(drawing: DrawingContent, lines: list[Node], detail: Detail) ->
 
 
 def _paint(
-    drawing: DrawingContent, shown: list[Node], pictures: list[shapely.Polygon], detail: Detail
+    drawing: DrawingContent, shown_nodes: list[Node], pictures: list[shapely.Polygon], detail: Detail
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
     """Return the ink and the painted area of a drawing, see `DrawingContent`."""
     try:
-        clear = [_without_faint(node) for node in shown]
-        visible = [node for node in clear if node.visible] or [node for node in shown if node.visible]
+        clear = [_without_faint(node) for node in shown_nodes]
+        visible = [node for node in clear if node.visible] or [node for node in shown_nodes if node.visible]
         shapes = [(node, detail.runs(node)) for node in visible]
         return painted_areas(shapes, detail.clips.cut, pictures, detail.fills)
     except TooMuch as error:

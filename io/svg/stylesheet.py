@@ -65,7 +65,7 @@ class Stylesheet:
                 continue
             matcher = self._contextual if _is_contextual(tokens) else self._simple
             matcher.order = order  # the order is common to both matchers
-            matcher.cost = max(matcher.cost, 1 + len(css.written(tokens)) // COSTLY)
+            matcher.cost = max(matcher.cost, 1 + len(css.serialize(tokens)) // COSTLY)
             matcher.add_selector(selector, style)
             attribute_names.update(_attributes(tokens))
         self.contextual = self._contextual.order > 0
@@ -110,7 +110,7 @@ class Stylesheet:
                 parts = [part for part in _selectors(rule) if not _is_contextual(part) or not _compiled(part)]
                 rule.prelude = [token for part in parts for token in (comma, *part)][1:]
             if rule.type != "qualified-rule" or rule.prelude:
-                rules.append(css.written([rule]))
+                rules.append(css.serialize([rule]))
         return "".join(rules)
 
     @cached_property
@@ -177,7 +177,7 @@ def _selectors(rule: Any) -> list[list[Any]]:
 def _compiled(tokens: list[Any]) -> Any:
     """Return a compiled selector; None where it is not supported."""
     try:
-        if len(css.written(tokens)) > limits.SELECTOR_CHARACTERS or not _is_bounded(tokens):
+        if len(css.serialize(tokens)) > limits.SELECTOR_CHARACTERS or not _is_bounded(tokens):
             return None
         (selector,) = cssselect2.compile_selector_list(tokens)
     except (

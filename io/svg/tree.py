@@ -220,15 +220,15 @@ class Document:
         Raises:
             InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn repeatedly.
         """
-        return [node for node in self._shown if node.tag in SHAPES]
+        return [node for node in self._displayed if node.tag in SHAPES]
 
     @property
     def pictures(self) -> list[Node]:
         """The embedded pictures that are displayed and have a width and height, like `shapes`."""
-        return [node for node in self._shown if node.tag == "image" and self._is_embedded(node)]
+        return [node for node in self._displayed if node.tag == "image" and self._is_embedded(node)]
 
     @cached_property
-    def _shown(self) -> list[Node]:
+    def _displayed(self) -> list[Node]:
         """Shapes and pictures that are displayed."""
         self.root.clips = self._cut_by(self.root)
         return [] if self.root.hidden else list(self._shapes(self.root, pictures=True))
@@ -243,7 +243,7 @@ class Document:
         link = next(filter(None, map(element.get, LINKS)), "")
         return self.ids.get(link[1:]) if link.startswith("#") else None
 
-    def named(self, paint: str, *tags: str) -> Element | None:
+    def referenced(self, paint: str, *tags: str) -> Element | None:
         """Return the element that `url(#id)` refers to, if it has one of the given tags."""
         match = _URL.match(paint)
         element = self.ids.get(match[1]) if match else None
@@ -270,7 +270,7 @@ class Document:
             InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn repeatedly.
         """
         if node.tag == "use":
-            yield from self._used(node)
+            yield from self._use_target(node)
         elif node.tag in ("svg", "symbol"):
             yield _viewport(node)
         elif node.tag == "switch":
@@ -310,7 +310,7 @@ class Document:
             properties=declared,
         )
 
-    def _used(self, node: Node) -> Iterator[Node]:
+    def _use_target(self, node: Node) -> Iterator[Node]:
         target = self.linked(node.element)
         if target is None:  # a missing element or another file: SVG draws nothing, and no file is read
             return
@@ -452,7 +452,7 @@ class Document:
 
     def _clip(self, name: str, reference: str, node: Node) -> Clip:
         tag, units = CLIPS[name]
-        element = self.named(reference, tag)
+        element = self.referenced(reference, tag)
         if element is None or id(element) in node.copied_from:
             return Clip(name)
         inside = self.definition(element, node)
