@@ -800,7 +800,7 @@ FILES: list[Mutant] = [
     Mutant(
         "io/run/report.py",
         "if gap > FAR_OFF_TOLERANCES * tolerance and",
-        "if gap < FAR_OFF * tolerance and",
+        "if gap < FAR_OFF_TOLERANCES * tolerance and",
         "tests/io/run/test_framing.py",
         "good maps are doubted",
     ),
