@@ -5,6 +5,7 @@ deform    `iccm deform`
 morph     `iccm morph`
 apply     `iccm apply`
 compose   `iccm compose`
+cartogram  `iccm cartogram`
 field     `iccm field`
 edit      `iccm edit`
 flatten   `iccm flatten`
@@ -49,6 +50,7 @@ COMMANDS = {
     "morph": "Animate one shape into another.",
     "apply": "Carry pictures, drawings, points, lines and polygons through a saved map.",
     "compose": "Compose saved maps, or invert one.",
+    "cartogram": "Write a map in which areas are in proportion to a value, such as population.",
     "field": "Write saved maps as displacement fields, arrays for OpenCV, or pictures for compositors.",
     "edit": "Place pins and strokes in the browser and watch the map follow.",
     "flatten": "Flatten a mesh patch into the plane.",

@@ -20,6 +20,7 @@ coverage          which parts of both shapes a map covers
 transform         maps with the interface of scikit-image's transforms
 balanced/         the default method: outline onto outline, without folds, with uniform scale
 frames/           maps of whole drawings through frames
+cartograms/       maps in which each region has a prescribed area
 drawings/         whole drawings as regions, frames around them, and the cost of maps
 conformal/        the conformal method, to a tolerance
 paper/            the algorithm of the paper

@@ -26,6 +26,8 @@ run/           one job
 read           reading shapes and pictures from Python
 apply          `iccm apply` with a saved map
 compose        `iccm compose`
+cartogram      `iccm cartogram`
+projections    longitudes and latitudes projected to equal areas
 itk_files      formats of ITK
 fields         `iccm field`
 batch/         many jobs

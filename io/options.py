@@ -331,6 +331,38 @@ class ComposeOptions:
     output: str = _option("The saved map to write (.npz).", "FILE", required=True, short="-o", topic="output")
 
 
+@_table("cartogram")
+class CartogramOptions:
+    """Options of `iccm cartogram`."""
+
+    by: str = _option(
+        "The property, or the column of --values, in proportion to which areas are.",
+        "NAME",
+        required=True,
+        topic="output",
+    )
+    values: str | None = _option("CSV file with the values.", "FILE.csv", topic="output")
+    key: str | None = _option(
+        "Property of the regions, and column of --values, by which both are joined.  [default: the first column]",
+        "NAME",
+        topic="output",
+    )
+    max_points: int = _option(
+        "Simplify borders to about this many points together.", "N", default=10000, least=100, topic="output"
+    )
+    output: str = _option(
+        "The cartogram to write (.geojson); - for stdout.", "FILE", required=True, short="-o", topic="output"
+    )
+    save: str | None = _option(
+        "Saved map, for other layers by iccm apply; for regions in a projected coordinate system.",
+        "FILE.npz",
+        topic="output",
+    )
+    report: str | None = _option(
+        "Report of areas and distortion (JSON); - for stdout.", "FILE.json", topic="output"
+    )
+
+
 @_table("field")
 class FieldOptions:
     """Options of `iccm field`."""
@@ -872,6 +904,7 @@ class JobOptions:
         commands=(
             *EVERY,
             "compose",
+            "cartogram",
             "field",
             "morph",
             "flatten",

@@ -45,7 +45,9 @@ def files(tmp_path, monkeypatch):
         shutil.copy(ROOT / "docs" / "files" / f"{name}.svg", f"icons/{name}.svg")
     for name in ("shield", "heart", "sheet"):
         shutil.copy(ROOT / "docs" / "files" / f"{name}.svg", f"{name}.svg")
-    shutil.copy(ROOT / "docs" / "files" / "landmarks.csv", "landmarks.csv")
+    for name in ("landmarks.csv", "africa.geojson"):
+        shutil.copy(ROOT / "docs" / "files" / name, name)
+    Path("table.csv").write_text("name,trade\nKenya,40\nEgypt,90\nChad,4\n")
     ring = [[30, 60], [60, 60], [55, 90], [30, 60]]
     Path("cells.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
     ball = trimesh.creation.icosphere(subdivisions=2)

@@ -1,0 +1,219 @@
+"""Maps in which each region of a coverage has an area in proportion to a value."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from ..arrays import Complex, Index, Real, complex_of, xy_of
+from ..curve import Curve
+from ..errors import InputError
+from ..maps.triangulated.map import TriangulatedMap
+from ..plane import diagonal, triangle_areas
+from ..result import Fit
+from ..status import Status
+from .areas import Regions, match_areas
+from .mesh import Mesh, mesh_of
+
+SMALLEST_AREA_SHARE = 1e-4
+"""Relative to the total area: smaller regions, such as those with value zero, would be invisible, and squeezed."""
+MOST_STEPS = 120  # of Newton's method; real maps take 10 to 60
+AREA_TOLERANCE = 1e-3  # relative to each region's area: differences that are small enough to stop
+SLIVER_SHARE = 1e-5  # of the box's longer side: gaps between neighbours that are narrower are closed
+DETAIL_SHARES = 1e-5, 5e-3  # of the box's longer side: first and largest tolerance of simplified borders
+DETAIL_RATIO = 1.6  # of successive tolerances
+
+
+@dataclass(frozen=True, eq=False)
+class Cartogram:
+    """A map of a frame around regions in which each region has the area that it should have.
+
+    Attributes:
+        mesh: the triangulation of the frame.
+        image: (n,) images of its vertices.
+        polygons: (r,) the regions as they were mapped, edge-matched.
+        region: (m,) the region of each triangle, -1 for none.
+        wanted: (r,) the areas that regions should have; their sum is that of the regions.
+        steps: number of Newton steps.
+    """
+
+    mesh: Mesh
+    image: Complex
+    polygons: Sequence[shapely.Geometry]
+    region: Index
+    wanted: Real
+    steps: int
+
+    @cached_property
+    def areas(self) -> Real:
+        """(r,) the areas of the regions in the cartogram."""
+        return _areas(self.image, self.mesh.faces, self.region, self.wanted.size)
+
+    @cached_property
+    def errors(self) -> Real:
+        """(r,) the differences of areas from those wanted, relative to these."""
+        errors: Real = np.abs(self.areas / self.wanted - 1)
+        return errors
+
+    @cached_property
+    def map(self) -> TriangulatedMap:
+        """The map of the frame, linear on every triangle."""
+        frame = np.arange(self.mesh.frame)
+        straight = TriangulatedMap(self.mesh.z, self.image, self.mesh.faces, (frame,))
+        bulge = np.zeros(len(straight.edges.ends), complex)
+        return TriangulatedMap(self.mesh.z, self.image, self.mesh.faces, (frame,), bulge=bulge)
+
+    @property
+    def folds(self) -> int:
+        """Number of triangles that are not counter-clockwise in the image."""
+        return int(np.count_nonzero(triangle_areas(self.image[self.mesh.faces]) <= 0))
+
+    @cached_property
+    def dilatations(self) -> Real:
+        """(2,) mean and 95th percentile over the regions' area of the ratio of both stretches, 1 for a similarity."""
+        corners, images = self.mesh.z[self.mesh.faces], self.image[self.mesh.faces]
+        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        c, d = images[:, 1] - images[:, 0], images[:, 2] - images[:, 0]
+        across = a.conj() * b - a * b.conj()
+        p, q = np.abs((c * b.conj() - d * a.conj()) / across), np.abs((d * a - c * b) / across)
+        inside = self.region >= 0
+        ratio = ((p + q) / np.maximum(p - q, 1e-300))[inside]
+        weight = triangle_areas(images)[inside]
+        order = np.argsort(ratio)
+        share = np.cumsum(weight[order]) / weight.sum()
+        last = ratio[order[min(int(np.searchsorted(share, 0.95)), ratio.size - 1)]]
+        return np.array([np.average(ratio, weights=weight), last])
+
+    def fit(self) -> Fit:
+        """Return the map as a result that can be saved."""
+        frame = Curve(self.mesh.z[: self.mesh.frame])
+        target = Curve(self.image[: self.mesh.frame])
+        pins = np.empty((0, 2), complex)
+        return Fit(self.map, Status.REACHED, [], frame, target, pins, [], ["A cartogram, in a frame."])
+
+    def regions(self, digits: int) -> list[shapely.Geometry]:
+        """Return the regions of the cartogram, with coordinates rounded to a number of decimals."""
+        image = np.round(self.image.real, digits) + 1j * np.round(self.image.imag, digits)
+        along = dict[tuple[int, int], Index]()
+        for (start, end), chain in zip(self.mesh.parents.tolist(), self.mesh.chains):
+            along[start, end] = chain
+            along[end, start] = chain[::-1]
+        points = self.mesh.z
+        order = np.argsort(points)
+        ordered = points[order]
+
+        def ring(given: shapely.Geometry) -> list[tuple[float, float]]:
+            numbers = order[np.searchsorted(ordered, complex_of(shapely.get_coordinates(given)))].tolist()
+            sides = [along[pair][:-1] for pair in pairwise(numbers)]
+            vertices = image[np.concatenate(sides)]
+            return list(map(tuple, xy_of(np.append(vertices, vertices[0])).tolist()))
+
+        mapped = []
+        for region in self.polygons:
+            parts = [
+                shapely.Polygon(ring(part.exterior), [ring(hole) for hole in part.interiors])
+                for part in shapely.get_parts(region)
+            ]
+            mapped.append(parts[0] if len(parts) == 1 else shapely.MultiPolygon(parts))
+        return mapped
+
+
+def cartogram(regions: Sequence[shapely.Geometry], values: Real, most_points: int) -> Cartogram:
+    """Return the cartogram of regions.
+
+    Args:
+        regions: valid polygons or multipolygons in one plane, each of which may have several parts and holes.
+        values: (r,) not negative; NaN for regions that keep the mean density.
+        most_points: number of vertices of all borders to which these are simplified.
+
+    Raises:
+        InputError: the values are negative or all zero, or a region has no area.
+    """
+    if np.any(values < 0) or not np.nansum(values) > 0:
+        raise InputError("values must not be negative, and some must be positive")
+    polygons = _simplified(_edge_matched(regions), most_points)
+    points, edges = _borders(polygons)
+    mesh = mesh_of(points, edges)
+    region = _regions_of(mesh, polygons)
+    given = _areas(mesh.z, mesh.faces, region, len(polygons))
+    if not given.min() > 0:
+        raise InputError(f"region {int(np.argmin(given)) + 1} has no area")
+    wanted = wanted_areas(values, given)
+    scale = np.sqrt(triangle_areas(mesh.z[mesh.faces]).sum())
+    held = np.arange(mesh.z.size) < mesh.frame
+    system = Regions(mesh.z / scale, mesh.faces, region, wanted / scale**2, held)
+    image, steps = match_areas(system, system.z.copy(), MOST_STEPS, AREA_TOLERANCE)
+    return Cartogram(mesh, image * scale, polygons, region, wanted, steps)
+
+
+def wanted_areas(values: Real, given: Real) -> Real:
+    """Return (r,) areas in proportion to values, with the total of the given areas.
+
+    Regions whose value is NaN get the area that they have at the mean density of the others, and none gets less than
+    `SMALLEST_AREA_SHARE` of the total.
+
+    >>> wanted_areas(np.array([3.0, 1.0]), np.array([1.0, 1.0]))
+    array([1.5, 0.5])
+    """
+    known = ~np.isnan(values)
+    density = values[known].sum() / given[known].sum()
+    wanted = np.where(known, values, density * given)
+    wanted = np.maximum(wanted / wanted.sum(), SMALLEST_AREA_SHARE)
+    return wanted / wanted.sum() * given.sum()
+
+
+def _edge_matched(regions: Sequence[shapely.Geometry]) -> Sequence[shapely.Geometry]:
+    """Return regions that do not overlap, and whose shared borders have the same vertices."""
+    low_x, low_y, high_x, high_y = shapely.total_bounds(np.array(regions))
+    width = SLIVER_SHARE * max(high_x - low_x, high_y - low_y)
+    cleaned = shapely.coverage_clean(np.array(regions), gap_width=width)
+    for number, region in enumerate(cleaned, 1):
+        if region.is_empty:
+            raise InputError(f"region {number} is covered by others or has no area")
+    return cleaned
+
+
+def _simplified(regions: Sequence[shapely.Geometry], most_points: int) -> Sequence[shapely.Geometry]:
+    """Return regions with simplified borders that have at most about a number of vertices together."""
+    low_x, low_y, high_x, high_y = shapely.total_bounds(np.array(regions))
+    side = max(high_x - low_x, high_y - low_y)
+    tolerance, largest = (share * side for share in DETAIL_SHARES)
+    simple = regions
+    while _borders(simple)[0].size > most_points and tolerance <= largest:
+        with np.errstate(over="ignore"):
+            simple = shapely.coverage_simplify(regions, tolerance)
+        tolerance *= DETAIL_RATIO
+    return simple
+
+
+def _borders(regions: Sequence[shapely.Geometry]) -> tuple[Complex, Index]:
+    """Return the vertices of all borders, sorted, and (e, 2) the edges between them."""
+    rings = shapely.get_rings(shapely.get_parts(np.array(regions)))
+    xy, ring = shapely.get_coordinates(rings, return_index=True)
+    points, number = np.unique(complex_of(xy), return_inverse=True)
+    inner = ring[:-1] == ring[1:]
+    edges = np.sort(np.column_stack([number[:-1], number[1:]])[inner], axis=1)
+    return points, np.unique(edges, axis=0)
+
+
+def _regions_of(mesh: Mesh, regions: Sequence[shapely.Geometry]) -> Index:
+    """Return (m,) the region of each triangle, -1 for none."""
+    middles = mesh.z[mesh.faces].mean(axis=1)
+    triangle, region = shapely.STRtree(regions).query(shapely.points(xy_of(middles)), predicate="within")
+    numbers = np.full(len(mesh.faces), -1)
+    numbers[triangle] = region
+    return numbers
+
+
+def _areas(z: Complex, faces: Index, region: Index, count: int) -> Real:
+    inside = region >= 0
+    areas: Real = np.bincount(region[inside], triangle_areas(z[faces])[inside], count).astype(float)
+    return areas
+
+
+def digits_for(z: Complex) -> int:
+    """Return the number of decimals to which coordinates may be rounded without visible change."""
+    return int(np.ceil(-np.log10(1e-9 * diagonal(z))))
