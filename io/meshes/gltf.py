@@ -50,25 +50,32 @@ class Gltf:
 
     def values(self, accessor: int) -> NDArray:
         """Return (n, k) the elements of an accessor, as they are stored."""
-        said = self.tree["accessors"][accessor]
-        dtype, width, count = np.dtype(DTYPES[said["componentType"]]), COMPONENTS[said["type"]], said["count"]
-        if "bufferView" in said:
-            at, offset = said["bufferView"], said.get("byteOffset", 0)
-            stride = self.tree["bufferViews"][at].get("byteStride", width * dtype.itemsize)
-            found = np.ndarray((count, width), dtype, self.views[at], offset, (stride, dtype.itemsize))
+        stored = self.tree["accessors"][accessor]
+        dtype, width, count = (
+            np.dtype(DTYPES[stored["componentType"]]),
+            COMPONENTS[stored["type"]],
+            stored["count"],
+        )
+        if "bufferView" in stored:
+            view, offset = stored["bufferView"], stored.get("byteOffset", 0)
+            stride = self.tree["bufferViews"][view].get("byteStride", width * dtype.itemsize)
+            values = np.ndarray((count, width), dtype, self.views[view], offset, (stride, dtype.itemsize))
         else:
-            found = np.zeros((count, width), dtype)
-        return self._with_sparse(found, said["sparse"]) if "sparse" in said else found
+            values = np.zeros((count, width), dtype)
+        return self._with_sparse(values, stored["sparse"]) if "sparse" in stored else values
 
     def _with_sparse(self, values: NDArray, sparse: dict) -> NDArray:
-        count, at, new = sparse["count"], sparse["indices"], sparse["values"]
+        count, indices, replacements = sparse["count"], sparse["indices"], sparse["values"]
         values = values.copy()
         rows = np.frombuffer(
-            self.views[at["bufferView"]], DTYPES[at["componentType"]], count, at.get("byteOffset", 0)
+            self.views[indices["bufferView"]],
+            DTYPES[indices["componentType"]],
+            count,
+            indices.get("byteOffset", 0),
         )
-        data = self.views[new["bufferView"]]
+        data = self.views[replacements["bufferView"]]
         values[rows] = np.ndarray(
-            (count, values.shape[1]), values.dtype, data, new.get("byteOffset", 0), order="C"
+            (count, values.shape[1]), values.dtype, data, replacements.get("byteOffset", 0), order="C"
         )
         return values
 
@@ -81,14 +88,14 @@ class Gltf:
 
     def source_of(self, texture: int) -> int | None:
         """Return the index of a texture's image, if necessary that of an extension; None without any."""
-        said = self.tree["textures"][texture]
-        return said.get("source", next(_sources(said), None))
+        entry = self.tree["textures"][texture]
+        return entry.get("source", next(_sources(entry), None))
 
     def wrap_of(self, texture: int) -> Wrap:
         """Return a texture's horizontal and vertical wrap mode."""
         sampler = self.tree["textures"][texture].get("sampler")
-        said = {} if sampler is None else self.tree["samplers"][sampler]
-        across, down = (WRAPS.get(said.get(name, 0), "repeat") for name in ("wrapS", "wrapT"))
+        modes = {} if sampler is None else self.tree["samplers"][sampler]
+        across, down = (WRAPS.get(modes.get(name, 0), "repeat") for name in ("wrapS", "wrapT"))
         return across, down
 
     def image(self, number: int) -> bytes | None:
@@ -97,10 +104,10 @@ class Gltf:
         Raises:
             InputError: it refers to a file that is missing or in another folder.
         """
-        said = self.tree["images"][number]
-        if "bufferView" in said:
-            return bytes(self.views[said["bufferView"]])
-        return _content(self.path, said["uri"]) if "uri" in said else None
+        entry = self.tree["images"][number]
+        if "bufferView" in entry:
+            return bytes(self.views[entry["bufferView"]])
+        return _content(self.path, entry["uri"]) if "uri" in entry else None
 
     @cached_property
     def nodes(self) -> dict[int, Real]:
@@ -112,25 +119,25 @@ class Gltf:
         nodes, scenes = self.tree.get("nodes", []), self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
         waiting = [(node, np.eye(4)) for node in reversed(roots)]
-        found = dict[int, Real]()
+        transforms = dict[int, Real]()
         while waiting:
-            number, above = waiting.pop()
-            if number not in found:
-                found[number] = matrix = above @ _matrix(nodes[number])
+            number, parent_transform = waiting.pop()
+            if number not in transforms:
+                transforms[number] = matrix = parent_transform @ _matrix(nodes[number])
                 if not (np.abs(matrix) <= MOST_COORDINATE).all():  # NaN included
                     raise ValueError(
                         f"nodes/{number}: its transform moves vertices beyond {MOST_COORDINATE:g}"
                     )
                 waiting += [(child, matrix) for child in reversed(nodes[number].get("children", []))]
-        return found
+        return transforms
 
     def pose(self, skin: int) -> Real:
         """Return (j, 4, 4) the transforms by which a skin's joints move the vertices bound to them."""
-        said = self.tree["skins"][skin]
-        joints = np.array([self.nodes.get(joint, np.eye(4)) for joint in said["joints"]])
-        if "inverseBindMatrices" not in said:
+        entry = self.tree["skins"][skin]
+        joints = np.array([self.nodes.get(joint, np.eye(4)) for joint in entry["joints"]])
+        if "inverseBindMatrices" not in entry:
             return joints
-        return joints @ self.floats(said["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
+        return joints @ self.floats(entry["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,22 +198,22 @@ class Primitive:
         """
         document = self.document
         nodes = document.tree.get("nodes", [])
-        every = [
+        instances = [
             (nodes[number], matrix)
             for number, matrix in document.nodes.items()
             if nodes[number].get("mesh") == self.mesh
         ]
-        if not every:
+        if not instances:
             return np.eye(4)
-        shown = every[_least([matrix for _, matrix in every])]
+        instance = instances[_least([matrix for _, matrix in instances])]
         sets = range(sum(name.startswith("JOINTS_") for name in self.attributes))
-        if "skin" not in shown[0] or not sets:
-            return shown[1]
+        if "skin" not in instance[0] or not sets:
+            return instance[1]
         joints = np.hstack([document.values(self.attributes[f"JOINTS_{k}"]) for k in sets])
         weights = np.hstack([document.floats(self.attributes[f"WEIGHTS_{k}"]) for k in sets])
         total = weights.sum(axis=1, keepdims=True)
         weights = np.where(total > 0, weights / np.maximum(total, 1e-300), 1 / weights.shape[1])
-        return np.einsum("nk,nkij->nij", weights, document.pose(shown[0]["skin"])[joints])
+        return np.einsum("nk,nkij->nij", weights, document.pose(instance[0]["skin"])[joints])
 
     @property
     def points(self) -> Real:
@@ -238,24 +245,24 @@ class Primitive:
         if name not in self.attributes:
             return None
         uv = self.document.floats(self.attributes[name])[:, :2]
-        said = info.get("extensions", {}).get("KHR_texture_transform", {})
-        (a, b), turn = said.get("scale", (1, 1)), said.get("rotation", 0.0)
-        c, s = np.cos(turn), np.sin(turn)
-        uv = (uv * (a, b)) @ np.array([[c, -s], [s, c]]) + said.get("offset", (0, 0))
+        transform = info.get("extensions", {}).get("KHR_texture_transform", {})
+        (a, b), angle = transform.get("scale", (1, 1)), transform.get("rotation", 0.0)
+        c, s = np.cos(angle), np.sin(angle)
+        uv = (uv * (a, b)) @ np.array([[c, -s], [s, c]]) + transform.get("offset", (0, 0))
         return np.column_stack([uv[:, 0], 1 - uv[:, 1]])
 
     @property
     def picture(self) -> bytes | None:
         """Content of the picture of its material's base colour, or None."""
-        shown = base(self.material)
-        source = self.document.source_of(shown["index"]) if shown else None
+        info = base(self.material)
+        source = self.document.source_of(info["index"]) if info else None
         return None if source is None else self.document.image(source)
 
     @property
     def wrap(self) -> Wrap:
         """Wrap mode of that picture."""
-        shown = base(self.material)
-        return self.document.wrap_of(shown["index"]) if shown else REPEAT
+        info = base(self.material)
+        return self.document.wrap_of(info["index"]) if info else REPEAT
 
     def triangles(self) -> Mesh:
         """Return the triangles of the primitive, with the texture coordinates of its material's base colour."""
@@ -281,44 +288,49 @@ def read(path: Path) -> Gltf:
         ValueError, LookupError, TypeError, struct.error: the file does not have this format.
     """
     data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
-    text, held = _chunks(data) if data[:4] == b"glTF" else (data, b"")
+    text, binary_chunk = _chunks(data) if data[:4] == b"glTF" else (data, b"")
     tree = json.loads(text)
     gltf_schema.check(tree)
     buffers = [
-        _content(path, buffer["uri"]) if "uri" in buffer else held for buffer in tree.get("buffers", [])
+        _content(path, buffer["uri"]) if "uri" in buffer else binary_chunk
+        for buffer in tree.get("buffers", [])
     ]
-    plain = gltf_compressed.meshopt_views(path, tree, buffers)
-    views = [plain.get(k) or _view(buffers, view) for k, view in enumerate(tree.get("bufferViews", []))]
+    decompressed = gltf_compressed.meshopt_views(path, tree, buffers)
+    views = [
+        decompressed.get(k) or _view(buffers, view) for k, view in enumerate(tree.get("bufferViews", []))
+    ]
     return Gltf(path, *gltf_compressed.without_draco(path, tree, views))
 
 
 def primitives(document: Gltf) -> dict[str, Primitive]:
     """Return the primitives with triangles by the names of their meshes; further ones are called `name_1`, …"""
-    found: dict[str, Primitive | None] = {}
+    by_name: dict[str, Primitive | None] = {}
     for k, mesh in enumerate(document.tree.get("meshes", [])):
         for number, primitive in enumerate(mesh["primitives"]):
             mode = primitive.get("mode", TRIANGLES_MODE)
             if mode not in (0, LINES_MODE, TRIANGLES_MODE, STRIP_MODE, FAN_MODE):
                 continue
-            shown = mode >= TRIANGLES_MODE
-            name = _unique(mesh.get("name") or "GLTF", found)
-            found[name] = Primitive(document, k, number) if shown else None
-    return {name: primitive for name, primitive in found.items() if primitive is not None}
+            has_triangles = mode >= TRIANGLES_MODE
+            name = _unique(mesh.get("name") or "GLTF", by_name)
+            by_name[name] = Primitive(document, k, number) if has_triangles else None
+    return {name: primitive for name, primitive in by_name.items() if primitive is not None}
 
 
 def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
     """Return a GLB file of JSON and the bytes of its buffer views, which are put into one buffer."""
-    tree, offset, held = dict(tree), 0, list[bytes]()
+    tree, offset, chunks_of_buffer = dict(tree), 0, list[bytes]()
     places = []
     for view, data in zip(tree.get("bufferViews", []), views):
         places.append({**view, "buffer": 0, "byteOffset": offset, "byteLength": len(data)})
-        held += [data, bytes(-len(data) % VIEW_ALIGNMENT_BYTES)]
+        chunks_of_buffer += [data, bytes(-len(data) % VIEW_ALIGNMENT_BYTES)]
         offset += len(data) + -len(data) % VIEW_ALIGNMENT_BYTES
     if places:
         first = {key: value for key, value in (tree.get("buffers") or [{}])[0].items() if key != "uri"}
         tree |= {"bufferViews": places, "buffers": [{**first, "byteLength": offset}]}
     text = json.dumps(tree, ensure_ascii=False, separators=(",", ":")).encode()
-    chunks = [(b"JSON", text + b" " * (-len(text) % 4))] + ([(b"BIN\0", b"".join(held))] if places else [])
+    chunks = [(b"JSON", text + b" " * (-len(text) % 4))] + (
+        [(b"BIN\0", b"".join(chunks_of_buffer))] if places else []
+    )
     size = 12 + sum(8 + len(data) for _, data in chunks)
     parts = [struct.pack("<4sII", b"glTF", 2, size)]
     for kind, data in chunks:
@@ -328,11 +340,11 @@ def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
 
 def _unique(name: str, taken: dict) -> str:
     """Return the name, or else the first of `name_1`, `name_2`, … that is not taken (like trimesh)."""
-    number, wanted = 0, name
-    while wanted in taken:
+    number, candidate = 0, name
+    while candidate in taken:
         number += 1
-        wanted = f"{name}_{number}"
-    return wanted
+        candidate = f"{name}_{number}"
+    return candidate
 
 
 def _chunks(data: bytes) -> tuple[bytes, bytes]:
@@ -340,20 +352,20 @@ def _chunks(data: bytes) -> tuple[bytes, bytes]:
     version, size = struct.unpack_from("<II", data, 4)
     if version != 2 or size > len(data):
         raise ValueError(f"version {version}, {len(data)} of {size} bytes; is the file truncated?")
-    found, at = dict[bytes, bytes](), 12
-    while at + 8 <= size:
-        length, kind = struct.unpack_from("<I4s", data, at)
-        found.setdefault(kind, data[at + 8 : at + 8 + length])
-        at += 8 + length
-    return found[b"JSON"], found.get(b"BIN\0", b"")
+    chunks, offset = dict[bytes, bytes](), 12
+    while offset + 8 <= size:
+        length, kind = struct.unpack_from("<I4s", data, offset)
+        chunks.setdefault(kind, data[offset + 8 : offset + 8 + length])
+        offset += 8 + length
+    return chunks[b"JSON"], chunks.get(b"BIN\0", b"")
 
 
 def _view(buffers: list[bytes], view: dict) -> bytes:
     start, length = view.get("byteOffset", 0), view["byteLength"]
-    found = buffers[view["buffer"]][start : start + length]
-    if len(found) != length or start < 0:
+    content = buffers[view["buffer"]][start : start + length]
+    if len(content) != length or start < 0:
         raise ValueError("a buffer is shorter than its views; is the file truncated?")
-    return found
+    return content
 
 
 def _content(path: Path, uri: str) -> bytes:
@@ -368,31 +380,33 @@ def _content(path: Path, uri: str) -> bytes:
 
 def _sources(texture: dict) -> Iterator[int]:
     """Return the image indices that a texture's extensions name."""
-    return (said["source"] for said in texture.get("extensions", {}).values() if "source" in said)
+    return (
+        extension["source"] for extension in texture.get("extensions", {}).values() if "source" in extension
+    )
 
 
 def _matrix(node: dict) -> Real:
     if "matrix" in node:
         return np.array(node["matrix"], float).reshape(4, 4).T
     x, y, z, w = node.get("rotation", (0, 0, 0, 1))
-    turn = np.array(
+    rotation = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
             [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
-    made = np.eye(4)
-    made[:3, :3] = turn * np.array(node.get("scale", (1, 1, 1)), float)
-    made[:3, 3] = node.get("translation", (0, 0, 0))
-    return made
+    transform = np.eye(4)
+    transform[:3, :3] = rotation * np.array(node.get("scale", (1, 1, 1)), float)
+    transform[:3, 3] = node.get("translation", (0, 0, 0))
+    return transform
 
 
 def _cofactors(matrices: Real) -> Real:
     """Return (…, 3, 3) the matrices that transform normals: the inverse transposes, up to a positive factor."""
     a, b, c = np.moveaxis(matrices[..., :3, :3], -1, 0)
-    made = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
-    return made * np.where(np.linalg.det(matrices[..., :3, :3]) < 0, -1.0, 1.0)[..., None, None]
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
+    return cofactors * np.where(np.linalg.det(matrices[..., :3, :3]) < 0, -1.0, 1.0)[..., None, None]
 
 
 def _least(places: Sequence[Real]) -> int:

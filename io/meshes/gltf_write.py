@@ -34,26 +34,26 @@ class GltfEditor:
 
     def __init__(self, source: Gltf) -> None:
         self.source, self.tree, self.views = source, deepcopy(source.tree), list(source.views)
-        self._made: dict[tuple[bytes, int | None], int] = {}
+        self._textures: dict[tuple[bytes, int | None], int] = {}
         self._new_textures: dict[tuple[bytes, str], int] = {}
         self._new_images: dict[bytes, int] = {}
 
-    def view(self, data: bytes, **said: Any) -> int:
+    def view(self, data: bytes, **properties: Any) -> int:
         """Add a buffer view with these bytes; return its index."""
         views = self.tree.setdefault("bufferViews", [])
         free = set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED))
         number = min(free, default=len(views))
-        views[number : number + 1] = [{"buffer": 0, "byteLength": len(data), **said}]
+        views[number : number + 1] = [{"buffer": 0, "byteLength": len(data), **properties}]
         self.views[number : number + 1] = [data]
         return number
 
-    def accessor(self, values: NDArray, said: dict, target: int, instead: int | None = None) -> int:
+    def accessor(self, values: NDArray, like: dict, target: int, instead: int | None = None) -> int:
         """Add an accessor of values (n, k), or overwrite `instead` if it has a single user; return its index."""
         accessors = self.tree.setdefault("accessors", [])
         if instead is None or list(_accessors_named(self.tree)).count(instead) > 1:
             instead = len(accessors)
-        kept = {key: said[key] for key in said if key not in ("bufferView", "byteOffset", "sparse")}
-        accessors[instead : instead + 1] = [kept | {"count": len(values)}]
+        copied = {key: like[key] for key in like if key not in ("bufferView", "byteOffset", "sparse")}
+        accessors[instead : instead + 1] = [copied | {"count": len(values)}]
         row = values.shape[1] * values.itemsize
         wide = row + -row % 4 if target == ATTRIBUTE else row
         data = np.zeros((len(values), wide), np.uint8)
@@ -67,9 +67,9 @@ class GltfEditor:
 
         It replaces that texture if all slots that show it, `uses` in number, get the new file.
         """
-        made = self._made.get((content, like))
-        if made is not None:
-            return made
+        existing = self._textures.get((content, like))
+        if existing is not None:
+            return existing
         textures, images = (self.tree.setdefault(key, []) for key in ("textures", "images"))
         old = {} if like is None else textures[like]
         alone = like is not None and list(_textures_named(self.tree)).count(like) == uses
@@ -79,7 +79,7 @@ class GltfEditor:
         sources = list(_named(textures, "source"))
         place = before if before is not None and before not in sources else len(images)
         name = {"name": images[place]["name"]} if place < len(images) and "name" in images[place] else {}
-        self._made[content, like] = number
+        self._textures[content, like] = number
         return self._put(number, place, content, name)
 
     def new_texture(self, content: bytes, sampler: dict[str, Any] | None, name: str) -> int:
@@ -101,18 +101,18 @@ class GltfEditor:
         place = self._new_images[content] = min(self._free_images(), default=len(images))
         return self._put(number, place, content, {"name": name})
 
-    def _put(self, texture: int, image: int, content: bytes, said: dict[str, Any]) -> int:
+    def _put(self, texture: int, image: int, content: bytes, properties: dict[str, Any]) -> int:
         """Make a texture show a PNG or JPEG file as the image of this index; return the texture's index."""
-        self.tree["images"][image : image + 1] = [{**said, "mimeType": _type_of(content)}]
+        self.tree["images"][image : image + 1] = [{**properties, "mimeType": _type_of(content)}]
         self.tree["images"][image]["bufferView"] = self.view(content)
         self.tree["textures"][texture]["source"] = image
         return texture
 
-    def _sampler(self, said: dict[str, Any]) -> int:
+    def _sampler(self, sampler: dict[str, Any]) -> int:
         samplers = self.tree.setdefault("samplers", [])
-        if said not in samplers:
-            samplers.append(said)
-        return samplers.index(said)
+        if sampler not in samplers:
+            samplers.append(sampler)
+        return samplers.index(sampler)
 
     def _free_images(self) -> set[int]:
         """Return the images that textures used in the original file, and no longer use."""
@@ -130,8 +130,8 @@ class GltfEditor:
         while len(images) - 1 in self._free_images():
             images.pop()
         views = self.tree.get("bufferViews", [])
-        named = set(_named(self.tree, "bufferView", *PLACED))
-        while views and len(views) - 1 not in named:
+        used = set(_named(self.tree, "bufferView", *PLACED))
+        while views and len(views) - 1 not in used:
             views.pop()
             self.views.pop()
         for key in ("textures", "images"):
@@ -163,21 +163,21 @@ def _make_roots(tree: dict[str, Any]) -> None:
     """
     nodes = tree.get("nodes", [])
     for scene in tree.get("scenes", []):
-        listed = scene.get("nodes", [])
+        scene_nodes = scene.get("nodes", [])
         children = {child for node in nodes for child in node.get("children", [])}
-        shown, waiting = set[int](), [number for number in listed if number not in children]
+        reachable, waiting = set[int](), [number for number in scene_nodes if number not in children]
         while waiting:
             number = waiting.pop()
-            if number not in shown:
-                shown.add(number)
+            if number not in reachable:
+                reachable.add(number)
                 waiting += nodes[number].get("children", [])
-        apart = [number for number in listed if number in children and number not in shown]
-        if not children.intersection(listed):
+        detached = [number for number in scene_nodes if number in children and number not in reachable]
+        if not children.intersection(scene_nodes):
             continue
-        scene["nodes"] = [number for number in listed if number not in children or number in apart]
+        scene["nodes"] = [number for number in scene_nodes if number not in children or number in detached]
         for node in nodes:
-            if set(node.get("children", [])) & set(apart):
-                node["children"] = [child for child in node["children"] if child not in apart]
+            if set(node.get("children", [])) & set(detached):
+                node["children"] = [child for child in node["children"] if child not in detached]
                 if not node["children"]:
                     del node["children"]
 
@@ -207,11 +207,13 @@ def with_coordinates(
         The bytes of a GLB file, and notes on textures that stay on the old coordinates.
     """
     editor, notes = GltfEditor(parts[0].document), dict[str, None]()
-    own = np.split(faces, np.cumsum([len(part.faces) for part in parts])[:-1])
-    corners = np.split(uv_corners, 3 * np.cumsum([each.sum() for each in own])[:-1])
-    for part, each, at in zip(parts, own, corners):
-        if each.any():
-            notes |= dict.fromkeys(_change(editor, part, each, uv, at, pictures.get(part.key, {})))
+    faces_by_part = np.split(faces, np.cumsum([len(part.faces) for part in parts])[:-1])
+    corners = np.split(uv_corners, 3 * np.cumsum([part_faces.sum() for part_faces in faces_by_part])[:-1])
+    for part, part_faces, part_corners in zip(parts, faces_by_part, corners):
+        if part_faces.any():
+            notes |= dict.fromkeys(
+                _change(editor, part, part_faces, uv, part_corners, pictures.get(part.key, {}))
+            )
     return editor.bytes(), list(notes)
 
 
@@ -229,19 +231,19 @@ def _change(
     count = editor.tree["accessors"][attributes["POSITION"]]["count"]
     split = Split.of(part.faces[faces].ravel(), uv_corners, count)
     staying = _staying(editor, primitive, set(pictures)) if "TEXCOORD_0" in before else []
-    kept = next(k for k in range(len(before) + 2) if f"TEXCOORD_{k}" not in before) if staying else None
-    if kept is not None:
-        attributes[f"TEXCOORD_{kept}"] = attributes.pop("TEXCOORD_0")
+    kept_set = next(k for k in range(len(before) + 2) if f"TEXCOORD_{k}" not in before) if staying else None
+    if kept_set is not None:
+        attributes[f"TEXCOORD_{kept_set}"] = attributes.pop("TEXCOORD_0")
     _copy(editor, primitive, split, {"TEXCOORD_0"})
     old = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
     values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), old).astype("<f4")
     attributes["TEXCOORD_0"] = editor.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
     if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES_MODE) != TRIANGLES_MODE:
         _index(editor, primitive, split.number, primitive.get("indices"), split.order.size)
-    _rebind(editor, primitive, pictures, kept)
+    _rebind(editor, primitive, pictures, kept_set)
     if "TANGENT" in attributes and "normalTexture" in pictures:
         _with_tangents(editor, primitive, part, split, uv, uv_corners, faces)
-    return _notes(staying, kept)
+    return _notes(staying, kept_set)
 
 
 def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Primitive]]]:
@@ -252,22 +254,26 @@ def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Pr
     """
     editor = GltfEditor(parts[0].document)
     places: list[list[tuple[int, int]]] = [[] for _ in range(int(owner.max()) + 1)]
-    for part, own in zip(parts, np.split(owner, np.cumsum([len(part.faces) for part in parts])[:-1])):
+    for part, part_owner in zip(parts, np.split(owner, np.cumsum([len(part.faces) for part in parts])[:-1])):
         faces, inside = part.faces, editor.tree["meshes"][part.mesh]["primitives"]
-        numbers = np.unique(own)
+        numbers = np.unique(part_owner)
         for number in numbers[1:]:
             count = part.document.tree["accessors"][part.attributes["POSITION"]]["count"]
             inside.append(deepcopy(inside[part.number]))
-            _index(editor, inside[-1], faces[own == number].ravel(), part.tree.get("indices"), count)
+            _index(editor, inside[-1], faces[part_owner == number].ravel(), part.tree.get("indices"), count)
             places[number].append((part.mesh, len(inside) - 1))
         if numbers.size > 1:
             _index(
-                editor, inside[part.number], faces[own == numbers[0]].ravel(), part.tree.get("indices"), count
+                editor,
+                inside[part.number],
+                faces[part_owner == numbers[0]].ravel(),
+                part.tree.get("indices"),
+                count,
             )
         if numbers.size:
             places[numbers[0]].append((part.mesh, part.number))
-    made = Gltf(parts[0].document.path, editor.tree, editor.views)
-    return made, [[Primitive(made, *place) for place in group] for group in places]
+    edited = Gltf(parts[0].document.path, editor.tree, editor.views)
+    return edited, [[Primitive(edited, *place) for place in group] for group in places]
 
 
 def subdivided(parts: Sequence[Primitive], plan: Subdivision) -> tuple[Primitive, ...]:
@@ -276,13 +282,15 @@ def subdivided(parts: Sequence[Primitive], plan: Subdivision) -> tuple[Primitive
     editor = GltfEditor(source)
     first = 0
     for part in parts:
-        own = (plan.faces >= first) & (plan.faces < first + len(part.faces))
-        if own.any():
-            smaller = Subdivision(plan.faces[own] - first, plan.corners[own] - 3 * first, plan.weights[own])
+        in_part = (plan.faces >= first) & (plan.faces < first + len(part.faces))
+        if in_part.any():
+            smaller = Subdivision(
+                plan.faces[in_part] - first, plan.corners[in_part] - 3 * first, plan.weights[in_part]
+            )
             _subdivide(editor, part, smaller)
         first += len(part.faces)
-    made = Gltf(source.path, editor.tree, editor.views)
-    return tuple(Primitive(made, part.mesh, part.number) for part in parts)
+    edited = Gltf(source.path, editor.tree, editor.views)
+    return tuple(Primitive(edited, part.mesh, part.number) for part in parts)
 
 
 def _subdivide(editor: GltfEditor, part: Primitive, plan: Subdivision) -> None:
@@ -290,12 +298,16 @@ def _subdivide(editor: GltfEditor, part: Primitive, plan: Subdivision) -> None:
     faces, count = part.faces, editor.source.tree["accessors"][part.attributes["POSITION"]]["count"]
     mixed = plan.mixtures(faces.ravel(), count)
     corners, _ = with_triangles(3 * np.arange(len(faces) + 1), faces.ravel(), plan, mixed.number)
-    for held in (primitive["attributes"], *primitive.get("targets", [])):
-        before = dict(held)
+    for attributes in (primitive["attributes"], *primitive.get("targets", [])):
+        before = dict(attributes)
         for name, number in before.items():
-            values = _mixed(editor.source, before, name, mixed, target=held is not primitive["attributes"])
+            values = _mixed(
+                editor.source, before, name, mixed, target=attributes is not primitive["attributes"]
+            )
             stored = np.concatenate([editor.source.values(number), values])
-            held[name] = editor.accessor(stored, editor.source.tree["accessors"][number], ATTRIBUTE, number)
+            attributes[name] = editor.accessor(
+                stored, editor.source.tree["accessors"][number], ATTRIBUTE, number
+            )
     _index(editor, primitive, corners, primitive.get("indices"), count + len(mixed.parents))
 
 
@@ -324,15 +336,16 @@ def _mixed(
 def _bound(source: Gltf, attributes: Mapping[str, int], number: str, mixed: Mixtures) -> dict[str, NDArray]:
     """Return joints and weights of new vertices: the strongest among those of the old vertices."""
     joints, weights = (source.values(attributes[f"{kind}_{number}"]) for kind in ("JOINTS", "WEIGHTS"))
-    own = mixed.weights[:, :, None] * weights[mixed.parents]
-    names, own = (each.reshape(len(own), -1) for each in (joints[mixed.parents], own))
+    contributions = mixed.weights[:, :, None] * weights[mixed.parents]
+    contributions = contributions.reshape(len(contributions), -1)
+    names = joints[mixed.parents].reshape(len(contributions), -1)
     alike = names[:, :, None] == names[:, None, :]
-    total = np.einsum("nij,nj->ni", alike, own)
+    total = np.einsum("nij,nj->ni", alike, contributions)
     total[np.tril(alike, -1).any(axis=2)] = 0.0  # count each joint once
     order = np.argsort(-total, axis=1, kind="stable")[:, : joints.shape[1]]
     names, total = np.take_along_axis(names, order, 1), np.take_along_axis(total, order, 1)
-    whole = own.sum(axis=1, keepdims=True)
-    total *= whole / np.maximum(total.sum(axis=1, keepdims=True), 1e-300)
+    sums = contributions.sum(axis=1, keepdims=True)
+    total *= sums / np.maximum(total.sum(axis=1, keepdims=True), 1e-300)
     names[total <= 0] = 0
     stored = total if weights.dtype.kind == "f" else np.round(total)
     return {"JOINTS": names.astype(joints.dtype), "WEIGHTS": stored.astype(weights.dtype)}
@@ -358,17 +371,17 @@ def plain(
         uv: texture coordinates, v up; None if they will be added later.
         owner: (m,) index of each triangle's primitive; one primitive by default.
     """
-    given = [each for each in (points, uv, normals) if each is not None]
-    first, number = distinct_rows(np.stack([at.ravel() for _, at in given], axis=1))
-    faces, at = number.reshape(-1, 3), points[0][points[1].ravel()[first]].astype("<f4")
+    cornerwise = [pair for pair in (points, uv, normals) if pair is not None]
+    first, number = distinct_rows(np.stack([corners.ravel() for _, corners in cornerwise], axis=1))
+    faces, positions = number.reshape(-1, 3), points[0][points[1].ravel()[first]].astype("<f4")
     tree: dict[str, Any] = {"asset": {"version": "2.0", "generator": "iccm"}, "scene": 0}
     tree |= {"scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": name}]}
     attributes: dict[str, int] = {}
     primitives = tree.setdefault("meshes", [{"name": name, "primitives": [{"attributes": attributes}]}])[0]
     editor = GltfEditor(Gltf(None, {}, []))  # type: ignore[arg-type]
     editor.tree = tree
-    bounds = {"min": at.min(axis=0).tolist(), "max": at.max(axis=0).tolist()}
-    attributes["POSITION"] = editor.accessor(at, POINTS | bounds, ATTRIBUTE)
+    bounds = {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
+    attributes["POSITION"] = editor.accessor(positions, POINTS | bounds, ATTRIBUTE)
     if normals is not None:
         values = normals[0][normals[1].ravel()[first]].astype("<f4")
         attributes["NORMAL"] = editor.accessor(values, POINTS, ATTRIBUTE)
@@ -377,12 +390,12 @@ def plain(
         values = np.column_stack([u, 1 - v]).astype("<f4")
         attributes["TEXCOORD_0"] = editor.accessor(values, COORDINATES, ATTRIBUTE)
     owner = np.zeros(len(faces), np.int64) if owner is None else owner
-    made: list[dict[str, Any]] = []
+    filled: list[dict[str, Any]] = []
     for k in range(int(owner.max()) + 1):
-        made.append({"attributes": dict(attributes), "mode": TRIANGLES_MODE})
-        primitives["primitives"] = [*made, {"attributes": attributes}]  # so that they count as used
-        _index(editor, made[-1], faces[owner == k].ravel(), None, len(at))
-    primitives["primitives"] = made
+        filled.append({"attributes": dict(attributes), "mode": TRIANGLES_MODE})
+        primitives["primitives"] = [*filled, {"attributes": attributes}]  # so that they count as used
+        _index(editor, filled[-1], faces[owner == k].ravel(), None, len(positions))
+    primitives["primitives"] = filled
     return Gltf(None, tree, editor.views)  # type: ignore[arg-type]
 
 
@@ -406,8 +419,8 @@ def _index(editor: GltfEditor, primitive: dict, vertices: Index, instead: int | 
     kind = next(k for k, most in ((5121, 255), (5123, 65535), (5125, 2**32 - 1)) if count <= most)
     kind = max(kind, editor.tree["accessors"][instead]["componentType"] if instead is not None else 5123)
     values = vertices.astype({5121: "<u1", 5123: "<u2", 5125: "<u4"}[kind])[:, None]
-    said = {"componentType": kind, "type": "SCALAR"}
-    primitive["indices"] = editor.accessor(values, said, INDEX, instead)
+    accessor = {"componentType": kind, "type": "SCALAR"}
+    primitive["indices"] = editor.accessor(values, accessor, INDEX, instead)
     if primitive.get("mode", TRIANGLES_MODE) != TRIANGLES_MODE:
         primitive["mode"] = TRIANGLES_MODE
 
@@ -416,25 +429,27 @@ def _copy(editor: GltfEditor, primitive: dict, split: Split, but: set[str]) -> N
     """Copy all attributes of vertices that are split, including those of morph targets."""
     if not split.copies.size:
         return
-    for held in (primitive["attributes"], *primitive.get("targets", [])):
-        for name in held:
-            if name not in but or held is not primitive["attributes"]:
-                values = editor.source.values(held[name])[split.order]
-                said = editor.source.tree["accessors"][held[name]]
-                held[name] = editor.accessor(values, said, ATTRIBUTE, held[name])
+    for attributes in (primitive["attributes"], *primitive.get("targets", [])):
+        for name in attributes:
+            if name not in but or attributes is not primitive["attributes"]:
+                values = editor.source.values(attributes[name])[split.order]
+                accessor = editor.source.tree["accessors"][attributes[name]]
+                attributes[name] = editor.accessor(values, accessor, ATTRIBUTE, attributes[name])
 
 
 def _staying(editor: GltfEditor, primitive: dict, pictures: set[str]) -> list[str]:
     """Return the slots of the material and its variants that keep using the old coordinates."""
-    own = primitive.get("material")
-    found = list[str]()
-    for number in [own, *(mapping["material"] for mapping in gltf_materials.variants(primitive))]:
+    material_number = primitive.get("material")
+    staying = list[str]()
+    for number in [material_number, *(mapping["material"] for mapping in gltf_materials.variants(primitive))]:
         material = {} if number is None else editor.tree["materials"][number]
-        shown = _shown(material, pictures) if number == own else set()
-        found += [
-            slot for slot, info in gltf_materials.slots(material) if set_of(info) == 0 and slot not in shown
+        repainted = _shown(material, pictures) if number == material_number else set()
+        staying += [
+            slot
+            for slot, info in gltf_materials.slots(material)
+            if set_of(info) == 0 and slot not in repainted
         ]
-    return found
+    return staying
 
 
 def _shown(material: dict, pictures: set[str]) -> set[str]:
@@ -443,26 +458,26 @@ def _shown(material: dict, pictures: set[str]) -> set[str]:
     return pictures | ({gltf_materials.DIFFUSE} if twice else set())
 
 
-def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], kept: int | None) -> None:
+def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], kept_set: int | None) -> None:
     """Give the primitive its own materials if they change: new pictures, or other slots on the kept coordinates."""
-    if not pictures and kept is None:
+    if not pictures and kept_set is None:
         return
-    own = primitive.get("material")
+    material_number = primitive.get("material")
     for holder in [primitive, *gltf_materials.variants(primitive)]:
         holder["material"] = _own_material(editor, holder.get("material"))
         material = editor.tree["materials"][holder["material"]]
         new = pictures if holder is primitive else {}
         slots = _shown(material, set(new))
         before = {slot: info["index"] for slot, info in gltf_materials.slots(material)}
-        wanted = {
+        contents = {
             slot: (new.get(slot, new.get(gltf_materials.BASE, b"")), before.get(slot)) for slot in slots
         }
-        uses = Counter(wanted.values())
-        for slot, (content, old) in sorted(wanted.items()):
+        uses = Counter(contents.values())
+        for slot, (content, old) in sorted(contents.items()):
             texture = editor.texture(content, old, uses[content, old])
             gltf_materials.shown_picture(material, slot, texture)
-        if kept is not None and (holder is primitive or own is not None):
-            gltf_materials.move_maps(material, kept, slots)
+        if kept_set is not None and (holder is primitive or material_number is not None):
+            gltf_materials.move_maps(material, kept_set, slots)
 
 
 def _own_material(editor: GltfEditor, number: int | None) -> int:
@@ -493,11 +508,13 @@ def _with_tangents(
     attributes["TANGENT"] = editor.accessor(values.astype("<f4"), TANGENTS, ATTRIBUTE, attributes["TANGENT"])
 
 
-def _notes(staying: list[str], kept: int | None) -> list[str]:
-    if kept is None:
+def _notes(staying: list[str], kept_set: int | None) -> list[str]:
+    if kept_set is None:
         return []
     names = gltf_materials.name_slots(staying)
-    return [f"{names} still use the old coordinates, now TEXCOORD_{kept}; use --carry-maps to transfer them"]
+    return [
+        f"{names} still use the old coordinates, now TEXCOORD_{kept_set}; use --carry-maps to transfer them"
+    ]
 
 
 def _type_of(content: bytes) -> str:
@@ -526,8 +543,8 @@ def _accessors_named(tree: dict) -> Iterator[int]:
     yield from _named(tree, "indices", "inverseBindMatrices", "input", "output")
     for mesh in tree.get("meshes", []):
         for primitive in mesh["primitives"]:
-            for held in (primitive["attributes"], *primitive.get("targets", [])):
-                yield from held.values()
+            for attributes in (primitive["attributes"], *primitive.get("targets", [])):
+                yield from attributes.values()
     for node in tree.get("nodes", []):
         for extension in node.get("extensions", {}).values():
             yield from extension.get("attributes", {}).values()

@@ -42,14 +42,14 @@ class Library:
 
     def materials(self) -> dict[str, list[str]]:
         """Return the lines of each material by name, starting with the `newmtl` line."""
-        found: dict[str, list[str]] = {}
+        materials: dict[str, list[str]] = {}
         current: list[str] = []
         for line in self.lines:
             word, rest = split(line)
             if word == "newmtl":
-                current = found.setdefault(rest, [])
+                current = materials.setdefault(rest, [])
             current.append(line)
-        return found
+        return materials
 
     def texture(self, material: str) -> tuple[Path, Wrap] | None:
         """Return the file of a material's `map_Kd`, and its wrap mode; None without one."""
@@ -73,8 +73,8 @@ def read(folder: Path, names: list[str]) -> Library:
     lines: list[str] = []
     missing, outside = [], []
     for text in names:
-        whole = folder / text
-        paths = [whole] if os.path.isfile(whole) else [folder / word for word in text.split()]
+        unsplit = folder / text
+        paths = [unsplit] if os.path.isfile(unsplit) else [folder / word for word in text.split()]
         for path in paths:
             if not references.may_be_read(path, folder):
                 outside.append(
@@ -86,21 +86,21 @@ def read(folder: Path, names: list[str]) -> Library:
                 )
             else:
                 lines += path.read_bytes().decode("utf-8", "surrogateescape").splitlines()
-    kept = []
+    statements = []
     for line in filter(_is_statement, lines):
         picture = picture_named(line)
         if picture and not references.may_be_read(folder / picture, folder):
             outside.append(f"a material refers to {picture}, {references.OUTSIDE}")
         else:
-            kept.append(line)
-    return Library(tuple(kept), folder, tuple(missing), tuple(dict.fromkeys(outside)))
+            statements.append(line)
+    return Library(tuple(statements), folder, tuple(missing), tuple(dict.fromkeys(outside)))
 
 
 def _is_statement(line: str) -> bool:
     """Return whether a line is empty or looks like a statement of the format."""
     word, rest = split(line)
     if word.lower() in NUMBERS:
-        return all(is_number(each) or each in ("-halo", "xyz") for each in rest.split())
+        return all(is_number(argument) or argument in ("-halo", "xyz") for argument in rest.split())
     return not word or word == "newmtl" or bool(picture_named(line)) or bool(MAP.fullmatch(word) and not rest)
 
 
@@ -114,30 +114,30 @@ Names = Mapping[str | None, Mapping[str, str]]
 """Names of pictures by material (None: no material) and lower-case statement."""
 
 
-def bind(library: Library, rename: dict[str | None, str], plain: str, shown: Names, out: Path) -> str:
+def bind(library: Library, rename: dict[str | None, str], plain: str, pictures: Names, out: Path) -> str:
     """Return the text of a library for the file `out`, with renamed materials that show other pictures.
 
     Args:
         library: as read.
         rename: new material name by old one; None stands for "no material".
         plain: name of a material for faces that had none, if needed.
-        shown: names of the pictures, see `name_of`, by old material name.
+        pictures: names of the pictures, see `name_of`, by old material name.
         out: path of the library; file names become relative to its folder.
     """
     moved = [_move(line, library.folder, out.parent) for line in library.lines]
-    found = Library(tuple(moved), out.parent).materials()
+    materials = Library(tuple(moved), out.parent).materials()
     text: list[str] = []
     for line in moved:  # lines before the first material
         if split(line)[0] == "newmtl":
             break
         text.append(line)
-    for material, lines in found.items():
-        text += with_maps(lines, shown.get(material, {})) if rename.get(material) == material else lines
+    for material, lines in materials.items():
+        text += with_maps(lines, pictures.get(material, {})) if rename.get(material) == material else lines
     for old, new in rename.items():
-        if new != old or old not in found:
-            body = found[old][1:] if old in found else PLAIN
-            text += with_maps([f"newmtl {new}", *body], shown.get(old, {}))
-    if plain and plain not in found:
+        if new != old or old not in materials:
+            body = materials[old][1:] if old in materials else PLAIN
+            text += with_maps([f"newmtl {new}", *body], pictures.get(old, {}))
+    if plain and plain not in materials:
         text += [f"newmtl {plain}", *PLAIN]
     return "\n".join(text) + "\n"
 
@@ -172,52 +172,54 @@ def file_name(rest: str) -> str:
 
 def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
     """Return a material's lines with other pictures, without options that place the old pictures."""
-    own = {split(line)[0].lower(): line for line in lines}
-    kept = [line for line in lines if split(line)[0].lower() not in names]
-    last = max((k for k, line in enumerate(kept) if line.strip()), default=-1)
-    new = [_naming(own.get(word, SPELT.get(word, word)), name) for word, name in names.items()]
-    return [*kept[: last + 1], *new, *kept[last + 1 :]]
+    old_lines = {split(line)[0].lower(): line for line in lines}
+    others = [line for line in lines if split(line)[0].lower() not in names]
+    last = max((k for k, line in enumerate(others) if line.strip()), default=-1)
+    new = [_naming(old_lines.get(word, SPELT.get(word, word)), name) for word, name in names.items()]
+    return [*others[: last + 1], *new, *others[last + 1 :]]
 
 
 def _naming(line: str, name: str) -> str:
     """Return a statement or keyword with another picture; its options are kept unless they place the picture."""
     word, rest = split(line)
-    kept = [each for option in _options(rest)[0] if option[0].lower() not in PLACING for each in option]
-    return " ".join([word, *kept, name])
+    options = [
+        argument for option in _options(rest)[0] if option[0].lower() not in PLACING for argument in option
+    ]
+    return " ".join([word, *options, name])
 
 
 def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the scale and offset of texture coordinates in a map statement: its `-s` and `-o`."""
-    said = _said(rest)
+    options = _options_by_name(rest)
     scale, offset = [1.0, 1.0], [0.0, 0.0]
-    for found, name in ((scale, "-s"), (offset, "-o")):
-        given = [float(word) for word in said.get(name, [])[:2]]
-        found[: len(given)] = given
+    for values, name in ((scale, "-s"), (offset, "-o")):
+        arguments = [float(word) for word in options.get(name, [])[:2]]
+        values[: len(arguments)] = arguments
     return (scale[0], scale[1]), (offset[0], offset[1])
 
 
 def wrap(rest: str) -> Wrap:
     """Return the wrap mode of a map statement: clamp with `-clamp on`, else repeat."""
-    clamped = [word.lower() for word in _said(rest).get("-clamp", [])] == ["on"]
+    clamped = [word.lower() for word in _options_by_name(rest).get("-clamp", [])] == ["on"]
     return ("clamp", "clamp") if clamped else REPEAT
 
 
-def _said(rest: str) -> dict[str, list[str]]:
+def _options_by_name(rest: str) -> dict[str, list[str]]:
     """Return the arguments of each option of a map statement, by its lower-case name."""
     return {option.lower(): words for option, *words in _options(rest)[0]}
 
 
 def _options(rest: str) -> tuple[list[list[str]], str]:
     """Return the options of a map statement, each with its arguments, and the file name after them."""
-    found, places, k = list[list[str]](), list(re.finditer(r"\S+", rest)), 0
+    options, places, k = list[list[str]](), list(re.finditer(r"\S+", rest)), 0
     words = [place[0] for place in places]
     while k < len(words) and words[k].lower() in (*ARGUMENTS, *UP_TO_THREE):
         stop = k + 1 + ARGUMENTS.get(words[k].lower(), 0)
         while words[k].lower() in UP_TO_THREE and stop < min(k + 4, len(words)) and is_number(words[stop]):
             stop += 1
-        found.append(words[k:stop])
+        options.append(words[k:stop])
         k = stop
-    return found, rest[places[k].start() :].strip() if k < len(words) else ""
+    return options, rest[places[k].start() :].strip() if k < len(words) else ""
 
 
 def _move(line: str, old: Path, new: Path) -> str:
@@ -240,8 +242,8 @@ def split(line: str) -> tuple[str, str]:
 
 def numbers(lines: Iterable[str]) -> dict[str, list[float]]:
     """Return the values of all purely numeric statements, by lower-case keyword."""
-    said = ((word.lower(), rest.split()) for word, rest in map(split, lines))
-    return {word: list(map(float, rest)) for word, rest in said if rest and all(map(is_number, rest))}
+    statements = ((word.lower(), rest.split()) for word, rest in map(split, lines))
+    return {word: list(map(float, rest)) for word, rest in statements if rest and all(map(is_number, rest))}
 
 
 def is_number(word: str) -> bool:

@@ -48,10 +48,10 @@ def retexture(
     corner_changes = np.repeat(faces, np.diff(obj.starts))
     keep_old = bool((obj.corners[~corner_changes, 1] >= 0).any())
     newline = _newline(obj)
-    at = _line_of_first_change(obj, faces, keep_old)
+    insertion = _line_of_first_change(obj, faces, keep_old)
     edits: list[Edit] = [] if keep_old else _runs_of_lines(obj)
-    edits.append((at, at, vt_text(uv, newline.decode()).encode()))
-    changed, index = _new_indices(obj, corner_changes, uv_corners, len(uv), at, keep_old)
+    edits.append((insertion, insertion, vt_text(uv, newline.decode()).encode()))
+    changed, index = _new_indices(obj, corner_changes, uv_corners, len(uv), insertion, keep_old)
     if binding is not None:
         edits += _binding_edits(obj, faces, binding, newline)
     return _apply(obj, edits, changed, index)
@@ -99,18 +99,20 @@ def vt_text(uv: Real, newline: str) -> str:
     return (("vt %.10g %.10g" + newline) * len(uv)) % tuple(uv.ravel().tolist())
 
 
-def _new_indices(obj, corner_changes, uv_corners, added: int, at: int, keep_old: bool) -> tuple[Index, Index]:
+def _new_indices(
+    obj, corner_changes, uv_corners, added: int, insertion: int, keep_old: bool
+) -> tuple[Index, Index]:
     """Return the corners whose texture index changes, and their new indices.
 
     These are the corners with new coordinates, and those whose coordinates are renumbered because of the new lines.
     """
     old = obj.corners[:, 1]
     index = old.copy()
-    before = int(np.searchsorted(obj.vt_at, at))
+    before = int(np.searchsorted(obj.vt_at, insertion))
     if keep_old:
         index[old >= before] += added
         index[corner_changes] = before + uv_corners
-        after = np.repeat(obj.face_at >= at, np.diff(obj.starts))
+        after = np.repeat(obj.face_at >= insertion, np.diff(obj.starts))
         moved = np.where(obj.relative, after != (old >= before), old >= before) & (old >= 0)
     else:
         index[corner_changes] = uv_corners
@@ -122,25 +124,25 @@ def _new_indices(obj, corner_changes, uv_corners, added: int, at: int, keep_old:
 def _binding_edits(obj: Obj, faces: NDArray[np.bool_], binding: Binding, newline: bytes) -> list[Edit]:
     """Return edits that replace `mtllib` lines, and insert `usemtl` lines around faces that change material."""
     line = f"mtllib {binding.library}".encode("utf-8", "surrogateescape") + newline
-    said = [s for s in obj.statements if s.keyword == "mtllib"]
-    edits: list[Edit] = [(s.at, s.end, line if k == 0 else b"") for k, s in enumerate(said)]
-    if not said:
+    libraries = [s for s in obj.statements if s.keyword == "mtllib"]
+    edits: list[Edit] = [(s.at, s.end, line if k == 0 else b"") for k, s in enumerate(libraries)]
+    if not libraries:
         edits.append((0, 0, line))
-    which, uses = obj.current("usemtl")
+    use_index, uses = obj.current("usemtl")
     names: list[str | None] = [s.text for s in uses] + [None]  # index -1 is before the first
-    breaks = np.append(True, (which[1:] != which[:-1]) | (faces[1:] != faces[:-1]))
+    breaks = np.append(True, (use_index[1:] != use_index[:-1]) | (faces[1:] != faces[:-1]))
     begins = np.flatnonzero(breaks)
     previous: str | None = None
     for k, face in enumerate(begins):
-        own = names[which[face]]
-        wanted = binding.rename.get(own, own) if faces[face] else own
-        stated = own if k == 0 or which[face] != which[face - 1] else previous
-        if wanted != stated:
-            use = f"usemtl {wanted if wanted is not None else binding.plain}".encode(
+        old_name = names[use_index[face]]
+        new_name = binding.rename.get(old_name, old_name) if faces[face] else old_name
+        current = old_name if k == 0 or use_index[face] != use_index[face - 1] else previous
+        if new_name != current:
+            use = f"usemtl {new_name if new_name is not None else binding.plain}".encode(
                 "utf-8", "surrogateescape"
             )
             edits.append((int(obj.face_at[face]), int(obj.face_at[face]), use + newline))
-        previous = wanted
+        previous = new_name
     return edits
 
 
@@ -166,36 +168,43 @@ def subdivided(obj: Obj, plan: Subdivision) -> bytes:
     """
     counts = [len(obj.v), len(obj.vt), len(obj.vn)]
     items = [*obj.corners.T, obj.normals]
-    mixed = [plan.mixtures(own, count) for own, count in zip(items, counts)]
-    gone, newline = replaced(plan, len(obj.face_at)), _newline(obj)
-    seen, found, faces = [0, 0, 0], list[list[list[float]]]([[], [], []]), 0
+    mixed = [plan.mixtures(indices, count) for indices, count in zip(items, counts)]
+    is_replaced, newline = replaced(plan, len(obj.face_at)), _newline(obj)
+    counts_so_far, elements, faces = [0, 0, 0], list[list[list[float]]]([[], [], []]), 0
     lines = list[tuple[bytes, bytes, list[int]]]()  # first word, line, and counts of elements before it
     places = list[int]()
     for line in obj.data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").split(newline):
         word = line.split(None, 1)[:1]
         kind = word[0] if word else b""
         if kind in KINDS:
-            seen[KINDS[kind]] += 1
-            found[KINDS[kind]].append([float(each) for each in line.split(b"#")[0].split()[1:]])
+            counts_so_far[KINDS[kind]] += 1
+            elements[KINDS[kind]].append([float(value) for value in line.split(b"#")[0].split()[1:]])
         elif kind == b"f":
             places.append(len(lines))
-        lines.append((kind, line, list(seen) if kind in ELEMENTS else []))
-    first = places[int(np.flatnonzero(gone)[0])]
+        lines.append((kind, line, list(counts_so_far) if kind in ELEMENTS else []))
+    first = places[int(np.flatnonzero(is_replaced)[0])]
     before = lines[first][2]
-    added = [len(each.parents) for each in mixed]
-    own = [
-        _moved(each.number, start, count, more)
-        for each, start, count, more in zip(mixed, before, counts, added)
+    added = [len(mixture.parents) for mixture in mixed]
+    new_indices = [
+        _moved(mixture.number, start, count, more)
+        for mixture, start, count, more in zip(mixed, before, counts, added)
     ]
-    rows = np.searchsorted(plan.faces, np.arange(len(gone) + 1))
+    rows = np.searchsorted(plan.faces, np.arange(len(is_replaced) + 1))
     out = list[bytes]()
-    for number, (kind, line, held) in enumerate(lines):
+    for number, (kind, line, preceding) in enumerate(lines):
         if number == first:
-            out += _new_lines(obj, mixed, found)
-        if kind == b"f" and gone[faces]:
-            out += [_face([each[row] for each in own]) for row in range(rows[faces], rows[faces + 1])]
+            out += _new_lines(obj, mixed, elements)
+        if kind == b"f" and is_replaced[faces]:
+            out += [
+                _face([indices[row] for indices in new_indices])
+                for row in range(rows[faces], rows[faces + 1])
+            ]
         else:
-            text = _renumbered(line, held, before, added, after=number > first) if kind in ELEMENTS else line
+            text = (
+                _renumbered(line, preceding, before, added, after=number > first)
+                if kind in ELEMENTS
+                else line
+            )
             out.append(text)
         faces += kind == b"f"
     return newline.join(out)
@@ -210,11 +219,11 @@ def _moved(number: Index, before: int, count: int, added: int) -> Index:
     return np.where(number < 0, -1, np.where(number >= count, number - count + before, old)) + 1
 
 
-def _new_lines(obj: Obj, mixed: list[Mixtures], found: list[list[list[float]]]) -> list[bytes]:
+def _new_lines(obj: Obj, mixed: list[Mixtures], elements: list[list[list[float]]]) -> list[bytes]:
     """Return the lines of new vertices, coordinates and normals."""
     out = list[bytes]()
-    for word, each, values in zip(KINDS, mixed, found):
-        for parents, weights in zip(each.parents.tolist(), each.weights.tolist()):
+    for word, mixture, values in zip(KINDS, mixed, elements):
+        for parents, weights in zip(mixture.parents.tolist(), mixture.weights.tolist()):
             rows = [values[parent] for parent in parents]
             row = [sum(w * part[k] for w, part in zip(weights, rows)) for k in range(min(map(len, rows)))]
             if word == b"vn":
@@ -227,18 +236,20 @@ def _new_lines(obj: Obj, mixed: list[Mixtures], found: list[list[list[float]]]) 
 def _face(corners: list[Index]) -> bytes:
     """Return the line of a triangle, given indices (3,) of vertices, coordinates and normals, 0 for none."""
     words = []
-    for v, vt, vn in zip(*(each.tolist() for each in corners)):
+    for v, vt, vn in zip(*(indices.tolist() for indices in corners)):
         text = b"%d" % v + (b"/%d" % vt if vt else b"/" if vn else b"") + (b"/%d" % vn if vn else b"")
         words.append(text)
     return b"f " + b" ".join(words)
 
 
-def _renumbered(line: bytes, held: list[int], before: list[int], added: list[int], *, after: bool) -> bytes:
+def _renumbered(
+    line: bytes, preceding: list[int], before: list[int], added: list[int], *, after: bool
+) -> bytes:
     """Return the line of an element with its indices in the new file; unchanged if they are the same.
 
     Args:
         line: the line.
-        held: numbers of vertices, coordinates and normals before it.
+        preceding: numbers of vertices, coordinates and normals before it.
         before: the same before the new ones.
         added: numbers of new vertices, coordinates and normals.
         after: whether the line is after these.
@@ -249,7 +260,7 @@ def _renumbered(line: bytes, held: list[int], before: list[int], added: list[int
         parts = corner.split(b"/")
         for k, part in enumerate(parts):
             number = int(part or 0)
-            place = number - 1 if number > 0 else held[k] + number
+            place = number - 1 if number > 0 else preceding[k] + number
             later = place >= before[k]
             if number and added[k] and (later if number > 0 else later != after):
                 parts[k] = b"%d" % (place + 1 + later * added[k])
