@@ -25,6 +25,7 @@ from .run.report import write as write_report
 
 SCHEMA = "iccm.cartogram/1"
 NAMED_REGIONS = 5  # in a message
+RAISED_RATIO = 1.02  # of the area that a region gets over that of its value: more is reported
 LARGEST_ERROR_SHARE = 0.02  # of a region's area: a larger difference ends with exit code 1
 URN_OF_DEGREES = "CRS84"
 
@@ -90,6 +91,12 @@ def write(
                 "--save: longitudes and latitudes are projected first, so the map would not take layers in degrees; "
                 "export the file with a projected coordinate system"
             )
+    shares = numbers / np.nansum(numbers)
+    raised = (numbers > 0) & (made.wanted > RAISED_RATIO * shares * made.wanted[~np.isnan(numbers)].sum())
+    if raised.any():
+        tell(
+            f"{path}: {by} of {_listed(features, raised)} is too small to be visible; they have the least area"
+        )
     for feature, region in zip(features, made.regions(digits_for(made.image))):
         feature["geometry"] = shapely.geometry.mapping(region)
     kept = {name: value for name, value in content.items() if name not in ("features", "bbox", "type")}
@@ -255,9 +262,7 @@ def _numbers(path: str, features: Sequence[dict[str, Any]], by: str, tell: Calla
     if np.isnan(numbers).any():
         tell(f"{path}: without {by}, {_listed(features, np.isnan(numbers))} keep the mean density")
     if (numbers == 0).any():
-        tell(
-            f"{path}: {by} of {_listed(features, numbers == 0)} is 0; they keep a ten-thousandth of the area"
-        )
+        tell(f"{path}: {by} of {_listed(features, numbers == 0)} is 0; they have the least area")
     return numbers
 
 

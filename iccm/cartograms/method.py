@@ -18,8 +18,9 @@ from ..status import Status
 from .areas import Regions, match_areas
 from .mesh import Mesh, mesh_of
 
-SMALLEST_AREA_SHARE = 1e-4
-"""Relative to the total area: smaller regions, such as those with value zero, would be invisible, and squeezed."""
+SMALLEST_AREA_SHARE, SMALLEST_OF_MEAN = 1e-4, 1e-2
+"""Smallest area relative to the total, and to the mean of all regions, whichever is less: smaller regions, such as
+those with value zero, would be invisible, and squeezed."""
 MOST_STEPS = 120  # of Newton's method; real maps take 10 to 60
 AREA_TOLERANCE = 1e-3  # relative to each region's area: differences that are small enough to stop
 SLIVER_SHARE = 1e-5  # of the box's longer side: gaps between neighbours that are narrower are closed
@@ -153,7 +154,7 @@ def wanted_areas(values: Real, given: Real) -> Real:
     """Return (r,) areas in proportion to values, with the total of the given areas.
 
     Regions whose value is NaN get the area that they have at the mean density of the others, and none gets less than
-    `SMALLEST_AREA_SHARE` of the total.
+    the smallest area.
 
     >>> wanted_areas(np.array([3.0, 1.0]), np.array([1.0, 1.0]))
     array([1.5, 0.5])
@@ -161,7 +162,8 @@ def wanted_areas(values: Real, given: Real) -> Real:
     known = ~np.isnan(values)
     density = values[known].sum() / given[known].sum()
     wanted = np.where(known, values, density * given)
-    wanted = np.maximum(wanted / wanted.sum(), SMALLEST_AREA_SHARE)
+    smallest = min(SMALLEST_AREA_SHARE, SMALLEST_OF_MEAN / given.size)
+    wanted = np.maximum(wanted / wanted.sum(), smallest)
     return wanted / wanted.sum() * given.sum()
 
 
