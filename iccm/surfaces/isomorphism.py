@@ -54,9 +54,9 @@ class Polygons:
     @cached_property
     def following(self) -> Index:
         """(c,) the next corner in the same polygon."""
-        found = np.arange(1, self.corners.size + 1)
-        found[self.starts[1:] - 1] = self.starts[:-1]
-        return found
+        next_corners = np.arange(1, self.corners.size + 1)
+        next_corners[self.starts[1:] - 1] = self.starts[:-1]
+        return next_corners
 
     @cached_property
     def twin(self) -> Index:
@@ -66,9 +66,9 @@ class Polygons:
         order = np.argsort(key, kind="stable")
         begins = np.flatnonzero(np.diff(key[order], prepend=-1))
         two = begins[np.diff(begins, append=order.size) == 2]
-        found = np.arange(order.size)
-        found[order[two]], found[order[two + 1]] = order[two + 1], order[two]
-        return found
+        twins = np.arange(order.size)
+        twins[order[two]], twins[order[two + 1]] = order[two + 1], order[two]
+        return twins
 
     @cached_property
     def component(self) -> Index:
@@ -80,13 +80,13 @@ class Polygons:
     @cached_property
     def surroundings(self) -> NDArray[np.uint64]:
         """(c,) hash of each half-edge's neighbourhood; equal connectivity has equal hashes."""
-        found = np.bincount(self.places)[self.places].astype(np.uint64)
-        found += np.repeat(np.diff(self.starts), np.diff(self.starts)).astype(np.uint64) << np.uint64(32)
+        hashes = np.bincount(self.places)[self.places].astype(np.uint64)
+        hashes += np.repeat(np.diff(self.starts), np.diff(self.starts)).astype(np.uint64) << np.uint64(32)
         for _ in range(SURROUNDING_STEPS):
-            found = _mixed(
-                found + np.uint64(3) * found[self.following] + np.uint64(7) * _mixed(found[self.twin])
+            hashes = _mixed(
+                hashes + np.uint64(3) * hashes[self.following] + np.uint64(7) * _mixed(hashes[self.twin])
             )
-        return found
+        return hashes
 
 
 def _mixed(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
@@ -122,69 +122,80 @@ def isomorphism(old: Polygons, new: Polygons) -> Index | None:
     if seeds.size > MOST_PIECES:
         return None
     sizes = np.bincount(old.component)
-    there, fit = np.full(old.corners.size, -1), _Fit()
-    known, trial = np.zeros(there.size, bool), np.empty_like(there)
+    old_corners, fit = np.full(old.corners.size, -1), _Fit()
+    visited, trial = np.zeros(old_corners.size, bool), np.empty_like(old_corners)
     for seed in seeds[np.lexsort([-sizes, count[kind[seeds]]])]:
-        tried = by_kind[begins[kind[seed]] : begins[kind[seed] + 1]]
-        tried = tried[there[tried] < 0]
-        if tried.size > SEEDS_TRIED:
+        candidates = by_kind[begins[kind[seed]] : begins[kind[seed] + 1]]
+        candidates = candidates[old_corners[candidates] < 0]
+        if candidates.size > SEEDS_TRIED:
             if not fit.count:
                 return None
-            away = fit.of(old.points[old.corners[seed]]) - new.points[new.corners[tried]]
-            tried = tried[np.argpartition(np.sum(away * away, axis=1), SEEDS_TRIED)[:SEEDS_TRIED]]
-        steps, fits = _steps(old, int(seed), known), list[tuple[_Fit, Index, Index]]()
-        for other in tried:
-            if (found := _followed(old, new, steps, int(seed), int(other), trial)) is None:
+            differences = fit.of(old.points[old.corners[seed]]) - new.points[new.corners[candidates]]
+            candidates = candidates[
+                np.argpartition(np.sum(differences * differences, axis=1), SEEDS_TRIED)[:SEEDS_TRIED]
+            ]
+        steps, fits = _steps(old, int(seed), visited), list[tuple[_Fit, Index, Index]]()
+        for candidate in candidates:
+            if (match := _follow(old, new, steps, int(seed), int(candidate), trial)) is None:
                 continue
-            own, partner = found
+            half_edges, partner = match
             fits.append(
-                (fit.with_pairs(old.points[old.corners[own]], new.points[new.corners[partner]]), own, partner)
+                (
+                    fit.with_pairs(old.points[old.corners[half_edges]], new.points[new.corners[partner]]),
+                    half_edges,
+                    partner,
+                )
             )
         if not fits:
             return None
-        least = min(fitted.turned for fitted, _, _ in fits)
-        alike = [each for each in fits if each[0].turned <= ALIKE_RESIDUAL_RATIO * least + EXACT_RESIDUAL]
-        fit, own, partner = min(alike, key=lambda each: each[0].upright)
-        there[partner] = own
-    return there
+        least = min(fitted.residual for fitted, _, _ in fits)
+        best = [entry for entry in fits if entry[0].residual <= ALIKE_RESIDUAL_RATIO * least + EXACT_RESIDUAL]
+        fit, half_edges, partner = min(best, key=lambda entry: entry[0].upright_residual)
+        old_corners[partner] = half_edges
+    return old_corners
 
 
-def _steps(old: Polygons, seed: int, known: Flags) -> list[tuple[Index, Index, Flags]]:
+def _steps(old: Polygons, seed: int, visited: Flags) -> list[tuple[Index, Index, Flags]]:
     """Return the half-edges of a component in breadth-first rings around one of them.
 
     Each ring has its half-edges, the half-edge from which each was reached, and whether that was along the polygon
-    (next) rather than across an edge (twin). Visited half-edges are marked in `known` (c,).
+    (next) rather than across an edge (twin). Visited half-edges are marked in `visited` (c,).
     """
-    known[seed] = True
-    ring, found = np.array([seed]), []
+    visited[seed] = True
+    ring, rings = np.array([seed]), []
     while ring.size:
         reached = np.concatenate([old.following[ring], old.twin[ring]])
         origin, along = np.concatenate([ring, ring]), np.arange(reached.size) < ring.size
-        fresh = ~known[reached]
+        fresh = ~visited[reached]
         reached, origin, along = reached[fresh], origin[fresh], along[fresh]
         ring, first = np.unique(reached, return_index=True)
-        known[ring] = True
-        found.append((ring, origin[first], along[first]))
-    return found
+        visited[ring] = True
+        rings.append((ring, origin[first], along[first]))
+    return rings
 
 
-def _followed(
-    old: Polygons, new: Polygons, steps: list[tuple[Index, Index, Flags]], seed: int, other: int, there: Index
+def _follow(
+    old: Polygons,
+    new: Polygons,
+    steps: list[tuple[Index, Index, Flags]],
+    seed: int,
+    candidate: int,
+    partners: Index,
 ) -> tuple[Index, Index] | None:
     """Return the half-edges of a component and their partners, given one partner; None where connectivity differs.
 
-    `there` (c,) is overwritten for these half-edges.
+    `partners` (c,) is overwritten for these half-edges.
     """
-    there[seed] = other
+    partners[seed] = candidate
     for ring, origin, along in steps:
-        at = there[origin]
-        there[ring] = np.where(along, new.following[at], new.twin[at])
-    own = np.concatenate([[seed], *(ring for ring, _, _ in steps)])
-    partner = there[own]
-    alike = np.array_equal(there[old.following[own]], new.following[partner]) and np.array_equal(
-        there[old.twin[own]], new.twin[partner]
+        previous = partners[origin]
+        partners[ring] = np.where(along, new.following[previous], new.twin[previous])
+    half_edges = np.concatenate([[seed], *(ring for ring, _, _ in steps)])
+    partner = partners[half_edges]
+    is_alike = np.array_equal(partners[old.following[half_edges]], new.following[partner]) and np.array_equal(
+        partners[old.twin[half_edges]], new.twin[partner]
     )
-    return (own, partner) if alike and np.unique(partner).size == own.size else None
+    return (half_edges, partner) if is_alike and np.unique(partner).size == half_edges.size else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +224,7 @@ class _Fit:
         return self.products - self.count * np.outer(*middle), max(float(spread.prod()), 1e-300)
 
     @cached_property
-    def turned(self) -> float:
+    def residual(self) -> float:
         """Residual of the best similarity, relative to the squared distances from the mean."""
         covariance, spread = self._moments
         values = np.linalg.svd(covariance, compute_uv=False)
@@ -231,7 +242,7 @@ class _Fit:
         return scale * (points - a) @ (left * signs) @ right + b
 
     @property
-    def upright(self) -> float:
-        """Residual of the best similarity without rotation, as `turned`."""
+    def upright_residual(self) -> float:
+        """Residual of the best similarity without rotation, as `residual`."""
         covariance, spread = self._moments
         return float(1 - max(np.trace(covariance), 0) ** 2 / spread)

@@ -47,110 +47,119 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         NoMapError: no map without folds was found.
         InputError: pins or strokes that no one-to-one map satisfies; a surface without an even layout.
     """
-    asked = SurfaceProblem.of(problem, options, layouts)
-    if any(asked.holes.sides) or (start is not None and len(start.loops) > 1):
+    surface_problem = SurfaceProblem.of(problem, options, layouts)
+    if any(surface_problem.holes.sides) or (start is not None and len(start.loops) > 1):
         start = None
     try:
-        found, exact = _solve(asked, start)
+        solution, exact = _solve(surface_problem, start)
     except NoMapError:  # no map was found, or it folds in the user's planes: try these instead
-        asked = asked.as_given
-        found, exact = _solve(asked, start)
+        surface_problem = surface_problem.as_given
+        solution, exact = _solve(surface_problem, start)
     if exact:  # linear on each of the surface's own triangles
-        map = replace(found.map, bulge=np.zeros(len(found.map.edges.ends), complex))
+        map = replace(solution.map, bulge=np.zeros(len(solution.map.edges.ends), complex))
     else:
-        map = fit.straighten_lines(found.map, found.lines)
-    soft_pins, softness = asked.soft_pins
-    found = replace(found, soft_pins=soft_pins, softness=softness)
+        map = fit.straighten_lines(solution.map, solution.lines)
+    soft_pins, softness = surface_problem.soft_pins
+    solution = replace(solution, soft_pins=soft_pins, softness=softness)
     laid = None
-    if asked.regions:
+    if surface_problem.regions:
         outlines, flat = rigid.laid_by_themselves(
-            map, asked.sides[asked.onto].given, asked.regions, of_target=asked.onto
+            map,
+            surface_problem.sides[surface_problem.onto].given,
+            surface_problem.regions,
+            of_target=surface_problem.onto,
         )
-        found = replace(found, rigid=outlines, rigid_of_target=asked.onto)
-        laid = flat, np.sqrt(asked.sides[1].area / asked.sides[0].area)
-    given = asked.holes, asked.points
-    result = fit.result_of(problem, found, map, given, asked.settings, drawn=True, laid=laid)
+        solution = replace(solution, rigid=outlines, rigid_of_target=surface_problem.onto)
+        laid = flat, np.sqrt(surface_problem.sides[1].area / surface_problem.sides[0].area)
+    constraints = surface_problem.holes, surface_problem.points
+    result = fit.result_of(
+        problem, solution, map, constraints, surface_problem.settings, drawn=True, laid=laid
+    )
     result = replace(result, layouts=layouts)
-    if asked.regions:
+    if surface_problem.regions:
         fit.check_sizes(result, options.rigid_size)
     result.notes.extend(fit.soft_pin_notes(map, soft_pins))
-    if not (len(asked.points) or problem.strokes) or all(layouts):
+    if not (len(surface_problem.points) or problem.strokes) or all(layouts):
         result.notes.extend(fit.stretch_notes(result.distortion))
     return result
 
 
-def _gone_on(asked: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
+def _resume(problem: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
     """Return an earlier map with the new constraints satisfied, in unit coordinates."""
-    z, u = (side.inward(w) for side, w in zip(asked.sides, (start.source, start.image)))
-    sketch = method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), asked.frames)
+    z, u = (side.inward(w) for side, w in zip(problem.sides, (start.source, start.image)))
+    sketch = method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), problem.frames)
     try:
-        return continue_from(final_mesh.final_level(asked.unit, asked.settings), sketch)
+        return continue_from(final_mesh.final_level(problem.unit, problem.settings), sketch)
     except Stuck:
         raise NoMapError("start: cannot continue from this map without folds; leave it out") from None
 
 
-def _solve(asked: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solution, bool]:
+def _solve(problem: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solution, bool]:
     """Return the map in the user's planes, and whether it is on the surface's own triangles."""
-    alike = None if start is not None else _from_similarity(asked)
-    if alike is not None and alike.energy < SURE_ENERGY:
-        return _of_own(asked, alike), True
+    similar = None if start is not None else _from_similarity(problem)
+    if similar is not None and similar.energy < SURE_ENERGY:
+        return _own_solution(problem, similar), True
     try:
         if start is None:
-            used, state = multilevel.coarse_to_fine(asked.unit, asked.journal)
+            used_problem, state = multilevel.coarse_to_fine(problem.unit, problem.journal)
         else:
-            used, state = asked.unit, _gone_on(asked, start)
+            used_problem, state = problem.unit, _resume(problem, start)
     except NoMapError:
-        if alike is None:
+        if similar is None:
             raise
-        return _of_own(asked, alike), True
-    met = final_mesh.meets_constraints(used, state)
+        return _own_solution(problem, similar), True
+    constraints_met = final_mesh.meets_constraints(used_problem, state)
     try:
-        state_there = _own_start(asked, used, state)
-        own = None if state_there is None else _on_own(asked, state_there)
+        own_start = _own_start(problem, used_problem, state)
+        own_map = None if own_start is None else _map_on_own_mesh(problem, own_start)
     except (Stuck, NoMapError):  # a surface with few triangles may leave no room
-        own = None
-    if asked.regions:
-        own = _with_rigid(asked, own)
-    if alike is not None and (own is None or not met or alike.energy < own.energy):
-        own, met = alike, True
-    if own is not None:
-        return replace(_of_own(asked, own), met=met), True
-    last = multilevel.whole_map(used, state, asked.settings, asked.journal)
+        own_map = None
+    if problem.regions:
+        own_map = _keep_rigid(problem, own_map)
+    if similar is not None and (own_map is None or not constraints_met or similar.energy < own_map.energy):
+        own_map, constraints_met = similar, True
+    if own_map is not None:
+        return replace(_own_solution(problem, own_map), met=constraints_met), True
+    last = multilevel.whole_map(used_problem, state, problem.settings, problem.journal)
     z, u = (
-        side.outward(frame.pull_back(w), _among(w, last.outer))
-        for side, frame, w in zip(asked.sides, asked.frames, (last.z, last.u))
+        side.outward(frame.pull_back(w), _mark_outer(w, last.outer))
+        for side, frame, w in zip(problem.sides, problem.frames, (last.z, last.u))
     )
-    return replace(_solution(asked, last, z, u), met=met), False
+    return replace(_solution(problem, last, z, u), met=constraints_met), False
 
 
-def _among(w: Complex, outer: slice) -> Flags:
+def _mark_outer(w: Complex, outer: slice) -> Flags:
     """Mark (n,) the vertices of a map that are on its outer outline."""
     on = np.zeros(w.size, bool)
     on[outer] = True
     return on
 
 
-def _solution(asked: SurfaceProblem, last: MeshMap, z: Complex, u: Complex) -> Solution:
+def _solution(problem: SurfaceProblem, last: MeshMap, z: Complex, u: Complex) -> Solution:
     """Return the solution for a map with vertices z (n,) and images u (n,) in the user's planes."""
-    given = asked.sides[0].outlines, asked.sides[1].outlines
-    return method.solution_of(last, z, u, asked.frames, given, asked.settings, asked.journal, asked.pins)
+    outlines = problem.sides[0].outlines, problem.sides[1].outlines
+    return method.solution_of(
+        last, z, u, problem.frames, outlines, problem.settings, problem.journal, problem.pins
+    )
 
 
-def _of_own(asked: SurfaceProblem, own: OwnMap) -> Solution:
+def _own_solution(problem: SurfaceProblem, own_map: OwnMap) -> Solution:
     """Return a map on a surface's own triangles as a solution in the user's planes."""
-    onto, other, frame = asked.onto, asked.sides[not asked.onto], asked.frames[not asked.onto]
-    here = own.of_layout(asked.sides[onto].given.flat)
-    there = _repair(
-        own.state,
-        other.outward(frame.pull_back(own.state.u), _among(own.state.u, own.state.outer)),
+    onto, other_side, frame = problem.onto, problem.sides[not problem.onto], problem.frames[not problem.onto]
+    own_places = own_map.of_layout(problem.sides[onto].given.flat)
+    other_places = _repair(
+        own_map.state,
+        other_side.outward(
+            frame.pull_back(own_map.state.u), _mark_outer(own_map.state.u, own_map.state.outer)
+        ),
         mirrored=frame.mirrored,
     )
     if onto:
-        return _solution(asked, own.state.inverse(), there, here)
-    return _solution(asked, own.state, here, there)
+        return _solution(problem, own_map.state.inverse(), other_places, own_places)
+    return _solution(problem, own_map.state, own_places, other_places)
 
 
-def _own_start(asked: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> DiscreteMap | None:
+def _own_start(problem: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> DiscreteMap | None:
     """Return the map, its source the surface, that the map on the surface's own triangles starts from.
 
     None where the own triangles cannot be used: with strokes, with pins that were released, and where holes of the
@@ -158,42 +167,42 @@ def _own_start(asked: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> 
     """
     if state.inside.strokes or (not state.bound and state.inside.z.size):
         return None
-    if used.inverted == asked.onto:
+    if used.inverted == problem.onto:
         return state
     return None if state.filled else state.swap_sides()
 
 
-def _from_similarity(asked: SurfaceProblem) -> OwnMap | None:
+def _from_similarity(problem: SurfaceProblem) -> OwnMap | None:
     """Return the map found from a similarity of both layouts; None where they are not alike, or it folds."""
-    if not all(side.layout for side in asked.sides):
+    if not all(side.layout for side in problem.sides):
         return None
-    sketch = icp_start.similarity_sketch(asked.unit)
+    sketch = icp_start.similarity_sketch(problem.unit)
     if sketch is None:
         return None
     try:
-        return _on_own(asked, sketch.inverse() if asked.onto else sketch)
+        return _map_on_own_mesh(problem, sketch.inverse() if problem.onto else sketch)
     except (Stuck, NoMapError):
         return None
 
 
-def _on_own(asked: SurfaceProblem, state: MeshMap) -> OwnMap:
+def _map_on_own_mesh(problem: SurfaceProblem, state: MeshMap) -> OwnMap:
     """Return the map on one side's own triangles, from a map whose source is that side.
 
     Raises:
         Stuck: there is no such map.
     """
-    problem = asked.unit.inverse() if asked.onto else asked.unit
-    step = -1 if asked.onto else 1
-    level = final_mesh.final_level(problem, asked.settings)
-    own = on_own_mesh(asked.sides[::step], asked.frames[::step], level, state)
+    unit_problem = problem.unit.inverse() if problem.onto else problem.unit
+    step = -1 if problem.onto else 1
+    level = final_mesh.final_level(unit_problem, problem.settings)
+    own_map = on_own_mesh(problem.sides[::step], problem.frames[::step], level, state)
     with suppress(OutOfTime):
-        own = _descended(asked, own)
-        if own.state.energy.pins is not None and asked.sides[not asked.onto].even is None:
-            own = _slid(asked, own, level)
-    return own
+        own_map = _minimize(problem, own_map)
+        if own_map.state.energy.pins is not None and problem.sides[not problem.onto].even is None:
+            own_map = _slide_boundary(problem, own_map, level)
+    return own_map
 
 
-def _slid(asked: SurfaceProblem, own: OwnMap, level: Level) -> OwnMap:
+def _slide_boundary(problem: SurfaceProblem, own_map: OwnMap, level: Level) -> OwnMap:
     """Return the map on one side's own triangles after sliding its boundary until that is stable.
 
     Corners of the other side's outline are images of vertices, so these vertices cannot slide. The boundary then stays
@@ -203,71 +212,73 @@ def _slid(asked: SurfaceProblem, own: OwnMap, level: Level) -> OwnMap:
     Raises:
         OutOfTime: the time limit was reached.
     """
-    step = -1 if asked.onto else 1
+    step = -1 if problem.onto else 1
     for _ in range(MOST_SLIDES):
-        slid = own.state.forward(FINE_POWER, NEWTON_STEPS, final_mesh.LAST_DECREASE_WITH_PINS, corners=False)
+        state = own_map.state.forward(
+            FINE_POWER, NEWTON_STEPS, final_mesh.LAST_DECREASE_WITH_PINS, corners=False
+        )
         try:
-            other = on_own_mesh(asked.sides[::step], asked.frames[::step], level, slid)
+            candidate = on_own_mesh(problem.sides[::step], problem.frames[::step], level, state)
         except Stuck:
             break
-        other = _descended(asked, other)
-        if not other.state.value < (1 - WORTHWHILE_SLIDE_DECREASE) * own.state.value:
+        candidate = _minimize(problem, candidate)
+        if not candidate.state.value < (1 - WORTHWHILE_SLIDE_DECREASE) * own_map.state.value:
             break
-        own = other
-    return own
+        own_map = candidate
+    return own_map
 
 
-def _descended(asked: SurfaceProblem, own: OwnMap) -> OwnMap:
+def _minimize(problem: SurfaceProblem, own_map: OwnMap) -> OwnMap:
     """Minimize the energy of the map on one side's own triangles, then lower its distortion to the requested bounds.
 
     Raises:
         OutOfTime: the time limit was reached.
     """
-    settings, journal = asked.settings, asked.journal
-    other = asked.sides[not asked.onto].even
-    if other is None:
-        begun, settled = started_coarsely(
-            own.state.relaxed(),
-            own.of_points(asked.sides[asked.onto].given.patch.points),
+    settings, journal = problem.settings, problem.journal
+    other_layout = problem.sides[not problem.onto].even
+    if other_layout is None:
+        initial, settled = started_coarsely(
+            own_map.state.relaxed(),
+            own_map.of_points(problem.sides[problem.onto].given.patch.points),
             lambda state: final_mesh.descend(state, FINE_POWER, journal),
         )
         if settled and not settings.bounded:
-            journal.energies.append(begun.value)
-            return replace(own, state=begun)
-        return replace(own, state=final_mesh.meet_bounds(begun, settings, journal))
-    begun = replace(own.state, ground=ground_of(other, asked.frames[not asked.onto]))
-    soft = begun.energy.pins is not None
+            journal.energies.append(initial.value)
+            return replace(own_map, state=initial)
+        return replace(own_map, state=final_mesh.meet_bounds(initial, settings, journal))
+    initial = replace(own_map.state, ground=ground_of(other_layout, problem.frames[not problem.onto]))
+    soft = initial.energy.pins is not None
     decrease = final_mesh.LAST_DECREASE_WITH_PINS if soft else LEAST_DECREASE
-    first = begun.forward(1.0, NEWTON_STEPS, decrease)
+    first = initial.forward(1.0, NEWTON_STEPS, decrease)
     journal.energies.append(first.value)
     state = final_mesh.meet_bounds_by(
         lambda state, q: state.forward(q, NEWTON_STEPS, decrease), first, settings
     )
-    return replace(own, state=state, energy=first.value)
+    return replace(own_map, state=state, energy=first.value)
 
 
-def _with_rigid(asked: SurfaceProblem, own: OwnMap | None) -> OwnMap:
+def _keep_rigid(problem: SurfaceProblem, own_map: OwnMap | None) -> OwnMap:
     """Return the map on the surface's own triangles with its rigid regions.
 
     Raises:
         InputError: as `rigid.keep_rigid`.
         NoMapError: no map without folds keeps them rigid.
     """
-    if own is None:
+    if own_map is None:
         raise NoMapError("rigid: found no map without folds that follows the surface's triangles")
-    places = own.of_layout(asked.sides[asked.onto].given.flat)
-    settings = asked.settings.inverse() if asked.onto else asked.settings
-    return rigid.keep_rigid(own, places, asked.regions, settings, asked.journal)
+    places = own_map.of_layout(problem.sides[problem.onto].given.flat)
+    settings = problem.settings.inverse() if problem.onto else problem.settings
+    return rigid.keep_rigid(own_map, places, problem.regions, settings, problem.journal)
 
 
-def _repair(state: DiscreteMap, there: Complex, *, mirrored: bool) -> Complex:
+def _repair(state: DiscreteMap, images: Complex, *, mirrored: bool) -> Complex:
     """Return images (n,) in the user's plane after unfolding the few triangles that folded on the way there.
 
     They are returned as they are if that fails.
     """
-    held = np.arange(there.size) < state.constrained
+    fixed = np.arange(images.size) < state.constrained
     try:
-        found = unfold_in(there.conj() if mirrored else there, state.faces, held, state.u)
+        unfolded = unfold_in(images.conj() if mirrored else images, state.faces, fixed, state.u)
     except Stuck:
-        return there
-    return found.conj() if mirrored else found
+        return images
+    return unfolded.conj() if mirrored else unfolded

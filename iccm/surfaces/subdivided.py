@@ -43,7 +43,7 @@ class Subdivision:
         """
         corners = triangulate(mesh)
         side = 2**halvings
-        i, j = (each.ravel() for each in np.mgrid[:side, :side])
+        i, j = (indices.ravel() for indices in np.mgrid[:side, :side])
         upright = [(i, j), (i + 1, j), (i, j + 1)]
         turned = [(i + 1, j + 1), (i, j + 1), (i + 1, j)]
         first = np.concatenate([i + j < side, i + j < side - 1])
@@ -78,15 +78,15 @@ class Subdivision:
         `items` (c,) numbers the item at each corner of the mesh, below `count`, or is -1. Corners at the same place of
         an edge between the same items share one new item.
         """
-        own = self.weights > 0
-        parents = np.where(own, items[self.corners][:, None, :], -1)
-        none = (own & (parents < 0)).any(axis=2)
+        has_weight = self.weights > 0
+        parents = np.where(has_weight, items[self.corners][:, None, :], -1)
+        lacks_item = (has_weight & (parents < 0)).any(axis=2)
         highest = parents.max(axis=2)
-        alone = np.where(own, parents, highest[:, :, None]).min(axis=2) == highest
-        number = np.where(none, -1, highest)
-        new = ~(none | alone)
+        is_single = np.where(has_weight, parents, highest[:, :, None]).min(axis=2) == highest
+        number = np.where(lacks_item, -1, highest)
+        new = ~(lacks_item | is_single)
         order = np.argsort(parents[new], axis=1)
-        rows = [np.take_along_axis(each[new], order, axis=1) for each in (parents, self.weights)]
+        rows = [np.take_along_axis(values[new], order, axis=1) for values in (parents, self.weights)]
         first, place = distinct_rows(np.hstack(rows))
         number[new] = count + place
         return Mixtures(np.maximum(rows[0][first], 0), rows[1][first], number)
@@ -160,13 +160,17 @@ class RimSplits:
             maps: one onto each layout.
             tolerance: relative to the diagonals of the maps' sources and images.
         """
-        chosen = [_places(*each, tolerance) for each in zip(layouts, images, maps)]
+        splits = [_places(layout, image, map, tolerance) for layout, image, map in zip(layouts, images, maps)]
         rims = [_oriented(layout, _rim(layout)) for layout in layouts]
-        ends = [*rims, *(np.column_stack([edges.tails, edges.heads]) for edges in chosen)]
-        every = [layout.patch.points[each] for layout, each in zip([*layouts, *layouts], ends)]
-        kinds = np.split(_same_edges(np.concatenate(every)), np.cumsum([len(each) for each in every])[:-1])
-        own, found = kinds[: len(layouts)], np.concatenate(kinds[len(layouts) :])
-        return cls(layouts, rims, own, _shares(found, np.concatenate([edges.shares for edges in chosen])))
+        ends = [*rims, *(np.column_stack([edges.tails, edges.heads]) for edges in splits)]
+        positions = [layout.patch.points[edges] for layout, edges in zip([*layouts, *layouts], ends)]
+        kinds = np.split(
+            _same_edges(np.concatenate(positions)), np.cumsum([len(part) for part in positions])[:-1]
+        )
+        rim_kinds, split_kinds = kinds[: len(layouts)], np.concatenate(kinds[len(layouts) :])
+        return cls(
+            layouts, rims, rim_kinds, _shares(split_kinds, np.concatenate([edges.shares for edges in splits]))
+        )
 
     @property
     def edges(self) -> int:
@@ -175,25 +179,30 @@ class RimSplits:
 
     def layouts_split(self) -> list[SplitLayout]:
         """Return the layouts with their rims split."""
-        return [_split(*each, self.shares) for each in zip(self.layouts, self.rims, self.kinds)]
+        return [
+            _split(layout, rim, kinds, self.shares)
+            for layout, rim, kinds in zip(self.layouts, self.rims, self.kinds)
+        ]
 
-    def without(self, turned: Sequence[Index]) -> "RimSplits":
+    def without(self, flipped: Sequence[Index]) -> "RimSplits":
         """Drop splits near flipped triangles.
 
-        `turned` holds triangles (k,) of each layout. Edges of these triangles are no longer split, or the nearest split
-        edges if they have none.
+        `flipped` holds triangles (k,) of each layout. Edges of these triangles are no longer split, or the nearest
+        split edges if they have none.
         """
         dropped = set[int]()
-        for layout, rim, kinds, triangles in zip(self.layouts, self.rims, self.kinds, turned):
+        for layout, rim, kinds, triangles in zip(self.layouts, self.rims, self.kinds, flipped):
             split, faces = np.isin(kinds, list(self.shares)), layout.patch.faces
             for corners in faces[triangles if split.any() else []]:
-                near = np.zeros(layout.flat.size, bool)
-                near[corners] = True
-                while not (ends := np.where(split, near[rim].sum(axis=1), 0)).any():
-                    near[faces[near[faces].any(axis=1)]] = True
+                is_near = np.zeros(layout.flat.size, bool)
+                is_near[corners] = True
+                while not (ends := np.where(split, is_near[rim].sum(axis=1), 0)).any():
+                    is_near[faces[is_near[faces].any(axis=1)]] = True
                 dropped |= set(kinds[ends == ends.max()].tolist())
         dropped = dropped or set(self.shares)
-        return replace(self, shares={k: own for k, own in self.shares.items() if k not in dropped})
+        return replace(
+            self, shares={k: split_shares for k, split_shares in self.shares.items() if k not in dropped}
+        )
 
 
 def least_heights(layout: Flattening, z: Complex) -> Real:
@@ -237,29 +246,33 @@ def _oriented(layout: Flattening, rim: Index) -> Index:
 
 def _places(layout: Flattening, image: Complex, map: AnyMap, tolerance: float) -> _Places:
     """Return the points at which the edges of a layout's rim have to be split."""
-    made, rim = triangulated(map), _oriented(layout, _rim(layout))
+    piecewise, rim = triangulated(map), _oriented(layout, _rim(layout))
     tails, heads = rim.T
-    here, there = (np.concatenate([each[loop] for loop in made.loops]) for each in (made.image, made.source))
+    image_outline = np.concatenate([piecewise.image[loop] for loop in piecewise.loops])
+    source_outline = np.concatenate([piecewise.source[loop] for loop in piecewise.loops])
     start, end = layout.flat[tails], layout.flat[heads]
-    edge, part = nearest_segments(here, start, end)
-    near = np.abs(start[edge] + part * (end - start)[edge] - here) <= tolerance * made.image_diagonal
-    inner = near & (part > ON_EDGE_BARYCENTRIC) & (part < 1 - ON_EDGE_BARYCENTRIC)
+    edge, part = nearest_segments(image_outline, start, end)
+    is_near = (
+        np.abs(start[edge] + part * (end - start)[edge] - image_outline)
+        <= tolerance * piecewise.image_diagonal
+    )
+    inner = is_near & (part > ON_EDGE_BARYCENTRIC) & (part < 1 - ON_EDGE_BARYCENTRIC)
     order = np.lexsort((part[inner], edge[inner]))
-    edge, part, there = edge[inner][order], part[inner][order], there[inner][order]
+    edge, part, source_outline = edge[inner][order], part[inner][order], source_outline[inner][order]
     begins = np.flatnonzero(np.diff(edge, prepend=-1))
-    allowed, found = OWN_TOLERANCE_SHARE * tolerance * made.diagonal, []
+    allowed, needed = OWN_TOLERANCE_SHARE * tolerance * piecewise.diagonal, []
     for first, last in zip(begins, np.append(begins[1:], edge.size)):
         k = edge[first]
-        chain = np.concatenate([[image[tails[k]]], there[first:last], [image[heads[k]]]])
-        found.append(first - 1 + np.flatnonzero(_kept(chain, allowed))[1:-1])
-    at = np.concatenate([np.zeros(0, np.int64), *found])
-    return _Places(tails[edge[at]], heads[edge[at]], part[at])
+        chain = np.concatenate([[image[tails[k]]], source_outline[first:last], [image[heads[k]]]])
+        needed.append(first - 1 + np.flatnonzero(_simplified(chain, allowed))[1:-1])
+    indices = np.concatenate([np.zeros(0, np.int64), *needed])
+    return _Places(tails[edge[indices]], heads[edge[indices]], part[indices])
 
 
-def _kept(z: Complex, allowed: float) -> Flags:
+def _simplified(z: Complex, allowed: float) -> Flags:
     """Mark (n,) the points of a polyline that are needed to approximate it (Douglas and Peucker 1973)."""
-    kept = np.zeros(z.size, bool)
-    kept[[0, -1]] = True
+    is_needed = np.zeros(z.size, bool)
+    is_needed[[0, -1]] = True
     waiting = [(0, z.size - 1)]
     while waiting:
         a, b = waiting.pop()
@@ -267,12 +280,12 @@ def _kept(z: Complex, allowed: float) -> Flags:
             continue
         along, inner = z[b] - z[a], z[a + 1 : b]
         share = ((inner - z[a]) * np.conj(along)).real / max(abs(along) ** 2, 1e-300)
-        away = np.abs(z[a] + np.clip(share, 0, 1) * along - inner)
-        worst = int(np.argmax(away))
-        if away[worst] > allowed:
-            kept[a + 1 + worst] = True
+        distances = np.abs(z[a] + np.clip(share, 0, 1) * along - inner)
+        worst = int(np.argmax(distances))
+        if distances[worst] > allowed:
+            is_needed[a + 1 + worst] = True
             waiting += [(a, a + 1 + worst), (a + 1 + worst, b)]
-    return kept
+    return is_needed
 
 
 def _same_edges(ends: Real) -> Index:
@@ -285,8 +298,8 @@ def _shares(kinds: Index, shares: Real) -> dict[int, Real]:
     """Return the split points of each kind of edge, ascending; of nearly equal ones only the first is kept."""
     order = np.lexsort((shares, kinds))
     kinds, shares = kinds[order], shares[order]
-    far = (np.diff(kinds, prepend=-1) != 0) | (np.diff(shares, prepend=-1.0) > ON_EDGE_BARYCENTRIC)
-    kinds, shares = kinds[far], shares[far]
+    is_distinct = (np.diff(kinds, prepend=-1) != 0) | (np.diff(shares, prepend=-1.0) > ON_EDGE_BARYCENTRIC)
+    kinds, shares = kinds[is_distinct], shares[is_distinct]
     begins = np.flatnonzero(np.diff(kinds, prepend=-1))
     return dict(zip(kinds[begins].tolist(), np.split(shares, begins[1:])))
 
@@ -297,15 +310,17 @@ def _split(layout: Flattening, rim: Index, kinds: Index, shares: dict[int, Real]
     surface = RefinedSurface.of(faces, count)
     hit = [(k, shares[kind]) for k, kind in enumerate(kinds.tolist()) if kind in shares]
     if hit:
-        times = [len(own) for _, own in hit]
+        times = [len(split_shares) for _, split_shares in hit]
         tails, heads = (np.repeat(ends, times) for ends in rim[[k for k, _ in hit]].T)
         ends, on = np.zeros((2, count), bool)
         ends[np.concatenate([tails, heads])] = True
         on[np.concatenate(layout.patch.loops)] = True
-        beside = (ends[faces].sum(axis=1) > 1)[:, None] & on[faces]
-        ends[faces[beside]] = True  # the opposite vertex too: triangles need room behind a concave outline
+        is_beside = (ends[faces].sum(axis=1) > 1)[:, None] & on[faces]
+        ends[faces[is_beside]] = True  # the opposite vertex too: triangles need room behind a concave outline
         surface = surface.without_chords(ends)
-        surface = surface.with_points_on(tails, heads, np.concatenate([own for _, own in hit]))
+        surface = surface.with_points_on(
+            tails, heads, np.concatenate([split_shares for _, split_shares in hit])
+        )
     return SplitLayout(surface, surface.carried(layout.flat))
 
 
@@ -321,13 +336,15 @@ def subdivision(layout: Flattening, surface: RefinedSurface) -> tuple[Subdivisio
     changed = (surface.faces >= count).any(axis=1)
     rows = np.flatnonzero(np.isin(face, np.unique(face[changed])))
     rows = rows[np.argsort(face[rows], kind="stable")]
-    own = surface.own[rows]
-    parents = [np.column_stack([np.arange(count)] * 3), *(each for each, _ in surface.added)]
-    parts = [np.tile([1.0, 0.0, 0.0], (count, 1)), *(each for _, each in surface.added)]
+    triangles = surface.own[rows]
+    parents = [np.column_stack([np.arange(count)] * 3), *(ends for ends, _ in surface.added)]
+    parts = [np.tile([1.0, 0.0, 0.0], (count, 1)), *(shares for _, shares in surface.added)]
     corners = surface.faces[rows]
-    from_, by = np.concatenate(parents)[corners], np.concatenate(parts)[corners]
-    mother = patch.faces[own]
-    weights = ((from_[:, :, :, None] == mother[:, None, None, :]) * by[..., None]).sum(axis=2)
-    turned = (np.roll(patch.corner[own], -1, axis=1) < patch.corner[own]).sum(axis=1) == 2
+    parent_vertices, parent_weights = np.concatenate(parents)[corners], np.concatenate(parts)[corners]
+    original_corners = patch.faces[triangles]
+    weights = (
+        (parent_vertices[:, :, :, None] == original_corners[:, None, None, :]) * parent_weights[..., None]
+    ).sum(axis=2)
+    turned = (np.roll(patch.corner[triangles], -1, axis=1) < patch.corner[triangles]).sum(axis=1) == 2
     weights = np.where(turned[:, None, None], weights[:, ::-1], weights)
-    return Subdivision(face[rows], patch.corner[own], weights), rows, turned
+    return Subdivision(face[rows], patch.corner[triangles], weights), rows, turned

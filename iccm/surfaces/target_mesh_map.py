@@ -55,9 +55,9 @@ class OwnMap:
         """Mark (n,) the mesh's vertices in triangles that share a vertex with the map's triangles `hit` (m,)."""
         faces = self.state.faces
         beside = np.isin(faces, faces[hit]).any(axis=1)
-        found = np.zeros(self.mesh.count, bool)
-        found[self.order[faces[beside]]] = True
-        return found
+        marks = np.zeros(self.mesh.count, bool)
+        marks[self.order[faces[beside]]] = True
+        return marks
 
     def of_layout(self, flat: Complex) -> Complex:
         """Interpolate values at the layout's vertices to the vertices of the map."""
@@ -85,16 +85,16 @@ def on_own_mesh(
     Raises:
         Stuck: no such map was found.
     """
-    met, problem = [loop.source for loop in state.loops], level.problem
-    loops, rims = _rims(sides[0], frames[0], met, (problem.source, problem.holes[0]))
+    source_holes, problem = [loop.source for loop in state.loops], level.problem
+    loops, rims = _rims(sides[0], frames[0], source_holes, (problem.source, problem.holes[0]))
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
-    own = _with_exact(level, rims, met, target=False)
+    exact_level = _with_exact(level, rims, source_holes, target=False)
     if sides[1].even is not None:  # a vertex that hardly matters in one layout may matter in another
-        goals = [loop.target for loop in state.loops]
-        _, there = _rims(sides[1], frames[1], goals, (problem.target, problem.holes[1]))
-        own = _with_exact(own, there, goals, target=True)
-    own = _reanchor(own)
-    boundary = own.boundary(match_on(own, state), fewest=1)
+        target_holes = [loop.target for loop in state.loops]
+        _, target_rims = _rims(sides[1], frames[1], target_holes, (problem.target, problem.holes[1]))
+        exact_level = _with_exact(exact_level, target_rims, target_holes, target=True)
+    exact_level = _reanchor(exact_level)
+    boundary = exact_level.boundary(match_on(exact_level, state), fewest=1)
     return _mesh(sides[0], frames[0], state, problem, boundary, loops)
 
 
@@ -113,37 +113,38 @@ def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
     """
     first = int(np.argmin(np.abs(z - simple.z[0])))
     z = np.roll(z, -first)
-    kept = [int(np.argmin(np.abs(z - w))) for w in simple.z]
-    on = np.abs(z[kept] - simple.z) < SAME_PLACE_SHARE * simple.length
-    kept_on = np.array(kept)[on]
-    if (np.diff(kept_on) <= 0).any():
+    nearest = [int(np.argmin(np.abs(z - w))) for w in simple.z]
+    on = np.abs(z[nearest] - simple.z) < SAME_PLACE_SHARE * simple.length
+    nearest_on = np.array(nearest)[on]
+    if (np.diff(nearest_on) <= 0).any():
         raise Stuck("the outline of the surface touches itself")
     curve = Curve(z)
-    knots, others = simple.knots[:-1][on], np.append(curve.knots[kept_on], curve.length)
-    origins = np.interp(curve.knots, others, np.append(knots, simple.length))
+    knots, exact_knots = simple.knots[:-1][on], np.append(curve.knots[nearest_on], curve.length)
+    origins = np.interp(curve.knots, exact_knots, np.append(knots, simple.length))
     return _ExactOutline(Outline(curve, curve.knots[:-1], origins), first)
 
 
 def _rims(
-    side: Side, frame: Similarity, met: list[int], simple: tuple[Curve, Sequence[Curve]]
+    side: Side, frame: Similarity, holes: list[int], simple: tuple[Curve, Sequence[Curve]]
 ) -> tuple[list[Index], list[_ExactOutline]]:
-    """Return a surface's loops and exact outlines in unit coordinates: the outer one, and those of the holes `met`.
+    """Return a surface's loops and exact outlines in unit coordinates: the outer ones, and those of `holes` (numbers).
 
     `simple` holds the outlines of the problem, in the same coordinates.
     """
-    flat, outlines = frame(side.own.flat), [simple[0], *(simple[1][k] for k in met)]
-    loops = [side.loops[k] for k in (0, *(1 + k for k in met))]
+    flat, outlines = frame(side.own.flat), [simple[0], *(simple[1][k] for k in holes)]
+    loops = [side.loops[k] for k in (0, *(1 + k for k in holes))]
     loops = [loop[::-1] if frame.mirrored else loop for loop in loops]
     return loops, [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
 
 
-def _with_exact(level: Level, rims: list[_ExactOutline], met: list[int], *, target: bool) -> Level:
-    """Return the level with a surface's exact outlines as its source or target, and as the holes `met`."""
-    both = [list(holes) for holes in level.holes]
-    for hole, rim in zip(met, rims[1:]):
-        both[target][hole] = rim.outline
-    found = replace(level, holes=(tuple(both[0]), tuple(both[1])))
-    return replace(found, target=rims[0].outline) if target else replace(found, source=rims[0].outline)
+def _with_exact(level: Level, rims: list[_ExactOutline], numbers: list[int], *, target: bool) -> Level:
+    """Return the level with a surface's exact outlines as its source or target, and as its holes `numbers`."""
+    hole_outlines = [list(holes) for holes in level.holes]
+    for hole, rim in zip(numbers, rims[1:]):
+        hole_outlines[target][hole] = rim.outline
+    level = replace(level, holes=(tuple(hole_outlines[0]), tuple(hole_outlines[1])))
+    exact = rims[0].outline
+    return replace(level, target=exact) if target else replace(level, source=exact)
 
 
 def _reanchor(level: Level) -> Level:
@@ -170,26 +171,26 @@ def _mesh(
     `loops` are the surface's own vertices along each outline.
     """
     closing = [side.loops[1 + loop.source] for loop in state.filled]
-    mesh, given = _cover_holes(side, closing)
+    mesh, weights = _cover_holes(side, closing)
     mesh, pinned = _with_pins(mesh, side, frame.pull_back(problem.pins[:, 0]))
-    still = np.zeros(mesh.count, bool)
-    still[np.concatenate([*loops, pinned])] = True
-    mesh, rim = _with_boundary(mesh.without_chords(still), loops, boundary)
+    fixed = np.zeros(mesh.count, bool)
+    fixed[np.concatenate([*loops, pinned])] = True
+    mesh, rim = _with_boundary(mesh.without_chords(fixed), loops, boundary)
     if problem.metrics[1] is not None and len(mesh.faces) < COARSE_TRIANGLES:
         mesh = mesh.without_chords(np.ones(mesh.count, bool))
-    on = _On(side, frame, problem, boundary, [rim, pinned, *closing])
+    builder = _MapBuilder(side, frame, problem, boundary, [rim, pinned, *closing])
     for rounds in reversed(range(ROOM_HALVINGS)):
-        own = on.map(mesh, given[mesh.own], state)
+        own_map = builder.map(mesh, weights[mesh.own], state)
         try:
-            return replace(own, state=_relax_slivers(_unfold(own.state, harmonic=not rounds)))
-        except Tangled as left:
+            return replace(own_map, state=_relax_slivers(_unfold(own_map.state, harmonic=not rounds)))
+        except Tangled as error:
             if not rounds:
                 raise
-            mesh = mesh.without_chords(own.near(triangle_areas(left.u[own.state.faces]) <= 0))
+            mesh = mesh.without_chords(own_map.near(triangle_areas(error.u[own_map.state.faces]) <= 0))
     raise AssertionError
 
 
-class _On(NamedTuple):
+class _MapBuilder(NamedTuple):
     """Data that stay the same while triangles are made smaller.
 
     `first` lists the vertices of the boundary, of pins, and of the holes to be filled.
@@ -212,22 +213,22 @@ class _On(NamedTuple):
         maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
         faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
         following = np.append(boundary.following, np.arange(rim.size, constrained))
-        alone = [(loop.source, -1, each.size) for loop, each in zip(state.filled, self.first[2:])]
+        unpaired = [(loop.source, -1, vertices.size) for loop, vertices in zip(state.filled, self.first[2:])]
         pins = np.column_stack([z[rim.size : constrained], self.problem.pins[:, 1]])
         u = interpolate(state.z, state.faces, state.u, z)
         u[: rim.size] = boundary.images()
-        found = DiscreteMap(
+        discrete_map = DiscreteMap(
             faces,
             z,
             u,
-            boundary=boundary.with_filled(loops_of(alone, constrained)),
+            boundary=boundary.with_filled(loops_of(unpaired, constrained)),
             pattern=system_of(faces, following, z.size),
             inside=InnerConstraints.of_pins(pins),
             bound=pinned.size > 0,
             weights=None if material.all() else weights,
             metrics=(OwnMetric(maps, material), self.problem.metrics[1]),
         ).with_energy(self.problem.energy.without_rotation())
-        return OwnMap(found, mesh, order)
+        return OwnMap(discrete_map, mesh, order)
 
 
 def _cover_holes(side: Side, closing: list[Index]) -> tuple[RefinedSurface, Real]:
@@ -272,7 +273,9 @@ def _relax_slivers(map: DiscreteMap) -> DiscreteMap:
     if metric.material.all():
         return map
     content = linear(map.z[map.faces], map.u[map.faces])
-    maps = Linear(*(np.where(metric.material, own, new) for own, new in zip(metric.maps, content)))
+    maps = Linear(
+        *(np.where(metric.material, original, image) for original, image in zip(metric.maps, content))
+    )
     return replace(map, metrics=(OwnMetric(maps, metric.material), map.metrics[1]))
 
 
