@@ -131,10 +131,10 @@ class Fit:
         return [name for name in super().__dir__() if not name.startswith("_")]
 
     def __repr__(self) -> str:
-        given = [("pin", len(self.pins)), ("stroke", len(self.strokes)), ("hole", len(self.source_holes))]
-        told = "".join(f", {count} {name}{'s' * (count > 1)}" for name, count in given if count)
+        counts = [("pin", len(self.pins)), ("stroke", len(self.strokes)), ("hole", len(self.source_holes))]
+        suffix = "".join(f", {count} {name}{'s' * (count > 1)}" for name, count in counts if count)
         kind, count = type(self.map).__name__, self.map.polygon.size
-        return f"<Fit: {self.ended.name.lower()}, {kind} with {count} boundary vertices{told}>"
+        return f"<Fit: {self.ended.name.lower()}, {kind} with {count} boundary vertices{suffix}>"
 
     @cached_property
     def status(self) -> Status:
@@ -191,8 +191,8 @@ class Fit:
             return 0.0
         z = self.interior
         back = self.inverse(self.map.jet(z)[0])
-        near = np.abs(back - z) <= INVERSE_ERROR_SHARE * Curve(self.map.polygon).diagonal
-        return float(np.mean(~near))
+        is_recovered = np.abs(back - z) <= INVERSE_ERROR_SHARE * Curve(self.map.polygon).diagonal
+        return float(np.mean(~is_recovered))
 
     @property
     def iterations(self) -> int:
@@ -228,15 +228,15 @@ class Fit:
         z = self.inverse(w)
         if self.target is None:
             return z
-        flat, found = w.ravel(), z.ravel()
-        lost = np.flatnonzero(np.isnan(found) & np.isfinite(flat))
-        lost = lost[self.target.contains(flat[lost])]
+        flat, preimages = w.ravel(), z.ravel()
+        missing = np.flatnonzero(np.isnan(preimages) & np.isfinite(flat))
+        missing = missing[self.target.contains(flat[missing])]
         for hole in self.target_holes:
-            lost = lost[~hole.contains(flat[lost])]
-        if lost.size:
-            found = found.copy()
-            found[lost] = ExtendedInverse(self.map)(flat[lost])
-        return found.reshape(w.shape)
+            missing = missing[~hole.contains(flat[missing])]
+        if missing.size:
+            preimages = preimages.copy()
+            preimages[missing] = ExtendedInverse(self.map)(flat[missing])
+        return preimages.reshape(w.shape)
 
     def inverted(self) -> Transform:
         """Return the transform from target to source."""
@@ -260,61 +260,64 @@ class Fit:
         """
         if any(self.layouts):
             raise InputError("save: the map of a mesh cannot be saved, only maps between planar shapes")
-        own = Plane.of(self.source.z, self.source_holes), Plane.of(self.image, self.target_holes)
+        default_planes = Plane.of(self.source.z, self.source_holes), Plane.of(self.image, self.target_holes)
         if self.place != "fill":
-            own = replace(own[0], box=self.boxes[0]), replace(own[1], box=self.boxes[1])
+            default_planes = (
+                replace(default_planes[0], box=self.boxes[0]),
+                replace(default_planes[1], box=self.boxes[1]),
+            )
         outlines = self.source.z, self.target.z if self.target else None
-        both = [replace(plane, outline=z) for plane, z in zip(planes or own, outlines)]
+        saved_planes = [replace(plane, outline=z) for plane, z in zip(planes or default_planes, outlines)]
         sides = zip(*self.strokes) if self.strokes else ((), ())
         curves = (*sides, self.source_holes, self.target_holes, *self.passed_holes)
-        rings = {name: [curve.z for curve in each] for name, each in zip(RINGS, curves)}
-        said = {"ended": self.ended.name, "notes": self.notes, "energies": self.energies, **about}
-        said |= {"tolerance": self.tolerance, "axes": list(self.axes)}
-        said |= {} if self.softness is None else {"softness": self.softness.as_lists()}
+        rings = {name: [curve.z for curve in group] for name, group in zip(RINGS, curves)}
+        data = {"ended": self.ended.name, "notes": self.notes, "energies": self.energies, **about}
+        data |= {"tolerance": self.tolerance, "axes": list(self.axes)}
+        data |= {} if self.softness is None else {"softness": self.softness.as_lists()}
         arrays = {"pins": self.pins, "hole_partners": self.hole_partners}
         rings["filled"] = list(self.filled or ())
         for side, name in enumerate(DRAWING_RINGS):
             rings[name] = self.drawings[side].rings if self.drawings else []
-        said |= {"opaque": self.opaque, "place": self.place}
+        data |= {"opaque": self.opaque, "place": self.place}
         rings["rigid"] = [ring for region in self.rigid for ring in region.rings]
-        said["rigid"] = [len(region.rings) for region in self.rigid]
-        said["rigid_of_target"] = any(region.of_target for region in self.rigid)
-        MapFile(self.map, (both[0], both[1]), arrays, rings, said).write(path)
+        data["rigid"] = [len(region.rings) for region in self.rigid]
+        data["rigid_of_target"] = any(region.of_target for region in self.rigid)
+        MapFile(self.map, (saved_planes[0], saved_planes[1]), arrays, rings, data).write(path)
 
     @classmethod
-    def of(cls, held: MapFile) -> "Fit":
+    def of(cls, map_file: MapFile) -> "Fit":
         """Return the result that a map file contains.
 
         Raises:
             InputError: the data about the map are inconsistent.
         """
-        about, (source, target) = held.about, held.planes
+        about, (source, target) = map_file.about, map_file.planes
         ended: str = about["ended"]
         notes: list[str] = about.get("notes", [])
         energies: list[dict[str, float]] = about.get("energies", [])
         tolerance = about.get("tolerance", TOLERANCE)
         axes = about.get("axes", list(UP))
         is_tolerance = isinstance(tolerance, float) and tolerance > 0
-        if not isinstance(axes, list) or len(axes) != 2 or any(each not in AXES for each in axes):
+        if not isinstance(axes, list) or len(axes) != 2 or any(axis not in AXES for axis in axes):
             raise InputError("about: the axes are not those of two planes")
         if source.outline is None or ended not in Status.__members__ or not is_tolerance:
             raise InputError("about: the description of the solver is invalid")
         begins, ends, *holes = (
-            [Curve(z, not name.startswith("stroke")) for z in held.rings[name]] for name in RINGS[:6]
+            [Curve(z, not name.startswith("stroke")) for z in map_file.rings[name]] for name in RINGS[:6]
         )
-        partners = [(int(i), int(j)) for i, j in held.arrays["hole_partners"]]
+        partners = [(int(i), int(j)) for i, j in map_file.arrays["hole_partners"]]
         fits = all(-1 <= i < len(holes[0]) and -1 <= j < len(holes[1]) for i, j in partners)
-        fits &= target.outline is None or len(partners) == len(held.map.rims) - 1
-        filled = held.rings["filled"]
+        fits &= target.outline is None or len(partners) == len(map_file.map.rims) - 1
+        filled = map_file.rings["filled"]
         if len(begins) != len(ends) or not fits or len(filled) not in (0, 2):
             raise InputError("hole_partners, strokes, filled: inconsistent with each other")
         return cls(
-            map=replace(held.map, axes=(axes[0], axes[1])) if tuple(axes) != UP else held.map,
+            map=replace(map_file.map, axes=(axes[0], axes[1])) if tuple(axes) != UP else map_file.map,
             ended=Status[ended],
             energies=energies,
             source=Curve(source.outline),
             target=None if target.outline is None else Curve(target.outline),
-            pins=held.arrays["pins"],
+            pins=map_file.arrays["pins"],
             strokes=list(zip(begins, ends)),
             notes=notes,
             source_holes=holes[0],
@@ -322,13 +325,13 @@ class Fit:
             hole_partners=partners,
             passed_holes=(holes[2], holes[3]),
             filled=(filled[0], filled[1]) if filled else None,
-            rigid=_regions(held, (holes[0], holes[1])),
+            rigid=_regions(map_file, (holes[0], holes[1])),
             tolerance=tolerance,
             axes=(axes[0], axes[1]),
-            drawings=_drawings(held),
+            drawings=_drawings(map_file),
             opaque=about.get("opaque") is not False,
             place=about["place"] if about.get("place") in PLACES else "fill",
-            softness=_softness(held),
+            softness=_softness(map_file),
         )
 
     def _repr_png_(self) -> bytes:
@@ -344,8 +347,8 @@ class Fit:
 
         picture = b64encode(self._repr_png_()).decode()
         words = escape(self.summary() if self.status.ok else f"{self.summary()}. {self.status.value}")
-        shown = f'<img alt="the map" src="data:image/png;base64,{picture}">'
-        return f"<figure>{shown}<figcaption>{words}</figcaption></figure>"
+        picture_tag = f'<img alt="the map" src="data:image/png;base64,{picture}">'
+        return f"<figure>{picture_tag}<figcaption>{words}</figcaption></figure>"
 
     def plot(
         self,
@@ -443,15 +446,15 @@ class Fit:
             *((image, hole) for image, hole, _, _ in self._hole_images),
         ]
         even = self.map(boundary_samples(self.map.polygon, 2))
-        evenly = [
+        even_pairs = [
             (Curve(closer_outline(even, self.filled and self.filled[1], self.target)), self.target),
             *pairs[1:],
         ]
-        weights = np.concatenate([image.lengths + np.roll(image.lengths, 1) for image, _ in evenly])
-        away = np.concatenate([target.distances(image.z) for image, target in evenly])
+        weights = np.concatenate([image.lengths + np.roll(image.lengths, 1) for image, _ in even_pairs])
+        away = np.concatenate([target.distances(image.z) for image, target in even_pairs])
         rms = np.sqrt(np.average(away**2, weights=weights))
-        given = [self.target.distances(self._image_of(self._on_outline))]
-        given += [
+        distances = [self.target.distances(self._image_of(self._on_outline))]
+        distances += [
             hole.distances(self._image_of(self.source_holes[i].z))
             for _, hole, i, _ in self._hole_images
             if i >= 0
@@ -459,7 +462,7 @@ class Fit:
         return {
             "rms": float(rms) / self.diagonal,
             "hausdorff": max(hausdorff(*pair) for pair in pairs) / self.diagonal,
-            "given": float(max(each.max() for each in given)) / self.diagonal,
+            "given": float(max(part.max() for part in distances)) / self.diagonal,
             **({"source": self._source_gap} if self.ended is Status.SOURCE_GAP else {}),
         }
 
@@ -468,10 +471,10 @@ class Fit:
         """The source's vertices, as given, that are on the map's outline, not inside concavities and not left out."""
         if self.filled is None:
             return self.source.z
-        near = ON_OUTLINE_SHARE * self.source.diagonal
+        tolerance = ON_OUTLINE_SHARE * self.source.diagonal
         loops = self.map.polygon, self.filled[0]
-        kept = [Curve(loop).distances(self.source.z) <= near for loop in loops]
-        return self.source.z[kept[0] & kept[1]]
+        is_near = [Curve(loop).distances(self.source.z) <= tolerance for loop in loops]
+        return self.source.z[is_near[0] & is_near[1]]
 
     @cached_property
     def coverage(self) -> Coverage:
@@ -597,7 +600,7 @@ class Fit:
     @property
     def _holes_report(self) -> list[dict[str, Any]]:
         """Holes of the source and of the target, counted from 1, with the distance of their outlines."""
-        met = [
+        pairs = [
             {
                 "source": i + 1 if i >= 0 else None,
                 "target": j + 1,
@@ -606,7 +609,7 @@ class Fit:
             for image, hole, i, j in self._hole_images
         ]
         alone = set(range(len(self.source_holes))) - {i for i, _ in self.hole_partners}
-        return met + [{"source": i + 1, "target": None, "gap": None} for i in sorted(alone)]
+        return pairs + [{"source": i + 1, "target": None, "gap": None} for i in sorted(alone)]
 
     @cached_property
     def interior(self) -> Complex:
@@ -623,17 +626,17 @@ class Fit:
             return on_surfaces(self._samples, self.layouts)
         if not isinstance(self.map, TriangulatedMap):
             return self._samples
-        chosen = np.flatnonzero(~self.voids)
+        triangles = np.flatnonzero(~self.voids)
         if self.drawings is None or self.target is None:
-            return distortion.of_triangles(self.map, chosen)
+            return distortion.of_triangles(self.map, triangles)
         # for whole drawings only over visible parts: the distortion of gaps is invisible
         regions = self.drawings[0].region, self.drawings[1].region
-        faces = self.map.faces[chosen]
+        faces = self.map.faces[triangles]
         shares = shares_seen(self.map.source, self.map.image, faces, *regions, covering=None).both
         seen_at_all = shares > 0
         if not seen_at_all.any():
-            return distortion.of_triangles(self.map, chosen)
-        return distortion.of_triangles(self.map, chosen[seen_at_all], shares[seen_at_all])
+            return distortion.of_triangles(self.map, triangles)
+        return distortion.of_triangles(self.map, triangles[seen_at_all], shares[seen_at_all])
 
     @cached_property
     def triangles(self) -> Distortion:
@@ -706,28 +709,28 @@ class Fit:
         """Notes if large parts of either drawing are not visible, unless that was requested."""
         if self.seen is None:
             return []
-        said = []
+        notes = []
         if self.seen.hidden > 1 - WELL_SEEN_SHARE and self.place != "slice":
-            said.append(
+            notes.append(
                 f"{self.seen.hidden:.0%} of the source drawing is hidden, because it lies in gaps of the "
                 "target (shown)."
             )
         if self.seen.bare > 1 - WELL_SEEN_SHARE and self.place != "inside":
-            said.append(f"{self.seen.bare:.0%} of the target drawing stays bare (covered).")
+            notes.append(f"{self.seen.bare:.0%} of the target drawing stays bare (covered).")
         if self.cracks > SEEN_CRACKS_SHARE:
-            said.append(
+            notes.append(
                 f"Cracks cover {self.cracks:.1%} of the target drawing: slits narrower than 1 % of its "
                 "size that show nothing (cracks)."
             )
-        return said
+        return notes
 
     @property
     def _distortion_report(self) -> dict[str, Any]:
         """The figures of distortion; bare parts of the target count as outside of every scale range."""
-        found = self.distortion.report()
+        report = self.distortion.report()
         if self.is_partial:
-            found["scale"] = {name: share * (1 - self.uncovered) for name, share in found["scale"].items()}
-        return found
+            report["scale"] = {name: share * (1 - self.uncovered) for name, share in report["scale"].items()}
+        return report
 
     @cached_property
     def _apart(self) -> dict[str, Any]:
@@ -737,18 +740,18 @@ class Fit:
 
     def doubts(self) -> list[str]:
         """Return messages about figures that indicate problems of the map."""
-        found = []
+        messages = []
         if self.lost >= SEEN_FOLDS_SHARE:
-            found.append(
+            messages.append(
                 f"folds: {self.lost:.1%} of the source's area folds or shrinks to almost nothing, so the "
                 "inverse map does not recover it"
             )
         if all(self.layouts) and (share := self.distortion.squeezed) >= SQUEEZED_AREA_SHARE:
-            found.append(
+            messages.append(
                 f"squeezed: on {share:.1%} of a surface the map nearly folds (dilatation above 100, up to "
                 f"{self.distortion.dilatations.max():.2g}); add landmarks there, or move them"
             )
-        return found
+        return messages
 
     def _image_of(self, z: Complex) -> Complex:
         """Return the images of points of the source; points outside the map's polygon are moved to its outline."""
@@ -779,50 +782,50 @@ def load(path: str | PathLike) -> Fit:
         raise InputError(str(error) if str(error).startswith(str(path)) else f"{path}: {error}") from error
 
 
-def _softness(held: MapFile) -> Softness | None:
+def _softness(map_file: MapFile) -> Softness | None:
     """Return the softness of a saved map's pins.
 
     Raises:
         InputError: their numbers differ.
     """
-    lists = held.about.get("softness")
+    lists = map_file.about.get("softness")
     if lists is None:
         return None
     softness = Softness.from_lists(lists)
-    if softness is None or len(softness.radii) != len(held.arrays["pins"]):
+    if softness is None or len(softness.radii) != len(map_file.arrays["pins"]):
         raise InputError("about: the softness is not that of the pins")
     return softness
 
 
-def _drawings(held: MapFile) -> tuple[Drawing, Drawing] | None:
+def _drawings(map_file: MapFile) -> tuple[Drawing, Drawing] | None:
     """Return the drawings of a saved map; None if it is not a map of whole drawings."""
-    source, target = (held.rings[name] for name in DRAWING_RINGS)
+    source, target = (map_file.rings[name] for name in DRAWING_RINGS)
     if not source or not target:
         return None
     return Drawing.of_rings(source, "source drawing"), Drawing.of_rings(target, "target drawing")
 
 
-def _regions(held: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Region]:
+def _regions(map_file: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Region]:
     """Return the rigid regions of a saved map.
 
     Raises:
         InputError: the rings do not form regions, or a region contains no triangles.
     """
-    counts, rings = held.about.get("rigid", []), list(held.rings["rigid"])
-    if sum(counts) != len(rings) or (rings and not isinstance(held.map, TriangulatedMap)):
+    counts, rings = map_file.about.get("rigid", []), list(map_file.rings["rigid"])
+    if sum(counts) != len(rings) or (rings and not isinstance(map_file.map, TriangulatedMap)):
         raise InputError("rigid: the rings do not form regions")
-    source, target = (None if plane.outline is None else Curve(plane.outline) for plane in held.planes)
+    source, target = (None if plane.outline is None else Curve(plane.outline) for plane in map_file.planes)
     mean = mean_scale(source, target, holes) if source else 1.0
-    found, of_target = [], held.about.get("rigid_of_target") is True
+    regions, of_target = [], map_file.about.get("rigid_of_target") is True
     for count in counts:
         region, rings = tuple(rings[:count]), rings[count:]
         if (
-            not isinstance(held.map, TriangulatedMap)
-            or not triangles_in(held.map, region, of_target=of_target).size
+            not isinstance(map_file.map, TriangulatedMap)
+            or not triangles_in(map_file.map, region, of_target=of_target).size
         ):
             raise InputError("rigid: a region contains no triangles")
-        found.append(Region.of(held.map, region, mean, of_target=of_target))
-    return found
+        regions.append(Region.of(map_file.map, region, mean, of_target=of_target))
+    return regions
 
 
 def _quantile(values: np.ndarray, q: float) -> float:

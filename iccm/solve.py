@@ -56,18 +56,18 @@ def _within_time(solve: Solve) -> Solve:
             return solve(*args, **options)
         limit.cut = False
         try:
-            found = solve(*args, **options)
+            result = solve(*args, **options)
         except InputError as error:
             if not limit.cut or isinstance(error, TimeUp):
                 raise
             raise TimeUp(limit.message(deadline.searching(limit))) from error
         if not limit.cut:
-            return found
+            return result
         note = (
             f"The search stopped after {limit.seconds:g} s (--time-limit); the result is the best map so far."
         )
-        ended = Status.LIMIT if found.ended.ok else found.ended
-        return replace(found, ended=ended, notes=[*found.notes, note])
+        ended = Status.LIMIT if result.ended.ok else result.ended
+        return replace(result, ended=ended, notes=[*result.notes, note])
 
     return timed  # type: ignore[return-value]
 
@@ -206,16 +206,18 @@ def fit(
         for shape, name, holes in ((source, "source", source_holes), (target, "target", target_holes))
         for drawing in [drawing_of(shape, name, axes)]
     ]
-    both = sides[0], sides[1]
+    side_pair = sides[0], sides[1]
     with listening(progress, cancel):
-        on_surface = any(side.is_surface for side in both)
+        on_surface = any(side.is_surface for side in side_pair)
         if on_surface and settings.place != "fill":
             raise InputError(
                 f"place: {settings.place} only works for planar drawings; leave it out for a mesh"
             )
-        if (any(side.drawing is not None for side in both) or settings.place != "fill") and not on_surface:
-            return _fit_drawings(both, constraints, settings, hole_partners, axes, opaque, free_gaps)
-        return _fit_outlines(both, constraints, settings, hole_partners, axes)
+        if (
+            any(side.drawing is not None for side in side_pair) or settings.place != "fill"
+        ) and not on_surface:
+            return _fit_drawings(side_pair, constraints, settings, hole_partners, axes, opaque, free_gaps)
+        return _fit_outlines(side_pair, constraints, settings, hole_partners, axes)
 
 
 @dataclass(frozen=True)
@@ -246,12 +248,12 @@ class _Constraints:
     @property
     def are_none(self) -> bool:
         """Whether there are no constraints."""
-        given = (
-            getattr(self, each.name)
-            for each in fields(self)
-            if each.name not in ("softness", "stroke_widths")
+        values = (
+            getattr(self, field.name)
+            for field in fields(self)
+            if field.name not in ("softness", "stroke_widths")
         )
-        return all(value is None or (isinstance(value, Sized) and len(value) == 0) for value in given)
+        return all(value is None or (isinstance(value, Sized) and len(value) == 0) for value in values)
 
 
 @dataclass(frozen=True)
@@ -260,14 +262,14 @@ class _Side:
 
     Attributes:
         shape: as given.
-        known: its outline and holes; None for drawings.
+        given_outlines: its outline and holes; None for drawings.
         drawing: the whole drawing that it is; None for outlines.
         given_holes: outlines of holes that were given separately.
         name: "source" or "target", for messages.
     """
 
     shape: Any
-    known: Outlines | None
+    given_outlines: Outlines | None
     drawing: Drawing | None
     given_holes: Sequence[Any]
     name: str
@@ -284,19 +286,19 @@ class _Side:
         Raises:
             InputError: holes were given for a shape that has its own.
         """
-        known = self.known
-        if known is None:
+        outlines = self.given_outlines
+        if outlines is None:
             assert self.drawing is not None
             holes = tuple(hole.z for hole in self.drawing.mappable_holes)
-            known = Outlines(self.drawing.tightest.outline, holes)
-        if self.given_holes and known.holes:
+            outlines = Outlines(self.drawing.tightest.outline, holes)
+        if self.given_holes and outlines.holes:
             raise InputError(f"{self.name}_holes: the shape already has holes; remove one of the two")
-        return Outlines(known.outline, tuple(self.given_holes)) if self.given_holes else known
+        return Outlines(outlines.outline, tuple(self.given_holes)) if self.given_holes else outlines
 
     def with_outline(self, outline: Curve, holes: Sequence[Curve]) -> _Side:
         """Return the side with an outline that replaces its drawing."""
-        known = Outlines(outline, tuple(hole.z for hole in holes))
-        return replace(self, known=known, drawing=None, given_holes=())
+        outlines = Outlines(outline, tuple(hole.z for hole in holes))
+        return replace(self, given_outlines=outlines, drawing=None, given_holes=())
 
 
 def _fit_drawings(
@@ -321,29 +323,29 @@ def _fit_drawings(
         *,
         pinned: bool = True,
     ) -> Fit:
-        used = sides[0].with_outline(source, source_holes), sides[1].with_outline(target, target_holes)
-        own = partners if source_holes or target_holes else ()
-        asked = constraints if pinned else replace(constraints, pins=None, softness=None)
-        return _fit_outlines(used, asked, options, own, axes, advised=advised)
+        used_sides = sides[0].with_outline(source, source_holes), sides[1].with_outline(target, target_holes)
+        hole_partners = partners if source_holes or target_holes else ()
+        used_constraints = constraints if pinned else replace(constraints, pins=None, softness=None)
+        return _fit_outlines(used_sides, used_constraints, options, hole_partners, axes, advised=advised)
 
     advised = bool(
         {"whole", "keep"} & {settings.fit, settings.holes}
     )  # otherwise frames were compared, not requested
     source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
     if settings.place != "fill":
-        found = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
+        result = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
         pins = as_pins(constraints.pins)
-        return replace(found, opaque=opaque, pins=pins, softness=Softness.exact(len(pins)))
+        return replace(result, opaque=opaque, pins=pins, softness=Softness.exact(len(pins)))
     searched = constraints.are_none and not partners and settings.is_balanced and settings.balance <= 1
     searched = searched and settings.max_dilatation is None and settings.max_stretch is None
-    found = fit_drawings(source, target, settings, solve_outlines, free_gaps=free_gaps, searched=searched)
-    return replace(found, opaque=opaque)
+    result = fit_drawings(source, target, settings, solve_outlines, free_gaps=free_gaps, searched=searched)
+    return replace(result, opaque=opaque)
 
 
-def _drawing_of_outlines(known: Outlines, name: str) -> Drawing:
+def _drawing_of_outlines(outlines: Outlines, name: str) -> Drawing:
     """Return the drawing with one part that an outline with holes encloses."""
-    outer = as_domain(known.outline, name)
-    holes = [as_domain(hole, f"{name} hole {k + 1}").z for k, hole in enumerate(known.holes)]
+    outer = as_domain(outlines.outline, name)
+    holes = [as_domain(hole, f"{name} hole {k + 1}").z for k, hole in enumerate(outlines.holes)]
     return Drawing(polygon_of(outer.z, *holes))
 
 
@@ -358,13 +360,13 @@ def _fit_outlines(
 ) -> Fit:
     """Return the map between two outlines with their holes, or between surfaces."""
     settings = replace(settings, fit=fits.of_outlines(settings.fit))
-    known = sides[0].outlines, sides[1].outlines
-    holes: tuple[Sequence[Any], Sequence[Any]] = known[0].holes, known[1].holes
+    outlines = sides[0].outlines, sides[1].outlines
+    holes: tuple[Sequence[Any], Sequence[Any]] = outlines[0].holes, outlines[1].holes
     if not settings.is_balanced and not any(side.given_holes for side in sides):
         holes = (), ()  # holes of polygons: other methods fill them
     problem = Problem.of(
-        known[0].outline,
-        known[1].outline,
+        outlines[0].outline,
+        outlines[1].outline,
         constraints.pins,
         constraints.strokes,
         holes=holes,
@@ -379,8 +381,8 @@ def _fit_outlines(
         pins_inside=not settings.is_balanced,
     )
     layouts = flattening_of(sides[0].shape), flattening_of(sides[1].shape)
-    found = _solve(problem, settings, layouts, constraints.start, advised=advised)
-    return _with_axes(found, axes, (sides[0].shape, sides[1].shape))
+    result = _solve(problem, settings, layouts, constraints.start, advised=advised)
+    return _with_axes(result, axes, (sides[0].shape, sides[1].shape))
 
 
 def _solve(
@@ -398,23 +400,25 @@ def _solve(
             "does not work with surfaces; leave it out" if any(layouts) else "needs the map to keep, start"
         )
         raise InputError(f"keep_start: {reason}")
-    capabilities.refuse(_given(problem, before), _method_of(settings), _kind_of(layouts), settings.fit)
+    capabilities.refuse(
+        _constraint_names(problem, before), _method_of(settings), _kind_of(layouts), settings.fit
+    )
     if settings.method == "paper":
         from .paper import algorithm1
 
-        return _judged_by(settings, algorithm1.solve(problem, settings), layouts)
+        return _complete_result(settings, algorithm1.solve(problem, settings), layouts)
     if not settings.is_balanced:
         from .conformal import method as conformal
 
-        return _judged_by(settings, conformal.solve(problem, settings), layouts)
+        return _complete_result(settings, conformal.solve(problem, settings), layouts)
     if any(layouts):
         from .surfaces import method as surfaces
         from .surfaces import partial
 
         if fits.is_partial(settings.fit):
-            found = partial.solve(problem, settings, layouts)
-            if found is not None:
-                return found
+            result = partial.solve(problem, settings, layouts)
+            if result is not None:
+                return result
             settings = replace(settings, fit="whole")
         return surfaces.solve(problem, settings, layouts, before)
     from .balanced import fit as balanced
@@ -422,15 +426,15 @@ def _solve(
     return balanced.solve(problem, settings, before, advised=advised)
 
 
-def _judged_by(
-    settings: Options, found: Fit, layouts: tuple[Flattening | None, Flattening | None] = (None, None)
+def _complete_result(
+    settings: Options, result: Fit, layouts: tuple[Flattening | None, Flattening | None] = (None, None)
 ) -> Fit:
     """Complete the result of a method that weights constraints.
 
     It gets the layouts, the method's tolerance, and a note if constraints determined the choice of the method.
     """
-    notes = [_switch_note(settings), *found.notes] if settings.switched_by else found.notes
-    return replace(found, layouts=layouts, tolerance=settings.tolerance, notes=notes)
+    notes = [_switch_note(settings), *result.notes] if settings.switched_by else result.notes
+    return replace(result, layouts=layouts, tolerance=settings.tolerance, notes=notes)
 
 
 def _switch_note(settings: Options) -> str:
@@ -438,18 +442,18 @@ def _switch_note(settings: Options) -> str:
     return f"using --method conformal because of --{name}, which the default method does not support"
 
 
-def _given(problem: Problem, start: TriangulatedMap | None) -> set[str]:
+def _constraint_names(problem: Problem, start: TriangulatedMap | None) -> set[str]:
     """Return the names of the constraints of a problem, as in `capabilities`."""
     names = ("strokes", "source_holes", "target_holes", "rigid", "rigid_target", "importance", "size_map")
-    given = {name for name in names if getattr(problem, name)}
+    constraint_names = {name for name in names if getattr(problem, name)}
     if any(problem.stroke_widths):
-        given.add(capabilities.STROKE_WIDTHS)
+        constraint_names.add(capabilities.STROKE_WIDTHS)
     # Not for exact pins, which fix the ends of strokes with every method.
     if problem.softness.is_given.any():
-        given.add(capabilities.PATCHES)
+        constraint_names.add(capabilities.PATCHES)
     if problem.softness.has_derivative.any():
-        given.add(capabilities.PATCH_DERIVATIVES)
-    return given if start is None else given | {"start"}
+        constraint_names.add(capabilities.PATCH_DERIVATIVES)
+    return constraint_names if start is None else constraint_names | {"start"}
 
 
 def _method_of(settings: Options) -> str:
@@ -492,13 +496,13 @@ def refuse_unknown(
         options: its keyword arguments.
         passed_to: another function whose arguments are allowed too.
     """
-    names = [each.name for each in fields(Options)]
+    names = [field.name for field in fields(Options)]
     names += inspect.signature(passed_to).parameters if passed_to else []
     unknown = next((name for name in options if name not in names), None)
     if unknown is not None:
-        known = [*inspect.signature(function).parameters, *names]
-        near = "".join(f"; did you mean {name!r}?" for name in get_close_matches(unknown, known, 1))
-        raise TypeError(f"{function.__name__}() got an unexpected keyword argument {unknown!r}{near}")
+        allowed = [*inspect.signature(function).parameters, *names]
+        suggestion = "".join(f"; did you mean {name!r}?" for name in get_close_matches(unknown, allowed, 1))
+        raise TypeError(f"{function.__name__}() got an unexpected keyword argument {unknown!r}{suggestion}")
 
 
 def _points(shape: Outline, name: str, axes: str) -> Any:
@@ -506,12 +510,12 @@ def _points(shape: Outline, name: str, axes: str) -> Any:
     return outlines_of(shape, name, axes).outline
 
 
-def _with_axes(found: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
+def _with_axes(result: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
     """Return the result with the axes of both sides."""
     sides = [_side(axes, shape) for shape in shapes]
-    both = (sides[0], sides[-1])
-    map = found.map if both == found.map.axes else replace(found.map, axes=both)
-    return replace(found, map=map, axes=both)
+    axis_pair = (sides[0], sides[-1])
+    map = result.map if axis_pair == result.map.axes else replace(result.map, axes=axis_pair)
+    return replace(result, map=map, axes=axis_pair)
 
 
 def _side(axes: str, shape: Outline) -> str:
@@ -568,29 +572,29 @@ def deform(
     """
     settings = _options(deform, options)
     reach = ON_OUTLINE_SHARE if settings.is_balanced else NEAR_SHARE
-    known = outlines_of(source, "source", axes)
+    outlines = outlines_of(source, "source", axes)
     points, softness = pins_of(pins, axes)
     lines, widths = strokes_of(strokes, axes)
     holes = [_points(hole, f"source hole {k + 1}", axes) for k, hole in enumerate(source_holes)]
     problem = Problem.of(
-        known.outline,
+        outlines.outline,
         None,
         points,
         lines,
         softness=softness,
         stroke_widths=widths,
-        holes=(holes or (known.holes if settings.is_balanced else ()), ()),
+        holes=(holes or (outlines.holes if settings.is_balanced else ()), ()),
         reach=reach,
         rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
     )
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins or strokes are given; add at least one")
     with listening(progress, cancel):
-        found = _deformed(problem, settings, start, options)
-    return _with_axes(found, axes, (source,))
+        result = _deform(problem, settings, start, options)
+    return _with_axes(result, axes, (source,))
 
 
-def _deformed(
+def _deform(
     problem: Problem, settings: Options, start: Fit | TriangulatedMap | None, options: OptionValues
 ) -> Fit:
     """Return the deformation of a problem by the requested method."""
@@ -604,17 +608,19 @@ def _deformed(
         if settings.keep_start:
             raise InputError("keep_start: does not apply to deform; leave it out")
         return balanced.deform(problem, settings, _map_of(start))
-    capabilities.refuse(_given(problem, _map_of(start)), _method_of(settings), "plane", settings.fit)
+    capabilities.refuse(
+        _constraint_names(problem, _map_of(start)), _method_of(settings), "plane", settings.fit
+    )
     from .paper import algorithm1
 
     weighed = Options(**OptionValues(smoothness=1e-4, order=0, max_iterations=100) | options)
-    return _judged_by(settings, algorithm1.deform(problem, weighed))
+    return _complete_result(settings, algorithm1.deform(problem, weighed))
 
 
 def _map_of(start: Fit | TriangulatedMap | None) -> TriangulatedMap | None:
     if isinstance(start, Fit) and start.filled is not None:
         raise InputError("start: cannot continue from a partial map; compute it with fit='whole'")
-    found = start.map if isinstance(start, Fit) else start
-    if found is not None and not isinstance(found, TriangulatedMap):
+    map = start.map if isinstance(start, Fit) else start
+    if map is not None and not isinstance(map, TriangulatedMap):
         raise InputError("start: not a balanced map, nor a result that contains one")
-    return found
+    return map

@@ -86,16 +86,20 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
 
     The dilatations compared are those that are not exceeded on 95 % of the target.
     """
-    asked = [name for name in ("fit", "holes") if getattr(options, name) != "auto"]
+    names = [name for name in ("fit", "holes") if getattr(options, name) != "auto"]
     with suppress(NoMapError):
-        other = solve_once(problem, replace(options, fit="auto", holes="auto"))
-        before, after = whole.distortion, other.distortion
-        if other.status.ok and after.dilatation_p95 <= WORTHWHILE_DILATATION_SHARE * before.dilatation_p95:
+        partial_fit = solve_once(problem, replace(options, fit="auto", holes="auto"))
+        before, after = whole.distortion, partial_fit.distortion
+        if (
+            partial_fit.status.ok
+            and after.dilatation_p95 <= WORTHWHILE_DILATATION_SHARE * before.dilatation_p95
+        ):
             return [
-                f"With {' and '.join(asked)} set to auto, the largest stretch on 95 % of the target is "
+                f"With {' and '.join(names)} set to auto, the largest stretch on 95 % of the target is "
                 f"{after.stretch_p95:.1f} instead of {before.stretch_p95:.1f}, and the dilatation "
                 f"{after.dilatation_p95:.1f} instead of {before.dilatation_p95:.1f}; "
-                f"{other.left_out:.1%} of the source would be hidden and {other.uncovered:.1%} of the target bare."
+                f"{partial_fit.left_out:.1%} of the source would be hidden and "
+                f"{partial_fit.uncovered:.1%} of the target bare."
             ]
     return []
 
@@ -187,13 +191,13 @@ def _with_exact_pins(
             break
         soft = free & np.isin(problem.pins[:, 0], best.soft_pins[:, 0])
         missed = soft & ~_are_near(best, problem.pins)
-        chosen = soft if everything else missed
-        if not chosen.any():
+        newly_exact = soft if everything else missed
+        if not newly_exact.any():
             break
-        exact |= chosen
-        firm = problem.softness.with_pins(np.flatnonzero(exact), Softness.exact(int(exact.sum())))
+        exact |= newly_exact
+        softness = problem.softness.with_pins(np.flatnonzero(exact), Softness.exact(int(exact.sum())))
         try:
-            best = _attempt(replace(problem, softness=firm), options, start, moved=moved)
+            best = _attempt(replace(problem, softness=softness), options, start, moved=moved)
         except (NoMapError, OutOfTime):
             break
     if best is attempt or best.fit.status is Status.PINS:
@@ -208,18 +212,18 @@ def _are_near(attempt: _Attempt, pins: Complex) -> Flags:
     """
     fit = attempt.fit
     assert fit.softness is not None
-    limits = {here: limit for here, limit in zip(fit.pins[:, 0].tolist(), fit.softness.limits.tolist())}
-    most = np.array([limits.get(here, np.nan) for here in pins[:, 0].tolist()])
+    limits = {point: limit for point, limit in zip(fit.pins[:, 0].tolist(), fit.softness.limits.tolist())}
+    pin_limits = np.array([limits.get(point, np.nan) for point in pins[:, 0].tolist()])
     # exact pins, and pins in holes, have no limit
-    return near_places(triangulated(fit.map), pins, most)
+    return near_places(triangulated(fit.map), pins, pin_limits)
 
 
 def exact_pin_note(numbers: Index) -> str:
     """Return a sentence on soft pins (k,) that were made exact because they would miss their places."""
-    named = [str(number + 1) for number in numbers]
-    if len(named) == 1:
-        return f"Pin {named[0]} is met exactly, because as a soft pin it would miss its place (radius)."
-    listed = f"{', '.join(named[:-1])} and {named[-1]}"
+    labels = [str(number + 1) for number in numbers]
+    if len(labels) == 1:
+        return f"Pin {labels[0]} is met exactly, because as a soft pin it would miss its place (radius)."
+    listed = f"{', '.join(labels[:-1])} and {labels[-1]}"
     return f"Pins {listed} are met exactly, because as soft pins some would miss their places (radius)."
 
 
@@ -232,8 +236,8 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
     outlines_moved = carried is not start
     moved = moved or outlines_moved
     strokes = problem.strokes
-    given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
-    holes, pins, numbers = named_partners(given, source, target, problem.pins, strokes)
+    all_holes = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
+    holes, pins, numbers = named_partners(all_holes, source, target, problem.pins, strokes)
     settings = settings_of(options)
     fields = problem.size_map, problem.importance
     regions = problem.rigid or problem.rigid_target
@@ -245,7 +249,7 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
     if constrained or start is not None or settings.bounded:
         settings = replace(settings, fit=with_constraints(settings.fit))
     if problem.rigid_target:
-        found = solve_inverse(
+        solution = solve_inverse(
             source,
             target,
             settings,
@@ -259,7 +263,7 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
             outlines_moved=outlines_moved,
         )
     else:
-        found = solved(
+        solution = solved(
             source,
             target,
             settings,
@@ -275,13 +279,13 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
             softness=softness,
             stroke_widths=problem.stroke_widths,
         )
-    linear = in_regions(found.map, found.rigid, of_target=found.rigid_of_target)
-    map = straighten_lines(found.map, found.lines, linear)
+    linear = in_regions(solution.map, solution.rigid, of_target=solution.rigid_of_target)
+    map = straighten_lines(solution.map, solution.lines, linear)
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
-    drawn = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
-    fit = result_of(problem, found, map, (holes, pins), settings, drawn=drawn)
+    in_bounds = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
+    fit = result_of(problem, solution, map, (holes, pins), settings, in_bounds=in_bounds)
     is_free = not (len(pins) or len(strokes))
-    return _Attempt(fit, settings, found.turn, is_free=is_free, soft_pins=found.soft_pins)
+    return _Attempt(fit, settings, solution.turn, is_free=is_free, soft_pins=solution.soft_pins)
 
 
 def solve_inverse(
@@ -310,23 +314,25 @@ def solve_inverse(
     check(source, target, pins, strokes, numbers)
     if len(holes.source) > len(holes.target):
         raise InputError("rigid_target: the source has more holes than the target; set holes to fill or cut")
-    swapped = holes.inverse()
-    found = solved(
+    swapped_holes = holes.inverse()
+    solution = solved(
         target,
         source,
         settings.inverse(),
         pins[:, ::-1],
-        [(there, here) for here, there in strokes],
-        swapped,
+        [(target_stroke, source_stroke) for source_stroke, target_stroke in strokes],
+        swapped_holes,
         numbers,
         start and start.linear_inverse(),
         rigid,
         moved=moved,
         outlines_moved=outlines_moved,
     )
-    said, told = unequal(swapped), unequal(holes)
-    notes = [note for note in found.notes if note not in said]
-    return replace(found.inverse(), notes=[*told, *notes] if len(notes) < len(found.notes) else notes)
+    inverse_notes, hole_notes = unequal(swapped_holes), unequal(holes)
+    notes = [note for note in solution.notes if note not in inverse_notes]
+    return replace(
+        solution.inverse(), notes=[*hole_notes, *notes] if len(notes) < len(solution.notes) else notes
+    )
 
 
 def loses_too_much(hidden: float, bare: float, options: Options) -> bool:
@@ -361,16 +367,14 @@ def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings
         return (ring, sides[1]) if k == 0 else (sides[0], ring)
 
     most = price_of(closed, settings)
-    ring = rings.best_seam(
-        sides[k], holes[k][0], lambda opened: rings.coarse_cost(*pair(opened), settings), most
-    )
+    ring = rings.best_seam(sides[k], holes[k][0], lambda cut: rings.coarse_cost(*pair(cut), settings), most)
     if ring is None:
         return None
     with suppress(NoMapError):
-        found = solve_once(Problem.of(*pair(ring)), replace(options, fit="whole"))
-        if found.status.ok and price_of(found, settings) < most:
-            found.notes.insert(0, SEAM.format(("source", "target")[k]))
-            return found
+        open_fit = solve_once(Problem.of(*pair(ring)), replace(options, fit="whole"))
+        if open_fit.status.ok and price_of(open_fit, settings) < most:
+            open_fit.notes.insert(0, SEAM.format(("source", "target")[k]))
+            return open_fit
     return None
 
 
@@ -378,54 +382,54 @@ def price_of(fit: Fit, settings: Settings) -> float:
     """Return the cost of a map; see `drawings.cost.price`."""
     map = triangulated(fit.map)
     rotation = turn_of(map.source, map.image, map.faces) - (settings.turn or 0.0)
-    lost = fit.left_out, fit.uncovered
-    return settings.energy.cost(map.source, map.image, map.faces[~fit.voids], lost, rotation=rotation)
+    lost_shares = fit.left_out, fit.uncovered
+    return settings.energy.cost(map.source, map.image, map.faces[~fit.voids], lost_shares, rotation=rotation)
 
 
 def result_of(
     problem: Problem,
-    found: Solution,
+    solution: Solution,
     map: TriangulatedMap,
-    given: tuple[Holes, Complex],
+    constraints: tuple[Holes, Complex],
     settings: Settings,
     *,
-    drawn: bool,
-    laid: tuple[Complex, float] | None = None,
+    in_bounds: bool,
+    region_layout: tuple[Complex, float] | None = None,
 ) -> Fit:
     """Return the `Fit` of a solution.
 
     Args:
         problem: the domains and constraints.
-        found: the solution.
+        solution: the solution.
         map: its map, with curved patches.
-        given: the holes, and the pins (k, 2) that are not in holes.
+        constraints: the holes, and the pins (k, 2) that are not in holes.
         settings: options of the map.
-        drawn: whether the patches meet the bounds on distortion.
-        laid: for rigid regions of a surface: (n,) positions of vertices with each region flattened, and the
+        in_bounds: whether the patches meet the bounds on distortion.
+        region_layout: for rigid regions of a surface: (n,) positions of vertices with each region flattened, and the
             map's mean scale.
     """
     source, target, strokes = problem.source, problem.target, problem.strokes
-    all_holes, pins = given
-    holes = all_holes if found.holes is None else all_holes.only(found.holes)
-    passed = ((), ()) if found.holes is None else all_holes.others(found.holes)
-    status = _status(found, drawn, settings)
-    flat, mean = laid or (None, mean_scale(source, target, holes.sides))
-    of_target = found.rigid_of_target
-    rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in found.rigid]
-    if status.ok and not near_places(map, found.soft_pins, found.softness.limits).all():
+    all_holes, pins = constraints
+    holes = all_holes if solution.holes is None else all_holes.only(solution.holes)
+    ignored = ((), ()) if solution.holes is None else all_holes.others(solution.holes)
+    status = _status(solution, in_bounds, settings)
+    flat, mean = region_layout or (None, mean_scale(source, target, holes.sides))
+    of_target = solution.rigid_of_target
+    rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in solution.rigid]
+    if status.ok and not near_places(map, solution.soft_pins, solution.softness.limits).all():
         status = Status.PINS
     if status.ok and not all(region.is_rigid for region in rigid):
         status = Status.BENT
-    energies = [{"total": float(energy)} for energy in found.energies]
+    energies = [{"total": float(energy)} for energy in solution.energies]
     return Fit(
-        *(map, status, energies, source, target, pins, strokes, list(found.notes)),
+        *(map, status, energies, source, target, pins, strokes, list(solution.notes)),
         source_holes=holes.source,
         target_holes=holes.target,
-        hole_partners=found.partners,
-        passed_holes=passed,
-        filled=found.filled,
+        hole_partners=solution.partners,
+        passed_holes=ignored,
+        filled=solution.filled,
         rigid=rigid,
-        softness=softness_of(pins, found.soft_pins, found.softness),
+        softness=softness_of(pins, solution.soft_pins, solution.softness),
     )
 
 
@@ -444,33 +448,37 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     from .deform import method as deforming
 
     source, pins, strokes = problem.source, problem.pins, problem.strokes
-    holes, notes = open_holes(problem.source_holes, source, pins[:, 0], [here for here, _ in strokes])
-    given = check_free(source, pins, strokes, holes)
-    settings, said = settings_of(options), [*notes, *given.notes]
+    holes, hole_notes = open_holes(
+        problem.source_holes, source, pins[:, 0], [source_stroke for source_stroke, _ in strokes]
+    )
+    constraints = check_free(source, pins, strokes, holes)
+    settings, notes = settings_of(options), [*hole_notes, *constraints.notes]
     softness = problem.softness
     if options.exact_pins or problem.rigid:  # the pins of a rigid region determine its similarity
         softness = Softness.exact(len(pins))
     bands = bands_of(strokes, problem.stroke_widths)
-    patches = patches_of(source, None, (holes, ()), pins, softness, given, bands=bands)
-    given = given.without(patches.points[:, 0])
+    patches = patches_of(source, None, (holes, ()), pins, softness, constraints, bands=bands)
+    constraints = constraints.without(patches.points[:, 0])
     regions = regions_of(problem.rigid, source, holes, pins, strokes) if problem.rigid else NO_REGIONS
-    found = deforming.solve(source, given, settings, start, holes, regions, patches)
-    map = found.map
-    if not found.simple:
+    solution = deforming.solve(source, constraints, settings, start, holes, regions, patches)
+    map = solution.map
+    if not solution.simple:
         bottom = pins[0, 0] if len(pins) else strokes[0][0].z[0]
         map = replace(map, faces=map.faces[drawing_order(map.source[map.faces].mean(axis=1), bottom)])
-        said.append(LAYERED.format("first pin" if len(pins) else "beginning of the first stroke"))
-    map = straighten_lines(map, found.lines, in_regions(map, regions.polygons))
+        notes.append(LAYERED.format("first pin" if len(pins) else "beginning of the first stroke"))
+    map = straighten_lines(map, solution.lines, in_regions(map, regions.polygons))
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
-    bounded = found.reached and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
-    ended = Status.BOUNDS if not bounded else Status.MET if found.simple else Status.OVERLAP
-    met = found.met and bool(near_places(map, patches.points, patches.softness.limits).all())
+    bounded = solution.reached and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
+    ended = Status.BOUNDS if not bounded else Status.MET if solution.simple else Status.OVERLAP
+    constraints_met = solution.met and bool(near_places(map, patches.points, patches.softness.limits).all())
     rigid = [Region.of(map, rings) for rings in regions.polygons]
-    status = Status.PINS if not met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
-    said.extend(soft_pin_notes(map, patches.points))
-    energies = [{"total": energy} for energy in found.energies]
+    status = (
+        Status.PINS if not constraints_met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
+    )
+    notes.extend(soft_pin_notes(map, patches.points))
+    energies = [{"total": energy} for energy in solution.energies]
     return Fit(
-        *(map, status, energies, source, None, pins, strokes, said),
+        *(map, status, energies, source, None, pins, strokes, notes),
         source_holes=holes,
         rigid=rigid,
         softness=softness_of(pins, patches.points, patches.softness),
@@ -532,68 +540,70 @@ def in_regions(map: TriangulatedMap, regions: Sequence[Rings], *, of_target: boo
     return np.concatenate([NO_FACES, *(triangles_in(map, rings, of_target=of_target) for rings in regions)])
 
 
-def check_sizes(fit: Fit, asked: float | str | None) -> None:
+def check_sizes(fit: Fit, requested: float | str | None) -> None:
     """Add a note on rigid regions that had to be smaller than usual, or larger in the target, for lack of room.
 
     Raises:
         InputError: they had to be smaller, or larger, than requested.
     """
     for k, region in enumerate(fit.rigid):
-        wanted = asked if isinstance(asked, float | int) else 1.0
-        room = wanted / region.scale if region.of_target else region.scale / wanted
-        if asked == "free" or not region.is_rigid or room > 1 - SIZE_OFF_SHARE:
+        goal = requested if isinstance(requested, float | int) else 1.0
+        room = goal / region.scale if region.of_target else region.scale / goal
+        if requested == "free" or not region.is_rigid or room > 1 - SIZE_OFF_SHARE:
             continue
-        said, instead, rounded = (
+        limit_word, alternative, round_size = (
             ("from", "larger", np.ceil) if region.of_target else ("up to", "smaller", np.floor)
         )
-        told = (
-            f"has room for a size {said} {rounded(round(1000 * region.scale) / 10) / 100:.2f} times "
+        explanation = (
+            f"has room for a size {limit_word} {round_size(round(1000 * region.scale) / 10) / 100:.2f} times "
             "the mean scale"
         )
-        if asked is not None:
+        if requested is not None:
             raise InputError(
-                f"rigid_size: region {k + 1} {told}, not for {wanted:g}; choose a {instead} size"
+                f"rigid_size: region {k + 1} {explanation}, not for {goal:g}; choose a {alternative} size"
             )
-        fit.notes.append(f"Rigid region {k + 1} {told} (regions).")
+        fit.notes.append(f"Rigid region {k + 1} {explanation} (regions).")
 
 
-def _status(found: Solution, drawn: bool, settings: Settings) -> Status:
-    if not found.met:
+def _status(solution: Solution, in_bounds: bool, settings: Settings) -> Status:
+    if not solution.met:
         return Status.PINS
-    if found.gap > settings.tolerance:
+    if solution.gap > settings.tolerance:
         return Status.GAP
-    if found.source_gap > settings.tolerance:
+    if solution.source_gap > settings.tolerance:
         return Status.SOURCE_GAP
-    return Status.REACHED if found.reached and drawn else Status.BOUNDS
+    return Status.REACHED if solution.reached and in_bounds else Status.BOUNDS
 
 
-def stretch_notes(found: Distortion) -> list[str]:
+def stretch_notes(distortion: Distortion) -> list[str]:
     """Return a note if the shapes make a large stretch unavoidable, such as a ring, a bar or a spiral and a block."""
-    if found.strain is None:
+    if distortion.strain is None:
         return []
     return [
         "The shapes differ so much that the picture is strongly stretched: on 5 % of the target, lengths "
-        "change by a factor of more than {:.1f}, and the dilatation exceeds {:.0f}.".format(*found.strain)
+        "change by a factor of more than {:.1f}, and the dilatation exceeds {:.0f}.".format(
+            *distortion.strain
+        )
     ]
 
 
 def coverage_notes(fit: Fit) -> list[str]:
     """Return notes on ignored holes, and on the hidden share of the source and the bare share of the target."""
     counts = zip(("source", "target"), map(len, fit.passed_holes))
-    many = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]
-    said = [f"The map ignores {' and '.join(many)} (holes)."] if many else []
+    ignored = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]
+    notes = [f"The map ignores {' and '.join(ignored)} (holes)."] if ignored else []
     if fit.left_out >= NOTED_AREA_SHARE:
-        said.append(
+        notes.append(
             f"{fit.left_out:.1%} of the source is hidden, since concavities or holes of the target leave "
             "no room for it (fit)."
         )
     if fit.uncovered >= NOTED_AREA_SHARE:
-        shown = "; the texture inside these holes is shown there" if fit.passed_holes[0] else ""
-        said.append(
+        addition = "; the texture inside these holes is shown there" if fit.passed_holes[0] else ""
+        notes.append(
             f"{fit.uncovered:.1%} of the target stays bare, where concavities or holes of the source "
-            f"open{shown} (fit)."
+            f"open{addition} (fit)."
         )
-    return said
+    return notes
 
 
 def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> Flags:
@@ -603,36 +613,36 @@ def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> Flags:
     """
     if not len(pins):
         return np.ones(0, bool)
-    here, there = pins.T
-    return np.isnan(limits) | (np.abs(map(here) - there) <= MOST_LIMIT_RATIO * limits)
+    points, places = pins.T
+    return np.isnan(limits) | (np.abs(map(points) - places) <= MOST_LIMIT_RATIO * limits)
 
 
 def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
     """Return a note on the largest distance of soft pins from their places."""
     if not len(pins):
         return []
-    here, there = pins.T
-    missed = float(np.abs(map(here) - there).max()) / diagonal(map.image)
+    points, places = pins.T
+    largest = float(np.abs(map(points) - places).max()) / diagonal(map.image)
     return [
-        f"Pins are soft: they come within {missed:.2%} of the target's diagonal of their places (exact_pins takes them "
-        "there exactly)."
+        f"Pins are soft: they come within {largest:.2%} of the target's diagonal of their places "
+        "(exact_pins takes them there exactly)."
     ]
 
 
-def rotation_notes(found: float, asked: float | None) -> list[str]:
+def rotation_notes(rotation: float, requested: float | None) -> list[str]:
     """Return a note if the picture is rotated by another angle than requested.
 
     Args:
-        found: mean rotation in radians.
-        asked: requested rotation in radians; None if any is accepted.
+        rotation: mean rotation in radians.
+        requested: requested rotation in radians; None if any is accepted.
     """
-    if asked is None:
+    if requested is None:
         return []
-    away = np.degrees(np.angle(np.exp(1j * (found - asked))))
-    if abs(np.radians(away)) <= GOOD_ROTATION_RADIANS:
+    difference = np.degrees(np.angle(np.exp(1j * (rotation - requested))))
+    if abs(np.radians(difference)) <= GOOD_ROTATION_RADIANS:
         return []
-    turn = np.degrees(np.angle(np.exp(1j * found)))
+    turn = np.degrees(np.angle(np.exp(1j * rotation)))
     return [
-        f"The picture is rotated by {turn:.0f} degrees instead of {np.degrees(asked):g}, because of the "
+        f"The picture is rotated by {turn:.0f} degrees instead of {np.degrees(requested):g}, because of the "
         "shapes or the constraints (turn)."
     ]

@@ -125,20 +125,20 @@ class Origin:
         grid = layout(new.name, new.uv, new.uv_faces, new.twin, width, height, tile)
         partner, order = pairs or partners(old, new)
         owner = grid.owners.owner
-        lonely = (owner >= 0) & (_of_owners(partner, owner) < 0)
+        lonely = (owner >= 0) & (_partners_of_owners(partner, owner) < 0)
         slots = np.full(owner.shape, -1, np.int64)
         slots[lonely] = np.arange(lonely.sum())
         rows, columns = np.nonzero(lonely)
-        own = owner[rows, columns]
-        weights = _barycentric(grid.corners[own], columns, rows, grid.shape, tile is None)
-        near = nearest(old, _at(new.points[new.faces[own]], weights))
-        return cls(old, new, grid, partner, order, slots, *near, wraps=tile is None)
+        owners = owner[rows, columns]
+        weights = _barycentric(grid.corners[owners], columns, rows, grid.shape, tile is None)
+        nearest_points = nearest(old, _interpolate(new.points[new.faces[owners]], weights))
+        return cls(old, new, grid, partner, order, slots, *nearest_points, wraps=tile is None)
 
     def far(self, limit: float) -> Flags:
         """Return (h, w) texels that are farther from the old mesh than `limit`."""
-        found = np.zeros(self.slots.shape, bool)
-        found[self.slots >= 0] = self.distance > limit
-        return found
+        is_far = np.zeros(self.slots.shape, bool)
+        is_far[self.slots >= 0] = self.distance > limit
+        return is_far
 
     def reached(self, limit: float) -> Flags:
         """Return (h, w) texels that are on the old mesh, or not farther from it than `limit`."""
@@ -161,8 +161,8 @@ class Origin:
         Returns:
             (p, k) values of these texels, row by row.
         """
-        _, _, triangle, there = self._on_old(*np.nonzero(where))
-        return _at(values[triangle], there)
+        _, _, triangle, weights = self._on_old(*np.nonzero(where))
+        return _interpolate(values[triangle], weights)
 
     def _on_old(self, rows: NDArray, columns: NDArray) -> tuple[NDArray, Real, NDArray, Real]:
         """Return where texels (p,) of the new layout lie on both meshes.
@@ -170,13 +170,15 @@ class Origin:
         Returns:
             (p,) triangles of the new mesh, (p, 3) barycentric coordinates there, and both on the old mesh.
         """
-        own, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
-        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
+        new_triangles, slot = self.grid.owners.owner[rows, columns], self.slots[rows, columns]
+        weights = _barycentric(self.grid.corners[new_triangles], columns, rows, self.grid.shape, self.wraps)
         lonely = slot >= 0
-        triangle = np.where(lonely, self.nearest[slot] if self.nearest.size else 0, self.partner[own])
-        there = np.take_along_axis(weights, self.order[own], axis=1)
-        there[lonely] = self.weights[slot[lonely]]
-        return own, weights, triangle, there
+        triangle = np.where(
+            lonely, self.nearest[slot] if self.nearest.size else 0, self.partner[new_triangles]
+        )
+        old_weights = np.take_along_axis(weights, self.order[new_triangles], axis=1)
+        old_weights[lonely] = self.weights[slot[lonely]]
+        return new_triangles, weights, triangle, old_weights
 
     def conflicts(self, textures: Index | None = None) -> "Conflicts":
         """Count texels in several triangles of the new layout that show different places of the old texture.
@@ -190,24 +192,26 @@ class Origin:
         if not rows.size:
             return Conflicts(0, 0)
         first, last = self.grid.owners.owner[rows, columns], self.grid.owners.last[rows, columns]
-        (one, at), (other, there) = (self._old_places(own, rows, columns) for own in (first, last))
-        apart = at - there
-        differ = (np.abs(apart - np.rint(apart)) > SAME_PLACE).any(axis=1)
+        (first_triangle, first_place), (last_triangle, last_place) = (
+            self._old_places(triangles, rows, columns) for triangles in (first, last)
+        )
+        difference = first_place - last_place
+        differ = (np.abs(difference - np.rint(difference)) > SAME_PLACE).any(axis=1)
         if textures is not None:
-            differ |= textures[one] != textures[other]
+            differ |= textures[first_triangle] != textures[last_triangle]
         tiles = np.floor(self.new.uv[self.new.uv_faces].mean(axis=1))
         wrapped = differ & (tiles[first] != tiles[last]).any(axis=1) & self.wraps
         return Conflicts(int(differ.sum()), int(wrapped.sum()))
 
-    def _old_places(self, own: NDArray, rows: Index, columns: Index) -> tuple[Index, Real]:
+    def _old_places(self, new_triangles: NDArray, rows: Index, columns: Index) -> tuple[Index, Real]:
         """Return (p,) old triangles and (p, 2) old texture coordinates of texels, according to given new triangles."""
-        weights = _barycentric(self.grid.corners[own], columns, rows, self.grid.shape, self.wraps)
-        triangle = self.partner[own].copy()
-        there = np.take_along_axis(weights, self.order[own], axis=1)
+        weights = _barycentric(self.grid.corners[new_triangles], columns, rows, self.grid.shape, self.wraps)
+        triangle = self.partner[new_triangles].copy()
+        old_weights = np.take_along_axis(weights, self.order[new_triangles], axis=1)
         lonely = triangle < 0
-        points = _at(self.new.points[self.new.faces[own[lonely]]], weights[lonely])
-        triangle[lonely], there[lonely], _ = nearest(self.old, points)
-        return triangle, _at(self.old.uv[self.old.uv_faces[triangle]], there)
+        points = _interpolate(self.new.points[self.new.faces[new_triangles[lonely]]], weights[lonely])
+        triangle[lonely], old_weights[lonely], _ = nearest(self.old, points)
+        return triangle, _interpolate(self.old.uv[self.old.uv_faces[triangle]], old_weights)
 
     @property
     def repeating_triangles(self) -> int:
@@ -225,9 +229,9 @@ class Origin:
     def triangles(self) -> Index:
         """(h, w) triangle of the old mesh for each texel, -1 outside of the new layout's charts."""
         owner = self.grid.owners.owner
-        found = _of_owners(self.partner, owner)
-        found[self.slots >= 0] = self.nearest[self.slots[self.slots >= 0]]
-        return found
+        triangles = _partners_of_owners(self.partner, owner)
+        triangles[self.slots >= 0] = self.nearest[self.slots[self.slots >= 0]]
+        return triangles
 
     def places(
         self,
@@ -245,30 +249,39 @@ class Origin:
             tiles: box of the old layout that it covers; None for 0..1.
             wrap: how it continues beyond 0..1.
         """
-        own, weights, triangle, there = self._on_old(rows, columns)
+        new_triangles, weights, triangle, old_weights = self._on_old(rows, columns)
         corners = texels(self.old.uv[self.old.uv_faces[triangle]], size, tiles, wrap)
-        steps = self._steps(own)
-        turn = np.empty((own.size, 4))
+        steps = self._steps(new_triangles)
+        turn = np.empty((new_triangles.size, 4))
         edges = self.old.points[self.old.faces[triangle]]
         d = corners[:, 1:] - corners[:, :1]
         for k, step in enumerate(steps):
             turn[:, k::2] = np.einsum("pk,pkc->pc", along(edges[:, 1:] - edges[:, :1], step), d)
-        found = Places(_at(corners, there), turn, *self._directions(own, weights, triangle, there))
-        return wrapped(found, size, wrap) if tiles is None else found
+        places = Places(
+            _interpolate(corners, old_weights),
+            turn,
+            *self._directions(new_triangles, weights, triangle, old_weights),
+        )
+        return wrapped(places, size, wrap) if tiles is None else places
 
-    def _steps(self, own: Index) -> tuple[Real, Real]:
+    def _steps(self, triangles: Index) -> tuple[Real, Real]:
         """Return (p, 3) derivatives of the position in space with respect to the new layout's x and y."""
-        corners, at = self.grid.corners[own], self.new.points[self.new.faces[own]]
+        corners, points = self.grid.corners[triangles], self.new.points[self.new.faces[triangles]]
         (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
-        e, f, area = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0], ax * by - ay * bx
+        e, f, area = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0], ax * by - ay * bx
         area = np.where(area == 0, 1.0, area)[:, None]
         return (e * by[:, None] - f * ay[:, None]) / area, (f * ax[:, None] - e * bx[:, None]) / area
 
-    def _directions(self, own: Index, weights: Real, triangle: Index, there: Real) -> tuple[NDArray, NDArray]:
+    def _directions(
+        self, new_triangles: Index, weights: Real, triangle: Index, old_weights: Real
+    ) -> tuple[NDArray, NDArray]:
         """Return (p,) the new layout's tangent and its downward bitangent, in the old layout's frame."""
         (_, tangent, side), (_, t, b) = (
-            _frame(mesh, faces, at)
-            for mesh, faces, at in ((self.new, own, weights), (self.old, triangle, there))
+            _frame(mesh, faces, coordinates)
+            for mesh, faces, coordinates in (
+                (self.new, new_triangles, weights),
+                (self.old, triangle, old_weights),
+            )
         )
         right, down = (
             np.einsum("pi,pi->p", v, t) + 1j * np.einsum("pi,pi->p", v, b) for v in (tangent, -side)
@@ -299,9 +312,9 @@ def texels_across(
     square, area = np.sum(turn * turn, axis=1), turn[:, 0] * turn[:, 3] - turn[:, 1] * turn[:, 2]
     most = (square + np.sqrt(np.maximum(square * square - 4 * area * area, 0))) / 2
     most[_are_spots(probe.old, probe.triangles[rows, columns], size, tiles)] = COLOUR_TEXELS_ACROSS**2
-    own = probe.grid.owners.owner[rows, columns]
-    areas = np.maximum(np.abs(triangle_areas(complex_of(probe.grid.corners[own]))), 1e-300)
-    mean = np.average(most, weights=areas / np.bincount(own)[own])
+    owners = probe.grid.owners.owner[rows, columns]
+    areas = np.maximum(np.abs(triangle_areas(complex_of(probe.grid.corners[owners]))), 1e-300)
+    mean = np.average(most, weights=areas / np.bincount(owners)[owners])
     return int(np.ceil(np.sqrt(mean) - 1e-6))
 
 
@@ -354,8 +367,8 @@ def picture_side(
     """
     across = texels_across(probe, where, size, tiles, wrap)
     use = TextureUse.measure(probe.old, np.unique(probe.triangles[where]), size, tiles)
-    made = limited(across, use)
-    return made, too_small(across, made, use) if across > LOST_UNSEEN * made else ""
+    side = limited(across, use)
+    return side, too_small(across, side, use) if across > LOST_UNSEEN * side else ""
 
 
 def limited(across: int, use: TextureUse) -> int:
@@ -381,23 +394,21 @@ def _power_of_two(least: float) -> int:
     return 2 ** int(np.ceil(np.log2(max(least, 1.0)) - 1e-9))
 
 
-def too_small(across: int, made: int, use: TextureUse) -> str:
+def too_small(across: int, actual: int, use: TextureUse) -> str:
     """Return a note for pictures with fewer texels across than `texels_across` returns.
 
     Args:
         across: texels that would show all detail.
-        made: texels that the pictures have.
+        actual: texels that the pictures have.
         use: how the old layout uses the texture.
     """
     width, height = use.size
     if across * TEXELS_PER_REPETITION > use.most_texels_across * max(use.size):
         return (
             f"a texture of {width}×{height} texels repeats about {across // max(use.size):.6g} times across the new "
-            f"layout; pictures {made} texels wide show only its mean colors"
+            f"layout; pictures {actual} texels wide show only its mean colors"
         )
-    return (
-        f"pictures {made} texels wide lose detail of the old textures; use --size {across} to keep all of it"
-    )
+    return f"pictures {actual} texels wide lose detail of the old textures; use --size {across} to keep all of it"
 
 
 def _extent(tiles: Box | None) -> complex:
@@ -424,7 +435,7 @@ def _extents(old: Charted) -> Real:
 
 def _frame(mesh: Charted, triangle: Index, weights: Real) -> tuple[Real, Real, Real]:
     """Return (p, 3) normal, tangent and upward bitangent at points of triangles."""
-    normal, tangent = (_at(corner[triangle], weights) for corner in mesh.frames)
+    normal, tangent = (_interpolate(corner[triangle], weights) for corner in mesh.frames)
     return normal, tangent, np.cross(normal, tangent) * mesh.hands[triangle, None]
 
 
@@ -497,19 +508,21 @@ def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
     """
     from scipy.spatial import cKDTree
 
-    first, at = distinct_rows(old.points)
-    away, near = cKDTree(old.points[first]).query(
+    first, point_of = distinct_rows(old.points)
+    distances, nearest_points = cKDTree(old.points[first]).query(
         new.points, distance_upper_bound=SAME_PLACE_SHARE * max(old.diagonal, 1e-300)
     )
-    theirs, ours = at[old.faces], np.where(np.isfinite(away), near, -1)[new.faces]
-    rank_old, rank = np.argsort(theirs, axis=1), np.argsort(ours, axis=1)
-    keys, key = (np.take_along_axis(v, r, axis=1) for v, r in ((theirs, rank_old), (ours, rank)))
+    old_corners = point_of[old.faces]
+    new_corners = np.where(np.isfinite(distances), nearest_points, -1)[new.faces]
+    rank_old, rank = np.argsort(old_corners, axis=1), np.argsort(new_corners, axis=1)
+    keys, key = (np.take_along_axis(v, r, axis=1) for v, r in ((old_corners, rank_old), (new_corners, rank)))
     first, label = distinct_rows(np.concatenate([keys, key]))
     partner = np.where(
         (key >= 0).all(axis=1) & (first < len(keys))[label[len(keys) :]], first[label[len(keys) :]], -1
     )
-    if len(theirs) == len(ours):  # faces of the same file: coinciding triangles are matched by number
-        partner = np.where((keys == key).all(axis=1), np.arange(len(ours)), partner)
+    if len(old_corners) == len(new_corners):
+        # faces of the same file: coinciding triangles are matched by number
+        partner = np.where((keys == key).all(axis=1), np.arange(len(new_corners)), partner)
     order = np.empty_like(rank)
     np.put_along_axis(order, rank_old[partner], rank, axis=1)
     return partner, order
@@ -542,20 +555,20 @@ def nearest(old: Charted, points: Real) -> tuple[Index, Real, Real]:
         tree.squared_distance(*mesh, np.ascontiguousarray(points[k : k + POINTS_AT_ONCE]))
         for k in counted("nearest points", range(0, len(points), POINTS_AT_ONCE))
     ]
-    squared, triangle, closest = (np.concatenate(found) for found in zip(*parts))
+    squared, triangle, closest = (np.concatenate(arrays) for arrays in zip(*parts))
     return triangle, barycentric(old.points[old.faces[triangle]], closest), np.sqrt(squared)
 
 
-def _at(corners: Real, weights: Real) -> Real:
+def _interpolate(corners: Real, weights: Real) -> Real:
     """Return (p, c) points of triangles (p, 3, c)."""
     return np.einsum("pk,pkc->pc", weights, corners)
 
 
-def _of_owners(partner: Index, owner: NDArray) -> Index:
+def _partners_of_owners(partner: Index, owner: NDArray) -> Index:
     """Return (h, w) partners of the owners (h, w) of texels, -1 if there is none."""
-    found, inside = np.full(owner.shape, -1), owner >= 0
-    found[inside] = partner[owner[inside]]
-    return found
+    result, inside = np.full(owner.shape, -1), owner >= 0
+    result[inside] = partner[owner[inside]]
+    return result
 
 
 def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[int, int], wraps: bool) -> Real:
@@ -564,12 +577,14 @@ def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[in
     Centres of texels that a chart's border only touches are moved into the triangle.
     """
     height, width = shape
-    at = np.column_stack([columns + 0.5, rows + 0.5])
+    centers = np.column_stack([columns + 0.5, rows + 0.5])
     if wraps:  # texels that wrapped around are far from their triangles
         low, high, size = corners.min(axis=1) - 0.5, corners.max(axis=1) + 0.5, np.array([width, height])
-        at += size * (np.ceil(np.maximum(low - at, 0) / size) - np.ceil(np.maximum(at - high, 0) / size))
+        centers += size * (
+            np.ceil(np.maximum(low - centers, 0) / size) - np.ceil(np.maximum(centers - high, 0) / size)
+        )
     (ax, ay), (bx, by) = ((corners[:, k] - corners[:, 0]).T for k in (1, 2))
-    px, py = (at - corners[:, 0]).T
+    px, py = (centers - corners[:, 0]).T
     area = ax * by - ay * bx
     area = np.where(area == 0, 1.0, area)
     s, t = (px * by - py * bx) / area, (ax * py - ay * px) / area

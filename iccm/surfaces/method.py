@@ -61,7 +61,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         map = fit.straighten_lines(solution.map, solution.lines)
     soft_pins, softness = surface_problem.soft_pins
     solution = replace(solution, soft_pins=soft_pins, softness=softness)
-    laid = None
+    region_layout = None
     if surface_problem.regions:
         outlines, flat = rigid.laid_by_themselves(
             map,
@@ -70,10 +70,16 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
             of_target=surface_problem.onto,
         )
         solution = replace(solution, rigid=outlines, rigid_of_target=surface_problem.onto)
-        laid = flat, np.sqrt(surface_problem.sides[1].area / surface_problem.sides[0].area)
+        region_layout = flat, np.sqrt(surface_problem.sides[1].area / surface_problem.sides[0].area)
     constraints = surface_problem.holes, surface_problem.points
     result = fit.result_of(
-        problem, solution, map, constraints, surface_problem.settings, drawn=True, laid=laid
+        problem,
+        solution,
+        map,
+        constraints,
+        surface_problem.settings,
+        in_bounds=True,
+        region_layout=region_layout,
     )
     result = replace(result, layouts=layouts)
     if surface_problem.regions:

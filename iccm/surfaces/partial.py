@@ -27,7 +27,9 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
     found = _solve(asked)
     soft_pins, softness = asked.soft_pins
     found = replace(found, soft_pins=soft_pins, softness=softness)
-    result = fit.result_of(problem, found, found.map, (asked.holes, asked.points), asked.settings, drawn=True)
+    result = fit.result_of(
+        problem, found, found.map, (asked.holes, asked.points), asked.settings, in_bounds=True
+    )
     if fit.loses_too_much(result.left_out, result.uncovered, options):
         return None
     result.notes.extend(fit.coverage_notes(result))

@@ -84,10 +84,10 @@ class Rigid:
     sizes: Flags
     held: Complex
 
-    def aims_beside(self, own: Complex) -> Complex:
+    def aims_beside(self, region_derivatives: Complex) -> Complex:
         """Return (k,) the aims, with free rotations and scales taken from the regions' own derivatives."""
-        size = np.where(self.sizes, np.abs(own), np.abs(self.aims))
-        turn = np.where(self.turns, own, self.aims)
+        size = np.where(self.sizes, np.abs(region_derivatives), np.abs(self.aims))
+        turn = np.where(self.turns, region_derivatives, self.aims)
         return np.asarray(size * turn / np.abs(turn), np.complex128)
 
 
@@ -116,7 +116,7 @@ def keep_rigid(
     )
     places, sent_away, room = places_of(problem, sketch, rigid)
     patient = bool((room == 1).all())
-    found: list[DiscreteMap] = []
+    states: list[DiscreteMap] = []
     for attempt in (*(("around", "inside") if sent_away else ("inside", "around")), *BEGUN):
         with suppress(Stuck, NoMapError):
             beginning: Beginning
@@ -126,14 +126,14 @@ def keep_rigid(
                 beginning = AroundPlaces.of(problem, sketch, rigid, places, patient=patient)
             else:
                 beginning = Growing.of(problem, sketch, rigid, room, float(attempt))
-            found += kept_by(problem, rigid, beginning, settings, again=attempt == "around")
-        if found and shortfall(found[-1], np.abs(places.factors)) <= 1 - LARGE_SIZE_SHARE:
+            states += solve_variants(problem, rigid, beginning, settings, again=attempt == "around")
+        if states and shortfall(states[-1], np.abs(places.factors)) <= 1 - LARGE_SIZE_SHARE:
             break
-        if attempt in BEGUN and any(is_rigid(state) for state in found):
+        if attempt in BEGUN and any(is_rigid(state) for state in states):
             break
-    if not found:
+    if not states:
         raise NoMapError("rigid: found no map without folds that follows the outlines of the regions")
-    best = min(found, key=lambda state: shortfall(state, np.abs(places.factors)))
+    best = min(states, key=lambda state: shortfall(state, np.abs(places.factors)))
     journal.energies.append(best.value)
     return best
 
@@ -142,13 +142,13 @@ def is_rigid_similarity(map: MeshMap, rigid: Rigid) -> bool:
     """Return whether a map that is a similarity moves regions as requested, so that it is the map to find."""
     similar = Similarity.fit(map.z, map.u)
     aims = rigid.aims_beside(np.full(len(rigid.regions), similar.factor))
-    held = ~np.isnan(rigid.held[:, 0])
-    here, there = rigid.held[held].T
-    off = np.concatenate([np.abs(aims - similar.factor), np.abs(similar(here) - there)])
-    return bool((off <= SAME_SHARE).all())
+    is_pinned = ~np.isnan(rigid.held[:, 0])
+    points, images = rigid.held[is_pinned].T
+    errors = np.concatenate([np.abs(aims - similar.factor), np.abs(similar(points) - images)])
+    return bool((errors <= SAME_SHARE).all())
 
 
-def kept_by(
+def solve_variants(
     problem: UnitProblem, rigid: Rigid, beginning: "Beginning", settings: Settings, *, again: bool
 ) -> list[DiscreteMap]:
     """Return the maps with rigid regions from one beginning: of the first variant that keeps them, and of those before.
@@ -160,7 +160,7 @@ def kept_by(
         settings: options of the map.
         again: whether to try the next variant if one is stuck.
     """
-    found: list[DiscreteMap] = []
+    states: list[DiscreteMap] = []
     for smooth, split in VARIANTS:
         level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
         try:
@@ -172,12 +172,12 @@ def kept_by(
         with suppress(Stuck):
             state = split_at_vertices(state) if smooth and not split else state
             try:
-                found.append(settle(state, settings))
+                states.append(settle(state, settings))
             except OutOfTime:
-                found.append(state)
-            if is_rigid(found[-1]):
+                states.append(state)
+            if is_rigid(states[-1]):
                 break
-    return found
+    return states
 
 
 def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> DiscreteMap:
@@ -189,22 +189,22 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
         NoMapError: none without folds was found.
     """
     progress.tell("rigid regions")
-    here = placing_of(state, rigid)
-    goal = replace(here, factors=rigid.aims_beside(here.factors))
-    ways: tuple[Callable[[], DiscreteMap], ...] = (
+    placing = placing_of(state, rigid)
+    goal = replace(placing, factors=rigid.aims_beside(placing.factors))
+    attempts: tuple[Callable[[], DiscreteMap], ...] = (
         lambda: harden(state, rigid, state.value),
         lambda: relax_regions(place_regions(state, goal)),
         lambda: grow_regions(state, lambda shares: replace(goal, factors=shares * goal.factors)),
     )
-    found = []
-    for way in ways:
+    states = []
+    for attempt in attempts:
         with suppress(Stuck):
-            found.append(settle(way(), settings))
-            if shortfall(found[-1], np.abs(goal.factors)) <= 1 - LARGE_SIZE_SHARE:
-                return found[-1]
-    if not found:
+            states.append(settle(attempt(), settings))
+            if shortfall(states[-1], np.abs(goal.factors)) <= 1 - LARGE_SIZE_SHARE:
+                return states[-1]
+    if not states:
         raise NoMapError("rigid: found no map without folds that keeps the regions rigid")
-    return min(found, key=lambda state: shortfall(state, np.abs(goal.factors)))
+    return min(states, key=lambda state: shortfall(state, np.abs(goal.factors)))
 
 
 class Beginning(Protocol):
@@ -232,12 +232,12 @@ class FromMap:
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
         """Return the map with its regions put into their places; see `Beginning`."""
-        begun = carry_over(level, self.sketch, split=split)
+        state = carry_over(level, self.sketch, split=split)
         if (self.rigid.turns | self.rigid.sizes).any():
-            found = harden(begun, self.rigid, begun.value)
-            if is_rigid(found):
-                return found
-        return relax_regions(place_regions(begun, self.places))
+            hardened = harden(state, self.rigid, state.value)
+            if is_rigid(hardened):
+                return hardened
+        return relax_regions(place_regions(state, self.places))
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,11 +265,11 @@ class AroundPlaces:
         if problem.strokes or any(len(rings) > 1 for rings in rigid.regions):
             raise Stuck("only what surrounds regions without holes is mapped separately")
         cut = [Curve(rings[0][::-1]) for rings in rigid.regions]
-        filled = zip(cut, places.factors, places.middles, places.images)
-        put = [Curve(image + factor * (ring.z - middle)) for ring, factor, middle, image in filled]
-        source_holes, target_holes = (*problem.holes[0], *cut), (*problem.holes[1], *put)
-        first, first_there = (len(holes) for holes in problem.holes)
-        partners = [(first + k, first_there + k) for k in range(len(cut))]
+        placements = zip(cut, places.factors, places.middles, places.images)
+        placed = [Curve(image + factor * (ring.z - middle)) for ring, factor, middle, image in placements]
+        source_holes, target_holes = (*problem.holes[0], *cut), (*problem.holes[1], *placed)
+        first_source, first_target = (len(holes) for holes in problem.holes)
+        partners = [(first_source + k, first_target + k) for k in range(len(cut))]
         free = problem.pins[regions_of(problem.pins[:, 0], rigid.regions) < 0]
         with_regions_cut = problem._replace(
             holes=(source_holes, target_holes),
@@ -278,12 +278,12 @@ class AroundPlaces:
             pins=free,
             cut_out=len(cut),
         )
-        used, found = multilevel.coarse_to_fine(with_regions_cut, SolveLog(), patient=patient)
-        whole: MeshMap = found.inverse() if used.inverted else found
+        used_problem, solution = multilevel.coarse_to_fine(with_regions_cut, SolveLog(), patient=patient)
+        whole: MeshMap = solution.inverse() if used_problem.inverted else solution
         # The regions' outlines come last on its boundary; in the map with regions they are inner vertices.
-        kept = tuple(loop for loop in whole.loops if loop.source < first)
-        border = whole.loops[len(kept)].first
-        return cls(MeshMap.plain(whole.z, whole.u, whole.faces, border, loops=kept), places)
+        loops = tuple(loop for loop in whole.loops if loop.source < first_source)
+        border = whole.loops[len(loops)].first
+        return cls(MeshMap.plain(whole.z, whole.u, whole.faces, border, loops=loops), places)
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
         """Return the map around the regions on a mesh that includes them, in their places; see `Beginning`."""
@@ -368,17 +368,17 @@ def places_of(
     """
     domain = shapely.Polygon(xy_of(problem.target.z), [xy_of(hole.z) for hole in problem.holes[1]])
     goals = [interpolate(sketch.z, sketch.faces, sketch.u, rings[0]) for rings in rigid.regions]
-    own = [Similarity.fit(rings[0], goal).factor for rings, goal in zip(rigid.regions, goals)]
-    aims = sizes * rigid.aims_beside(np.array(own))
-    middles, images, factors, shares, away = [], [], [], [], False
-    for rings, aim, (here, there) in zip(rigid.regions, aims, rigid.held):
+    map_factors = [Similarity.fit(rings[0], goal).factor for rings, goal in zip(rigid.regions, goals)]
+    aims = sizes * rigid.aims_beside(np.array(map_factors))
+    middles, images, factors, shares, moved_away = [], [], [], [], False
+    for rings, aim, (pin, place) in zip(rigid.regions, aims, rigid.held):
         corners = shapely.Polygon(xy_of(rings[0])).centroid
-        middle = complex(corners.x, corners.y) if np.isnan(here) else here
-        (near,) = interpolate(sketch.z, sketch.faces, sketch.u, np.array([middle]))
-        shape, share, image = aim * (rings[0] - middle), 1.0, complex(there)
-        if np.isnan(there):
-            share, image = room_for(shape, domain, complex(near))
-            away |= abs(image - near) > share * np.abs(shape).max()
+        middle = complex(corners.x, corners.y) if np.isnan(pin) else pin
+        (expected,) = interpolate(sketch.z, sketch.faces, sketch.u, np.array([middle]))
+        shape, share, image = aim * (rings[0] - middle), 1.0, complex(place)
+        if np.isnan(place):
+            share, image = room_for(shape, domain, complex(expected))
+            moved_away |= abs(image - expected) > share * np.abs(shape).max()
         share = max(share, SMALLEST_SIZE_SHARE)
         middles.append(middle)
         images.append(image)
@@ -386,21 +386,23 @@ def places_of(
         shares.append(share)
         domain = domain.difference(shapely.Polygon(xy_of(image + share * shape)))
         domain = max(shapely.get_parts(domain), key=lambda part: part.area)
-    return Placing(np.array(factors), np.array(middles), np.array(images)), bool(away), np.array(shares)
+    return Placing(np.array(factors), np.array(middles), np.array(images)), bool(moved_away), np.array(shares)
 
 
 def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
     """Return the similarities that regions follow on average."""
     factors = mean_derivatives(state)
-    (_, _, areas), own = _inside(state)
+    (_, _, areas), regions = _region_triangles(state)
     assert state.rigid is not None
     corners = state.faces[state.rigid >= 0]
     middles, images = (
-        _mean(own, areas, w.real) + 1j * _mean(own, areas, w.imag)
+        _mean(regions, areas, w.real) + 1j * _mean(regions, areas, w.imag)
         for w in (state.form[corners].mean(axis=1), state.u[corners].mean(axis=1))
     )
     pinned = ~np.isnan(rigid.held[:, 0])
-    middles, images = (np.where(pinned, held, w) for held, w in zip(rigid.held.T, (middles, images)))
+    middles, images = (
+        np.where(pinned, prescribed, w) for prescribed, w in zip(rigid.held.T, (middles, images))
+    )
     return Placing(factors, middles, images)
 
 
@@ -411,16 +413,16 @@ def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
         Stuck: folds remain.
     """
     assert state.rigid is not None
-    inside, own = state.rigid >= 0, np.full(state.z.size, -1)
-    own[state.faces[inside]] = state.rigid[inside, None]
-    still, k = np.flatnonzero(own >= 0), own[own >= 0]
+    inside, region = state.rigid >= 0, np.full(state.z.size, -1)
+    region[state.faces[inside]] = state.rigid[inside, None]
+    fixed, k = np.flatnonzero(region >= 0), region[region >= 0]
     u = state.u.copy()
-    u[still] = places.images[k] + places.factors[k] * (state.form[still] - places.middles[k])
-    moved = replace(state, u=u, aims=places.factors)
+    u[fixed] = places.images[k] + places.factors[k] * (state.form[fixed] - places.middles[k])
+    placed = replace(state, u=u, aims=places.factors)
     try:
-        return moved.unfolded(harmonic=False, still=still)
+        return placed.unfolded(harmonic=False, still=fixed)
     except Stuck:
-        return moved.unfolded(still=still)
+        return placed.unfolded(still=fixed)
 
 
 def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:
@@ -437,10 +439,10 @@ def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: f
     assert state.rigid is not None
     count = int(state.rigid.max()) + 1
     shares = np.full(count, begun)
-    for which in [np.ones(count), *(np.eye(count) if count > 1 else ())]:
+    for growing in [np.ones(count), *(np.eye(count) if count > 1 else ())]:
         step = 1.0
-        while step >= LEAST and (which * (shares < 1)).any():
-            larger = np.minimum(1, shares + step * which)
+        while step >= LEAST and (growing * (shares < 1)).any():
+            larger = np.minimum(1, shares + step * growing)
             try:
                 state = relax_regions(place_regions(state, places(larger)))
                 shares, step = larger, NEXT * step
@@ -498,23 +500,23 @@ def is_rigid(state: DiscreteMap) -> bool:
 
 def mean_derivatives(state: DiscreteMap) -> Complex:
     """Return (k,) the mean f_z of each region."""
-    (a, _, areas), own = _inside(state)
-    return _mean(own, areas, a.real) + 1j * _mean(own, areas, a.imag)
+    (a, _, areas), regions = _region_triangles(state)
+    return _mean(regions, areas, a.real) + 1j * _mean(regions, areas, a.imag)
 
 
 def strains(state: DiscreteMap) -> Real:
     """Return (k,) the root mean square distance of each region's derivatives from its aim, relative to the aim."""
-    (a, b, areas), own = _inside(state)
-    away = np.abs(a - state.aims[own]) ** 2 + np.abs(b) ** 2
-    return np.sqrt(_mean(own, areas, away)) / np.abs(state.aims)
+    (a, b, areas), regions = _region_triangles(state)
+    errors = np.abs(a - state.aims[regions]) ** 2 + np.abs(b) ** 2
+    return np.sqrt(_mean(regions, areas, errors)) / np.abs(state.aims)
 
 
-def _inside(state: DiscreteMap) -> tuple[tuple[Complex, Complex, Real], np.ndarray]:
+def _region_triangles(state: DiscreteMap) -> tuple[tuple[Complex, Complex, Real], np.ndarray]:
     """Return f_z, f_z̄ and areas of the regions' triangles, and the region of each."""
     assert state.rigid is not None
-    those = state.rigid >= 0
-    return derivatives(state.form, state.u, state.faces[those]), state.rigid[those]
+    in_region = state.rigid >= 0
+    return derivatives(state.form, state.u, state.faces[in_region]), state.rigid[in_region]
 
 
-def _mean(own: np.ndarray, areas: Real, values: Real) -> Real:
-    return np.bincount(own, areas * values) / np.bincount(own, areas)
+def _mean(regions: np.ndarray, areas: Real, values: Real) -> Real:
+    return np.bincount(regions, areas * values) / np.bincount(regions, areas)

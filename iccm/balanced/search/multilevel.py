@@ -73,7 +73,7 @@ NO_MAP = "no map without folds was found: the shapes are too thin or too intrica
 SIMILAR = "The shapes are similar: the map is the similarity."
 ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
 
-Found = tuple[UnitProblem, DiscreteMap]  # a problem, or its inverse, and a map of it
+SolvedProblem = tuple[UnitProblem, DiscreteMap]  # a problem, or its inverse, and a map of it
 
 
 def constrained_map(
@@ -105,7 +105,7 @@ def constrained_map(
         NoMapError: none without folds was found.
     """
     points = np.concatenate([pins.inner, pins.outer]).T
-    given = [
+    exact_outlines = [
         [outer.z, *(hole.z for hole in inner), side]
         for outer, inner, side in zip((source, target), holes.sides, points)
     ]
@@ -118,23 +118,29 @@ def constrained_map(
     slides = slides or (outlines_moved and settings.energy.balance <= SLIDING_BALANCE)
     # The target's holes are filled, in the inverse problem.
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):
-        back, met = solve_from(problem.inverse(), start.inverse(), settings, journal, slides=slides)
+        inverse_map, constraints_met = solve_from(
+            problem.inverse(), start.inverse(), settings, journal, slides=slides
+        )
         # Else solve from scratch: the triangles that fill holes are not in the earlier map, and may be in the
         # way.
-        if met:
-            return back.inverse(), met
+        if constraints_met:
+            return inverse_map.inverse(), constraints_met
     elif start is not None:
         return solve_from(problem, start, settings, journal, slides=slides)
-    used, found = coarse_to_fine(problem, journal)
+    used, solution = coarse_to_fine(problem, journal)
     for partial in bay_choices(problem, settings):
         log = SolveLog()
         with suppress(NoMapError):
-            other = coarse_to_fine(partial, log)
-            if meets_constraints(*other) and cost(*other) < cost(used, found) and is_within(*other, settings):
-                used, found = other
+            partial_result = coarse_to_fine(partial, log)
+            if (
+                meets_constraints(*partial_result)
+                and cost(*partial_result) < cost(used, solution)
+                and is_within(*partial_result, settings)
+            ):
+                used, solution = partial_result
                 journal.add(log)
-    state = whole_map(used, found, settings, journal)
-    return restore_outline(state, *given), meets_constraints(used, found)
+    state = whole_map(used, solution, settings, journal)
+    return restore_outline(state, *exact_outlines), meets_constraints(used, solution)
 
 
 def problem_of(
@@ -145,15 +151,15 @@ def problem_of(
     The outlines are those of the earlier map `start` if it follows the given ones. Rotations cost nothing if
     pins determine the rotation.
     """
-    own = None
+    followed_outlines = None
     if start is not None:
-        own = warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
-    if own is not None:
-        (source, target, holes), settings = own, replace(settings, tolerance=0.0)
+        followed_outlines = warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
+    if followed_outlines is not None:
+        (source, target, holes), settings = followed_outlines, replace(settings, tolerance=0.0)
     ends = tuple(pins.outer[:, 0].tolist()), tuple(pins.outer[:, 1].tolist())
     source, target = (
-        manageable(with_points(c, at), settings.tolerance, kept)
-        for c, at, kept in zip((source, target), pins.outer.T, ends)
+        manageable(with_points(c, points), settings.tolerance, anchors)
+        for c, points, anchors in zip((source, target), pins.outer.T, ends)
     )
     rims, goals = (
         tuple(manageable_holes(outline, inner, settings.tolerance))
@@ -197,19 +203,28 @@ def solve_from(
             state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start)
             return meet_bounds(state, settings, journal), meets_constraints(problem, state)
     level = final_level(problem, settings)
-    kept = warm_start.met_on_its_mesh(level, start)
-    if kept is not None and settings.keep_start and not settings.bounded and _meets_soft_pins(kept):
-        journal.energies.append(problem.energy.between(kept.z, kept.u, kept.material, kept.metrics))
-        return kept, meets_constraints(problem, kept)
+    same_mesh_map = warm_start.met_on_its_mesh(level, start)
+    if (
+        same_mesh_map is not None
+        and settings.keep_start
+        and not settings.bounded
+        and _meets_soft_pins(same_mesh_map)
+    ):
+        journal.energies.append(
+            problem.energy.between(
+                same_mesh_map.z, same_mesh_map.u, same_mesh_map.material, same_mesh_map.metrics
+            )
+        )
+        return same_mesh_map, meets_constraints(problem, same_mesh_map)
     # with other sizes, or pins that may have moved, the map has to change
-    resting = kept is not None and settings.metric is None and settings.energy.pins is None
-    decrease = warm_start.AT_REST_DECREASE if resting else None
+    at_rest = same_mesh_map is not None and settings.metric is None and settings.energy.pins is None
+    decrease = warm_start.AT_REST_DECREASE if at_rest else None
     try:
-        state = kept or warm_start.continue_from(level, start)
+        state = same_mesh_map or warm_start.continue_from(level, start)
     except Stuck:
         raise NoMapError("start: cannot be continued without folds; leave it out") from None
     springs = None if state.energy.pins is None else state.energy.pins.springs
-    if kept is not None:
+    if same_mesh_map is not None:
         state, _ = with_present_springs(state)
     state = meet_bounds(state, settings, journal, decrease, springs=springs)
     return state, meets_constraints(problem, state)
@@ -232,11 +247,11 @@ def free_map(
         NoMapError: none without folds was found.
     """
     problem = problem_of(source, target, holes, UNPINNED, settings)
-    same = find_similarity(source, target, problem, settings)
-    if same is not None:
+    match = find_similarity(source, target, problem, settings)
+    if match is not None:
         journal.notes.append(SIMILAR)
-        return similarity_map(problem, same, settings), problem.numbers
-    given = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
+        return similarity_map(problem, match, settings), problem.numbers
+    exact_outlines = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
     if not settings.bounded:  # restored outlines might exceed bounds again
         source, target, holes = rounded(source, target, holes)
     problem = problem_of(source, target, holes, UNPINNED, settings)
@@ -244,16 +259,16 @@ def free_map(
     halves = (None, None) if whole else (half_of(source), half_of(target))
     if halves[0] and halves[1]:
         state = solve_symmetric(problem, (halves[0], halves[1]), settings, journal)
-        return restore_outline(state, *given), problem.numbers
-    found = (
+        return restore_outline(state, *exact_outlines), problem.numbers
+    best = (
         coarse_to_fine(problem, journal)
         if not FITS[settings.fit].fills
         else cheapest_map(problem, settings, journal)
     )
-    numbers = found[0].numbers
-    kept = numbers[::-1] if found[0].inverted else numbers
-    state = restore_outline(whole_map(*found, settings, journal), *given)
-    return state, (kept[0], kept[1])
+    numbers = best[0].numbers
+    hole_numbers = numbers[::-1] if best[0].inverted else numbers
+    state = restore_outline(whole_map(*best, settings, journal), *exact_outlines)
+    return state, (hole_numbers[0], hole_numbers[1])
 
 
 def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal: SolveLog) -> MeshMap:
@@ -289,9 +304,11 @@ def solve_symmetric(
         if FITS[settings.fit].fills:
             half = partial_map(half_problem(problem, halves, settings), half, settings, half_log, 0.5)
         with suppress(Stuck):
-            found = mirrored_half_map(problem, halves, *half, settings, half_log, unfinished=only_half)
+            symmetric_map = mirrored_half_map(
+                problem, halves, *half, settings, half_log, unfinished=only_half
+            )
             journal.add(half_log)
-            return found
+            return symmetric_map
     journal.add(free_log)
     whole = free or coarse_to_fine(problem, journal)
     journal.notes.append(ASKEW)
@@ -300,7 +317,7 @@ def solve_symmetric(
     return whole_map(*whole, settings, journal)
 
 
-def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) -> Found:
+def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) -> SolvedProblem:
     """Return the map with the least cost before the final mesh: the whole one, or a partial one.
 
     Raises:
@@ -319,11 +336,11 @@ def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) ->
 
 def partial_map(
     problem: UnitProblem,
-    whole: Found | None,
+    whole: SolvedProblem | None,
     settings: Settings,
     journal: SolveLog,
     share: float = 1.0,
-) -> Found:
+) -> SolvedProblem:
     """Return the map with the least cost before the final mesh, among the whole map and partial ones.
 
     Partial maps have filled concavities or ignore holes.
@@ -340,31 +357,31 @@ def partial_map(
     """
     if whole and is_good(*whole):
         return whole
-    tried: list[tuple[float, Found, SolveLog]] = []
+    candidates: list[tuple[float, SolvedProblem, SolveLog]] = []
 
     def attempt(used: UnitProblem) -> None:
         log = SolveLog()
         with suppress(Stuck):
             state = coarse_map(used, coarse_size(used) / np.sqrt(share), log)
-            tried.append((cost(used, state), (used, state), log))
+            candidates.append((cost(used, state), (used, state), log))
 
     whole_holes, *fewer = [problem] if settings.keep_holes else hole_choices(problem)
     plain = fewer[-1] if fewer else whole_holes
     for used in [*fewer[-1:], *bay_choices(plain, settings)]:
         attempt(used)
-    if fewer and tried:
-        best = min(tried, key=lambda each: each[0])[1][0]
-        for given in (whole_holes, *fewer[:-1]):
-            like = with_bays_like(given, best)
-            if like is not None and like is not whole_holes:
-                attempt(like)
+    if fewer and candidates:
+        best = min(candidates, key=lambda candidate: candidate[0])[1][0]
+        for choice in (whole_holes, *fewer[:-1]):
+            similar_choice = with_bays_like(choice, best)
+            if similar_choice is not None and similar_choice is not whole_holes:
+                attempt(similar_choice)
     most = cost(*whole) if whole else np.inf
-    for _, (used, state), log in sorted(tried, key=lambda each: each[0]):
+    for _, (used, state), log in sorted(candidates, key=lambda candidate: candidate[0]):
         with suppress(Stuck):
-            found = used, fine_map(used, state, fine_size(used) / np.sqrt(share), log)
-            if is_within(*found, settings) and cost(*found) < most:
+            refined = used, fine_map(used, state, fine_size(used) / np.sqrt(share), log)
+            if is_within(*refined, settings) and cost(*refined) < most:
                 journal.add(log)
-                return found
+                return refined
     if whole is None:
         raise NoMapError(NO_MAP)
     return whole
@@ -377,7 +394,7 @@ def coarse_to_fine(
     *,
     patient: bool = True,
     most: float = np.inf,
-) -> Found:
+) -> SolvedProblem:
     """Solve a problem or its inverse up to the fine mesh, and return which of both with the map.
 
     Maps that cannot be transferred to a finer mesh (spirals to stars) stay on a coarse mesh with all corners.
@@ -397,7 +414,7 @@ def coarse_to_fine(
     """
     closest = None
     for smaller in SMALLER if patient else SMALLER[:1]:
-        coarse: list[Found] = []
+        coarse: list[SolvedProblem] = []
         for used in directions(problem):
             if closest is None:
                 check_time()
@@ -411,15 +428,15 @@ def coarse_to_fine(
                 if not meets_constraints(used, state) and closest is not None:
                     continue
                 try:
-                    found = used, fine_map(used, state, fine, journal)
+                    refined = used, fine_map(used, state, fine, journal)
                 except OutOfTime:
                     return closest or (used, state)
-                if meets_constraints(*found):
-                    return found
-                closest = closest or found
+                if meets_constraints(*refined):
+                    return refined
+                closest = closest or refined
         useless = problem.constrained and all(state.value > USELESS_ENERGY for _, state in coarse)
         if coarse and useless and closest is None:
-            return min(coarse, key=lambda found: (not meets_constraints(*found), cost(*found)))
+            return min(coarse, key=lambda solved: (not meets_constraints(*solved), cost(*solved)))
     if closest is not None:
         return closest
     for used in directions(problem) if patient else ():
@@ -495,11 +512,11 @@ def mirrored_half_map(
             journal.notes.append(FINEST_FOLDS)
     outline = 1 + int(np.searchsorted(half.pairs.s, half.matched.axis - 1e-9))
     sketch = mirror(half, outline)
-    here, there = halves[::-1] if used.inverted else halves
+    source_half, target_half = halves[::-1] if used.inverted else halves
     sketch = replace(
         sketch,
-        z=sketch.z * np.sqrt(here.curve.area) + here.axis,
-        u=sketch.u * np.sqrt(there.curve.area) + there.axis,
+        z=sketch.z * np.sqrt(source_half.curve.area) + source_half.axis,
+        u=sketch.u * np.sqrt(target_half.curve.area) + target_half.axis,
     )
     if used.bays and not exact:
         return whole_map(
@@ -586,8 +603,8 @@ def find_similarity(source: Curve, target: Curve, problem: UnitProblem, settings
     """
     if (settings.metric and not settings.metric.keeps_sizes) or settings.energy.pins:
         return None
-    same = similarity(source, target, turns=settings.turn is None)
-    return None if same is None else similar_with_holes(problem, same)
+    match = similarity(source, target, turns=settings.turn is None)
+    return None if match is None else similar_with_holes(problem, match)
 
 
 def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> MeshMap:
