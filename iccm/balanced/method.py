@@ -84,20 +84,20 @@ def solve(
         settings = replace(settings, metric=metric)
     journal = SolveLog()
     curves = unit_curve(frames[0], source), unit_curve(frames[1], target), holes.unit(frames)
-    given = check(source, target, pins, strokes, numbers) if len(pins) or len(strokes) else UNPINNED
+    constraints = check(source, target, pins, strokes, numbers) if len(pins) or len(strokes) else UNPINNED
     softness = Softness.exact(len(pins)) if softness is None else softness
     bands = bands_of(strokes, stroke_widths)
-    patches = patches_of(source, target, holes.sides, pins, softness, given, numbers, bands)
+    patches = patches_of(source, target, holes.sides, pins, softness, constraints, numbers, bands)
     if not patches.are_none:
         settings = replace(settings, energy=replace(settings.energy, pins=patches.unit(frames)))
-        given = given.without(patches.points[:, 0])
+        constraints = constraints.without(patches.points[:, 0])
     regions = NO_REGIONS
-    if given.count or given.strokes or start is not None:
-        journal.notes += [*unequal(holes), *given.notes]
+    if constraints.count or constraints.strokes or start is not None:
+        journal.notes += [*unequal(holes), *constraints.notes]
         before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
-        state, met = multilevel.constrained_map(
+        state, constraints_met = multilevel.constrained_map(
             *curves,
-            given.unit(frames),
+            constraints.unit(frames),
             settings,
             journal,
             before,
@@ -106,37 +106,37 @@ def solve(
         )
         if rigid:
             regions = regions_of(rigid, source, holes.source, pins, strokes)
-            state = _with_rigid(state, regions, curves, frames, given, settings, journal)
-        found = solution_of(
+            state = _keep_rigid(state, regions, curves, frames, constraints, settings, journal)
+        solution = solution_of(
             state,
             *_world(state, frames),
             frames,
             _domains(source, target, holes),
             settings,
             journal,
-            given,
+            constraints,
         )
-        found = replace(found, met=met)
+        solution = replace(solution, met=constraints_met)
     else:
-        state, kept = multilevel.free_map(*curves, settings, journal)
-        used = holes.only(kept)
-        journal.notes += [*unequal(used), *given.notes]
-        domains = _domains(source, target, used)
+        state, hole_numbers = multilevel.free_map(*curves, settings, journal)
+        used_holes = holes.only(hole_numbers)
+        journal.notes += [*unequal(used_holes), *constraints.notes]
+        domains = _domains(source, target, used_holes)
         if rigid:
-            regions = regions_of(rigid, source, used.source)
-            curves = (*curves[:2], used.unit(frames))
-            state = _with_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
-        found = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
-        found = replace(found, holes=kept)
+            regions = regions_of(rigid, source, used_holes.source)
+            curves = (*curves[:2], used_holes.unit(frames))
+            state = _keep_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
+        solution = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
+        solution = replace(solution, holes=hole_numbers)
     return replace(
-        found,
+        solution,
         rigid=regions.polygons,
         soft_pins=patches.points,
         softness=patches.softness,
     )
 
 
-def _with_rigid(
+def _keep_rigid(
     state: MeshMap,
     regions: Regions,
     curves: tuple[Curve, Curve, Holes],
@@ -156,20 +156,22 @@ def _with_rigid(
         raise InputError("rigid: the target has more holes than the source; set holes to fill or cut")
     notes = list(regions.notes)
     unit = Regions(tuple(tuple(unit_ring(frames[0], ring) for ring in rings) for rings in regions.polygons))
-    given = pins.unit(frames)
-    problem = multilevel.problem_of(source, target, holes, given, settings)
-    aims, said, held = aims_of(unit, given, settings.rigid_size or 1.0)
-    free = ~said & (settings.rigid_size is None)
-    wanted = Rigid(unit.polygons, aims, ~said & (problem.energy.upright == 0), free, held)
+    unit_pins = pins.unit(frames)
+    problem = multilevel.problem_of(source, target, holes, unit_pins, settings)
+    aims, is_prescribed, pinned_points = aims_of(unit, unit_pins, settings.rigid_size or 1.0)
+    free = ~is_prescribed & (settings.rigid_size is None)
+    requested = Rigid(
+        unit.polygons, aims, ~is_prescribed & (problem.energy.upright == 0), free, pinned_points
+    )
     if not problem.constrained:
-        same = multilevel.find_similarity(source, target, problem, settings)
-        if same is not None:
-            similar = multilevel.similarity_map(problem._replace(regions=unit.polygons), same, settings)
-            if is_rigid_similarity(similar, wanted):
+        match = multilevel.find_similarity(source, target, problem, settings)
+        if match is not None:
+            similar = multilevel.similarity_map(problem._replace(regions=unit.polygons), match, settings)
+            if is_rigid_similarity(similar, requested):
                 journal.notes += notes
                 return similar
     journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + notes
-    return keep_rigid(problem, state, wanted, settings, journal)
+    return keep_rigid(problem, state, requested, settings, journal)
 
 
 def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
@@ -209,17 +211,17 @@ def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
     Raises:
         InputError: the map belongs to domains with other holes, or pairs holes differently than requested.
     """
-    found = []
+    matches = []
     for number, loop in enumerate(map.loops[1:], 1):
         i, j = (hole_at(w[loop], side) for w, side in zip((map.source, map.image), holes.sides))
         if i >= 0 and j >= 0:
-            found.append((number, i, j))
-    if len(found) < min(len(side) for side in holes.sides) or len(map.loops) - 1 > len(holes.target):
+            matches.append((number, i, j))
+    if len(matches) < min(len(side) for side in holes.sides) or len(map.loops) - 1 > len(holes.target):
         raise InputError("start: belongs to shapes with other holes; use a map of these shapes")
-    partners = {i: j for _, i, j in found}
+    partners = {i: j for _, i, j in matches}
     if any(partners.get(i, j) != j for i, j in holes.partners):
         raise InputError("start: pairs the holes differently; use a map with the same pairs of holes")
-    return found
+    return matches
 
 
 def solution_of(
@@ -227,7 +229,7 @@ def solution_of(
     z: Complex,
     u: Complex,
     frames: tuple[Similarity, Similarity],
-    given: tuple[Sequence[Curve], Sequence[Curve]],
+    outlines: tuple[Sequence[Curve], Sequence[Curve]],
     settings: Settings,
     journal: SolveLog,
     pins: Pins | None = None,
@@ -239,7 +241,7 @@ def solution_of(
         z: (n,) its vertices in the given coordinates.
         u: (n,) their images.
         frames: of the unit coordinates.
-        given: the outlines of both domains, outer ones first.
+        outlines: the outlines of both domains, outer ones first.
         settings: options of the map.
         journal: energies and messages of the solve.
         pins: the given pins and strokes.
@@ -258,16 +260,16 @@ def solution_of(
         injectivity.refuse_touching(name, *(w[loop] for loop in loops))
     source_gap, gap = (
         max(hausdorff(Curve(w), c) / curves[0].diagonal for w, c in _goals(cut, filled, w, curves, side))
-        for side, (w, curves) in enumerate(zip((z, u), given))
+        for side, (w, curves) in enumerate(zip((z, u), outlines))
     )
     metrics = state.metrics
     lean = turn_of(state.z, state.u, state.material, metrics) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    beyond = excesses(state.z, state.u, state.material, settings, metrics).max()
+    excess = excesses(state.z, state.u, state.material, settings, metrics).max()
     return Solution(
         TriangulatedMap(z, u, cut.faces, loops),
         journal.energies,
-        reached=bool(max(gap, source_gap) <= settings.tolerance and beyond <= 1),
+        reached=bool(max(gap, source_gap) <= settings.tolerance and excess <= 1),
         energy=settings.energy.between(state.z, state.u, state.material, metrics),
         turn=float(turn),
         gap=gap,

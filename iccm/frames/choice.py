@@ -107,10 +107,10 @@ def choices(
     paired = _paired(source, target, settings, free_gaps=free_gaps) if pair_parts else None
     if paired is not None and _search(*drawings).starts_above(GIVEN_UP_COST_RATIO * paired.cost):
         return [paired]
-    found = list(_joined(*drawings))
-    if paired is not None and paired.cost < PAIRED_COST_RATIO * found[0].cost:
-        return [paired, *found]
-    return found
+    joined = list(_joined(*drawings))
+    if paired is not None and paired.cost < PAIRED_COST_RATIO * joined[0].cost:
+        return [paired, *joined]
+    return joined
 
 
 @lru_cache(maxsize=1)
@@ -131,25 +131,25 @@ def _joined(
     judge = search.judge
     tightest = source.tightest, target.tightest
     first = search.attempt((0, 0))
-    found = [] if first is None else [first]
+    candidates = [] if first is None else [first]
     if first is not None and judge.is_good(first):
         return (first,)
     if not framed:
         outlines = tightest[0].outline, tightest[1].outline
         covers = coarse_filled(*outlines, replace(settings, fit="cover"))
-        found += [judge.choice(tightest, "cover", coarse) for coarse in covers]
+        candidates += [judge.choice(tightest, "cover", coarse) for coarse in covers]
         holes = Holes(tuple(source.mappable_holes), tuple(target.mappable_holes))
         if 0 < len(holes.source) == len(holes.target) <= MOST_MATCHED_HOLES:
             holed = coarse_holed(*outlines, holes, settings)
             if holed is not None:
-                found.append(judge.choice(tightest, "whole", holed, holed=True))
-    found += search.descents()
-    found.sort(key=lambda choice: choice.cost)
-    least_closed = [choice for choice in found if choice.frames[0].radius <= tightest[0].radius]
-    if least_closed and not free_gaps and found[0].cost > CLOSED_COST_RATIO * least_closed[0].cost:
-        found.remove(least_closed[0])
-        found.insert(0, least_closed[0])
-    return tuple(found or [Choice(tightest)])
+                candidates.append(judge.choice(tightest, "whole", holed, holed=True))
+    candidates += search.descents()
+    candidates.sort(key=lambda choice: choice.cost)
+    least_closed = [choice for choice in candidates if choice.frames[0].radius <= tightest[0].radius]
+    if least_closed and not free_gaps and candidates[0].cost > CLOSED_COST_RATIO * least_closed[0].cost:
+        candidates.remove(least_closed[0])
+        candidates.insert(0, least_closed[0])
+    return tuple(candidates or [Choice(tightest)])
 
 
 class _Judge:
@@ -165,16 +165,16 @@ class _Judge:
         self, frames: tuple[Frame, Frame], way: str, coarse: CoarseMap, *, holed: bool = False
     ) -> Choice:
         """Return the choice for a coarse map, with its cost and losses."""
-        shown = self._seen(coarse)
-        found = Choice(frames, way, holed, shown.cost(coarse.turning), shown)
-        self.least_cost = min(self.least_cost, found.cost)
+        visible = self._seen(coarse)
+        choice = Choice(frames, way, holed, visible.cost(coarse.turning), visible)
+        self.least_cost = min(self.least_cost, choice.cost)
         if (
-            max(shown.hidden, shown.bare) <= GOOD_LOST_SHARE
-            and found.cost <= GOOD_COST
+            max(visible.hidden, visible.bare) <= GOOD_LOST_SHARE
+            and choice.cost <= GOOD_COST
             and stretch_quantile(*_of_area_one(coarse.map), 0.95) <= GOOD_STRETCH_P95
         ):
-            self._good.add(found)
-        return found
+            self._good.add(choice)
+        return choice
 
     def is_good(self, choice: Choice) -> bool:
         """Return whether a choice is a good enough map of exact outlines, so that the search can stop."""
@@ -186,7 +186,7 @@ class _Judge:
         Where filled gaps of the source collapse, the slits that remain count with the width at which they are seen.
         """
         source, target = self.source.region, self.target.region
-        shown = seen(
+        visible = seen(
             coarse.map.z,
             coarse.map.u,
             coarse.map.faces[~coarse.voids],
@@ -196,14 +196,14 @@ class _Judge:
             theta=self.settings.theta,
         )
         if not coarse.voids.any():
-            return shown
+            return visible
         corners = coarse.map.u[coarse.map.faces[coarse.voids]]
         triangles = shapely.polygons(np.stack([corners.real, corners.imag], axis=-1))
         slits = shapely.union_all(shapely.make_valid(triangles))
         # both sides of a slit are its boundary
         length = shapely.length(shapely.intersection(slits.boundary, self.target.painted)) / 2
         width = CRACK_WIDTH_SHARE * np.sqrt(shapely.convex_hull(self.target.painted).area)
-        return shown._replace(bare=min(1.0, shown.bare + length * width / target.area))
+        return visible._replace(bare=min(1.0, visible.bare + length * width / target.area))
 
 
 class _FrameSearch:
@@ -247,23 +247,23 @@ class _FrameSearch:
         tightest pair and closes gaps. Either alone often misses the best pair, since closing part of a gap may cost
         more than closing all of it.
         """
-        last, passed = self._hulls, {(0, 0)}
+        last, visited = self._hulls, {(0, 0)}
         for start, step in ((last, -1), ((0, 0), 1)):
-            best, at = start, None
-            while best != at:
-                at = best  # compared with its neighbours, so that the descent ends at a local minimum
+            best, current = start, None
+            while best != current:
+                current = best  # compared with its neighbours, so that the descent ends at a local minimum
                 neighbours = [
                     (i, j)
-                    for i, j in (at, (at[0], at[1] + step), (at[0] + step, at[1]))
+                    for i, j in (current, (current[0], current[1] + step), (current[0] + step, current[1]))
                     if 0 <= i <= last[0] and 0 <= j <= last[1]
                 ]
                 for pair in neighbours:
-                    if self._is_given_up(at):
+                    if self._is_given_up(current):
                         break
-                    found = self.attempt(pair)
-                    if found is not None and pair not in passed:
-                        yield found
-                    passed.add(pair)
+                    choice = self.attempt(pair)
+                    if choice is not None and pair not in visited:
+                        yield choice
+                    visited.add(pair)
                 best = min(neighbours, key=lambda pair: self._cost(self._compared.get(pair)))
 
     @staticmethod
@@ -293,7 +293,7 @@ def _paired(source: Drawing, target: Drawing, settings: Settings, *, free_gaps: 
     if not may_pair(source, target):
         return None
     parts = source.parts, target.parts
-    pairs, energies, weights, shown, covered = [], [], [], 0.0, 0.0
+    pairs, energies, weights, shown_share, covered_share = [], [], [], 0.0, 0.0
     for i, j in pair_by_place(parts[0], parts[1]):
         pair = Drawing(parts[0][i]), Drawing(parts[1][j])
         best = choices(*pair, settings, free_gaps=free_gaps)[0]
@@ -303,8 +303,8 @@ def _paired(source: Drawing, target: Drawing, settings: Settings, *, free_gaps: 
         pairs.append(pair)
         energies.append(best.seen.energy)
         weights.append(0.5 * sum(areas))
-        shown += areas[0] * (1 - best.seen.hidden)
-        covered += areas[1] * (1 - best.seen.bare)
-    whole = Seen(float(np.average(energies, weights=weights)), 1 - shown, 1 - covered)
+        shown_share += areas[0] * (1 - best.seen.hidden)
+        covered_share += areas[1] * (1 - best.seen.bare)
+    whole = Seen(float(np.average(energies, weights=weights)), 1 - shown_share, 1 - covered_share)
     cost = price(whole.energy, (whole.hidden, whole.bare), 1.0)
     return Choice((source.tightest, target.tightest), cost=cost, seen=whole, pairs=pairs)

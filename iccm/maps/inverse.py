@@ -44,50 +44,53 @@ def extended_inverse(map: HarmonicMap, w: Complex) -> tuple[Complex, Real]:
     w = as_points(w)
     flat = w.ravel()
     z, away = np.full(flat.size, complex(np.nan, np.nan)), np.full(flat.size, np.nan)
-    known = np.flatnonzero(np.isfinite(flat))
-    if known.size:
-        about = triangulated(map)
-        start, far = about.extended_inverse(flat[known])
-        found, near = np.full(far.size, complex(np.nan, np.nan)), far <= about.image_diagonal / TEXELS_ACROSS
-        found[near] = _solved(map, flat[known[near]], start[near], about.image_diagonal)
-        lost = np.isnan(found)
-        z[known], away[known] = np.where(lost, start, found), 0
-        away[known[lost]] = np.maximum(far, np.abs(map.jet(start)[0] - flat[known]))[lost]
+    finite = np.flatnonzero(np.isfinite(flat))
+    if finite.size:
+        approximation = triangulated(map)
+        start, distance = approximation.extended_inverse(flat[finite])
+        solution = np.full(distance.size, complex(np.nan, np.nan))
+        is_near = distance <= approximation.image_diagonal / TEXELS_ACROSS
+        solution[is_near] = _newton(map, flat[finite[is_near]], start[is_near], approximation.image_diagonal)
+        unsolved = np.isnan(solution)
+        z[finite], away[finite] = np.where(unsolved, start, solution), 0
+        away[finite[unsolved]] = np.maximum(distance, np.abs(map.jet(start)[0] - flat[finite]))[unsolved]
     return z.reshape(w.shape), away.reshape(w.shape)
 
 
-def _solved(map: HarmonicMap, w: Complex, z: Complex, size: float) -> Complex:
+def _newton(map: HarmonicMap, w: Complex, z: Complex, size: float) -> Complex:
     """Return solutions (p,) from starting points (p,), NaN if none is found; `size` is that of the image."""
     out = np.full(w.size, complex(np.nan, np.nan))
     image, f_z, f_zbar = map.jet(z)
     todo = np.arange(w.size)
     for _ in range(MOST_NEWTON_STEPS):
-        left = w[todo] - image[todo]
+        residual = w[todo] - image[todo]
         p, q = inverted(f_z[todo], f_zbar[todo])
-        step = p * left + q * left.conj()
-        sloped, rest = np.isfinite(step), np.abs(left)
-        small = (np.abs(step) <= 1e-10 * map.diagonal) & (rest <= EXACT_RESIDUAL_SHARE * size)
-        there = np.where(sloped, small, rest <= ROUNDING_SHARE * size)
-        out[todo[there]] = z[todo[there]]
-        go = ~there & (np.abs(f_z[todo]) > np.abs(f_zbar[todo])) & sloped
-        todo, step, left = todo[go], step[go], np.abs(left[go])
-        settled = (left <= EXACT_RESIDUAL_SHARE * size) & (np.abs(step) <= CLOSE_STEP_SHARE * map.diagonal)
-        moved = np.zeros(todo.size, bool)
+        step = p * residual + q * residual.conj()
+        sloped, residual_size = np.isfinite(step), np.abs(residual)
+        small = (np.abs(step) <= 1e-10 * map.diagonal) & (residual_size <= EXACT_RESIDUAL_SHARE * size)
+        converged = np.where(sloped, small, residual_size <= ROUNDING_SHARE * size)
+        out[todo[converged]] = z[todo[converged]]
+        continues = ~converged & (np.abs(f_z[todo]) > np.abs(f_zbar[todo])) & sloped
+        todo, step, residual = todo[continues], step[continues], np.abs(residual[continues])
+        settled = (residual <= EXACT_RESIDUAL_SHARE * size) & (
+            np.abs(step) <= CLOSE_STEP_SHARE * map.diagonal
+        )
+        improved = np.zeros(todo.size, bool)
         for _ in range(MOST_HALVINGS):
-            k = np.flatnonzero(~moved)
+            k = np.flatnonzero(~improved)
             if not k.size:
                 break
-            tried = z[todo[k]] + step[k]
-            jet = map.jet(tried)
-            better = np.abs(w[todo[k]] - jet[0]) < left[k]
-            z[todo[k[better]]] = tried[better]
+            trial = z[todo[k]] + step[k]
+            jet = map.jet(trial)
+            better = np.abs(w[todo[k]] - jet[0]) < residual[k]
+            z[todo[k[better]]] = trial[better]
             for values, new in zip((image, f_z, f_zbar), jet):
                 values[todo[k[better]]] = new[better]
-            moved[k[better]] = True
+            improved[k[better]] = True
             step[k[~better]] *= 0.5
-        stuck = todo[~moved & settled]
+        stuck = todo[~improved & settled]
         out[stuck] = z[stuck]
-        todo = todo[moved]
+        todo = todo[improved]
         if not todo.size:
             break
     return out

@@ -87,10 +87,10 @@ def bake(
     full = 1.0 if out.dtype.kind == "f" else np.iinfo(out.dtype).max
 
     def shade(part: BakedPart, origins: Callable[[slice], Origins], count: int) -> NDArray:
-        found = sampler(lambda some: part.placing.places(*origins(some)), count, 1)
-        return np.column_stack([found, np.full(count, full, found.dtype)]) if alpha else found
+        colors = sampler(lambda some: part.placing.places(*origins(some)), count, 1)
+        return np.column_stack([colors, np.full(count, full, colors.dtype)]) if alpha else colors
 
-    return out, _filled(out, parts, grid, shade, padding, max_error, threads)
+    return out, _fill_charts(out, parts, grid, shade, padding, max_error, threads)
 
 
 def bake_stmap(
@@ -114,14 +114,14 @@ def bake_stmap(
     out = np.zeros((*grid.shape, 4), np.float32)
 
     def shade(part: BakedPart, origins: Callable[[slice], Origins], count: int) -> NDArray:
-        found = np.zeros((count, 4), np.float32)
-        found[:, :2], found[:, 3] = st_of(part.placing, origins(slice(0, count))[0]), 1
-        return found
+        coordinates = np.zeros((count, 4), np.float32)
+        coordinates[:, :2], coordinates[:, 3] = st_of(part.placing, origins(slice(0, count))[0]), 1
+        return coordinates
 
-    return out, _filled(out, parts, grid, shade, padding, max_error / FINEST_TEXELS_ACROSS, threads)
+    return out, _fill_charts(out, parts, grid, shade, padding, max_error / FINEST_TEXELS_ACROSS, threads)
 
 
-def _filled(
+def _fill_charts(
     out: NDArray,
     parts: Sequence[BakedPart],
     grid: Layout,
@@ -136,8 +136,8 @@ def _filled(
 
     def fill(rows: slice) -> None:
         for part, source in zip(parts, sources):
-            at, origins = source.rows(rows)
-            put(out[rows].reshape(-1, out.shape[2]), at, shade(part, origins, at.size))
+            texels, origins = source.rows(rows)
+            put(out[rows].reshape(-1, out.shape[2]), texels, shade(part, origins, texels.size))
 
     over_slices(fill, grid.shape[0], threads, ROWS_AT_ONCE)
     reach = max(4, max(grid.shape) // 32) if padding is None else padding
@@ -175,49 +175,51 @@ class _Source:
         Texels are numbered from the first row.
         """
         owner = self.owner[rows].ravel() - self.first
-        at = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
-        block = (at % self.owner.shape[1] // TEXELS_AT_ONCE).astype(np.int16)
+        texels = np.flatnonzero((owner >= 0) & (owner < len(self.faces)))
+        block = (texels % self.owner.shape[1] // TEXELS_AT_ONCE).astype(np.int16)
         # So that only a small part of the texture is read at a time, for any rotation.
-        at = at[np.argsort(block, kind="stable")]
+        texels = texels[np.argsort(block, kind="stable")]
         if self.partial:  # all of its texels are evaluated
-            z, reached = self.inverse.reached(self._flat_places(owner[at], at, rows.start))
-            at, z = at[reached], z[reached]
-        own = owner[at]
-        hard = np.flatnonzero(self.exact[own])
-        solved = None
+            z, reached = self.inverse.reached(self._flat_places(owner[texels], texels, rows.start))
+            texels, z = texels[reached], z[reached]
+        owners = owner[texels]
+        hard = np.flatnonzero(self.exact[owners])
+        exact_origins = None
         if hard.size:
             if not self.partial:
-                z = self.inverse(self._flat_places(own[hard], at[hard], rows.start))
-            solved = self._solved(own[hard], at[hard], rows.start, z)
+                z = self.inverse(self._flat_places(owners[hard], texels[hard], rows.start))
+            exact_origins = self._exact_origins(owners[hard], texels[hard], rows.start, z)
 
         def origins(part: slice) -> Origins:
-            found = self._affine(self.linear, own[part], at[part], rows.start)
-            if solved is not None:
+            result = self._affine(self.linear, owners[part], texels[part], rows.start)
+            if exact_origins is not None:
                 a, b = np.searchsorted(hard, [part.start, part.stop])
-                for values, better in zip(found, solved):
-                    values[hard[a:b] - part.start] = better[a:b]
-            return found
+                for values, exact in zip(result, exact_origins):
+                    values[hard[a:b] - part.start] = exact[a:b]
+            return result
 
-        return at, origins
+        return texels, origins
 
-    def _affine(self, coefficients: Complex, own: NDArray, at: Index, first: int) -> Origins:
-        z, zx, zy = (np.empty(at.size, complex) for _ in range(3))
-        _evaluate(coefficients, self.corners, own, at, at.size, first, *self.owner.shape, z, zx, zy)
+    def _affine(self, coefficients: Complex, owners: NDArray, texels: Index, first: int) -> Origins:
+        z, zx, zy = (np.empty(texels.size, complex) for _ in range(3))
+        _evaluate(
+            coefficients, self.corners, owners, texels, texels.size, first, *self.owner.shape, z, zx, zy
+        )
         return z, zx, zy
 
-    def _flat_places(self, own: NDArray, at: Index, first: int) -> Complex:
+    def _flat_places(self, owners: NDArray, texels: Index, first: int) -> Complex:
         """Return (p,) positions of texels in the target's plane, in the triangles that own them."""
         assert self.flat is not None
-        return _into(self.w[self.faces[own]], self._affine(self.flat, own, at, first)[0])
+        return _into(self.w[self.faces[owners]], self._affine(self.flat, owners, texels, first)[0])
 
-    def _solved(self, own: NDArray, at: Index, first: int, z: Complex) -> Origins:
+    def _exact_origins(self, owners: NDArray, texels: Index, first: int, z: Complex) -> Origins:
         """Return the exact origins of texels with preimages z (p,).
 
         The derivatives are those of the linear interpolation where the map has none.
         """
         assert self.flat is not None
-        _, wx, wy = self._affine(self.flat, own, at, first)
-        _, zx, zy = self._affine(self.linear, own, at, first)
+        _, wx, wy = self._affine(self.flat, owners, texels, first)
+        _, zx, zy = self._affine(self.linear, owners, texels, first)
         z_w, z_wbar = self.inverse.slopes(z)
         good = np.isfinite(z_w)
         zx[good] = (z_w * wx + z_wbar * wx.conj())[good]

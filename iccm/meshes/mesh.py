@@ -106,22 +106,22 @@ def merge(meshes: Sequence[Mesh], name: str) -> Mesh:
 
 
 def _united(
-    said: Sequence[tuple[Real | None, Index | None]], meshes: Sequence[Mesh], width: int
+    entries: Sequence[tuple[Real | None, Index | None]], meshes: Sequence[Mesh], width: int
 ) -> tuple[Real | None, Index | None]:
     """Join values at corners of several meshes.
 
     Returns:
         The values, and (c,) the index for each corner, -1 for meshes without values; None if no mesh has any.
     """
-    if all(values is None for values, _ in said):
+    if all(values is None for values, _ in entries):
         return None, None
-    given = [np.zeros((0, width)) if values is None else values for values, _ in said]
-    firsts = np.cumsum([0, *map(len, given)])
+    arrays = [np.zeros((0, width)) if values is None else values for values, _ in entries]
+    firsts = np.cumsum([0, *map(len, arrays)])
     numbers = [
-        np.full(mesh.corners.size, -1) if at is None else np.where(at < 0, -1, at + first)
-        for (_, at), mesh, first in zip(said, meshes, firsts)
+        np.full(mesh.corners.size, -1) if index is None else np.where(index < 0, -1, index + first)
+        for (_, index), mesh, first in zip(entries, meshes, firsts)
     ]
-    return np.concatenate(given), np.concatenate(numbers)
+    return np.concatenate(arrays), np.concatenate(numbers)
 
 
 def check(mesh: Mesh) -> Mesh:
@@ -142,10 +142,10 @@ def check(mesh: Mesh) -> Mesh:
     if outside.any():
         corner = int(np.flatnonzero(outside)[0])
         vertex = int(mesh.corners[corner])
-        what = f"vertex {vertex + mesh.base}" if vertex >= 0 else "a vertex before the first one"
+        vertex_text = f"vertex {vertex + mesh.base}" if vertex >= 0 else "a vertex before the first one"
         place = mesh.face_name(_face_of(mesh, corner))
         raise InputError(
-            f"{mesh.name}: {place}: uses {what}, but the file has {len(mesh.points)}; is the file truncated?"
+            f"{mesh.name}: {place}: uses {vertex_text}, but the file has {len(mesh.points)}; is the file truncated?"
         )
     if mesh.uv_corners is not None and mesh.uv is not None:
         _refuse_corner(
@@ -181,9 +181,9 @@ def triangulate(mesh: Mesh) -> Index:
     parts = [first[faces[0], None] + np.arange(3)]
     owners = [faces[0]]
     if faces[1].size:
-        at = first[faces[1], None] + np.arange(4)
+        quad_corners = first[faces[1], None] + np.arange(4)
         place = distinct_rows(mesh.points)[1][mesh.corners]  # coinciding vertices may be joined later
-        quads = _split_quads(points[mesh.corners[at]], place[at], _sides(mesh, place))
+        quads = _split_quads(points[mesh.corners[quad_corners]], place[quad_corners], _sides(mesh, place))
         parts.append((first[faces[1], None, None] + quads).reshape(-1, 3))
         owners.append(np.repeat(faces[1], 2))
     for face in np.flatnonzero(sizes > 4):
@@ -203,20 +203,20 @@ def fans(mesh: Mesh) -> tuple[Index, Index]:
     These are all fans of quads, and of larger polygons with up to MOST_EAR_CORNERS corners that are convex in
     space.
     """
-    found, owners = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+    triangles, owners = [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
     for size in range(4, min(int(mesh.sizes.max(initial=3)), MOST_EAR_CORNERS) + 1):
         k = np.arange(size)
-        i, j = (each.ravel() for each in np.meshgrid(k, k))
+        i, j = (grid.ravel() for grid in np.meshgrid(k, k))
         triples = np.unique(np.sort(np.column_stack([i, (i + 1) % size, j]), axis=1), axis=0)
         triples = triples[proper(triples)]
         faces = np.flatnonzero(mesh.sizes == size)
         corners = mesh.starts[faces, None, None] + triples
-        at = mesh.points[mesh.corners[mesh.starts[faces, None] + k]]
-        normal = np.cross(at, np.roll(at, -1, axis=1)).sum(axis=1)
-        convex = (_agreement(at[:, triples], normal) > 0).all(axis=1) | (size == 4)
-        found.append(corners[convex].reshape(-1, 3))
+        points = mesh.points[mesh.corners[mesh.starts[faces, None] + k]]
+        normal = np.cross(points, np.roll(points, -1, axis=1)).sum(axis=1)
+        convex = (_agreement(points[:, triples], normal) > 0).all(axis=1) | (size == 4)
+        triangles.append(corners[convex].reshape(-1, 3))
         owners.append(np.repeat(faces[convex], len(triples)))
-    return np.concatenate(found), np.concatenate(owners)
+    return np.concatenate(triangles), np.concatenate(owners)
 
 
 def proper(faces: Index) -> NDArray[np.bool_]:
@@ -249,15 +249,15 @@ def _face_of(mesh: Mesh, corner: int) -> int:
     return int(np.searchsorted(mesh.starts, corner, side="right")) - 1
 
 
-def _refuse(mesh: Mesh, faces: NDArray[np.bool_], what: str) -> None:
+def _refuse(mesh: Mesh, faces: NDArray[np.bool_], problem: str) -> None:
     if faces.any():
-        raise InputError(f"{mesh.name}: {mesh.face_name(int(np.flatnonzero(faces)[0]))}: {what}")
+        raise InputError(f"{mesh.name}: {mesh.face_name(int(np.flatnonzero(faces)[0]))}: {problem}")
 
 
-def _refuse_corner(mesh: Mesh, corners: NDArray[np.bool_], what: str) -> None:
+def _refuse_corner(mesh: Mesh, corners: NDArray[np.bool_], problem: str) -> None:
     if corners.any():
         raise InputError(
-            f"{mesh.name}: {mesh.face_name(_face_of(mesh, int(np.flatnonzero(corners)[0])))}: {what}"
+            f"{mesh.name}: {mesh.face_name(_face_of(mesh, int(np.flatnonzero(corners)[0])))}: {problem}"
         )
 
 
@@ -271,23 +271,23 @@ def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
     """
     diagonals = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
     normal = np.cross(quad[:, 2] - quad[:, 0], quad[:, 3] - quad[:, 1])
-    agree = [_agreement(quad[:, way], normal).min(axis=1) for way in diagonals]
+    agree = [_agreement(quad[:, diagonal], normal).min(axis=1) for diagonal in diagonals]
     length = [np.linalg.norm(quad[:, a] - quad[:, b], axis=1) for a, b in ((0, 2), (1, 3))]
-    both = (agree[0] > 0) & (agree[1] > 0)
-    other = np.where(both, length[1] < length[0] * (1 - 1e-9), agree[1] > agree[0])
+    both_agree = (agree[0] > 0) & (agree[1] > 0)
+    takes_second = np.where(both_agree, length[1] < length[0] * (1 - 1e-9), agree[1] > agree[0])
     edges = np.column_stack([_edges(vertices[:, 0], vertices[:, 2]), _edges(vertices[:, 1], vertices[:, 3])])
     first, alike = distinct_rows(np.sort(vertices, axis=1))  # quads with the same corners count once
-    chosen = np.where(other, edges[:, 1], edges[:, 0])[first]
-    used = Counter(chosen.tolist())
-    taken = np.isin(edges, sides)
-    for k in np.sort(first[taken[first].any(axis=1) | _repeated(chosen)]):
-        now, new = int(other[k]), 1 - int(other[k])
-        if (taken[k, now] or used[edges[k, now]] > 1) and not (taken[k, new] or used[edges[k, new]]):
-            other[k] = new
+    chosen_edges = np.where(takes_second, edges[:, 1], edges[:, 0])[first]
+    used = Counter(chosen_edges.tolist())
+    exists = np.isin(edges, sides)
+    for k in np.sort(first[exists[first].any(axis=1) | _repeated(chosen_edges)]):
+        now, new = int(takes_second[k]), 1 - int(takes_second[k])
+        if (exists[k, now] or used[edges[k, now]] > 1) and not (exists[k, new] or used[edges[k, new]]):
+            takes_second[k] = new
             used[edges[k, now]] -= 1
             used[edges[k, new]] += 1
-    chosen = np.where(other, edges[:, 1], edges[:, 0])[first]
-    return diagonals[(edges[:, 1] == chosen[alike]).astype(int)]
+    chosen_edges = np.where(takes_second, edges[:, 1], edges[:, 0])[first]
+    return diagonals[(edges[:, 1] == chosen_edges[alike]).astype(int)]
 
 
 def _edges(tails: Index, heads: Index) -> Index:
@@ -343,28 +343,28 @@ def _delaunay(z: NDArray[np.complex128]) -> Index:
     parts = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     corners = np.array([[number[complex(x, y)] for x, y in triangle] for triangle in xy])
-    turned = triangle_areas(z[corners]) < 0
-    corners[turned] = corners[turned][:, ::-1]
+    flipped = triangle_areas(z[corners]) < 0
+    corners[flipped] = corners[flipped][:, ::-1]
     return corners
 
 
 def _ears(z: NDArray[np.complex128]) -> Index:
     """Clip ears, the best-shaped ear first."""
-    left, ears = list(range(len(z))), []
-    while len(left) > 3:
-        scores = [_ear_score(z, left, k) for k in range(len(left))]
+    remaining, ears = list(range(len(z))), []
+    while len(remaining) > 3:
+        scores = [_ear_score(z, remaining, k) for k in range(len(remaining))]
         k = int(np.argmax(scores))
-        ears.append([left[k - 1], left[k], left[(k + 1) % len(left)]])
-        del left[k]
-    return np.array([*ears, left])
+        ears.append([remaining[k - 1], remaining[k], remaining[(k + 1) % len(remaining)]])
+        del remaining[k]
+    return np.array([*ears, remaining])
 
 
-def _ear_score(z: NDArray[np.complex128], left: list[int], k: int) -> float:
+def _ear_score(z: NDArray[np.complex128], remaining: list[int], k: int) -> float:
     """Return the area over the squared longest side of the ear at position k; negative if it is not an ear."""
-    a, b, c = z[left[k - 1]], z[left[k]], z[left[(k + 1) % len(left)]]
+    a, b, c = z[remaining[k - 1]], z[remaining[k]], z[remaining[(k + 1) % len(remaining)]]
     area = cross(b - a, c - a)
-    others = z[[i for i in left if z[i] not in (a, b, c)]]
-    turns = [cross(q - p, others - p) >= 0 for p, q in ((a, b), (b, c), (c, a))]
+    other_points = z[[i for i in remaining if z[i] not in (a, b, c)]]
+    turns = [cross(q - p, other_points - p) >= 0 for p, q in ((a, b), (b, c), (c, a))]
     blocked = np.logical_and.reduce(turns).any()
     size = max(abs(b - a), abs(c - b), abs(a - c)) ** 2
     return float(area / size) - (2.0 if blocked else 0.0)

@@ -68,11 +68,11 @@ class Function:
 
     def __init__(self, prototype: str):
         self.prototype = " ".join(prototype.split()).replace("( ", "(")
-        found = PROTOTYPE.fullmatch(self.prototype)
-        if found is None:
+        match = PROTOTYPE.fullmatch(self.prototype)
+        if match is None:
             raise ValueError(f"not a prototype of a function of the core: {self.prototype}")
-        self.name, self._returns = found["name"], found["returns"]
-        self._arguments = found["arguments"].split(", ") if found["arguments"] else []
+        self.name, self._returns = match["name"], match["returns"]
+        self._arguments = match["arguments"].split(", ") if match["arguments"] else []
 
     def __call__(self, *args: Any) -> Any:
         """Call the function.
@@ -125,12 +125,12 @@ CALLBACKS: dict[str, Any] = {}
 def record(declaration: str) -> type[Record]:
     """Declare a struct of the core, exactly as in C++; see `Record`."""
     declaration = " ".join(declaration.split())
-    found = STRUCT.fullmatch(declaration)
-    if found is None:
+    match = STRUCT.fullmatch(declaration)
+    if match is None:
         raise ValueError(f"not a struct of the core: {declaration}")
     fields: list[tuple[str, Any]] = []
     converters: list[Callable[[Any], Any]] = []
-    for text in found["members"].rstrip("; ").split("; "):
+    for text in match["members"].rstrip("; ").split("; "):
         member = ARGUMENT.fullmatch(text)
         if member is None:
             raise ValueError(f"not a member of a struct of the core: {text}")
@@ -148,9 +148,9 @@ def record(declaration: str) -> type[Record]:
             fields.append((name, SCALARS[kind]))
             converters.append(_same)
     attributes = {"_fields_": fields, "_converters": tuple(converters), "declaration": declaration}
-    made: type[Record] = type(found["name"], (Record,), attributes)
-    RECORDS[found["name"]] = made
-    return made
+    record_type: type[Record] = type(match["name"], (Record,), attributes)
+    RECORDS[match["name"]] = record_type
+    return record_type
 
 
 def callback(declaration: str) -> Any:
@@ -158,18 +158,18 @@ def callback(declaration: str) -> Any:
 
     A callback must not raise: ctypes would ignore the exception and return 0.
     """
-    found = CALLBACK.fullmatch(" ".join(declaration.split()))
-    if found is None:
+    match = CALLBACK.fullmatch(" ".join(declaration.split()))
+    if match is None:
         raise ValueError(f"not a function that the core calls: {declaration}")
-    arguments = [ARGUMENT.fullmatch(text) for text in found["arguments"].split(", ")]
+    arguments = [ARGUMENT.fullmatch(text) for text in match["arguments"].split(", ")]
     types = [
         ctypes.c_void_p if argument["pointer"] else SCALARS[argument["type"]]
         for argument in arguments
         if argument is not None
     ]
-    made = ctypes.CFUNCTYPE(SCALARS[found["returns"]], *types)
-    CALLBACKS[found["name"]] = made
-    return made
+    callback_type = ctypes.CFUNCTYPE(SCALARS[match["returns"]], *types)
+    CALLBACKS[match["name"]] = callback_type
+    return callback_type
 
 
 def array_at(address: int, size: int, dtype: type) -> np.ndarray:
@@ -191,28 +191,30 @@ def _address_of(converter: Any) -> Callable[[Any], int]:
     convert = converter.from_param
 
     def address(array: Any) -> int:
-        found = convert(array)
-        return (found.value or 0) if isinstance(found, ctypes.c_void_p) else ctypes.addressof(found)
+        reference = convert(array)
+        return (
+            (reference.value or 0) if isinstance(reference, ctypes.c_void_p) else ctypes.addressof(reference)
+        )
 
     return address
 
 
 def _argument(text: str) -> Any:
     """Return the ctypes converter of an argument."""
-    found = ARGUMENT.fullmatch(text)
-    if found is None:
+    match = ARGUMENT.fullmatch(text)
+    if match is None:
         raise ValueError(f"not an argument of a function of the core: {text}")
-    if not found["pointer"]:
-        return SCALARS[found["type"]]
-    if found["type"] in RECORDS:
-        return ctypes.POINTER(RECORDS[found["type"]])
-    return _array(found)
+    if not match["pointer"]:
+        return SCALARS[match["type"]]
+    if match["type"] in RECORDS:
+        return ctypes.POINTER(RECORDS[match["type"]])
+    return _array(match)
 
 
-def _array(found: re.Match[str]) -> Any:
+def _array(match: re.Match[str]) -> Any:
     """Return the ctypes converter of an array."""
-    dtype = np.dtype(ARRAYS[found["type"]])
-    return _constant(found["name"], dtype) if found["const"] else _written(found["name"], dtype)
+    dtype = np.dtype(ARRAYS[match["type"]])
+    return _constant(match["name"], dtype) if match["const"] else _written(match["name"], dtype)
 
 
 Bytes: Any = ctypes.c_char * 0

@@ -90,16 +90,16 @@ class Carrier:
 
         Images that never become simple are split into simple parts.
         """
-        found: dict[int, Any] = {}
+        polygon_images: dict[int, Any] = {}
         tolerance, todo = self.tolerance, list(range(len(polygons)))
         for _ in range(FINER_ROUNDS):
             rings = [[np.append(ring, ring[0]) for ring in polygons[k]] for k in todo]
             images = map(_polygon, _grouped(self._images(_flat(rings), tolerance), rings))
-            found |= dict(zip(todo, images))
-            todo, tolerance = [k for k in todo if not found[k].is_valid], tolerance / 2
+            polygon_images |= dict(zip(todo, images))
+            todo, tolerance = [k for k in todo if not polygon_images[k].is_valid], tolerance / 2
         for k in todo:
-            found[k] = shapely.make_valid(found[k])
-        return [[_rings(part) for part in _parts(found[k], "Polygon")] for k in range(len(polygons))]
+            polygon_images[k] = shapely.make_valid(polygon_images[k])
+        return [[_rings(part) for part in _parts(polygon_images[k], "Polygon")] for k in range(len(polygons))]
 
     def _images(self, lines: Sequence[Complex], tolerance: float) -> list[Complex]:
         """Return the images of polylines inside the domain, with as many additional points as the tolerance needs."""
@@ -118,8 +118,8 @@ class Carrier:
             heads[owner] + 1, last
         )  # the next segment begins with it
         line = np.searchsorted(last, heads[owner])
-        kept = ~ends & ~np.isnan(points)
-        return np.split(points[kept], np.searchsorted(line[kept], np.arange(1, len(lines))))
+        needed = ~ends & ~np.isnan(points)
+        return np.split(points[needed], np.searchsorted(line[needed], np.arange(1, len(lines))))
 
     def _refined(self, z: Complex, w: Complex, heads: Any, tolerance: float) -> tuple[Any, Real, Complex]:
         """Split segments until the images of the pieces are straight to a tolerance.
@@ -135,28 +135,28 @@ class Carrier:
         a = w[heads[owner]]
         a[inner] = self.map((begin[owner] + low * step[owner])[inner])
         b = np.where(np.append(inner[1:], False), np.roll(a, -1), w[heads[owner] + 1])
-        done = []
+        pieces = []
         for depth in range(MOST_HALVINGS):
             t = low[:, None] + (high - low)[:, None] * CHORD_SAMPLES
             between = self.map((begin[owner, None] + t * step[owner, None]).ravel()).reshape(t.shape)
-            bent = (_off(between, a, b) > tolerance) & (depth < MOST_HALVINGS - 1)
-            done.append((owner[~bent], low[~bent], a[~bent]))
-            if not bent.any():
+            is_bent = (_off(between, a, b) > tolerance) & (depth < MOST_HALVINGS - 1)
+            pieces.append((owner[~is_bent], low[~is_bent], a[~is_bent]))
+            if not is_bent.any():
                 break
-            middle, at = between[bent, 1], t[bent, 1]
-            a, b = np.append(a[bent], middle), np.append(middle, b[bent])
-            low, high = np.append(low[bent], at), np.append(at, high[bent])
-            owner = np.tile(owner[bent], 2)
-        found = [np.concatenate(part) for part in zip(*done)]
-        return found[0], found[1], found[2]
+            middle, parameter = between[is_bent, 1], t[is_bent, 1]
+            a, b = np.append(a[is_bent], middle), np.append(middle, b[is_bent])
+            low, high = np.append(low[is_bent], parameter), np.append(parameter, high[is_bent])
+            owner = np.tile(owner[is_bent], 2)
+        arrays = [np.concatenate(part) for part in zip(*pieces)]
+        return arrays[0], arrays[1], arrays[2]
 
 
 def _off(points: Complex, a: Complex, b: Complex) -> Real:
     """Return (p,) largest distances of points (p, k) from the segments a to b (p,)."""
     step = (b - a)[:, None]
-    away = points - a[:, None]
-    part = np.clip((away * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
-    return np.abs(away - part * step).max(axis=1)
+    offsets = points - a[:, None]
+    part = np.clip((offsets * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
+    return np.abs(offsets - part * step).max(axis=1)
 
 
 def _thinned(owner: Any, points: Complex, tolerance: float) -> tuple[Any, Complex]:
@@ -170,8 +170,8 @@ def _thinned(owner: Any, points: Complex, tolerance: float) -> tuple[Any, Comple
     lines = shapely.simplify(
         shapely.linestrings(xy_of(points[many]), indices=index), tolerance, preserve_topology=False
     )
-    xy, which = shapely.get_coordinates(lines, return_index=True)
-    joined = np.append(owner[~many], names[which])
+    xy, line_index = shapely.get_coordinates(lines, return_index=True)
+    joined = np.append(owner[~many], names[line_index])
     order = np.argsort(joined, kind="stable")
     return joined[order], np.append(points[~many], complex_of(xy))[order]
 
@@ -192,8 +192,8 @@ def _z(line: Any) -> Complex:
 
 def _parts(shape: Any, kind: str) -> list[Any]:
     """Return the non-empty parts of a geometry that have the given type."""
-    found = shapely.get_parts(shapely.line_merge(shape) if kind == "LineString" else shape)
-    nested = [part for each in found for part in shapely.get_parts(each)]
+    components = shapely.get_parts(shapely.line_merge(shape) if kind == "LineString" else shape)
+    nested = [part for component in components for part in shapely.get_parts(component)]
     return [part for part in nested if part.geom_type == kind and not part.is_empty]
 
 
@@ -203,5 +203,5 @@ def _flat(groups: Iterable[Iterable[Item]]) -> list[Item]:
 
 def _grouped(items: Sequence[Item], groups: Sequence[Sequence[Any]]) -> list[list[Item]]:
     """Split a list into groups of the same sizes as `groups`."""
-    rest = iter(items)
-    return [list(islice(rest, len(group))) for group in groups]
+    remaining = iter(items)
+    return [list(islice(remaining, len(group))) for group in groups]

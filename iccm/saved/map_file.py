@@ -97,26 +97,28 @@ class MapFile:
 
     def write(self, path: str | PathLike) -> None:
         """Write the archive; equal maps give equal bytes."""
-        found: dict[str, Any] = {"format": FORMAT}
+        data: dict[str, Any] = {"format": FORMAT}
         about = dict(self.about)
-        about |= {name: [getattr(plane, each) for plane in self.planes] for name, each in PLANES.items()}
+        about |= {
+            name: [getattr(plane, attribute) for plane in self.planes] for name, attribute in PLANES.items()
+        }
         if any(plane.georeference for plane in self.planes):
             about["georeferences"] = [
                 plane.georeference and plane.georeference.as_json() for plane in self.planes
             ]
-        found["about"] = json.dumps(about, ensure_ascii=False)
-        found |= _triangles(self.map) if isinstance(self.map, TriangulatedMap) else _harmonic(self.map)
+        data["about"] = json.dumps(about, ensure_ascii=False)
+        data |= _triangles(self.map) if isinstance(self.map, TriangulatedMap) else _harmonic(self.map)
         for side, plane in zip(SIDES, self.planes):
-            found[side] = np.empty(0, complex) if plane.outline is None else plane.outline
-            found[f"{side}_box"] = np.array(plane.box)
-            found[f"{side}_y"] = np.int32(-1 if plane.down else 1)
-            found |= _joined(f"{side}_rings", plane.holes)
+            data[side] = np.empty(0, complex) if plane.outline is None else plane.outline
+            data[f"{side}_box"] = np.array(plane.box)
+            data[f"{side}_y"] = np.int32(-1 if plane.down else 1)
+            data |= _joined(f"{side}_rings", plane.holes)
         for name, rings in self.rings.items():
-            found |= _joined(name, rings)
+            data |= _joined(name, rings)
         for name, (dtype, _, columns) in ARRAYS.items():
-            found[name] = np.asarray(self.arrays[name], dtype).reshape(-1, columns)
+            data[name] = np.asarray(self.arrays[name], dtype).reshape(-1, columns)
         with open(path, "wb") as file:  # given a path, NumPy would add a suffix
-            np.savez_compressed(file, **found)
+            np.savez_compressed(file, **data)
 
 
 def _triangles(map: TriangulatedMap) -> dict[str, Any]:
@@ -259,18 +261,18 @@ class _Archive(Archive):
         return Plane(outline if outline.size else None, (low, high), y < 0, rings, name, millimetres)
 
     def pair(self, name: str) -> Complex:
-        found = self.array(name, "complex128")
-        if found.size != 2:
-            raise InputError(f"{name}: has {found.size} points instead of 2")
-        return found
+        points = self.array(name, "complex128")
+        if points.size != 2:
+            raise InputError(f"{name}: has {points.size} points instead of 2")
+        return points
 
     def rings(self, name: str) -> list[Complex]:
         """Return a list of rings, stored as one array and their ends."""
-        found = self.split(name, self.array(name, "complex128"))
+        rings = self.split(name, self.array(name, "complex128"))
         least = 2 if name.startswith("stroke") else 3
-        if any(ring.size < least for ring in found):
+        if any(ring.size < least for ring in rings):
             raise InputError(f"{name}: an item has fewer than {least} points")
-        return found
+        return rings
 
     def split(self, name: str, joined: Any) -> list[Any]:
         ends = self.indices(f"{name}_ends")
@@ -283,21 +285,21 @@ class _Archive(Archive):
 
     def array(self, name: str, dtype: str, dimensions: int = 1, columns: int = 0) -> Any:
         """Return an array of a type and shape; all numbers are finite and at most MOST_COORDINATE."""
-        found = self.member(name)
-        fits = found.dtype == dtype and found.ndim == dimensions
-        if not fits or (columns and found.shape[1] != columns):
-            raise InputError(f"{name}: has type {found.dtype} and shape {found.shape}; expected {dtype}")
-        numbers = found.view("float64") if found.dtype == "complex128" and found.size else found
+        array = self.member(name)
+        fits = array.dtype == dtype and array.ndim == dimensions
+        if not fits or (columns and array.shape[1] != columns):
+            raise InputError(f"{name}: has type {array.dtype} and shape {array.shape}; expected {dtype}")
+        numbers = array.view("float64") if array.dtype == "complex128" and array.size else array
         if not np.isfinite(numbers).all():
             raise InputError(f"{name}: some are not finite numbers")
         if numbers.dtype.kind == "f" and (np.abs(numbers) > MOST_COORDINATE).any():
             raise InputError(f"{name}: some numbers are larger than {MOST_COORDINATE:g}")
-        return found
+        return array
 
     def text(self, name: str) -> str:
-        if name not in self or (found := self.member(name)).dtype.kind != "U" or found.ndim:
+        if name not in self or (value := self.member(name)).dtype.kind != "U" or value.ndim:
             raise InputError(f"{name}: not text")
-        text = str(found)
+        text = str(value)
         text.encode()  # refuse lone surrogates, which cannot be printed or written
         return text
 
@@ -313,8 +315,8 @@ def _are_lengths(units: Any) -> bool:
     """Return whether something is a pair of positive lengths, or None where a length is not known."""
     if not (isinstance(units, list) and len(units) == 2):
         return False
-    known = [unit for unit in units if unit is not None]
-    return _are(known, float, int) and all(0 < unit <= MOST_COORDINATE for unit in known)
+    stated = [unit for unit in units if unit is not None]
+    return _are(stated, float, int) and all(0 < unit <= MOST_COORDINATE for unit in stated)
 
 
 def _within(name: str, values: Index, count: int) -> None:

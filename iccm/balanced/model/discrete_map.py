@@ -153,7 +153,7 @@ class DiscreteMap(MeshMap):
         if pins is None:
             return self
         needed = pins.cores(self.z, self.u, self.material)
-        if self.cores and all(np.isin(core, known).all() for core, known in zip(needed, self.cores)):
+        if self.cores and all(np.isin(core, present).all() for core, present in zip(needed, self.cores)):
             return self
         cores = tuple(pins.cores(self.z, self.u, self.material, CORE_MARGIN_RATIO))
         return replace(self, cores=cores).with_pattern()
@@ -188,8 +188,8 @@ class DiscreteMap(MeshMap):
     @property
     def miss(self) -> float:
         """The largest distance of a constrained vertex from its goal; 0 if it is within rounding errors."""
-        away = float(np.abs(self.u[self.aimed] - self.goals).max(initial=0.0))
-        return away if away > ROUNDING else 0.0
+        distance = float(np.abs(self.u[self.aimed] - self.goals).max(initial=0.0))
+        return distance if distance > ROUNDING else 0.0
 
     @property
     def form(self) -> Complex:
@@ -232,12 +232,12 @@ class DiscreteMap(MeshMap):
         weights = springs(*geometry(self.z, self.faces)).ravel()
         tails, heads = np.roll(self.faces, -1, axis=1).ravel(), np.roll(self.faces, -2, axis=1).ravel()
         tails, heads, weights = np.append(tails, heads), np.append(heads, tails), np.tile(weights, 2)
-        near = np.zeros(u.size, bool)
-        near[: self.constrained] = True
+        is_near = np.zeros(u.size, bool)
+        is_near[: self.constrained] = True
         for _ in range(SMOOTHED_RINGS):
-            near[heads[near[tails]]] = True
-        near[: self.constrained] = False
-        smoothed = near[tails]
+            is_near[heads[is_near[tails]]] = True
+        is_near[: self.constrained] = False
+        smoothed = is_near[tails]
         tails, heads, weights = tails[smoothed], heads[smoothed], weights[smoothed]
         weights = weights / np.bincount(tails, weights, u.size)[tails]
         displacement = np.zeros(u.size, np.complex128)
@@ -247,7 +247,7 @@ class DiscreteMap(MeshMap):
         for _ in range(SMOOTHINGS):
             carried, mean = weights * displacement[heads], np.empty_like(displacement)
             mean.real, mean.imag = (np.bincount(tails, part, u.size) for part in (carried.real, carried.imag))
-            displacement[near] = mean[near]
+            displacement[is_near] = mean[is_near]
         u = u + displacement
         u[: self.border] = self.u[: self.border]
         if self.bound:
@@ -287,17 +287,17 @@ class DiscreteMap(MeshMap):
         u = self.u.copy()
         if self.bound:
             u[self.inner] = self.inside.goals
-        held = np.arange(u.size) < self.constrained
+        fixed = np.arange(u.size) < self.constrained
         if still is not None:
-            held[still] = True
+            fixed[still] = True
         if not harmonic:
             image = triangle_areas(u[self.faces])
             folded = image * (areas @ weights) < thin * areas * weights * image.sum()
             with suppress(Tangled):
-                return replace(self, u=unfold(u, self.faces, held, folded, gradients, areas, weights, most))
+                return replace(self, u=unfold(u, self.faces, fixed, folded, gradients, areas, weights, most))
         gradients, areas = rest_geometry(self.z, self.u, self.pattern.corners, (self.metrics[0], None))
         rest = RestShapes.of(self.pattern, gradients, areas * weights)
-        least = untangle(self.pattern, rest, u, held, harmonic, steps, polish)
+        least = untangle(self.pattern, rest, u, fixed, harmonic, steps, polish)
         if not least > 0 or folds(self.faces, u):
             raise Tangled(u)
         return replace(self, u=u)
@@ -313,12 +313,12 @@ class DiscreteMap(MeshMap):
             tolerance: relative decrease below which steps end.
             corners: whether corners of the target hold their vertices.
         """
-        inside, met = self.inside, self.miss == 0
+        inside, at_goals = self.inside, self.miss == 0
         stay = inside.at_target if corners else inside.stuck
-        if not met:  # strokes do not slide before they have reached their goals
+        if not at_goals:  # strokes do not slide before they have reached their goals
             stay = np.ones(stay.size, bool)
-        u, tau, end = self._descended(True, corners, stay, q, steps, tolerance)
-        if self.bound and inside.strokes and met:
+        u, tau, end = self._descend(True, corners, stay, q, steps, tolerance)
+        if self.bound and inside.strokes and at_goals:
             inside = inside.slid(u[self.inner], tau[self.inner], stay)
         boundary = self.boundary.slid(True, tau[: self.border], corners)
         return replace(self, u=u, boundary=boundary, inside=inside, **end)
@@ -342,9 +342,9 @@ class DiscreteMap(MeshMap):
 
     def inside_moved(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Make Newton steps on the image with the outline fixed."""
-        held = replace(self.matched, anchored=np.ones(self.border, bool))
-        moved = replace(self, boundary=held).forward(q, steps, tolerance)
-        return replace(moved, boundary=self.boundary)
+        fixed_boundary = replace(self.matched, anchored=np.ones(self.border, bool))
+        state = replace(self, boundary=fixed_boundary).forward(q, steps, tolerance)
+        return replace(state, boundary=self.boundary)
 
     def relaxed(self) -> "DiscreteMap":
         """Make a few steps at q = 1 if a triangle is badly stretched, first on the inside, then on all vertices.
@@ -376,7 +376,7 @@ class DiscreteMap(MeshMap):
     def backward(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Make Newton steps on the source with the images fixed; target corners slide along the source."""
         inside = self.inside
-        z, s, end = self._descended(False, True, inside.at_source, q, steps, tolerance)
+        z, s, end = self._descend(False, True, inside.at_source, q, steps, tolerance)
         if self.bound and inside.strokes:
             inside = inside._replace(s=s[self.inner], z=z[self.inner].copy())
         elif not self.bound and inside.z.size:  # their vertices move freely
@@ -385,7 +385,7 @@ class DiscreteMap(MeshMap):
             self, z=z, boundary=self.boundary.slid(False, s[: self.border], True), inside=inside, **end
         )
 
-    def _descended(
+    def _descend(
         self, forward: bool, corners: bool, stay: Flags, q: float, steps: int, tolerance: float
     ) -> tuple[Complex, Real, dict[str, Any]]:
         """Run Newton's method on the map or on its inverse.
@@ -414,13 +414,13 @@ class DiscreteMap(MeshMap):
         system = newton.System.of(
             self.pattern, self.faces, rest, constraints, upright, self._terms(forward, q)
         )
-        value, done, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
+        value, steps_made, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
         return (
             u,
             tau,
             {
                 "value": float(value),
-                "spared": int(steps - done),
+                "spared": int(steps - steps_made),
                 "pattern": self.pattern,
                 "cores": self.cores,
             },
@@ -435,10 +435,10 @@ class DiscreteMap(MeshMap):
             )
         if not self.energy.terms:
             return TermsOnMesh(springs, self.pattern) if springs else NO_TERMS
-        kept, moving, metrics = self._sides(forward)
-        rest = RestShapes(self.material, NO_SLOTS, *rest_geometry(kept, moving, self.material, metrics))
-        found = self.energy.terms_on_mesh(rest, self.pattern)
-        return TermsOnMesh([*found.terms, *springs], self.pattern) if springs else found
+        fixed_side, moving, metrics = self._sides(forward)
+        rest = RestShapes(self.material, NO_SLOTS, *rest_geometry(fixed_side, moving, self.material, metrics))
+        terms = self.energy.terms_on_mesh(rest, self.pattern)
+        return TermsOnMesh([*terms.terms, *springs], self.pattern) if springs else terms
 
     def _sides(self, forward: bool) -> tuple[Complex, Complex, Metrics]:
         """Return the vertices of the fixed side, those of the moving side, and their metrics in this order."""
@@ -448,8 +448,8 @@ class DiscreteMap(MeshMap):
 
     def _rest_shapes(self, forward: bool, q: float) -> RestShapes:
         """Return the rest triangles on the fixed side, with their weights for a power q."""
-        kept, moving, metrics = self._sides(forward)
-        gradients, areas = rest_geometry(kept, moving, self.pattern.corners, metrics)
+        fixed_side, moving, metrics = self._sides(forward)
+        gradients, areas = rest_geometry(fixed_side, moving, self.pattern.corners, metrics)
         areas = self._weighed(areas, q)
         if self.rigid is None or not forward or not self.aims.size:
             return RestShapes.of(self.pattern, gradients, areas)

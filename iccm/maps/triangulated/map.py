@@ -54,7 +54,7 @@ class TriangulatedMap:
 
     def __getstate__(self) -> dict:
         """Return the attributes without cached properties."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @cached_property
     def edges(self) -> Edges:
@@ -148,19 +148,21 @@ class TriangulatedMap:
         """Return f⁻¹ at the points of the image nearest to w (p,), at any distance, and the distances, 0 inside."""
         triangle, place = self._image_locator(w, threads)
         away = np.zeros(w.size)
-        lost = np.flatnonzero((triangle < 0) & np.isfinite(w))
-        if lost.size:
-            edge, part, away[lost] = self.image_rim.closest(w[lost])
-            triangle[lost], place[lost] = self.image_rim.places(edge, part)
+        outside = np.flatnonzero((triangle < 0) & np.isfinite(w))
+        if outside.size:
+            edge, part, away[outside] = self.image_rim.closest(w[outside])
+            triangle[outside], place[outside] = self.image_rim.places(edge, part)
         return self.jet_at(triangle, place, threads)[0], away
 
     def extended_jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
         """Return f, f_z and f_z̄ at the points of the source nearest to z (p,), at any distance."""
         triangle, place = self._source_locator(z, threads)
-        lost = np.flatnonzero((triangle < 0) & np.isfinite(z))
-        if lost.size:
-            edge, part, _ = self._source_rim.closest(z[lost])
-            triangle[lost], place[lost] = self._source_rim.places(edge, unslid(part, self._slides[edge]))
+        outside = np.flatnonzero((triangle < 0) & np.isfinite(z))
+        if outside.size:
+            edge, part, _ = self._source_rim.closest(z[outside])
+            triangle[outside], place[outside] = self._source_rim.places(
+                edge, unslid(part, self._slides[edge])
+            )
         _, w, p, q = self._jets(triangle, place, threads)
         return w, *inverted(p, q)
 
@@ -171,12 +173,12 @@ class TriangulatedMap:
             (p,) triangles, -1 outside, and (p, 3) barycentric coordinates in the image.
         """
         triangle, place = self._source_locator(z, threads)
-        lost = np.flatnonzero((triangle < 0) & np.isfinite(z))
-        if lost.size:
-            edge, part, away = self._source_rim.closest(z[lost])
-            found = away <= self.near * self.diagonal
-            edge, part = edge[found], unslid(part[found], self._slides[edge[found]])
-            triangle[lost[found]], place[lost[found]] = self._source_rim.places(edge, part)
+        outside = np.flatnonzero((triangle < 0) & np.isfinite(z))
+        if outside.size:
+            edge, part, distance = self._source_rim.closest(z[outside])
+            is_near = distance <= self.near * self.diagonal
+            edge, part = edge[is_near], unslid(part[is_near], self._slides[edge[is_near]])
+            triangle[outside[is_near]], place[outside[is_near]] = self._source_rim.places(edge, part)
         return triangle, place
 
     def image_place(self, w: Complex, threads: int | None = None) -> tuple[Index, Real]:
@@ -186,11 +188,13 @@ class TriangulatedMap:
             (p,) triangles, -1 outside, and (p, 3) barycentric coordinates in the image.
         """
         triangle, place = self._image_locator(w, threads)
-        lost = np.flatnonzero((triangle < 0) & np.isfinite(w))
-        if lost.size:
-            edge, part, away = self.image_rim.closest(w[lost])
-            found = away <= self.near * self.image_diagonal
-            triangle[lost[found]], place[lost[found]] = self.image_rim.places(edge[found], part[found])
+        outside = np.flatnonzero((triangle < 0) & np.isfinite(w))
+        if outside.size:
+            edge, part, distance = self.image_rim.closest(w[outside])
+            is_near = distance <= self.near * self.image_diagonal
+            triangle[outside[is_near]], place[outside[is_near]] = self.image_rim.places(
+                edge[is_near], part[is_near]
+            )
         return triangle, place
 
     def moved(
