@@ -23,12 +23,17 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
     Raises:
         NoMapError, InputError: as `method.solve`.
     """
-    asked = SurfaceProblem.of(problem, options, layouts)
-    found = _solve(asked)
-    soft_pins, softness = asked.soft_pins
-    found = replace(found, soft_pins=soft_pins, softness=softness)
+    surface_problem = SurfaceProblem.of(problem, options, layouts)
+    solution = _solve(surface_problem)
+    soft_pins, softness = surface_problem.soft_pins
+    solution = replace(solution, soft_pins=soft_pins, softness=softness)
     result = fit.result_of(
-        problem, found, found.map, (asked.holes, asked.points), asked.settings, in_bounds=True
+        problem,
+        solution,
+        solution.map,
+        (surface_problem.holes, surface_problem.points),
+        surface_problem.settings,
+        in_bounds=True,
     )
     if fit.loses_too_much(result.left_out, result.uncovered, options):
         return None
@@ -36,17 +41,22 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
     return replace(result, layouts=layouts)
 
 
-def _solve(asked: SurfaceProblem) -> Solution:
+def _solve(problem: SurfaceProblem) -> Solution:
     """Return the map in the user's planes."""
-    sides, pins = asked.sides, asked.inner_pins
+    sides, pins = problem.sides, problem.inner_pins
     points = np.concatenate([pins.inner, pins.outer])
     strokes = [(stroke.source, stroke.target) for stroke in pins.strokes]
     outlines = sides[0].solved[0], sides[1].solved[0]
-    softness = asked.inner_softness
-    found = method.solve(*outlines, asked.settings, points, strokes, asked.inner_holes, softness=softness)
-    map = found.map
+    softness = problem.inner_softness
+    solution = method.solve(
+        *outlines, problem.settings, points, strokes, problem.inner_holes, softness=softness
+    )
+    map = solution.map
     z, u = (side.outward(w, side.is_on(w)) for side, w in zip(sides, (map.source, map.image)))
     for name, w in (("source", z), ("image", u)):
         refuse_folds(name, w, map.faces)
-    filled = found.filled and (sides[0].loop_outward(found.filled[0]), sides[1].loop_outward(found.filled[1]))
-    return replace(found, map=replace(map, source=z, image=u), filled=filled)
+    filled = solution.filled and (
+        sides[0].loop_outward(solution.filled[0]),
+        sides[1].loop_outward(solution.filled[1]),
+    )
+    return replace(solution, map=replace(map, source=z, image=u), filled=filled)

@@ -104,24 +104,24 @@ def check(
     distances = np.column_stack([_inside(c, pins[:, k], numbers, k) for k, c in enumerate(domains)])
     outer = distances < ON_OUTLINE_SHARE
     for k in np.flatnonzero(outer[:, 0] != outer[:, 1]):
-        there, here = ("source", "target") if outer[k, 0] else ("target", "source")
+        side_with, side_without = ("source", "target") if outer[k, 0] else ("target", "source")
         raise ConstraintError(
-            f"pin {numbers[k] + 1}: is on the outline in the {there} but not in the {here}; place both "
+            f"pin {numbers[k] + 1}: is on the outline in the {side_with} but not in the {side_without}; place both "
             "points on the outline or both inside, since the map takes outline to outline",
             [numbers[k]],
         )
     outer = outer[:, 0]
-    near = np.flatnonzero(~outer & (distances.min(axis=1) < NEAR_OUTLINE_SHARE))
+    near_pins = np.flatnonzero(~outer & (distances.min(axis=1) < NEAR_OUTLINE_SHARE))
     notes = tuple(
         f"Pin {numbers[k] + 1} is very close to the outline: the picture is stretched in between. Move "
         "the pin away from the outline or onto it."
-        for k in near
+        for k in near_pins
     )
     inner, along = separate(domains, strokes, ends)
-    drawn = check_strokes(domains, inner, pins, numbers)
+    simplified = check_strokes(domains, inner, pins, numbers)
     refuse_other_sides(domains, inner, pins[~outer], numbers[~outer])
     rim = OutlinePoints.of(pins[outer], numbers[outer], [*inner, *along])
-    return Pins(pins[~outer], rim.in_order(source, target), drawn, notes)
+    return Pins(pins[~outer], rim.in_order(source, target), simplified, notes)
 
 
 def check_free(
@@ -139,14 +139,14 @@ def check_free(
     pins, numbers, ends = _apart_from_ends(pins, strokes, source.diagonal, None)
     distances = _inside(source, pins[:, 0], numbers, 0)
     for hole in holes:
-        away = hole.distances(pins[:, 0]) / source.diagonal
-        distances = np.minimum(distances, away)
+        hole_distances = hole.distances(pins[:, 0]) / source.diagonal
+        distances = np.minimum(distances, hole_distances)
     outer = distances < AT_OUTLINE_SHARE
     inner, _ = separate((source,), strokes, ends)
-    drawn = check_strokes((source,), inner, pins, numbers)
+    simplified = check_strokes((source,), inner, pins, numbers)
     rim = OutlinePoints.of(pins[outer], numbers[outer], inner).points
-    on = rim[np.argsort(source.closest(rim[:, 0]))] if len(rim) else rim
-    return Pins(pins[~outer], on, drawn)
+    outline_pins = rim[np.argsort(source.closest(rim[:, 0]))] if len(rim) else rim
+    return Pins(pins[~outer], outline_pins, simplified)
 
 
 def _apart_from_ends(
@@ -161,21 +161,21 @@ def _apart_from_ends(
     Returns:
         The pins, their numbers, and (s, 2) whether a pin makes an end of a stroke stick.
     """
-    pins, kept = _without_repeats(pins, unit, image_unit)
-    numbers = kept if numbers is None else numbers[kept]
+    pins, unique = _without_repeats(pins, unit, image_unit)
+    numbers = unique if numbers is None else numbers[unique]
     ends = _at_ends(pins, strokes, unit, image_unit or unit)
-    extra = ~ends.any(axis=(0, 1))
-    return pins[extra], numbers[extra], np.asarray(ends.any(axis=2), bool)
+    is_apart = ~ends.any(axis=(0, 1))
+    return pins[is_apart], numbers[is_apart], np.asarray(ends.any(axis=2), bool)
 
 
 def _at_ends(pins: Complex, strokes: Sequence[tuple[Curve, Curve]], unit: float, image_unit: float) -> Flags:
     """Return (s, 2, k) whether a pin is at an end of a stroke in the source and at the same end in the target."""
-    found = np.zeros((len(strokes), 2, len(pins)), bool)
+    at_ends = np.zeros((len(strokes), 2, len(pins)), bool)
     for k, (a, b) in enumerate(strokes):
         for end in (0, -1):
-            here = np.abs(pins[:, 0] - a.z[end]) <= SAME_POINT_SHARE * unit
-            found[k, end] = here & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT_SHARE * image_unit)
-    return found
+            at_source = np.abs(pins[:, 0] - a.z[end]) <= SAME_POINT_SHARE * unit
+            at_ends[k, end] = at_source & (np.abs(pins[:, 1] - b.z[end]) <= SAME_POINT_SHARE * image_unit)
+    return at_ends
 
 
 def check_strokes(
@@ -208,11 +208,11 @@ def check_strokes(
                     f"stroke {k + 1}: crosses or touches itself in the {name}; remove the crossing",
                     strokes=[k],
                 )
-            for other, before in zip(lines, strokes):
-                if before is stroke:
+            for previous_line, previous in zip(lines, strokes):
+                if previous is stroke:
                     break
-                if line.distance(other) < ON_OUTLINE_SHARE * unit:
-                    j = before.number
+                if line.distance(previous_line) < ON_OUTLINE_SHARE * unit:
+                    j = previous.number
                     raise ConstraintError(
                         f"strokes {j + 1} and {k + 1}: cross or touch in the {name}; leave a gap between them",
                         strokes=[j, k],
@@ -301,22 +301,22 @@ class OutlinePoints:
     def of(cls, pins: Complex, numbers: Index, strokes: Sequence[DrawnStroke]) -> "OutlinePoints":
         """Collect pins (k, 2) with their numbers, and the ends of strokes on the outlines."""
         feet = [stroke.feet for stroke in strokes]
-        own = [np.full(len(f), stroke.number) for f, stroke in zip(feet, strokes)]
+        stroke_numbers = [np.full(len(f), stroke.number) for f, stroke in zip(feet, strokes)]
         count = sum(map(len, feet))
         return cls(
             np.concatenate([pins, *feet]),
             np.append(numbers, np.full(count, -1)),
-            np.concatenate([np.full(len(pins), -1), *own]).astype(np.int64),
+            np.concatenate([np.full(len(pins), -1), *stroke_numbers]).astype(np.int64),
         )
 
     def name(self, k: int) -> str:
         """Return the name of the k-th point in messages."""
         return f"pin {self.pins[k] + 1}" if self.pins[k] >= 0 else f"stroke {self.strokes[k] + 1}"
 
-    def refused(self, message: str, which: Sequence[int]) -> ConstraintError:
+    def refused(self, message: str, chosen: Sequence[int]) -> ConstraintError:
         """Return an error about some of the points."""
-        pins = [self.pins[k] for k in which if self.pins[k] >= 0]
-        return ConstraintError(message, pins, [self.strokes[k] for k in which if self.pins[k] < 0])
+        pins = [self.pins[k] for k in chosen if self.pins[k] >= 0]
+        return ConstraintError(message, pins, [self.strokes[k] for k in chosen if self.pins[k] < 0])
 
     def in_order(self, source: Curve, target: Curve) -> Complex:
         """Return (k, 2) the points moved onto the outlines, in their order around the source, without duplicates.
@@ -331,10 +331,10 @@ class OutlinePoints:
         gaps = np.mod(np.diff(tau[order], append=tau[order[0]]), target.length)
         if order.size > 1 and abs(gaps.sum() - target.length) > 0.5 * target.length:
             wrong = _out_of_order(tau[order], target.length, order)
-            alone = all(self.pins[wrong] >= 0)
-            told = ", ".join(str(self.pins[k] + 1) if alone else self.name(k) for k in wrong)
+            only_pins = all(self.pins[wrong] >= 0)
+            names = ", ".join(str(self.pins[k] + 1) if only_pins else self.name(k) for k in wrong)
             raise self.refused(
-                f"pins on the outline out of order: {told}; put them in the same order around both outlines",
+                f"pins on the outline out of order: {names}; put them in the same order around both outlines",
                 wrong,
             )
         return np.column_stack([source.at(s), target.at(tau)])[order]
@@ -344,13 +344,13 @@ class OutlinePoints:
         keep: list[int] = []
         for k in order:
             for j in keep[-1:] + keep[:1]:
-                same, same_goal = (_round_gap(x[k], x[j]) < SAME_POINT_SHARE for x in (s, tau))
-                if same and same_goal:
+                same_source, same_target = (_round_gap(x[k], x[j]) < SAME_POINT_SHARE for x in (s, tau))
+                if same_source and same_target:
                     break
-                if same or same_goal:
-                    told = f"{self.name(j)} and {self.name(k)}"
+                if same_source or same_target:
+                    names = f"{self.name(j)} and {self.name(k)}"
                     raise self.refused(
-                        f"{told}: at the same place on the outline of the {NAMES[int(same_goal)]}, but at "
+                        f"{names}: at the same place on the outline of the {NAMES[int(same_target)]}, but at "
                         "different places on the other outline; move or remove one of them",
                         [j, k],
                     )
@@ -391,14 +391,14 @@ def put_pins(pins: Pins, z: Complex, u: Complex, border: int, first: int) -> Non
         border: number of vertices on the outline.
         first: index of the first inner pin's vertex.
     """
-    near, near_image = (1e-8 * longer_side(*bounding_box(w)) for w in (z, u))
+    tolerance, image_tolerance = (1e-8 * longer_side(*bounding_box(w)) for w in (z, u))
     vertices = first + np.arange(len(pins.inner))
     if len(pins.outer):
         on_outline = np.abs(pins.outer[:, :1] - z[None, :border]).argmin(axis=1)
         vertices = np.append(vertices, on_outline)
-    for v, (here, there) in zip(vertices, np.concatenate([pins.inner, pins.outer])):
-        if abs(z[v] - here) < near and abs(u[v] - there) < near_image:
-            z[v], u[v] = here, there
+    for v, (source, target) in zip(vertices, np.concatenate([pins.inner, pins.outer])):
+        if abs(z[v] - source) < tolerance and abs(u[v] - target) < image_tolerance:
+            z[v], u[v] = source, target
 
 
 def with_points(curve: Curve, points: Complex) -> Curve:
@@ -406,9 +406,9 @@ def with_points(curve: Curve, points: Complex) -> Curve:
     if not points.size:
         return curve
     s = np.mod(curve.closest(points), curve.length)
-    near = np.abs(points[:, None] - curve.z[None, :])
-    new = near.min(axis=1) > SAME_POINT_SHARE * curve.diagonal
+    distances = np.abs(points[:, None] - curve.z[None, :])
+    is_new = distances.min(axis=1) > SAME_POINT_SHARE * curve.diagonal
     z = curve.z.copy()
-    z[near.argmin(axis=1)[~new]] = points[~new]
-    knots = np.append(curve.knots[:-1], s[new])
-    return Curve(np.append(z, points[new])[np.argsort(knots, kind="stable")])
+    z[distances.argmin(axis=1)[~is_new]] = points[~is_new]
+    knots = np.append(curve.knots[:-1], s[is_new])
+    return Curve(np.append(z, points[is_new])[np.argsort(knots, kind="stable")])

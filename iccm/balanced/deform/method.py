@@ -74,13 +74,17 @@ def solve(
         InputError: no similarity maps the pins in a region.
     """
     frame = frame_of(source, holes)
-    given = pins.unit((frame, frame))
+    unit_pins = pins.unit((frame, frame))
     if not patches.are_none:
         settings = replace(settings, energy=replace(settings.energy, pins=patches.unit((frame, frame))))
-    outlines = _outlines([unit_curve(frame, each) for each in (source, *holes)], given.outer[:, 0], settings)
+    outlines = _outlines(
+        [unit_curve(frame, curve) for curve in (source, *holes)], unit_pins.outer[:, 0], settings
+    )
     try:
         bones = Regions(tuple(tuple(unit_ring(frame, ring) for ring in rings) for rings in regions.polygons))
-        levels = refine(outlines, given, settings, None if start is None else _in(frame, start), bones)
+        levels = refine(
+            outlines, unit_pins, settings, None if start is None else _to_unit(frame, start), bones
+        )
     except Stuck as error:
         raise NoMapError(f"deform: {error}") from None
     return _solution(levels, frame, pins, settings)
@@ -88,12 +92,12 @@ def solve(
 
 def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> list[Curve]:
     """Return the outlines simplified, with vertices at points on them."""
-    away = [curve.distances(points) for curve in curves]
-    own = np.argmin(away, axis=0)
-    outer, *holes = (with_points(curve, points[own == k]) for k, curve in enumerate(curves))
-    kept = [tuple(points[own == k].tolist()) for k in range(len(curves))]
-    simple = manageable(outer, settings.tolerance, kept[0])
-    return [simple, *manageable_holes(simple, holes, settings.tolerance, kept[1:])]
+    distances = [curve.distances(points) for curve in curves]
+    nearest = np.argmin(distances, axis=0)
+    outer, *holes = (with_points(curve, points[nearest == k]) for k, curve in enumerate(curves))
+    anchors = [tuple(points[nearest == k].tolist()) for k in range(len(curves))]
+    simple = manageable(outer, settings.tolerance, anchors[0])
+    return [simple, *manageable_holes(simple, holes, settings.tolerance, anchors[1:])]
 
 
 def refine(
@@ -109,12 +113,12 @@ def refine(
     if start is None:
         levels = [roughly(outlines, pins, energy, max(COARSE_MESH_SIZE, size))]
         rough = levels[0].forward(1.0, FORWARD_STEPS, SETTLED, corners=False) if pins.strokes else levels[0]
-        start, drawn = rough, rough.inside.matches
+        start, matches = rough, rough.inside.matches
     else:
-        drawn = aim_feet(
+        matches = aim_feet(
             pins.strokes, start_from(mesh_of(outlines, pins, energy, size), start), EVENED_SHARE
         ).inside.matches
-    fine = start_from(mesh_of(outlines, pins, energy, size, drawn, bones.polygons), start)
+    fine = start_from(mesh_of(outlines, pins, energy, size, matches, bones.polygons), start)
     levels.append(relax(satisfy_constraints(fine, MOVING_STEPS, SETTLED), 1.0))
     if bones.polygons:
         levels.append(stiffen(levels[-1], bones, pins))
@@ -124,9 +128,9 @@ def refine(
 
 def stiffen(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
     """Return the map with rigid bones."""
-    aims, said, held = aims_of(bones, pins, 1.0)
-    wanted = Rigid(bones.polygons, aims, ~said, np.zeros(said.size, bool), held)
-    return harden(state, wanted, state.value)
+    aims, is_prescribed, pinned_points = aims_of(bones, pins, 1.0)
+    rigid = Rigid(bones.polygons, aims, ~is_prescribed, np.zeros(is_prescribed.size, bool), pinned_points)
+    return harden(state, rigid, state.value)
 
 
 def roughly(outlines: Sequence[Curve], pins: Pins, energy: Energy, size: float) -> DiscreteMap:
@@ -158,17 +162,17 @@ def start_from(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
 
 def rigid_motion(state: DiscreteMap) -> DiscreteMap:
     """Return the shape moved by the rotation and translation that fit the constraints best."""
-    here, there = state.z[state.aimed], state.goals
+    sources, goals = state.z[state.aimed], state.goals
     if state.energy.pins is not None:
-        here = np.append(here, state.energy.pins.source)
-        there = np.append(there, state.energy.pins.target)
-    turn = np.vdot(here - here.mean(), there - there.mean())
+        sources = np.append(sources, state.energy.pins.source)
+        goals = np.append(goals, state.energy.pins.target)
+    turn = np.vdot(sources - sources.mean(), goals - goals.mean())
     turn = (
         turn / abs(turn)
-        if abs(turn) > UNROTATED_SPREAD_SHARE * np.sum(np.abs(here - here.mean()) ** 2)
+        if abs(turn) > UNROTATED_SPREAD_SHARE * np.sum(np.abs(sources - sources.mean()) ** 2)
         else 1.0
     )
-    return replace(state, u=there.mean() + turn * (state.z - here.mean()))
+    return replace(state, u=goals.mean() + turn * (state.z - sources.mean()))
 
 
 def relax(state: DiscreteMap, q: float) -> DiscreteMap:
@@ -177,14 +181,14 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
     Constraints that have not met their goals stay where they are, and vertices of strokes slide.
     """
     goals = state.goals
-    resting = state if state.miss == 0 else state.held()
-    resting = resting.forward(q, SETTLING_STEPS, SETTLED)
+    relaxed = state if state.miss == 0 else state.held()
+    relaxed = relaxed.forward(q, SETTLING_STEPS, SETTLED)
     for _ in range(DEFORMATION_ROUNDS if state.inside.strokes else 0):
-        before = resting.value
-        resting = resting.backward(q, BACKWARD_STEPS, SETTLED).forward(q, FORWARD_STEPS, SETTLED)
-        if before - resting.value < ROUND_DECREASE * before:
+        before = relaxed.value
+        relaxed = relaxed.backward(q, BACKWARD_STEPS, SETTLED).forward(q, FORWARD_STEPS, SETTLED)
+        if before - relaxed.value < ROUND_DECREASE * before:
             break
-    return resting if state.miss == 0 else resting.with_goals(goals)
+    return relaxed if state.miss == 0 else relaxed.with_goals(goals)
 
 
 def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
@@ -193,21 +197,21 @@ def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
     Raises:
         Stuck: folds remain.
     """
-    same = start.z.size == state.z.size and len(start.faces) == len(state.faces)
-    same = same and np.abs(start.z - state.z).max() < SAME_PLACE_SHARE
-    same = same and np.array_equal(_sorted(start.faces), _sorted(state.faces))
-    u = start.u.copy() if same else interpolate(start.z, start.faces, start.u, state.z)
-    new = replace(state, u=u)
-    if not folds(new.faces, new.u):
-        return new
-    return new.held().unfolded(harmonic=False).with_goals(new.goals)
+    is_same_mesh = start.z.size == state.z.size and len(start.faces) == len(state.faces)
+    is_same_mesh = is_same_mesh and np.abs(start.z - state.z).max() < SAME_PLACE_SHARE
+    is_same_mesh = is_same_mesh and np.array_equal(_sorted(start.faces), _sorted(state.faces))
+    u = start.u.copy() if is_same_mesh else interpolate(start.z, start.faces, start.u, state.z)
+    mapped = replace(state, u=u)
+    if not folds(mapped.faces, mapped.u):
+        return mapped
+    return mapped.held().unfolded(harmonic=False).with_goals(mapped.goals)
 
 
 def _sorted(faces: Index) -> Index:
     return faces[np.lexsort(faces.T)]
 
 
-def _in(frame: Similarity, start: TriangulatedMap) -> MeshMap:
+def _to_unit(frame: Similarity, start: TriangulatedMap) -> MeshMap:
     """Return an earlier deformation in unit coordinates."""
     border = sum(loop.size for loop in start.loops)
     return MeshMap.plain(frame(start.source), frame(start.image), start.faces, border)

@@ -39,10 +39,10 @@ class Regions:
 
     def holding(self, z: Complex) -> np.ndarray:
         """Return (p,) the region that contains each point; -1 for none."""
-        found = np.full(z.size, -1)
+        numbers = np.full(z.size, -1)
         for k, rings in enumerate(self.polygons):
-            found[shapely.contains_xy(_polygon(rings), z.real, z.imag)] = k
-        return found
+            numbers[shapely.contains_xy(_polygon(rings), z.real, z.imag)] = k
+        return numbers
 
 
 NO_REGIONS = Regions(())
@@ -82,36 +82,36 @@ def regions_of(
             raise InputError(
                 f"stroke {k + 1}: runs through a rigid region; end it outside the region, or pin the region instead"
             )
-    near = shapely.points(pins[:, 0].real, pins[:, 0].imag)
-    near = near[whole.dwithin(near, detail)] if near.size else near
-    joined = shapely.union_all([whole, *shapely.buffer(near, 3 * detail)])
+    near_pins = shapely.points(pins[:, 0].real, pins[:, 0].imag)
+    near_pins = near_pins[whole.dwithin(near_pins, detail)] if near_pins.size else near_pins
+    joined = shapely.union_all([whole, *shapely.buffer(near_pins, 3 * detail)])
     joined = joined.buffer(detail, join_style="mitre").buffer(-detail, join_style="mitre").simplify(detail)
     parts = [_without_small_holes(part, holes) for part in _parts(joined)]
-    kept = [
+    region_parts = [
         part
         for part in _parts(shapely.union_all(parts).intersection(room))
         if part.area > LEAST_REGION_AREA * unit**2
     ]
-    if not kept:
+    if not region_parts:
         raise InputError(
             "rigid: no part of the region lies inside the source shape and is large enough; "
             "draw it larger, inside the shape"
         )
-    if len(kept) > MOST_REGIONS:
+    if len(region_parts) > MOST_REGIONS:
         raise InputError(
-            f"rigid: {len(kept)} regions are given, at most {MOST_REGIONS} are possible; remove some"
+            f"rigid: {len(region_parts)} regions are given, at most {MOST_REGIONS} are possible; remove some"
         )
     notes = []
     inside = whole.intersection(domain).area
-    share = shapely.union_all(kept).intersection(whole).area / inside
+    share = shapely.union_all(region_parts).intersection(whole).area / inside
     if 1 - share > LOST_AREA_SHARE:
         notes.append(
             "A rigid region touches the outline, which slides: the region is rigid only beyond 1 % of "
             f"the shape's size from the outline, on {share:.0%} of its area."
         )
-    ordered = [shapely.geometry.polygon.orient(part) for part in kept]
+    ordered = [shapely.geometry.polygon.orient(part) for part in region_parts]
     rings = [(part.exterior, *part.interiors) for part in ordered]
-    polygons = tuple(tuple(complex_of(shapely.get_coordinates(r)[:-1]) for r in each) for each in rings)
+    polygons = tuple(tuple(complex_of(shapely.get_coordinates(r)[:-1]) for r in region) for region in rings)
     return Regions(polygons, tuple(notes))
 
 
@@ -120,12 +120,12 @@ def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags, 
     return aims_by(len(regions.polygons), regions.holding(pins.inner[:, 0]), pins.inner, size)
 
 
-def aims_by(count: int, own: Index, pins: Complex, size: float) -> tuple[Complex, Flags, Complex]:
+def aims_by(count: int, region_of_pin: Index, pins: Complex, size: float) -> tuple[Complex, Flags, Complex]:
     """Return the derivatives that rigid regions should have, as far as pins determine them.
 
     Args:
         count: number of regions.
-        own: (p,) the region that contains each pin, -1 for none.
+        region_of_pin: (p,) the region that contains each pin, -1 for none.
         pins: (p, 2) pins and their goals, in unit coordinates.
         size: scale of regions for which pins do not determine it.
 
@@ -136,39 +136,44 @@ def aims_by(count: int, own: Index, pins: Complex, size: float) -> tuple[Complex
     Raises:
         InputError: no similarity maps the pins in a region.
     """
-    aims, said, held = np.full(count, size, complex), np.zeros(count, bool), np.full((count, 2), np.nan + 0j)
-    for k in np.unique(own[own >= 0]):
-        here, there = pins[own == k].T
-        held[k] = here.mean(), there.mean()
-        if here.size < 2:
+    aims, is_prescribed = np.full(count, size, complex), np.zeros(count, bool)
+    centroids = np.full((count, 2), np.nan + 0j)
+    for k in np.unique(region_of_pin[region_of_pin >= 0]):
+        sources, goals = pins[region_of_pin == k].T
+        centroids[k] = sources.mean(), goals.mean()
+        if sources.size < 2:
             continue
-        found = Similarity.fit(here, there)
-        off = np.abs(found(here) - there).max() / (abs(found.factor) * np.abs(here - here.mean()).max())
-        if off > SIMILARITY_ERROR_SHARE:
+        similarity = Similarity.fit(sources, goals)
+        error = np.abs(similarity(sources) - goals).max() / (
+            abs(similarity.factor) * np.abs(sources - sources.mean()).max()
+        )
+        if error > SIMILARITY_ERROR_SHARE:
             raise InputError(
-                f"rigid region {k + 1}: no similarity moves its {here.size} pins to their targets; keep "
+                f"rigid region {k + 1}: no similarity moves its {sources.size} pins to their targets; keep "
                 "at most two of them"
             )
-        aims[k], said[k] = found.factor, True
-    return aims, said, held
+        aims[k], is_prescribed[k] = similarity.factor, True
+    return aims, is_prescribed, centroids
 
 
 def _polygon(rings: Rings) -> shapely.Polygon:
     return shapely.Polygon(xy_of(rings[0]), [xy_of(hole) for hole in rings[1:]])
 
 
-def _parts(found: shapely.Geometry) -> list[shapely.Polygon]:
+def _parts(geometry: shapely.Geometry) -> list[shapely.Polygon]:
     """Return the polygons of a geometry, sorted from the top left."""
-    parts = [part for part in shapely.get_parts(found) if part.geom_type == "Polygon" and not part.is_empty]
+    parts = [
+        part for part in shapely.get_parts(geometry) if part.geom_type == "Polygon" and not part.is_empty
+    ]
     return sorted(parts, key=lambda part: (-part.bounds[3], part.bounds[0]))
 
 
 def _without_small_holes(part: shapely.Polygon, holes: Sequence[Curve]) -> shapely.Polygon:
     """Return a region without its holes, which then move with it, except those that contain a hole of the domain."""
-    kept = [
+    kept_holes = [
         ring for ring in part.interiors if any(shapely.Polygon(ring).contains(_inner(hole)) for hole in holes)
     ]
-    return shapely.Polygon(part.exterior, kept)
+    return shapely.Polygon(part.exterior, kept_holes)
 
 
 def _inner(hole: Curve) -> shapely.Point:
