@@ -337,8 +337,9 @@ def _bound(source: Gltf, attributes: Mapping[str, int], number: str, mixed: Mixt
     """Return joints and weights of new vertices: the strongest among those of the old vertices."""
     joints, weights = (source.values(attributes[f"{kind}_{number}"]) for kind in ("JOINTS", "WEIGHTS"))
     contributions = mixed.weights[:, :, None] * weights[mixed.parents]
-    contributions = contributions.reshape(len(contributions), -1)
-    names = joints[mixed.parents].reshape(len(contributions), -1)
+    # per new vertex all joints of all parents; not -1, which NumPy refuses where there are no new vertices
+    shape = len(contributions), contributions.shape[1] * contributions.shape[2]
+    contributions, names = contributions.reshape(shape), joints[mixed.parents].reshape(shape)
     alike = names[:, :, None] == names[:, None, :]
     total = np.einsum("nij,nj->ni", alike, contributions)
     total[np.tril(alike, -1).any(axis=2)] = 0.0  # count each joint once

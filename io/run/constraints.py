@@ -283,8 +283,7 @@ def better(start: Fit, continued: Fit | None, anew: Callable[[], Fit]) -> Fit:
         continued: the map continued from it; None if that failed.
         anew: computes a map of the same shapes from scratch. It is called if the continued map costs more than
             `MOST_ENERGY_RATIO` times as much as the earlier one, or if protrusions have merged or separated. Its map is
-            returned if it
-            costs less: by that factor in the first case, by any amount in the second.
+            returned if it costs less: by that factor in the first case, by any amount in the second.
     """
     if continued is None or not continued.status.ok:
         return anew()

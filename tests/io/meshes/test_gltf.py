@@ -11,8 +11,9 @@ import pygltflib as gl
 import pytest
 from PIL import Image
 
-from iccm.io.meshes import gltf, gltf_compressed, gltf_materials, mesh_files
+from iccm.io.meshes import gltf, gltf_compressed, gltf_materials, gltf_write, mesh_files
 from iccm.io.shapes import mesh_reading
+from iccm.surfaces.subdivided import Mixtures
 from tests import rich_glb
 
 pytestmark = pytest.mark.usefixtures("solve_once")
@@ -544,3 +545,11 @@ def test_the_transform_of_a_texture_may_name_its_own_set_of_coordinates():
 )
 def test_pictures_are_averaged_as_what_their_slot_says(slot, kind):
     assert gltf_materials.kind_of(slot) == kind
+
+
+def test_joints_and_weights_of_no_new_vertices_are_none(rich):
+    source = gltf.read(rich / "rich.glb")
+    primitive = source.tree["meshes"][0]["primitives"][0]
+    nothing = Mixtures(np.empty((0, 3), int), np.empty((0, 3)), np.empty((0, 3), int))
+    bound = gltf_write._bound(source, primitive["attributes"], "0", nothing)
+    assert bound["JOINTS"].shape == bound["WEIGHTS"].shape == (0, 4)
