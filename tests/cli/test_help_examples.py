@@ -12,6 +12,7 @@ import trimesh
 from PIL import Image
 
 from iccm.cli import COMMANDS
+from tests.specimens import NAMES, Wing, tps
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -74,6 +75,23 @@ def files(tmp_path, monkeypatch):
     return tmp_path
 
 
+def add_specimens(files):
+    """Write the pictures and landmarks that examples of `iccm standardize` use."""
+    wings = {"first": Wing(1, 120), "second": Wing(2, 120)}
+    leaves = {"leaf-3": Wing(5, 120), "leaf-7": Wing(3, 120)}
+    for folder, landmarks, suffix, specimens in (
+        ("wings", "landmarks", ".jpg", wings),
+        ("leaves", "lm", ".png", leaves),
+    ):
+        (files / folder).mkdir()
+        (files / landmarks).mkdir()
+        for name, wing in specimens.items():
+            wing.picture().save(files / folder / f"{name}{suffix}", quality=95)
+            rows = [f"{label},{z.real:.3f},{z.imag:.3f}" for label, z in zip(NAMES, wing.landmarks)]
+            (files / landmarks / f"{name}.csv").write_text("\n".join(["name,x,y", *rows]) + "\n")
+    (files / "wings.tps").write_text(tps(wings, ".jpg"))
+
+
 @pytest.mark.parametrize(
     "command",
     [
@@ -99,6 +117,8 @@ def test_the_examples_of_a_command_run(files, shell, iccm, command):
             assert iccm("map", *outlines, "-o", f"{source}-{target}.npz").code == 0
     if command == "init":
         (files / "jobs.toml").unlink()
+    if command == "standardize":
+        add_specimens(files)
     for line in shown:
         if "| jq" in line and not shutil.which("jq"):
             continue
@@ -110,6 +130,7 @@ def test_the_examples_of_a_command_run(files, shell, iccm, command):
             typed = iccm(*shlex.split(line)[1:])
             code, err = typed.code, typed.err
         assert code == 0 and "Traceback" not in err, (line, err)
+        shutil.rmtree(files / "OUT", ignore_errors=True)  # to which all examples of a command write
         if command in ("init", "batch", "map", "deform", "morph"):
             for path in [*files.glob("*-*.*"), *files.glob("out*")]:
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
