@@ -6,7 +6,7 @@ import numpy as np
 
 from .arrays import Complex, Index, Real
 from .native import function
-from .sorting import counting_order
+from .sorting import grouped
 
 CELLS = 2  # buckets per box: each query then tests about six boxes
 ENTRIES = 32  # most bucket entries per box, on average: long slanting boxes could fill the memory
@@ -69,8 +69,8 @@ def _buckets(first: Index, across: Index, columns: int, rows: int) -> tuple[Inde
     within = np.arange(patch.size) - np.repeat(np.cumsum(count) - count, count)
     row, column = np.divmod(within, across[patch, 0])
     bucket = (first[patch, 1] + row) * columns + first[patch, 0] + column
-    begin = np.concatenate([[0], np.cumsum(np.bincount(bucket, minlength=columns * rows))])
-    return begin, patch[counting_order(bucket, columns * rows)]
+    entries, begin = grouped(bucket, columns * rows)
+    return begin, patch[entries]
 
 
 class SegmentGrid:

@@ -28,3 +28,17 @@ def counting_order_of_pairs(first: Index, second: Index, bound: int) -> Index:
     order = np.empty(first.size, np.int64)
     _order_pairs(first, second, first.size, bound, order)
     return order
+
+
+def grouped(keys: Index, bound: int) -> tuple[Index, Index]:
+    """Group the indices of numbers (n,) from 0 to below `bound` by the number.
+
+    Returns:
+        (n,) the indices, in order within each group, and (bound + 1,) where the group of each number begins: that of
+        k is indices[starts[k] : starts[k + 1]].
+
+    >>> indices, starts = grouped(np.array([2, 0, 2]), 3)
+    >>> indices.tolist(), starts.tolist()
+    ([1, 0, 2], [0, 1, 1, 3])
+    """
+    return counting_order(keys, bound), np.append(0, np.cumsum(np.bincount(keys, minlength=bound)))

@@ -9,9 +9,12 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Index, Real, complex_of, xy_of
+from ..balanced.model.discrete_map import folds
+from ..balanced.model.measures import stretches
 from ..curve import Curve
 from ..errors import InputError
-from ..maps.triangulated.map import TriangulatedMap
+from ..maps.distortion import weighted_quantile
+from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..plane import diagonal, triangle_areas
 from ..result import Fit
 from ..status import Status
@@ -63,30 +66,20 @@ class Cartogram:
     def map(self) -> TriangulatedMap:
         """The map of the frame, linear on every triangle."""
         frame = np.arange(self.mesh.frame)
-        straight = TriangulatedMap(self.mesh.z, self.image, self.mesh.faces, (frame,))
-        bulge = np.zeros(len(straight.edges.ends), complex)
-        return TriangulatedMap(self.mesh.z, self.image, self.mesh.faces, (frame,), bulge=bulge)
+        return without_bulges(TriangulatedMap(self.mesh.z, self.image, self.mesh.faces, (frame,)))
 
     @property
     def folds(self) -> int:
         """Number of triangles that are not counter-clockwise in the image."""
-        return int(np.count_nonzero(triangle_areas(self.image[self.mesh.faces]) <= 0))
+        return folds(self.mesh.faces, self.image)
 
     @cached_property
     def dilatations(self) -> Real:
         """(2,) mean and 95th percentile over the regions' area of the ratio of both stretches, 1 for a similarity."""
-        corners, images = self.mesh.z[self.mesh.faces], self.image[self.mesh.faces]
-        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        c, d = images[:, 1] - images[:, 0], images[:, 2] - images[:, 0]
-        across = a.conj() * b - a * b.conj()
-        p, q = np.abs((c * b.conj() - d * a.conj()) / across), np.abs((d * a - c * b) / across)
-        inside = self.region >= 0
-        ratio = ((p + q) / np.maximum(p - q, 1e-300))[inside]
-        weight = triangle_areas(images)[inside]
-        order = np.argsort(ratio)
-        share = np.cumsum(weight[order]) / weight.sum()
-        last = ratio[order[min(int(np.searchsorted(share, 0.95)), ratio.size - 1)]]
-        return np.array([np.average(ratio, weights=weight), last])
+        faces = self.mesh.faces[self.region >= 0]
+        dilatation, _, _ = stretches(self.mesh.z, self.image, faces)
+        area = triangle_areas(self.image[faces])
+        return np.array([np.average(dilatation, weights=area), weighted_quantile(dilatation, area, 0.95)])
 
     def fit(self) -> Fit:
         """Return the map as a result that can be saved."""

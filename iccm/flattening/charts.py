@@ -15,6 +15,7 @@ from ..meshes.patch import Patch
 from ..meshes.rasterise import rasterise
 from ..meshes.topology import Triangles, labels
 from ..plane import cross, diagonal, polygon_area, triangle_areas
+from ..sorting import grouped
 
 OVERLAP_GRID_CELLS = 512
 """Cells per side of the grid on which overlaps are measured: finer than the shares that are reported."""
@@ -131,7 +132,7 @@ class Atlas:
         rank = np.empty(self._order.size, np.int64)
         rank[self._order] = np.arange(rank.size)
         chart = rank[self._label]
-        return np.argsort(chart, kind="stable"), np.append(0, np.cumsum(np.bincount(chart)))
+        return grouped(chart, self.count)
 
     @property
     def count(self) -> int:

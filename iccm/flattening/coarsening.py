@@ -20,7 +20,7 @@ from ..meshes.mesh import Mesh, face_areas
 from ..meshes.patch import Patch
 from ..meshes.topology import Triangles
 from ..native import function
-from ..sorting import counting_order
+from ..sorting import grouped
 from .free import LARGE_VERTEX_COUNT, SMALL_GAIN_SHARE, Elastic, surface
 
 COARSER_FACTOR = 8  # ratio of vertices between triangulations; a Newton step costs that much less
@@ -266,9 +266,8 @@ def _remove_round(points: Real, faces: Index, z: Complex, most: int, stay: Index
 
 def _stars(faces: Index, count: int) -> tuple[Index, Index]:
     """Return the triangles of each vertex: those of vertex v are around[starts[v] : starts[v + 1]]."""
-    corners = faces.ravel()
-    starts = np.append(0, np.cumsum(np.bincount(corners, minlength=count)))
-    return starts, counting_order(corners, count) // 3
+    corners, starts = grouped(faces.ravel(), count)
+    return starts, corners // 3
 
 
 def put_back(

@@ -16,7 +16,7 @@ import numpy as np
 from ..arrays import Complex, Real
 from ..balanced.model.measures import turn_of
 from ..errors import InputError
-from ..maps.triangulated.map import TriangulatedMap
+from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..maps.triangulated.simple import fault
 from ..meshes.stretch import Linear, linear
 from ..plane import triangle_areas
@@ -82,7 +82,7 @@ def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> I
             continue
         if share <= 0:
             u = begin
-            yield replace(map, image=u, bulge=np.zeros(len(map.edges.ends), complex))
+            yield replace(without_bulges(map), image=u)
             continue
         p, q = _power(jacobian, share)
         shapes = p[:, None] * corners + q[:, None] * corners.conj()

@@ -6,6 +6,7 @@ from ..arrays import Complex, Flags, Index, Real, complex_of
 from ..meshes.patch import Patch
 from ..meshes.topology import Triangles, labels
 from ..plane import cross, orientation, triangle_areas, triangle_heights
+from ..sorting import grouped
 from .tutte import settled
 
 HEIGHT_SHARES = (0.1, 0.01, 1e-4)
@@ -37,8 +38,7 @@ def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
         return flat
     moved, free = flat.copy(), np.ones(flat.size, bool)
     free[held] = False
-    order = np.argsort(faces.ravel(), kind="stable")
-    starts = np.searchsorted(faces.ravel()[order], np.arange(flat.size + 1))
+    order, starts = grouped(faces.ravel(), flat.size)
     for corners in faces[down]:
         if triangle_areas(moved[corners]) > 0:  # an earlier move flipped it
             continue

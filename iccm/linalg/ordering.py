@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import Index
 from ..native import function
-from ..sorting import counting_order
+from ..sorting import grouped
 
 LARGE_VERTEX_COUNT = 8000
 """Number of vertices above which SuperLU's ordering pays off. Measured: SciPy takes 0.2 CPU-seconds to import;
@@ -69,8 +69,8 @@ def _by_superlu(faces: Index, count: int) -> Elimination:
         graph, drop_tol=0.9, fill_factor=1, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
     )
     order = np.argsort(lu.perm_c)
-    starts = np.append(0, np.cumsum(np.bincount(corners, minlength=count)))
-    around, room = counting_order(corners, count) // 3, 4 * FIRST_ENTRIES_PER_VERTEX * count
+    by_vertex, starts = grouped(corners, count)
+    around, room = by_vertex // 3, 4 * FIRST_ENTRIES_PER_VERTEX * count
     ends, work = np.zeros(count + 1, np.int64), np.empty(4 * count, np.int64)
     while True:
         members = np.empty(room, np.int64)
@@ -81,8 +81,8 @@ def _by_superlu(faces: Index, count: int) -> Elimination:
 
 def _by_quotient_graph(faces: Index, count: int) -> Elimination:
     m, corners = len(faces), faces.ravel()
-    degree = np.bincount(corners, minlength=count)
-    starts, around = np.append(0, np.cumsum(degree)), counting_order(corners, count) // 3
+    by_vertex, starts = grouped(corners, count)
+    around, degree = by_vertex // 3, np.diff(starts)
     rings, room = np.arange(2 * count + 1), FIRST_ENTRIES_PER_VERTEX * count
     first, size = np.append(3 * np.arange(m + 1), np.zeros(count, np.int64)), np.repeat([3, 0], [m, count])
     while True:

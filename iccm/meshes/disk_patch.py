@@ -7,6 +7,7 @@ import numpy as np
 
 from ..arrays import Index, Real, distinct_rows
 from ..errors import InputError
+from ..sorting import grouped
 from .cut import cut_through, open_to_disk
 from .mesh import Mesh, check, face_areas, proper, triangulate
 from .patch import Patch
@@ -131,7 +132,7 @@ class Joined:
     def _by_piece(self) -> tuple[Index, Index]:
         """Triangles sorted by piece, and where those of each begin."""
         label = self.shape.components()
-        return np.argsort(label, kind="stable"), np.append(0, np.cumsum(np.bincount(label)))
+        return grouped(label, int(label.max(initial=-1)) + 1)
 
     def triangles_of(self, label: int) -> Index:
         """Return the triangles of a piece, given its number among the components."""

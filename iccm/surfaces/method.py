@@ -21,7 +21,7 @@ from ..balanced.search import final_mesh, multilevel
 from ..balanced.search.levels import FINE_POWER, Level
 from ..balanced.search.unit_problem import UnitProblem
 from ..balanced.search.warm_start import continue_from
-from ..maps.triangulated.map import TriangulatedMap
+from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..options import Options
 from ..problem import Problem
 from ..result import Fit
@@ -55,10 +55,8 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
     except NoMapError:  # no map was found, or it folds in the user's planes: try these instead
         surface_problem = surface_problem.as_given
         solution, exact = _solve(surface_problem, start)
-    if exact:  # linear on each of the surface's own triangles
-        map = replace(solution.map, bulge=np.zeros(len(solution.map.edges.ends), complex))
-    else:
-        map = fit.straighten_lines(solution.map, solution.lines)
+    # an exact map is linear on each of the surface's own triangles
+    map = without_bulges(solution.map) if exact else fit.straighten_lines(solution.map, solution.lines)
     soft_pins, softness = surface_problem.soft_pins
     solution = replace(solution, soft_pins=soft_pins, softness=softness)
     region_layout = None

@@ -1,6 +1,6 @@
 """The map of a picture onto a mesh whose pieces are packed inside the picture; each piece shows the part under it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Complex
 from ..curve import Curve
 from ..maps.injectivity import Certificate
-from ..maps.triangulated.map import TriangulatedMap
+from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..meshes.flatten import Flattening, overlap
 from ..result import Fit
 from ..status import Status
@@ -50,9 +50,8 @@ def place(source: Curve, layout: Flattening) -> PackedFit:
     outer = {int(loop[0]) for loop in layout.outlines}
     holes = [loop for loop in patch.loops if int(loop[0]) not in outer]
     map = TriangulatedMap(flat, flat, patch.faces, (*layout.outlines, *holes))
-    map = replace(map, bulge=np.zeros(len(map.edges.ends), complex))
     return PackedFit(
-        map=map,
+        map=without_bulges(map),
         ended=Status.REACHED,
         energies=[],
         source=source,

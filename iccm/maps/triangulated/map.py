@@ -262,3 +262,8 @@ def inverted(p: Complex, q: Complex) -> tuple[Complex, Complex]:
     with np.errstate(divide="ignore", invalid="ignore"):
         jacobian = np.abs(p) ** 2 - np.abs(q) ** 2
         return p.conj() / jacobian, -q / jacobian
+
+
+def without_bulges(map: TriangulatedMap) -> TriangulatedMap:
+    """Return the map with the same vertices and images that is linear on every triangle."""
+    return replace(map, bulge=np.zeros(len(map.edges.ends), complex))
