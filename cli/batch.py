@@ -181,7 +181,7 @@ def processes(count: int, workers: int | None, threads: int) -> Iterator[Any]:
     """Open a pool of processes for a number of jobs.
 
     Args:
-        count: number of jobs; there are no more processes than that.
+        count: number of jobs, and the largest number of processes.
         workers: number of processes; None for one per core.
         threads: threads of each process.
     """

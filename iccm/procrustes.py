@@ -87,10 +87,12 @@ def superimpose(landmarks: Complex, *, reflect: bool = False) -> Superimposition
         mean = better
         if change < CONVERGED:
             break
+    # the mean and its mirror image are equally good: most specimens keep their orientation, of halves the first one
     if 2 * mirrored.sum() > len(z) or (2 * mirrored.sum() == len(z) and mirrored[0]):
         mean, mirrored = mean.conj(), ~mirrored
     upright = np.where(mirrored[:, None], shapes.conj(), shapes)
     turns = _rotations(upright, mean)
+    # the mean is only known up to a rotation: the one that rotates specimens least
     common = turns[~mirrored].mean()
     common = common / abs(common) if abs(common) > LEAST_COMMON_ROTATION else turns[~mirrored][0]
     mean, turns = mean / common, turns / common
@@ -139,11 +141,9 @@ def mean_outline(outlines: Sequence[Curve], anchors: Real, *, count: int = SEMIL
     """
     if not anchors.shape[1]:
         return _aligned_mean([_between(outline, np.zeros(1), [count]) for outline in outlines])
-    lengths = np.array([outline.length for outline in outlines])
-    gaps = np.diff(anchors, axis=1, append=anchors[:, :1]) % lengths[:, None]
-    if anchors.shape[1] == 1:
-        gaps = lengths[:, None]
-    shares = np.mean(gaps / lengths[:, None], axis=0)
+    shares = np.mean(
+        [_gaps(outline, starts) / outline.length for outline, starts in zip(outlines, anchors)], axis=0
+    )
     counts = np.maximum(2, np.rint(count * shares)).astype(int).tolist()
     samples = [_between(outline, starts, counts) for outline, starts in zip(outlines, anchors)]
     mean: Complex = np.mean(samples, axis=0)
@@ -152,13 +152,17 @@ def mean_outline(outlines: Sequence[Curve], anchors: Real, *, count: int = SEMIL
 
 def _between(outline: Curve, anchors: Real, counts: Sequence[int]) -> Complex:
     """Sample an outline at its anchors, and at equal distances from each anchor to the next one."""
-    ends = np.roll(anchors, -1)
-    gaps = (ends - anchors) % outline.length
-    if len(anchors) == 1:
-        gaps = np.array([outline.length])
+    gaps = _gaps(outline, anchors)
     return outline.at(
         np.concatenate([start + gap * np.arange(n) / n for start, gap, n in zip(anchors, gaps, counts)])
     )
+
+
+def _gaps(outline: Curve, anchors: Real) -> Real:
+    """Return (k,) the length of the outline from each anchor to the next one, around its start."""
+    if len(anchors) == 1:
+        return np.array([outline.length])
+    return (np.roll(anchors, -1) - anchors) % outline.length
 
 
 def _aligned_mean(samples: list[Complex]) -> Complex:

@@ -80,17 +80,17 @@ def write(
     with naming(path):
         shapes = [_polygons(feature) for feature in features]
         is_degrees = _is_in_degrees(content, shapes)
+        if save and is_degrees:
+            raise InputError(
+                "--save: longitudes and latitudes are projected first, so the map would not take layers in degrees; "
+                "export the file with a projected coordinate system"
+            )
         projection = EqualArea.of(shapes) if is_degrees else None
         shapes = [_valid(shape, feature) for shape, feature in zip(shapes, features)]
         if projection is not None:
             projected = [projection.project(shape) for shape in shapes]
             shapes = [_valid(shape, feature) for shape, feature in zip(projected, features)]
         made = cartogram(shapes, numbers, max_points)
-        if save and projection is not None:
-            raise InputError(
-                "--save: longitudes and latitudes are projected first, so the map would not take layers in degrees; "
-                "export the file with a projected coordinate system"
-            )
     shares = numbers / np.nansum(numbers)
     raised = (numbers > 0) & (made.wanted > RAISED_RATIO * shares * made.wanted[~np.isnan(numbers)].sum())
     if raised.any():

@@ -47,12 +47,9 @@ def load(purpose: str, package: str, *submodules: str, otherwise: str = "") -> A
         for name in submodules:
             import_module(f"{package}.{name}")
     except ImportError:
-        raise InputError(needed(purpose, package, otherwise)) from None
+        distribution, extra = EXTRAS[package]
+        alternative = f", or {otherwise}" if otherwise else ""
+        raise InputError(
+            f"{purpose} needs the package {distribution}: pip install 'iccm[{extra}]'{alternative}"
+        ) from None
     return module
-
-
-def needed(purpose: str, package: str, otherwise: str = "") -> str:
-    """Return the message that an optional package is missing. Parameters as in `load`."""
-    distribution, extra = EXTRAS[package]
-    alternative = f", or {otherwise}" if otherwise else ""
-    return f"{purpose} needs the package {distribution}: pip install 'iccm[{extra}]'{alternative}"

@@ -156,6 +156,7 @@ def match_areas(regions: Regions, u: Complex, steps: int, tolerance: float) -> t
         if not factorise(pattern, matrix, gradient, factor):
             break
         way, multipliers = _constrained_step(regions, u, areas, factor)
+        # The merit function has its minimum where areas are met if missing areas weigh more than the multipliers.
         barrier = max(barrier, 2 * float(np.abs(multipliers * regions.wanted).max()))
         u, share = _line_search(regions, u, way, energy, gradient, barrier)
         if share < SHORTEST_STEP:
@@ -168,7 +169,9 @@ def _constrained_step(regions: Regions, u: Complex, areas: Real, factor: Factor)
     pattern = regions.pattern
     step, part = np.empty(u.size, np.complex128), np.empty(u.size, np.complex128)
     back_substitute(pattern, factor, step)
-    scaled = csr_array(regions.gradients_of_areas(u) / areas[:, None])  # of the logarithms of areas
+    # Areas grow by factors: constraints on their logarithms are closer to linear than those on areas. A region changes
+    # by at most STEP_RATIO in a step, beyond which the linear model does not hold.
+    scaled = csr_array(regions.gradients_of_areas(u) / areas[:, None])
     missing = np.clip(regions.wanted / areas, 1 / STEP_RATIO, STEP_RATIO) - 1
 
     def solve(values: Real) -> Complex:
@@ -183,7 +186,7 @@ def _constrained_step(regions: Regions, u: Complex, areas: Real, factor: Factor)
 
     shape = areas.size, areas.size
     schur = LinearOperator(shape, lambda values: -rates(solve(values)), dtype=np.float64)
-    # small regions yield more easily than large ones
+    # Preconditioner: the entry of B H⁻¹ Bᵀ for a region decreases with its area, as small regions yield more easily.
     scale = diags_array(np.sqrt(regions.wanted))
     tolerances = {"rtol": MULTIPLIER_TOLERANCE, "maxiter": MOST_MULTIPLIER_STEPS}
     multipliers, _ = cg(schur, rates(step) - missing, M=scale, **tolerances)

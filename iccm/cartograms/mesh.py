@@ -12,7 +12,7 @@ from scipy.spatial import Delaunay, cKDTree
 
 from ..arrays import Complex, Flags, Index, xy_of
 from ..errors import InputError
-from ..plane import triangle_areas
+from ..plane import bounding_box, triangle_areas
 
 FRAME_MARGIN_SHARE = 0.25  # relative to the longer side of the regions' box: space between it and the frame
 GRID_SPACING_SHARE = 1 / 48  # largest distance of vertices, relative to the frame's longer side
@@ -52,8 +52,7 @@ def mesh_of(points: Complex, edges: Index) -> Mesh:
     Raises:
         InputError: rounding decides where borders are.
     """
-    low = complex(points.real.min(), points.imag.min())
-    high = complex(points.real.max(), points.imag.max())
+    low, high = bounding_box(points)
     margin = FRAME_MARGIN_SHARE * max((high - low).real, (high - low).imag)
     low, high = low - margin * (1 + 1j), high + margin * (1 + 1j)
     side = max((high - low).real, (high - low).imag)
@@ -120,6 +119,7 @@ def _graded(z: Complex, low: complex, high: complex, spacing: float) -> Complex:
     gaps = tree.query(xy_of(z), k=2)[0][:, 1]
     found = [np.empty(0, complex)]
     for level in range(MOST_LEVELS):
+        # each finer grid fills only the strip that is too close to given points for the one before
         width = spacing / 2**level
         candidates = _candidates(z, low, high, width, everywhere=level == 0)
         near = tree.query(xy_of(candidates), distance_upper_bound=2 * CLEARANCE_RATIO * width * 1.01)[0]
@@ -139,6 +139,7 @@ def _candidates(z: Complex, low: complex, high: complex, width: float, *, everyw
         columns, rows = np.ceil((high - low).real / width), np.ceil((high - low).imag / rise)
         i, j = (part.ravel() for part in np.meshgrid(np.arange(columns + 1), np.arange(rows + 1)))
     else:
+        # grid points within three steps of each given point; pairs of numbers are packed into one to find each once
         reach = np.arange(-3, 4)
         near_j = np.rint((z.imag - low.imag) / rise).astype(np.int64)
         near_i = np.rint((z.real - low.real) / width - 0.5 * (near_j % 2)).astype(np.int64)
@@ -148,7 +149,7 @@ def _candidates(z: Complex, low: complex, high: complex, width: float, *, everyw
         j = (j[:, None, None] + reach) + 0 * reach[:, None]
         cells = np.unique((i.ravel() << 32) | (j.ravel() & 0xFFFFFFFF))
         i, j = cells >> 32, cells & 0xFFFFFFFF
-        j = np.where(j >= 1 << 31, j - (1 << 32), j)
+        j = np.where(j >= 1 << 31, j - (1 << 32), j)  # the lower half has lost its sign
     points = low + width * (i + 0.5 * (j % 2)) + 1j * rise * j
     inside = (points.real > low.real + width / 2) & (points.real < high.real - width / 2)
     inside &= (points.imag > low.imag + width / 2) & (points.imag < high.imag - width / 2)
@@ -170,6 +171,8 @@ def _split(
     length = np.abs(z[heads] - z[tails])
     share = np.full(length.size, 0.5)
     one = is_corner[those].sum(axis=1) == 1
+    # radii are powers of two, so that edges from one corner are split at equal distances from it, and their parts never
+    # encroach on each other however acute the angle is
     radius = 2.0 ** np.rint(np.log2(0.5 * length)) / length
     share = np.where(one, np.where(is_corner[those, 0], radius, 1 - radius), share)
     new = z.size + np.arange(tails.size)

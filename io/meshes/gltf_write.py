@@ -337,7 +337,8 @@ def _bound(source: Gltf, attributes: Mapping[str, int], number: str, mixed: Mixt
     """Return joints and weights of new vertices: the strongest among those of the old vertices."""
     joints, weights = (source.values(attributes[f"{kind}_{number}"]) for kind in ("JOINTS", "WEIGHTS"))
     contributions = mixed.weights[:, :, None] * weights[mixed.parents]
-    # per new vertex all joints of all parents; not -1, which NumPy refuses where there are no new vertices
+    # One row for each new vertex, with the joints of all its parents. The width is computed, because NumPy cannot infer
+    # it where there are no new vertices.
     shape = len(contributions), contributions.shape[1] * contributions.shape[2]
     contributions, names = contributions.reshape(shape), joints[mixed.parents].reshape(shape)
     alike = names[:, :, None] == names[:, None, :]

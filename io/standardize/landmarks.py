@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,11 +63,6 @@ class LandmarkFiles:
                     "name the pictures in IMAGE= lines"
                 )
 
-    @property
-    def inputs(self) -> list[str]:
-        """The file with all landmarks, if there is one."""
-        return [] if self._given is None or self._all is None else [self._given]
-
     def of(self, number: int) -> Landmarks:
         """Return the landmarks of the specimen with a number, from 0.
 
@@ -96,27 +92,28 @@ class LandmarkFiles:
             names = sorted(os.listdir(folder))
             self._listed[folder] = [name for name in names if formats.suffix_of(name) in document.READERS]
         stem = picture.stem
-        others = {path.stem for path in self._pictures if path.stem != stem and path.stem.startswith(stem)}
-        exact = [name for name in self._listed[folder] if Path(name).stem == stem and name != picture.name]
-        longer = [
-            name
-            for name in self._listed[folder]
-            if name.startswith(tuple(stem + mark for mark in SEPARATORS))
-            and not name.startswith(tuple(others))
-            and name != picture.name
-        ]
-        found = exact or longer
-        if not found:
+        listed = [name for name in self._listed[folder] if name != picture.name and name.startswith(stem)]
+        matching = [name for name in listed if Path(name).stem == stem]
+        if not matching:
+            # names with more after the specimen's name, but not those of specimens with longer names
+            longer_stems = tuple(
+                {path.stem for path in self._pictures if path.stem.startswith(stem)} - {stem}
+            )
+            separated = tuple(stem + mark for mark in SEPARATORS)
+            matching = [
+                name for name in listed if name.startswith(separated) and not name.startswith(longer_stems)
+            ]
+        if not matching:
             raise InputError(
                 f"{picture}: no file with its landmarks in {folder}; name it with --landmarks, such as "
                 f"--landmarks 'landmarks/{STEM}.csv'"
             )
-        if len(found) > 1:
+        if len(matching) > 1:
             raise InputError(
-                f"{picture}: {', '.join(found[:4])} could all contain its landmarks; choose with --landmarks, such as "
-                f"--landmarks '{os.path.join(folder, found[0].replace(stem, STEM))}'"
+                f"{picture}: {', '.join(matching[:4])} could all contain its landmarks; choose with --landmarks, such "
+                f"as --landmarks '{os.path.join(folder, matching[0].replace(stem, STEM))}'"
             )
-        return os.path.join(folder, found[0])
+        return os.path.join(folder, matching[0])
 
 
 def _all_of(path: str) -> dict[str, Landmarks] | list[Landmarks]:
@@ -154,7 +151,7 @@ def _all_of(path: str) -> dict[str, Landmarks] | list[Landmarks]:
 
 def _by_name(path: str, found: list[tuple[str, Landmarks]]) -> dict[str, Landmarks]:
     names = [name.casefold() for name, _ in found]
-    repeated = next((name for name in names if names.count(name) > 1), None)
+    repeated = next((name for name, count in Counter(names).items() if count > 1), None)
     if repeated is not None:
         raise InputError(f"{path}: has more than one specimen named {repeated!r}")
     return {Path(name).name: landmarks for name, (_, landmarks) in zip(names, found)}

@@ -159,7 +159,8 @@ def run(
         options: dict[str, Any] = {"resume": plan.resume, "warn": tell, "stopping": stopping}
         for answer in dispatch.execute(tasks, workers, book, policy, **options):
             answers[answer["name"]] = answer
-    rows = [_row(name, standard, folder, answers, refused) for name in names]
+    numbers = {specimen.name: number for number, specimen in enumerate(standard.specimens)}
+    rows = [_row(name, numbers.get(name), standard, folder, answers, refused) for name in names]
     if stopping():
         return Summary(rows, [], {}, stopped=True)
     return _summarise(plan, standard, rows, folder)
@@ -214,12 +215,16 @@ def _outputs(name: str, folder: Path) -> tuple[str, str]:
 
 
 def _row(
-    name: str, standard: Standard, folder: Path, answers: dict[str, Any], refused: dict[str, str]
+    name: str,
+    number: int | None,
+    standard: Standard,
+    folder: Path,
+    answers: dict[str, Any],
+    refused: dict[str, str],
 ) -> dict[str, Any]:
-    """Return the row of the table for a specimen."""
+    """Return the row of the table for a specimen; `number` is that among the mapped ones, None if it is not."""
     row: dict[str, Any] = dict.fromkeys(COLUMNS)
     row |= {"specimen": name, "status": "failed", "message": refused.get(name, "")}
-    number = next((k for k, specimen in enumerate(standard.specimens) if specimen.name == name), None)
     if number is None:
         return row
     placed = standard.superimposition
