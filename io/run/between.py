@@ -78,9 +78,12 @@ class MorphPath:
             picture: the side whose picture it shows.
             painted: the side whose drawing limits what is shown; None: everything inside the map's outline.
         """
-        at = self.maps[number]
-        maps = at, TriangulatedMap(self.maps[-1].image, at.image, at.faces, at.loops)
-        outline, *holes = [at.image[loop] for loop in at.loops]
+        onto_frame = self.maps[number]
+        maps = (
+            onto_frame,
+            TriangulatedMap(self.maps[-1].image, onto_frame.image, onto_frame.faces, onto_frame.loops),
+        )
+        outline, *holes = [onto_frame.image[loop] for loop in onto_frame.loops]
         shape = replace(self.pair[TARGET], curve=Curve(outline), box=box, holes=tuple(holes), extent=None)
         drawings = None
         if painted is not None:
@@ -88,7 +91,7 @@ class MorphPath:
             drawings = self.drawings[picture], moved
         fit = self.fit
         assert fit.target is not None
-        found = replace(
+        layer_fit = replace(
             fit,
             map=maps[picture],
             source=fit.target if picture else fit.source,
@@ -97,7 +100,7 @@ class MorphPath:
             target_holes=tuple(Curve(hole) for hole in holes),
             drawings=drawings,
         )
-        return (self.pair[picture], shape), found
+        return (self.pair[picture], shape), layer_fit
 
 
 def _enclosed(shape: Shape, filled: bool) -> Drawing:

@@ -52,9 +52,9 @@ def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
 def _spread_out(points: Real, most: int) -> Index:
     """Return some of the points (n, 3), each the farthest from those before (farthest point sampling)."""
     middle = points.mean(axis=0)
-    found = [int(np.argmax(np.linalg.norm(points - middle, axis=1)))]
-    away = np.linalg.norm(points - points[found[0]], axis=1)
-    while len(found) < min(most, len(points)) and away.max() > 0:
-        found.append(int(np.argmax(away)))
-        away = np.minimum(away, np.linalg.norm(points - points[found[-1]], axis=1))
-    return np.array(found)
+    chosen = [int(np.argmax(np.linalg.norm(points - middle, axis=1)))]
+    away = np.linalg.norm(points - points[chosen[0]], axis=1)
+    while len(chosen) < min(most, len(points)) and away.max() > 0:
+        chosen.append(int(np.argmax(away)))
+        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
+    return np.array(chosen)

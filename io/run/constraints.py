@@ -170,15 +170,17 @@ def solve(
     if target is None:
         return deform_with_holes(source, **given) if holed else iccm.deform(source.curve, **given)
     if holed:
-        return by_names(source, target, partial(fit_with_holes, source, target, tell), given, tell)
+        return prefer_namesakes(source, target, partial(fit_with_holes, source, target, tell), given, tell)
     if source.drawing is None or target.drawing is None:
-        return by_names(source, target, partial(iccm.fit, source.domain, target.domain), given, tell)
+        return prefer_namesakes(source, target, partial(iccm.fit, source.domain, target.domain), given, tell)
     # holes are ignored by the map, but still cut out of the picture
     plain = partial(iccm.fit, filled(source).domain, filled(target).domain)
-    return replace(by_names(source, target, plain, given, tell), drawings=(source.drawing, target.drawing))
+    return replace(
+        prefer_namesakes(source, target, plain, given, tell), drawings=(source.drawing, target.drawing)
+    )
 
 
-def by_names(
+def prefer_namesakes(
     source: Shape, target: Shape, fit: Callable[..., Fit], given: dict[str, Any], tell: Callable[[str], None]
 ) -> Fit:
     """Return the map of two shapes; use parts with the same name as pins if that helps.
@@ -188,28 +190,30 @@ def by_names(
     """
     from ...drawings.cost import price
 
-    found = fit(**given)
-    constrained = any(given.get(name) is not None for name in (*CONSTRAINTS, "start"))
-    constrained = constrained or found.place != "fill"
-    if constrained or not isinstance(found.map, TriangulatedMap):
-        return found
+    plain = fit(**given)
+    is_constrained = any(given.get(name) is not None for name in (*CONSTRAINTS, "start"))
+    if is_constrained or plain.place != "fill" or not isinstance(plain.map, TriangulatedMap):
+        return plain
     names, places, radii = parts.namesakes(source, target)
     if not names:
-        return found
+        return plain
 
     def missed(other: Fit) -> Flags:
         return ~(np.abs(other.map(places[:, 0]) - places[:, 1]) <= radii)
 
-    before = missed(found)
+    before = missed(plain)
     if not before.any():
-        return found
+        return plain
     with suppress(NoMapError, InputError):
-        asked = given.get("fit")
-        way = asked if is_of_drawings(asked) else "whole"
-        pinned = fit(**given | {"pins": places, "fit": way})
-        says = given.get("turn") is None and len(names) > 1  # as pins do
-        free = fit(**given | {"start": pinned.map, "fit": way} | ({"turn": "any"} if says else {}))
-        costs = [price(_cost(each), (each.left_out, each.uncovered), 1.0) for each in (found, free)]
+        requested = given.get("fit")
+        mode = requested if is_of_drawings(requested) else "whole"
+        pinned = fit(**given | {"pins": places, "fit": mode})
+        pins_fix_turn = given.get("turn") is None and len(names) > 1  # several pins determine the rotation
+        free = fit(**given | {"start": pinned.map, "fit": mode} | ({"turn": "any"} if pins_fix_turn else {}))
+        costs = [
+            price(_cost(candidate), (candidate.left_out, candidate.uncovered), 1.0)
+            for candidate in (plain, free)
+        ]
         gained = [name for name, lost, is_lost in zip(names, before, missed(free)) if lost and not is_lost]
         if free.status.ok and missed(free).sum() < before.sum() and costs[1] <= MOST_ENERGY_RATIO * costs[0]:
             tell(
@@ -217,7 +221,7 @@ def by_names(
                 f"{', '.join(gained)} (names)"
             )
             return free
-    return found
+    return plain
 
 
 def read_start(job: Job) -> Fit:

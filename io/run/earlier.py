@@ -25,11 +25,11 @@ def own_outputs(job: Described) -> set[str]:
 
     Meshes are excluded, because libraries and pictures are written beside them under names that the user did not give.
     """
-    there = [name for name in job.outputs if os.path.isfile(name)]
-    if not there or any(map(is_mesh, job.output)):
+    existing = [name for name in job.outputs if os.path.isfile(name)]
+    if not existing or any(map(is_mesh, job.output)):
         return set()
-    known = _read()
-    return {name for name in there if known.get(os.path.realpath(name)) == _entry(name, job)}
+    entries = _read()
+    return {name for name in existing if entries.get(os.path.realpath(name)) == _entry(name, job)}
 
 
 def remember(job: Described, names: Iterable[str]) -> None:
@@ -55,13 +55,13 @@ def _entry(name: str, job: Described) -> list[Any]:
 
 def _read() -> dict[str, Any]:
     """Return the last entry of each output; incomplete lines are ignored."""
-    found = {}
+    entries = {}
     with suppress(OSError):
         for line in _place().read_bytes().splitlines():
             with suppress(ValueError, TypeError):
                 name, entry = json.loads(line)
-                found[name] = entry
-    return found
+                entries[name] = entry
+    return entries
 
 
 def _place() -> Path:

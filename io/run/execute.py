@@ -55,12 +55,12 @@ def run(
 
 def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, again: bool) -> Outcome:
     with phases.timed("read"):
-        run, wanted = _read(job, threads, tell, phases, again)
+        run, writers = _read(job, threads, tell, phases, again)
     job = run.job
     if dry:
         outputs.tell_share(run)
         return Outcome(True, "", {}, tuple(name for name in job.outputs if name != "-"), tuple(run.notes))
-    sampled = any(output.samples for output in wanted)
+    sampled = any(output.samples for output in writers)
     if sampled:
         run.begin("sampler")
     solve_pairs(run)
@@ -69,7 +69,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
 
         add_landmarks(run, solve_pairs)
     elif run.source.is_mesh and run.target.is_mesh and job.target:
-        run, wanted = _matched_by_position(run, wanted, threads, again)
+        run, writers = _matched_by_position(run, writers, threads, again)
         job = run.job
     elif run.target.is_mesh:
         from .cut_choice import choose_cut
@@ -79,18 +79,18 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     if sampled and len(run.fits) == 1:
         run.note(*texture.notes_on_lines(job, run.source, run.fits[0]))
     run.begin("fit_report")
-    found = list[OutputReport]()
+    output_reports = list[OutputReport]()
     with files.together(), ExitStack() as stack:
-        for output in wanted:
+        for output in writers:
             path = stack.enter_context(files.writing(output.name, force=job.force))
-            found.append(output.write(run.with_texture(output.map), path, found))
+            output_reports.append(output.write(run.with_texture(output.map), path, output_reports))
         progress.tell("evaluate")
-        figures = report.build(run, found)
+        figures = report.build(run, output_reports)
         if job.report:
             report.write(figures, job.report, stack, force=job.force)
     ok, message = report.verdict(run, figures)
-    names = [output.name for output in wanted] + ([job.report] if job.report else [])
-    others = [name for each in found for name in each.files or ()]
+    names = [output.name for output in writers] + ([job.report] if job.report else [])
+    others = [name for output_report in output_reports for name in output_report.files or ()]
     written = (*(name for name in names if name != "-"), *others)
     if again:
         earlier.remember(job, written)
@@ -107,26 +107,26 @@ def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool
     resolved = resolve(job, again=again)
     heard = tell if resolved.refusal is None else _ignore  # notes are for jobs that run
     run = Run.read(resolved.job, resolved.inputs, threads, heard, phases, resolved.notes)
-    wanted = outputs.check(run, resolved.wanted)
+    writers = outputs.check(run, resolved.writers)
     if resolved.refusal is not None:
         raise resolved.refusal
-    return run, wanted
+    return run, writers
 
 
 def _matched_by_position(
-    run: Run, wanted: list[Output], threads: int | None, again: bool
+    run: Run, writers: list[Output], threads: int | None, again: bool
 ) -> tuple[Run, list[Output]]:
     """Solve again with pins by position if two meshes are in the same place and their map has drifted."""
     from .by_position import pins_by_position
 
     pins = pins_by_position(run)
     if not pins:
-        return run, wanted
-    told = set(run.notes)
+        return run, writers
+    known_notes = set(run.notes)
 
     def tell(note: str) -> None:
-        if note not in told:
-            told.add(note)
+        if note not in known_notes:
+            known_notes.add(note)
             run.tell(note)
 
     pinned = run.job.model_copy(update={"pin": tuple(pins)})
@@ -139,8 +139,8 @@ def _matched_by_position(
     try:
         solve_pairs(other)
     except InputError:
-        return run, wanted
-    return (other, outputs_of_other) if _apart(other) < _apart(run) else (run, wanted)
+        return run, writers
+    return (other, outputs_of_other) if _apart(other) < _apart(run) else (run, writers)
 
 
 def _apart(run: Run) -> float:
@@ -216,9 +216,16 @@ def pair_parts(run: Run) -> None:
     job, (source, target) = run.job, run.pairs[0]
     free = not any(value is not None for value in run.constraints.values()) and not job.start
     one_map = any(formats.of(name).map for name in job.output if name != "-")
-    asked = job.parts == "auto" and job.fit in (None, "auto") and job.place == "fill"
-    asked = asked and job.exact and not one_map
-    if not (asked and free and job.target and source.drawing and target.drawing):
+    is_automatic = job.parts == "auto" and job.fit in (None, "auto") and job.place == "fill"
+    if not (
+        is_automatic
+        and job.exact
+        and not one_map
+        and free
+        and job.target
+        and source.drawing
+        and target.drawing
+    ):
         return
     from ...frames.solve import paired_parts
     from ...options import Options
@@ -226,7 +233,8 @@ def pair_parts(run: Run) -> None:
     pairs = paired_parts(source.drawing, target.drawing, Options(**job.solver), free_gaps=run.free_gaps)
     if pairs:
         run.pairs = [
-            (source.part_of(own, k + 1), target.part_of(aim, k + 1)) for k, (own, aim) in enumerate(pairs)
+            (source.part_of(part, k + 1), target.part_of(image, k + 1))
+            for k, (part, image) in enumerate(pairs)
         ]
         run.note(
             f"{target.spec}: its {len(pairs)} parts are mapped separately (use --parts joined to map them together)"
@@ -261,10 +269,13 @@ def _solved(run: Run, pair: Pair, given: dict[str, Any], holed: bool) -> Fit:
             from ...surfaces.packed import place
 
             return place(source.curve, mesh.flattening)
-    aim, how = target if run.job.target else None, dict[str, Any](holed=holed, tell=run.note)
-    if aim is not None and source.drawing is not None:
+    mapped_onto = target if run.job.target else None
+    settings: dict[str, Any] = {"holed": holed, "tell": run.note}
+    if mapped_onto is not None and source.drawing is not None:
         given = given | {"opaque": run.opaque, "free_gaps": run.free_gaps}
-        drawing = aim.drawing
+        drawing = mapped_onto.drawing
         if run.job.parts == "elements" and run.job.fit is None and drawing and not drawing.is_one_part:
             given["fit"] = "frame"  # other fits may hide a small part, such as the dot of an i
-    return go_on(start, source, aim, given, **how) if start else solve(source, aim, given, **how)
+    if start:
+        return go_on(start, source, mapped_onto, given, **settings)
+    return solve(source, mapped_onto, given, **settings)

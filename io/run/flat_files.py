@@ -117,8 +117,8 @@ def _path(z) -> str:
 
 
 def _faces(corner: Index, uv: Index | None, starts: Index, size: int) -> str:
-    at = starts[:, None] + np.arange(size)
+    rows = starts[:, None] + np.arange(size)
     if uv is None:
-        return (("f" + " %d" * size + "\n") * len(starts)) % tuple((corner[at] + 1).ravel().tolist())
-    both = np.stack([corner[at] + 1, uv[at] + 1], axis=-1)
-    return (("f" + " %d/%d" * size + "\n") * len(starts)) % tuple(both.ravel().tolist())
+        return (("f" + " %d" * size + "\n") * len(starts)) % tuple((corner[rows] + 1).ravel().tolist())
+    pairs = np.stack([corner[rows] + 1, uv[rows] + 1], axis=-1)
+    return (("f" + " %d/%d" * size + "\n") * len(starts)) % tuple(pairs.ravel().tolist())

@@ -56,11 +56,11 @@ def check(job: FlattenJob) -> None:
         raise InputError("--subdivide-rim: needs an outline to follow; name one with --onto")
     for name in job.output:
         flat_files.check(name, overlay=bool(job.overlay))
-    shown = [name for name in job.output if flat_files.is_picture(name)]
-    if job.overlay and not shown:
+    pictures = [name for name in job.output if flat_files.is_picture(name)]
+    if job.overlay and not pictures:
         raise InputError("--overlay: is shown by pictures; write one with -o FILE (.png, .tif, .exr)")
     for option in ("colormap", "overlay_range"):
-        if getattr(job, option) and not any(overlay_picture.is_coloured(name) for name in shown):
+        if getattr(job, option) and not any(overlay_picture.is_coloured(name) for name in pictures):
             name = option.replace("_", "-")
             raise InputError(f"--{name}: is for pictures of --overlay in colour; write one with -o FILE.png")
     overlay_picture.check_colormap(job.colormap)
@@ -84,10 +84,10 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
     """
     from ...blas import one_thread
 
-    told = list[str]()
+    notes = list[str]()
 
     def note(text: str) -> None:
-        told.append(text)
+        notes.append(text)
         tell(text)
 
     with one_thread(), references.outside(job.allow_outside), files.together(), ExitStack() as stack:
@@ -101,12 +101,12 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
             split=job.subdivide_rim,
             margin=None if job.parts == "largest" else job.margin,
         )
-        found = write_all(laid, job, stack)
-        for remark in found["notes"][len(laid.shape.notes) :]:
+        results = write_all(laid, job, stack)
+        for remark in results["notes"][len(laid.shape.notes) :]:
             note(remark)
-    message = doubt(found)
-    names = (*job.outputs, *found.get("also_written", []))
-    return Outcome(message is None, message or summary(found)[1], found, names, tuple(told))
+    message = doubt(results)
+    names = (*job.outputs, *results.get("also_written", []))
+    return Outcome(message is None, message or summary(results)[1], results, names, tuple(notes))
 
 
 def goal_of(job: FlattenJob) -> str:
@@ -142,7 +142,7 @@ def lay_out(
         whole = None
         if margin is not None:
             whole = mesh_reading.read_whole(mesh, cut=cut, method=method, margin=margin)
-        found = Layout(whole or mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
+        laid = Layout(whole or mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
     else:
         path = Spec.of(method).path
         if not path.is_file():
@@ -153,12 +153,12 @@ def lay_out(
             raise InputError(f"--onto {method}: is a mesh; name a drawing or a picture with an outline")
         outline = planar.read(method)
         before = mesh_reading.read(mesh, cut=cut)
-        found = Layout(
+        laid = Layout(
             *onto_outline.lay_onto(before, outline, tell, Options().tolerance if split else None), outline
         )
-    for note in found.shape.notes:
+    for note in laid.shape.notes:
         tell(note)
-    return found
+    return laid
 
 
 def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
@@ -172,23 +172,23 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
     low, high = shape.box
     rounded = mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj")
     written = replace(shape.flattening, flat=low + longer_side(low, high) * complex_of(rounded))
-    own, patch = written.report(), written.patch
+    entries, patch = written.report(), written.patch
     turned, bent = layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
     fault = overlap(written)
     loops = list(shape.flattening.outer_loops) if shape.packed else shape.flattening.patch.loops
     notes = [*shape.notes, *([f"{shape.spec}: {not_convex(bent)}"] if bent else [])]
     if outline is not None:
         as_map = Written.of(written.flat, written, outline.curve).report()
-        own |= {key: as_map[key] for key in ("stretch", "scale")}
-        own["boundary"] = laid.figures["boundary"] | as_map["boundary"]
-        notes += missed(own["boundary"], Options().tolerance, "rim_vertices" in laid.figures)
+        entries |= {key: as_map[key] for key in ("stretch", "scale")}
+        entries["boundary"] = laid.figures["boundary"] | as_map["boundary"]
+        notes += missed(entries["boundary"], Options().tolerance, "rim_vertices" in laid.figures)
     return {
         "schema": SCHEMA,
         "version": __version__,
         "status": "flipped" if any(turned.values()) else "overlaps" if fault else "done",
         "overlap": fault,
         **laid.figures,
-        **own,
+        **entries,
         "uv": turned,
         "concave_polygons": bent,
         "box": [low, high],
@@ -200,12 +200,12 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
     }
 
 
-def doubt(found: dict[str, Any]) -> str | None:
+def doubt(results: dict[str, Any]) -> str | None:
     """Return why the written coordinates are not one-to-one, or None."""
-    turned = found["uv"]
+    turned = results["uv"]
     if any(turned.values()):
         return f"{turned['flipped']} triangles are flipped and {turned['degenerate']} have no area"
-    return found["overlap"]
+    return results["overlap"]
 
 
 def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]:
@@ -217,38 +217,38 @@ def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]
         maps.check(uv or "--uv")
         for name in maps.companions(uv or "", shown=False):
             files.check_output(name, force=force)
-    found = figures(laid, uv)
-    held = overlays.read(job.overlay, len(shape.file.mesh.points)) if job.overlay else None
+    results = figures(laid, uv)
+    overlay = overlays.read(job.overlay, len(shape.file.mesh.points)) if job.overlay else None
     for name in job.output:
         path = stack.enter_context(files.replacing(name, force=force))
-        if held is not None and flat_files.is_picture(name):
-            overlay_picture.write(shape, held, path, colormap=job.colormap, ends=job.overlay_range)
+        if overlay is not None and flat_files.is_picture(name):
+            overlay_picture.write(shape, overlay, path, colormap=job.colormap, ends=job.overlay_range)
         else:
             flat_files.write(shape, path)
     if uv:
         path = stack.enter_context(files.replacing(uv, force=force))
         written = flat_files.write_uvs(shape, path, Path(uv), maps, force=force)
-        found["notes"] = found["notes"] + written.notes
+        results["notes"] = results["notes"] + written.notes
         if written.files:
-            found["also_written"] = written.files
+            results["also_written"] = written.files
     if job.plot:
         from . import plots
 
-        words = [*summary(found), "", *(f"note: {note}" for note in found["notes"])]
+        words = [*summary(results), "", *(f"note: {note}" for note in results["notes"])]
         plots.draw(shape, stack.enter_context(files.replacing(job.plot, force=force)), words)
     if job.report:
-        report.write(found, job.report, stack, force=force)
-    return found
+        report.write(results, job.report, stack, force=force)
+    return results
 
 
-def summary(found: dict[str, Any]) -> list[str]:
+def summary(results: dict[str, Any]) -> list[str]:
     """Return the most important figures, one per line."""
-    spread = found["log10_area"]["p95"] - found["log10_area"]["p05"]
-    error = ", ".join(f"{name} {value:.4g}" for name, value in found["dilatation"].items())
+    spread = results["log10_area"]["p95"] - results["log10_area"]["p05"]
+    error = ", ".join(f"{name} {value:.4g}" for name, value in results["dilatation"].items())
     return [
-        f"mesh        {found['triangles']} triangles, {found['boundary_vertices']} boundary vertices, "
-        f"{found['holes']} holes, {found['seam_edges']} seam edges"
-        f" ({found['seam_length']:.3g} sides of a square of its area)",
-        f"dilatation  {error} ({found['method']})",
+        f"mesh        {results['triangles']} triangles, {results['boundary_vertices']} boundary vertices, "
+        f"{results['holes']} holes, {results['seam_edges']} seam edges"
+        f" ({results['seam_length']:.3g} sides of a square of its area)",
+        f"dilatation  {error} ({results['method']})",
         f"log10 area  p05 to p95 {spread:.3g}",
     ]

@@ -121,10 +121,10 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
     """Return notes on the part of the target that is shown, and on shapes that reach out of it or out of the
     texture.
     """
-    said = []
+    notes = []
     if why := _why_not_canvas(job, target):
         text = "pictures show the shape's bounding box; use --target-box viewbox to show the canvas"
-        said.append(f"{target.spec}: {why}, so {text}")
+        notes.append(f"{target.spec}: {why}, so {text}")
     if job.target and (out := _reach(target, picture_box(job, target))) > OFF_CANVAS_SHARE:
         text = f"{out:.0%} of its extent lies outside its canvas and is not shown"
         cure = (
@@ -132,20 +132,20 @@ def remarks(job: Job, source: Shape, target: Shape) -> list[str]:
             if target.is_layout
             else "use --target-box bbox to show all of it"
         )
-        said.append(f"{target.spec}: {text}; {cure}")
-    own = repeats(job) or placing_options(job)
-    if job.texture_box == "bbox" or own or not (job.texture or job.texture_box):
-        return said
+        notes.append(f"{target.spec}: {text}; {cure}")
+    is_placed = repeats(job) or placing_options(job)
+    if job.texture_box == "bbox" or is_placed or not (job.texture or job.texture_box):
+        return notes
     cure = "use --texture-box bbox to cover it"
     if source.is_layout:  # outside of the canvas the texture repeats or continues
-        return said
+        return notes
     if (out := _reach(source, source.box)) > OFF_CANVAS_SHARE:
         text = f"{out:.0%} of its extent lies outside its canvas, beyond the texture"
-        said.append(f"{source.spec}: {text}; {cure}")
+        notes.append(f"{source.spec}: {text}; {cure}")
     elif job.texture and not job.texture_box and (share := _share(source)) <= SMALL_CANVAS_SHARE:
         text = f"takes up {share:.0%} of the sides of its canvas, and shows only that part of the texture"
-        said.append(f"{source.spec}: {text}; {cure} with the whole texture")
-    return said
+        notes.append(f"{source.spec}: {text}; {cure} with the whole texture")
+    return notes
 
 
 def square(box: Box) -> Box:

@@ -48,15 +48,15 @@ class Files:
     @cached_property
     def named(self) -> tuple[str, ...]:
         """Every existing file that the job reads, including those that its meshes refer to."""
-        found = expand_tiles(self.job.inputs)
+        paths = expand_tiles(self.job.inputs)
         with references.outside(self.job.allow_outside):
             for name in self.job.inputs:
                 folder = Path(name).parent
                 named = [
                     path for path in self._named(Path(name)) if references.may_be_read(Path(path), folder)
                 ]
-                found += [path for path in expand_tiles(named) if os.path.isfile(path)]
-        return tuple(dict.fromkeys(found))
+                paths += [path for path in expand_tiles(named) if os.path.isfile(path)]
+        return tuple(dict.fromkeys(paths))
 
     def _named(self, path: Path) -> list[str]:
         try:
@@ -72,10 +72,10 @@ class Inputs(Files):
 
     def of_job(self, job: Job) -> Inputs:
         """Return the inputs of a job that differs only in values that name no input file."""
-        found = copy(self)
-        found.job = job
-        vars(found).pop("_seams", None)  # they depend on the pins
-        return found
+        inputs = copy(self)
+        inputs.job = job
+        vars(inputs).pop("_seams", None)  # they depend on the pins
+        return inputs
 
     def is_mesh(self, text: str) -> bool:
         """Return whether a spec names a mesh, by its suffix and by how it is used (see `MeshFormat.is_mesh`).
@@ -257,7 +257,7 @@ class Inputs(Files):
             if target
             else (*self.job.rigid, *(self.listed.rigid if self.listed else ()))
         )
-        return any(isinstance(each, str) and each.startswith(MARK) for each in given)
+        return any(isinstance(region, str) and region.startswith(MARK) for region in given)
 
     def piece_count(self, text: str) -> int | None:
         """Return the number of pieces of a mesh with an area; None if its specification selects one.
@@ -267,10 +267,10 @@ class Inputs(Files):
         """
         from ...meshes.disk_patch import Joined
 
-        found = mesh_files.read_all(text, self._sound_mesh(text))
-        if found[0].numbered or found[0].chart:
+        meshes = mesh_files.read_all(text, self._sound_mesh(text))
+        if meshes[0].numbered or meshes[0].chart:
             return None
-        return sum(int(np.count_nonzero(Joined.of(file.mesh).areas)) for file in found)
+        return sum(int(np.count_nonzero(Joined.of(file.mesh).areas)) for file in meshes)
 
     def shapes(
         self, text: str, most: int, *, target: bool = False, source: Shape | None = None
@@ -281,18 +281,18 @@ class Inputs(Files):
             InputError: as in `shape`, or there are no shapes.
         """
         if not self.is_mesh(text):
-            found: Sequence[Shape] = shape.read_all(text, trace=self.job.trace)
-            beyond = max(len(found) - most, 0)
+            shapes: Sequence[Shape] = shape.read_all(text, trace=self.job.trace)
+            beyond = max(len(shapes) - most, 0)
         else:
             from ..shapes import mesh_reading
 
-            found, beyond = mesh_reading.read_all(
+            shapes, beyond = mesh_reading.read_all(
                 text, most, opened=self._sound_mesh(text), **self._lying(target, source)
             )
         notes = (
             [f"{text}: ignored {beyond} shapes, because only the {most} largest are mapped"] if beyond else []
         )
-        return found[:most], notes
+        return shapes[:most], notes
 
     def _sound_mesh(self, text: str) -> MeshFormat:
         """Return the open file of a mesh after checking its size.
@@ -332,8 +332,8 @@ class Inputs(Files):
         """Whether nothing that is given or written lies in the plane of a mesh target."""
         job = self.job
         in_plane = (job.has_pins, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
-        shown = job.stmap or job.plot or not all(map(is_mesh, job.output))
-        return job.exact and not self._both_meshes and not any(in_plane) and (job.bake or not shown)
+        shows_plane = job.stmap or job.plot or not all(map(is_mesh, job.output))
+        return job.exact and not self._both_meshes and not any(in_plane) and (job.bake or not shows_plane)
 
     @property
     def _both_meshes(self) -> bool:
@@ -357,4 +357,4 @@ def expand_tiles(names: Iterable[Path | bytes | str]) -> list[Any]:
     """Return names of pictures, with each pattern for tiles (UDIM) replaced by the files that exist."""
     from ..pictures.tiles import files_of, is_pattern
 
-    return [each for name in names for each in (files_of(str(name)) if is_pattern(name) else [name])]
+    return [path for name in names for path in (files_of(str(name)) if is_pattern(name) else [name])]

@@ -134,7 +134,7 @@ class Described:
     @classmethod
     def _unknown(cls, name: str) -> str:
         """Return the message about an unknown name, with similar names."""
-        near = suggest(name, {known: option for known, (_, option) in cls.rows.items()})
+        near = suggest(name, {field: option for field, (_, option) in cls.rows.items()})
         return f"{values.UNKNOWN}; did you mean {' or '.join(near[:2])}?" if near else values.UNKNOWN
 
     @classmethod
@@ -156,19 +156,19 @@ class Described:
 
     def model_copy(self, *, update: dict[str, Any]) -> Self:
         """Return a copy with some values replaced; these are not validated."""
-        found = object.__new__(type(self))
-        vars(found).update(vars(self), **update)
-        return found
+        copy = object.__new__(type(self))
+        vars(copy).update(vars(self), **update)
+        return copy
 
     def model_dump(
         self, *, mode: str = "python", exclude_defaults: bool = False, exclude: Collection[str] = ()
     ) -> dict[str, Any]:
         """Return the values by name, in the order of the help text; with mode "json" as JSON values."""
         defaults = self.defaults()
-        found = {name: getattr(self, name) for name in defaults if name not in exclude}
+        dumped = {name: getattr(self, name) for name in defaults if name not in exclude}
         if exclude_defaults:
-            found = {name: value for name, value in found.items() if value != defaults[name]}
-        return {name: _as_lists(value) for name, value in found.items()} if mode == "json" else found
+            dumped = {name: value for name, value in dumped.items() if value != defaults[name]}
+        return {name: _as_lists(value) for name, value in dumped.items()} if mode == "json" else dumped
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -179,16 +179,16 @@ class Described:
     @property
     def inputs(self) -> tuple[str, ...]:
         """Every input file, as a path without its `#id`; stdin is not included."""
-        found = [
+        paths = [
             path_of(value)
             for key in self.globbed
             for value in _each(getattr(self, key))
             if not is_generated(value)
         ]
-        found += [
+        paths += [
             value for key in self.read for value in _each(getattr(self, key)) if self.names_file(key, value)
         ]
-        return tuple(dict.fromkeys(name for name in found if name and name != "-"))
+        return tuple(dict.fromkeys(name for name in paths if name and name != "-"))
 
 
 def _each(value: str | Sequence[str] | None) -> Sequence[str]:
@@ -206,9 +206,9 @@ class Textured(Described):
     @property
     def maps(self) -> list[tuple[str, str]]:
         """The textures, each with the kind of its channels."""
-        found = [(path, getattr(self, "kind", "colour")) for path in _each(self.texture)]
+        textures = [(path, getattr(self, "kind", "colour")) for path in _each(self.texture)]
         further = {"normal": self.normal, "normal-down": self.normal_down, "data": self.data}
-        return found + [(path, kind) for kind, paths in further.items() for path in paths]
+        return textures + [(path, kind) for kind, paths in further.items() for path in paths]
 
 
 class Job(Textured, JobOptions):
@@ -273,13 +273,13 @@ class Job(Textured, JobOptions):
             raise JobError(
                 [("stmap", "name one file for the STMap: --stmap map.exr, or one -o map.exr with --stmap")]
             )
-        rest = tuple(name for name in self.output if name != able[0])
-        vars(self).update(stmap=able[0], output=rest)
+        others = tuple(name for name in self.output if name != able[0])
+        vars(self).update(stmap=able[0], output=others)
 
     def model_dump(self, **how: Any) -> dict[str, Any]:
         """Return the values by name, as in `Described.model_dump`."""
-        found = super().model_dump(**how)
-        return found | (
+        dumped = super().model_dump(**how)
+        return dumped | (
             {"texture": CHECKER} if self.checkered and "texture" not in how.get("exclude", ()) else {}
         )
 
@@ -390,7 +390,7 @@ KINDS: dict[str, type[Described]] = {kind.command: kind for kind in (Job, Flatte
 
 def _as_lists(value: Any) -> Any:
     """Convert tuples to lists, recursively."""
-    return [_as_lists(each) for each in value] if isinstance(value, tuple | list) else value
+    return [_as_lists(item) for item in value] if isinstance(value, tuple | list) else value
 
 
 def is_picture(name: str) -> bool:
@@ -416,7 +416,7 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
     pictures = [name for name in outputs if is_picture(name)]
     if len(pictures) == 1 and STEM in pictures[0]:
         named = name_each(pictures, maps)
-        return tuple(each for name in outputs for each in (named if name is pictures[0] else [name]))
+        return tuple(output for name in outputs for output in (named if name is pictures[0] else [name]))
     alone = not pictures and any(map(is_mesh, outputs))
     if alone and (unshown := {"normal-down", "data"}.intersection(kinds)):
         raise ValueError(
@@ -462,6 +462,6 @@ def _of_option(key: str, text: str) -> str:
     """Name the option in a message about a mistake as on the command line, where items count from 1."""
     if any(key in kind.rows and kind.rows[key][1] is None for kind in KINDS.values()):
         return f"{key.upper()}: {text}"
-    option, _, rest = key.partition(".")
-    number = f" {int(rest.split('.')[0]) + 1}" if rest[:1].isdecimal() else ""
+    option, _, position = key.partition(".")
+    number = f" {int(position.split('.')[0]) + 1}" if position[:1].isdecimal() else ""
     return f"--{option.replace('_', '-')}{number}: {text}" if option else text

@@ -85,7 +85,7 @@ class Frame:
 
 def run(
     job: Job,
-    asked: MorphSettings,
+    settings: MorphSettings,
     *,
     threads: int | None = None,
     tell: Tell = lambda note: None,
@@ -98,9 +98,9 @@ def run(
     """
     from ...blas import one_thread
 
-    outputs = {name: _output(name, job, asked) for name in job.output}
-    names = {name: _names(name, asked.frames) for name in outputs}
-    written = [each for group in names.values() for each in group]
+    outputs = {name: _output(name, job, settings) for name in job.output}
+    names = {name: _names(name, settings.frames) for name in outputs}
+    written = [frame_name for group in names.values() for frame_name in group]
     if twice := [name for name in names if job.output.count(name) > 1]:
         raise InputError(f"{twice[0]}: is used for two outputs; give each a separate name")
     if is_partial(job.fit):
@@ -113,23 +113,26 @@ def run(
         with phases.timed("read"):
             # gaps of both drawings fade during the morph, so they are not filled with paper
             job = job.model_copy(update={"output": tuple(written), "gaps": "transparent"})
-            textures = [asked.target_texture] if asked.target_texture else []
+            textures = [settings.target_texture] if settings.target_texture else []
             files.check_outputs(written, [*job.inputs, *textures], force=job.force)
             job, inputs, notes = pin_same_vertices(job, Inputs(job))
-            begun = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, notes))
-            _check(begun, list(outputs.values()), asked.frames)
-        solve_pairs(begun, lambda pair: _settings(begun, pair))
+            run = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, notes))
+            _check(run, list(outputs.values()), settings.frames)
+        solve_pairs(run, lambda pair: _settings(run, pair))
         with phases.timed("morph"):
-            frames = list(_frames(begun, asked))
+            frames = list(_frames(run, settings))
         with ExitStack() as stack:
             for name, output in outputs.items():
-                paths = [stack.enter_context(files.writing(each, force=job.force)) for each in names[name]]
+                paths = [
+                    stack.enter_context(files.writing(frame_name, force=job.force))
+                    for frame_name in names[name]
+                ]
                 with phases.timed("resample"):
                     if isinstance(output, Artwork) and NUMBER not in name:
                         animate = _animate_lottie if formats.suffix_of(name) == LOTTIE else _animate_drawing
-                        begun.note(*animate(output, frames, asked.fps, paths[0]))
+                        run.note(*animate(output, frames, settings.fps, paths[0]))
                     elif NUMBER not in name:
-                        _animate(frames, asked.fps, paths[0], formats.suffix_of(name))
+                        _animate(frames, settings.fps, paths[0], formats.suffix_of(name))
                     elif isinstance(output, Artwork):
                         output.write_frames(
                             [(frame.artwork, path, 1 - frame.share) for frame, path in zip(frames, paths)]
@@ -137,7 +140,7 @@ def run(
                     else:
                         for frame, path in zip(frames, paths):
                             Image.fromarray(frame.pixels()).save(path)
-    status = next((fit.status for fit in begun.fits if not fit.status.ok), begun.fit.status)
+    status = next((fit.status for fit in run.fits if not fit.status.ok), run.fit.status)
     return status.ok, status.value, written
 
 
@@ -147,15 +150,15 @@ def _names(name: str, frames: int) -> list[str]:
     return [name.replace(NUMBER, f"{k:0{len(str(frames))}d}") for k in range(1, frames + 1)]
 
 
-def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
+def _output(name: str, job: Job, settings: MorphSettings) -> Output | None:
     """Return the writer of single frames; None for animations.
 
     Raises:
         InputError: the suffix does not fit.
     """
     suffix = formats.suffix_of(name)
-    if NUMBER not in name or asked.target_texture:
-        if suffix in (".svg", LOTTIE) and NUMBER not in name and not asked.target_texture:
+    if NUMBER not in name or settings.target_texture:
+        if suffix in (".svg", LOTTIE) and NUMBER not in name and not settings.target_texture:
             Artwork(str(Path(name).with_suffix(".svg"))).suit(job, False)
             return Artwork(name)
         if suffix not in ANIMATED:
@@ -171,19 +174,19 @@ def _output(name: str, job: Job, asked: MorphSettings) -> Output | None:
     return output
 
 
-def _with_own_pictures(begun: Run) -> Run:
+def _with_own_pictures(run: Run) -> Run:
     """Use both drawings as their own pictures if one of them has its own colours and the other can be rendered.
 
     A plain black drawing is then shown in black, not with a checkerboard.
     """
-    job = begun.job
-    if job.texture or job.checkered or not (begun.source.coloured or begun.target.coloured):
-        return begun
-    if all(_can_be_rendered(shape) for shape in (begun.source, begun.target)):
-        begun.pairs = [
-            (replace(source, coloured=True), replace(target, coloured=True)) for source, target in begun.pairs
+    job = run.job
+    if job.texture or job.checkered or not (run.source.coloured or run.target.coloured):
+        return run
+    if all(_can_be_rendered(shape) for shape in (run.source, run.target)):
+        run.pairs = [
+            (replace(source, coloured=True), replace(target, coloured=True)) for source, target in run.pairs
         ]
-    return begun
+    return run
 
 
 def _can_be_rendered(shape: Shape) -> bool:
@@ -192,7 +195,7 @@ def _can_be_rendered(shape: Shape) -> bool:
     return suffix in (".svg", ".svgz") or formats.of(shape.path).picture is not None
 
 
-def _settings(begun: Run, pair: Pair) -> Settings:
+def _settings(run: Run, pair: Pair) -> Settings:
     """Return options for the map of a pair.
 
     Holes are mapped onto holes if both shapes have the same number; otherwise they open and close during the morph.
@@ -201,7 +204,7 @@ def _settings(begun: Run, pair: Pair) -> Settings:
     Raises:
         InputError: holes are to be kept, but their numbers differ.
     """
-    job, (source, target) = begun.job, pair
+    job, (source, target) = run.job, pair
     many = len(source.mappable_holes), len(target.mappable_holes)
     if job.holes == "keep" and many[0] != many[1]:
         text = f"{source.spec}, {target.spec}: {many[0]} holes cannot be mapped onto {many[1]}"
@@ -212,51 +215,58 @@ def _settings(begun: Run, pair: Pair) -> Settings:
     return {"fit": job.fit if is_chosen else "frame"}, False
 
 
-def _check(begun: Run, outputs: Sequence[Output | None], frames: int) -> None:
+def _check(run: Run, outputs: Sequence[Output | None], frames: int) -> None:
     """Check, before solving, that everything can be morphed and written; note what is left out.
 
     Raises:
         InputError: a shape is a mesh, an animation would have too many pixels, or an output is not possible.
     """
-    for shape in (begun.source, begun.target):
+    for shape in (run.source, run.target):
         if shape.is_mesh or shape.is_layout:
             raise InputError(
                 f"{shape.spec}: is a mesh, but a morph needs planar shapes; use a drawing or a picture"
             )
     for output in filter(None, outputs):
-        output.check(begun)
-    begun.image.covered()
-    size = framing.canvas_size(begun.job, framing.picture_box(begun.job, begun.target))
-    if None in outputs and frames * size[0] * size[1] > begun.job.max_pixels:
-        text = f"{frames} pictures of about {size[0]}x{size[1]} exceed the limit of {begun.job.max_pixels} pixels"
+        output.check(run)
+    run.image.covered()
+    size = framing.canvas_size(run.job, framing.picture_box(run.job, run.target))
+    if None in outputs and frames * size[0] * size[1] > run.job.max_pixels:
+        text = (
+            f"{frames} pictures of about {size[0]}x{size[1]} exceed the limit of {run.job.max_pixels} pixels"
+        )
         raise InputError(f"--frames: {text}; choose a smaller --size, or raise --max-pixels")
-    begun.note(*(f"{shape.spec}: {note}" for pair in begun.pairs for shape in pair for note in shape.notes))
+    run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
 
 
-def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
+def _frames(run: Run, settings: MorphSettings) -> Iterator[Frame]:
     """Yield the frames, the first with the source on the target's canvas, all in the same box."""
-    here, there = (framing.picture_box(begun.job, shape) for shape in (begun.source, begun.target))
-    factor = min((_size(there).real / _size(here).real), (_size(there).imag / _size(here).imag))
-    shift = sum(there) / 2 - factor * sum(here) / 2
-    shares = np.linspace(0, 1, asked.frames).tolist()
-    filled = begun.job.holes == "fill"
-    ways = [
+    source_box = framing.picture_box(run.job, run.source)
+    target_box = framing.picture_box(run.job, run.target)
+    factor = min(
+        (_size(target_box).real / _size(source_box).real), (_size(target_box).imag / _size(source_box).imag)
+    )
+    shift = sum(target_box) / 2 - factor * sum(source_box) / 2
+    shares = np.linspace(0, 1, settings.frames).tolist()
+    filled = run.job.holes == "fill"
+    paths = [
         MorphPath.of(pair, fit, shares, (factor, shift), filled=filled)
-        for pair, fit in zip(begun.pairs, begun.fits)
+        for pair, fit in zip(run.pairs, run.fits)
     ]
-    corners = [np.array([factor * w + shift for w in here] + list(there))]
-    corners += [map.image for way in ways for map in way.maps]
+    corners = [np.array([factor * w + shift for w in source_box] + list(target_box))]
+    corners += [map.image for path in paths for map in path.maps]
     box = bounding_box(np.concatenate(corners))
-    job = begun.job.model_copy(update={"target_box": "viewbox"})
-    source = replace(begun, job=job)
-    target = _of_target(source, asked, ways, box)
-    plain = all(way.is_plain for way in ways)
+    job = run.job.model_copy(update={"target_box": "viewbox"})
+    source = replace(run, job=job)
+    target = _of_target(source, settings, paths, box)
+    plain = all(path.is_plain for path in paths)
     for number, share in enumerate(shares):
 
-        def layer(of: Run, picture: int, painted: int, *, cut: bool = not plain, number: int = number) -> Run:
+        def layer(
+            base: Run, picture: int, painted: int, *, cut: bool = not plain, number: int = number
+        ) -> Run:
             side = painted if cut else None
-            found = [way.layer(number, box, picture=picture, painted=side) for way in ways]
-            return of.with_maps([pair for pair, _ in found], [fit for _, fit in found])
+            layers = [path.layer(number, box, picture=picture, painted=side) for path in paths]
+            return base.with_maps([pair for pair, _ in layers], [fit for _, fit in layers])
 
         artwork = layer(source, SOURCE, TARGET)
         ahead = back = None
@@ -269,18 +279,18 @@ def _frames(begun: Run, asked: MorphSettings) -> Iterator[Frame]:
         yield Frame(share, ahead, back, artwork)
 
 
-def _of_target(source: Run, asked: MorphSettings, ways: Sequence[MorphPath], box: Box) -> Run | None:
+def _of_target(source: Run, settings: MorphSettings, paths: Sequence[MorphPath], box: Box) -> Run | None:
     """Return the target's texture, which fades in, as a job; None if the source's texture is kept.
 
     It is --target-texture, or the target's own picture if the source shows its own.
     """
     job = source.job
-    if asked.target_texture:
-        job = job.model_copy(update={"texture": asked.target_texture})
+    if settings.target_texture:
+        job = job.model_copy(update={"texture": settings.target_texture})
     elif not (is_own_picture(job, source.source) and source.target.coloured):
         return None
     job = job.model_copy(update={"source": job.target})
-    pairs, fits = zip(*(way.layer(-1, box, picture=TARGET, painted=TARGET) for way in ways))
+    pairs, fits = zip(*(path.layer(-1, box, picture=TARGET, painted=TARGET) for path in paths))
     return replace(source, job=job, pairs=list(pairs), fits=list(fits))
 
 
@@ -295,11 +305,11 @@ def _size(box: Box) -> complex:
 
 def _seen(run: Run) -> Real:
     """Return the picture (height, width, 4) in sRGB from 0 to 1, with premultiplied alpha."""
-    shown = displayed(run, run.canvas) / 255.0
+    pixels = displayed(run, run.canvas) / 255.0
     colours, alpha = (
-        (shown[..., :-1], shown[..., -1:])
-        if shown.shape[2] in (2, 4)
-        else (shown, np.ones_like(shown[..., :1]))
+        (pixels[..., :-1], pixels[..., -1:])
+        if pixels.shape[2] in (2, 4)
+        else (pixels, np.ones_like(pixels[..., :1]))
     )
     return np.concatenate([np.broadcast_to(colours, (*colours.shape[:2], 3)) * alpha, alpha], axis=2)
 
@@ -311,7 +321,7 @@ def _animate_drawing(output: Artwork, frames: Sequence[Frame], fps: float, path:
     with files.scratch() as folder:
         single = [folder / f"{number}.svg" for number in range(len(frames))]
         output.write_frames(
-            [(frame.artwork, each, 1 - frame.share) for frame, each in zip(frames, single)], alike=True
+            [(frame.artwork, file, 1 - frame.share) for frame, file in zip(frames, single)], alike=True
         )
         return animation.write(single, path, fps)
 
@@ -323,7 +333,7 @@ def _animate_lottie(output: Artwork, frames: Sequence[Frame], fps: float, path: 
 
     with files.scratch() as folder:
         single = [folder / f"{number}.svg" for number in range(len(frames))]
-        output.write_frames([(frame.artwork, each, 1.0) for frame, each in zip(frames, single)])
+        output.write_frames([(frame.artwork, file, 1.0) for frame, file in zip(frames, single)])
         painted = [painted_rings(frame.artwork.fits) for frame in frames]
         return lottie.write(single, path, fps, painted if all(painted) else ())
 

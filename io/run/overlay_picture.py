@@ -95,8 +95,8 @@ def _colored(values: Real, every: Real, colormap: str | None, ends: tuple[float,
     """Return colours (p, 4) of values (p,), given all values of the overlay; values that are NaN are transparent."""
     import matplotlib
 
-    known = every[np.isfinite(every)]
-    low, high = ends or (np.percentile(known, END_PERCENTILES) if known.size else (0.0, 1.0))
+    finite = every[np.isfinite(every)]
+    low, high = ends or (np.percentile(finite, END_PERCENTILES) if finite.size else (0.0, 1.0))
     signed = low < 0 < high
     if ends is None and signed:
         low, high = -max(-low, high), max(-low, high)

@@ -57,13 +57,13 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
     )
     notes += more
     turn = job.turn if isinstance(job.turn, float | int) else 0.0
-    found = parts.pair(sources, targets, turn)
+    matches = parts.pair(sources, targets, turn)
     if not job.texture:
-        found, more = _of_one_picture(sources, targets, found)
+        matches, more = _of_one_picture(sources, targets, matches)
         notes += more
     alone = [
         [shape for number, shape in enumerate(shapes) if number not in taken]
-        for shapes, taken in zip((sources, targets), zip(*found))
+        for shapes, taken in zip((sources, targets), zip(*matches))
     ]
     empty = sum(shape.curve.area for shape in alone[1]) / sum(shape.curve.area for shape in targets)
     if alone[0]:
@@ -77,27 +77,27 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
         "target": [shape.part for shape in alone[1]],
         "empty": empty,
     }
-    pairs = [(sources[i], targets[j]) for i, j in sorted(found, key=lambda pair: pair[1])]
+    pairs = [(sources[i], targets[j]) for i, j in sorted(matches, key=lambda pair: pair[1])]
     return _with_overlap(pairs, notes, {"unpaired": figures} if any(alone) else {})
 
 
 def _of_one_picture(
-    sources: Sequence[Shape], targets: Sequence[Shape], found: list[tuple[int, int]]
+    sources: Sequence[Shape], targets: Sequence[Shape], matches: list[tuple[int, int]]
 ) -> tuple[list[tuple[int, int]], list[str]]:
     """Return the pairs of two meshes whose sources show the same picture as that of the largest target, with a note on
     the others.
     """
     if not all(shape.is_mesh for shape in (sources[0], targets[0])):
-        return found, []
-    first = min(found, key=lambda pair: pair[1])
+        return matches, []
+    first = min(matches, key=lambda pair: pair[1])
     picture = sources[first[0]].pictures[:1]
-    others = [pair for pair in found if sources[pair[0]].pictures[:1] != picture]
+    others = [pair for pair in matches if sources[pair[0]].pictures[:1] != picture]
     if not others:
-        return found, []
+        return matches, []
     names = ", ".join(_name(sources[i]) for i, _ in others[:LISTED_PARTS])
     cure = f"than {_name(sources[first[0]])}, so they are left out; map them separately, or name one --texture for all"
     note = f"{sources[0].spec}: {names} show{'' if len(others) > 1 else 's'} another picture {cure}"
-    return [pair for pair in found if pair not in others], [Doubt(note)]
+    return [pair for pair in matches if pair not in others], [Doubt(note)]
 
 
 def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
@@ -113,13 +113,13 @@ def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str
             raise InputError(
                 f"{shape.spec}: --parts elements only works for planar drawings; use --parts each for meshes"
             )
-    found = target.by_element()
-    beyond = max(len(found) - limits.PARTS, 0)
+    elements = target.by_element()
+    beyond = max(len(elements) - limits.PARTS, 0)
     notes: list[str] = []
     if beyond:
         text = f"{target.spec}: ignored {beyond} elements, because only the {limits.PARTS} largest are mapped"
         notes.append(Doubt(f"{text}; they stay empty"))
-    pairs = [(source, element) for element in found[: limits.PARTS]]
+    pairs = [(source, element) for element in elements[: limits.PARTS]]
     return _with_overlap(_at_one_scale(pairs) if _is_pattern(job, source) else pairs, notes, {})
 
 
@@ -184,8 +184,8 @@ def _unpaired(alone: Sequence[Shape], others: str) -> str:
 
 def _name(shape: Shape) -> str:
     """Return a part as messages refer to it: its number, and its name if it has one."""
-    own = f" ({shape.names[-1]})" if shape.names else ""
-    return f"#{shape.part}{own}"
+    suffix = f" ({shape.names[-1]})" if shape.names else ""
+    return f"#{shape.part}{suffix}"
 
 
 def label(pair: Pair, note: str) -> str:
@@ -205,16 +205,16 @@ def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Severa
     return Several(maps[::-1], boxes[::-1])
 
 
-def figures(pairs: Pairs, found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+def figures(pairs: Pairs, reports: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return the entries of the report for each part.
 
     Args:
         pairs: the shapes.
-        found: the solver's report for each part.
+        reports: the solver's report for each part.
     """
     return [
-        {"source": source.part, "target": target.part} | {name: each[name] for name in FIGURES}
-        for (source, target), each in zip(pairs, found)
+        {"source": source.part, "target": target.part} | {name: report[name] for name in FIGURES}
+        for (source, target), report in zip(pairs, reports)
     ]
 
 

@@ -36,7 +36,7 @@ def add_landmarks(run: Run, solve: Callable[[Run], None]) -> None:
             solve(trial)
         except InputError:
             continue
-        before, after = (each.report().get("apart") for each in (run.fits[k], trial.fit))
+        before, after = run.fits[k].report().get("apart"), trial.fit.report().get("apart")
         if not trial.fit.status.ok and not (before and after and after["p95"] < before["p95"]):
             continue
         run.pairs[k], run.fits[k] = trial.pairs[0], trial.fit
@@ -81,7 +81,7 @@ def _beside(run: Run, side: int, shape: Shape, replaced: Shape) -> Shape:
     """Return a piece that was cut differently, beside all others of its side in their plane."""
     from ..shapes.mesh_parts import move_beside
 
-    moved = move_beside(as_mesh(shape), [each.curve.box for each in run.shapes(side)])
+    moved = move_beside(as_mesh(shape), [piece.curve.box for piece in run.shapes(side)])
     moved = replace(moved, spec=replaced.spec, part=replaced.part, names=replaced.names, notes=replaced.notes)
     return moved if _is_split(moved, replaced) else replace(moved, file=as_mesh(replaced).file)
 

@@ -108,9 +108,9 @@ def _flat(axes: Axes, target: MeshShape, map: AnyMap | None) -> None:
         _strands(axes, ends, EDGE, 0.4)
     if map is not None:
         for lines, colour in zip(grid(map.polygon), (ACROSS, UP)):
-            known = np.isfinite(lines)
+            finite = np.isfinite(lines)
             image = np.full(lines.shape, complex(np.nan, np.nan))
-            image[known] = map(lines[known])
+            image[finite] = map(lines[finite])
             _strands(axes, image, colour, 0.7)
     for loop in piece.loops:
         closed = np.append(flat[loop], flat[loop[:1]])

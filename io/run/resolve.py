@@ -34,7 +34,7 @@ class Resolved:
 
     job: Job
     inputs: Inputs
-    wanted: list[Output]
+    writers: list[Output]
     notes: list[str]
     refusal: InputError | None
 
@@ -52,18 +52,18 @@ def resolve(job: Job, *, again: bool = False) -> Resolved:
     inputs = Inputs(job)
     job = by_pieces(name_outputs(job, inputs), inputs)
     inputs = inputs.of_job(job)
-    own = earlier.own_outputs(job) if again and not job.force else set()
-    wanted = outputs.of(job, inputs)
+    earlier_outputs = earlier.own_outputs(job) if again and not job.force else set()
+    writers = outputs.of(job, inputs)
     formats.check_report(job.report)
     refusal: InputError | None = None
     try:
-        files.check_outputs(job.outputs, job.inputs, force=job.force, own=own)
+        files.check_outputs(job.outputs, job.inputs, force=job.force, own=earlier_outputs)
     except InputError as error:
         refusal = error
-    if own:  # all existing outputs are from earlier runs
+    if earlier_outputs:  # all existing outputs are from earlier runs
         job = job.model_copy(update={"force": True})
     job, inputs, notes = pin_same_vertices(job, inputs.of_job(job))
-    return Resolved(job, inputs, wanted, notes, refusal)
+    return Resolved(job, inputs, writers, notes, refusal)
 
 
 def by_pieces(job: Job, inputs: Inputs) -> Job:
@@ -126,7 +126,7 @@ def name_outputs(job: Job, inputs: Inputs) -> Job:
         named = pair_outputs([name + suffix], job.maps)
     except ValueError as error:
         raise InputError(str(error)) from None
-    if links := [each for each in named if os.path.islink(each)]:
+    if links := [path for path in named if os.path.islink(path)]:
         raise InputError(f"{links[0]}: is a link; name the output with -o")
     return job.model_copy(update={"output": named})
 

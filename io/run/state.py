@@ -162,9 +162,9 @@ class Run:
 
     def with_maps(self, pairs: Pairs, fits: list[Fit]) -> Run:
         """Return the same texture in the same place, carried by other maps."""
-        made = replace(self, pairs=pairs, fits=fits, _begun={}, _other={})
-        vars(made).update({name: getattr(self, name) for name in ("image", "box", "sampler")})
-        return made
+        run = replace(self, pairs=pairs, fits=fits, _begun={}, _other={})
+        vars(run).update({name: getattr(self, name) for name in ("image", "box", "sampler")})
+        return run
 
     @cached_property
     def carried_maps(self) -> CarriedMaps:
@@ -221,8 +221,8 @@ class Run:
                 target.mirror if self.job.target or in_layout else None,
             )
             is_holed = fit.drawings is None and holes
-            made: AnyMap = Holed(fit.map, holes) if is_holed else fit.visible_map
-            maps.append(Reflected(made, *lines) if lines != (None, None) else made)
+            map: AnyMap = Holed(fit.map, holes) if is_holed else fit.visible_map
+            maps.append(Reflected(map, *lines) if lines != (None, None) else map)
         return maps[0] if len(maps) == 1 else parts.compose(self.pairs, self.fits, maps)
 
     @property
@@ -298,9 +298,9 @@ class Run:
         """The place of the texture as a texture of one texel, whose coordinates are s and t."""
         from ...pixels.stmap import flat
 
-        known = texture.has_texture(self.job, self.source)
-        shape = self.image.pixels.shape if known and framing.repeats(self.job) else (1, 1)
-        proportions = shape[1] / shape[0] if known else None
+        has_texture = texture.has_texture(self.job, self.source)
+        shape = self.image.pixels.shape if has_texture and framing.repeats(self.job) else (1, 1)
+        proportions = shape[1] / shape[0] if has_texture else None
         box = framing.texture_box(self.job, self.source, proportions)
         return flat(box, framing.texture_turn(self.job))
 
@@ -348,8 +348,8 @@ class Run:
     @cached_property
     def sampler(self) -> Sampler:
         """The texture, prepared for filtering."""
-        made: Sampler | None = self._begun["sampler"].result() if "sampler" in self._begun else None
-        return made or self._sampler()
+        sampler: Sampler | None = self._begun["sampler"].result() if "sampler" in self._begun else None
+        return sampler or self._sampler()
 
     def _early_sampler(self) -> Sampler | None:
         """Return the sampler before the map is known; None if it depends on the map.
@@ -366,15 +366,15 @@ class Run:
             outlines = texture.outlines_of(self.job, self.shapes(0), self.fits)
             image = self._rendered() if texture.drawing_of(self.job, self.source) else self.image
             on_paper = texture.on_paper(self.job, self.source)
-            made = texture.sampler_of(
+            sampler = texture.sampler_of(
                 self.job, image, self.box, outlines, self.room, self.threads, on_paper=on_paper
             )
-        if made.faded:
+        if sampler.faded:
             self.note(
                 f"{self.job.texture}: with this --memory its edge cannot be removed, so the result "
                 "may fade at the outline"
             )
-        return made
+        return sampler
 
     @cached_property
     def fit_report(self) -> dict[str, Any]:
@@ -400,10 +400,10 @@ class Run:
 
     def _fit_report(self) -> dict[str, Any]:
         with self.phases.timed("evaluate"):
-            found = [fit.report() for fit in self.fits]
-        if len(found) == 1 and "without_map" not in self.figures:
-            return found[0]
-        return found[0] | parts.shares_seen(self.fits) | {"parts": parts.figures(self.pairs, found)}
+            reports = [fit.report() for fit in self.fits]
+        if len(reports) == 1 and "without_map" not in self.figures:
+            return reports[0]
+        return reports[0] | parts.shares_seen(self.fits) | {"parts": parts.figures(self.pairs, reports)}
 
     @cached_property
     def canvas(self) -> Canvas:

@@ -235,8 +235,8 @@ def tiles_of(job: Job, sources: Sequence[Shape], room: Memory) -> TiledImage | N
         raise InputError(f"{name}: <UDIM> tiles need a mesh with texture coordinates as the source")
     from ..shapes.mesh_shape import as_mesh
 
-    wanted = set().union(*(as_mesh(source).tiles for source in sources))
-    return tiles.read(name, wanted, **_limits(job, room))
+    used_tiles = set().union(*(as_mesh(source).tiles for source in sources))
+    return tiles.read(name, used_tiles, **_limits(job, room))
 
 
 def box_of(
@@ -261,17 +261,17 @@ class LastValueCache:
     """A cache for the last value if it is small: consecutive jobs of a batch often share their texture."""
 
     def __init__(self) -> None:
-        self._held: tuple[Any, Any] | None = None
+        self._entry: tuple[Any, Any] | None = None
 
     def get(self, key: Any, size: Callable[[Any], int], make: Callable[[], Any]) -> Any:
         """Return the cached value for a key, or make it and cache it unless the key is None; `size` returns its
         size.
         """
-        if self._held is not None and self._held[0] == key:
-            return self._held[1]
-        made = make()
-        self._held = (key, made) if key is not None and size(made) <= KEPT_VALUES else None
-        return made
+        if self._entry is not None and self._entry[0] == key:
+            return self._entry[1]
+        value = make()
+        self._entry = (key, value) if key is not None and size(value) <= KEPT_VALUES else None
+        return value
 
 
 _read, _ready = LastValueCache(), LastValueCache()
@@ -289,7 +289,9 @@ def outlines_of(job: Job, sources: Sequence[Shape], fits: Sequence[Fit]) -> list
     if len(sources) == 1:
         return [sources[0].curve.z, *holes[0]]
     # parts may lie on each other, such as an eye on a face; below them, the texture continues
-    painted = shapely.union_all([polygon_of(shape.curve.z, *own) for shape, own in zip(sources, holes)])
+    painted = shapely.union_all(
+        [polygon_of(shape.curve.z, *shape_holes) for shape, shape_holes in zip(sources, holes)]
+    )
     return Drawing(painted).rings
 
 
@@ -325,7 +327,7 @@ def sampler_of(
     key: Any = None
     if not job.memory:
         key = image, box, turn, job.kind, job.filter, job.edge, on_paper, *(z.tobytes() for z in seen)
-    return _ready.get(key, lambda made: made.texture.pixels.size, make)
+    return _ready.get(key, lambda sampler: sampler.texture.pixels.size, make)
 
 
 def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) -> Image:

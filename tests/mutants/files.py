@@ -820,8 +820,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/run/morph.py",
-        "shift = sum(there) / 2 - factor * sum(here) / 2",
-        "shift = sum(there) / 2 - sum(here) / 2",
+        "shift = sum(target_box) / 2 - factor * sum(source_box) / 2",
+        "shift = sum(target_box) / 2 - sum(source_box) / 2",
         "tests/cli/test_morph.py",
         "morphs start beside the picture",
     ),

@@ -39,7 +39,7 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     onto_mesh = job.target is not None and inputs.is_mesh(job.target)
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as the target")
-    found = [_load(_kind(name, job), name) for name in job.output]
+    outputs = [_load(_kind(name, job), name) for name in job.output]
     if job.max_line_error and not any(
         formats.of(name).drawing and not formats.of(name).mesh for name in job.output
     ):
@@ -53,16 +53,16 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
         raise InputError(
             "--subdivide: vertices get other numbers; give --pin the positions of points instead"
         )
-    for output, map in zip((each for each in found if is_picture(each.name)), job.maps):
+    for output, map in zip((picture for picture in outputs if is_picture(picture.name)), job.maps):
         output.map = map
-    found += [_load("plot.Plot", job.plot)] if job.plot else []
-    found += [_load("stmap.STMap", job.stmap)] if job.stmap else []
-    for output in found:
+    outputs += [_load("plot.Plot", job.plot)] if job.plot else []
+    outputs += [_load("stmap.STMap", job.stmap)] if job.stmap else []
+    for output in outputs:
         output.suit(job, onto_mesh)
-    return found
+    return outputs
 
 
-def check(run: Run, wanted: list[Output]) -> list[Output]:
+def check(run: Run, requested: list[Output]) -> list[Output]:
     """Return the outputs, with names that contain `<UDIM>` expanded to one output per tile.
 
     Checks, before solving, everything that could fail afterwards, and notes problems of the inputs.
@@ -73,10 +73,12 @@ def check(run: Run, wanted: list[Output]) -> list[Output]:
     from ...shapes.holes import about
 
     outputs = [
-        each for output in wanted for each in (_tiles_of(run, output) if MARK in output.name else [output])
+        expanded
+        for output in requested
+        for expanded in (_tiles_of(run, output) if MARK in output.name else [output])
     ]
-    known = {output.name for output in wanted}
-    _check_others(run, [output.name for output in outputs if output.name not in known])
+    names = {output.name for output in requested}
+    _check_others(run, [output.name for output in outputs if output.name not in names])
     for output in outputs:
         output.check(run.with_texture(output.map))
     placed = placing_options(run.job)
@@ -107,12 +109,12 @@ def tell_share(run: Run) -> None:
     from ...shapes.mesh_shape import as_mesh
 
     file = as_mesh(run.whole(1)).file
-    own, every = int(file.faces.sum()), file.total or file.faces.size
-    run.figures["mapped"] = own / every
-    if own < every and not Spec.of(run.job.target).chosen:
+    mapped, total = int(file.faces.sum()), file.total or file.faces.size
+    run.figures["mapped"] = mapped / total
+    if mapped < total and not Spec.of(run.job.target).chosen:
         whole = run.job.several or as_mesh(run.target).packed
         cure = "" if whole else "; --parts each maps the source onto every part"
-        run.note(f"{run.target.spec}: {own} of {every} faces are mapped ({own / every:.0%}){cure}")
+        run.note(f"{run.target.spec}: {mapped} of {total} faces are mapped ({mapped / total:.0%}){cure}")
 
 
 def _check_others(run: Run, names: list[str]) -> None:
@@ -132,14 +134,14 @@ def _tiles_of(run: Run, output: Output) -> list[Output]:
         raise InputError(f"{output.name}: <UDIM> is for pictures of a mesh's texture coordinates; {cure}")
     from ...shapes.mesh_shape import as_mesh
 
-    found = []
+    outputs = []
     for tile in sorted(
         set().union(*(as_mesh(target).tiles for _, target in run.pairs)), key=lambda z: (z.imag, z.real)
     ):
-        each = copy(output)
-        each.name, each.tile = name_at(output.name, tile, run.target.spec), tile
-        found.append(each)
-    return found
+        tile_output = copy(output)
+        tile_output.name, tile_output.tile = name_at(output.name, tile, run.target.spec), tile
+        outputs.append(tile_output)
+    return outputs
 
 
 def _kind(name: str, job: Job) -> str:
@@ -159,5 +161,5 @@ def _kind(name: str, job: Job) -> str:
 
 
 def _load(kind: str, name: str) -> Output:
-    module, _, made = kind.partition(".")
-    return getattr(import_module(f".{module}", __name__), made)(name)
+    module, _, class_name = kind.partition(".")
+    return getattr(import_module(f".{module}", __name__), class_name)(name)

@@ -73,15 +73,15 @@ class Artwork(Output):
         """
         first = frames[0][0]
         with first.phases.timed("artwork"):
-            made = []
+            artwork_frames = []
             for run, path, opacity in frames:
                 carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
                 target = replace(run.target, box=framing.picture_box(run.job, run.target))
                 painted = painted_rings(run.fits) if opacity < 1 or alike else []
                 opacity = max(opacity, LEAST_OPACITY) if alike else opacity
-                made.append(Frame(carried, target, path, painted, opacity))
+                artwork_frames.append(Frame(carried, target, path, painted, opacity))
             tolerance = first.job.max_line_error
-            first.note(*carry_frames(made, each=first.job.repeated, tolerance=tolerance))
+            first.note(*carry_frames(artwork_frames, each=first.job.repeated, tolerance=tolerance))
 
 
 def painted_rings(fits: Sequence[Fit]) -> list[Complex]:

@@ -48,8 +48,8 @@ class Baked(Picture):
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """Bake the whole picture, and write it."""
         options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
-        own, partial = run.image.alpha, is_partial(run)
-        options |= {"partial": partial, "alpha": partial and own < 0}
+        texture_alpha, partial = run.image.alpha, is_partial(run)
+        options |= {"partial": partial, "alpha": partial and texture_alpha < 0}
         with run.phases.timed("resample"):
             pixels, figures = bake(
                 parts_of(run),
@@ -60,11 +60,13 @@ class Baked(Picture):
                 threads=run.threads,
                 **options,
             )
-            made = run.image.with_pixels(pixels, pixels.shape[2] - 1 if options["alpha"] else own)
-        found = report_bake(run, figures, self.tile)
+            picture = run.image.with_pixels(
+                pixels, pixels.shape[2] - 1 if options["alpha"] else texture_alpha
+            )
+        bake_report = report_bake(run, figures, self.tile)
         with run.phases.timed("write"):
-            image_files.write(path, made)
-        return found
+            image_files.write(path, picture)
+        return bake_report
 
 
 def check_layouts(run: Run, tile: complex | None) -> None:

@@ -18,10 +18,10 @@ def source(run: Run, placed: list[str]) -> None:
     """
     if not run.source.is_mesh:
         return
-    own = placed + (["--edge mirror"] if run.job.edge == "mirror" else [])
-    if own:
+    placing = placed + (["--edge mirror"] if run.job.edge == "mirror" else [])
+    if placing:
         raise InputError(
-            f"{run.source.spec}: {own[0]} does not apply to a mesh, whose texture coordinates place the "
+            f"{run.source.spec}: {placing[0]} does not apply to a mesh, whose texture coordinates place the "
             "texture; leave it out"
         )
     if not has_texture(run.job, run.source) and not run.job.checkered:

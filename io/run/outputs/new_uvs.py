@@ -95,34 +95,34 @@ def new_uvs(
         def placed(map: AnyMap, pull: ExtendedInverse, layout: Flattening) -> Complex:
             return complex_of(mesh_files.as_written(st_of(lying, pull_back(map, pull, layout)), name))
 
-        placing = [partial(placed, *each) for each in zip(maps, trials)]
+        placing = [partial(placed, map, trial) for map, trial in zip(maps, trials)]
         split, rims, rim_notes = subdivide_rims(shapes, images, maps, tolerance, placing)
         parts, figures = list(zip(split, maps, sources)), figures | rims
     target = join([part for part, _, _ in parts])
-    found = [
+    coordinates = [
         _uv_of(source, lying, pull_back(map, pull, part.flattening), part, threads)
         for (part, map, source), pull in zip(parts, pulls)
     ]
     corners, triangles = target.corners
-    uv, faces = _joined(found)
+    uv, faces = _joined(coordinates)
     corners[target.flattening.patch.corner] = faces
     new = NewCoordinates(uv, corners, triangles)
-    shown, notes = ShownPictures(texture, normals), list[str]()
+    pictures, notes = ShownPictures(texture, normals), list[str]()
     if carried_maps is not None:
         carried = carried_maps.carry(target.file, new, shown=texture is not None, threads=threads)
-        shown = replace(shown, pictures=carried.pictures)
+        pictures = replace(pictures, pictures=carried.pictures)
         notes += [f"{name}: {note}" for note in carried.notes]
-    written = mesh_files.write(target.file, new, shown, out, name, force=force)
+    written = mesh_files.write(target.file, new, pictures, out, name, force=force)
     notes += written.notes
     if parts[0][2].is_mesh:
-        figures["torn_triangles"] = torn = sum(each.torn for each in found)
+        figures["torn_triangles"] = torn = sum(part.torn for part in coordinates)
         if torn:
             seams = f"across seams of {parts[0][2].spec}, and show its texture only up to the seam"
             cure = "use --bake to make a picture without seams"
             notes.append(f"{name}: {torn} triangles lie {seams}; {cure}")
     else:  # a mesh's own layout may have mirrored charts
         rounded, patch = mesh_files.as_written(uv, name), target.flattening.patch
-        points = np.split(point_of(lying, rounded), np.cumsum([len(each.uv) for each in found])[:-1])
+        points = np.split(point_of(lying, rounded), np.cumsum([len(part.uv) for part in coordinates])[:-1])
         for z, (part, _, source) in zip(points, parts):
             measured.append(Written.of(z, part.flattening, source.curve))
         figures["uv"] = layout.turned_over(rounded[faces])
@@ -183,18 +183,18 @@ def _uv_of(source: Shape, lying: Texture, z: Complex, target: MeshShape, threads
     _, face = np.unique(patch.polygon, return_inverse=True)
     centre, count = z[patch.faces].mean(axis=1), np.bincount(face)
     middle = complex_of(np.column_stack([np.bincount(face, part) / count for part in xy_of(centre).T]))
-    own = np.repeat(chart[mesh.locator(middle, threads)[0]][face][:, None], 3, axis=1)
-    beyond = chart[triangle][patch.faces] != own
-    wanted, number = np.unique(
-        np.column_stack([own[beyond], patch.faces[beyond]]), axis=0, return_inverse=True
+    face_chart = np.repeat(chart[mesh.locator(middle, threads)[0]][face][:, None], 3, axis=1)
+    beyond = chart[triangle][patch.faces] != face_chart
+    moved_corners, number = np.unique(
+        np.column_stack([face_chart[beyond], patch.faces[beyond]]), axis=0, return_inverse=True
     )
-    more, away = np.empty((len(wanted), 2)), np.empty(len(wanted))
-    for k in np.unique(wanted[:, 0]):
-        at = wanted[:, 0] == k
-        more[at], away[at] = _on_chart(mesh, chart == k, z[wanted[at, 1]])
+    border_uv, away = np.empty((len(moved_corners), 2)), np.empty(len(moved_corners))
+    for k in np.unique(moved_corners[:, 0]):
+        in_chart = moved_corners[:, 0] == k
+        border_uv[in_chart], away[in_chart] = _on_chart(mesh, chart == k, z[moved_corners[in_chart, 1]])
     rows, torn = patch.faces.copy(), np.zeros(beyond.shape, bool)
     rows[beyond], torn[beyond] = z.size + number, (away > SAME_POINT_SHARE * mesh.curve.diagonal)[number]
-    return _Coordinates(np.concatenate([uv, more]), rows, int(torn.any(axis=1).sum()))
+    return _Coordinates(np.concatenate([uv, border_uv]), rows, int(torn.any(axis=1).sum()))
 
 
 def _on_chart(mesh: MeshShape, chart: Flags, z: Complex) -> tuple[Real, Real]:
@@ -204,11 +204,16 @@ def _on_chart(mesh: MeshShape, chart: Flags, z: Complex) -> tuple[Real, Real]:
     import igl
 
     flat, faces = mesh.flattening.flat, mesh.flattening.patch.faces[chart]
-    points, at = (np.column_stack([*xy_of(w).T, np.zeros(w.size)]) for w in (flat, z))
+    points, queries = _in_space(flat), _in_space(z)
     tree = igl.AABB()
     tree.init(points, faces)
-    squared, triangle, closest = tree.squared_distance(points, faces, at)
+    squared, triangle, closest = tree.squared_distance(points, faces, queries)
     triangle = np.atleast_1d(triangle)
     weights = barycentric(points[faces[triangle]], np.reshape(closest, (-1, 3)))
     uv = mesh.uv[mesh.uv_faces[chart][triangle]]
     return np.einsum("pk,pkc->pc", weights, uv), np.sqrt(np.atleast_1d(squared))
+
+
+def _in_space(z: Complex) -> Real:
+    """Return points (p, 3) at height 0 above points z (p,) of the plane."""
+    return np.column_stack([*xy_of(z).T, np.zeros(z.size)])

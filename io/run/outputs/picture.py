@@ -83,12 +83,14 @@ class Picture(Output):
             lost = f"{suffix} does not keep colours where alpha is 0; use .png or .tif to keep them"
             run.note(f"{self.name}: {lost}")
         usual = "lin_rec709" if image.pixels.dtype.kind == "f" else "sRGB"
-        said = format.named or format.light != "any" or image.colorspace in (usual, "data", job.colorspace)
-        if not said:
-            unsaid = (
+        keeps_name = (
+            format.named or format.light != "any" or image.colorspace in (usual, "data", job.colorspace)
+        )
+        if not keeps_name:
+            warning = (
                 f"{suffix} cannot store the name of the colour space {image.colorspace}; the numbers are kept"
             )
-            run.note(f"{self.name}: {unsaid}")
+            run.note(f"{self.name}: {warning}")
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """Write rows as they are computed, or with --padding the whole picture at once."""
@@ -125,8 +127,8 @@ class Picture(Output):
     def _padded(self, run: Run, work: Warp, colours: Colours) -> Image:
         """Return the picture with its colours extended beyond the outline, which needs the whole picture in memory."""
         canvas = work.canvas
-        each = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
-        run.room.threads(1, each, PADDED)
+        picture_bytes = whole_bytes(canvas.height, canvas.width, work.channels, work.dtype.itemsize)
+        run.room.threads(1, picture_bytes, PADDED)
         warped = whole(work, threads=run.threads)
         colours.see(warped.pixels, warped.alpha)
         image = unassociate(run.image.with_pixels(warped.pixels, warped.alpha))

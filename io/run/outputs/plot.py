@@ -41,8 +41,8 @@ class Plot(Output):
             if not run.target.is_mesh:
                 if len(run.fits) > 1:
                     run.note(f"{self.name}: the grids and figures are those of the largest part only")
-                found = figures | {"notes": run.notes}
-                plots.save(run.fit.plot(found, _names(run.job), _carried(run)), path)
+                annotated = figures | {"notes": run.notes}
+                plots.save(run.fit.plot(annotated, _names(run.job), _carried(run)), path)
                 return OutputReport()
             from ...shapes.mesh_shape import as_mesh
 

@@ -77,16 +77,16 @@ class TexturedMesh(Output):
 
     def beside(self, run: Run) -> list[str]:
         """Return the names of the material library and of pictures."""
-        shown = ShownPictures(_shown_texture(run), _normal_map(run.job))
-        found = mesh_files.format_of(self.name).companions(Path(self.name), shown)
+        pictures = ShownPictures(_shown_texture(run), _normal_map(run.job))
+        names = mesh_files.format_of(self.name).companions(Path(self.name), pictures)
         if run.job.carry_maps:
-            found += run.carried_maps.companions(self.name, shown=shown.texture is not None)
-        return list(dict.fromkeys(found))
+            names += run.carried_maps.companions(self.name, shown=pictures.texture is not None)
+        return list(dict.fromkeys(names))
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the mesh, and the files beside it."""
         with run.phases.timed("write"):
-            made = new_uvs(
+            new = new_uvs(
                 parts_of(run),
                 run.flat,
                 path,
@@ -98,17 +98,15 @@ class TexturedMesh(Output):
                 carried_maps=run.carried_maps if run.job.carry_maps else None,
                 tolerance=run.job.tolerance if run.job.subdivide_rim else None,
             )
-        run.note(*made.notes)
-        _note_distortion(run, made.measured)
-        measured = [each.report() for each in made.measured]
-        return OutputReport(
-            made.figures, parts=measured, message=_message(run, made.measured), files=made.files
-        )
+        run.note(*new.notes)
+        _note_distortion(run, new.measured)
+        measured = [written.report() for written in new.measured]
+        return OutputReport(new.figures, parts=measured, message=_message(run, new.measured), files=new.files)
 
 
 def _message(run: Run, measured: list[Written]) -> str | None:
     """Return a sentence if edges of the written layout leave the outline, since the solver only checks vertices."""
-    widest = max((each.boundary["hausdorff"] for each in measured), default=0.0)
+    widest = max((written.boundary["hausdorff"] for written in measured), default=0.0)
     if widest <= run.job.tolerance or run.fit.status is not Status.REACHED:
         return None
     at_most = f"at most {widest:.2%} of the picture's diagonal away from it (boundary)"
@@ -117,15 +115,16 @@ def _message(run: Run, measured: list[Written]) -> str | None:
 
 def _note_distortion(run: Run, measured: list[Written]) -> None:
     """Note what the written coordinates of each part show but the underlying map does not."""
-    for pair, fit, each in zip(run.pairs, run.fits, measured):
-        told = missed(each.boundary, run.job.tolerance, run.job.subdivide_rim, divides=not run.job.subdivide)
-        run.note(*(parts.label(pair, note) for note in told))
-        if fit.distortion.strain is None and (strain := each.distortion.strain):
-            said = (
+    job = run.job
+    for pair, fit, written in zip(run.pairs, run.fits, measured):
+        boundary_notes = missed(written.boundary, job.tolerance, job.subdivide_rim, divides=not job.subdivide)
+        run.note(*(parts.label(pair, note) for note in boundary_notes))
+        if fit.distortion.strain is None and (strain := written.distortion.strain):
+            text = (
                 "in the texture coordinates as written, lengths change by a factor of more than "
                 "{:.1f} on 5 % of the area,"
             )
-            run.note(parts.label(pair, f"{said} (stretch)".format(*strain)))
+            run.note(parts.label(pair, f"{text} (stretch)".format(*strain)))
 
 
 def _shown_texture(run: Run) -> Path | bytes | None:
@@ -146,5 +145,5 @@ def _first(job: Job, kind: str) -> Path | None:
 
 def _textures_not_shown(job: Job) -> list[str]:
     """Return the textures that a mesh cannot include: data, normals with y down, and further normals."""
-    shown = _first(job, "colour"), _normal_map(job)
-    return [path for path, _ in job.maps if Path(path) not in shown]
+    bound = _first(job, "colour"), _normal_map(job)
+    return [path for path, _ in job.maps if Path(path) not in bound]
