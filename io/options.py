@@ -186,12 +186,12 @@ def memory(value: Any) -> Any:
     """Parse an amount of memory, such as `2G`, `1.5GiB` or `800M`; units are powers of 1024."""
     if not isinstance(value, str):
         return value
-    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
-    if not found:
+    match = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([KMGT]?)(?:i?B)?\s*", value, re.IGNORECASE)
+    if not match:
         raise ValueError(f"{value!r} is not an amount of memory; write one such as 2G or 800M")
-    if len(found[1]) > MOST_BYTE_DIGITS:
+    if len(match[1]) > MOST_BYTE_DIGITS:
         raise ValueError(f"{value[:MOST_BYTE_DIGITS]}… is more memory than any computer has")
-    return int(float(found[1]) * 1024 ** " KMGT".index(found[2].upper() or " "))
+    return int(float(match[1]) * 1024 ** " KMGT".index(match[2].upper() or " "))
 
 
 def pair(value: Any) -> Any:
@@ -201,12 +201,12 @@ def pair(value: Any) -> Any:
 
 def scale(value: Any) -> Any:
     """Parse one or two positive factors: `S` or `SX,SY`."""
-    found = _numbers(value, (1, 2), "a factor, such as 0.25, or two, such as 0.25,0.5")
-    if isinstance(found, tuple) and not all(
-        1 / LARGEST_SIZE_FACTOR <= n <= LARGEST_SIZE_FACTOR for n in found
+    factors = _numbers(value, (1, 2), "a factor, such as 0.25, or two, such as 0.25,0.5")
+    if isinstance(factors, tuple) and not all(
+        1 / LARGEST_SIZE_FACTOR <= n <= LARGEST_SIZE_FACTOR for n in factors
     ):
         raise ValueError(f"a factor must be between {1 / LARGEST_SIZE_FACTOR:g} and {LARGEST_SIZE_FACTOR:g}")
-    return found
+    return factors
 
 
 def _numbers(value: Any, counts: tuple[int, ...], what: str) -> Any:
@@ -219,12 +219,12 @@ def _numbers(value: Any, counts: tuple[int, ...], what: str) -> Any:
             if isinstance(value, list | tuple)
             else [value]
         )
-        found = tuple(map(float, parts)) if value is not None else None
+        numbers = tuple(map(float, parts)) if value is not None else None
     except (TypeError, ValueError):
-        found = ()
-    if found is not None and (len(found) not in counts or not all(map(math.isfinite, found))):
+        numbers = ()
+    if numbers is not None and (len(numbers) not in counts or not all(map(math.isfinite, numbers))):
         raise ValueError(f"{value!r} is not {what}")
-    return found
+    return numbers
 
 
 def turn(value: Any) -> Any:
@@ -240,12 +240,12 @@ def turn(value: Any) -> Any:
 def rigid_size(value: Any) -> Any:
     """Parse a factor above 0, or `free`."""
     try:
-        found = value if value == "free" or not isinstance(value, str) else float(value)
+        factor = value if value == "free" or not isinstance(value, str) else float(value)
     except ValueError:
         raise ValueError(f"{value!r} is not a factor; give a number, such as 1.2, or the word free") from None
-    if isinstance(found, float | int) and not 0 < found < math.inf:
+    if isinstance(factor, float | int) and not 0 < factor < math.inf:
         raise ValueError("a factor must be above 0, such as 1.2")
-    return found
+    return factor
 
 
 def vertices(value: Any) -> Any:
@@ -265,12 +265,12 @@ def share(value: Any) -> Any:
     if isinstance(value, bool):
         return CERTIFIED_AREA_SHARE if value else None
     try:
-        found = float(value) if isinstance(value, str) else value
+        area_share = float(value) if isinstance(value, str) else value
     except ValueError:
         raise ValueError(f"{value!r} is not a share; give a number such as 0.99") from None
-    if isinstance(found, float | int) and not 0 < found <= 1:
+    if isinstance(area_share, float | int) and not 0 < area_share <= 1:
         raise ValueError("a share must be above 0 and at most 1, such as 0.99")
-    return found
+    return area_share
 
 
 def many(value: Any) -> Any:
@@ -1311,11 +1311,11 @@ def suggest(name: str, options: Mapping[str, Option | None]) -> list[str]:
         name: the name as typed, without dashes.
         options: the options of the command, by name.
     """
-    known = {key: option for key, option in options.items() if option}
-    if meant := [key for key, option in known.items() if name in option.words.split()]:
+    named = {key: option for key, option in options.items() if option}
+    if meant := [key for key, option in named.items() if name in option.words.split()]:
         return meant
     spelt = {key.replace("_", "-"): key for key in options}
-    spelt |= {other: key for key, option in known.items() for other in (*dict(option.aliases), *option.old)}
+    spelt |= {other: key for key, option in named.items() for other in (*dict(option.aliases), *option.old)}
     return [spelt[near] for near in get_close_matches(name.replace("_", "-"), spelt, 1, SIMILARITY_RATIO)]
 
 

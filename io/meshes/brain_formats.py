@@ -34,8 +34,8 @@ class GiftiFormat(MeshFormat):
         with files.opened(self.path) as file:
             if not file.read(1):
                 return 0
-        found = [tag[0] for tag in ARRAY.finditer(gifti_bytes(self.path)) if b"TRIANGLE" in tag[0]]
-        rows = re.search(rb'Dim0\s*=\s*"(\d{1,18})"', found[0]) if found else None
+        triangle_tags = [tag[0] for tag in ARRAY.finditer(gifti_bytes(self.path)) if b"TRIANGLE" in tag[0]]
+        rows = re.search(rb'Dim0\s*=\s*"(\d{1,18})"', triangle_tags[0]) if triangle_tags else None
         return int(rows[1]) if rows else 0
 
     def read(self) -> dict[str, MeshFile]:
@@ -60,8 +60,8 @@ class FreeSurferFormat(MeshFormat):
             head = file.read(HEADER_BYTES)
         magic = int.from_bytes(head[:3], "big")
         if magic == TRIANGLE_MAGIC:
-            at = head.find(b"\n", head.find(b"\n", 3) + 1) + 1
-            counts = struct.unpack_from(">ii", head, at) if 0 < at <= len(head) - 8 else (0, 0)
+            start = head.find(b"\n", head.find(b"\n", 3) + 1) + 1
+            counts = struct.unpack_from(">ii", head, start) if 0 < start <= len(head) - 8 else (0, 0)
             least = 12 * (counts[0] + counts[1])
         elif magic in QUAD_MAGICS:
             counts = int.from_bytes(head[3:6], "big"), 2 * int.from_bytes(head[6:9], "big")
@@ -85,13 +85,13 @@ class FreeSurferFormat(MeshFormat):
             return _one(self.path, *from_file(self.path))
         whole = _surface_of(self.path)
         points, faces = from_file(whole)
-        held, places = _patch(self.path, len(points))
+        vertices, positions = _patch(self.path, len(points))
         inside = np.zeros(len(points), bool)
-        inside[held] = True
+        inside[vertices] = True
         note = f"triangles of {whole.name}"
         if self.path.name.endswith("flat"):
             points = np.zeros_like(points)
-            points[held] = places
+            points[vertices] = positions
         else:
             note = f"triangles and positions of {whole.name}"
         return _one(self.path, points, faces[inside[faces].all(axis=1)], note)
@@ -129,12 +129,12 @@ def gifti_bytes(path: Path) -> bytes:
         return data
     unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
     try:
-        found = unpacker.decompress(data, limits.MESH_BYTES)
+        unpacked = unpacker.decompress(data, limits.MESH_BYTES)
     except (zlib.error, gzip.BadGzipFile) as error:
         raise InputError(f"{path}: damaged: {error}") from None
     if not unpacker.eof:
         raise InputError(f"{path}: damaged, or unpacks to more than {limits.MESH_BYTES} bytes")
-    return found
+    return unpacked
 
 
 def is_patch(path: Path) -> bool:
@@ -166,12 +166,12 @@ def _patch(path: Path, count: int) -> tuple[Index, Real]:
     if head[0] != -1 or head[1] < 0 or len(data) < 8 + head[1] * row.itemsize:
         raise InputError(f"{path}: is not a patch of FreeSurfer, or is damaged")
     rows = np.frombuffer(data, row, head[1], 8)
-    held = np.abs(rows["vertex"].astype(np.int64)) - 1  # from 1, and negative on the boundary
-    if held.size and not 0 <= held.min() <= held.max() < count:
+    vertices = np.abs(rows["vertex"].astype(np.int64)) - 1  # from 1, and negative on the boundary
+    if vertices.size and not 0 <= vertices.min() <= vertices.max() < count:
         raise InputError(
             f"{path}: is a patch of another surface: it has a vertex beyond the {count} of this one"
         )
-    return held, rows["place"].astype(float)
+    return vertices, rows["place"].astype(float)
 
 
 def _one(path: Path, points: Any, faces: Any, *notes: str) -> dict[str, MeshFile]:

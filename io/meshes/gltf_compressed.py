@@ -27,28 +27,30 @@ def meshopt_views(path: Path, tree: dict[str, Any], buffers: list[bytes]) -> dic
         InputError: meshopt is not installed.
         ValueError: the compressed data do not match the JSON.
     """
-    needed, found = set(MESHOPT) & set(tree.get("extensionsRequired", [])), dict[int, bytes]()
+    needed, decoded = set(MESHOPT) & set(tree.get("extensionsRequired", [])), dict[int, bytes]()
     for number, view in enumerate(tree.get("bufferViews", [])):
-        said = {name: view["extensions"].pop(name) for name in MESHOPT if name in view.get("extensions", {})}
-        for name in needed & said.keys():
-            found[number] = _decoded(path, name, f"bufferViews/{number}", said[name], buffers)
-            if len(found[number]) != view["byteLength"]:
+        compressions = {
+            name: view["extensions"].pop(name) for name in MESHOPT if name in view.get("extensions", {})
+        }
+        for name in needed & compressions.keys():
+            decoded[number] = _decoded(path, name, f"bufferViews/{number}", compressions[name], buffers)
+            if len(decoded[number]) != view["byteLength"]:
                 raise ValueError(f"bufferViews/{number}: does not have {view['byteLength']} bytes")
     for buffer in tree.get("buffers", []):  # placeholders for decoded data
         if set(MESHOPT) & set(buffer.get("extensions", {})):
             del buffer["extensions"]
     _forget(tree, MESHOPT)
-    return found
+    return decoded
 
 
-def _decoded(path: Path, name: str, place: str, said: dict[str, Any], buffers: list[bytes]) -> bytes:
+def _decoded(path: Path, name: str, place: str, compression: dict[str, Any], buffers: list[bytes]) -> bytes:
     meshopt = extras.load(f"{path}: reading {name}", "meshopt", otherwise=UNCOMPRESSED)
-    start, count, stride = said.get("byteOffset", 0), said["count"], said["byteStride"]
-    data = buffers[said["buffer"]][start : start + said["byteLength"]]
+    start, count, stride = compression.get("byteOffset", 0), compression["count"], compression["byteStride"]
+    data = buffers[compression["buffer"]][start : start + compression["byteLength"]]
     if not 0 <= count * stride <= limits.MESH_BYTES:
         raise ValueError(f"{place}: {count} items of {stride} bytes")
     try:
-        rows = meshopt.decode_gltf_buffer(data, count, stride, said["mode"], said.get("filter"))
+        rows = meshopt.decode_gltf_buffer(data, count, stride, compression["mode"], compression.get("filter"))
     except Exception as error:  # meshopt's exceptions have no common base class
         raise ValueError(f"{place}: {error}") from None
     return rows.tobytes()
@@ -80,40 +82,42 @@ def without_draco(path: Path, tree: dict[str, Any], views: list[bytes]) -> tuple
 
     def put(accessor: int, values: np.ndarray) -> None:
         """Store the values of an accessor in a new view."""
-        said = tree["accessors"][accessor]
-        values = np.ascontiguousarray(values, DTYPES[said["componentType"]])
-        if len(values) != said["count"]:
-            raise ValueError(f"accessors/{accessor}: {said['count']} items, but {len(values)} are compressed")
+        declared = tree["accessors"][accessor]
+        values = np.ascontiguousarray(values, DTYPES[declared["componentType"]])
+        if len(values) != declared["count"]:
+            raise ValueError(
+                f"accessors/{accessor}: {declared['count']} items, but {len(values)} are compressed"
+            )
         tree.setdefault("bufferViews", []).append({"buffer": 0, "byteLength": values.nbytes})
         views.append(values.tobytes())
-        said["bufferView"] = len(views) - 1
-        said.pop("byteOffset", None)
+        declared["bufferView"] = len(views) - 1
+        declared.pop("byteOffset", None)
         for name, extreme in (
             ("min", np.min),
             ("max", np.max),
         ):  # the values before compression differ by its rounding
-            if name in said:
-                said[name] = extreme(values, axis=0).tolist()
+            if name in declared:
+                declared[name] = extreme(values, axis=0).tolist()
 
     for primitive in _primitives(tree):
-        said = primitive.get("extensions", {}).pop(DRACO, None)
-        if said is None:
+        compression = primitive.get("extensions", {}).pop(DRACO, None)
+        if compression is None:
             continue
-        at = said["bufferView"]
-        if at not in decoded:
+        view_index = compression["bufferView"]
+        if view_index not in decoded:
             try:
-                decoded[at] = draco.decode(views[at])
+                decoded[view_index] = draco.decode(views[view_index])
             except Exception as error:  # DracoPy's exceptions have no common base class
-                raise ValueError(f"bufferViews/{at}: {error}") from None
-        found = decoded[at]
-        if "indices" not in primitive or not hasattr(found, "faces"):
-            raise ValueError(f"bufferViews/{at}: contains no triangles")
+                raise ValueError(f"bufferViews/{view_index}: {error}") from None
+        mesh = decoded[view_index]
+        if "indices" not in primitive or not hasattr(mesh, "faces"):
+            raise ValueError(f"bufferViews/{view_index}: contains no triangles")
         primitive["mode"] = TRIANGLES_MODE
-        put(primitive["indices"], found.faces.reshape(-1, 1))
-        for name, number in said["attributes"].items():
-            attribute = found.get_attribute_by_unique_id(number)
+        put(primitive["indices"], mesh.faces.reshape(-1, 1))
+        for name, number in compression["attributes"].items():
+            attribute = mesh.get_attribute_by_unique_id(number)
             if attribute is None:
-                raise ValueError(f"bufferViews/{at}: has no attribute {number} for {name}")
+                raise ValueError(f"bufferViews/{view_index}: has no attribute {number} for {name}")
             put(primitive["attributes"][name], attribute["data"])
     _forget(tree, [DRACO])
     return tree, views

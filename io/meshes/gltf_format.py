@@ -52,17 +52,17 @@ class GltfContent(MeshContent):
 
     def faces_called(self, name: str) -> Flags:
         """Mark the triangles (f,) of the geometry or material of this name."""
-        own = {(part.mesh, part.number) for part in self.primitives}
+        mesh_primitives = {(part.mesh, part.number) for part in self.primitives}
         names = [
             {called, part.material.get("name", called)}
             for called, part in gltf.primitives(self.primitives[0].document).items()
-            if (part.mesh, part.number) in own
+            if (part.mesh, part.number) in mesh_primitives
         ]
-        if not any(name in each for each in names):
-            there = ", ".join(f"'{each}'" for each in sorted(set().union(*names)))
-            raise InputError(f"the mesh has no geometry or material named '{name}'; it has {there}")
+        if not any(name in aliases for aliases in names):
+            available = ", ".join(f"'{alias}'" for alias in sorted(set().union(*names)))
+            raise InputError(f"the mesh has no geometry or material named '{name}'; it has {available}")
         counts = [len(part.faces) for part in self.primitives]
-        return np.repeat([name in each for each in names], counts)
+        return np.repeat([name in aliases for aliases in names], counts)
 
     def wrap(self, faces: Flags) -> Wrap:
         """Return the wrap mode of the first primitive's picture."""
@@ -129,20 +129,29 @@ class GltfFormat(MeshFormat):
 
     def same_mesh(self, file: MeshFile) -> list[str]:
         """Return the names of all primitives of the mesh to which a primitive belongs, one per material."""
-        own = primitives_of(file)[0]
-        return [name for name, part in gltf.primitives(own.document).items() if part.mesh == own.mesh]
+        primitive = primitives_of(file)[0]
+        return [
+            name for name, part in gltf.primitives(primitive.document).items() if part.mesh == primitive.mesh
+        ]
 
     @classmethod
     def write(
-        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+        cls,
+        file: MeshFile,
+        new: NewCoordinates,
+        pictures: ShownPictures,
+        out: Path,
+        name: Path,
+        *,
+        force: bool,
     ) -> Written:
         """Write a mesh with other texture coordinates as GLB; if it was read from a glTF file, all else is kept."""
-        given = {gltf_materials.BASE: shown.texture, gltf_materials.NORMALS: shown.normals}
-        held = {slot: picture_file(picture) for slot, picture in given.items() if picture is not None}
+        given = {gltf_materials.BASE: pictures.texture, gltf_materials.NORMALS: pictures.normals}
+        common = {slot: picture_file(picture) for slot, picture in given.items() if picture is not None}
         keys = {part.key for part in primitives_of(file)} or {""}
-        pictures = {key: held | dict(shown.pictures.get(key, {})) for key in keys}
-        made, notes = _with_coordinates(file, new, pictures)
-        out.write_bytes(made)
+        pictures_by_key = {key: common | dict(pictures.pictures.get(key, {})) for key in keys}
+        glb, notes = _with_coordinates(file, new, pictures_by_key)
+        out.write_bytes(glb)
         return Written(notes=[f"{name}: {note}" for note in notes])
 
     @classmethod
@@ -167,10 +176,17 @@ class GltfFormat(MeshFormat):
         except Exception as error:  # whatever exception a parser raises, the file is at fault
             raise InputError(f"{path}: cannot read this GLB file: {error}") from None
         named = [p["attributes"] for mesh in file.tree.get("meshes", []) for p in mesh["primitives"]]
-        found = {at for each in named for name, at in each.items() if name.startswith("TEXCOORD_")}
+        uv_accessors = {
+            number
+            for attributes in named
+            for name, number in attributes.items()
+            if name.startswith("TEXCOORD_")
+        }
         accessors, views = file.tree.get("accessors", []), list(file.views)
-        shared = {said.get("bufferView") for n, said in enumerate(accessors) if n not in found} | {None}
-        alone = [n for n in sorted(found) if accessors[n].get("bufferView") not in shared]
+        shared = {
+            accessor.get("bufferView") for n, accessor in enumerate(accessors) if n not in uv_accessors
+        } | {None}
+        alone = [n for n in sorted(uv_accessors) if accessors[n].get("bufferView") not in shared]
         uv = np.concatenate([file.floats(n)[:, :2] for n in alone] or [np.zeros((0, 2))])
         for number in alone:
             views[accessors[number]["bufferView"]] = b""
@@ -209,10 +225,10 @@ def _unbacked(scene: Any, most: int) -> Iterator[tuple[int, int]]:
     views = scene.get("bufferViews", [])
     for number, accessor in enumerate(scene.get("accessors", [])):
         count, view = accessor.get("count", 0), accessor.get("bufferView")
-        held, size = limits.ITEMS_PER_FACE * most, 0
+        available, size = limits.ITEMS_PER_FACE * most, 0
         if view is not None:
             size = views[view]["byteLength"]
             item_bytes = int(DTYPES[accessor["componentType"]][2]) * COMPONENTS[accessor["type"]]
-            held = size // item_bytes
-        if not 0 <= count <= held or size > limits.BUFFER_BYTES:
+            available = size // item_bytes
+        if not 0 <= count <= available or size > limits.BUFFER_BYTES:
             yield number, count

@@ -29,8 +29,8 @@ def slots(tree: dict[str, Any], above: str = "") -> Iterator[tuple[str, dict[str
 
 def base(material: dict[str, Any]) -> dict[str, Any]:
     """Return the `textureInfo` of a material's base colour; empty without one."""
-    found = dict(slots(material))
-    return found.get(BASE, found.get(DIFFUSE, {}))
+    textures = dict(slots(material))
+    return textures.get(BASE, textures.get(DIFFUSE, {}))
 
 
 def variants(primitive: dict[str, Any]) -> list[dict[str, Any]]:

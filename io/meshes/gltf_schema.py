@@ -92,7 +92,7 @@ def check(tree: dict[str, Any]) -> None:
     _check(tree, tree, TREE, "")
     for k, mesh in enumerate(tree.get("meshes", [])):
         for number, primitive in enumerate(mesh["primitives"]):
-            accessors = {name: tree["accessors"][at] for name, at in primitive["attributes"].items()}
+            accessors = {name: tree["accessors"][index] for name, index in primitive["attributes"].items()}
             points = accessors["POSITION"]["count"]
             for name, accessor in accessors.items():
                 place = f"meshes/{k}/primitives/{number}"
@@ -112,15 +112,15 @@ def _check(value: Any, tree: dict[str, Any], shape: Any, place: str) -> None:
             raise ValueError(f"{place} is {value!r}, but there are {count} {shape}")
     elif isinstance(shape, dict):
         _demand(_is(value, dict), place, WORDS[dict])
-        for key, each in value.items():
+        for key, item in value.items():
             like = "*Texture" if key.endswith("Texture") else "*"
-            if known := shape.get(key, shape.get(like)):
-                _check(each, tree, known, f"{place}/{key}".lstrip("/"))
+            if item_shape := shape.get(key, shape.get(like)):
+                _check(item, tree, item_shape, f"{place}/{key}".lstrip("/"))
     elif isinstance(shape, list | tuple):
         right = _is(value, list) and (isinstance(shape, list) or len(value) == shape[1])
         _demand(right, place, WORDS[list] if isinstance(shape, list) else f"{shape[1]} numbers")
-        for k, each in enumerate(value):
-            _check(each, tree, shape[0], f"{place}/{k}")
+        for k, item in enumerate(value):
+            _check(item, tree, shape[0], f"{place}/{k}")
     else:
         _demand(_is(value, shape), place, WORDS[shape])
         if shape is not str and not (math.isfinite(value) and abs(value) <= limits.COORDINATE):

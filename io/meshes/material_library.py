@@ -45,9 +45,9 @@ class Library:
         materials: dict[str, list[str]] = {}
         current: list[str] = []
         for line in self.lines:
-            word, rest = split(line)
+            word, name = split(line)
             if word == "newmtl":
-                current = materials.setdefault(rest, [])
+                current = materials.setdefault(name, [])
             current.append(line)
         return materials
 
@@ -98,16 +98,21 @@ def read(folder: Path, names: list[str]) -> Library:
 
 def _is_statement(line: str) -> bool:
     """Return whether a line is empty or looks like a statement of the format."""
-    word, rest = split(line)
+    word, arguments = split(line)
     if word.lower() in NUMBERS:
-        return all(is_number(argument) or argument in ("-halo", "xyz") for argument in rest.split())
-    return not word or word == "newmtl" or bool(picture_named(line)) or bool(MAP.fullmatch(word) and not rest)
+        return all(is_number(argument) or argument in ("-halo", "xyz") for argument in arguments.split())
+    return (
+        not word
+        or word == "newmtl"
+        or bool(picture_named(line))
+        or bool(MAP.fullmatch(word) and not arguments)
+    )
 
 
 def picture_named(line: str) -> str:
     """Return the picture file that a statement refers to, with forward slashes; empty if there is none."""
-    word, rest = split(line)
-    return file_name(rest).replace("\\", "/") if MAP.fullmatch(word) else ""
+    word, arguments = split(line)
+    return file_name(arguments).replace("\\", "/") if MAP.fullmatch(word) else ""
 
 
 Names = Mapping[str | None, Mapping[str, str]]
@@ -165,9 +170,9 @@ def relative(file: Path, folder: Path) -> str:
     return Path(relative_path(file, folder)).as_posix()
 
 
-def file_name(rest: str) -> str:
+def file_name(arguments: str) -> str:
     """Return the file name after the options of a map statement; it may contain spaces."""
-    return _options(rest)[1]
+    return _options(arguments)[1]
 
 
 def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
@@ -181,37 +186,40 @@ def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
 
 def _naming(line: str, name: str) -> str:
     """Return a statement or keyword with another picture; its options are kept unless they place the picture."""
-    word, rest = split(line)
+    word, arguments = split(line)
     options = [
-        argument for option in _options(rest)[0] if option[0].lower() not in PLACING for argument in option
+        argument
+        for option in _options(arguments)[0]
+        if option[0].lower() not in PLACING
+        for argument in option
     ]
     return " ".join([word, *options, name])
 
 
-def placing(rest: str) -> tuple[tuple[float, float], tuple[float, float]]:
+def placing(arguments: str) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the scale and offset of texture coordinates in a map statement: its `-s` and `-o`."""
-    options = _options_by_name(rest)
+    options = _options_by_name(arguments)
     scale, offset = [1.0, 1.0], [0.0, 0.0]
     for values, name in ((scale, "-s"), (offset, "-o")):
-        arguments = [float(word) for word in options.get(name, [])[:2]]
-        values[: len(arguments)] = arguments
+        parameters = [float(word) for word in options.get(name, [])[:2]]
+        values[: len(parameters)] = parameters
     return (scale[0], scale[1]), (offset[0], offset[1])
 
 
-def wrap(rest: str) -> Wrap:
+def wrap(arguments: str) -> Wrap:
     """Return the wrap mode of a map statement: clamp with `-clamp on`, else repeat."""
-    clamped = [word.lower() for word in _options_by_name(rest).get("-clamp", [])] == ["on"]
+    clamped = [word.lower() for word in _options_by_name(arguments).get("-clamp", [])] == ["on"]
     return ("clamp", "clamp") if clamped else REPEAT
 
 
-def _options_by_name(rest: str) -> dict[str, list[str]]:
+def _options_by_name(arguments: str) -> dict[str, list[str]]:
     """Return the arguments of each option of a map statement, by its lower-case name."""
-    return {option.lower(): words for option, *words in _options(rest)[0]}
+    return {option.lower(): words for option, *words in _options(arguments)[0]}
 
 
-def _options(rest: str) -> tuple[list[list[str]], str]:
+def _options(arguments: str) -> tuple[list[list[str]], str]:
     """Return the options of a map statement, each with its arguments, and the file name after them."""
-    options, places, k = list[list[str]](), list(re.finditer(r"\S+", rest)), 0
+    options, places, k = list[list[str]](), list(re.finditer(r"\S+", arguments)), 0
     words = [place[0] for place in places]
     while k < len(words) and words[k].lower() in (*ARGUMENTS, *UP_TO_THREE):
         stop = k + 1 + ARGUMENTS.get(words[k].lower(), 0)
@@ -219,15 +227,15 @@ def _options(rest: str) -> tuple[list[list[str]], str]:
             stop += 1
         options.append(words[k:stop])
         k = stop
-    return options, rest[places[k].start() :].strip() if k < len(words) else ""
+    return options, arguments[places[k].start() :].strip() if k < len(words) else ""
 
 
 def _move(line: str, old: Path, new: Path) -> str:
     """Return a line with its file name made relative to the new folder."""
-    word, rest = split(line)
+    word, arguments = split(line)
     if os.path.realpath(old) == os.path.realpath(new) or not word.lower().startswith(MAPS):
         return line
-    name = file_name(rest)
+    name = file_name(arguments)
     if not name or Path(name).is_absolute() or "\\" in name:
         return line
     start = line.rindex(name)
@@ -236,14 +244,18 @@ def _move(line: str, old: Path, new: Path) -> str:
 
 def split(line: str) -> tuple[str, str]:
     """Return the keyword of a line, and the rest."""
-    word, _, rest = line.strip().replace("\t", " ").partition(" ")
-    return word, rest.strip()
+    word, _, arguments = line.strip().replace("\t", " ").partition(" ")
+    return word, arguments.strip()
 
 
 def numbers(lines: Iterable[str]) -> dict[str, list[float]]:
     """Return the values of all purely numeric statements, by lower-case keyword."""
-    statements = ((word.lower(), rest.split()) for word, rest in map(split, lines))
-    return {word: list(map(float, rest)) for word, rest in statements if rest and all(map(is_number, rest))}
+    statements = ((word.lower(), arguments.split()) for word, arguments in map(split, lines))
+    return {
+        word: list(map(float, arguments))
+        for word, arguments in statements
+        if arguments and all(map(is_number, arguments))
+    }
 
 
 def is_number(word: str) -> bool:

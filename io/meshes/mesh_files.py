@@ -27,16 +27,20 @@ def format_of(name: str | Path) -> type[MeshFormat]:
         InputError: no mesh format has this suffix.
     """
     if not (place := formats.of(name).mesh):
-        suffix, known = formats.suffix_of(name), ", ".join(formats.holding("mesh"))
-        raise InputError(f"{name}: cannot read a mesh from {suffix!r}; use one of {known}")
+        suffix, readable = formats.suffix_of(name), ", ".join(formats.holding("mesh"))
+        raise InputError(f"{name}: cannot read a mesh from {suffix!r}; use one of {readable}")
     module, _, kind = place.partition(".")
     return getattr(import_module(f".{module}", __package__), kind)
 
 
 def suffixes_with_materials(dialect: str = "") -> list[str]:
     """List the suffixes of formats that store materials, or only those of one dialect."""
-    found = {suffix: format_of(f"mesh{suffix}").dialect for suffix in formats.holding("uv")}
-    return [suffix for suffix, own in found.items() if own and own == (dialect or own)]
+    dialects = {suffix: format_of(f"mesh{suffix}").dialect for suffix in formats.holding("uv")}
+    return [
+        suffix
+        for suffix, material_dialect in dialects.items()
+        if material_dialect and material_dialect == (dialect or material_dialect)
+    ]
 
 
 def open_mesh(path: Path, max_faces: int = -1) -> MeshFormat:
@@ -77,26 +81,26 @@ def read(text: str, opened: MeshFormat | None = None, *, united: bool = False) -
         InputError: the file cannot be read, or has no such part.
     """
     opened = opened or open_mesh(Spec.of(text).path)
-    found = _pick(text, opened)
-    return _unite(found, opened) if united else found
+    file = _pick(text, opened)
+    return _unite(file, opened) if united else file
 
 
-def _unite(found: MeshFile, opened: MeshFormat) -> MeshFile:
+def _unite(file: MeshFile, opened: MeshFormat) -> MeshFile:
     """Return all geometries of the mesh to which one of them belongs."""
-    names = opened.same_mesh(found)
+    names = opened.same_mesh(file)
     if len(names) < 2:
-        return found
+        return file
     parts = [opened.pick(name) for name in names]
-    content = type(found.content).join([part.content for part in parts], str(found.path))
-    whole = MeshFile.whole(found.path, content)
+    content = type(file.content).join([part.content for part in parts], str(file.path))
+    whole = MeshFile.whole(file.path, content)
     notes = [*parts[0].notes[:-1]]  # without the note on other geometries
     if left := len(opened.names) - len(parts):
         notes.append(f"ignored {left} geometr{'ies' if left > 1 else 'y'} of other meshes")
     if len({part.picture for part in parts}) > 1:
         notes.append("its materials have different textures; choose one with --texture")
     return replace(
-        found,
-        mesh=replace(whole.mesh, name=found.mesh.name),
+        file,
+        mesh=replace(whole.mesh, name=file.mesh.name),
         faces=whole.faces,
         content=content,
         picture=next((part.picture for part in parts if part.picture), None),
@@ -111,17 +115,17 @@ def read_all(text: str, opened: MeshFormat | None = None) -> list[MeshFile]:
         InputError: as `read`.
     """
     opened = opened or open_mesh(Spec.of(text).path)
-    found = _pick(text, opened)
-    if found.part or found.numbered or not opened.geometries:
-        return [found]
+    file = _pick(text, opened)
+    if file.part or file.numbered or not opened.geometries:
+        return [file]
     names = opened.geometries
     parts = [opened.pick(name) for name in names]
-    content = type(found.content).join([part.content for part in parts], str(found.path))
+    content = type(file.content).join([part.content for part in parts], str(file.path))
     owner = np.repeat(np.arange(len(parts)), [part.mesh.sizes.size for part in parts])
     return [
         replace(
-            found,
-            mesh=content.polygons.part(owner == k, f"{found.path}#{name}"),
+            file,
+            mesh=content.polygons.part(owner == k, f"{file.path}#{name}"),
             faces=owner == k,
             content=content,
             picture=part.picture,
@@ -136,9 +140,9 @@ def _pick(text: str, opened: MeshFormat) -> MeshFile:
     """Return the part of an opened file that a specification names."""
     names = opened.names
     spec = Spec.of(text).among(names)
-    rest, _, last = (spec.part or "").rpartition("#")
+    before_view, _, last = (spec.part or "").rpartition("#")
     view = None if spec.part in names else VIEW.fullmatch(last)
-    part = spec.part if view is None else rest or None
+    part = spec.part if view is None else before_view or None
     piece, chart = _view(view)
     return replace(
         opened.pick(part),
@@ -161,12 +165,18 @@ def _view(view: re.Match | None) -> tuple[int, int]:
 def names_layout(text: str) -> bool:
     """Return whether a specification has the form of a chart's name, whatever the file's parts are called."""
     part = Spec.of(text).part
-    found = VIEW.fullmatch((part or "").rpartition("#")[2])
-    return found is not None and found["piece"] is None
+    view = VIEW.fullmatch((part or "").rpartition("#")[2])
+    return view is not None and view["piece"] is None
 
 
 def write(
-    file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool = False
+    file: MeshFile,
+    new: NewCoordinates,
+    pictures: ShownPictures,
+    out: Path,
+    name: Path,
+    *,
+    force: bool = False,
 ) -> Written:
     """Write a mesh with new texture coordinates in the format of its name; see `MeshFormat.write`.
 
@@ -174,7 +184,7 @@ def write(
         InputError: the format has no texture coordinates, or cannot store the mesh or a picture.
     """
     formats.check(name, "uv", "cannot hold texture coordinates")
-    return format_of(name).write(file, new, shown, out, name, force=force)
+    return format_of(name).write(file, new, pictures, out, name, force=force)
 
 
 def as_written(uv: Real, name: str | Path) -> Real:

@@ -294,8 +294,8 @@ class MeshFormat(ABC):
         """
         geometries, path = self._geometries, self.path
         if part is not None and part not in geometries:
-            there = ", ".join(geometries) or "none"
-            raise InputError(f"{path}#{part}: there is no geometry '{part}'; the file has {there}")
+            available = ", ".join(geometries) or "none"
+            raise InputError(f"{path}#{part}: there is no geometry '{part}'; the file has {available}")
         if not geometries:
             raise InputError(f"{path}: contains no faces; a point cloud cannot be mapped")
         chosen = part or max(geometries, key=self._areas.__getitem__)
@@ -307,7 +307,7 @@ class MeshFormat(ABC):
             )
             notes.append(others + ("" if part else cure))
         mesh = replace(file.mesh, name=str(path) + (f"#{part}" if part else ""))
-        total = sum(each.faces.size for each in geometries.values())
+        total = sum(geometry.faces.size for geometry in geometries.values())
         return replace(file, mesh=mesh, notes=(*file.notes, *notes), total=total)
 
     @cached_property
@@ -341,14 +341,21 @@ class MeshFormat(ABC):
 
     @classmethod
     def write(
-        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+        cls,
+        file: MeshFile,
+        new: NewCoordinates,
+        pictures: ShownPictures,
+        out: Path,
+        name: Path,
+        *,
+        force: bool,
     ) -> Written:
         """Write a mesh, of any format, with new texture coordinates.
 
         Args:
             file: the mesh; if it was read from the same format, everything else is kept.
             new: its coordinates.
-            shown: the pictures that it shows by them.
+            pictures: the pictures that it shows by them.
             out: where to write, a temporary file beside `name`.
             name: the final path.
             force: whether its `companions` may be overwritten.
@@ -372,8 +379,8 @@ class MeshFormat(ABC):
         """
 
     @classmethod
-    def companions(cls, name: Path, shown: ShownPictures) -> list[str]:
-        """List the files that `write` creates beside a mesh, except those of `shown.pictures`."""
+    def companions(cls, name: Path, pictures: ShownPictures) -> list[str]:
+        """List the files that `write` creates beside a mesh, except those of `pictures.pictures`."""
         return []
 
     @classmethod

@@ -36,7 +36,7 @@ CHANNELS, BYTE_TOP = ("red", "green", "blue"), 255.0  # of a vertex color, and i
 class Statement:
     """An `o`, `g`, `usemtl` or `mtllib` line: first byte, end including the line end, keyword, and the rest."""
 
-    at: int
+    start: int
     end: int
     keyword: str
     text: str
@@ -66,12 +66,12 @@ class Obj(Elements):
         if len(rows) != len(self.v) or not rows or min(map(len, rows)) < len(CHANNELS):
             return None
         try:
-            found = np.array(rows, dtype="S32").astype(float)
+            colours = np.array(rows, dtype="S32").astype(float)
         except ValueError:
             return None
-        if not (np.isfinite(found).all() and found.min() >= 0 and found.max() <= BYTE_TOP):
+        if not (np.isfinite(colours).all() and colours.min() >= 0 and colours.max() <= BYTE_TOP):
             return None
-        return found / BYTE_TOP if found.max() > 1 else found
+        return colours / BYTE_TOP if colours.max() > 1 else colours
 
     @cached_property
     def line_ends(self) -> Index:
@@ -94,9 +94,9 @@ class Obj(Elements):
         uv, uv_corners = (self.vt, self.corners[:, 1]) if has_uv else (None, None)
         whole = Mesh(name, self.v, self.corners[:, 0], self.starts, uv, uv_corners, 1, lines)
         whole = replace(whole, normals=self._unit_normals, normal_corners=self.normals)
-        found = whole if faces.all() else whole.part(faces, name)
-        stated = self._has_normals(found.normal_corners)
-        return found if stated else replace(found, normals=None, normal_corners=None)
+        mesh = whole if faces.all() else whole.part(faces, name)
+        stated = self._has_normals(mesh.normal_corners)
+        return mesh if stated else replace(mesh, normals=None, normal_corners=None)
 
     @cached_property
     def _unit_normals(self) -> Real:
@@ -130,33 +130,37 @@ class Obj(Elements):
         """Return the names of objects, groups and materials with faces, in file order."""
         used: set[tuple[str, str]] = set()
         for keyword in ("o", "g", "usemtl"):
-            said = [s for s in self.statements if s.keyword == keyword]
+            statements = [s for s in self.statements if s.keyword == keyword]
             first = np.searchsorted(
-                self.face_at, [s.at for s in said] + [len(self.data)]
+                self.face_at, [s.start for s in statements] + [len(self.data)]
             )  # faces before each
-            used |= {(keyword, name) for k in np.flatnonzero(np.diff(first)) for name in _names_of(said[k])}
+            used |= {
+                (keyword, name) for k in np.flatnonzero(np.diff(first)) for name in _names_of(statements[k])
+            }
         named = ((s.keyword, name) for s in self.statements for name in _names_of(s))
         return list(dict.fromkeys(name for keyword, name in named if (keyword, name) in used))
 
     def names_at(self, faces: Index) -> set[str]:
         """Return the names of objects, groups and materials that faces (k,) belong to."""
-        found: set[str] = set()
+        names: set[str] = set()
         for keyword in ("o", "g", "usemtl"):
-            which, said = self.current(keyword)
-            found.update(name for k in np.unique(which[faces]) if k >= 0 for name in _names_of(said[k]))
-        return found
+            statement_at, statements = self.current(keyword)
+            names.update(
+                name for k in np.unique(statement_at[faces]) if k >= 0 for name in _names_of(statements[k])
+            )
+        return names
 
     def current(self, keyword: str) -> tuple[Index, list[Statement]]:
         """Return (f,) the index of the `keyword` statement in force at each face, -1 before the first; and these."""
-        said = [s for s in self.statements if s.keyword == keyword]
-        return np.searchsorted([s.at for s in said], self.face_at) - 1, said
+        statements = [s for s in self.statements if s.keyword == keyword]
+        return np.searchsorted([s.start for s in statements], self.face_at) - 1, statements
 
     def _marked(self, keyword: str, name: str) -> NDArray[np.bool_]:
-        which, said = self.current(keyword)
+        statement_at, statements = self.current(keyword)
         good = np.array(
-            [name == s.text or (keyword == "g" and name in s.text.split()) for s in said] + [False]
+            [name == s.text or (keyword == "g" and name in s.text.split()) for s in statements] + [False]
         )
-        return good[which]
+        return good[statement_at]
 
     def _choices(self) -> str:
         names = self.parts()
@@ -202,7 +206,7 @@ def parse(data: bytes, path: Path) -> Obj:
     _convert(data, path, elements.v, left_v)
     _convert(data, path, elements.vt, left_vt)
     _convert_normals(data, path, elements.vn, left_vn)
-    statements = tuple(_statement(data, int(at)) for at in scan.statement_at)
+    statements = tuple(_statement(data, int(start)) for start in scan.statement_at)
     return Obj(**vars(elements), path=path, data=data, statements=statements)
 
 
@@ -228,34 +232,34 @@ def _convert(data: bytes, path: Path, values: Real, listed: Index) -> None:
             raise ValueError("a number is too long")
         values.ravel()[listed[:, 0]] = strings.astype(np.float64)
     except ValueError:  # find the invalid number, or convert those that are too long
-        for place, at in listed:
-            values.ravel()[place] = _one_number(data, path, int(at))
+        for place, offset in listed:
+            values.ravel()[place] = _one_number(data, path, int(offset))
 
 
-def _one_number(data: bytes, path: Path, at: int) -> float:
-    word = data[at : at + 400].split(maxsplit=1)[0].rstrip(b"\\")
+def _one_number(data: bytes, path: Path, offset: int) -> float:
+    word = data[offset : offset + 400].split(maxsplit=1)[0].rstrip(b"\\")
     try:
         return float(word)
     except ValueError:
-        shown = word[:30].decode("utf-8", "replace")
-        raise InputError(f"{path}: {_place(data, at)}: '{shown}' is not a number") from None
+        excerpt = word[:30].decode("utf-8", "replace")
+        raise InputError(f"{path}: {_place(data, offset)}: '{excerpt}' is not a number") from None
 
 
-def _place(data: bytes, at: int) -> str:
-    return f"line {int(np.searchsorted(line_ends(data), at)) + 1}"
+def _place(data: bytes, offset: int) -> str:
+    return f"line {int(np.searchsorted(line_ends(data), offset)) + 1}"
 
 
-def _statement(data: bytes, at: int) -> Statement:
-    end = at
+def _statement(data: bytes, start: int) -> Statement:
+    end = start
     while True:
         stop = [k for k in (data.find(b"\n", end), data.find(b"\r", end)) if k >= 0]
         end = min(stop, default=len(data))
         if end == 0 or end >= len(data) or data[end - 1 : end] != b"\\":
             break
         end += 2 if data[end : end + 2] == b"\r\n" else 1
-    text = data[at:end].decode("utf-8", "surrogateescape").replace("\\\r\n", " ").replace("\\\n", " ")
-    keyword, _, rest = (
+    text = data[start:end].decode("utf-8", "surrogateescape").replace("\\\r\n", " ").replace("\\\n", " ")
+    keyword, _, value = (
         text.strip().partition(" ") if "\t" not in text.strip()[:8] else text.strip().partition("\t")
     )
     after = end + (2 if data[end : end + 2] == b"\r\n" else 1)
-    return Statement(at, min(after, len(data)), keyword, rest.strip())
+    return Statement(start, min(after, len(data)), keyword, value.strip())

@@ -151,16 +151,23 @@ class ObjFormat(MeshFormat):
 
     @classmethod
     def write(
-        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+        cls,
+        file: MeshFile,
+        new: NewCoordinates,
+        pictures: ShownPictures,
+        out: Path,
+        name: Path,
+        *,
+        force: bool,
     ) -> Written:
         """Write a mesh with other texture coordinates; if it was read from an OBJ file, all other lines are kept."""
         content, faces = obj_content(file), file.faces
         if content is None:
             content = ObjContent.of(obj.parse(_as_obj(file.mesh), name))
             faces = np.ones(file.mesh.sizes.size, bool)
-        texture = picture_file(shown.texture) if isinstance(shown.texture, bytes) else shown.texture
-        shown = ShownPictures(texture, shown.normals, shown.pictures)
-        return obj_materials.write(content.obj, content.library, faces, new, shown, out, name, force=force)
+        texture = picture_file(pictures.texture) if isinstance(pictures.texture, bytes) else pictures.texture
+        pictures = ShownPictures(texture, pictures.normals, pictures.pictures)
+        return obj_materials.write(content.obj, content.library, faces, new, pictures, out, name, force=force)
 
     @classmethod
     def round_uv(cls, uv: Real) -> Real:
@@ -174,9 +181,9 @@ class ObjFormat(MeshFormat):
             material_library.name_of(texture, name.parent)
 
     @classmethod
-    def companions(cls, name: Path, shown: ShownPictures) -> list[str]:
+    def companions(cls, name: Path, pictures: ShownPictures) -> list[str]:
         """Return the material library, and a picture that is not a file yet."""
-        return obj_materials.companions(name, shown)
+        return obj_materials.companions(name, pictures)
 
     @classmethod
     def split_uv(cls, path: Path) -> tuple[Real, Any]:
@@ -217,20 +224,20 @@ def _scan(path: Path, keep: int) -> _Scan:
 
 def _scan_lines(file: BufferedReader) -> tuple[int, list[bytes]]:
     """Count faces and list libraries, one block of whole lines at a time."""
-    faces, libraries, rest = 0, list[bytes](), b"\n"
+    faces, libraries, remainder = 0, list[bytes](), b"\n"
     while block := file.read(BLOCK_BYTES):
-        block = rest + block.replace(b"\r", b"\n")  # line ends of old files
+        block = remainder + block.replace(b"\r", b"\n")  # line ends of old files
         end = block.rfind(b"\n")
-        lines, rest = block[:end], block[end:][:LONGEST_LINE]
+        lines, remainder = block[:end], block[end:][:LONGEST_LINE]
         faces += _count_faces(lines)
         libraries += _libraries(lines)
-    return faces + _count_faces(rest), libraries + _libraries(rest)
+    return faces + _count_faces(remainder), libraries + _libraries(remainder)
 
 
 def _count_faces(lines: bytes) -> int:
     """Count `f` lines, each preceded by a line end; the slow search for indented ones runs only if needed."""
-    found = lines.count(b"\nf ") + lines.count(b"\nf\t")
-    return found + len(_INDENTED_FACE.findall(lines)) if b"\n " in lines or b"\n\t" in lines else found
+    count = lines.count(b"\nf ") + lines.count(b"\nf\t")
+    return count + len(_INDENTED_FACE.findall(lines)) if b"\n " in lines or b"\n\t" in lines else count
 
 
 def _libraries(lines: bytes) -> list[bytes]:

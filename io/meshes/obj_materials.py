@@ -19,35 +19,35 @@ NORMALS = "norm"  # the statement that shows a normal map
 
 def textures_of(whole: Obj, library: Library, faces: Flags) -> dict[Path, Wrap]:
     """Return the distinct colour textures of the materials of faces (f,), in face order, with their wrap modes."""
-    which, uses = whole.current("usemtl")
-    used = dict.fromkeys(which[np.flatnonzero(faces)].tolist())
-    found = dict[Path, Wrap]()
+    use_at, uses = whole.current("usemtl")
+    used = dict.fromkeys(use_at[np.flatnonzero(faces)].tolist())
+    textures = dict[Path, Wrap]()
     for k in used:
-        if k >= 0 and (shown := library.texture(uses[k].text)):
-            found.setdefault(*shown)
-    return found
+        if k >= 0 and (texture := library.texture(uses[k].text)):
+            textures.setdefault(*texture)
+    return textures
 
 
 def staying(whole: Obj, library: Library, faces: Flags, name: Path, but: Container[str]) -> list[str]:
     """Return a note on pictures that will be shown by new coordinates, but were made for the old ones."""
-    which, uses = whole.current("usemtl")
-    used = [uses[k].text for k in np.unique(which[faces]) if k >= 0]
+    use_at, uses = whole.current("usemtl")
+    used = [uses[k].text for k in np.unique(use_at[faces]) if k >= 0]
     maps = dict.fromkeys(
         word for material in used for word in library.maps(material) if word.lower() not in but
     )
-    said = ", ".join(maps)
+    listed = ", ".join(maps)
     return (
         [
-            f"{name}: {said} of its materials still belong to the old coordinates; use --carry-maps to transfer them"
+            f"{name}: {listed} of its materials still belong to the old coordinates; use --carry-maps to transfer them"
         ]
-        if said
+        if listed
         else []
     )
 
 
 def library_of(whole: Obj) -> Library:
     """Read the libraries that a file refers to."""
-    names = [said.text for said in whole.statements if said.keyword == "mtllib"]
+    names = [statement.text for statement in whole.statements if statement.keyword == "mtllib"]
     return material_library.read(whole.path.parent, names)
 
 
@@ -57,12 +57,12 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
     A material keeps its name if no other face uses it. Returns new names by old ones, and a name for the other faces
     without a material, empty if there are none.
     """
-    which, uses = whole.current("usemtl")
+    use_at, uses = whole.current("usemtl")
     names: list[str | None] = [s.text for s in uses] + [None]
     inside = dict.fromkeys(
-        names[k] for k in np.unique(which[faces])
+        names[k] for k in np.unique(use_at[faces])
     )  # in the order in which they are written
-    outside = {names[k] for k in np.unique(which[~faces])}
+    outside = {names[k] for k in np.unique(use_at[~faces])}
     taken = {n for n in names if n}
 
     def fresh(name: str) -> str:
@@ -75,13 +75,15 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
     return renames, fresh(f"{NEW}_plain") if None in outside else ""
 
 
-def companions(name: Path, shown: ShownPictures) -> list[str]:
+def companions(name: Path, pictures: ShownPictures) -> list[str]:
     """List the files that `write` creates beside an OBJ: its material library, and a picture that is not a file yet."""
-    if shown.texture is None and shown.normals is None:
+    if pictures.texture is None and pictures.normals is None:
         return []
     library = str(name.with_suffix(".mtl"))
     return (
-        [library, str(_embedded_name(name, shown.texture))] if isinstance(shown.texture, bytes) else [library]
+        [library, str(_embedded_name(name, pictures.texture))]
+        if isinstance(pictures.texture, bytes)
+        else [library]
     )
 
 
@@ -96,40 +98,42 @@ def write(
     materials: Library,
     faces: Flags,
     new: NewCoordinates,
-    shown: ShownPictures,
+    pictures: ShownPictures,
     out: Path,
     name: Path,
     *,
     force: bool,
 ) -> Written:
     """Write an OBJ with new texture coordinates for some faces (f,); other arguments as for `MeshFormat.write`."""
-    pictures, texture, normals = shown.pictures, shown.texture, shown.normals
-    words = {word for made in pictures.values() for word in made} | ({"map_kd"} if texture else set())
+    by_material, texture, normals = pictures.pictures, pictures.texture, pictures.normals
+    words = {word for material_pictures in by_material.values() for word in material_pictures} | (
+        {"map_kd"} if texture else set()
+    )
     words |= {NORMALS} if normals else set()
     notes = staying(whole, materials, faces, name, words)
     if not words:
         out.write_bytes(obj_write.retexture(whole, faces, new.uv, new.corners))
         return Written(notes=notes)
     library, contents = name.with_suffix(".mtl"), dict[Path, bytes]()
-    own = dict[str, Path]()
+    bound = dict[str, Path]()
     if isinstance(texture, bytes):
-        own["map_kd"] = _embedded_name(name, texture)
-        contents[own["map_kd"]] = texture
+        bound["map_kd"] = _embedded_name(name, texture)
+        contents[bound["map_kd"]] = texture
     elif texture is not None:
-        own["map_kd"] = texture
+        bound["map_kd"] = texture
     if normals is not None:
-        own[NORMALS] = normals
+        bound[NORMALS] = normals
     renames, plain = rename(whole, faces)
     named = dict[str | None, dict[str, str]]()
     for material in renames:
-        made, several = pictures.get(material or "", {}), len(pictures) > 1
+        material_pictures, several = by_material.get(material or "", {}), len(by_material) > 1
         paths = {
             word: material_library.picture_of(name, (material or "") if several else None, word)
-            for word in made
+            for word in material_pictures
         }
-        contents |= {paths[word]: made[word] for word in made}
+        contents |= {paths[word]: material_pictures[word] for word in material_pictures}
         named[material] = {
-            word: material_library.name_of(path, library.parent) for word, path in (own | paths).items()
+            word: material_library.name_of(path, library.parent) for word, path in (bound | paths).items()
         }
     text = material_library.bind(materials, renames, plain, named, library)
     binding = obj_write.Binding(library.name, renames, plain)

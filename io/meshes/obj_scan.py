@@ -107,10 +107,10 @@ def scan(data: Bytes) -> Scan:
     )
     statement_at = np.zeros(lines[STATEMENT], np.int64)
     unconverted = [np.zeros((values.size, 2), np.int64) for values in (elements.v, elements.vt, elements.vn)]
-    found = np.empty(4, np.int64)
-    arrays = [getattr(elements, each.name) for each in fields(elements)]  # in the order of the core
-    fault = _fill(data, data.size, *arrays, statement_at, *unconverted, found)
-    *counts, fault_at = found.tolist()
+    counters = np.empty(4, np.int64)
+    arrays = [getattr(elements, field.name) for field in fields(elements)]  # in the order of the core
+    fault = _fill(data, data.size, *arrays, statement_at, *unconverted, counters)
+    *counts, fault_at = counters.tolist()
     left = [rows[:count] for rows, count in zip(unconverted, counts)]
     return Scan(elements, statement_at, left, fault, fault_at)
 

@@ -125,7 +125,7 @@ def _binding_edits(obj: Obj, faces: NDArray[np.bool_], binding: Binding, newline
     """Return edits that replace `mtllib` lines, and insert `usemtl` lines around faces that change material."""
     line = f"mtllib {binding.library}".encode("utf-8", "surrogateescape") + newline
     libraries = [s for s in obj.statements if s.keyword == "mtllib"]
-    edits: list[Edit] = [(s.at, s.end, line if k == 0 else b"") for k, s in enumerate(libraries)]
+    edits: list[Edit] = [(s.start, s.end, line if k == 0 else b"") for k, s in enumerate(libraries)]
     if not libraries:
         edits.append((0, 0, line))
     use_index, uses = obj.current("usemtl")

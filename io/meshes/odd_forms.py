@@ -7,14 +7,14 @@ from ...arrays import Index, Real
 
 def strip(vertices: Index) -> Index:
     """Return the triangles (m, 3) of strips (k,) separated by -1; every second triangle is reversed."""
-    found = [np.zeros((0, 3), np.int64)]
+    triangles = [np.zeros((0, 3), np.int64)]
     for part in np.split(vertices, np.flatnonzero(vertices < 0)):
         part = part[part >= 0]
         if part.size > 2:
             faces = np.stack([part[:-2], part[1:-1], part[2:]], axis=1)
             faces[1::2] = faces[1::2, ::-1]
-            found.append(faces)
-    return np.concatenate(found)
+            triangles.append(faces)
+    return np.concatenate(triangles)
 
 
 def free_off(text: str) -> tuple[Real, Index, Index] | None:
@@ -31,8 +31,8 @@ def free_off(text: str) -> tuple[Real, Index, Index] | None:
         return None
     if words[0] != "OFF" or min(vertices, faces) < 0 or numbers.size < 3 * vertices:
         return None
-    found = _faces(numbers[3 * vertices :].astype(np.int64), faces, coloured=False)
-    return found and (numbers[: 3 * vertices].reshape(-1, 3), *found)
+    polygons = _faces(numbers[3 * vertices :].astype(np.int64), faces, coloured=False)
+    return polygons and (numbers[: 3 * vertices].reshape(-1, 3), *polygons)
 
 
 def is_binary_off(data: bytes) -> bool:
@@ -49,16 +49,16 @@ def binary_off(data: bytes) -> tuple[Real, Index, Index]:
     Raises:
         ValueError: the counts do not match.
     """
-    rest = data.partition(b"\n")[2]
+    body = data.partition(b"\n")[2]
     for order, coloured in ((">", True), ("<", False)):
-        words = np.frombuffer(rest[: len(rest) // 4 * 4], f"{order}i4")
+        words = np.frombuffer(body[: len(body) // 4 * 4], f"{order}i4")
         if words.size < 3 or min(words[:2]) < 0 or words.size < 3 + 3 * int(words[0]):
             wrong = "the file ends within its points"
             continue
         end = 3 + 3 * int(words[0])
-        found = _faces(words[end:].astype(np.int64), int(words[1]), coloured=coloured)
-        if found is not None:
-            return words[3:end].view(f"{order}f4").reshape(-1, 3).astype(float), *found
+        polygons = _faces(words[end:].astype(np.int64), int(words[1]), coloured=coloured)
+        if polygons is not None:
+            return words[3:end].view(f"{order}f4").reshape(-1, 3).astype(float), *polygons
         wrong = "the number of face indices differs from the header"
     raise ValueError(wrong)
 
@@ -68,18 +68,18 @@ def _faces(numbers: Index, count: int, *, coloured: bool) -> tuple[Index, Index]
 
     Each face is stored as its size and corners and, if `coloured`, the number of color components and these.
     """
-    at, sizes, corners = 0, [0], []
+    position, sizes, corners = 0, [0], []
     for _ in range(count):
-        if at >= numbers.size or numbers[at] < 0:
+        if position >= numbers.size or numbers[position] < 0:
             return None
-        sizes.append(int(numbers[at]))
-        corners.append(numbers[at + 1 : at + 1 + sizes[-1]])
-        at += 1 + sizes[-1]
+        sizes.append(int(numbers[position]))
+        corners.append(numbers[position + 1 : position + 1 + sizes[-1]])
+        position += 1 + sizes[-1]
         if coloured:
-            if at >= numbers.size or numbers[at] < 0:
+            if position >= numbers.size or numbers[position] < 0:
                 return None
-            at += 1 + int(numbers[at])
-    if at != numbers.size or not corners:
+            position += 1 + int(numbers[position])
+    if position != numbers.size or not corners:
         return None
     return np.concatenate(corners), np.cumsum(sizes)
 

@@ -24,8 +24,8 @@ class OffFormat(MeshFormat):
         """Read the number of faces from the header."""
         with files.opened(self.path) as file:
             text = re.sub(rb"#[^\n]*", b"", file.read(HEAD_BYTES))
-        found = re.match(rb"\s*[A-Za-z]*\s*\d+\s+(\d{1,18})\s", text)
-        return int(found[1]) if found else 0
+        match = re.match(rb"\s*[A-Za-z]*\s*\d+\s+(\d{1,18})\s", text)
+        return int(match[1]) if match else 0
 
     def read(self) -> dict[str, MeshFile]:
         """Read the file; if line breaks do not separate its elements, it is read number by number."""
@@ -34,14 +34,14 @@ class OffFormat(MeshFormat):
             return _one(Mesh(str(self.path), *odd_forms.binary_off(data)), self.path)
         data = _as_utf8(data)
         try:
-            found = _by_trimesh(self.path, data)
+            geometries = _by_trimesh(self.path, data)
         except Exception:
             free = odd_forms.free_off(data.decode())
             if free is None:
                 raise
         else:
-            free = None if found else odd_forms.free_off(data.decode())
-        return found if free is None else _one(Mesh(str(self.path), *free), self.path)
+            free = None if geometries else odd_forms.free_off(data.decode())
+        return geometries if free is None else _one(Mesh(str(self.path), *free), self.path)
 
 
 class StlFormat(MeshFormat):
@@ -79,13 +79,13 @@ def _by_trimesh(path: Path, data: bytes) -> dict[str, MeshFile]:
         # invalid numbers of a broken file are reported by later checks
         warnings.simplefilter("ignore")
         scene = trimesh.load_scene(BytesIO(data), file_type=path.suffix[1:].lower(), process=False)
-    found = dict[str, MeshFile]()
+    geometries = dict[str, MeshFile]()
     for given, piece in scene.geometry.items():
         if isinstance(piece, trimesh.Trimesh) and len(piece.faces):
             name = path.name if given == "geometry_0" else given
             mesh = Mesh.triangles(str(path), piece.vertices, piece.faces)
-            found[name] = MeshFile.whole(path, MeshContent(mesh))
-    return found
+            geometries[name] = MeshFile.whole(path, MeshContent(mesh))
+    return geometries
 
 
 def _one(mesh: Mesh, path: Path) -> dict[str, MeshFile]:

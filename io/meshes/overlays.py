@@ -43,14 +43,14 @@ def read(name: str | Path, count: int) -> Overlay:
     path = Path(name)
     files.open_input(path, max_bytes=limits.MESH_BYTES)
     try:
-        found = _read(path)
+        overlay = _read(path)
     except InputError:
         raise
     except Exception as error:  # whatever exception a parser raises, the file is at fault
         raise InputError(f"{path}: cannot read this overlay: {reason_of(error)}") from None
-    if found.values.size != count:
-        raise InputError(f"{path}: has {found.values.size} values, but the surface has {count} vertices")
-    return found
+    if overlay.values.size != count:
+        raise InputError(f"{path}: has {overlay.values.size} values, but the surface has {count} vertices")
+    return overlay
 
 
 def _read(path: Path) -> Overlay:
@@ -72,7 +72,7 @@ def _read(path: Path) -> Overlay:
 def _gifti(path: Path) -> Overlay:
     """Read the first array of numbers or labels of a GIFTI file."""
     image = gifti(path)
-    arrays: list[Any] = [each for each in image.darrays if np.size(each.data) == len(each.data)]
+    arrays: list[Any] = [array for array in image.darrays if np.size(array.data) == len(array.data)]
     if not arrays:
         raise InputError(f"{path}: has no values at vertices")
     values = np.asarray(arrays[0].data, float).ravel()
@@ -100,8 +100,8 @@ def interpolate(overlay: Overlay, corners: Index, weights: Real) -> tuple[Real, 
     if overlay.colors is None:
         return (overlay.values[corners] * weights).sum(axis=1), np.empty((0, 4))
     nearest = overlay.values[corners[np.arange(len(corners)), weights.argmax(axis=1)]]
-    keys, which = np.unique(nearest, return_inverse=True)
+    keys, row = np.unique(nearest, return_inverse=True)
     table = np.array(
         [overlay.colors.get(int(key), np.zeros(4)) if key == key else np.zeros(4) for key in keys]
     )
-    return nearest, table[which] if keys.size else np.empty((0, 4))
+    return nearest, table[row] if keys.size else np.empty((0, 4))

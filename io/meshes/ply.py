@@ -65,19 +65,19 @@ class Table:
 
     def column(self, name: str) -> NDArray:
         """Return (n,) the values of a scalar property."""
-        k, said = self._place(name)
-        return _values(self.cells, self.starts[:-1, k], said.dtype)
+        k, prop = self._place(name)
+        return _values(self.cells, self.starts[:-1, k], prop.dtype)
 
     def lists(self, name: str) -> tuple[NDArray, Index, Index]:
         """Return a list property: values (c,), their positions in the cells (c,), and where rows begin (n + 1,)."""
-        k, said = self._place(name)
-        at = self.starts[:-1, k]
-        size = _values(self.cells, at, said.count).astype(np.int64)
+        k, prop = self._place(name)
+        starts = self.starts[:-1, k]
+        size = _values(self.cells, starts, prop.count).astype(np.int64)
         begins = np.concatenate([[0], np.cumsum(size)])
-        wide = 1 if self.text else np.dtype(said.dtype).itemsize
-        first = at + (1 if self.text else np.dtype(said.count).itemsize)
+        wide = 1 if self.text else np.dtype(prop.dtype).itemsize
+        first = starts + (1 if self.text else np.dtype(prop.count).itemsize)
         places = np.repeat(first - wide * begins[:-1], size) + wide * np.arange(begins[-1])
-        return _values(self.cells, places, said.dtype), places, begins
+        return _values(self.cells, places, prop.dtype), places, begins
 
     def _place(self, name: str) -> tuple[int, Property]:
         return next((k, p) for k, p in enumerate(self.properties) if p.name == name)
@@ -104,8 +104,8 @@ class Ply:
         """(c,) vertices of all faces' corners, and (f + 1,) where each face begins; strips become triangles."""
         for name in ("face", "faces"):
             if name in self.tables and len(self.tables[name].starts) > 1:
-                said = next(p for p in INDICES if p in self.tables[name])
-                corners, _, starts = self.tables[name].lists(said)
+                list_name = next(p for p in INDICES if p in self.tables[name])
+                corners, _, starts = self.tables[name].lists(list_name)
                 return corners.astype(np.int64), starts
         if "tristrips" not in self.tables:
             return np.zeros(0, np.int64), np.zeros(1, np.int64)
@@ -170,9 +170,9 @@ class Ply:
     def texture(self) -> Path | None:
         """The picture that a comment names, if it exists."""
         for line in self.header:
-            _, found, name = line.lower().partition(TEXTURE)
+            _, keyword, name = line.lower().partition(TEXTURE)
             path = self.path.parent / line[len(line) - len(name) :].strip()
-            if found and name.strip() and path.is_file():
+            if keyword and name.strip() and path.is_file():
                 return path
         return None
 
@@ -202,26 +202,26 @@ def parse(data: bytes, path: Path) -> Ply:
     body = data[end + len("end_header") :]
     body = body[len(newline) :] if body.startswith(newline.encode()) else body.lstrip(b" ")[1:]
     cells = np.frombuffer(body, np.uint8) if order else np.array(body.split() or [b""])
-    tables, at = dict[str, Table](), 0
+    tables, offset = dict[str, Table](), 0
     for name, count, properties in _elements(words, order):
-        starts = _rows(cells[at:], count, properties)
+        starts = _rows(cells[offset:], count, properties)
         end = int(starts[-1, 0])
-        tables[name] = Table(name, properties, cells[at : at + end], starts)
-        at += end
+        tables[name] = Table(name, properties, cells[offset : offset + end], starts)
+        offset += end
     _ = tables["vertex"]
     return Ply(path, tuple(lines), newline, tables)
 
 
 def _elements(words: list[list[str]], order: str) -> list[tuple[str, int, tuple[Property, ...]]]:
-    found: list[tuple[str, int, tuple[Property, ...]]] = []
+    elements: list[tuple[str, int, tuple[Property, ...]]] = []
     for line in words:
         if line[:1] == ["element"]:
-            found.append((line[1], int(line[2]), ()))
+            elements.append((line[1], int(line[2]), ()))
         elif line[:1] == ["property"]:
-            name, count, before = found.pop()
+            name, count, before = elements.pop()
             types = [order + TYPES[word] for word in (line[2:4] if line[1] == "list" else line[1:2])]
-            found.append((name, count, (*before, Property(line[-1], types[-1], "".join(types[:-1])))))
-    return found
+            elements.append((name, count, (*before, Property(line[-1], types[-1], "".join(types[:-1])))))
+    return elements
 
 
 def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index:
@@ -244,9 +244,9 @@ def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index
     return _walk(cells, count, properties, sizes, heads)
 
 
-def _alike(cells: NDArray, at: Index, said: Property) -> bool:
+def _alike(cells: NDArray, starts: Index, prop: Property) -> bool:
     """Return whether all lists have the same length."""
-    counts = _values(cells, at, said.count)
+    counts = _values(cells, starts, prop.count)
     return bool((counts == counts[:1]).all())
 
 
@@ -254,37 +254,39 @@ def _walk(cells: NDArray, count: int, properties, sizes: list[int], heads: list[
     """Compute the result of `_rows` row by row, for lists of different lengths."""
     wide = [1 if cells.dtype.kind == "S" else np.dtype(p.dtype).itemsize for p in properties]
     counted = [_counter(cells, p) if p.count else None for p in properties]
-    starts, at = np.empty((count + 1, len(properties) + 1), np.int64), 0
+    starts, position = np.empty((count + 1, len(properties) + 1), np.int64), 0
     for row in range(count):
-        places = [at]
+        places = [position]
         for k, counts in enumerate(counted):
-            at += sizes[k] if counts is None else heads[k] + wide[k] * counts(at)
-            places.append(at)
+            position += sizes[k] if counts is None else heads[k] + wide[k] * counts(position)
+            places.append(position)
         starts[row] = places
-        if at > cells.size:
+        if position > cells.size:
             raise ValueError(f"row {row} is incomplete; is the file truncated?")
-    starts[count] = at
+    starts[count] = position
     return starts
 
 
-def _counter(cells: NDArray, said: Property) -> Callable[[int], int]:
+def _counter(cells: NDArray, prop: Property) -> Callable[[int], int]:
     """Return a function from a cell to the length of the list that begins there."""
 
-    def counts(at: int) -> int:
-        found = int(_values(cells, np.array([at]), said.count)[0])
-        if found < 0:
+    def counts(start: int) -> int:
+        size = int(_values(cells, np.array([start]), prop.count)[0])
+        if size < 0:
             raise ValueError("a list has a negative length")
-        return found
+        return size
 
-    if cells.dtype.kind == "S" or said.count[1:] != "u1":
+    if cells.dtype.kind == "S" or prop.count[1:] != "u1":
         return counts
-    return lambda at: int(cells[at])
+    return lambda start: int(cells[start])
 
 
-def _values(cells: NDArray, at: Index, dtype: str) -> NDArray:
+def _values(cells: NDArray, starts: Index, dtype: str) -> NDArray:
     """Return (n,) values at cells (n,); in ASCII files integers are read as floats, too."""
     if cells.dtype.kind == "S":
-        return cells[at].astype(float)
-    if not at.size:
+        return cells[starts].astype(float)
+    if not starts.size:
         return np.zeros(0, dtype)
-    return np.ascontiguousarray(cells[at[:, None] + np.arange(np.dtype(dtype).itemsize)]).view(dtype).ravel()
+    return (
+        np.ascontiguousarray(cells[starts[:, None] + np.arange(np.dtype(dtype).itemsize)]).view(dtype).ravel()
+    )

@@ -28,8 +28,8 @@ class PlyContent(MeshContent):
 
     def subdivide(self, plan: Subdivision) -> "PlyContent":
         """Replace some faces by triangles, which inherit their properties."""
-        made = ply_write.subdivided(self.ply, plan)
-        return PlyContent(made.mesh, made)
+        subdivided = ply_write.subdivided(self.ply, plan)
+        return PlyContent(subdivided.mesh, subdivided)
 
 
 class PlyFormat(MeshFormat):
@@ -38,8 +38,8 @@ class PlyFormat(MeshFormat):
     def count_faces(self, most: int) -> int:
         """Read the number of faces from the header."""
         with files.opened(self.path) as file:
-            found = re.search(rb"element[ \t]+face[ \t]+(\d{1,18})", file.read(HEAD_BYTES))
-        return int(found[1]) if found else 0
+            match = re.search(rb"element[ \t]+face[ \t]+(\d{1,18})", file.read(HEAD_BYTES))
+        return int(match[1]) if match else 0
 
     def read(self) -> dict[str, MeshFile]:
         """Read the file, and the picture that a comment names."""
@@ -47,8 +47,8 @@ class PlyFormat(MeshFormat):
         content = PlyContent(whole.mesh, whole)
         texture, picture, notes = whole.texture, None, list[str]()
         if texture is not None and not references.may_be_read(texture, self.path.parent):
-            shown = material_library.relative(texture, self.path.parent)
-            notes.append(f"refers to {shown}, {references.OUTSIDE}")
+            picture_name = material_library.relative(texture, self.path.parent)
+            notes.append(f"refers to {picture_name}, {references.OUTSIDE}")
         elif texture is not None:
             picture = files.read_bytes(texture, max_bytes=limits.MESH_BYTES)
         if not content.polygons.sizes.size:
@@ -57,20 +57,27 @@ class PlyFormat(MeshFormat):
 
     @classmethod
     def write(
-        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+        cls,
+        file: MeshFile,
+        new: NewCoordinates,
+        pictures: ShownPictures,
+        out: Path,
+        name: Path,
+        *,
+        force: bool,
     ) -> Written:
         """Write a mesh with other texture coordinates; if it was read from a PLY file, all else is kept."""
         kept = file.content.ply if isinstance(file.content, PlyContent) else None
         whole = kept or ply_write.plain(file.mesh, name)
         faces = file.faces if kept else np.ones(file.mesh.sizes.size, bool)
-        texture = shown.texture
+        texture = pictures.texture
         named = material_library.relative(texture, name.parent) if isinstance(texture, Path) else None
-        made, notes = ply_write.with_coordinates(whole, faces, new.uv, new.corners, named)
+        encoded, notes = ply_write.with_coordinates(whole, faces, new.uv, new.corners, named)
         if isinstance(texture, bytes):
             notes.append("a PLY file contains no texture, only texture coordinates for it")
         elif texture is None and whole.texture is not None:
             notes.append(f"its texture {whole.texture.name} still belongs to the old coordinates")
-        out.write_bytes(made)
+        out.write_bytes(encoded)
         return Written(notes=[f"{name}: {note}" for note in notes])
 
     @classmethod

@@ -78,9 +78,9 @@ def with_triangles(
 
 def replaced(plan: Subdivision, count: int) -> Flags:
     """Mark (count,) the polygons that triangles replace."""
-    found = np.zeros(count, bool)
-    found[plan.faces] = True
-    return found
+    marked = np.zeros(count, bool)
+    marked[plan.faces] = True
+    return marked
 
 
 def subdivided(mesh: Mesh, plan: Subdivision) -> Mesh:
@@ -106,8 +106,8 @@ def subdivided(mesh: Mesh, plan: Subdivision) -> Mesh:
     )
 
 
-def _subdivided(mesh: Mesh, plan: Subdivision, values: Real, at: Index) -> tuple[Real, Index, Index]:
+def _subdivided(mesh: Mesh, plan: Subdivision, values: Real, indices: Index) -> tuple[Real, Index, Index]:
     """Append interpolated values to `values` (n, k); return also corner indices and polygon starts."""
-    mixed = plan.mixtures(at, len(values))
-    corners, starts = with_triangles(mesh.starts, at, plan, mixed.number)
+    mixed = plan.mixtures(indices, len(values))
+    corners, starts = with_triangles(mesh.starts, indices, plan, mixed.number)
     return np.concatenate([values, mixed.of(values)]), corners, starts

@@ -36,7 +36,7 @@ class UsdFormat(MeshFormat):
 
     def read(self) -> dict[str, MeshFile]:
         """Read each mesh, in the coordinates of the scene."""
-        package, found = _usd(self.path), dict[str, MeshFile]()
+        package, geometries = _usd(self.path), dict[str, MeshFile]()
         for name, mesh in self._meshes():
             points = np.array(mesh.GetPointsAttr().Get() or np.empty((0, 3)), float).reshape(-1, 3)
             counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or (), np.int64)
@@ -48,11 +48,11 @@ class UsdFormat(MeshFormat):
             matrix = np.array(package.UsdGeom.Xformable(mesh).ComputeLocalToWorldTransform(0.0))
             points = points @ matrix[:3, :3] + matrix[3, :3]
             starts = np.concatenate([[0], np.cumsum(counts)])
-            uv, at = _coordinates(package, mesh, corners)
-            found[name] = MeshFile.whole(
-                self.path, MeshContent(Mesh(str(self.path), points, corners, starts, uv, at))
+            uv, uv_corners = _coordinates(package, mesh, corners)
+            geometries[name] = MeshFile.whole(
+                self.path, MeshContent(Mesh(str(self.path), points, corners, starts, uv, uv_corners))
             )
-        return found
+        return geometries
 
     def _meshes(self) -> list[tuple[str, Any]]:
         """Return the meshes of the file by their paths in it.
@@ -78,7 +78,14 @@ class UsdFormat(MeshFormat):
 
     @classmethod
     def write(
-        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+        cls,
+        file: MeshFile,
+        new: NewCoordinates,
+        pictures: ShownPictures,
+        out: Path,
+        name: Path,
+        *,
+        force: bool,
     ) -> Written:
         """Write the polygons with their coordinates as `primvars:st`, one for each corner; nothing else is kept."""
         package = _usd(name)
@@ -97,7 +104,7 @@ class UsdFormat(MeshFormat):
         coordinates.SetIndices(package.Vt.IntArray.FromNumpy(new.corners.astype(np.int32)))
         stage.GetRootLayer().Export(str(out))
         return Written(
-            notes=[f"{name}: shows no picture; USD gets texture coordinates only"] if shown.texture else []
+            notes=[f"{name}: shows no picture; USD gets texture coordinates only"] if pictures.texture else []
         )
 
     @classmethod
@@ -109,20 +116,22 @@ class UsdFormat(MeshFormat):
 def _coordinates(package: Any, mesh: Any, corners: Any) -> tuple[Any, Any]:
     """Return texture coordinates (t, 2) and the index of each corner; None for both if the mesh has none."""
     api = package.UsdGeom.PrimvarsAPI(mesh)
-    held = {each.GetPrimvarName(): each for each in api.GetPrimvars() if each.HasValue()}
+    primvars = {primvar.GetPrimvarName(): primvar for primvar in api.GetPrimvars() if primvar.HasValue()}
     pairs = [
         name
-        for name, each in held.items()
-        if re.fullmatch(r"(texCoord|float|double|half)2\w*\[\]", str(each.GetTypeName()))
+        for name, primvar in primvars.items()
+        if re.fullmatch(r"(texCoord|float|double|half)2\w*\[\]", str(primvar.GetTypeName()))
     ]
     for name in (*(name for name in UV_NAMES if name in pairs), *pairs):
-        primvar = held[name]
+        primvar = primvars[name]
         uv = np.array(primvar.Get(), float).reshape(-1, 2)
-        at = np.array(primvar.GetIndices() or np.arange(len(uv)), np.int64)
+        indices = np.array(primvar.GetIndices() or np.arange(len(uv)), np.int64)
         if primvar.GetInterpolation() in ("vertex", "varying"):
-            at = at[corners] if corners.size and corners.max() < at.size else at[:0]
-        if at.size == corners.size and (not at.size or 0 <= at.min() <= at.max() < len(uv)):
-            return uv, at
+            indices = indices[corners] if corners.size and corners.max() < indices.size else indices[:0]
+        if indices.size == corners.size and (
+            not indices.size or 0 <= indices.min() <= indices.max() < len(uv)
+        ):
+            return uv, indices
     return None, None
 
 

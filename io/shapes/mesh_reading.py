@@ -138,17 +138,17 @@ def read_whole(
     pieces, corners, faults = list[Patch](), list[Index](), list[str]()
     first = 0
     for file in files:
-        found, more = _sound_pieces(file)
-        pieces += found
-        corners += [piece.corner + first for piece in found]
+        sound, more = _sound_pieces(file)
+        pieces += sound
+        corners += [piece.corner + first for piece in sound]
         faults += more
         first += file.mesh.corners.size
     if not pieces:
         raise InputError(faults[0])
     tried = flatten_each(pieces, grow=cut, method=method)
-    faults += [str(each) for each in tried if isinstance(each, InputError)]
-    corners = [corner for corner, each in zip(corners, tried) if isinstance(each, Flattening)]
-    layouts = [each for each in tried if isinstance(each, Flattening)]
+    faults += [str(flattened) for flattened in tried if isinstance(flattened, InputError)]
+    corners = [corner for corner, flattened in zip(corners, tried) if isinstance(flattened, Flattening)]
+    layouts = [flattened for flattened in tried if isinstance(flattened, Flattening)]
     if not layouts:
         raise InputError(faults[0])
     every = np.logical_or.reduce([file.faces for file in files])

@@ -102,7 +102,7 @@ def _polylines(content: Obj) -> list[tuple[str, Edges]]:
     vertices = None
     polylines = []
     names = [s for s in content.statements if s.keyword in ("o", "g")]
-    places = [s.at for s in names]
+    places = [s.start for s in names]
     for line in _LINE.finditer(content.data):
         words = line[1].split(b"#")[0].replace(b"\\", b" ").split()
         index = np.array([_index(content, word, line.start()) for word in words], dtype=np.int64)

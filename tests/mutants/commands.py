@@ -56,8 +56,8 @@ COMMANDS: list[Mutant] = [
     ),
     Mutant(
         "cli/map.py",
-        'given["force"], own["open"] = True, False',
-        'given["force"], own["open"] = given.get("force"), False',
+        'given["force"], run_options["open"] = True, False',
+        'given["force"], run_options["open"] = given.get("force"), False',
         "tests/cli/test_help.py",
         "--watch refuses to replace its own picture",
     ),
@@ -91,8 +91,8 @@ COMMANDS: list[Mutant] = [
     ),
     Mutant(
         "cli/settings.py",
-        "found = _from_file() | _from_environment()",
-        "found = _from_environment() | _from_file()",
+        "limits = _from_file() | _from_environment()",
+        "limits = _from_environment() | _from_file()",
         "tests/cli/test_option_names.py",
         "the configuration file wins over the environment",
     ),

@@ -241,8 +241,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/check/regression.py",
-        "both = chosen(sorted({*names(run, closed=True), *names(baselines)}), only)",
-        "both = chosen(sorted({*names(run, closed=True)}), only)",
+        "selected = chosen(sorted({*names(run, closed=True), *names(baselines)}), only)",
+        "selected = chosen(sorted({*names(run, closed=True)}), only)",
         "tests/io/check",
         "files that are missing from a run pass",
     ),
@@ -990,7 +990,7 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/materials/written.py",
-        "samplers = {slot: each.options for slot, each in source_material.maps.items() if each.options}",
+        "samplers = {slot: map.options for slot, map in source_material.maps.items() if map.options}",
         "samplers = {}",
         "tests/io/materials/test_relaid.py tests/io/materials/test_wrap.py",
         "the samplers of glTF files are lost: textures repeat that should not",
