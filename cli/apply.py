@@ -55,10 +55,10 @@ def command(maps: tuple[str, ...], input: str, output: str, **given: Any) -> int
 
     with status.show_phases("read"):
         if len(maps) == 1 and (not formats.of(maps[0]).map or fields.is_field(maps[0])):
-            made = _stmap(maps[0], input, output, given)
+            written = _stmap(maps[0], input, output, given)
         else:
-            made = _saved(maps, input, output, given)
-    for name in made:
+            written = _saved(maps, input, output, given)
+    for name in written:
         logs.log.info(f"wrote {name}")
     return 0
 
@@ -69,28 +69,32 @@ def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) 
     from ..io.apply import carry_geometry, in_one, inverse_chain, read_chain
     from ..io.geometry.document import READERS
 
-    if other := [name for name in maps if not formats.of(name).map]:
-        raise InputError(f"{other[0]}: only saved maps (.npz) can be chained; apply other maps one at a time")
+    if unsaved := [name for name in maps if not formats.of(name).map]:
+        raise InputError(
+            f"{unsaved[0]}: only saved maps (.npz) can be chained; apply other maps one at a time"
+        )
     name = formats.suffix_of(input)
     chain = inverse_chain(maps) if given["inverse"] else maps
     steps = read_chain(chain)
-    own = {key: given[key] for key in ("columns", "max_line_error", "unmapped", "report")}
+    geometry_options = {key: given[key] for key in ("columns", "max_line_error", "unmapped", "report")}
     if name in READERS:
-        counts = carry_geometry(steps, input, output, force=given["force"], tell=logs.log.warning, **own)
-        said = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
-        logs.log.info(f"carried {said or 'nothing, since the file has no points, lines or polygons'}")
-        return [each for each in (output, own["report"]) if each not in ("-", None)]
+        counts = carry_geometry(
+            steps, input, output, force=given["force"], tell=logs.log.warning, **geometry_options
+        )
+        carried = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
+        logs.log.info(f"carried {carried or 'nothing, since the file has no points, lines or polygons'}")
+        return [path for path in (output, geometry_options["report"]) if path not in ("-", None)]
     drawings = (".svg", ".svgz", ".dxf")
-    error = own.pop("max_line_error") if name in drawings else None
-    if used := [key for key, value in own.items() if value not in (None, "drop")]:
+    error = geometry_options.pop("max_line_error") if name in drawings else None
+    if used := [key for key, value in geometry_options.items() if value not in (None, "drop")]:
         raise InputError(
             f"--{used[0].replace('_', '-')}: this option is for points, lines and polygons, and {input} "
             "contains none"
         )
     if name not in drawings and name not in formats.holding("picture"):
-        known = [*formats.holding("picture"), *drawings, *READERS]
-        raise InputError(f"{input}: cannot carry a file of this type; use one of {' '.join(known)}")
-    used_here = ("inverse", "max_line_error", *own)
+        readable = [*formats.holding("picture"), *drawings, *READERS]
+        raise InputError(f"{input}: cannot carry a file of this type; use one of {' '.join(readable)}")
+    used_here = ("inverse", "max_line_error", *geometry_options)
     job = {key: value for key, value in given.items() if value is not None and key not in used_here}
     threads = job.pop("threads", None)
     as_drawing = name in drawings and output != "-" and formats.of(output).drawing
@@ -118,9 +122,9 @@ def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[s
     sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
     limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
     pairs = _tiles(stmap, output)
-    made = [name for _, name in pairs if name != "-"]
+    outputs = [name for _, name in pairs if name != "-"]
     images = tiles.files_of(image) if tiles.is_pattern(image) else [image]
-    files.check_outputs(made, [*images, *(name for name, _ in pairs)], force=given["force"])
+    files.check_outputs(outputs, [*images, *(name for name, _ in pairs)], force=given["force"])
     with ExitStack() as stack:
         for source, name in pairs:
             if fields.is_field(source):
@@ -135,7 +139,7 @@ def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[s
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=given["force"]))
             maps.apply(st, picture, path, tiles=box, **sampling)
-    return made
+    return outputs
 
 
 def _tiles(stmap: str, output: str) -> list[tuple[str, str]]:
@@ -152,7 +156,7 @@ def _tiles(stmap: str, output: str) -> list[tuple[str, str]]:
         raise InputError(
             f"{output}: {tiles.MARK} must be in both names, that of the STMap and that of the output"
         )
-    found = tiles.files_of(stmap)
-    if not found:
+    files = tiles.files_of(stmap)
+    if not files:
         raise InputError(f"{stmap}: no file matches this pattern")
-    return [(name, tiles.name_of(output, tiles.number_in(stmap, name))) for name in found]
+    return [(name, tiles.name_of(output, tiles.number_in(stmap, name))) for name in files]

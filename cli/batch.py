@@ -146,8 +146,8 @@ def _is_shape(name: str) -> bool:
     """Return whether a name is that of a drawing, a picture or a mesh, and therefore not of a manifest."""
     from ..io import formats
 
-    known = formats.FORMATS.get(formats.suffix_of(name))
-    return known is not None and bool(known.drawing or known.picture or known.mesh)
+    format = formats.FORMATS.get(formats.suffix_of(name))
+    return format is not None and bool(format.drawing or format.picture or format.mesh)
 
 
 def _lacking(name: str, named: dict[str, Any]) -> str:
@@ -252,14 +252,14 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
                 kept.append(result)
             tell = level.get(result["status"], logging.ERROR)
             extra = {"fields": {key: result[key] for key in ("job", "name", "status", "seconds")}}
-            said = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
-            logs.log.log(tell, said, extra=extra)
+            message = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
+            logs.log.log(tell, message, extra=extra)
     return counts
 
 
 def _line(result: dict[str, Any]) -> str:
     """Describe a completed job in one line: what it wrote, and how long it took."""
-    paths = [each["path"] for each in result["outputs"]]
+    paths = [entry["path"] for entry in result["outputs"]]
     more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
     took = "unchanged" if result["resumed"] else f"{result['seconds']:.1f} s"
     return f"{os.path.normpath(paths[0]) if paths else result['name']}{more}  {took}"

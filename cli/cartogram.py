@@ -39,7 +39,7 @@ def command(
 
     begin = time.perf_counter()
     with status.show_phases("cartogram"):
-        made = cartogram.write(
+        result = cartogram.write(
             regions,
             output,
             by=by,
@@ -53,9 +53,9 @@ def command(
         )
     seconds = time.perf_counter() - begin
     logs.log.info(f"wrote {output}")
-    error, is_sound = made.errors, made.folds == 0
+    error, is_sound = result.errors, result.folds == 0
     is_met = error.max() <= cartogram.LARGEST_ERROR_SHARE
-    folds = "no folds" if is_sound else f"{made.folds} folds"
+    folds = "no folds" if is_sound else f"{result.folds} folds"
     figures = f"areas within {error.max():.2%} (mean {error.mean():.3%}) · {folds} · {seconds:.1f} s"
     (logs.log.info if is_met and is_sound else logs.log.warning)(f"{len(error)} regions · {figures}")
     return 0 if is_met and is_sound else 1

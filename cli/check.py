@@ -66,8 +66,8 @@ def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
             path = regression.diff(verdict, run, baselines, Path(given["diff"]))
             logs.log.debug(f"wrote {path}" if path else f"{verdict.name}: no difference picture")
     if given["junit"]:
-        found = regression.junit(verdicts, time.perf_counter() - start)
-        files.write_bytes(given["junit"], found, force=True)
+        xml = regression.junit(verdicts, time.perf_counter() - start)
+        files.write_bytes(given["junit"], xml, force=True)
     if given["html"]:
         files.write_bytes(given["html"], reports.html(verdicts, run, baselines), force=True)
     if given["summary"]:
@@ -77,7 +77,7 @@ def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
         for verdict in verdicts:
             click.echo(json.dumps(as_json(reports.record(verdict)), ensure_ascii=False))
     bad = sum(not verdict.ok for verdict in verdicts)
-    logs.log.info(reports.told(verdicts))
+    logs.log.info(reports.summary(verdicts))
     return 1 if bad else 0
 
 

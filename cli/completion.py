@@ -56,9 +56,9 @@ def _script(shell: str) -> str:
 
     from . import iccm
 
-    made = get_completion_class(shell)
-    assert made is not None
-    return made(iccm, {}, "iccm", "_ICCM_COMPLETE").source()
+    shell_class = get_completion_class(shell)
+    assert shell_class is not None
+    return shell_class(iccm, {}, "iccm", "_ICCM_COMPLETE").source()
 
 
 def _place(shell: str) -> Path:

@@ -167,10 +167,12 @@ def silence_others() -> None:
 
 def apply(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:
     """Apply an option of `MessageOptions` (a click callback)."""
-    said = ctx.meta.setdefault("iccm.messages", {})
-    said[parameter.name] = value
-    _state["debug"] = _state["debug"] or bool(said.get("debug"))
-    configure(-1 if said.get("quiet") else int(said.get("verbose", 0)), said.get("log_format", "text"))
+    messages = ctx.meta.setdefault("iccm.messages", {})
+    messages[parameter.name] = value
+    _state["debug"] = _state["debug"] or bool(messages.get("debug"))
+    configure(
+        -1 if messages.get("quiet") else int(messages.get("verbose", 0)), messages.get("log_format", "text")
+    )
 
 
 @contextmanager

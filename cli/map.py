@@ -67,16 +67,16 @@ def _shapes(
     if font is not None and text is None and target_text is None:
         raise InputError("--font: only works with --text or --target-text")
     files = [file for file in (source, target) if file is not None]
-    wanted = [name for name, given in (("SOURCE", text), ("TARGET", target_text)) if given is None]
-    if len(files) < len(wanted):
-        raise click.UsageError(f"Missing argument '{wanted[len(files)]}'.", click.get_current_context())
-    if len(files) > len(wanted):
+    needed = [name for name, given in (("SOURCE", text), ("TARGET", target_text)) if given is None]
+    if len(files) < len(needed):
+        raise click.UsageError(f"Missing argument '{needed[len(files)]}'.", click.get_current_context())
+    if len(files) > len(needed):
         options = [
             name for name, given in (("--text", text), ("--target-text", target_text)) if given is not None
         ]
         raise InputError(
-            f"{files[len(wanted)]}: too many files; leave it out, because {' and '.join(options)} "
-            f"{'take their places' if not wanted else 'takes its place'}"
+            f"{files[len(needed)]}: too many files; leave it out, because {' and '.join(options)} "
+            f"{'take their places' if not needed else 'takes its place'}"
         )
     from ..io.outlines import lettering
 
@@ -90,25 +90,28 @@ def execute(given: dict[str, Any]) -> int:
     """Run the job of these options, report on stderr, and return the exit code; with --watch, repeat it."""
     limit = deadline.current()
     seconds = limit.seconds if limit else None  # for each map
-    own = {name: given.pop(name, None) for name in ("threads", "dry_run", "watch", "open", "resume")}
+    run_options = {name: given.pop(name, None) for name in ("threads", "dry_run", "watch", "open", "resume")}
     if given.get("sequence"):
-        return _sequence(given, own, seconds)
-    if own["resume"]:
+        return _sequence(given, run_options, seconds)
+    if run_options["resume"]:
         raise InputError("--resume: only works with --sequence")
-    if not own["watch"]:
-        return _run(given, own)[0]
+    if not run_options["watch"]:
+        return _run(given, run_options)[0]
     if given.get("constraints") == "-":
         raise InputError("--watch: stdin can be read only once; pass a file to --constraints")
     gc.enable()  # it runs long
     with deadline.limited(None):
-        return _watch(given, own, seconds)
+        return _watch(given, run_options, seconds)
 
 
-def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) -> int:
+def _watch(given: dict[str, Any], run_options: dict[str, Any], seconds: float | None) -> int:
     """Run the job again whenever an input changes, with a time limit for each run."""
     with deadline.limited(seconds):
-        code, seen = _run(given, own)
-    given["force"], own["open"] = True, False  # its own files are replaced, and viewers update automatically
+        code, seen = _run(given, run_options)
+    given["force"], run_options["open"] = (
+        True,
+        False,
+    )  # its own files are replaced, and viewers update automatically
     logs.log.info(f"watching {', '.join(seen)}; press Ctrl-C to stop")
     try:
         while True:
@@ -120,33 +123,33 @@ def _watch(given: dict[str, Any], own: dict[str, Any], seconds: float | None) ->
                 now = later
             try:
                 with deadline.limited(seconds):
-                    code, seen = _run(given, own)
+                    code, seen = _run(given, run_options)
             except (IccmError, OSError) as error:
                 code, seen = explain(error), now
     except KeyboardInterrupt:
         return code
 
 
-def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None) -> int:
+def _sequence(given: dict[str, Any], run_options: dict[str, Any], seconds: float | None) -> int:
     """Map frames one after another, each starting from the map of the previous one, and return the exit code."""
     from ..io import files
     from ..io.batch import dispatch, manifest, pools
     from ..io.batch.journal import Journal
 
-    if used := [name for name in ("watch", "open") if own[name]]:
+    if used := [name for name in ("watch", "open") if run_options[name]]:
         raise InputError(f"--{used[0]}: cannot be combined with --sequence")
     tasks = manifest.frames(options.values(given), root=Path("."))
     folders = {os.path.dirname(os.path.abspath(name)) for task in tasks for name in task.job.outputs}
     os.makedirs(home := files.common_folder(folders), exist_ok=True)
     book = Journal(Path(home))
-    tasks = dispatch.prepare(tasks, book, resume=own["resume"], make=not own["dry_run"])
-    if own["dry_run"]:
+    tasks = dispatch.prepare(tasks, book, resume=run_options["resume"], make=not run_options["dry_run"])
+    if run_options["dry_run"]:
         for name in (name for task in tasks for name in task.job.outputs):
             logs.log.info(f"would write {name}")
         return 0
-    policy, failed = dispatch.Policy(threads=own["threads"], time_limit=seconds), False
+    policy, failed = dispatch.Policy(threads=run_options["threads"], time_limit=seconds), False
     with status.show_status(), deadline.limited(None):
-        watch = {"resume": own["resume"], "warn": logs.log.warning}
+        watch = {"resume": run_options["resume"], "warn": logs.log.warning}
         for result in dispatch.execute(tasks, pools.InProcess(), book, policy, **watch):
             failed |= result["status"] != "done"
             tell = logs.log.info if result["status"] == "done" else logs.log.error
@@ -157,7 +160,7 @@ def _sequence(given: dict[str, Any], own: dict[str, Any], seconds: float | None)
     return int(failed)
 
 
-def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
+def _run(given: dict[str, Any], run_options: dict[str, Any]) -> tuple[int, Stamps]:
     """Return the exit code of a run, and the files that it read with their state before the run."""
     with status.show_status() as listener:
         from ..io.run.execute import run
@@ -165,10 +168,12 @@ def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
         from ..maps.summary import in_short, summary
         from ..status import ROUTINE
 
-        job, dry = make(options.values(given)), own["dry_run"]
+        job, dry = make(options.values(given)), run_options["dry_run"]
         before = _stamps(job.inputs)
-        outcome = run(job, threads=own["threads"], tell=logs.tell, listener=listener, dry=dry, again=True)
-    read = _stamps(each["path"] for each in outcome.report.get("inputs", [])) | before
+        outcome = run(
+            job, threads=run_options["threads"], tell=logs.tell, listener=listener, dry=dry, again=True
+        )
+    read = _stamps(entry["path"] for entry in outcome.report.get("inputs", [])) | before
     for line in summary(outcome.report):
         logs.log.debug(line)
     if dry:
@@ -178,7 +183,7 @@ def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
     for name in outcome.written[1:]:
         logs.log.info(f"wrote {name}")
     logs.log.info("  ".join([*outcome.written[:1], in_short(outcome.report)]))
-    if own["open"]:
+    if run_options["open"]:
         _show(outcome.written)
     if not outcome.ok:
         logs.log.error(outcome.message)
@@ -189,14 +194,14 @@ def _run(given: dict[str, Any], own: dict[str, Any]) -> tuple[int, Stamps]:
 
 def _stamps(paths: Iterable[str]) -> Stamps:
     """Return modification time and size of each file; None for files that do not exist."""
-    found = Stamps()
+    stamps = Stamps()
     for path in paths:
         try:
             state = os.stat(path)
-            found[path] = state.st_mtime_ns, state.st_size
+            stamps[path] = state.st_mtime_ns, state.st_size
         except OSError:
-            found[path] = None
-    return found
+            stamps[path] = None
+    return stamps
 
 
 def _wait(seen: Stamps) -> Stamps:

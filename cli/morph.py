@@ -31,11 +31,11 @@ def command(source: str, target: str, **given: Any) -> int:
     from ..io.run.job import make
     from ..io.run.morph import MorphSettings, run
 
-    asked = MorphSettings(*(given.pop(name) for name in ("frames", "target_texture", "fps")))
+    settings = MorphSettings(*(given.pop(name) for name in ("frames", "target_texture", "fps")))
     threads = given.pop("threads")
     with status.show_status() as listener:
         job = make(options.values({"source": source, "target": target, **given}))
-        ok, message, written = run(job, asked, threads=threads, tell=logs.tell, listener=listener)
+        ok, message, written = run(job, settings, threads=threads, tell=logs.tell, listener=listener)
     logs.log.info(f"wrote {written[0]}" + (f" to {written[-1]}" if len(written) > 1 else ""))
     (logs.log.info if ok else logs.log.error)(message)
     return int(not ok)

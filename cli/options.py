@@ -52,7 +52,7 @@ class Command(click.Command):
         return {name: option for name, (_, option) in of_command(self.name or "").items()}
 
     @property
-    def known(self) -> dict[str, Option]:
+    def accepted(self) -> dict[str, Option]:
         """Options of this command and those that it passes on, by name."""
         every = {name: option for name, (_, option) in options_of().items()}
         return {name: every[name] for name in self.passed_on} | self.rows
@@ -82,9 +82,9 @@ class Command(click.Command):
         ctx.meta["iccm.notices"] = notices = list[str]()
         ctx.default_map = settings.defaults(self.rows)
         try:
-            return super().parse_args(ctx, list(_with_todays_names(args, self.known, notices)))
+            return super().parse_args(ctx, list(_with_todays_names(args, self.accepted, notices)))
         except click.NoSuchOption as error:
-            visible = {name: row for name, row in self.known.items() if self.name not in row.hidden}
+            visible = {name: row for name, row in self.accepted.items() if self.name not in row.hidden}
             raise click.UsageError(_unknown(error.option_name, visible), ctx) from None
         except click.MissingParameter:
             if self.missing:
@@ -114,9 +114,9 @@ class Command(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the most common options, or those of a topic, and how to see the others."""
         records: dict[str, Any] = {
-            max(each.opts, key=len)[2:].replace("-", "_"): each.get_help_record(ctx)
-            for each in self.get_params(ctx)
-            if isinstance(each, click.Option) and not each.hidden
+            max(parameter.opts, key=len)[2:].replace("-", "_"): parameter.get_help_record(ctx)
+            for parameter in self.get_params(ctx)
+            if isinstance(parameter, click.Option) and not parameter.hidden
         }
         topic = ctx.meta.get("iccm.topic", "")
         if not topic and len(self.rows) > MOST_SHORT_HELP_OPTIONS:
@@ -148,11 +148,11 @@ def _sections(
         table for table in TABLE if table not in (JobOptions, TextOptions, CommonOptions, MessageOptions)
     ]
     rows_of_its_own = of_command(command, *tables)
-    own = [name for name in names if name in rows_of_its_own and rows[name].commands[0] == command]
+    specific = [name for name in names if name in rows_of_its_own and rows[name].commands[0] == command]
     basic = {name for name, option in rows.items() if option.basic} | {"help"}
-    shared = [name for name in names if name in basic - set(own)]
+    shared = [name for name in names if name in basic - set(specific)]
     by_topic = [name for topic in TOPICS for name in of_topic(topic, shared, rows)]
-    return [("Options", "", own + by_topic)]
+    return [("Options", "", specific + by_topic)]
 
 
 def _topics_of(rows: dict[str, Option]) -> list[str]:
@@ -165,9 +165,9 @@ def _show_help(ctx: click.Context, parameter: click.Parameter, value: str | None
     if value is None:
         return
     rows = ctx.command.rows if isinstance(ctx.command, Command) else {}
-    known = [*_topics_of(rows), ALL]
-    if value and value not in known:
-        raise click.UsageError(f"--help {value}: unknown topic; choose one of {', '.join(known)}", ctx)
+    topics = [*_topics_of(rows), ALL]
+    if value and value not in topics:
+        raise click.UsageError(f"--help {value}: unknown topic; choose one of {', '.join(topics)}", ctx)
     ctx.meta["iccm.topic"] = value
     click.echo(ctx.get_help())
     ctx.exit()
@@ -219,15 +219,15 @@ def of(command: str, *passed_on: str) -> Decorator:
     """Return a decorator that adds the options of a command in the order of help, and the job options that it passes
     on.
     """
-    made = [_click(command, name, hint, option) for name, (hint, option) in of_command(command).items()]
+    decorators = [_click(command, name, hint, option) for name, (hint, option) in of_command(command).items()]
     for name, (hint, option) in options_of().items():
         if name in passed_on:
-            made.append(
+            decorators.append(
                 _click(command, name, hint, replace(option, default=_unset(option), hidden=(command,)))
             )
 
     def decorate(function: Callable) -> Callable:
-        for option in reversed(made):
+        for option in reversed(decorators):
             function = option(function)
         return function
 
@@ -252,8 +252,8 @@ def _click(command: str, name: str, hint: Any, option: Option) -> Decorator:
     elif option.parse:
         keywords |= {"callback": _checked(hint, option)}
     else:
-        shown = option.default is not None
-        keywords |= {"show_default": shown, "type": _type(hint, option)}
+        has_default = option.default is not None
+        keywords |= {"show_default": has_default, "type": _type(hint, option)}
         if not option.required:  # to click 8.3 and later, a default of None is a value
             keywords["default"] = option.default
     keywords |= {"is_flag": False, "flag_value": option.flag} if option.flag else {}
@@ -295,22 +295,22 @@ class _IntRange(_ByTable, click.IntRange):
 def _type(hint: Any, option: Option) -> Any:
     """Return the click type that checks a value: its kind, choices and bounds."""
     types = (hint, *get_args(hint))
-    choices = next((get_args(each) for each in types if get_origin(each) is Literal), ())
+    choices = next((get_args(part) for part in types if get_origin(part) is Literal), ())
     least, is_open = (option.least, False) if option.above is None else (option.above, True)
-    made: _ByTable
+    checker: _ByTable
     if choices and isinstance(choices[0], str):
-        made = _Choice(choices)
+        checker = _Choice(choices)
     elif float in types and least is None:
-        made = _Float()
+        checker = _Float()
     elif float in types:
-        made = _FloatRange(least, option.most, min_open=is_open)
+        checker = _FloatRange(least, option.most, min_open=is_open)
     elif int in types or choices:
         bounds = [None if bound is None else int(bound) for bound in (least, option.most)]
-        made = _IntRange(bounds[0], bounds[1])
+        checker = _IntRange(bounds[0], bounds[1])
     else:
         return _text(option)
-    made.hint, made.row = hint, option
-    return made
+    checker.hint, checker.row = hint, option
+    return checker
 
 
 def _text(option: Option) -> Any:

@@ -38,17 +38,17 @@ def command(action: str, program: str | None, to: str | None) -> int:
     from ..io import plugins
 
     if action == "list":
-        for each in [program] if program else plugins.PROGRAMS:
-            for folder in plugins.installed(each, to):
-                click.echo(f"{each}\t{folder}\t{plugins.interpreter(folder)}")
+        for name in [program] if program else plugins.PROGRAMS:
+            for folder in plugins.installed(name, to):
+                click.echo(f"{name}\t{folder}\t{plugins.interpreter(folder)}")
         return 0
     if program is None:
         raise InputError(f"plugins {action}: choose a program: inkscape, blender or figma")
     if action == "uninstall":
-        found = plugins.uninstall(program, to)
-        for folder in found:
+        folders = plugins.uninstall(program, to)
+        for folder in folders:
             logs.log.info(f"removed {folder}")
-        if not found:
+        if not folders:
             logs.log.warning(f"no plug-in for {program} is installed")
         return 0
     for path in plugins.install(program, to):

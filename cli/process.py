@@ -88,9 +88,9 @@ def watch_signals() -> Iterator[None]:
 
 def _watch(inlet: int, over: threading.Event) -> None:
     ends = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    while said := os.read(inlet, 1):
-        if said[0] in ends and not _state["patient"] and not over.wait(GRACE_SECONDS):
-            _end(said[0])
+    while received := os.read(inlet, 1):
+        if received[0] in ends and not _state["patient"] and not over.wait(GRACE_SECONDS):
+            _end(received[0])
     os.close(inlet)
 
 

@@ -36,8 +36,8 @@ def defaults(rows: Mapping[str, Option]) -> dict[str, str]:
     Raises:
         InputError: the file cannot be read, or contains other settings.
     """
-    found = _from_file() | _from_environment()
-    return {name: value for name, value in found.items() if name in rows}
+    limits = _from_file() | _from_environment()
+    return {name: value for name, value in limits.items() if name in rows}
 
 
 def _from_environment() -> dict[str, str]:
@@ -75,8 +75,8 @@ def _from_file() -> dict[str, str]:
     unknown = [key for key in content if key != "limits"]
     unknown += [key for key in limits if key not in LIMITS] if isinstance(limits, dict) else ["limits"]
     if unknown:
-        known = ", ".join(LIMITS)
+        allowed = ", ".join(LIMITS)
         raise InputError(
-            f"{place}: {unknown[0]}: unknown key; the file takes one table, [limits], with {known}"
+            f"{place}: {unknown[0]}: unknown key; the file takes one table, [limits], with {allowed}"
         )
     return {key: str(value) for key, value in limits.items()}

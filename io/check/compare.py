@@ -109,10 +109,10 @@ class Verdict:
         """Whether all differences are within their limits."""
         return not self.problems
 
-    def fail(self, figure: str, found: str, limit: str, where: str = "", than: str = "more") -> None:
+    def fail(self, figure: str, value: str, limit: str, where: str = "", than: str = "more") -> None:
         """Record that a figure exceeds its limit."""
-        self.moved.append(Moved(figure, found, "", limit))
-        self.problems.append(f"{figure} {found} is {than} than {limit}{where}")
+        self.moved.append(Moved(figure, value, "", limit))
+        self.problems.append(f"{figure} {value} is {than} than {limit}{where}")
 
 
 def tolerances(path: Path | None) -> Tolerances:
@@ -174,8 +174,8 @@ def _pictures(run: Path, baseline: Path, allowed: Pictures, verdict: Verdict) ->
         if verdict.figures[name] > limit * (1 + 1e-9):
             where = f", largest at column {column}, row {row}"
             verdict.fail(f"{name} difference", f"{verdict.figures[name]:.4g}", f"{limit:.4g}", where)
-    if (found := verdict.figures["ssim"]) < allowed.ssim:
-        verdict.fail("structural similarity", f"{found:.5f}", f"{allowed.ssim:g}", than="less")
+    if (ssim := verdict.figures["ssim"]) < allowed.ssim:
+        verdict.fail("structural similarity", f"{ssim:.5f}", f"{allowed.ssim:g}", than="less")
 
 
 def _pixels(path: Path) -> np.ndarray:
@@ -217,12 +217,13 @@ def _meshes(run: Path, baseline: Path, allowed: Meshes, verdict: Verdict) -> Non
     from ..meshes import mesh_files
 
     split_uv = mesh_files.format_of(baseline).split_uv
-    made, wanted = split_uv(run), split_uv(baseline)
-    if made is None or wanted is None:
+    result, expected = split_uv(run), split_uv(baseline)
+    if result is None or expected is None:
         verdict.problems.append("the contents differ")
         return
-    (uv, rest), (goal, own) = made, wanted
-    if rest != own or uv.shape != goal.shape:
+    uv, contents = result
+    goal, expected_contents = expected
+    if contents != expected_contents or uv.shape != goal.shape:
         verdict.problems.append("the contents differ, not only in texture coordinates")
         return
     gap = verdict.figures["uv"] = float(np.abs(uv - goal).max(initial=0.0))
@@ -246,8 +247,8 @@ def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict:
 
 
 def _leaves(path: Path, folder: Path) -> dict[str, Any]:
-    found = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
-    return {key: _named(value, folder) for key, value in flat(found).items()}
+    document = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
+    return {key: _named(value, folder) for key, value in flat(document).items()}
 
 
 def flat(value: Any, key: str = "") -> dict[str, Any]:

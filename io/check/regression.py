@@ -31,12 +31,12 @@ def names(folder: Path, *, closed: bool = False) -> list[str]:
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder")
-    found = [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
-    for name in found if closed else ():
+    paths = [path.relative_to(folder) for path in folder.rglob("*") if path.is_file()]
+    for name in paths if closed else ():
         check_inside(folder, folder / name)
     return sorted(
         p.as_posix()
-        for p in found
+        for p in paths
         if p.as_posix() != SETTINGS and not any(q.startswith(".") for q in p.parts)
     )
 
@@ -52,11 +52,11 @@ def check_inside(folder: Path, path: Path) -> None:
         raise InputError(f"{path}: is a link to a file outside {folder}; copy the file itself there")
 
 
-def chosen(found: Iterable[str], only: tuple[str, ...]) -> list[str]:
+def chosen(candidates: Iterable[str], only: tuple[str, ...]) -> list[str]:
     """Return the names that match one of the patterns, literally or with * and ?; all names if there are no
     patterns.
     """
-    return [name for name in found if not only or any(name == o or fnmatchcase(name, o) for o in only)]
+    return [name for name in candidates if not only or any(name == o or fnmatchcase(name, o) for o in only)]
 
 
 def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...] = ()) -> list[Verdict]:
@@ -65,13 +65,13 @@ def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...]
     Raises:
         InputError: a folder is missing, or there is nothing to compare: such a comparison would always pass.
     """
-    both = chosen(sorted({*names(run, closed=True), *names(baselines)}), only)
-    if not both and only:
+    selected = chosen(sorted({*names(run, closed=True), *names(baselines)}), only)
+    if not selected and only:
         raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
-    if not both:
+    if not selected:
         raise InputError(f"{baselines}: contains no baselines to compare with; create them with --update")
     verdicts = []
-    for name in both:
+    for name in selected:
         try:
             verdicts.append(compare(name, run / name, baselines / name, allowed))
         except InputError as error:
@@ -118,15 +118,15 @@ def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | N
     if not formats.of(verdict.name).picture or not all(path.is_file() for path in pair):
         return None
     try:
-        shown = [as_picture(image_files.read(path).pixels) for path in pair]
+        panels = [as_picture(image_files.read(path).pixels) for path in pair]
     except InputError:
         return None
-    if shown[0].shape == shown[1].shape:
-        gap = np.abs(shown[0] - shown[1])
-        shown.append(gap / max(float(gap.max()), 1e-9))
+    if panels[0].shape == panels[1].shape:
+        gap = np.abs(panels[0] - panels[1])
+        panels.append(gap / max(float(gap.max()), 1e-9))
     path = folder / f"{verdict.name}.diff.png"
     path.parent.mkdir(parents=True, exist_ok=True)
-    picture = image_files.Image(np.round(255 * _side_by_side(shown)).astype(np.uint8))
+    picture = image_files.Image(np.round(255 * _side_by_side(panels)).astype(np.uint8))
     with files.replacing(path, force=True) as temporary:
         image_files.write(temporary, picture)
     return path

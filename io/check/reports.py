@@ -25,12 +25,12 @@ RAMP = np.array(
 
 def record(verdict: Verdict) -> dict[str, Any]:
     """Return a verdict as a JSON object."""
-    found = asdict(verdict)
-    found["moved"] = [moved._asdict() for moved in verdict.moved]
-    return {"schema": "iccm.check/1", **found}
+    fields = asdict(verdict)
+    fields["moved"] = [moved._asdict() for moved in verdict.moved]
+    return {"schema": "iccm.check/1", **fields}
 
 
-def told(verdicts: list[Verdict]) -> str:
+def summary(verdicts: list[Verdict]) -> str:
     """Return a summary: how many files match their baselines, are different, new, or missing."""
     counts = Counter("different" if verdict.state == "differs" else verdict.state for verdict in verdicts)
     ways = [f"{counts[state]} {state}" for state in ("different", "new", "missing") if counts[state]]
@@ -49,7 +49,7 @@ def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
         detail = None if verdict.ok else _detail(verdict, run, baselines)
         rows.append(Row(verdict.ok, [*cells, Cell(first)], detail))
     title = f"iccm check {run} {baselines}"
-    return page(title, told(verdicts), ["file", "state", "largest difference", "problem"], rows)
+    return page(title, summary(verdicts), ["file", "state", "largest difference", "problem"], rows)
 
 
 def update_line(verdict: Verdict, run: Path, baselines: Path) -> str:
@@ -71,26 +71,26 @@ def _detail(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any]:
 def _pair(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any] | None:
     """Return the two pictures for `page.html`, and their difference if they have the same size."""
     before, after = (_pixels(folder / verdict.name) for folder in (baselines, run))
-    shown = after if after is not None else before
-    if shown is None:
+    sample = after if after is not None else before
+    if sample is None:
         return None
-    height, width = shown.shape[:2]
+    height, width = sample.shape[:2]
     column, row = verdict.worst or (width / 2, height / 2)
-    found: dict[str, Any] = {"width": width, "height": height, "x": column / width, "y": row / height}
+    pair: dict[str, Any] = {"width": width, "height": height, "x": column / width, "y": row / height}
     for name, pixels in (("before", before), ("after", after)):
         if pixels is not None:
-            found[name] = address(np.round(255 * pixels).astype(np.uint8))
+            pair[name] = address(np.round(255 * pixels).astype(np.uint8))
     if before is not None and after is not None and before.shape == after.shape:
         gap = np.abs(before - after).max(axis=2)
         largest = float(gap.max())
-        found |= {"heat": address(heat(gap / max(largest, 1e-9))), "largest": f"{largest:.3g}"}
-    return found
+        pair |= {"heat": address(heat(gap / max(largest, 1e-9))), "largest": f"{largest:.3g}"}
+    return pair
 
 
 def heat(share: NDArray) -> NDArray[np.uint8]:
     """Return (h, w, 3) colours for (h, w) numbers from 0 to 1: from black through red and yellow to white."""
-    at = np.linspace(0, 1, len(RAMP))
-    return np.stack([np.interp(share, at, channel) for channel in RAMP.T], axis=-1).astype(np.uint8)
+    positions = np.linspace(0, 1, len(RAMP))
+    return np.stack([np.interp(share, positions, channel) for channel in RAMP.T], axis=-1).astype(np.uint8)
 
 
 def _pixels(path: Path) -> NDArray | None:
@@ -107,7 +107,7 @@ def _pixels(path: Path) -> NDArray | None:
 def markdown(verdicts: list[Verdict]) -> str:
     """Return a summary in Markdown for the page of a CI job."""
     bad = [verdict for verdict in verdicts if not verdict.ok]
-    lines = [f"### iccm check: {'no regression' if not bad else 'regression'}", "", told(verdicts), ""]
+    lines = [f"### iccm check: {'no regression' if not bad else 'regression'}", "", summary(verdicts), ""]
     if bad:
         lines += ["| file | state | problem |", "|---|---|---|"]
         lines += [f"| {_text(v.name)} | {v.state} | {_text(v.problems[0])} |" for v in bad[:LISTED_FILES]]
@@ -118,5 +118,5 @@ def markdown(verdicts: list[Verdict]) -> str:
 
 def _text(words: str) -> str:
     """Escape text for Markdown and HTML."""
-    shown = "".join(c if c.isprintable() else "?" for c in words)
-    return "".join(f"&#{ord(c)};" if c in "|<>&[]`*_\\!#~@$:" else c for c in shown)
+    printable = "".join(c if c.isprintable() else "?" for c in words)
+    return "".join(f"&#{ord(c)};" if c in "|<>&[]`*_\\!#~@$:" else c for c in printable)

@@ -111,9 +111,9 @@ class MaterialBaker:
     @cached_property
     def slots(self) -> list[str]:
         """The slots that will have a picture."""
-        shown = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
+        mapped = (slot for k in self.materials for slot in self.material_set.materials[k].maps)
         coloured = [slot for slot in (self._coloured_slot,) if slot is not None and self.materials]
-        return list(dict.fromkeys([*shown, *sorted(self._differing), *coloured]))
+        return list(dict.fromkeys([*mapped, *sorted(self._differing), *coloured]))
 
     @property
     def _coloured_slot(self) -> str | None:
@@ -122,15 +122,15 @@ class MaterialBaker:
             return None
         if self.material_set.dialect == "mtl":
             return "map_kd"
-        shown = (self.material_set.materials[k].maps for k in self.materials)
-        return DIFFUSE if any(DIFFUSE in maps for maps in shown) else BASE
+        material_maps = (self.material_set.materials[k].maps for k in self.materials)
+        return DIFFUSE if any(DIFFUSE in maps for maps in material_maps) else BASE
 
     @property
     def kinds(self) -> dict[str, str]:
         """The kind of data of each slot's picture, from the first material that has one."""
         materials = [self.material_set.materials[k] for k in reversed(self.materials)]
-        found = {slot: each.kind for material in materials for slot, each in material.maps.items()}
-        return found if self._coloured_slot is None else {self._coloured_slot: "colour"} | found
+        kinds = {slot: map.kind for material in materials for slot, map in material.maps.items()}
+        return kinds if self._coloured_slot is None else {self._coloured_slot: "colour"} | kinds
 
     def image(self, slot: str) -> Image:
         """Return the picture for a slot; slots with equal content share one, such as occlusion and roughness."""
@@ -143,11 +143,11 @@ class MaterialBaker:
         """Return a key that determines the content of a slot's picture."""
         materials = [self.material_set.materials[k] for k in self.materials]
         maps = [material.maps.get(slot) for material in materials]
-        shown = [each and (each.picture, each.kind, each.wrap, each.opaque, id(each.uv)) for each in maps]
+        contents = [map and (map.picture, map.kind, map.wrap, map.opaque, id(map.uv)) for map in maps]
         factors = [material.factors.get(slot) for material in materials] if slot in self.multiplied else []
         # The alpha of masks is changed only in colour slots.
-        own = slot if slot in (BASE, DIFFUSE, self._coloured_slot) else None
-        return kind_of(slot), tuple(shown), tuple(factors), own
+        colour_slot = slot if slot in (BASE, DIFFUSE, self._coloured_slot) else None
+        return kind_of(slot), tuple(contents), tuple(factors), colour_slot
 
     def _bake(self, slot: str) -> Image:
         maps = [self.material_set.materials[k].maps.get(slot) for k in self.materials]
@@ -189,9 +189,9 @@ class MaterialBaker:
         if self.settings.size:
             return self.settings.size
         sides = [
-            self._across(k, each)
+            self._across(k, map)
             for k in materials
-            for slot, each in self.material_set.materials[k].maps.items()
+            for slot, map in self.material_set.materials[k].maps.items()
             if slots is None or slot in slots
         ]
         return (max(sides, default=0) or COLOUR_TEXELS_ACROSS,) * 2
@@ -200,11 +200,9 @@ class MaterialBaker:
         """Return the width in texels of a picture that preserves the resolution of an old material's picture."""
         if id(map) not in self._sides:
             probe = self.origin((PROBED_TEXELS_ACROSS, PROBED_TEXELS_ACROSS))
-            shown = probe.reached(self.settings.limit) & (
-                self.material_set.owner[probe.triangles] == material
-            )
-            size = self._read(map).pixels.shape[1::-1] if shown.any() else (1, 1)
-            self._sides[id(map)], note = picture_side(self._shown(probe, map), shown, size, wrap=map.wrap)
+            used = probe.reached(self.settings.limit) & (self.material_set.owner[probe.triangles] == material)
+            size = self._read(map).pixels.shape[1::-1] if used.any() else (1, 1)
+            self._sides[id(map)], note = picture_side(self._shown(probe, map), used, size, wrap=map.wrap)
             self.notes += [note] if note else []
         return self._sides[id(map)]
 
@@ -222,11 +220,11 @@ class MaterialBaker:
 
     def _together(self, slot: str, maps: list[MaterialMap | None], origin: Origin) -> Image:
         """Return one picture of several materials, with or without pictures; differing factors are multiplied in."""
-        read = [None if each is None else without_profile(self._read(each)) for each in maps]
+        read = [None if map is None else without_profile(self._read(map)) for map in maps]
         materials = [self.material_set.materials[k] for k in self.materials]
         coloured = slot == self._coloured_slot
         kind = "colour" if coloured else kind_of(slot)
-        kind = next((each.kind for each in maps if each is not None), kind)
+        kind = next((map.kind for map in maps if map is not None), kind)
         factors = [
             material.factors.get(slot, ()) if slot in self.multiplied else () for material in materials
         ]
@@ -240,28 +238,31 @@ class MaterialBaker:
         reached = origin.reached(self.settings.limit)
         owner = np.where(reached, self.material_set.owner[origin.triangles], -1)
         out = np.zeros((*reached.shape, channels), dtype)
-        for k, each, image, factor in zip(self.materials, maps, read, factors):
-            own = owner == k
-            if each is None or image is None:
+        for k, map, image, factor in zip(self.materials, maps, read, factors):
+            mask = owner == k
+            if map is None or image is None:
                 level = FLAT_NORMAL if kind == "normal" else (1.0, 1.0, 1.0)
-                out[own] = np.rint(np.array((*level, 1.0)[:channels]) * top)
+                out[mask] = np.rint(np.array((*level, 1.0)[:channels]) * top)
             else:
-                _, sampler = self._ready(each, _widen(image, np.dtype(dtype), clear))
+                _, sampler = self._ready(map, _widen(image, np.dtype(dtype), clear))
                 paint(
                     out,
-                    self._shown(origin, each),
+                    self._shown(origin, map),
                     sampler,
-                    own,
-                    wrap=each.wrap,
+                    mask,
+                    wrap=map.wrap,
                     threads=self.settings.threads,
                 )
             if factor:
-                _multiply(out, own, np.array(factor), srgb=kind == "colour")
+                _multiply(out, mask, np.array(factor), srgb=kind == "colour")
             if coloured and self.material_set.colours is not None:
-                colours = origin.interpolate(self.material_set.colours, own)
-                _multiply(out, own, colours if clear else colours[:, :3], srgb=True)
-            if self.settings.settled or len({self.material_set.kinds[each] for each in self.materials}) > 1:
-                self._settle(slot, Image(out, alpha=3 if clear else -1), own, k)
+                colours = origin.interpolate(self.material_set.colours, mask)
+                _multiply(out, mask, colours if clear else colours[:, :3], srgb=True)
+            if (
+                self.settings.settled
+                or len({self.material_set.kinds[number] for number in self.materials}) > 1
+            ):
+                self._settle(slot, Image(out, alpha=3 if clear else -1), mask, k)
         spread(out, reached, self.settings.padding)
         return Image(out, alpha=3 if clear else -1)
 
@@ -273,7 +274,7 @@ class MaterialBaker:
         }
         return bool(colours is not None and modes - {None, "OPAQUE"} and (colours[..., 3] < 1).any())
 
-    def _settle(self, slot: str, image: Image, own: Flags, material: int) -> None:
+    def _settle(self, slot: str, image: Image, mask: Flags, material: int) -> None:
         """Replace the alpha of a mask by its visible effect, all or nothing (Khronos, *glTF 2.0*, §3.9.4)."""
         source = self.material_set.materials[material].source
         factor = (
@@ -285,9 +286,9 @@ class MaterialBaker:
             top = np.iinfo(image.pixels.dtype).max
             by = factor[3] if len(factor) > 3 else 1.0
             seen = (
-                by * image.pixels[own, image.alpha] >= source.get("alphaCutoff", DEFAULT_ALPHA_CUTOFF) * top
+                by * image.pixels[mask, image.alpha] >= source.get("alphaCutoff", DEFAULT_ALPHA_CUTOFF) * top
             )
-            image.pixels[own, image.alpha] = np.where(seen, top, 0)
+            image.pixels[mask, image.alpha] = np.where(seen, top, 0)
 
 
 def convert_each(pictures: Mapping[str, Image], convert: Callable[[Image], T]) -> dict[str, T]:
@@ -313,7 +314,7 @@ def _widen(image: Image, dtype: np.dtype, clear: bool) -> Image:
     return Image(np.concatenate([colours, alpha], axis=2), alpha=3)
 
 
-def _multiply(out: NDArray, own: Flags, factor: Real, *, srgb: bool) -> None:
+def _multiply(out: NDArray, mask: Flags, factor: Real, *, srgb: bool) -> None:
     """Multiply some pixels by linear factors (k,) per channel, or (p, k) per pixel; further channels are unchanged."""
     channels = out.shape[2]
     by = np.ones((*factor.shape[:-1], channels), np.float32)
@@ -321,6 +322,6 @@ def _multiply(out: NDArray, own: Flags, factor: Real, *, srgb: bool) -> None:
     if (by == 1).all():
         return
     alpha = 3 if channels == 4 else -1
-    said = {"srgb": srgb, "associated": False}
-    values = colour.decode(out[own][None], alpha, premultiply=False, **said) * by
-    out[own] = colour.encode(values, out.dtype, alpha, **said)[0]
+    encoding = {"srgb": srgb, "associated": False}
+    values = colour.decode(out[mask][None], alpha, premultiply=False, **encoding) * by
+    out[mask] = colour.encode(values, out.dtype, alpha, **encoding)[0]

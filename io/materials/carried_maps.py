@@ -74,28 +74,28 @@ class CarriedMaps:
         """
         return _material_set(self.file, self.kinds)
 
-    def companions(self, name: str | Path, *, shown: bool) -> list[str]:
-        """List the pictures that will be written beside an OBJ, and its library; `shown` as for `carry`."""
+    def companions(self, name: str | Path, *, retextured: bool) -> list[str]:
+        """List the pictures that will be written beside an OBJ, and its library; `retextured` as for `carry`."""
         if primitives_of(self.file):
             return []
         materials = self.material_set.materials
-        found = {
+        pictures = {
             str(material_library.picture_of(Path(name), material.name if len(materials) > 1 else None, word))
             for material in materials
             for word in material.maps
-            if not (shown and word in TEXTURE_SLOTS)
+            if not (retextured and word in TEXTURE_SLOTS)
         }
-        return [str(Path(name).with_suffix(".mtl")), *sorted(found)] if found else []
+        return [str(Path(name).with_suffix(".mtl")), *sorted(pictures)] if pictures else []
 
     def carry(
-        self, file: MeshFile, new: NewCoordinates, *, shown: bool = False, threads: int | None = None
+        self, file: MeshFile, new: NewCoordinates, *, retextured: bool = False, threads: int | None = None
     ) -> CarriedPictures:
         """Bake the pictures of materials for new coordinates as PNG files; normals are rotated.
 
         Args:
             file: the mesh, possibly with triangles subdivided since it was read.
             new: its new coordinates.
-            shown: whether a new texture replaces the colours.
+            retextured: whether a new texture replaces the colours.
             threads: number of threads; it does not affect the result.
 
         Raises:
@@ -104,15 +104,19 @@ class CarriedMaps:
         same_file = file.content is self.file.content
         material_set = self.material_set if same_file else _material_set(file, self.kinds)
         sheet = replace(material_set.sheet, uv=new.uv, uv_faces=new.corners[_corners(file)], stated=None)
-        made, notes = dict[str, dict[str, bytes]](), list[str]()
+        pictures, notes = dict[str, dict[str, bytes]](), list[str]()
         for k, material in enumerate(material_set.materials):
-            own = np.flatnonzero(material_set.owner == k)
-            same = own, np.tile(np.arange(3), (own.size, 1))
-            baker = MaterialBaker(material_set, part(sheet, own), same, BakeSettings(threads=threads))
-            slots = [slot for slot in material.maps if own.size and not (shown and slot in TEXTURE_SLOTS)]
-            made[material.key] = convert_each({slot: baker.image(slot) for slot in slots}, as_png)
+            triangles = np.flatnonzero(material_set.owner == k)
+            same = triangles, np.tile(np.arange(3), (triangles.size, 1))
+            baker = MaterialBaker(material_set, part(sheet, triangles), same, BakeSettings(threads=threads))
+            slots = [
+                slot
+                for slot in material.maps
+                if triangles.size and not (retextured and slot in TEXTURE_SLOTS)
+            ]
+            pictures[material.key] = convert_each({slot: baker.image(slot) for slot in slots}, as_png)
             notes += [note for note in baker.notes if note not in notes]
-        return CarriedPictures(made, notes)
+        return CarriedPictures(pictures, notes)
 
 
 def _corners(file: MeshFile) -> Index:
@@ -133,6 +137,6 @@ def _material_set(file: MeshFile, kinds: of_mtl.Kinds) -> MaterialSet:
     if not primitives_of(file):
         return of_mtl.material_set(file, kinds=kinds)
     whole = of_gltf.material_set(str(file.path), primitives_of(file))
-    own = np.flatnonzero(file.faces[_shows(file)])
-    colours = None if whole.colours is None else whole.colours[own]
-    return replace(whole, sheet=part(whole.sheet, own), owner=whole.owner[own], colours=colours)
+    triangles = np.flatnonzero(file.faces[_shows(file)])
+    colours = None if whole.colours is None else whole.colours[triangles]
+    return replace(whole, sheet=part(whole.sheet, triangles), owner=whole.owner[triangles], colours=colours)

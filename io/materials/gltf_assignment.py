@@ -39,16 +39,16 @@ def assign_materials(
     """Return the file as GLB with these materials; `used` lists the extensions that they need."""
     editor = GltfEditor(document)
     materials = editor.tree.setdefault("materials", [])
-    held = [_own(editor, each) for each in assignments]
-    for number in held:
+    numbers = [_exclusive_material(editor, assignment) for assignment in assignments]
+    for number in numbers:
         materials[number] = {}
-    for number, each in zip(held, assignments):
-        materials[number] = deepcopy(each.material)
-        _paint(editor, materials[number], each)
-        for part in each.primitives:
+    for number, assignment in zip(numbers, assignments):
+        materials[number] = deepcopy(assignment.material)
+        _paint(editor, materials[number], assignment)
+        for part in assignment.primitives:
             primitive = editor.tree["meshes"][part.mesh]["primitives"][part.number]
             primitive["material"] = number
-            if each.without_colours:
+            if assignment.without_colours:
                 primitive["attributes"].pop("COLOR_0", None)
     if extensions := [name for name in used if name not in editor.tree.get("extensionsUsed", [])]:
         editor.tree.setdefault("extensionsUsed", []).extend(extensions)
@@ -56,18 +56,18 @@ def assign_materials(
     return editor.bytes()
 
 
-def _own(editor: GltfEditor, assignment: MaterialAssignment) -> int:
+def _exclusive_material(editor: GltfEditor, assignment: MaterialAssignment) -> int:
     """Return the index of the material that only these primitives use, or of a new one."""
-    own = {(part.mesh, part.number) for part in assignment.primitives}
+    assigned = {(part.mesh, part.number) for part in assignment.primitives}
     number = assignment.primitives[0].tree.get("material")
-    shown = {
+    users = {
         (k, n)
         for k, mesh in enumerate(editor.tree["meshes"])
         for n, primitive in enumerate(mesh["primitives"])
         for variant in (primitive, *gltf_materials.variants(primitive))
         if variant.get("material") == number
     }
-    if number is not None and shown <= own:
+    if number is not None and users <= assigned:
         return number
     editor.tree["materials"].append({})
     return len(editor.tree["materials"]) - 1

@@ -95,7 +95,7 @@ class MaterialSet:
     @property
     def maps(self) -> list[MaterialMap]:
         """The maps of all materials that have triangles."""
-        return [each for k in np.unique(self.owner) for each in self.materials[k].maps.values()]
+        return [map for k in np.unique(self.owner) for map in self.materials[k].maps.values()]
 
     @cached_property
     def kinds(self) -> list[str]:
@@ -108,16 +108,16 @@ class MaterialSet:
 
     @cached_property
     def _sheets(self) -> dict[int, Charted]:
-        others = {id(each.uv): each.uv for each in self.maps if each.uv is not None}
-        return {key: replace(self.sheet, uv=uv) for key, uv in others.items()}
+        layouts = {id(map.uv): map.uv for map in self.maps if map.uv is not None}
+        return {key: replace(self.sheet, uv=uv) for key, uv in layouts.items()}
 
     def instead(self, given: dict[str, MaterialMap]) -> "MaterialSet":
         """Return the set with the given pictures in place of the materials' own, with the wrap modes of these."""
 
         def with_pictures(material: Material) -> Material:
-            own = material.maps
-            new = {slot: replace(each, wrap=own.get(slot, each).wrap) for slot, each in given.items()}
-            return replace(material, maps=own | new)
+            maps = material.maps
+            new = {slot: replace(map, wrap=maps.get(slot, map).wrap) for slot, map in given.items()}
+            return replace(material, maps=maps | new)
 
         return replace(self, materials=tuple(with_pictures(material) for material in self.materials))
 

@@ -40,8 +40,8 @@ def material_set(
         InputError: none of them has coordinates.
     """
     coloured = plain and any(COLOURS in part.attributes for part in parts)
-    shown, every = list(parts) if coloured else with_layout(name, parts), len(parts)
-    parts = parts if plain else shown
+    laid_out, every = list(parts) if coloured else with_layout(name, parts), len(parts)
+    parts = parts if plain else laid_out
     left = every - len(parts)
     notes = (
         f"{name}: {left} of its {every} geometries are ignored, because they have no texture coordinates",
@@ -51,7 +51,7 @@ def material_set(
         alike.setdefault((part.key, has_layout(part)), []).append(part)
     keys, counts = list(alike), [len(part.faces) for part in parts]
     owner = np.repeat([keys.index((part.key, has_layout(part))) for part in parts], counts)
-    materials = [_material(name, parts, own) for own in alike.values()]
+    materials = [_material(name, parts, group) for group in alike.values()]
     whole, colours = sheet(name, parts, bare), _vertex_colours(parts)
     corners = None if colours is None else colours[whole.faces]
     return MaterialSet(whole, tuple(materials), owner, "gltf", notes if left else (), corners)
@@ -63,21 +63,21 @@ def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
     Raises:
         InputError: none has any.
     """
-    shown = [part for part in parts if has_layout(part)]
-    if not shown:
+    laid_out = [part for part in parts if has_layout(part)]
+    if not laid_out:
         raise InputError(f"{name}: has no texture coordinates; create them with iccm flatten --uv")
-    return shown
+    return laid_out
 
 
 def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
     """Return the triangles of primitives with the coordinates of their colour textures; see `material_set`."""
     points = [part.points for part in parts]
     first = np.cumsum([0, *map(len, points)])
-    faces = np.concatenate([part.faces + at for part, at in zip(parts, first)])
+    faces = np.concatenate([part.faces + offset for part, offset in zip(parts, first)])
     normals = [part.normals for part in parts]
-    known = [each for each in normals if each is not None]
-    stated = len(known) == len(parts)
-    normal: Real | None = np.concatenate(known) if stated else None
+    given = [values for values in normals if values is not None]
+    stated = len(given) == len(parts)
+    normal: Real | None = np.concatenate(given) if stated else None
     tangents = _join([part.tangents for part in parts], points, 4)
     uv = _join([_layout(part, bare) for part in parts], points, 2)
     if uv is None:  # there are only vertex colors
@@ -88,30 +88,32 @@ def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
 
 def _join(values: Sequence[Real | None], points: Sequence[Real], width: int) -> Real | None:
     """Concatenate vertex values of all parts, with zeros for parts without any; None if no part has any."""
-    if all(each is None for each in values):
+    if all(part_values is None for part_values in values):
         return None
-    zeros = (np.zeros((len(at), width)) for at in points)
-    return np.concatenate([zero if each is None else each for each, zero in zip(values, zeros)])
+    zeros = (np.zeros((len(positions), width)) for positions in points)
+    return np.concatenate(
+        [zero if part_values is None else part_values for part_values, zero in zip(values, zeros)]
+    )
 
 
 def _vertex_colours(parts: Sequence[Primitive]) -> Real | None:
     """Return (n, 4) linear vertex colors of all parts, white for parts without any; None if no part has any."""
     if not any(COLOURS in part.attributes for part in parts):
         return None
-    found = []
+    blocks = []
     for part in parts:
         colours = np.ones((len(part.points), 4))
         if COLOURS in part.attributes:
             stated = part.document.floats(part.attributes[COLOURS])
             colours[:, : stated.shape[1]] = stated
-        found.append(colours)
-    return np.concatenate(found)
+        blocks.append(colours)
+    return np.concatenate(blocks)
 
 
 def layout_of(part: Primitive) -> int:
     """Return the index of the texture coordinates of a primitive's colour texture, or 0."""
-    wanted = gltf_materials.set_of(gltf_materials.base(part.material))
-    return wanted if f"TEXCOORD_{wanted}" in part.attributes else 0
+    index = gltf_materials.set_of(gltf_materials.base(part.material))
+    return index if f"TEXCOORD_{index}" in part.attributes else 0
 
 
 def has_layout(part: Primitive) -> bool:
@@ -123,29 +125,29 @@ def _layout(part: Primitive, bare: bool) -> Real | None:
     return part.uv({"texCoord": layout_of(part)} if bare else gltf_materials.base(part.material))
 
 
-def _material(name: str, parts: Sequence[Primitive], own: Sequence[Primitive]) -> Material:
-    """Return the material that the primitives `own` have in common."""
-    material, document = own[0].material, own[0].document
-    maps, made = dict[str, MaterialMap](), dict[str, Real | None]()
+def _material(name: str, parts: Sequence[Primitive], group: Sequence[Primitive]) -> Material:
+    """Return the material that the primitives `group` have in common."""
+    material, document = group[0].material, group[0].document
+    maps, layouts = dict[str, MaterialMap](), dict[str, Real | None]()
     for slot, info in gltf_materials.slots(material):
         source = document.source_of(info["index"])
         content = None if source is None else document.image(source)
-        if content is None or any(part.uv(info) is None for part in own):
+        if content is None or any(part.uv(info) is None for part in group):
             continue
         key = repr((gltf_materials.set_of(info), info.get("extensions", {}).get("KHR_texture_transform")))
-        if key not in made:
-            values = [part.uv(info) if part in own else None for part in parts]
-            made[key] = _join(values, [part.points for part in parts], 2)
+        if key not in layouts:
+            values = [part.uv(info) if part in group else None for part in parts]
+            layouts[key] = _join(values, [part.points for part in parts], 2)
         where = f"{name}: {gltf_materials.name_slots([slot])}"
         sampler = document.tree["textures"][info["index"]].get("sampler")
         options = None if sampler is None else document.tree["samplers"][sampler]
         wrap = document.wrap_of(info["index"])
         opaque = _is_opaque(material) and slot in (gltf_materials.BASE, gltf_materials.DIFFUSE)
         maps[slot] = MaterialMap(
-            content, gltf_materials.kind_of(slot), where, made[key], wrap, options, opaque
+            content, gltf_materials.kind_of(slot), where, layouts[key], wrap, options, opaque
         )
     kind = json.dumps(unpictured(material), sort_keys=True)
-    return Material(material.get("name", ""), own[0].key, maps, material, factors(material), kind)
+    return Material(material.get("name", ""), group[0].key, maps, material, factors(material), kind)
 
 
 def factors(material: dict[str, Any]) -> dict[str, tuple[float, ...]]:

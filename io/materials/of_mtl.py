@@ -69,14 +69,14 @@ def material_set(
         return MaterialSet(sheet, (Material("", "", maps),), owner, "mtl", colours=colours)
     first = triangulate(file.mesh)[:, 0]
     face = np.searchsorted(file.mesh.starts, first, side="right") - 1
-    which, uses = content.obj.current("usemtl")
+    use_at, uses = content.obj.current("usemtl")
     names = [use.text for use in uses] + [""]
-    used = list(dict.fromkeys(names[k] for k in which[file.faces]))
+    used = list(dict.fromkeys(names[k] for k in use_at[file.faces]))
     number = np.array([used.index(name) if name in used else -1 for name in names])
     library, kinds = content.library, {} if kinds is None else kinds
     notes = [*library.missing, *(f"{file.path}: {note}" for note in library.outside)]
     materials = [_material(file.path, library, name, sheet, notes, max_pixels, kinds) for name in used]
-    return MaterialSet(sheet, tuple(materials), number[which[file.faces]][face], "mtl", tuple(notes))
+    return MaterialSet(sheet, tuple(materials), number[use_at[file.faces]][face], "mtl", tuple(notes))
 
 
 def _coloured(file: MeshFile, obj: Obj) -> MaterialSet | None:
@@ -125,8 +125,8 @@ def _material(
     lines = library.materials().get(name, [])
     maps = dict[str, MaterialMap]()
     for line in lines:
-        word, rest = material_library.split(line)
-        word, named = word.lower(), material_library.file_name(rest)
+        word, arguments = material_library.split(line)
+        word, named = word.lower(), material_library.file_name(arguments)
         if not word.startswith(material_library.MAPS) or not named or word in ELSEWHERE:
             continue
         picture = library.folder / named.replace("\\", "/")
@@ -135,23 +135,25 @@ def _material(
             continue
         if (word, picture) not in kinds:
             kinds[word, picture] = _kind(word, picture, most)
-        wrap = material_library.wrap(rest)
-        maps[word] = MaterialMap(picture, kinds[word, picture], str(picture), _place(sheet.uv, rest), wrap)
+        wrap = material_library.wrap(arguments)
+        maps[word] = MaterialMap(
+            picture, kinds[word, picture], str(picture), _place(sheet.uv, arguments), wrap
+        )
     return Material(name, name, maps, lines, kind=f"d {cover(lines):g}")
 
 
 def cover(lines: Iterable[str]) -> float:
     """Return a material's opacity, 0 … 1, from its statements `d` and `Tr`."""
-    found = 1.0
+    opacity = 1.0
     for word, values in material_library.numbers(lines).items():
         if word in ("d", "tr") and len(values) == 1:
-            found = values[0] if word == "d" else 1 - values[0]
-    return found
+            opacity = values[0] if word == "d" else 1 - values[0]
+    return opacity
 
 
-def _place(uv: Real, rest: str) -> Real | None:
+def _place(uv: Real, arguments: str) -> Real | None:
     """Return texture coordinates transformed by the options of a statement; None if it has no such options."""
-    scale, offset = material_library.placing(rest)
+    scale, offset = material_library.placing(arguments)
     return None if (scale, offset) == ((1, 1), (0, 0)) else uv * scale + offset
 
 

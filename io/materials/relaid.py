@@ -59,15 +59,15 @@ def given_maps(maps: Sequence[tuple[str, str]], dialect: str) -> dict[str, Mater
     Raises:
         InputError: several of one kind, or a kind without a unique slot in materials.
     """
-    found = dict[str, MaterialMap]()
+    by_slot = dict[str, MaterialMap]()
     for path, kind in maps:
         if (slot := GIVEN[dialect].get(kind)) is None:
             text = f"--{kind}: cannot be added to the materials of a mesh; use a picture's suffix for -o"
             raise InputError(f"{path}: {text}")
-        if slot in found:
+        if slot in by_slot:
             raise InputError(f"{path}: a material has one texture of each kind; name only one")
-        found[slot] = MaterialMap(Path(path), kind, path)
-    return found
+        by_slot[slot] = MaterialMap(Path(path), kind, path)
+    return by_slot
 
 
 @dataclass(eq=False)
@@ -92,9 +92,11 @@ class Relaid:
         if old and (not self.before.maps or not new):
             self.settings = replace(self.settings, vertex_colours=True)
             dropped = "; its own vertex colors are removed" if new else ""
-            self.told([f"the vertex colors of {self.before.sheet.name} become part of the texture{dropped}"])
+            self.add_notes(
+                [f"the vertex colors of {self.before.sheet.name} become part of the texture{dropped}"]
+            )
         elif new and not old:
-            self.told([f"keeps its own vertex colors, which {self.before.sheet.name} does not have"])
+            self.add_notes([f"keeps its own vertex colors, which {self.before.sheet.name} does not have"])
 
     @cached_property
     def after(self) -> MaterialSet:
@@ -113,13 +115,13 @@ class Relaid:
             InputError: a suffix without materials, or that would lose parts of the new mesh; no pictures.
         """
         check_pictures(self.before, self.before.sheet.name)
-        own = self.meshes[0].content.dialect
-        if own == "gltf" and self.dialect != own:
+        new_dialect = self.meshes[0].content.dialect
+        if new_dialect == "gltf" and self.dialect != new_dialect:
             raise InputError(f"{self.name}: would lose contents of {self.meshes[0].path}; use .glb")
         if not formats.of(self.name).uv or not self.dialect:
             able = " and ".join(mesh_files.suffixes_with_materials())
             raise InputError(f"{self.name}: this format cannot contain materials; use {able}")
-        if self.dialect == "mtl" and own != "mtl":
+        if self.dialect == "mtl" and new_dialect != "mtl":
             path = self.meshes[0].path
             raise InputError(
                 f"{self.name}: an OBJ with materials can only be made from an OBJ, not from {path}; use .glb"
@@ -140,15 +142,15 @@ class Relaid:
         """
         if self.dialect == "mtl":
             return self.after.owner
-        own = self._owner_by_tile
+        by_tile = self._owner_by_tile
         names, kind = np.unique(self.before.kinds, return_inverse=True)
         if names.size == 1:
-            return own
+            return by_tile
         sheet, old, _ = self._pairs
         alone = np.flatnonzero(old < 0)
         old = old.copy()
         old[alone] = nearest(self.before.sheet, sheet.points[sheet.faces[alone]].mean(axis=1))[0]
-        return np.unique(names.size * own + kind[self.before.owner[old]], return_inverse=True)[1]
+        return np.unique(names.size * by_tile + kind[self.before.owner[old]], return_inverse=True)[1]
 
     @cached_property
     def _owner_by_tile(self) -> Index:
@@ -157,11 +159,15 @@ class Relaid:
         parted = owner
         tiles = np.unique(np.floor(sheet.uv[sheet.uv_faces].mean(axis=1)), axis=0, return_inverse=True)[1]
         for k in np.unique(owner):
-            own = np.flatnonzero(owner == k)
-            if np.unique(tiles[own]).size > 1 and overlap_in_one_picture(part(sheet, own), tiles[own]):
+            triangles = np.flatnonzero(owner == k)
+            if np.unique(tiles[triangles]).size > 1 and overlap_in_one_picture(
+                part(sheet, triangles), tiles[triangles]
+            ):
                 parted = np.where(owner == k, (int(parted.max()) + 1) + tiles, parted)
-                self.told(
-                    [f"gets a material for each of {np.unique(tiles[own]).size} tiles (UDIM) of its layout"]
+                self.add_notes(
+                    [
+                        f"gets a material for each of {np.unique(tiles[triangles]).size} tiles (UDIM) of its layout"
+                    ]
                 )
         return parted if parted is owner else np.unique(parted, return_inverse=True)[1]
 
@@ -169,21 +175,23 @@ class Relaid:
     def bakers(self) -> list[MaterialBaker]:
         """The bakers of the new mesh's materials, except those that show nothing of the old mesh."""
         sheet, first, order = self._pairs
-        found, count = [], len(self.after.materials)
+        bakers, count = [], len(self.after.materials)
         if self.owner is not self.after.owner:
             count = int(self.owner.max(initial=-1)) + 1
             if count > np.unique(self._owner_by_tile).size:
                 kinds = "transparency, sides, scales of normals or extensions"
-                self.told(
+                self.add_notes(
                     [f"has {count} materials, because those of {self.before.sheet.name} differ in {kinds}"]
                 )
         for k in range(count):
-            own = np.flatnonzero(self.owner == k)
-            baker = MaterialBaker(self.before, part(sheet, own), (first[own], order[own]), self.settings)
+            triangles = np.flatnonzero(self.owner == k)
+            baker = MaterialBaker(
+                self.before, part(sheet, triangles), (first[triangles], order[triangles]), self.settings
+            )
             if self.before.dialect != self.dialect:  # pictures may be merged, so all need the same size
                 baker.settings = replace(self.settings, size=baker.size, settled=self.dialect == "mtl")
-            found.append(baker)
-        return found
+            bakers.append(baker)
+        return bakers
 
     @property
     def conflicts(self) -> list[Conflicts]:
@@ -201,19 +209,19 @@ class Relaid:
     @cached_property
     def pictures(self) -> list[dict[str, Image]]:
         """For each material, its pictures by slot of the old materials."""
-        found = []
+        pictures = []
         for baker in self.bakers:
-            found.append({slot: baker.image(slot) for slot in baker.slots})
-            self.told(baker.notes)
+            pictures.append({slot: baker.image(slot) for slot in baker.slots})
+            self.add_notes(baker.notes)
             if len({self.before.kinds[k] for k in baker.materials}) > 1:
-                self.told(
+                self.add_notes(
                     [
                         "materials that differ in more than their textures are merged, because some "
                         "triangles show several of them"
                     ]
                 )
-        return found
+        return pictures
 
-    def told(self, notes: Iterable[str]) -> None:
+    def add_notes(self, notes: Iterable[str]) -> None:
         """Add notes on the output file, each only once."""
-        self.notes += [note for note in (f"{self.name}: {each}" for each in notes) if note not in self.notes]
+        self.notes += [note for note in (f"{self.name}: {text}" for text in notes) if note not in self.notes]

@@ -29,43 +29,43 @@ def to_gltf(
     images: Pictures, kinds: dict[str, str], source_material: Material
 ) -> tuple[Pictures, dict[str, Any], list[str]]:
     """Convert pictures of MTL statements, all of one size; return glTF slots, the material, and what was dropped."""
-    made = {TO_GLTF[word]: image for word, image in images.items() if word in TO_GLTF}
+    converted = {TO_GLTF[word]: image for word, image in images.items() if word in TO_GLTF}
     for word, image in images.items():
         if kinds[word] == "normal":
-            made[gltf_materials.NORMALS] = image
-    said = material_library.numbers(source_material.source or [])
-    rough: dict[str, Any] = {"metallicFactor": 1.0 if "map_pm" in images else said.get("pm", [0.0])[0]}
+            converted[gltf_materials.NORMALS] = image
+    numbers = material_library.numbers(source_material.source or [])
+    rough: dict[str, Any] = {"metallicFactor": 1.0 if "map_pm" in images else numbers.get("pm", [0.0])[0]}
     if "map_pr" not in images:
-        rough["roughnessFactor"] = said.get("pr", [1.0])[0]
+        rough["roughnessFactor"] = numbers.get("pr", [1.0])[0]
     if any(word in images for word in GREYS):
-        made[ROUGH] = _rough(*(images.get(word) for word in GREYS))
-    if "map_kd" not in images and len(colour := said.get("kd", [])[:3]) == 3:
+        converted[ROUGH] = _rough(*(images.get(word) for word in GREYS))
+    if "map_kd" not in images and len(colour := numbers.get("kd", [])[:3]) == 3:
         rough["baseColorFactor"] = [*colour, 1.0]
     material: dict[str, Any] = {"name": source_material.name or "iccm", "pbrMetallicRoughness": rough}
-    if EMISSIVE in made:
+    if EMISSIVE in converted:
         material["emissiveFactor"] = [1.0, 1.0, 1.0]
-    if COVER in images and gltf_materials.BASE in made:
-        made[gltf_materials.BASE] = _clear(made[gltf_materials.BASE], images[COVER])
+    if COVER in images and gltf_materials.BASE in converted:
+        converted[gltf_materials.BASE] = _clear(converted[gltf_materials.BASE], images[COVER])
         material["alphaMode"] = "BLEND"
     if (alpha := of_mtl.cover(source_material.source or [])) < 1:
         rough["baseColorFactor"] = [*rough.get("baseColorFactor", (1.0, 1.0, 1.0))[:3], alpha]
         material["alphaMode"] = "BLEND"
-    known = {*TO_GLTF, *GREYS, COVER}
-    left = [word for word in images if word not in known and kinds[word] != "normal"]
-    return made, material, _left_out(left)
+    supported = {*TO_GLTF, *GREYS, COVER}
+    left = [word for word in images if word not in supported and kinds[word] != "normal"]
+    return converted, material, _left_out(left)
 
 
 def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[str], list[str]]:
     """Convert pictures of glTF slots; return MTL statements, the material's lines, and what was dropped."""
-    made = {TO_MTL[slot]: image for slot, image in images.items() if slot in TO_MTL}
-    if "map_kd" in made and made["map_kd"].alpha >= 0:
-        made |= _covered(made["map_kd"])
+    converted = {TO_MTL[slot]: image for slot, image in images.items() if slot in TO_MTL}
+    if "map_kd" in converted and converted["map_kd"].alpha >= 0:
+        converted |= _covered(converted["map_kd"])
     if ROUGH in images:
         for k, word in enumerate(GREYS, 1):
-            made[word] = Image(np.ascontiguousarray(images[ROUGH].pixels[..., k : k + 1]))
+            converted[word] = Image(np.ascontiguousarray(images[ROUGH].pixels[..., k : k + 1]))
     base = (source_material.source or {}).get("pbrMetallicRoughness", {})
     lines = list(PLAIN)
-    if "map_kd" not in made:
+    if "map_kd" not in converted:
         lines[1] = "Kd {:g} {:g} {:g}".format(*base.get("baseColorFactor", (1, 1, 1))[:3])
     if ROUGH not in images and base:
         lines += [f"Pr {base.get('roughnessFactor', 1):g}", f"Pm {base.get('metallicFactor', 1):g}"]
@@ -73,12 +73,12 @@ def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[
     if source.get("alphaMode") == "BLEND" and (alpha := base.get("baseColorFactor", (1, 1, 1, 1))[3]) < 1:
         lines.append(f"d {alpha:g}")
     left = [slot for slot in images if slot not in TO_MTL and slot != ROUGH]
-    return made, lines, _left_out([gltf_materials.name_slots([slot]) for slot in left])
+    return converted, lines, _left_out([gltf_materials.name_slots([slot]) for slot in left])
 
 
 def _left_out(names: Iterable[str]) -> list[str]:
-    said = ", ".join(names)
-    return [f"{said}: dropped, because the other format does not support it"] if said else []
+    listed = ", ".join(names)
+    return [f"{listed}: dropped, because the other format does not support it"] if listed else []
 
 
 def _rough(rough: Image | None, metal: Image | None) -> Image:

@@ -45,14 +45,19 @@ def beside(relaid: Relaid) -> list[Path]:
 def _glb(relaid: Relaid) -> bytes:
     primitives = primitives_of(relaid.meshes[0])
     if primitives:
-        shown = [primitive for primitive in primitives if of_gltf.has_layout(primitive)]
-        document, groups = gltf_write.parted(shown, relaid.owner)
+        laid_out = [primitive for primitive in primitives if of_gltf.has_layout(primitive)]
+        document, groups = gltf_write.parted(laid_out, relaid.owner)
     else:
         document = gltf_assignment.sheets(relaid.meshes[0].path.stem, relaid.after.sheet, relaid.owner)
         groups = [[gltf.Primitive(document, 0, k)] for k in range(len(relaid.bakers))]
-    found = zip(relaid.bakers, relaid.pictures, groups)
-    assignments = [_assignment(relaid, *each) for each in found if each[0].material is not None]
-    used = dict.fromkeys(name for each in assignments for name in each.material.get("extensions", {}))
+    assignments = [
+        _assignment(relaid, baker, images, group)
+        for baker, images, group in zip(relaid.bakers, relaid.pictures, groups)
+        if baker.material is not None
+    ]
+    used = dict.fromkeys(
+        name for assignment in assignments for name in assignment.material.get("extensions", {})
+    )
     return gltf_assignment.assign_materials(document, assignments, list(used))
 
 
@@ -64,12 +69,12 @@ def _assignment(
     if relaid.before.dialect == "gltf":
         material = deepcopy(source_material.source)
         of_gltf.multiplied_slots(material, baker.multiplied)
-        samplers = {slot: each.options for slot, each in source_material.maps.items() if each.options}
+        samplers = {slot: map.options for slot, map in source_material.maps.items() if map.options}
     else:
         images, material, notes = translate.to_gltf(
             convert_each(images, without_profile), baker.kinds, source_material
         )
-        relaid.told(notes)
+        relaid.add_notes(notes)
     if baker.origin(baker.size).grid.report["outside_triangles"]:
         samplers = {slot: sampler | gltf_materials.REPEATING for slot, sampler in samplers.items()}
     layout, pictures = of_gltf.layout_of(group[0]), convert_each(images, as_png)
@@ -86,7 +91,7 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
     whole, materials = content.obj, content.library
     rename, plain = obj_materials.rename(whole, faces)
     relaid.notes += materials.missing
-    made, contents = dict[str, list[str]](), dict[Path, bytes]()
+    statements, contents = dict[str, list[str]](), dict[Path, bytes]()
     for baker, images, old in zip(relaid.bakers, relaid.pictures, relaid.after.materials):
         if baker.material is None:
             continue
@@ -97,12 +102,14 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
         paths = {word: _picture(relaid, old.name, first_word[id(image)]) for word, image in images.items()}
         contents |= {paths[word]: content for word, content in convert_each(images, as_png).items()}
         names = {word: material_library.name_of(path, library.parent) for word, path in paths.items()}
-        own = rename[old.name if old.name in rename else None]  # a name may be empty
-        body = [f"newmtl {own}", *(line for line in lines if _stays(line, set(images)))]
-        made[own] = material_library.with_maps(body, names)
-    others = [line for name, lines in materials.materials().items() if name not in made for line in lines]
+        new_name = rename[old.name if old.name in rename else None]  # a name may be empty
+        body = [f"newmtl {new_name}", *(line for line in lines if _stays(line, set(images)))]
+        statements[new_name] = material_library.with_maps(body, names)
+    others = [
+        line for name, lines in materials.materials().items() if name not in statements for line in lines
+    ]
     text = material_library.bind(Library(tuple(others), materials.folder), {}, plain, {}, library)
-    text += "".join(f"{line}\n" for lines in made.values() for line in lines)
+    text += "".join(f"{line}\n" for lines in statements.values() for line in lines)
     contents[library] = text.lstrip("\n").encode("utf-8", "surrogateescape")
     binding = obj_write.Binding(library.name, rename, plain)
     out.write_bytes(obj_write.rebind(whole, faces, binding))
@@ -119,7 +126,7 @@ def _statements(relaid: Relaid, baker: MaterialBaker, images: Pictures) -> tuple
     material = replace(baker.material, source=deepcopy(baker.material.source))
     of_gltf.multiplied_slots(material.source, baker.multiplied)
     images, lines, notes = translate.to_mtl(convert_each(images, without_profile), material)
-    relaid.told(notes)
+    relaid.add_notes(notes)
     return images, lines
 
 

@@ -215,7 +215,7 @@ def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]
     maps = CarriedMaps(shape.file) if job.carry_maps else None
     if maps:
         maps.check(uv or "--uv")
-        for name in maps.companions(uv or "", shown=False):
+        for name in maps.companions(uv or "", retextured=False):
             files.check_output(name, force=force)
     results = figures(laid, uv)
     overlay = overlays.read(job.overlay, len(shape.file.mesh.points)) if job.overlay else None

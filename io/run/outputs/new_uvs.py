@@ -109,7 +109,7 @@ def new_uvs(
     new = NewCoordinates(uv, corners, triangles)
     pictures, notes = ShownPictures(texture, normals), list[str]()
     if carried_maps is not None:
-        carried = carried_maps.carry(target.file, new, shown=texture is not None, threads=threads)
+        carried = carried_maps.carry(target.file, new, retextured=texture is not None, threads=threads)
         pictures = replace(pictures, pictures=carried.pictures)
         notes += [f"{name}: {note}" for note in carried.notes]
     written = mesh_files.write(target.file, new, pictures, out, name, force=force)

@@ -80,7 +80,7 @@ class TexturedMesh(Output):
         pictures = ShownPictures(_shown_texture(run), _normal_map(run.job))
         names = mesh_files.format_of(self.name).companions(Path(self.name), pictures)
         if run.job.carry_maps:
-            names += run.carried_maps.companions(self.name, shown=pictures.texture is not None)
+            names += run.carried_maps.companions(self.name, retextured=pictures.texture is not None)
         return list(dict.fromkeys(names))
 
     def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
