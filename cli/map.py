@@ -108,10 +108,8 @@ def _watch(given: dict[str, Any], run_options: dict[str, Any], seconds: float | 
     """Run the job again whenever an input changes, with a time limit for each run."""
     with deadline.limited(seconds):
         code, seen = _run(given, run_options)
-    given["force"], run_options["open"] = (
-        True,
-        False,
-    )  # its own files are replaced, and viewers update automatically
+    given["force"] = True  # its own files are replaced
+    run_options["open"] = False  # viewers update automatically
     logs.log.info(f"watching {', '.join(seen)}; press Ctrl-C to stop")
     try:
         while True:

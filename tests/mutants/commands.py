@@ -56,8 +56,8 @@ COMMANDS: list[Mutant] = [
     ),
     Mutant(
         "cli/map.py",
-        'given["force"], run_options["open"] = True, False',
-        'given["force"], run_options["open"] = given.get("force"), False',
+        'given["force"] = True',
+        'given["force"] = given.get("force")',
         "tests/cli/test_help.py",
         "--watch refuses to replace its own picture",
     ),
