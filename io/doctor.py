@@ -35,6 +35,8 @@ EXTRAS = {
     "gis": "GeoTIFF and ground control points",
     "heic": "pictures in HEIC",
     "usd": "meshes in USD files",
+    "vtk": "meshes in VTK files, as ParaView saves them",
+    "3mf": "meshes in 3MF files",
     "brain": "cortical surfaces (GIFTI, FreeSurfer)",
     "imagej": "points from ImageJ",
     "itk": "displacement fields as .nrrd, .mha and .nii",

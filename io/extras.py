@@ -13,7 +13,9 @@ EXTRAS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "SimpleITK": ("SimpleITK", "itk"),
         "distributed": ("distributed", "dask"),
         "ezdxf": ("ezdxf", "dxf"),
+        "lxml": ("lxml", "3mf"),
         "meshopt": ("meshopt", "meshopt"),
+        "networkx": ("networkx", "3mf"),
         "nibabel": ("nibabel", "brain"),
         "pi_heif": ("pi-heif", "heic"),
         "pxr": ("usd-core", "usd"),
@@ -21,6 +23,7 @@ EXTRAS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "roifile": ("roifile", "imagej"),
         "starlette": ("starlette", "edit"),
         "uvicorn": ("uvicorn", "edit"),
+        "vtkmodules": ("vtk", "vtk"),
         "websockets": ("websockets", "edit"),
     }
 )

@@ -444,8 +444,9 @@ class FlattenOptions:
         topic="method",
     )  # fmt: skip
     overlay: str | None = _option(
-        "Numbers or labels at the vertices (GIFTI, FreeSurfer's curv, thickness or annot, .mgh, .txt), shown in the "
-        "flattening by -o FILE.png, or as plain numbers by -o FILE.tif or .exr.",
+        "Numbers or labels at the vertices (GIFTI, FreeSurfer's curv, thickness or annot, .mgh, .txt, an array of "
+        "a VTK file as part.vtp#pressure), shown in the flattening by -o FILE.png, or as plain numbers "
+        "by -o FILE.tif or .exr.",
         "FILE",
         topic="output",
         words="curvature sulc thickness annot labels colour data scalar",

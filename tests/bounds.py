@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 RESOLUTIONS = {"lowest": "lowest-direct", "newest": "highest"}
-EXTRAS = "dask,draco,meshopt,dxf,gis,heic,brain,usd,imagej,itk,edit"
+EXTRAS = "dask,draco,meshopt,dxf,gis,heic,brain,usd,vtk,3mf,imagej,itk,edit"
 TEST_REQUIREMENTS = (
     "pytest>=8.3",
     "pytest-timeout>=2.3",

@@ -1,4 +1,4 @@
-"""Numbers and labels at the vertices of a surface: GIFTI, FreeSurfer's curvature files and annotations, MGH, tables."""
+"""Numbers and labels at the vertices of a surface, read from GIFTI, FreeSurfer's files, MGH, VTK and tables."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ from ...arrays import Index, Real
 from ...errors import InputError
 from .. import files, limits
 from ..formats import suffix_of
+from ..spec import Spec
 from .brain_formats import gifti, nibabel
 from .mesh_format import reason_of
+from .vtk_format import VtkFormat
 
 TABLES = (".txt", ".csv", ".1d")
+VTK = (".vtk", ".vtp", ".vtu")
 MGH = (".mgh", ".mgz")
 LABEL_INTENT = 1002  # GIFTI's intent of labels
 
@@ -40,10 +43,11 @@ def read(name: str | Path, count: int) -> Overlay:
     Raises:
         InputError: the file cannot be read, or is for a surface with another number of vertices.
     """
-    path = Path(name)
+    spec = Spec.of(str(name))
+    path = spec.path
     files.open_input(path, max_bytes=limits.MESH_BYTES)
     try:
-        overlay = _read(path)
+        overlay = _read(spec)
     except InputError:
         raise
     except Exception as error:  # whatever exception a parser raises, the file is at fault
@@ -53,8 +57,12 @@ def read(name: str | Path, count: int) -> Overlay:
     return overlay
 
 
-def _read(path: Path) -> Overlay:
-    suffix = suffix_of(path)
+def _read(spec: Spec) -> Overlay:
+    path, suffix = spec.path, suffix_of(spec.path)
+    if suffix in VTK:
+        return Overlay(VtkFormat(path).numbers_at_points(spec.chosen))
+    if spec.chosen:
+        raise InputError(f"{path}#{spec.chosen}: only arrays of VTK files have names")
     if suffix in (".gii", ".gii.gz"):
         return _gifti(path)
     if suffix in TABLES:

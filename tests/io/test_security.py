@@ -1,10 +1,12 @@
 """Hostile inputs: no unexpected file is read, and limits apply before memory is allocated."""
 
 import gzip
+import io
 import json
 import os
 import struct
 import sys
+import zipfile
 import zlib
 
 import pytest
@@ -140,6 +142,14 @@ def test_a_huge_canvas_is_refused_before_solving(shapes, iccm):
     assert typed.code == 2 and "--max-pixels" in typed.err
 
 
+def zipped(name, content):
+    """A zip archive with one file."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as package:
+        package.writestr(name, content)
+    return archive.getvalue()
+
+
 FACES = {
     "a.obj": b"v 0 0 0\n" * 3 + b"f 1 2 3\n" * 70 + b"\tf 1 2 3",
     "a.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nelement face 71\n",
@@ -150,6 +160,10 @@ FACES = {
     ).encode(),
     "a.usda": b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + b"3, " * 70 + b"3]\n}\n",
     "a.usd": b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + b"3, " * 70 + b"3]\n}\n",
+    "a.vtk": b"# vtk DataFile Version 5.1\na\nASCII\nDATASET POLYDATA\nPOINTS 3 float\nPOLYGONS 72 213\n",
+    "a.vtp": b'<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="3" NumberOfPolys="70" NumberOfStrips="1">',
+    "a.vtu": b'<VTKFile type="UnstructuredGrid"><UnstructuredGrid><Piece NumberOfPoints="3" NumberOfCells="71">',
+    "a.3mf": zipped("3D/3dmodel.model", b'<triangle v1="0" v2="1" v3="2"/>' * 71),
     "a.gii": b'<GIFTI><DataArray Dim0="3" Intent="NIFTI_INTENT_POINTSET"/>'
     b'<DataArray Intent="NIFTI_INTENT_TRIANGLE" Dim0="71" Dim1="3">',
     "a.gii.gz": gzip.compress(b'<DataArray Dim0="71" Intent="NIFTI_INTENT_TRIANGLE">'),

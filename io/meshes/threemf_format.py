@@ -1,0 +1,107 @@
+"""3MF, the format of 3D printing: read by trimesh and lxml. Its colours and textures are ignored."""
+
+from __future__ import annotations
+
+import logging
+import zipfile
+from collections import Counter
+from io import BytesIO
+from typing import Any
+
+from ...errors import InputError
+from ...meshes.mesh import Mesh
+from .. import extras, files, limits
+from .mesh_format import MeshContent, MeshFile, MeshFormat
+
+MOST_COPIES = 10_000
+"""Objects of a file's build, counting each copy of a component: a millisecond each."""
+
+
+class ThreeMfFormat(MeshFormat):
+    """3MF packages (.3mf)."""
+
+    def count_faces(self, most: int) -> int:
+        """Return the number of triangles of all models, each counted once."""
+        files.open_input(self.path, max_bytes=limits.MESH_BYTES)
+        if not zipfile.is_zipfile(self.path):
+            return 0
+        with zipfile.ZipFile(self.path) as package:
+            return sum(package.read(name).count(b"<triangle ") for name in self._models(package))
+
+    def read(self) -> dict[str, MeshFile]:
+        """Read each object of the build at its place, in the order of the build."""
+        purpose = f"{self.path}: reading 3MF"
+        etree = extras.load(purpose, "lxml", "etree").etree
+        extras.load(purpose, "networkx")  # trimesh needs both
+        import trimesh
+
+        logging.getLogger("trimesh").addHandler(logging.NullHandler())
+        with zipfile.ZipFile(self.path) as package:
+            models = [package.read(name) for name in self._models(package)]
+        self._check_copies(*_structure(etree, models))
+        scene = trimesh.load_scene(self.path, file_type="3mf", process=False)
+        meshes = dict[str, MeshFile]()
+        for node in scene.graph.nodes_geometry:
+            matrix, geometry = scene.graph[node]
+            solid = scene.geometry[geometry]
+            points = solid.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+            if len(solid.faces):
+                mesh = Mesh.triangles(str(self.path), points, solid.faces)
+                meshes[str(node)] = MeshFile.whole(self.path, MeshContent(mesh))
+        if not meshes and any(b"<triangle " in model for model in models):
+            raise InputError(
+                f"{self.path}: none of the objects that its build places were found; save it without the production "
+                "extension"
+            )
+        return meshes
+
+    def _models(self, package: zipfile.ZipFile) -> list[str]:
+        """Return the names of the models of a package.
+
+        Raises:
+            InputError: the package unpacks to too many bytes.
+        """
+        unpacked = sum(entry.file_size for entry in package.infolist())
+        if unpacked > limits.MESH_BYTES:
+            raise InputError(f"{self.path}: unpacks to {unpacked} bytes, more than {limits.MESH_BYTES}")
+        return [name for name in package.namelist() if name.lower().endswith(".model")]
+
+    def _check_copies(self, components: dict[str, Counter[str]], build: Counter[str]) -> None:
+        """Refuse objects that contain themselves, and too many copies of objects.
+
+        Args:
+            components: how often each object contains which others.
+            build: how often the build contains each object.
+
+        Raises:
+            InputError: an object contains itself, or there are too many copies.
+        """
+        copies = dict[str, int]()
+
+        def copies_of(name: str, containing: tuple[str, ...]) -> int:
+            if name in containing:
+                raise InputError(f"{self.path}: object {name} contains itself")
+            if name not in copies:
+                inner = components.get(name, Counter())
+                chain = (*containing, name)
+                copies[name] = 1 + sum(times * copies_of(part, chain) for part, times in inner.items())
+            return copies[name]
+
+        total = sum(times * copies_of(name, ()) for name, times in build.items())
+        if total > MOST_COPIES:
+            raise InputError(f"{self.path}: has {total} copies of objects, more than {MOST_COPIES}")
+
+
+def _structure(etree: Any, models: list[bytes]) -> tuple[dict[str, Counter[str]], Counter[str]]:
+    """Return how often each object of the models contains which others, and how often the build contains each."""
+    components, build = dict[str, Counter[str]](), Counter[str]()
+    tags = "{*}object", "{*}build"
+    for model in models:
+        for _, element in etree.iterparse(BytesIO(model), tag=tags, resolve_entities=False, no_network=True):
+            if element.tag.endswith("}build"):
+                build.update(item.get("objectid", "") for item in element.iter("{*}item"))
+            else:
+                parts = Counter(part.get("objectid", "") for part in element.iter("{*}component"))
+                components[element.get("id", "")] = parts
+            element.clear()  # its vertices and triangles
+    return components, build
