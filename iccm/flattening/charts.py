@@ -80,16 +80,16 @@ class Atlas:
         corner = triangulate(check(mesh))
         if mesh.uv is None or mesh.uv_corners is None:
             raise InputError(f"{mesh.name}: has no texture coordinates; create them with iccm flatten --uv")
-        known = _known(mesh, mesh.uv, mesh.uv_corners, corner)
-        notes = _left_out(int((~known).sum()), "texture coordinates")
-        corner = corner[known]
+        has_uv = _has_coordinates(mesh, mesh.uv, mesh.uv_corners, corner)
+        notes = _left_out(int((~has_uv).sum()), "texture coordinates")
+        corner = corner[has_uv]
         area = turns(mesh.uv[mesh.uv_corners[corner]])
         notes += _left_out(int((area == 0).sum()), "an area in the layout")
         corner = corner[area != 0]
         # pairs of indices first: there are few of them, and sorting whole numbers is fast
-        of, at = mesh.corners[corner].ravel(), mesh.uv_corners[corner].ravel()
-        _, first, pair = np.unique(of * len(mesh.uv) + at, return_index=True, return_inverse=True)
-        rows = np.column_stack([mesh.points[of[first]], mesh.uv[at[first]]])
+        vertex, uv_index = mesh.corners[corner].ravel(), mesh.uv_corners[corner].ravel()
+        _, first, pair = np.unique(vertex * len(mesh.uv) + uv_index, return_index=True, return_inverse=True)
+        rows = np.column_stack([mesh.points[vertex[first]], mesh.uv[uv_index[first]]])
         kept, joined = distinct_rows(rows)
         faces = joined[pair.ravel()].reshape(-1, 3)
         whole = proper(faces)
@@ -105,7 +105,7 @@ class Atlas:
             if turned
             else []
         )
-        return cls(mesh, shape, of[first][kept], uv, corner[whole], tuple(notes))
+        return cls(mesh, shape, vertex[first][kept], uv, corner[whole], tuple(notes))
 
     @cached_property
     def turn(self) -> Real:
@@ -163,15 +163,14 @@ class Atlas:
 
     def shared(self, number: int) -> float:
         """Return the share of a chart that other charts overlap, measured on a coarse grid; 0 below a hundredth."""
-        own = np.zeros(len(self.shape.faces), bool)
-        own[self.triangles(number)] = True
-        at = self.uv[self.shape.faces]
-        low = at[own].min(axis=(0, 1))
-        cells = (at - low) * OVERLAP_GRID_CELLS / max(np.ptp(at[own].reshape(-1, 2), axis=0))
-        here, there = (
-            rasterise(cells[which], OVERLAP_GRID_CELLS, OVERLAP_GRID_CELLS).centre for which in (own, ~own)
-        )
-        share = float((here & there).sum() / max(here.sum(), 1))
+        in_chart = np.zeros(len(self.shape.faces), bool)
+        in_chart[self.triangles(number)] = True
+        corners = self.uv[self.shape.faces]
+        low = corners[in_chart].min(axis=(0, 1))
+        cells = (corners - low) * OVERLAP_GRID_CELLS / max(np.ptp(corners[in_chart].reshape(-1, 2), axis=0))
+        covered = rasterise(cells[in_chart], OVERLAP_GRID_CELLS, OVERLAP_GRID_CELLS).centre
+        shared = covered & rasterise(cells[~in_chart], OVERLAP_GRID_CELLS, OVERLAP_GRID_CELLS).centre
+        share = float(shared.sum() / max(covered.sum(), 1))
         return share if share >= UNREPORTED_SHARE else 0.0
 
     def chart(self, number: int, aspect: float = 1.0) -> LaidOut:
@@ -184,12 +183,12 @@ class Atlas:
         Raises:
             InputError: there is no such chart, or it overlaps itself.
         """
-        own, tile, mirrored = self.triangles(number), self.tile(number), self.mirrored(number)
+        triangles, tile, mirrored = self.triangles(number), self.tile(number), self.mirrored(number)
         mirror = (tile.real + 0.5) * aspect if mirrored else None
-        front = (self.turn[own] < 0) == mirrored
+        front = (self.turn[triangles] < 0) == mirrored
         turned = ~front[:, None]
-        faces = np.where(turned, self.shape.faces[own][:, ::-1], self.shape.faces[own])
-        corner = np.where(turned, self.corner[own][:, ::-1], self.corner[own])
+        faces = np.where(turned, self.shape.faces[triangles][:, ::-1], self.shape.faces[triangles])
+        corner = np.where(turned, self.corner[triangles][:, ::-1], self.corner[triangles])
         used, local = np.unique(faces, return_inverse=True)
         shape, pair = split_non_manifold(Triangles(local.reshape(-1, 3), used.size), used, [])
         vertex = self.vertex[pair]
@@ -242,33 +241,33 @@ def _turn_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
     one, two = joined.T
     piece = labels(one, two, len(shape.faces))
     area = np.bincount(piece, np.abs(turn))
-    both = np.concatenate([folds, folds[:, ::-1]])
-    small = both[area[piece[both[:, 0]]] < SLIP_AREA_SHARE * area[piece[both[:, 1]]]]
-    wanted = np.sign(turn)
-    for here, there in small:
-        wanted[piece == piece[here]] = np.sign(turn[there])
-    slips = np.flatnonzero(wanted != np.sign(turn))
+    directed = np.concatenate([folds, folds[:, ::-1]])
+    small = directed[area[piece[directed[:, 0]]] < SLIP_AREA_SHARE * area[piece[directed[:, 1]]]]
+    signs = np.sign(turn)
+    for slip, neighbour in small:
+        signs[piece == piece[slip]] = np.sign(turn[neighbour])
+    slips = np.flatnonzero(signs != np.sign(turn))
     if not 0 < slips.size <= MOST_SLIPS:
         return uv, 0
     near = np.flatnonzero(np.isin(shape.faces, shape.faces[slips]).any(axis=1))
-    moved = _kaczmarz(shape.faces[near], wanted[near], uv)
+    moved = _kaczmarz(shape.faces[near], signs[near], uv)
     far = np.linalg.norm(np.ptp(uv, axis=0))
-    good = (np.sign(turns(moved[shape.faces])) == wanted).all() and np.abs(
+    good = (np.sign(turns(moved[shape.faces])) == signs).all() and np.abs(
         moved - uv
     ).max() < MOST_MOVED_SHARE * far
     return (moved, int(slips.size)) if good else (uv, 0)
 
 
-def _kaczmarz(faces: Index, wanted: Real, uv: Real) -> Real:
+def _kaczmarz(faces: Index, signs: Real, uv: Real) -> Real:
     """Move vertices, one triangle at a time, until each triangle has the wanted sign and a height (Kaczmarz)."""
     z, far = complex_of(uv), np.linalg.norm(np.ptp(uv, axis=0))
     corner = z[faces]
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
     least = SLIP_HEIGHT_SHARE * far * longest
-    least = np.where(wanted * turns(uv[faces]) > 0, np.minimum(least, wanted * turns(uv[faces]) / 2), least)
+    least = np.where(signs * turns(uv[faces]) > 0, np.minimum(least, signs * turns(uv[faces]) / 2), least)
     for _ in range(SLIP_ROUNDS):
         short = False
-        for face, sign, goal in zip(faces, wanted, least):
+        for face, sign, goal in zip(faces, signs, least):
             a, b, c = z[face]
             lack = goal - sign * cross(b - a, c - a)
             if lack > 0:
@@ -287,22 +286,22 @@ def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
     twice = rim[np.bincount(place, minlength=first.size)[place] > 1]
     if not twice.size:
         return flat
-    own = np.isin(shape.faces, twice).any(axis=1)
-    corner = flat[shape.faces[own]]
+    touching = np.isin(shape.faces, twice).any(axis=1)
+    corner = flat[shape.faces[touching]]
     middle = np.repeat(corner.mean(axis=1), 3)
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
     height = 2 * np.abs(triangle_areas(corner)) / longest
     into, room = np.zeros(flat.size, complex), np.full(flat.size, np.inf)
     way = middle - corner.ravel()
-    np.add.at(into, shape.faces[own].ravel(), way / np.abs(way))
-    np.minimum.at(room, shape.faces[own].ravel(), np.repeat(height, 3))
+    np.add.at(into, shape.faces[touching].ravel(), way / np.abs(way))
+    np.minimum.at(room, shape.faces[touching].ravel(), np.repeat(height, 3))
     moved = flat.copy()
     length = np.minimum(DRAWN_IN_SHARE * diagonal(flat), room[twice] / 10)
     moved[twice] += length * into[twice] / np.maximum(np.abs(into[twice]), 1e-300)
     return moved
 
 
-def _known(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:
+def _has_coordinates(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:
     """Mark (m,) the triangles with finite texture coordinates at all corners."""
     faces = uv_corners[corner]
     good = np.logical_and.reduce(np.isfinite(uv), axis=1)

@@ -93,15 +93,15 @@ class Removed(NamedTuple):
     @classmethod
     def joined(cls, rounds: "Sequence[Removed]") -> "Removed":
         """Concatenate the vertices of several rounds."""
-        offsets = np.cumsum([0, *(len(each.edges) for each in rounds)])
-        starts = [each.starts[:-1] + offset for each, offset in zip(rounds, offsets)]
+        offsets = np.cumsum([0, *(len(removed.edges) for removed in rounds)])
+        starts = [removed.starts[:-1] + offset for removed, offset in zip(rounds, offsets)]
         return cls(
-            vertex=np.concatenate([each.vertex for each in rounds]),
-            into=np.concatenate([each.into for each in rounds]),
-            corners=np.concatenate([each.corners for each in rounds]),
-            weights=np.concatenate([each.weights for each in rounds]),
+            vertex=np.concatenate([removed.vertex for removed in rounds]),
+            into=np.concatenate([removed.into for removed in rounds]),
+            corners=np.concatenate([removed.corners for removed in rounds]),
+            weights=np.concatenate([removed.weights for removed in rounds]),
             starts=np.concatenate([*starts, offsets[-1:]]),
-            edges=np.concatenate([each.edges for each in rounds]),
+            edges=np.concatenate([removed.edges for removed in rounds]),
         )
 
 
@@ -130,7 +130,7 @@ def relaxed(
         points,
         u,
         theta,
-        lambda own, kept: relaxed(own, points[kept], u[kept], theta, steps, tolerance),
+        lambda coarse, kept: relaxed(coarse, points[kept], u[kept], theta, steps, tolerance),
     )
     return sheet.relaxed(u, theta, steps, tolerance)
 
@@ -157,11 +157,11 @@ def by_coarser(
     if small is None:
         return u
     kept, faces, removed = small
-    found = u.copy()
-    found[kept] = solve(surface(points[kept], faces), kept)
+    moved = u.copy()
+    moved[kept] = solve(surface(points[kept], faces), kept)
     unit = points / np.sqrt(face_areas(points[sheet.faces]).sum())
-    better = put_back(removed, unit, theta, found) and sheet.energy(found, theta) < sheet.energy(u, theta)
-    return found if better else u
+    better = put_back(removed, unit, theta, moved) and sheet.energy(moved, theta) < sheet.energy(u, theta)
+    return moved if better else u
 
 
 def nearly_relaxed(
@@ -176,10 +176,10 @@ def nearly_relaxed(
     if small is None:
         return None
     kept, coarse, removed = small
-    found = u.copy()
-    found[kept] = relaxed(surface(points[kept], coarse), points[kept], u[kept], theta, steps, tolerance)
+    moved = u.copy()
+    moved[kept] = relaxed(surface(points[kept], coarse), points[kept], u[kept], theta, steps, tolerance)
     unit = points / np.sqrt(face_areas(points[faces]).sum())
-    return found if put_back(removed, unit, theta, found) else None
+    return moved if put_back(removed, unit, theta, moved) else None
 
 
 def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] | None:
@@ -194,15 +194,17 @@ def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] |
         return None
     kept, faces, _ = small
     mesh = Mesh.triangles(patch.mesh.name, patch.points[kept], faces)
-    own = Patch(
+    coarse_patch = Patch(
         mesh,
         mesh.points,
         Triangles(faces, kept.size),
         np.arange(kept.size),
         np.arange(faces.size).reshape(-1, 3),
     )
-    loops = [loop for loop in own.loops if np.isin(kept[loop], layout.loop).all()]
-    return (replace(layout, patch=own, flat=layout.flat[kept], loop=loops[0]), kept) if loops else None
+    loops = [loop for loop in coarse_patch.loops if np.isin(kept[loop], layout.loop).all()]
+    return (
+        (replace(layout, patch=coarse_patch, flat=layout.flat[kept], loop=loops[0]), kept) if loops else None
+    )
 
 
 def _much_coarser(
@@ -291,7 +293,7 @@ def put_back(
 def smooth(
     faces: Index,
     points: Real,
-    held: Flags,
+    fixed: Flags,
     sweeps: int,
     theta: float,
     u: Complex,
@@ -304,7 +306,7 @@ def smooth(
     Args:
         faces: (m, 3) triangles.
         points: (n, 3) vertices in space.
-        held: (n,) vertices that stay.
+        fixed: (n,) vertices that stay.
         sweeps: number of times that each vertex is moved.
         theta: weight of the area part of the energy.
         u: (n,) positions without folds, changed in place.
@@ -312,4 +314,4 @@ def smooth(
     """
     starts, around = _stars(faces, u.size)
     points = np.ascontiguousarray(points, np.float64)
-    _smooth(faces, points, u.size, starts, around, held, sweeps, theta, q, share, SMALL_GAIN_SHARE, u)
+    _smooth(faces, points, u.size, starts, around, fixed, sweeps, theta, q, share, SMALL_GAIN_SHARE, u)

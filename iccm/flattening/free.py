@@ -33,33 +33,35 @@ class Elastic:
         shapes: (m, 3) their rest shapes.
         pattern: sparsity pattern of the Newton matrices.
         rest: data of the rest shapes for the energy.
-        held: number of vertices, the first ones, that do not move.
+        fixed: number of vertices, the first ones, that do not move.
     """
 
     faces: Index
     shapes: Complex
     pattern: BlockPattern
     rest: RestShapes
-    held: int = 0
+    fixed: int = 0
 
     @classmethod
-    def of(cls, faces: Index, shapes: Complex, weights: Real | None = None, held: int = 0) -> "Elastic":
+    def of(cls, faces: Index, shapes: Complex, weights: Real | None = None, fixed: int = 0) -> "Elastic":
         """Create it from rest shapes (m, 3), weighted by `weights` (m,) or by their areas."""
-        return cls._on(system_of(faces, np.arange(held), int(faces.max()) + 1), faces, shapes, weights, held)
+        return cls._on(
+            system_of(faces, np.arange(fixed), int(faces.max()) + 1), faces, shapes, weights, fixed
+        )
 
     def with_shapes(self, shapes: Complex, weights: Real | None = None) -> "Elastic":
         """Return the same triangles with other rest shapes (m, 3), weighted by `weights` (m,) or by their areas."""
-        return self._on(self.pattern, self.faces, shapes, weights, self.held)
+        return self._on(self.pattern, self.faces, shapes, weights, self.fixed)
 
     @classmethod
     def _on(
-        cls, pattern: BlockPattern, faces: Index, shapes: Complex, weights: Real | None, held: int
+        cls, pattern: BlockPattern, faces: Index, shapes: Complex, weights: Real | None, fixed: int
     ) -> "Elastic":
         order = np.argsort(pattern.position[faces], axis=1)
         corners = np.ascontiguousarray(np.take_along_axis(shapes, order, axis=1)).ravel()
         gradients, areas = geometry(corners, np.arange(corners.size).reshape(-1, 3))
         rest = RestShapes.of(pattern, gradients, areas if weights is None else weights)
-        return cls(faces, shapes, pattern, rest, held)
+        return cls(faces, shapes, pattern, rest, fixed)
 
     def relaxed(self, u: Complex, theta: float, steps: int, tolerance: float) -> Complex:
         """Return (n,) positions with less energy, from positions without folds; see `newton.descend`.
@@ -68,22 +70,24 @@ class Elastic:
         `tolerance` of the energy. The Cholesky factor of a large surface is reused after a step that gains less than
         SMALL_GAIN_SHARE, as long as each step gains at most half as much as the one before.
         """
-        u, tau, energy, before = u.copy(), np.zeros(self.held), self.energy(u, theta), 0.0
+        u, tau, energy, before = u.copy(), np.zeros(self.fixed), self.energy(u, theta), 0.0
         system = System.of(
-            self.pattern, self.faces, self.rest, Constraints.held(u, np.arange(u.size) < self.held)
+            self.pattern, self.faces, self.rest, Constraints.held(u, np.arange(u.size) < self.fixed)
         )
         at_once = min(STEPS_AT_ONCE if u.size < LARGE_VERTEX_COUNT else 1, steps)
         for _ in range(-(-steps // at_once)):
-            below, made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
+            below, taken, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
             gain = energy - below
             slowing = gain / before if 0 < before < np.inf and not system.factorised else 1.0
             left = gain * min(
                 1, slowing
             )  # expected gain of further steps, if gains keep falling at this rate
-            again, short = system.factorised, made < at_once
-            if not (short and again) and (short or left < at_once * tolerance * below):
+            factorised, short = system.factorised, taken < at_once
+            if not (short and factorised) and (short or left < at_once * tolerance * below):
                 break
-            settled = not short and gain < SMALL_GAIN_SHARE * energy and not (again and gain > 0.5 * before)
+            settled = (
+                not short and gain < SMALL_GAIN_SHARE * energy and not (factorised and gain > 0.5 * before)
+            )
             system = replace(system, factorised=at_once == 1 and settled)
             energy, before = below, gain
         return u

@@ -97,11 +97,13 @@ def flatten(
     if fault is None and not growing:
         return plain
     if hidden and len(patch.points) >= LARGE_VERTEX_COUNT:
-        found = _check(_nearly_even(plain, growing, joins, sound, most))
+        layout = _check(_nearly_even(plain, growing, joins, sound, most))
     else:
-        found = _conformal(*_even_with_seam(plain, growing, joins, sound, most))
-        found = _check(_lengthen_seam(found) if growing and chart else found)
-    return replace(found, notes=() if fault is None else (f"LSCM produced {fault}; another method was used",))
+        layout = _conformal(*_even_with_seam(plain, growing, joins, sound, most))
+        layout = _check(_lengthen_seam(layout) if growing and chart else layout)
+    return replace(
+        layout, notes=() if fault is None else (f"LSCM produced {fault}; another method was used",)
+    )
 
 
 def convex(layout: Flattening) -> Flattening:
@@ -211,7 +213,7 @@ def _with_seam(start: Flattening, joins: bool, most: int) -> tuple[Flattening, E
             tried.append((*_roughly(further), int(start.patch.faces.flat[corner])))
         if not tried:
             break
-        result, sheet, _, end = min(tried, key=lambda found: found[2])
+        result, sheet, _, end = min(tried, key=lambda trial: trial[2])
         ends.append(end)
     for end in ends[:-1] if small is None else []:
         left = [other for other in ends if other != end]
@@ -239,27 +241,27 @@ def _roughly(start: Flattening) -> tuple[Flattening, Elastic, float]:
 
 def _conformal(even: Flattening, sheet: Elastic, steps: Iterable[int] = range(SCAFFOLD_STEPS)) -> Flattening:
     """Continue from an even layout to a conformal one."""
-    found = even
+    layout = even
     for theta in CONTINUATION_THETAS:
-        found = _relax(found, sheet, theta, steps)
-    return replace(found, method="conformal", even=even)
+        layout = _relax(layout, sheet, theta, steps)
+    return replace(layout, method="conformal", even=even)
 
 
-def _lengthen_seam(found: Flattening) -> Flattening:
+def _lengthen_seam(layout: Flattening) -> Flattening:
     """Lengthen the seam of a conformal layout until angles are preserved, or the step limits are reached.
 
     Returns the layout that preserves angles best.
     """
-    best, fewest, steps = found, _angle_loss(found), iter(range(SCAFFOLD_STEPS))
+    best, fewest, steps = layout, _angle_loss(layout), iter(range(SCAFFOLD_STEPS))
     for _ in range(ANGLE_ROUNDS):
         if fewest <= KEPT_DILATATION_P95 or next(steps, None) is None:
             break
-        patch = seams.sharper(found)
-        if patch is found.patch:
+        patch = seams.sharper(layout)
+        if patch is layout.patch:
             break
-        start, sheet = (found.even or found).cut_further(patch), surface(patch.points, patch.faces)
-        found = _conformal(_relax(start, sheet, 1.0, steps), sheet, steps)
-        best, fewest = min((best, fewest), (found, _angle_loss(found)), key=lambda pair: pair[1])
+        start, sheet = (layout.even or layout).cut_further(patch), surface(patch.points, patch.faces)
+        layout = _conformal(_relax(start, sheet, 1.0, steps), sheet, steps)
+        best, fewest = min((best, fewest), (layout, _angle_loss(layout)), key=lambda pair: pair[1])
     return best
 
 
@@ -292,9 +294,9 @@ def _apart(start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int]
         start = _start(start.patch, start.loop)
     u, loops = _unit(start), _rings(start)
 
-    def apart(own: Elastic, kept: Index) -> Complex:
+    def apart(coarse: Elastic, kept: Index) -> Complex:
         rings = [np.searchsorted(kept, loop) for loop in loops]
-        return relax_with_scaffold(own, u[kept], rings, theta, steps, LEAST_DECREASE)
+        return relax_with_scaffold(coarse, u[kept], rings, theta, steps, LEAST_DECREASE)
 
     # with the whole boundary kept, a layout without overlap on the coarser triangulation has none on the fine one
     return by_coarser(sheet, start.patch.points, u, theta, apart, np.concatenate(loops))

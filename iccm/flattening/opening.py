@@ -15,7 +15,7 @@ most digits."""
 ROOM_STEPS = 1000  # most projections to find a place of that height: acute regions converge slowly
 
 
-def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
+def open_up(flat: Complex, patch: Patch, fixed: Index) -> Complex:
     """Flip triangles that face down, where moving one vertex is enough.
 
     All triangles into which a polygon can be cut count, so that polygons become convex. Where an outline bends between
@@ -27,7 +27,7 @@ def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
     Args:
         flat: (n,) positions, most triangles counter-clockwise.
         patch: the surface.
-        held: vertices that must not move.
+        fixed: vertices that must not move.
 
     Returns:
         (n,) new positions.
@@ -37,7 +37,7 @@ def open_up(flat: Complex, patch: Patch, held: Index) -> Complex:
     if not down.size:
         return flat
     moved, free = flat.copy(), np.ones(flat.size, bool)
-    free[held] = False
+    free[fixed] = False
     order, starts = grouped(faces.ravel(), flat.size)
     for corners in faces[down]:
         if triangle_areas(moved[corners]) > 0:  # an earlier move flipped it
@@ -107,10 +107,10 @@ def _tuck(
             new[arc] += 1j * base * np.maximum(above - place.imag, 0)[arc]
         if np.abs(new - flat[vertices])[arc].max(initial=0) > room:
             return
-        found = settled(Triangles(local, vertices.size), new, inner) if inner.size else new
-        lowest = triangle_heights(found[local]).min()
+        placed = settled(Triangles(local, vertices.size), new, inner) if inner.size else new
+        lowest = triangle_heights(placed[local]).min()
         if lowest > max(0, triangle_heights(moved[part]).min()):
-            moved[vertices] = found
+            moved[vertices] = placed
         if lowest > least:
             return
 

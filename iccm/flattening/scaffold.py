@@ -49,23 +49,26 @@ def relax_with_scaffold(
     """
     energy, small = sheet.energy(u, theta), 0
     around = frame(u[loops[0]])
-    faces, areas, both = outside(u, around, loops), np.empty(0), None
+    faces, areas, joint = outside(u, around, loops), np.empty(0), None
     for _ in steps:
-        at = np.concatenate([around, u])
-        if both is not None and (triangle_areas(at[faces]) < LEAST_KEPT_AREA_SHARE * areas).any():
-            around, both = frame(u[loops[0]]), None
-            faces, at = outside(u, around, loops), np.concatenate([around, u])
+        positions = np.concatenate([around, u])
+        if joint is not None and (triangle_areas(positions[faces]) < LEAST_KEPT_AREA_SHARE * areas).any():
+            around, joint = frame(u[loops[0]]), None
+            faces, positions = outside(u, around, loops), np.concatenate([around, u])
         if not len(faces):  # the outline is too thin for a scaffold; without one it might overlap itself
             break
-        shapes = np.concatenate([sheet.shapes, at[faces]])
+        shapes = np.concatenate([sheet.shapes, positions[faces]])
         light = np.full(len(faces), SCAFFOLD_WEIGHT * energy / len(faces))
         weights = np.concatenate([sheet.rest.weights, light])
-        if both is None:
-            areas, joined = triangle_areas(at[faces]), np.concatenate([sheet.faces + FRAME_CORNERS, faces])
-            both = Elastic.of(joined, shapes, weights, FRAME_CORNERS)
+        if joint is None:
+            areas, joined = (
+                triangle_areas(positions[faces]),
+                np.concatenate([sheet.faces + FRAME_CORNERS, faces]),
+            )
+            joint = Elastic.of(joined, shapes, weights, FRAME_CORNERS)
         else:
-            both = both.with_shapes(shapes, weights)
-        u = both.relaxed(at, theta, 1, tolerance)[FRAME_CORNERS:]
+            joint = joint.with_shapes(shapes, weights)
+        u = joint.relaxed(positions, theta, 1, tolerance)[FRAME_CORNERS:]
         before, energy = energy, sheet.energy(u, theta)
         small = small + 1 if before - energy < tolerance * before else 0
         if small == settled:
@@ -85,13 +88,15 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
 
     Vertices are those of the frame, then those of the layout.
     """
-    at = np.concatenate([around, u])
+    positions = np.concatenate([around, u])
     rings = [np.arange(around.size), *(loop + around.size for loop in loops)]
     polygons = [
         shapely.Polygon(xy_of(around), [xy_of(u[loops[0]])]),
         *(shapely.Polygon(xy_of(u[loop])) for loop in loops[1:]),
     ]
-    return _numbered(at, rings, polygons, THIN_AREA_SHARE * float(np.abs(around[0] - around.mean()) ** 2))
+    return _numbered(
+        positions, rings, polygons, THIN_AREA_SHARE * float(np.abs(around[0] - around.mean()) ** 2)
+    )
 
 
 def filling(u: Complex, hole: Index) -> Index:
@@ -99,13 +104,13 @@ def filling(u: Complex, hole: Index) -> Index:
     return _numbered(u, [hole], [shapely.Polygon(xy_of(u[hole]))], 0.0)
 
 
-def _numbered(at: Complex, rings: list[Index], polygons: list[shapely.Polygon], thin: float) -> Index:
+def _numbered(positions: Complex, rings: list[Index], polygons: list[shapely.Polygon], thin: float) -> Index:
     """Triangulate polygons; return the vertex numbers of triangles with more area than `thin`."""
-    number = {complex(at[v]): v for ring in rings for v in ring.tolist()}
+    number = {complex(positions[v]): v for ring in rings for v in ring.tolist()}
     parts = np.concatenate([_triangles(polygon) for polygon in polygons])
     xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
     faces = np.array([number[complex(x, y)] for x, y in xy.reshape(-1, 2).tolist()], np.int64).reshape(-1, 3)
-    area = triangle_areas(at[faces])
+    area = triangle_areas(positions[faces])
     faces = np.where((area < 0)[:, None], faces[:, ::-1], faces)
     return np.ascontiguousarray(faces[np.abs(area) > thin])
 

@@ -64,11 +64,11 @@ def ends(result: Flattening, joins: bool) -> Iterator[int]:
 
 def lengthened(result: Flattening, ends: Iterable[int], joins: bool) -> Patch:
     """Return the patch with its seam extended to the given vertices by shortest paths, one after another."""
-    sources, found = _sources(result, joins), []
+    sources, paths = _sources(result, joins), []
     for end in ends:
-        found.append(walk(Ways.of(result.patch, sources, joins).before, end))
-        sources = np.union1d(sources, found[-1])
-    return cut_along(result.patch, found)
+        paths.append(walk(Ways.of(result.patch, sources, joins).before, end))
+        sources = np.union1d(sources, paths[-1])
+    return cut_along(result.patch, paths)
 
 
 def sharper(result: Flattening) -> Patch:
@@ -84,15 +84,15 @@ def sharper(result: Flattening) -> Patch:
     dilated = np.where(inner, _log_dilatation(result), 0.0)
     reached = np.zeros(inner.size, bool)
     reached[result.loop] = True
-    found = []
+    paths = []
     for _ in range(PATHS_AT_ONCE):
-        way = _worthwhile(patch, np.flatnonzero(reached), dilated, convex)
-        reached[way] = True
-        beside = np.unique(patch.faces[np.isin(patch.faces, way).any(axis=1)])
+        path = _worthwhile(patch, np.flatnonzero(reached), dilated, convex)
+        reached[path] = True
+        beside = np.unique(patch.faces[np.isin(patch.faces, path).any(axis=1)])
         dilated[beside] *= RELIEVED_SHARE
-        dilated[way] = 0
-        found.append(way)
-    return cut_along(patch, found)
+        dilated[path] = 0
+        paths.append(path)
+    return cut_along(patch, paths)
 
 
 def _sources(result: Flattening, joins: bool) -> Index:
@@ -121,6 +121,6 @@ def _log_dilatation(result: Flattening) -> Real:
 def _worthwhile(patch: Patch, sources: Index, dilated: Real, ends: Flags) -> list[int]:
     """Return the path from `sources` to one of the vertices marked in `ends` (n,) with the largest merit."""
     ways = Ways.of(patch, sources, joins=True)
-    there = ends & (ways.reach > 0) & np.isfinite(ways.reach)
-    reach = np.where(there, ways.reach, 1.0)
-    return walk(ways.before, int(np.argmax(np.where(there, ways.summed(dilated) / np.sqrt(reach), -1.0))))
+    reachable = ends & (ways.reach > 0) & np.isfinite(ways.reach)
+    reach = np.where(reachable, ways.reach, 1.0)
+    return walk(ways.before, int(np.argmax(np.where(reachable, ways.summed(dilated) / np.sqrt(reach), -1.0))))

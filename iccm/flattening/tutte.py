@@ -40,15 +40,15 @@ def settled(shape: Triangles, z: Complex, inner: Index) -> Complex:
     graph = ((graph + graph.T) > 0).astype(float)
     degree = np.asarray(graph.sum(axis=1)).ravel()
     rows = (csr_matrix((degree, (np.arange(shape.count),) * 2)) - graph)[inner]
-    found = z.copy()
-    found[inner] = 0
-    right = -(rows @ found)
+    positions = z.copy()
+    positions[inner] = 0
+    right = -(rows @ positions)
     # ordered as a symmetric matrix: half the fill-in of scipy's default
     factor = splu(
         rows[:, inner].tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     )
-    found[inner] = complex_of(factor.solve(xy_of(right)))
-    return found
+    positions[inner] = complex_of(factor.solve(xy_of(right)))
+    return positions
 
 
 def filled(patch: Patch, outline: Index) -> Triangles:

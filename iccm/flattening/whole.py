@@ -34,23 +34,23 @@ def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Fl
     Raises:
         InputError: a piece is closed or has handles, and may not be cut.
     """
-    known: dict[bytes, tuple[Patch, Flattening]] = {}
-    found = list[Flattening | InputError]()
+    originals: dict[bytes, tuple[Patch, Flattening]] = {}
+    layouts = list[Flattening | InputError]()
     for piece in pieces:
         key = _key(piece)
-        if key in known:
-            found.append(_of_copy(piece, *known[key]))
+        if key in originals:
+            layouts.append(_of_copy(piece, *originals[key]))
             continue
         opened = open_piece(piece, cut=grow)
         try:
             flat = flatten(opened, grow=grow, method=method, chart=True)
         except InputError as error:
-            found.append(error)
+            layouts.append(error)
             continue
         flat = flat if method == "lscm" else convex(flat)
-        known[key] = piece, flat
-        found.append(flat)
-    return found
+        originals[key] = piece, flat
+        layouts.append(flat)
+    return layouts
 
 
 def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
@@ -104,18 +104,21 @@ def pack_all(
     """
     square = shapely.box(0, 0, 1, 1)
     packing = pack(
-        [(each.flat, each.patch.faces) for each in layouts], region or square, rotates=rotates, margin=margin
+        [(layout.flat, layout.patch.faces) for layout in layouts],
+        region or square,
+        rotates=rotates,
+        margin=margin,
     )
-    flat = [packing.of(each.flat, k) for k, each in enumerate(layouts)]
+    flat = [packing.of(layout.flat, k) for k, layout in enumerate(layouts)]
     side = 1.0
     if region is None:
         side = 1 / float(np.abs(packing.factor).max())
         flat = [z * side for z in flat]
-    firsts = np.cumsum([0, *(each.flat.size for each in layouts)])
-    whole = Patch.of_pieces(mesh, [each.patch for each in layouts], corners)
-    outlines = tuple(each.loop + first for each, first in zip(layouts, firsts))
-    largest = int(np.argmax([each.patch.areas.sum() for each in layouts]))
-    found = Flattening(
+    firsts = np.cumsum([0, *(layout.flat.size for layout in layouts)])
+    whole = Patch.of_pieces(mesh, [layout.patch for layout in layouts], corners)
+    outlines = tuple(layout.loop + first for layout, first in zip(layouts, firsts))
+    largest = int(np.argmax([layout.patch.areas.sum() for layout in layouts]))
+    packed = Flattening(
         whole, np.concatenate(flat), outlines[largest], layouts[largest].method, outlines=outlines
     )
-    return found, side
+    return packed, side

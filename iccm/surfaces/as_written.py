@@ -62,18 +62,18 @@ class Written:
 
     def report(self) -> dict[str, Any]:
         """Return the measurements as they appear in the JSON report."""
-        found = self.distortion.report()
-        found.pop("turn")  # triangles in space have no upright direction
+        figures = self.distortion.report()
+        figures.pop("turn")  # triangles in space have no upright direction
         boundary = {} if self.packed else {"boundary": self.boundary}
         if self.one_to_one:
-            found["injective"] = {
+            figures["injective"] = {
                 "certified": True,
                 "share": 1.0,
                 "zeros": 0,
                 "simple_image": True,
                 "obstacle": "",
             }
-        return {**found, **boundary, "log10_area": self.log10_area}
+        return {**figures, **boundary, "log10_area": self.log10_area}
 
 
 def _is_one_to_one(z: Complex, layout: Flattening) -> bool:
@@ -115,8 +115,8 @@ def _scales(before: Real, after: Real) -> dict[str, float]:
 def _distortion(corners: Complex, space: Real, scale: float) -> Distortion:
     with np.errstate(all="ignore"):
         f_z, f_zbar = linear(corners, laid_flat(space))
-    known = np.isfinite(f_z) & np.isfinite(f_zbar)
-    f_z, f_zbar = (np.where(known, part, 1.0) for part in (f_z, f_zbar))  # no area: counts as folded
+    finite = np.isfinite(f_z) & np.isfinite(f_zbar)
+    f_z, f_zbar = (np.where(finite, part, 1.0) for part in (f_z, f_zbar))  # no area: counts as folded
     return Distortion(face_areas(space), f_z, f_zbar, scale)
 
 

@@ -30,10 +30,10 @@ def with_room(image: Complex, layout: Flattening, diagonal: float) -> Complex:
     lifted = lift(image, every, layout.loop, diagonal)
     least, rim = LEAST_HEIGHT_SHARE * diagonal, np.concatenate(patch.loops)
     opened = tuck_in(open_up(lifted, patch, rim), patch, MOST_MOVED_SHARE * diagonal, least)
-    held = np.zeros(image.size, bool)
-    held[rim] = True
+    fixed = np.zeros(image.size, bool)
+    fixed[rim] = True
     for faces in (every, patch.faces):
-        opened = unfold_on(opened, faces, held, patch.points, least)
+        opened = unfold_on(opened, faces, fixed, patch.points, least)
     return opened
 
 

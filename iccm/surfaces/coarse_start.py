@@ -50,9 +50,9 @@ def started_coarsely(
     if state.u.size < LARGE_VERTEX_COUNT or not (planar and plain):
         return state, False
     # The boundary slides, and a triangle with three vertices on it would hold it: so its neighbours stay, too.
-    held = np.zeros(state.u.size, bool)
-    held[: state.constrained] = True
-    stay = np.unique(state.faces[held[state.faces].any(axis=1)])
+    fixed = np.zeros(state.u.size, bool)
+    fixed[: state.constrained] = True
+    stay = np.unique(state.faces[fixed[state.faces].any(axis=1)])
     coarse, removed = coarser(points, state.faces, state.u, state.u.size // COARSER_FACTOR, stay)
     kept = np.unique(coarse)
     if 2 * kept.size > state.u.size:
@@ -80,24 +80,24 @@ def _carried(
 
     Also returns whether it needs no Newton steps.
     """
-    found = state.u.copy()
-    found[kept] = small.u
+    moved = state.u.copy()
+    moved[kept] = small.u
     unit = points / np.sqrt(face_areas(points[state.faces]).sum())
     how = {"q": FINE_POWER, "share": state.boundary.area_share(True)}
-    if not put_back(removed, unit, state.energy.balance, found, **how) or folds(state.faces, found):
+    if not put_back(removed, unit, state.energy.balance, moved, **how) or folds(state.faces, moved):
         return state, False
-    value, settled = _energy(state, found), False
-    held = np.arange(found.size) < state.constrained
+    value, settled = _energy(state, moved), False
+    fixed = np.arange(moved.size) < state.constrained
     for _ in range(MOST_SWEEPS // SWEEPS_AT_ONCE):
-        smooth(state.faces, unit, held, SWEEPS_AT_ONCE, state.energy.balance, found, **how)
-        before, value = value, _energy(state, found)
+        smooth(state.faces, unit, fixed, SWEEPS_AT_ONCE, state.energy.balance, moved, **how)
+        before, value = value, _energy(state, moved)
         settled = before - value < LAST_DECREASE * value
         if settled:
             break
-    if folds(state.faces, found) or not value < _energy(state, state.u):
+    if folds(state.faces, moved) or not value < _energy(state, state.u):
         return state, False
-    better = replace(state, u=found, boundary=small.boundary, inside=small.inside)
-    return better.with_value(FINE_POWER), settled and found.size >= DIRECT_VERTEX_COUNT
+    better = replace(state, u=moved, boundary=small.boundary, inside=small.inside)
+    return better.with_value(FINE_POWER), settled and moved.size >= DIRECT_VERTEX_COUNT
 
 
 def _energy(state: DiscreteMap, u: Complex) -> float:

@@ -45,8 +45,9 @@ def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
     """Return pairs (source hole, target hole): given partners first, the others assigned by distance of centroids."""
     from scipy.optimize import linear_sum_assignment
 
-    here, there = (np.array([curve.z.mean() for curve in side], complex) for side in problem.holes)
-    away = np.abs(near(here)[:, None] - there)
+    sources = np.array([hole.z.mean() for hole in problem.holes[0]], complex)
+    targets = np.array([hole.z.mean() for hole in problem.holes[1]], complex)
+    away = np.abs(near(sources)[:, None] - targets)
     for i, j in problem.partners:
         away[i, j] = -FARTHEST_UNITS
     return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(away))]
@@ -54,22 +55,22 @@ def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
 
 def similarity(problem: UnitProblem) -> Similarity | None:
     """Return the similarity that maps the source closest to the target; None if the best one is not close."""
-    found = [_icp(problem, match) for match in _matches(problem)]
-    away, near = min(found, key=lambda each: each[0])
+    fits = [_icp(problem, match) for match in _matches(problem)]
+    away, near = min(fits, key=lambda fit: fit[0])
     return near if away < CLOSE_RMS else None
 
 
-def unlikeness(source: Curve, target: Curve, here: Complex, there: Complex) -> float:
+def unlikeness(source: Curve, target: Curve, source_points: Complex, target_points: Complex) -> float:
     """Return the RMS distance between two outlines after the best similarity, relative to the root of the area.
 
     Args:
         source: an outline.
         target: the outline that it is compared with.
-        here: (k,) corresponding points on the source.
-        there: (k,) their images on the target. Between them, points correspond by arclength.
+        source_points: (k,) corresponding points on the source.
+        target_points: (k,) their images on the target. Between them, points correspond by arclength.
     """
     s = source.length * SHARES
-    z, w = source.at(s), target.at(_interpolate(source, target, (here, there)).at(s))
+    z, w = source.at(s), target.at(_interpolate(source, target, (source_points, target_points)).at(s))
     away = Similarity.fit(z, w)(z) - w
     return float(np.sqrt(np.mean(np.abs(away) ** 2) / target.area))
 

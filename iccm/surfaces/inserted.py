@@ -61,36 +61,38 @@ def _at_points(whole: Patch, points: Real) -> tuple[RefinedSurface, list[int]]:
 
 
 def _insert_line(
-    refined: RefinedSurface, points: Real, here: int, end: int
+    refined: RefinedSurface, points: Real, vertex: int, end: int
 ) -> tuple[RefinedSurface, list[int]]:
     """Insert edges from one vertex to another, each step in the plane through the surface normal and the end point.
 
     Args:
         refined: the triangles.
         points: (n, 3) positions of the original mesh.
-        here: vertex where the path begins.
+        vertex: vertex where the path begins.
         end: vertex where it ends.
 
     Returns:
-        The refined triangles and the vertices on the path after `here`. If the path does not arrive, it stops short of
-        `end`.
+        The refined triangles and the vertices on the path after `vertex`. If the path does not arrive, it stops short
+        of `end`.
     """
-    way: list[int] = []
+    path: list[int] = []
     for _ in range(MOST_CROSSED_TRIANGLES):
-        fan = np.flatnonzero((refined.faces == here).any(axis=1))
+        fan = np.flatnonzero((refined.faces == vertex).any(axis=1))
         corners = refined.faces[fan]
         if (corners == end).any():
-            return refined, [*way, end]
-        corners = np.take_along_axis(corners, (np.argmax(corners == here, 1)[:, None] + np.arange(3)) % 3, 1)
+            return refined, [*path, end]
+        corners = np.take_along_axis(
+            corners, (np.argmax(corners == vertex, 1)[:, None] + np.arange(3)) % 3, 1
+        )
         space = refined.carried(points)
-        found = _crossing(space[corners], space[end])
-        if found is None:
+        crossing = _crossing(space[corners], space[end])
+        if crossing is None:
             break
-        t, share = found
+        t, share = crossing
         place = np.where(refined.faces[fan[t]] == corners[t, 2], share, 1 - share)
-        refined, here = refined.with_point(fan[t], np.where(refined.faces[fan[t]] == here, 0, place))
-        way.append(here)
-    return refined, way
+        refined, vertex = refined.with_point(fan[t], np.where(refined.faces[fan[t]] == vertex, 0, place))
+        path.append(vertex)
+    return refined, path
 
 
 def _crossing(fan: Real, end: Real) -> tuple[int, float] | None:
@@ -125,14 +127,14 @@ def _as_mesh(whole: Patch, refined: RefinedSurface) -> Mesh:
     more: dict[str, Any] = {"base": mesh.base, "whole": mesh.whole}
     if mesh.uv is None or mesh.uv_corners is None:
         return Mesh.triangles(mesh.name, space, refined.faces, **more)
-    corners = mesh.uv_corners[whole.corner][refined.own]
-    split = np.flatnonzero(np.any(refined.faces != faces[refined.own], axis=1))
-    own = np.repeat(refined.own[split], 3)
-    weights = barycentric(mesh.points[faces[own]], space[refined.faces[split]].reshape(-1, 3))
-    uv = np.einsum("pk,pkc->pc", weights, mesh.uv[mesh.uv_corners[whole.corner]][own])
-    known = corners[split].min(axis=1, keepdims=True) >= 0
+    corners = mesh.uv_corners[whole.corner][refined.original]
+    split = np.flatnonzero(np.any(refined.faces != faces[refined.original], axis=1))
+    originals = np.repeat(refined.original[split], 3)
+    weights = barycentric(mesh.points[faces[originals]], space[refined.faces[split]].reshape(-1, 3))
+    uv = np.einsum("pk,pkc->pc", weights, mesh.uv[mesh.uv_corners[whole.corner]][originals])
+    has_uv = corners[split].min(axis=1, keepdims=True) >= 0
     numbers = len(mesh.uv) + np.arange(len(uv)).reshape(-1, 3)
-    corners[split] = np.where(known, numbers, -1)
+    corners[split] = np.where(has_uv, numbers, -1)
     more |= {"uv": np.concatenate([mesh.uv, uv]), "uv_corners": corners.ravel()}
     return Mesh.triangles(mesh.name, space, refined.faces, **more)
 

@@ -30,14 +30,16 @@ def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
         InputError: by index, the faces are not the same in the same order; by topology, the connectivity differs.
     """
     partner = partners(old, new)[0] if match in ("auto", "position") else np.full(len(new.faces), -1)
-    here = np.flatnonzero(partner >= 0)
-    same, ordered = here.size / max(partner.size, 1), np.array_equal(partner[here], here)
+    coinciding = np.flatnonzero(partner >= 0)
+    same, ordered = coinciding.size / max(partner.size, 1), np.array_equal(partner[coinciding], coinciding)
     if match != "position" and (same < 0.5 or (same < 1 and ordered)):
         corner = None
         if match != "topology" and _by_index(old.points, old.faces.ravel(), new.points, new.faces.ravel()):
             corner = np.arange(new.faces.size)
         elif match != "index" and same < 0.5:
-            corner = isomorphism(*(Polygons.triangles(each.points, each.faces) for each in (old, new)))
+            corner = isomorphism(
+                Polygons.triangles(old.points, old.faces), Polygons.triangles(new.points, new.faces)
+            )
         if corner is not None:
             return _laid_on(old, new, corner)
         if match == "index":
@@ -64,9 +66,9 @@ def _laid_on(old: Charted, new: Charted, corner: Index) -> Charted:
 
 def _moved(points: Real, corners: Index, new_points: Real, new_corners: Index) -> Real:
     """Return (n, 3) positions of the new mesh's vertices: those of the old corners that correspond to their corners."""
-    found = np.zeros_like(new_points)
-    found[new_corners] = points[corners]
-    return found
+    moved = np.zeros_like(new_points)
+    moved[new_corners] = points[corners]
+    return moved
 
 
 def cut_alike(old: Mesh, new: Mesh) -> Mesh:
@@ -79,7 +81,9 @@ def cut_alike(old: Mesh, new: Mesh) -> Mesh:
     corners = old.corners
     ordered = np.array_equal(old.starts, new.starts)
     if not (ordered and _by_index(old.points, corners, new.points, new.corners)):
-        corner = isomorphism(*(Polygons(each.points, each.corners, each.starts) for each in (old, new)))
+        corner = isomorphism(
+            Polygons(old.points, old.corners, old.starts), Polygons(new.points, new.corners, new.starts)
+        )
         if corner is None:
             return new
         corners = corners[corner]
@@ -93,9 +97,8 @@ def _by_index(points: Real, corners: Index, new_points: Real, new_corners: Index
     """
     if corners.size != new_corners.size or min(corners.min(), new_corners.min()) < 0:
         return False
-    place, new_place = (
-        distinct_rows(each)[1][at] for each, at in ((points, corners), (new_points, new_corners))
-    )
+    place = distinct_rows(points)[1][corners]
+    new_place = distinct_rows(new_points)[1][new_corners]
     for one, other in ((place, new_place), (new_place, place)):
         partner = np.zeros(int(one.max()) + 1, np.int64)
         partner[one] = other

@@ -24,5 +24,5 @@ class OwnMetric(Metric):
         return (
             self.maps
             if len(z) == self.material.size
-            else Linear(*(each[self.material] for each in self.maps))
+            else Linear(*(part[self.material] for part in self.maps))
         )

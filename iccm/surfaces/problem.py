@@ -113,23 +113,27 @@ class SurfaceProblem:
     def inner_pins(self) -> Pins:
         """Pins and strokes, in the planes where the problem is solved."""
         source, target = self.sides
-        inner, outer = (
-            np.column_stack([side.inward(z) for side, z in zip(self.sides, each.T)])
-            for each in (self.pins.inner, self.pins.outer)
-        )
+
+        def inward(pairs: Complex) -> Complex:
+            return np.column_stack([source.inward(pairs[:, 0]), target.inward(pairs[:, 1])])
+
         strokes = tuple(
             replace(
                 stroke, source=source.curve_inward(stroke.source), target=target.curve_inward(stroke.target)
             )
             for stroke in self.pins.strokes
         )
-        return replace(self.pins, inner=inner, outer=outer, strokes=strokes)
+        return replace(
+            self.pins, inner=inward(self.pins.inner), outer=inward(self.pins.outer), strokes=strokes
+        )
 
     @cached_property
     def inner_softness(self) -> Softness:
         """Softness of the pins of `inner_pins`, those inside first, in the planes where the problem is solved."""
         inside = self.pins.inner
-        numbers = np.array([np.flatnonzero(self.points[:, 0] == here)[0] for here in inside[:, 0]], np.int64)
+        numbers = np.array(
+            [np.flatnonzero(self.points[:, 0] == point)[0] for point in inside[:, 0]], np.int64
+        )
         scaled = _scaled(self.softness.of_pins(numbers), *self._scales(inside))
         return Softness.exact(self.pins.count).with_pins(np.arange(len(inside)), scaled)
 
@@ -145,7 +149,8 @@ class SurfaceProblem:
     @cached_property
     def patches(self) -> PinnedPatches:
         """The soft pins, in the planes where the problem is solved."""
-        pins, (source, target) = self.inner_pins, (side.solved[0] for side in self.sides)
+        pins = self.inner_pins
+        source, target = self.sides[0].solved[0], self.sides[1].solved[0]
         points = np.concatenate([pins.inner, pins.outer])
         return patches_of(
             source, target, self.inner_holes.sides, points, self.inner_softness, pins, bands=self.inner_bands
@@ -156,13 +161,13 @@ class SurfaceProblem:
         """The soft pins (j, 2) in the user's planes, with the radii and tolerances that were chosen for them."""
         inside = self.pins.inner
         points = inside[self.inner_softness.is_soft[: len(inside)]]
-        here, there = self._scales(points)
-        return points, _scaled(self.patches.softness, 1 / here, 1 / there)
+        source_scale, target_scale = self._scales(points)
+        return points, _scaled(self.patches.softness, 1 / source_scale, 1 / target_scale)
 
     def _scales(self, points: Complex) -> tuple[Real, Real]:
         """Return the local scales from the user's planes to those of the solver, at points (k, 2)."""
-        here, there = (side.scale_inward(z) for side, z in zip(self.sides, points.T))
-        return here, there
+        source, target = self.sides
+        return source.scale_inward(points[:, 0]), target.scale_inward(points[:, 1])
 
     @cached_property
     def frames(self) -> tuple[Similarity, Similarity]:
@@ -190,11 +195,11 @@ class SurfaceProblem:
         return unit._replace(metrics=(metrics[0], metrics[1]))
 
 
-def _scaled(softness: Softness, here: Real, there: Real) -> Softness:
-    """Scale the lengths in the softness of k pins: by `here` (k,) in the source and by `there` (k,) in the target."""
+def _scaled(softness: Softness, source_scale: Real, target_scale: Real) -> Softness:
+    """Scale the lengths in the softness of k pins by their scales (k,) in the source and (k,) in the target."""
     return replace(
         softness,
-        radii=here * softness.radii,
-        tolerances=there * softness.tolerances,
-        limits=there * softness.limits,
+        radii=source_scale * softness.radii,
+        tolerances=target_scale * softness.tolerances,
+        limits=target_scale * softness.limits,
     )

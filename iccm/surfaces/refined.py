@@ -19,13 +19,13 @@ class RefinedSurface:
 
     Attributes:
         faces: (m, 3) triangles.
-        own: (m,) the original triangle that each is a part of.
+        original: (m,) the original triangle that each is a part of.
         count: number of vertices.
         added: for each round of additions, (k, 3) parent vertices of the new ones, and (k, 3) their weights.
     """
 
     faces: Index
-    own: Index
+    original: Index
     count: int
     added: tuple[tuple[Index, Real], ...] = ()
 
@@ -41,12 +41,12 @@ class RefinedSurface:
         return cls(faces, np.arange(len(faces)), count)
 
     def _with(
-        self, hit: Flags, parts: Sequence, own: Sequence, parents: Index, weights: Real
+        self, hit: Flags, parts: Sequence, originals: Sequence, parents: Index, weights: Real
     ) -> "RefinedSurface":
-        """Add vertices, and replace the triangles marked in `hit` by parts (k, 3) of the triangles `own` (k,)."""
+        """Add vertices, and replace the triangles marked in `hit` by parts (k, 3) of the triangles `originals` (k,)."""
         added = (*self.added, (parents.reshape(-1, 3), weights.reshape(-1, 3)))
         faces = np.concatenate([self.faces[~hit], np.array(parts, np.int64).reshape(-1, 3)])
-        whole = np.concatenate([self.own[~hit], self.own[np.array(own, np.int64)]])
+        whole = np.concatenate([self.original[~hit], self.original[np.array(originals, np.int64)]])
         return RefinedSurface(faces, whole, self.count + len(added[-1][0]), added)
 
     def with_point(self, face: int, place: Real) -> tuple["RefinedSurface", int]:
@@ -78,17 +78,17 @@ class RefinedSurface:
         starts, ends = self.faces, np.roll(self.faces, -1, axis=1)
         sides = np.minimum(starts, ends) * self.count + np.maximum(starts, ends)
         hit = np.isin(sides, keys)
-        parts, own = [], []
+        parts, originals = [], []
         for t in np.flatnonzero(hit.any(axis=1)):
             side = int(np.argmax(hit[t]))
             tail, head, apex = np.roll(self.faces[t], -side)
             chain = chains[int(sides[t, side])]
             chain = [tail, *(chain if tail < head else chain[::-1]), head]
             parts += [(a, b, apex) for a, b in pairwise(chain)]
-            own += [t] * (len(chain) - 1)
+            originals += [t] * (len(chain) - 1)
         parents = np.column_stack([tails, heads, heads])
         weights = np.column_stack([1 - shares, shares, 0 * shares])
-        return self._with(np.asarray(hit.any(axis=1)), parts, own, parents, weights)
+        return self._with(np.asarray(hit.any(axis=1)), parts, originals, parents, weights)
 
     def without_chords(self, still: Flags) -> "RefinedSurface":
         """Split every inner edge between two vertices marked in `still` (n,) at its middle.

@@ -29,7 +29,7 @@ OUTLINE = (
 
 
 def keep_rigid(
-    own: OwnMap,
+    own_map: OwnMap,
     places: Complex,
     regions: Sequence[Complex],
     settings: Settings,
@@ -40,7 +40,7 @@ def keep_rigid(
     Regions rotate with the map around them.
 
     Args:
-        own: the map without rigid regions.
+        own_map: the map without rigid regions.
         places: (n,) its vertices in the user's plane.
         regions: polygons in that plane.
         settings: of the solver.
@@ -51,7 +51,7 @@ def keep_rigid(
             one of them.
         NoMapError: no map without folds was found.
     """
-    state = own.state
+    state = own_map.state
     on_outline = np.arange(state.z.size) < state.border
     labels, touching = labels_of(state.faces, places, on_outline, regions)
     count = int(labels.max(initial=-1)) + 1
@@ -67,18 +67,18 @@ def keep_rigid(
         journal.notes.append(OUTLINE.format(touching))
     metric = state.metrics[0]
     assert isinstance(metric, OwnMetric)
-    a, b = (each[:, None] for each in metric.maps)
+    a, b = metric.maps[0][:, None], metric.maps[1][:, None]
     corners = state.z[state.faces]
     flat = flat_by_itself(state.z, state.faces, a * corners + b * corners.conj(), labels)
     holding = np.full(flat.size, -1)
     holding[state.faces[labels >= 0]] = labels[labels >= 0, None]
     pins = np.column_stack([flat[state.inner], state.inside.goals])
     size = settings.rigid_size
-    aims, said, held = aims_by(count, holding[state.inner], pins, size or 1.0)
-    wanted = Rigid((), aims, ~said, ~said & (size is None), held)
-    kept = keep_on_mesh(replace(state, rigid=labels, flat=flat), wanted, settings)
+    aims, is_prescribed, centroids = aims_by(count, holding[state.inner], pins, size or 1.0)
+    rigid = Rigid((), aims, ~is_prescribed, ~is_prescribed & (size is None), centroids)
+    kept = keep_on_mesh(replace(state, rigid=labels, flat=flat), rigid, settings)
     journal.energies.append(kept.value)
-    return replace(own, state=kept, energy=kept.value)
+    return replace(own_map, state=kept, energy=kept.value)
 
 
 def laid_by_themselves(
@@ -114,8 +114,8 @@ def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Com
     if kept.size:
         _, corners = np.unique(faces[kept], return_inverse=True)
         a, b, c = corners.reshape(-1, 3).T
-        own = topology.labels(np.append(a, a), np.append(b, c), int(corners.max()) + 1)
-        labels[kept] = own[a]
+        component = topology.labels(np.append(a, a), np.append(b, c), int(corners.max()) + 1)
+        labels[kept] = component[a]
     areas = triangle_areas(z[faces])
     return labels, float(areas[touching].sum() / areas[inside].sum()) if kept.size else 1.0
 
@@ -133,13 +133,13 @@ def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> 
     """
     flat = z.copy()
     for k in range(labels.max(initial=-1) + 1):
-        own = labels == k
-        vertices, corners = np.unique(faces[own], return_inverse=True)
-        corners, here = corners.reshape(-1, 3), z[vertices]
-        size = np.sqrt(triangle_areas(shapes[own]).sum())
-        begun = here / np.sqrt(np.abs(triangle_areas(here[corners])).sum())
-        sheet = Elastic.of(corners, shapes[own] / size)
-        laid = size * sheet.relaxed(begun, 1.0, NEWTON_STEPS, LEAST_DECREASE)
-        turn = Similarity.fit(laid, here).factor
+        inside = labels == k
+        vertices, corners = np.unique(faces[inside], return_inverse=True)
+        corners, positions = corners.reshape(-1, 3), z[vertices]
+        size = np.sqrt(triangle_areas(shapes[inside]).sum())
+        start = positions / np.sqrt(np.abs(triangle_areas(positions[corners])).sum())
+        sheet = Elastic.of(corners, shapes[inside] / size)
+        laid = size * sheet.relaxed(start, 1.0, NEWTON_STEPS, LEAST_DECREASE)
+        turn = Similarity.fit(laid, positions).factor
         flat[vertices] = turn / abs(turn) * laid
     return flat

@@ -56,20 +56,22 @@ class Opened(NamedTuple):
         Raises:
             InputError: there is no such seam.
         """
-        there = cut_through(target, stops[:, 1].tolist())
+        target_cut = cut_through(target, stops[:, 1].tolist())
         if opening is None:
-            return cls((source, target), (cut_through(source, stops[:, 0].tolist()), there), stops)
+            return cls((source, target), (cut_through(source, stops[:, 0].tolist()), target_cut), stops)
         split = sound_piece(opening.mesh)
         marks = np.column_stack([nearest(split, source.points[stops[:, 0]]), stops[:, 1]])
-        return cls((split, target), (cut_along_path(split, nearest(split, opening.points)), there), marks)
+        return cls(
+            (split, target), (cut_along_path(split, nearest(split, opening.points)), target_cut), marks
+        )
 
     def pins(self, layouts: Sequence[Flattening]) -> tuple[Complex, Complex]:
         """Return the landmarks (k,) in layouts of both patches, in order around the outlines."""
-        here, there = (
-            on_seam(layout, side)
-            for layout, side in zip(layouts, zip(self.wholes, self.stops.T), strict=True)
+        source, target = layouts
+        return (
+            on_seam(source, (self.wholes[0], self.stops[:, 0])),
+            on_seam(target, (self.wholes[1], self.stops[:, 1])),
         )
-        return here, there
 
     def unlikeness(self) -> float:
         """Return how different the even layouts of both patches are, see `icp_start.unlikeness`.
@@ -96,13 +98,13 @@ def agreed_orders(source: Patch, target: Patch, stops: Index) -> list[Index]:
     large = max(len(source.faces), len(target.faces)) > MOST_TRIANGLES
     if len(stops) < 3 or large:
         return [given]
-    found = []
+    rated = []
     for order in _orders(_cost(source, target, stops)):
-        found.append((_unlikeness(source, target, stops[order]), order))
-        if found[-1][0] < CLEAR_UNLIKENESS:
+        rated.append((_unlikeness(source, target, stops[order]), order))
+        if rated[-1][0] < CLEAR_UNLIKENESS:
             return [order]
-    found.sort(key=lambda pair: pair[0])
-    return [order for unlike, order in found if unlike < np.inf] or [given]
+    rated.sort(key=lambda pair: pair[0])
+    return [order for unlike, order in rated if unlike < np.inf] or [given]
 
 
 def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
@@ -119,14 +121,15 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
     if len(stops) < FEWEST_STOPS or len(target.faces) > COARSE_TRIANGLES:
         return None
     try:
-        way = way_through(target, stops[:, 1].tolist())
-        found = with_way(source, same_way(source, target, stops, way))
-        if found is None:
+        path = way_through(target, stops[:, 1].tolist())
+        opening = with_way(source, same_way(source, target, stops, path))
+        if opening is None:
             return None
-        unlike, alike = (Opened.of(source, target, stops, each).unlikeness() for each in (None, found))
+        unlike = Opened.of(source, target, stops).unlikeness()
+        alike = Opened.of(source, target, stops, opening).unlikeness()
     except InputError:
         return None
-    return found if alike < unlike else None
+    return opening if alike < unlike else None
 
 
 def _orders(cost: Real) -> Iterator[Index]:
@@ -164,17 +167,16 @@ def on_seam(layout: Flattening, stops: tuple[Patch, Index]) -> Complex:
 
 def _cost(source: Patch, target: Patch, stops: Index) -> Real:
     """Return (k, k) costs of the path between two landmarks: its length, times a penalty for differences."""
-    (here, from_here), (there, from_there) = (
-        _geodesics(whole, side) for whole, side in zip((source, target), stops.T)
-    )
-    away = _wrapped(from_there - from_here)
+    source_lengths, source_angles = _geodesics(source, stops[:, 0])
+    target_lengths, target_angles = _geodesics(target, stops[:, 1])
+    away = _wrapped(target_angles - source_angles)
     for row, others in zip(away, ~np.eye(len(away), dtype=bool)):
         turns = row[others]
         turn = turns[np.abs(_wrapped(turns - turns[:, None])).sum(axis=1).argmin()]
         row[others] = _wrapped(turns - turn)
-    ratio = np.log(np.maximum(here, 1e-300) / np.maximum(there, 1e-300))
+    ratio = np.log(np.maximum(source_lengths, 1e-300) / np.maximum(target_lengths, 1e-300))
     astray = (away**2 + away.T**2) / ASTRAY_RADIANS**2 + (ratio / LONGER_LOG_RATIO) ** 2
-    return 0.5 * (here + there) * (1 + astray)
+    return 0.5 * (source_lengths + target_lengths) * (1 + astray)
 
 
 def _geodesics(whole: Patch, stops: Index) -> tuple[Real, Real]:
@@ -187,11 +189,11 @@ def _geodesics(whole: Patch, stops: Index) -> tuple[Real, Real]:
     reach = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)
     angles = np.zeros((len(stops), len(stops)))
     for i, vertex in enumerate(stops):
-        around, at = _fan(whole, int(vertex))
+        around, directions = _fan(whole, int(vertex))
         steps = np.linalg.norm(whole.points[around] - whole.points[vertex], axis=1)
-        gaps = np.diff(at, append=at[0] + 2 * np.pi)
+        gaps = np.diff(directions, append=directions[0] + 2 * np.pi)
         falls = (reach[:, around] - reach[:, [vertex]]) / steps
-        angles[i] = np.angle(-(falls * (gaps + np.roll(gaps, 1)) * np.exp(1j * at)).sum(axis=1))
+        angles[i] = np.angle(-(falls * (gaps + np.roll(gaps, 1)) * np.exp(1j * directions)).sum(axis=1))
     lengths = reach[:, stops] / np.sqrt(face_areas(whole.points[whole.faces]).sum())
     return lengths, angles
 

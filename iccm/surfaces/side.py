@@ -50,7 +50,7 @@ class Side:
         return self.layout
 
     @property
-    def own(self) -> Flattening:
+    def solver_layout(self) -> Flattening:
         """The layout of a surface in which the problem is solved."""
         assert self.even is not None
         return self.even
@@ -70,8 +70,8 @@ class Side:
     @property
     def passed_over(self) -> list[Index]:
         """The layout's boundary loops that are not among the outlines: holes that are ignored."""
-        known = np.concatenate(self.loops)
-        return [loop for loop in self.given.patch.loops if not np.isin(loop[0], known)]
+        outlined = np.concatenate(self.loops)
+        return [loop for loop in self.given.patch.loops if not np.isin(loop[0], outlined)]
 
     @cached_property
     def solved(self) -> list[Curve]:
@@ -84,10 +84,10 @@ class Side:
         """Return points (p,) of the user's plane in the solver's plane; those close to the outline are put onto it."""
         if self.layout is None:
             return z
-        if self.own is self.layout or not z.size:
+        if self.solver_layout is self.layout or not z.size:
             return z
         on = _is_near(Curve(self.layout.flat[self.loops[0]]), z)
-        return _transfer(self._given_locator, self.own, self.loops[0], z, on)
+        return _transfer(self._given_locator, self.solver_layout, self.loops[0], z, on)
 
     @cached_property
     def _given_locator(self) -> Locator:
@@ -96,11 +96,13 @@ class Side:
 
     def scale_inward(self, z: Complex) -> Real:
         """Return the local scales (p,) from the user's plane to the solver's at points (p,) of the former."""
-        if self.layout is None or self.own is self.layout or not z.size:
+        if self.layout is None or self.solver_layout is self.layout or not z.size:
             return np.ones(z.size)
         face, _ = self._given_locator(z, 1)
         corners = self.layout.patch.faces[face]
-        areas = [np.abs(triangle_areas(flat[corners])) for flat in (self.own.flat, self.layout.flat)]
+        areas = [
+            np.abs(triangle_areas(flat[corners])) for flat in (self.solver_layout.flat, self.layout.flat)
+        ]
         return np.sqrt(areas[0] / areas[1])
 
     def is_on(self, z: Complex) -> Flags:
@@ -116,9 +118,9 @@ class Side:
 
     def outward(self, z: Complex, on: Flags) -> Complex:
         """Return points (n,) of the solver's plane in the user's; those marked in `on` are on the outer outline."""
-        if self.layout is None or self.own is self.layout or not z.size:
+        if self.layout is None or self.solver_layout is self.layout or not z.size:
             return z
-        return _transfer(Locator.of(self.own), self.layout, self.loops[0], z, on)
+        return _transfer(Locator.of(self.solver_layout), self.layout, self.loops[0], z, on)
 
     def curve_inward(self, stroke: Curve, points: int = 64) -> Curve:
         """Return a curve of the user's plane as a polyline in the solver's, from at least so many samples."""
@@ -132,14 +134,14 @@ def _is_near(outline: Curve, z: Complex) -> Flags:
     return outline.distances(z) < ON_OUTLINE_SHARE * outline.diagonal
 
 
-def _transfer(here: Locator, there: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
+def _transfer(locator: Locator, layout: Flattening, loop: Index, z: Complex, on: Flags) -> Complex:
     """Map points z (p,) between two layouts of the same surface; those marked in `on` stay on the outline's loop."""
-    face, place = here(z, 1)
-    found = np.einsum("pk,pk->p", place, there.flat[here.faces[face]])
-    outline, ends = Curve(here.flat[loop]), there.flat[loop]
+    face, place = locator(z, 1)
+    images = np.einsum("pk,pk->p", place, layout.flat[locator.faces[face]])
+    outline, ends = Curve(locator.flat[loop]), layout.flat[loop]
     edge, share = outline.locate(outline.closest(z[on]))
-    found[on] = ends[edge] * (1 - share) + ends[(edge + 1) % loop.size] * share
-    return found
+    images[on] = ends[edge] * (1 - share) + ends[(edge + 1) % loop.size] * share
+    return images
 
 
 def _loop_of(layout: Flattening, outline: Curve) -> Index:

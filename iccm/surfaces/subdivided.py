@@ -332,11 +332,11 @@ def subdivision(layout: Flattening, surface: RefinedSurface) -> tuple[Subdivisio
         the surface winds each the other way round.
     """
     patch, count = layout.patch, len(layout.patch.points)
-    face = patch.polygon[surface.own]
+    face = patch.polygon[surface.original]
     changed = (surface.faces >= count).any(axis=1)
     rows = np.flatnonzero(np.isin(face, np.unique(face[changed])))
     rows = rows[np.argsort(face[rows], kind="stable")]
-    triangles = surface.own[rows]
+    triangles = surface.original[rows]
     parents = [np.column_stack([np.arange(count)] * 3), *(ends for ends, _ in surface.added)]
     parts = [np.tile([1.0, 0.0, 0.0], (count, 1)), *(shares for _, shares in surface.added)]
     corners = surface.faces[rows]

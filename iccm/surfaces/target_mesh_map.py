@@ -131,7 +131,7 @@ def _rims(
 
     `simple` holds the outlines of the problem, in the same coordinates.
     """
-    flat, outlines = frame(side.own.flat), [simple[0], *(simple[1][k] for k in holes)]
+    flat, outlines = frame(side.solver_layout.flat), [simple[0], *(simple[1][k] for k in holes)]
     loops = [side.loops[k] for k in (0, *(1 + k for k in holes))]
     loops = [loop[::-1] if frame.mirrored else loop for loop in loops]
     return loops, [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
@@ -180,7 +180,7 @@ def _mesh(
         mesh = mesh.without_chords(np.ones(mesh.count, bool))
     builder = _MapBuilder(side, frame, problem, boundary, [rim, pinned, *closing])
     for rounds in reversed(range(ROOM_HALVINGS)):
-        own_map = builder.map(mesh, weights[mesh.own], state)
+        own_map = builder.map(mesh, weights[mesh.original], state)
         try:
             return replace(own_map, state=_relax_slivers(_unfold(own_map.state, harmonic=not rounds)))
         except Tangled as error:
@@ -208,7 +208,7 @@ class _MapBuilder(NamedTuple):
         first = np.concatenate(self.first)
         order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
         faces = np.argsort(order)[mesh.faces]
-        z = frame(mesh.carried(side.own.flat)[order])
+        z = frame(mesh.carried(side.solver_layout.flat)[order])
         material, constrained = weights == 1, rim.size + pinned.size
         maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
         faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
@@ -283,7 +283,7 @@ def _with_pins(mesh: RefinedSurface, side: Side, places: Complex) -> tuple[Refin
     """Return the mesh with vertices at points (k,) of the even layout, and the numbers of these vertices."""
     numbers = []
     for z in places:
-        flat = mesh.carried(side.own.flat)
+        flat = mesh.carried(side.solver_layout.flat)
         mesh, number = mesh.with_point(*_holding(flat[mesh.faces], z))
         numbers.append(number)
     if len(set(numbers)) < len(numbers):

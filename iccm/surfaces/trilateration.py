@@ -51,11 +51,11 @@ def distances(fine: RefinedSurface, points: Real, stops: Index) -> Real:
 
 def _lattices(fine: RefinedSurface) -> Index:
     """Return (m, p) the vertices on each of the original triangles; the number p is the same for all."""
-    keys = np.unique(np.repeat(fine.own, 3) * fine.count + fine.faces.ravel())
-    return (keys % fine.count).reshape(fine.own.max() + 1, -1)
+    keys = np.unique(np.repeat(fine.original, 3) * fine.count + fine.faces.ravel())
+    return (keys % fine.count).reshape(fine.original.max() + 1, -1)
 
 
-def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real:
+def same_way(source: Patch, target: Patch, stops: Index, path: list[int]) -> Real:
     """Return (p, 3) the path on the source that corresponds to a path on the target.
 
     It is straight between consecutive points, within the source's triangles.
@@ -64,34 +64,40 @@ def same_way(source: Patch, target: Patch, stops: Index, way: list[int]) -> Real
         source: a closed surface.
         target: as above.
         stops: (k, 2) landmarks, vertices of both, in order.
-        way: vertices of the target along the path through the landmarks.
+        path: vertices of the target along the path through the landmarks.
 
     Raises:
         InputError: the path would cross itself.
     """
-    fine, other = (subdivide(each.points, each.faces) for each in (source, target))
-    points = fine.carried(source.points)
-    here = distances(fine, points, stops[:, 0])
-    there = distances(other, other.carried(target.points), stops[:, 1])
-    here = here * _detour(here[stops[:, 0]], there[stops[:, 1]])
-    mesh = Mesh.triangles(source.mesh.name, points, fine.faces)
+    fine_source = subdivide(source.points, source.faces)
+    fine_target = subdivide(target.points, target.faces)
+    points = fine_source.carried(source.points)
+    source_distances = distances(fine_source, points, stops[:, 0])
+    target_distances = distances(fine_target, fine_target.carried(target.points), stops[:, 1])
+    source_distances = source_distances * _detour(
+        source_distances[stops[:, 0]], target_distances[stops[:, 1]]
+    )
+    mesh = Mesh.triangles(source.mesh.name, points, fine_source.faces)
     whole = Patch(
         mesh,
         points,
-        Triangles(fine.faces, fine.count),
-        np.arange(fine.count),
-        np.arange(3 * len(fine.faces)).reshape(-1, 3),
+        Triangles(fine_source.faces, fine_source.count),
+        np.arange(fine_source.count),
+        np.arange(3 * len(fine_source.faces)).reshape(-1, 3),
     )
-    ends = [way.index(stop) for stop in stops[:, 1]]
-    dear = [1 + (_off(here, there[way[i : j + 1]]) / ASTRAY_DISTANCE_SHARE) ** 2 for i, j in pairwise(ends)]
-    found = points[way_through(whole, stops[:, 0].tolist(), dear)]
-    return found[_on_edges(source, found)]
+    ends = [path.index(stop) for stop in stops[:, 1]]
+    dear = [
+        1 + (_off(source_distances, target_distances[path[i : j + 1]]) / ASTRAY_DISTANCE_SHARE) ** 2
+        for i, j in pairwise(ends)
+    ]
+    points_on_path = points[way_through(whole, stops[:, 0].tolist(), dear)]
+    return points_on_path[_on_edges(source, points_on_path)]
 
 
-def _detour(here: Real, there: Real) -> Real:
+def _detour(source: Real, target: Real) -> Real:
     """Return (k,) median ratios of distances (k, k) between landmarks, on the target relative to the source."""
-    others = ~np.eye(len(here), dtype=bool)
-    return np.array([np.median(b[on] / a[on]) for a, b, on in zip(here.T, there.T, others)])
+    others = ~np.eye(len(source), dtype=bool)
+    return np.array([np.median(b[on] / a[on]) for a, b, on in zip(source.T, target.T, others)])
 
 
 def _off(values: Real, goals: Real) -> Real:

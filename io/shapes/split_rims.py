@@ -64,7 +64,7 @@ def subdivide_rims(
         split_parts = _subdivided(parts, layouts)
         before = before or [_heights(part, place) for part, place in zip(parts, layout_functions)]
         turned = [
-            _turned(heights, _heights(part, place), split.surface.own)
+            _turned(heights, _heights(part, place), split.surface.original)
             for heights, part, place, split in zip(before, split_parts, layout_functions, layouts)
         ]
         if not any(triangles.size for triangles in turned):
@@ -135,7 +135,7 @@ def _with(
 def _corners(patch: Patch, split: SplitLayout, how: tuple[Subdivision, Index, Index], mesh: Mesh) -> Index:
     """Return (m, 3) corners of all triangles in the mesh in which triangles replace polygons."""
     plan, rows, turned = how
-    parents = split.surface.own
+    parents = split.surface.original
     face = patch.polygon
     firsts = np.concatenate([[0], np.cumsum(plan.sizes(patch.mesh.sizes))])
     shift = mesh.starts[firsts[:-1]] - patch.mesh.starts[:-1]

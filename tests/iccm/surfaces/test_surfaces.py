@@ -332,7 +332,7 @@ def test_new_vertices_are_where_they_should_be():
     areas = 0.5 * ((b - a).conj() * (c - a)).imag
     assert areas.min() > 0
     assert areas.sum() == pytest.approx(1)
-    parts = np.bincount(refined.own, areas, minlength=len(faces))
+    parts = np.bincount(refined.original, areas, minlength=len(faces))
     np.testing.assert_allclose(parts, 1 / 18)
     edges = np.unique(np.sort(refined.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
     assert refined.count - len(edges) + len(refined.faces) == 1
