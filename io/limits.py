@@ -114,6 +114,8 @@ DEPTH = 8
 COMPARED_BYTES = 1 << 28
 """Bytes of a report or a file of tolerances for `iccm check`."""
 
+HANDLES = 400
+"""Handles of a map."""
 PAGE_PINS, PAGE_STROKES, PAGE_POINTS = 500, 100, 2000
 """Pins, strokes, and points of a stroke on the page of `iccm edit`."""
 PAGE_MESSAGE_BYTES = 1 << 22

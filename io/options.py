@@ -174,6 +174,20 @@ def size(value: Any) -> Any:
     return tuple(sides) if isinstance(sides, list | tuple) else value
 
 
+def rows_and_columns(value: Any) -> Any:
+    """Parse the size of a lattice: `ROWSxCOLUMNS`, or two numbers."""
+    counts = value
+    if isinstance(value, str):
+        match = re.fullmatch(r"\s*(\d{1,9})\s*[xX×]\s*(\d{1,9})\s*", value)
+        if match is None:
+            raise ValueError(f"{value!r} is not a lattice; write rows and columns, such as 4x5")
+        counts = [int(match[1]), int(match[2])]
+    are_counts = isinstance(counts, list | tuple) and all(isinstance(count, int) for count in counts)
+    if are_counts and (min(counts, default=1) < 1 or math.prod(counts) > limits.HANDLES):
+        raise ValueError(f"a lattice has at least 1x1 and at most {limits.HANDLES} points, such as 4x5")
+    return counts
+
+
 def kind(value: Any) -> Any:
     """Parse the kind of a picture's channels; American spelling is accepted, too."""
     value = "colour" if value == "color" else value
@@ -1031,6 +1045,14 @@ class JobOptions:
     target_landmarks: str | None = _option(
         "Read points on the target, see --source-landmarks.", "FILE", commands=("map", "morph"),
         words="points pins imagej napari elastix labelme fiji",
+        topic="constraints",
+    )  # fmt: skip
+    handles: tuple[int, int] | None = _option(
+        "Write the map to -o FILE.json with handles: so many rows and columns of soft pins on the source's bounding "
+        "box. --constraints FILE.json then makes the same map again; move handles in the file or in iccm edit to "
+        "change it.",
+        "ROWSxCOLUMNS", parse=rows_and_columns, commands=("map",),
+        words="lattice envelope grid cage ffd mesh warp control",
         topic="constraints",
     )  # fmt: skip
     importance: str | None = _option(

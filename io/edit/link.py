@@ -20,13 +20,26 @@ from ...errors import InputError, naming
 from ..files import check_output
 from ..shapes import landmarks
 from . import messages, saving
-from .messages import Draw, Export, Follow, Forget, Place, ReadPins, Save, Scene, Solve, Suggest, WritePins
+from .messages import (
+    AddHandles,
+    Draw,
+    Export,
+    Follow,
+    Forget,
+    Place,
+    ReadPins,
+    Save,
+    Scene,
+    Solve,
+    Suggest,
+    WritePins,
+)
 from .scene import frame
 from .session import MapUpdate, Session
 from .workspace import Workspace, without_folders
 
 KINDS = ("follow", "solve", "compare")
-Answered = Place | Suggest | Save | Draw | Export | Forget | ReadPins | WritePins
+Answered = Place | Suggest | AddHandles | Save | Draw | Export | Forget | ReadPins | WritePins
 Keep = Callable[[Session, Scene], None]
 SENTENCES = ("message", "error", "notes")  # fields of messages that contain text for the user
 IDLE_SECONDS = 0.5  # seconds without a change before a map is compared with the one from scratch
@@ -192,7 +205,7 @@ class _Link:
         if isinstance(message, Follow | Solve):
             self._session.scene = message.scene  # here, where messages arrive in order, not in the threads
             return self._put(message.type, message)
-        pool = "follow" if isinstance(message, Place | Suggest) else "files"
+        pool = "follow" if isinstance(message, Place | Suggest | AddHandles) else "files"
         answer = await self._done(pool, self._answer, message)
         return await self._say({"type": "answer", "id": message.id, **answer})
 
@@ -311,6 +324,8 @@ class _Link:
             return {"text": text, "name": f"{saving.stem(session.job)}{message.suffix}"}
         if isinstance(message, Suggest):
             return {"pins": session.suggest(message.scene)}
+        if isinstance(message, AddHandles):
+            return {"pins": session.handles(message.scene, message.rows, message.columns)}
         if isinstance(message, Export) and not message.write:
             return {"command": saving.command(session, message.scene, None, message.name, message.size)}
         names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]

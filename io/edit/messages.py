@@ -124,6 +124,16 @@ class Suggest(_Message):
     scene: Scene
 
 
+class AddHandles(_Message):
+    """A request for pins in rows and columns on the source, where the map takes them."""
+
+    type: Literal["handles"]
+    id: int
+    scene: Scene
+    rows: int = Field(ge=1, le=limits.HANDLES)
+    columns: int = Field(ge=1, le=limits.HANDLES)
+
+
 class ReadPins(_Message):
     """Pins from a file chosen in the browser: constraints as JSON, or landmarks of another program."""
 
@@ -159,7 +169,7 @@ class Download(_Message):
 
 
 Message = Annotated[
-    Follow | Solve | Place | Suggest | Save | Draw | Export | Forget | ReadPins | WritePins,
+    Follow | Solve | Place | Suggest | AddHandles | Save | Draw | Export | Forget | ReadPins | WritePins,
     Field(discriminator="type"),
 ]
 _READ: TypeAdapter[Message] = TypeAdapter(Message)

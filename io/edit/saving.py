@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import os
 import shlex
 import subprocess
@@ -18,9 +17,9 @@ from ...errors import InputError
 from .. import files, formats
 from ..options import options_of
 from ..point_syntax import vertex_of
+from ..run.constraints import constraints_text
 from ..run.execute import Outcome, run
 from ..run.job import Job, make
-from ..run.report import as_json
 from ..shapes.shape import Shape
 from ..spec import path_of
 from . import drawn
@@ -65,28 +64,10 @@ def constraints_json(session: Session, scene: Scene, listed: dict[str, list[Any]
         scene: all constraints; the map to continue from belongs to them.
         listed: the pins and strokes to write; None for all.
     """
-    sides = (
-        {"source": session.source} if session.deforming else dict(zip(("source", "target"), _sides(session)))
-    )
-    files = {side: {"file": path_of(shape.spec), "size": _size(shape)} for side, shape in sides.items()}
+    sides = (session.source,) if session.deforming else _sides(session)
     listed = {"pins": scene.pins, "strokes": scene.strokes} if listed is None else listed
-    entries: dict[str, list[Any]] = {
-        kind: [entry.model_dump(mode="json", exclude_defaults=True) for entry in found]
-        for kind, found in listed.items()
-    }
-    entries |= {"rigid": scene.rigid} if scene.rigid else {}
-    lines = [f'  "files": {json.dumps(files, ensure_ascii=False)}']
-    for kind, found in entries.items():
-        rows = ",".join(f"\n    {json.dumps(as_json(entry), ensure_ascii=False)}" for entry in found)
-        lines.append(f'  "{kind}": [{rows}\n  ]' if found else f'  "{kind}": []')
-    if start := session.start(scene):
-        lines.append(f'  "start": {start.model_dump_json()}')
-    return "{\n" + ",\n".join(lines) + "\n}\n"
-
-
-def _size(shape: Shape) -> list[float]:
-    low, high = shape.box
-    return [float(f"{side:.9g}") for side in ((high - low).real, (high - low).imag)]
+    regions = {"rigid": scene.rigid} if scene.rigid else {}
+    return constraints_text(sides, listed | regions, session.start(scene))
 
 
 def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:

@@ -32,6 +32,7 @@ from ...pins import Softness
 from ...pixels.paper import on_paper
 from ...result import Fit
 from ...status import Status
+from .. import limits
 from ..point_syntax import Place
 from ..run import framing, texture
 from ..run.constraints import as_pins, as_strokes, check_inside, fingerprint
@@ -43,6 +44,7 @@ from ..run.report import as_json
 from ..run.resolve import suffix_for
 from ..run.state import Run
 from ..shapes import constraints, listing, regions
+from ..shapes.handles import handles_of
 from ..shapes.listing import ConstraintsFile, Pin, Stroke
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
@@ -77,6 +79,7 @@ MOST_SETTLING_SHARE = 0.005
 released stays where it was seen; further settling waits for the next drag.
 """
 PLACED_SHARE = 1e-3  # of the target's diagonal: a new pin this close to where the map takes it moves nothing
+MOST_COMPARED_PINS = 12  # a map from scratch with more takes seconds
 # a map from scratch with one of these statuses does not replace another map
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 # significant digits of coordinates relative to the shape's size, the same on the page and in files
@@ -344,10 +347,14 @@ class Session:
         report.
 
         If they look the same, the map from scratch replaces the other: then only pins and strokes have to be saved.
-        Otherwise it is offered, because nothing that is seen changes without the user. Maps of meshes are not compared,
-        because each takes seconds.
+        Otherwise it is offered, because nothing that is seen changes without the user. Maps of meshes and of many pins
+        are not compared, because each takes seconds.
         """
-        if self.source.is_mesh or (self.target and self.target.is_mesh):
+        if (
+            self.source.is_mesh
+            or (self.target and self.target.is_mesh)
+            or len(scene.pins) > MOST_COMPARED_PINS
+        ):
             return None
         chosen, before = self._choices.get(scene.key, MapChoice()), self._fit
         if chosen.begins is None or chosen.other or before is None or self.scene is not scene:
@@ -726,6 +733,29 @@ class Session:
         if self.deforming:
             return []
         pins = suggested(self._map, self.source, self.target, self.core(scene).pins)
+        return [pin.model_dump(mode="json") for pin in pins]
+
+    def handles(self, scene: Scene, rows: int, columns: int) -> list[dict[str, Any]]:
+        """Return pins in rows and columns on the source where the map takes them, in addition to those of a scene.
+
+        Raises:
+            InputError: the picture would change, there is no map yet, or there would be too many pins.
+        """
+        if self._fit is None or self._map is None:
+            raise InputError("there is no map yet")
+        if self.deforming or self.surfaces != (None, None):
+            raise InputError("handles are for maps from one planar shape to another")
+        if scene.strokes or scene.rigid:
+            raise InputError("handles do not work with strokes and rigid regions; remove those first")
+        if not self._is_whole or self._fit.is_partial:
+            raise InputError(
+                "parts of the shapes are hidden or bare in this map, which handles would change; choose Whole "
+                "outlines under Fit first"
+            )
+        if len(scene.pins) + rows * columns > limits.PAGE_PINS:
+            raise InputError(f"at most {limits.PAGE_PINS} pins are possible; choose fewer rows and columns")
+        shown = replace(self._fit, map=self._map)
+        pins = handles_of(shown, self.source, self.target, rows, columns, scene.pins)
         return [pin.model_dump(mode="json") for pin in pins]
 
     def core(self, scene: Scene) -> PlacedConstraints:

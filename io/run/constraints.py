@@ -22,12 +22,14 @@ from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Pin, Stroke
 from .. import files, limits
 from ..shapes import parts
+from ..spec import path_of
 from .job import Job
 
 if TYPE_CHECKING:
     from ...result import Fit
     from ..shapes.listing import ConstraintsFile
     from ..shapes.shape import Shape
+    from ..shapes.starts import StartingMap
 
 
 MOST_ENERGY_RATIO = 1.5
@@ -129,6 +131,40 @@ def as_strokes(
     """Return strokes with the widths of their bands as an argument of `iccm.fit`; None if there are none."""
     strokes = [Stroke(*pair, width) if width else pair for pair, width in zip(pairs, widths)]
     return strokes or None
+
+
+def constraints_text(
+    shapes: Sequence[Shape], entries: dict[str, list[Any]], start: StartingMap | None
+) -> str:
+    """Return the text of a constraints file.
+
+    Args:
+        shapes: the source, and the target if there is one. Their sizes are written, so that other shapes are refused.
+        entries: pins, strokes and rigid regions, in file units, under the keys of the file; one line is written for
+            each.
+        start: the map to continue from.
+    """
+    sides = {
+        side: {"file": path_of(shape.spec), "size": _size(shape)}
+        for side, shape in zip(("source", "target"), shapes)
+    }
+    lines = [f'  "files": {json.dumps(sides, ensure_ascii=False)}']
+    for kind, listed in entries.items():
+        rows = ",".join(f"\n    {json.dumps(_as_entry(entry), ensure_ascii=False)}" for entry in listed)
+        lines.append(f'  "{kind}": [{rows}\n  ]' if listed else f'  "{kind}": []')
+    if start:
+        lines.append(f'  "start": {start.model_dump_json()}')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _as_entry(entry: Any) -> Any:
+    """Return a pin, a stroke or a rigid region as JSON, without values that are the defaults."""
+    return entry.model_dump(mode="json", exclude_defaults=True) if hasattr(entry, "model_dump") else entry
+
+
+def _size(shape: Shape) -> list[float]:
+    low, high = shape.box
+    return [float(f"{side:.9g}") for side in ((high - low).real, (high - low).imag)]
 
 
 @contextmanager

@@ -173,6 +173,7 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
         given |= {"holes": "keep"} if job.holes == "keep" else {}
         meshes = any(shape.is_mesh for pair in run.pairs for shape in pair)
         given |= {"fit": "whole"} if (meshes or job.start) and job.fit is None else {}
+        given |= {"fit": "whole"} if job.handles else {}  # as with the pins that will be read
     solved, failed = Pairs(), list[tuple[Pair, InputError]]()
     with run.phases.timed("solve"):
         for k, pair in enumerate(run.pairs):
@@ -215,7 +216,7 @@ def pair_parts(run: Run) -> None:
     """Map the parts of two drawings separately if that costs less than mapping them joined (--parts auto)."""
     job, (source, target) = run.job, run.pairs[0]
     free = not any(value is not None for value in run.constraints.values()) and not job.start
-    one_map = any(formats.of(name).map for name in job.output if name != "-")
+    one_map = job.handles or any(formats.of(name).map for name in job.output if name != "-")
     is_automatic = job.parts == "auto" and job.fit in (None, "auto") and job.place == "fill"
     if not (
         is_automatic

@@ -20,5 +20,6 @@ listing         constraints listed in a JSON file
 landmarks       landmarks of other programs
 packed_map      maps as short texts
 starts          an earlier map to continue from
+handles         a lattice of pins by which a map is edited
 seam_order      the order of seams through pins
 """

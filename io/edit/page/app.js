@@ -11,6 +11,7 @@ import {fileName} from './geometry.js';
 import {contentOf, History, showHistory} from './history.js';
 import {listenToKeys} from './keys.js';
 import {listenToLandmarks} from './landmarks.js';
+import {listenToLattice} from './lattice.js';
 import {Link} from './link.js';
 import {Linked} from './linked.js';
 import {showList} from './list.js';
@@ -146,6 +147,7 @@ async function open(hello) {
   };
   listenToControls({editor, link, panes, actions});
   listenToLandmarks(editor, link);
+  listenToLattice(editor, link);
   new Fits(editor);
   listenToKeys({editor, panes, comparison, saving, tools, linked});
   disableControls(hello, panes);

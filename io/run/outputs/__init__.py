@@ -11,6 +11,7 @@ baked          the texture in the mesh's own layout
 stmap          the map as a picture
 world_file     where the picture lies on a map of the earth
 saved_map      the map itself, without loss
+handles        the map with a lattice of pins, to edit it
 plot           the figure
 """
 
@@ -44,6 +45,8 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
         formats.of(name).drawing and not formats.of(name).mesh for name in job.output
     ):
         raise InputError("--max-line-error: only affects drawings; write one with -o FILE (.svg, .dxf)")
+    if job.handles and not any(formats.of(name).constraints for name in job.output):
+        raise InputError("--handles: name a file for them, such as -o handles.json")
     if job.subdivide_rim and not any(formats.of(name).mesh for name in job.output):
         able = ", ".join(formats.holding("uv"))
         raise InputError(f"--subdivide-rim: only affects meshes; write one with -o FILE ({able})")
@@ -153,6 +156,8 @@ def _kind(name: str, job: Job) -> str:
         return "world_file.WorldFile"
     if format.map:
         return "saved_map.SavedMap"
+    if format.constraints:
+        return "handles.Handles"
     if formats.suffix_of(name) == ".dxf":
         return "dxf_drawing.DxfDrawing"
     if format.drawing:

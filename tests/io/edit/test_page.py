@@ -736,6 +736,28 @@ def test_pins_are_suggested_selected_locked_and_undone_from_a_list(page, tmp_pat
     edited.wait(f"document.getElementById('export-command').textContent.endsWith('{ending}')")
 
 
+def test_handles_are_added_in_one_step_without_changing_the_picture(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg")
+    seen = edited.picture(200, 200)
+    edited.js("document.getElementById('handles-show').click()")
+    edited.js("document.getElementById('handle-rows').value = 3")
+    edited.js("document.getElementById('handles-add').click()")
+    edited.wait("iccm.scene.pins.length > 0")
+    assert edited.settled() == "full" and 6 <= len(edited.scene["pins"]) <= 12
+    assert np.array_equal(edited.picture(200, 200), seen)
+    names = [pin["name"] for pin in edited.scene["pins"]]
+    handle = edited.scene["pins"][names.index("r2c2")]
+    (x, y), others = handle["target"], [pin["target"] for pin in edited.scene["pins"] if pin != handle]
+    edited.drag("target", (x, y), (x + 15, y + 5))
+    assert edited.settled() == "full"
+    assert not np.array_equal(edited.picture(200, 200), seen)
+    assert [pin["target"] for pin in edited.scene["pins"] if pin["name"] != "r2c2"] == others
+    for count in (len(names), 0):
+        edited.js("document.getElementById('undo').click()")
+        assert edited.settled() == "full" and len(edited.scene["pins"]) == count
+    assert np.array_equal(edited.picture(200, 200), seen)
+
+
 def test_mirror_images_and_corners_attract_and_only_what_changes_is_painted(page):
     edited = page("pins", "cat.svg", "round.svg", "--texture", "face.png")
     edited.drag("target", edited.scene["pins"][0]["target"], (165, 235))

@@ -321,6 +321,37 @@ def test_parts_may_be_left_out_and_the_command_says_so(shapes, shell, fit, pair,
     assert edited.solve(pins).kind == "full" and not edited.solve(pins).wrong["pins"]
 
 
+def test_handles_lie_where_the_map_takes_them_and_keep_it(shapes):
+    edited = session()
+    assert edited.solve(scene()).ok
+    seen = edited._map
+    handles = scene(*edited.handles(scene(), 3, 4))
+    assert len(handles.pins) > 6 and edited.solve(handles).ok
+    inner = np.setdiff1d(np.arange(seen.source.size), seen.loops[0])
+    gap = np.abs(edited._map(seen.source[inner]) - seen.image[inner])
+    assert gap.max() < 1e-6 * seen.image_diagonal
+    assert edited.start(handles).kept  # is saved with the pins
+    assert len(edited.handles(handles, 3, 5)) > 3  # between those that are there
+
+
+def test_handles_that_would_change_the_picture_are_refused(shapes):
+    edited = session()
+    with pytest.raises(InputError, match="no map"):
+        edited.handles(scene(), 3, 3)
+    edited.solve(scene())
+    line = {"source": [[30, 30], [50, 50]], "target": [[30, 30], [50, 50]]}
+    with pytest.raises(InputError, match="strokes"):
+        edited.handles(scene(strokes=[line]), 3, 3)
+    with pytest.raises(InputError, match="at most 500"):
+        edited.handles(scene(), 30, 30)
+    with pytest.raises(InputError, match="inside"):
+        edited.handles(scene(*edited.handles(scene(), 1, 1)), 1, 1)
+    deformed = Session(make({"source": "square.svg"}))
+    deformed.solve(scene())
+    with pytest.raises(InputError, match="planar"):
+        deformed.handles(scene(), 3, 3)
+
+
 FACE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">
   <path id="head" d="M20 20H80V{bottom}H20Z"/><circle id="eye" cx="{x}" cy="45" r="6"/></svg>"""
 
