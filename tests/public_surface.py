@@ -56,7 +56,7 @@ def of_command(path: str, command: click.Command) -> Iterator[str]:
     for parameter in parameters:
         if isinstance(parameter, click.Option):
             yield from of_option(path, [*parameter.opts, *parameter.secondary_opts], parameter.type)
-    for name, row in getattr(command, "known", {}).items():
+    for name, row in getattr(command, "accepted", {}).items():
         words = (name, *row.old, *(alias for alias, _ in row.aliases))
         yield from of_option(path, [f"--{word.replace('_', '-')}" for word in words], literals().get(name))
     for name, inner in getattr(command, "commands", {}).items():
