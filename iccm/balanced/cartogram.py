@@ -42,24 +42,24 @@ def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMa
             slide again.
     """
     parts = parts_of(field)
-    here, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
+    current, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
     best, least, mark, gained, slides = first, lacks, lacks.misplaced, 1.0, False
     while least.off > MET_AREA_SHARE and since < PATIENCE_ROUNDS:
         since += 1
         slides = gained < LEAST_GAIN_SHARE and not slides
         tried = sizes * lacks.factors[parts] ** step
         try:
-            found = again(Field(tried, field.box), triangulated(here.map), slides)
+            trial = again(Field(tried, field.box), triangulated(current.map), slides)
         except InputError:
             break
-        now = missing(found, field, parts)
+        now = missing(trial, field, parts)
         gained = 1 - now.misplaced / lacks.misplaced
-        step = min(1.0, 2 * step) if found.status.ok and gained > 0 else 0.5 * step
-        if not found.status.ok or (slides and gained <= 0):
+        step = min(1.0, 2 * step) if trial.status.ok and gained > 0 else 0.5 * step
+        if not trial.status.ok or (slides and gained <= 0):
             continue
-        here, sizes, lacks = found, tried, now
+        current, sizes, lacks = trial, tried, now
         if now.misplaced < least.misplaced:
-            best, least = found, now
+            best, least = trial, now
         if least.misplaced <= (1 - LEAST_GAIN_SHARE) * mark:
             mark, since = least.misplaced, 0
     best.notes.append(TOLD.format(least.off, int(np.count_nonzero(least.factors != 1))))
@@ -79,8 +79,8 @@ def parts_of(field: Field) -> Index:
         levels = np.minimum((heights * SIZE_LEVELS).astype(int), SIZE_LEVELS - 1)
     levels, parts, count = levels.reshape(field.values.shape), np.zeros(field.values.shape, np.int64), 0
     for level in np.unique(levels):
-        own, more = label(levels == level)
-        parts[own > 0] = count + own[own > 0] - 1
+        labels, more = label(levels == level)
+        parts[labels > 0] = count + labels[labels > 0] - 1
         count += more
     return parts
 
@@ -110,13 +110,13 @@ def missing(fit: Fit, field: Field, parts: Index) -> Missing:
     map = triangulated(fit.map)
     places = map.source[map.faces] @ PLACES.T
     pixels = field.pixels(places)
-    own, count = parts[pixels].ravel(), int(parts.max()) + 1
+    part_index, count = parts[pixels].ravel(), int(parts.max()) + 1
     source, image = (
-        np.bincount(own, np.repeat(np.abs(triangle_areas(w[map.faces])), places.shape[1]), count)
+        np.bincount(part_index, np.repeat(np.abs(triangle_areas(w[map.faces])), places.shape[1]), count)
         for w in (map.source, map.image)
     )
     areas = np.abs(triangle_areas(map.source[map.faces]))[:, None]
-    wished = np.bincount(own, (areas * field.values[pixels] ** 2).ravel(), count)
+    wished = np.bincount(part_index, (areas * field.values[pixels] ** 2).ravel(), count)
     wished, image = wished / wished.sum(), image / image.sum()
     counted = source > LEAST_PART_AREA_SHARE * source.sum()
     ratio = np.where(counted, wished / np.where(counted, image, 1), 1)

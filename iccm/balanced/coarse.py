@@ -66,9 +66,9 @@ def coarse_filled(source: Curve, target: Curve, settings: Settings) -> Iterator[
     """
     frames = frames_of(source, target, settings.turn, ((), ()))
     for problem in bay_choices(_problem(source, target, NONE, frames, settings), settings):
-        found = _solved(problem, frames)
-        if found is not None:
-            yield found
+        map = _solved(problem, frames)
+        if map is not None:
+            yield map
 
 
 def coarse_holed(source: Curve, target: Curve, holes: Holes, settings: Settings) -> CoarseMap | None:

@@ -72,7 +72,7 @@ class Elastic:
         """
         u, tau, energy, before = u.copy(), np.zeros(self.fixed), self.energy(u, theta), 0.0
         system = System.of(
-            self.pattern, self.faces, self.rest, Constraints.held(u, np.arange(u.size) < self.fixed)
+            self.pattern, self.faces, self.rest, Constraints.of_fixed(u, np.arange(u.size) < self.fixed)
         )
         at_once = min(STEPS_AT_ONCE if u.size < LARGE_VERTEX_COUNT else 1, steps)
         for _ in range(-(-steps // at_once)):

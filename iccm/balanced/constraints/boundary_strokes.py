@@ -89,9 +89,9 @@ def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool
             strokes=[k],
         )
     if not all(beside):
-        here, there = NAMES if beside[0] else NAMES[::-1]
+        side, other_side = NAMES if beside[0] else NAMES[::-1]
         raise ConstraintError(
-            f"stroke {k + 1}: runs along the outline in the {here} but not in the {there}; draw both "
+            f"stroke {k + 1}: runs along the outline in the {side} but not in the {other_side}; draw both "
             "along the outline or both inside, since the map takes outline to outline",
             strokes=[k],
         )
@@ -125,14 +125,14 @@ def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
         [c.distances(s.z[[0, -1]]) <= ON_OUTLINE_SHARE * c.diagonal for c, s in zip(domains, curves)]
     )
     for end in (0, 1):
-        here, there = at_ends[0, end], at_ends[-1, end]
-        if here and not there:
+        on_source, on_target = at_ends[0, end], at_ends[-1, end]
+        if on_source and not on_target:
             raise ConstraintError(
                 f"stroke {k + 1}: ends on the outline in the source but not in the target; end both on "
                 "the outline or both inside, since the map takes outline to outline",
                 strokes=[k],
             )
-        if there and not here and drawn.sticks[end]:
+        if on_target and not on_source and drawn.sticks[end]:
             raise ConstraintError(
                 f"stroke {k + 1}: ends on the outline in the target but not in the source; end both on "
                 "the outline, or remove the pin at that end",
@@ -214,9 +214,9 @@ def refuse_other_sides(
             is_pin = k < len(pins)
             pin = [int(numbers[k])] if is_pin else []
             drawn = [] if is_pin else [others[k - len(pins)].number]
-            told = f"pin {pin[0] + 1}" if is_pin else f"stroke {drawn[0] + 1}"
+            name = f"pin {pin[0] + 1}" if is_pin else f"stroke {drawn[0] + 1}"
             raise ConstraintError(
-                f"{told}: lies on different sides of stroke {stroke.number + 1} in the source and in the "
+                f"{name}: lies on different sides of stroke {stroke.number + 1} in the source and in the "
                 "target; that stroke divides the shape, so move one of the two points",
                 pin,
                 [*drawn, stroke.number],

@@ -124,8 +124,8 @@ def patches_of(
     tolerances = np.where(np.isnan(kept.tolerances), tolerance, kept.tolerances)
     most = 1.0 if target is None else MOST_TOLERANCES
     limits = np.where(np.isnan(kept.tolerances), most * tolerance, kept.tolerances)
-    found = Softness(radii, tolerances, kept.rotations, kept.scales, limits)
-    return PinnedPatches(pins[soft], found, bands, derivative_tolerance)
+    resolved = Softness(radii, tolerances, kept.rotations, kept.scales, limits)
+    return PinnedPatches(pins[soft], resolved, bands, derivative_tolerance)
 
 
 def bands_of(
@@ -137,5 +137,5 @@ def bands_of(
 
 def softness_of(pins: Complex, soft: Complex, softness: Softness) -> Softness:
     """Return the softness of all pins (k, 2): of the soft ones (j, 2) as given, the others are exact."""
-    numbers = np.array([np.flatnonzero(pins[:, 0] == here)[0] for here, _ in soft], np.int64)
+    numbers = np.array([np.flatnonzero(pins[:, 0] == point)[0] for point, _ in soft], np.int64)
     return Softness.exact(len(pins)).with_pins(numbers, softness)

@@ -83,7 +83,7 @@ def inside(
         np.concatenate([*(stroke.target.at(x) for stroke, x in zip(strokes, tau)), last.goals]),
         np.concatenate([*s, last.s]),
         np.concatenate([*tau, last.tau]),
-        np.concatenate([np.repeat(np.arange(len(sizes)), sizes).astype(np.int64), last.own]),
+        np.concatenate([np.repeat(np.arange(len(sizes)), sizes).astype(np.int64), last.stroke_index]),
         np.concatenate([*links, last.links]),
         np.concatenate([*at_source, last.at_source]),
         np.concatenate([*at_target, last.at_target]),
@@ -121,7 +121,7 @@ def aim_feet(
     for k, stroke in enumerate(strokes):
         if all(stroke.sticks):
             continue
-        chain = np.flatnonzero(kept.own == k)
+        chain = np.flatnonzero(kept.stroke_index == k)
         closest = isotonic_regression(stroke.target.closest(u[chain])).x
         places = (1 - even) * closest + even * kept.tau[chain]
         share = (kept.tau[chain] - kept.tau[chain[0]]) / np.ptp(kept.tau[chain])
@@ -153,17 +153,21 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
         np.array([p[1] for p in places]),
         np.array([p[2] for p in places]),
     )
-    own, share = subdivide(np.maximum(np.diff(s), np.diff(tau)), spacing)
+    interval, share = subdivide(np.maximum(np.diff(s), np.diff(tau)), spacing)
     corner = np.append(share == 0, True)
-    kinds = np.append(kind[own], kind[-1])
-    held, goal, stuck = corner & (kinds & 1 > 0), corner & (kinds & 2 > 0), np.zeros(kinds.size, bool)
-    held[[0, -1]] = stroke.covered
-    goal[[0, -1]] = stuck[[0, -1]] = stroke.sticks
+    kinds = np.append(kind[interval], kind[-1])
+    at_source, at_target, stuck = (
+        corner & (kinds & 1 > 0),
+        corner & (kinds & 2 > 0),
+        np.zeros(kinds.size, bool),
+    )
+    at_source[[0, -1]] = stroke.covered
+    at_target[[0, -1]] = stuck[[0, -1]] = stroke.sticks
     chain = (
-        np.append(s[own] + share * np.diff(s)[own], s[-1]),
-        np.append(tau[own] + share * np.diff(tau)[own], tau[-1]),
-        held,
-        goal,
+        np.append(s[interval] + share * np.diff(s)[interval], s[-1]),
+        np.append(tau[interval] + share * np.diff(tau)[interval], tau[-1]),
+        at_source,
+        at_target,
         stuck,
     )
     first, last = stroke.on_outline
@@ -177,8 +181,8 @@ def _merge_corners(places: list, near: float) -> list:
         before = kept[-1]
         close = s - before[0] < near and tau - before[1] < near
         if close and kind + before[2] == 3 and kind != 3:
-            own = s if kind == 1 else before[0]
-            kept[-1] = (own, before[1] if kind == 1 else tau, 3)
+            merged_s = s if kind == 1 else before[0]
+            kept[-1] = (merged_s, before[1] if kind == 1 else tau, 3)
         elif s - before[0] < 1e-9 or tau - before[1] < 1e-9:
             kept[-1] = (s, tau, 3) if kind == 3 else before
         else:

@@ -48,8 +48,8 @@ def mesh_of(
     drawn = drawn or [stroke.even for stroke in pins.strokes]
     kept = inside(pins.strokes, drawn, SPACING_MESH_SIZES * size, pins.inner)
     spaced = [
-        _spaced(each, min(SPACING_MESH_SIZES * size, each.length / FEWEST_RIM_VERTICES), kept.z)
-        for each in outlines
+        _spaced(outline, min(SPACING_MESH_SIZES * size, outline.length / FEWEST_RIM_VERTICES), kept.z)
+        for outline in outlines
     ]
     # The triangulation is that of outlines on a coarse grid, so that noise far below the grid spacing does not
     # change it.
@@ -100,14 +100,14 @@ def _spaced(outline: Curve, spacing: float, points: Complex) -> tuple[Complex, C
 def space_out(outline: Curve, spacing: float, points: Complex) -> Complex:
     """Return vertices of an outline, no farther apart than `spacing`, and denser near points that are close to it."""
     s, length = outline.knots[:-1], outline.length
-    for place, step in sorted(_beside(outline, spacing, points), key=lambda found: found[1]):
+    for place, step in sorted(_beside(outline, spacing, points), key=lambda pair: pair[1]):
         gaps = np.abs(np.mod(s - place + 0.5 * length, length) - 0.5 * length)
         if gaps.min() > 0.5 * step:
             s = np.append(s, np.mod(place, length))
     s = np.sort(s)
     gaps = np.diff(s, append=length)
-    own, share = subdivide(gaps, spacing)
-    return outline.at(s[own] + share * gaps[own])
+    gap, share = subdivide(gaps, spacing)
+    return outline.at(s[gap] + share * gaps[gap])
 
 
 def _beside(outline: Curve, spacing: float, points: Complex) -> list[tuple[float, float]]:
@@ -115,11 +115,11 @@ def _beside(outline: Curve, spacing: float, points: Complex) -> list[tuple[float
 
     Steps double from the point's distance up to the spacing.
     """
-    found = []
+    places = []
     for s, point in zip(outline.closest(points), points):
         away = float(abs(outline.at(s) - point))
         if not away:
             continue
         steps = away * 2.0 ** np.arange(np.ceil(np.log2(max(spacing / away, 1.0))))
-        found += [(float(s + side * step), float(step)) for step in steps for side in (-1, 0, 1)]
-    return found
+        places += [(float(s + side * step), float(step)) for step in steps for side in (-1, 0, 1)]
+    return places

@@ -132,7 +132,7 @@ def bays_within(
         fineness: tolerance relative to the outline's diagonal; it is at most half a concavity's depth.
         spacing: longest edge.
     """
-    found = []
+    paths = []
     for bay in bays:
         mouth, line = shapely.LineString(xy_of(bay[[0, -1]])), shapely.LineString(xy_of(bay))
         depth = line.hausdorff_distance(mouth)
@@ -140,9 +140,9 @@ def bays_within(
             shapely.get_coordinates(line.simplify(min(fineness * outline.curve.diagonal, 0.5 * depth)))
         )
         gaps = np.abs(np.diff(path))
-        own, share = subdivide(gaps, spacing)
-        path = np.append(path[own] + share * np.diff(path)[own], path[-1])
+        gap, share = subdivide(gaps, spacing)
+        path = np.append(path[gap] + share * np.diff(path)[gap], path[-1])
         while path.size < 4:  # each end needs a separate neighbour
             path = np.insert(path, np.arange(1, path.size), 0.5 * (path[1:] + path[:-1]))
-        found.append(path)
-    return tuple(found)
+        paths.append(path)
+    return tuple(paths)

@@ -35,10 +35,10 @@ class Holes:
 
     def only(self, numbers: tuple[Sequence[int], Sequence[int]]) -> "Holes":
         """Return the holes with the given numbers, in the source and in the target."""
-        here, there = ({number: k for k, number in enumerate(side)} for side in numbers)
-        pairs = tuple((here[i], there[j]) for i, j in self.partners if i in here and j in there)
-        source, target = (tuple(side[k] for k in kept) for side, kept in zip(self.sides, numbers))
-        return Holes(source, target, pairs)
+        sources = {number: k for k, number in enumerate(numbers[0])}
+        targets = {number: k for k, number in enumerate(numbers[1])}
+        pairs = tuple((sources[i], targets[j]) for i, j in self.partners if i in sources and j in targets)
+        return Holes(tuple(self.source[k] for k in sources), tuple(self.target[k] for k in targets), pairs)
 
     def others(
         self, numbers: tuple[Sequence[int], Sequence[int]]
@@ -77,9 +77,9 @@ def named_partners(
         InputError: a pin is in a hole or on its outline in one shape only; pins name two partners for a hole;
             or a stroke touches or crosses a hole.
     """
-    own = [_which(side, pins[:, k]) for k, side in enumerate(holes.sides)]
+    holes_of_pins = [_hole_at(side, pins[:, k]) for k, side in enumerate(holes.sides)]
     partners = dict(holes.partners)
-    for k, (i, j) in enumerate(zip(*own)):
+    for k, (i, j) in enumerate(zip(*holes_of_pins)):
         if (i < 0) != (j < 0):
             inside, out = ("source", "target") if i >= 0 else ("target", "source")
             raise InputError(
@@ -95,20 +95,20 @@ def named_partners(
         raise InputError(
             "pins: two holes of the source are paired with the same hole of the target; move one of the pins"
         )
-    rest = np.flatnonzero(own[0] < 0)
+    outside = np.flatnonzero(holes_of_pins[0] < 0)
     for k, (outer, side) in enumerate(zip((source, target), holes.sides)):
         _refuse_touching(
-            ("source", "target")[k], outer, side, pins[:, k], rest, [pair[k] for pair in strokes]
+            ("source", "target")[k], outer, side, pins[:, k], outside, [pair[k] for pair in strokes]
         )
-    return replace(holes, partners=tuple(partners.items())), pins[rest], rest
+    return replace(holes, partners=tuple(partners.items())), pins[outside], outside
 
 
-def _which(holes: Sequence[Curve], z: Complex) -> Index:
+def _hole_at(holes: Sequence[Curve], z: Complex) -> Index:
     """Return (k,) the hole that contains each point, -1 for none."""
-    found = np.full(z.size, -1)
+    containing = np.full(z.size, -1)
     for number, hole in enumerate(holes):
-        found[hole.contains(z)] = number
-    return found
+        containing[hole.contains(z)] = number
+    return containing
 
 
 def hole_at(z: Complex, holes: Sequence[Curve]) -> int:
@@ -120,13 +120,13 @@ def hole_at(z: Complex, holes: Sequence[Curve]) -> int:
 
 
 def _refuse_touching(
-    name: str, outer: Curve, holes: Sequence[Curve], z: Complex, rest: Index, strokes: Sequence[Curve]
+    name: str, outer: Curve, holes: Sequence[Curve], z: Complex, numbers: Index, strokes: Sequence[Curve]
 ) -> None:
     """Raise InputError if one of the pins z[rest], or a stroke, touches a hole."""
     near = ON_RIM_SHARE * outer.diagonal
     for hole in holes:
         ring = hole.polygon
-        for k in rest:
+        for k in numbers:
             if ring.distance(shapely.Point(z[k].real, z[k].imag)) < near:
                 raise InputError(
                     f"pin {k + 1}: is on the outline of a hole in the {name}; move it off the outline"
@@ -157,8 +157,8 @@ def open_holes(
     filled = len(holes) - len(kept)
     if not filled:
         return tuple(kept), []
-    which = "A hole contains" if filled == 1 else f"{filled} holes contain"
-    return tuple(kept), [f"{which} pins or strokes: the shape is deformed as if it were filled there."]
+    subject = "A hole contains" if filled == 1 else f"{filled} holes contain"
+    return tuple(kept), [f"{subject} pins or strokes: the shape is deformed as if it were filled there."]
 
 
 def unequal(holes: Holes) -> list[str]:
@@ -167,8 +167,8 @@ def unequal(holes: Holes) -> list[str]:
     more = abs(counts[0] - counts[1])
     if not more:
         return []
-    said = f"{more} hole{'s' * (more > 1)} of the {'source' if counts[0] > counts[1] else 'target'}"
+    unmatched = f"{more} hole{'s' * (more > 1)} of the {'source' if counts[0] > counts[1] else 'target'}"
     ending = "shrunk to a slit" if counts[0] > counts[1] else "opened from a slit"
     return [
-        f"The source has {counts[0]} hole{'s' * (counts[0] != 1)} and the target {counts[1]}: {said} {ending}."
+        f"The source has {counts[0]} hole{'s' * (counts[0] != 1)} and the target {counts[1]}: {unmatched} {ending}."
     ]

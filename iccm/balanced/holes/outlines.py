@@ -42,11 +42,11 @@ def outlines_of(
     for _ in range(FINER_ROUNDS):
         outer = Outline.of(curve, fineness, corner_fineness, always, spacing)
         shares = fineness, corner_fineness, spacing
-        found = [outer, *(_of_hole(hole, curve.diagonal, *shares) for hole in holes)]
-        if spacing < np.inf or are_disjoint([_polygon(outline) for outline in found]):
-            return found
+        outlines = [outer, *(_of_hole(hole, curve.diagonal, *shares) for hole in holes)]
+        if spacing < np.inf or are_disjoint([_polygon(outline) for outline in outlines]):
+            return outlines
         fineness, corner_fineness = FINER_FACTOR * fineness, FINER_FACTOR * corner_fineness
-    return [Outline.of(each, 0.0, 0.0, always * (each is curve)) for each in (curve, *holes)]
+    return [Outline.of(ring, 0.0, 0.0, always * (ring is curve)) for ring in (curve, *holes)]
 
 
 def _polygon(outline: Outline) -> Complex:
@@ -74,11 +74,11 @@ def manageable_holes(
     each are kept.
     """
     fineness = FINENESS_OF_TOLERANCE * tolerance * outer.diagonal
-    found = [
+    simplified = [
         simplify(hole, min(fineness / hole.diagonal, FINENESS_OF_TOLERANCE * COARSEST_SHARE_OF_HOLE), kept)
         for hole, kept in zip(holes, always or [()] * len(holes))
     ]
-    return found if are_disjoint([outer.z, *(hole.z for hole in found)]) else list(holes)
+    return simplified if are_disjoint([outer.z, *(hole.z for hole in simplified)]) else list(holes)
 
 
 def are_disjoint(loops: Sequence[Complex]) -> bool:
@@ -103,5 +103,5 @@ def space_out(outline: Outline, spacing: float, *, every_vertex: bool = False) -
     corners = outline.curve.knots[:-1] if every_vertex else outline.corners
     corners = corners if corners.size else np.zeros(1)
     gaps = np.diff(corners, append=corners[0] + outline.length)
-    own, share = subdivide(gaps, min(spacing, outline.length / FEWEST_RIM_VERTICES))
-    return outline.curve.at(corners[own] + share * gaps[own])
+    gap, share = subdivide(gaps, min(spacing, outline.length / FEWEST_RIM_VERTICES))
+    return outline.curve.at(corners[gap] + share * gaps[gap])

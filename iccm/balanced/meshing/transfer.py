@@ -32,9 +32,9 @@ def nearest_triangles(z: Complex, faces: Index, points: Complex) -> Index:
     """Return (p,) the triangle that contains each point, or the closest one."""
     corners = z[faces]
     locator = PatchLocator(corners, np.zeros_like(corners))
-    found, _ = locator.locate_once(points) if points.size <= FEW_POINTS else locator(points, 1)
-    outside = found < 0
+    triangle, _ = locator.locate_once(points) if points.size <= FEW_POINTS else locator(points, 1)
+    outside = triangle < 0
     if outside.any():
         rim = Rim(z, edges_of(faces))
-        found[outside] = rim.beside[rim.closest(points[outside])[0]]
-    return found
+        triangle[outside] = rim.beside[rim.closest(points[outside])[0]]
+    return triangle

@@ -76,7 +76,7 @@ class Rails(NamedTuple):
         vertices: of all rails.
         corners: of all rails.
         starts: (r + 1, 3) the first index of each rail in these three arrays.
-        own: (c,) the rail of each constrained vertex.
+        rail_index: (c,) the rail of each constrained vertex.
         ends: (r,) arclength at which each rail turns back along itself, inf if it does not; vertices stay
             before it.
     """
@@ -85,22 +85,22 @@ class Rails(NamedTuple):
     vertices: Complex
     corners: Real
     starts: Index
-    own: Index
+    rail_index: Index
     ends: Real
 
     @classmethod
-    def of(cls, rails: Sequence[Rail], own: Index, loops: int = 1) -> "Rails":
+    def of(cls, rails: Sequence[Rail], rail_index: Index, loops: int = 1) -> "Rails":
         """Concatenate rails; the first `loops` are closed curves, the others strokes traversed forth and back."""
         ends = [np.inf if k < loops else 0.5 * rail.knots[-1] for k, rail in enumerate(rails)]
         starts = np.cumsum([(0, 0, 0), *(tuple(part.size for part in rail) for rail in rails)], axis=0)
         if len(rails) == 1:  # the usual case
-            return cls(*rails[0], starts, own, np.array(ends))
+            return cls(*rails[0], starts, rail_index, np.array(ends))
         knots, vertices, corners = (np.concatenate(parts) for parts in zip(*rails))
-        return cls(knots, vertices, corners, starts, own, np.array(ends))
+        return cls(knots, vertices, corners, starts, rail_index, np.array(ends))
 
     def record(self) -> Record:
         """Return the struct that is passed to the core."""
-        return RailsRecord(self.knots, self.vertices, self.corners, self.starts, self.own, self.ends)
+        return RailsRecord(self.knots, self.vertices, self.corners, self.starts, self.rail_index, self.ends)
 
 
 class Border(NamedTuple):
@@ -149,10 +149,10 @@ class Constraints(NamedTuple):
     border: Border
 
     @classmethod
-    def held(cls, u: Complex, held: Flags) -> "Constraints":
+    def of_fixed(cls, u: Complex, fixed: Flags) -> "Constraints":
         """Return constraints that hold some vertices (n,) at their positions."""
-        those = np.arange(1 + np.flatnonzero(held).max(initial=-1))
-        kinds = np.where(held[those], HELD, FREE)
+        those = np.arange(1 + np.flatnonzero(fixed).max(initial=-1))
+        kinds = np.where(fixed[those], HELD, FREE)
         return cls(kinds, u[those], Rails.of([NO_RAIL], 0 * those), Border.still(those))
 
     def record(self) -> Record:

@@ -108,12 +108,12 @@ class TermsOnMesh:
     def _entries(self) -> list[tuple[Index, np.ndarray]]:
         """For each term, the vertex pairs (k, s, s) that are in the upper triangle, and their entries there."""
         assert self._pattern is not None
-        found = []
+        entries = []
         for term in self.terms:
             tails, heads = np.broadcast_arrays(term.stencils[:, :, None], term.stencils[:, None, :])
             upper = self._pattern.position[tails] <= self._pattern.position[heads]
-            found.append((self._pattern.entries(tails[upper], heads[upper]), upper))
-        return found
+            entries.append((self._pattern.entries(tails[upper], heads[upper]), upper))
+        return entries
 
     @cached_property
     def record(self) -> Record:

@@ -20,7 +20,7 @@ STEPS, POLISHING = 100, 30
 def unfold(
     u: Complex,
     faces: Index,
-    held: Flags,
+    fixed: Flags,
     folded: Flags,
     gradients: Complex,
     areas: Real,
@@ -34,7 +34,7 @@ def unfold(
     Args:
         u: (n,) images.
         faces: (m, 3) triangles.
-        held: (n,) vertices that do not move.
+        fixed: (n,) vertices that do not move.
         folded: (m,) triangles to unfold.
         gradients, areas: of the rest triangles, as from `energy.geometry`.
         weights: (m,) weights of the triangles, in addition to their areas.
@@ -48,8 +48,8 @@ def unfold(
     """
     left = int(np.count_nonzero(triangle_areas(u[faces]) <= 0))
     for rings in RINGS if folded.any() else ():
-        near = _around(faces, folded, rings, u.size) & ~held
-        if rings > RINGS[0] and np.count_nonzero(near) > most * np.count_nonzero(~held):
+        near = _around(faces, folded, rings, u.size) & ~fixed
+        if rings > RINGS[0] and np.count_nonzero(near) > most * np.count_nonzero(~fixed):
             break
         new = _move(u, faces, near, gradients, areas, weights)
         remaining = triangle_areas(new[faces]) <= 0
@@ -62,14 +62,14 @@ def unfold(
     return u
 
 
-def unfold_in(u: Complex, faces: Index, held: Flags, rest: Complex) -> Complex:
+def unfold_in(u: Complex, faces: Index, fixed: Flags, unfolded: Complex) -> Complex:
     """Remove folds in another plane by moving only vertices near them.
 
     Args:
         u: (n,) positions in that plane.
         faces: (m, 3) triangles.
-        held: (n,) vertices that do not move.
-        rest: (n,) positions without folds.
+        fixed: (n,) vertices that do not move.
+        unfolded: (n,) positions without folds.
 
     Returns:
         (n,) positions.
@@ -77,12 +77,12 @@ def unfold_in(u: Complex, faces: Index, held: Flags, rest: Complex) -> Complex:
     Raises:
         Tangled: folds remain.
     """
-    gradients, areas = geometry(rest, faces)
+    gradients, areas = geometry(unfolded, faces)
     image = triangle_areas(u[faces])
-    return unfold(u, faces, held, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
+    return unfold(u, faces, fixed, image * areas.sum() < BARE * areas * image.sum(), gradients, areas)
 
 
-def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float) -> Complex:
+def unfold_on(u: Complex, faces: Index, fixed: Flags, points: Real, least: float) -> Complex:
     """Remove folds of a surface's vertices in a plane, group by group of folded triangles that are near each other.
 
     Groups in which folds would remain are left as they are.
@@ -90,7 +90,7 @@ def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float)
     Args:
         u: (n,) positions; most triangles are counter-clockwise.
         faces: (m, 3) triangles.
-        held: (n,) vertices that do not move.
+        fixed: (n,) vertices that do not move.
         points: (n, 3) positions in space; the shapes of triangles are preserved as far as possible.
         least: height up to which triangles count as folded.
 
@@ -104,15 +104,15 @@ def unfold_on(u: Complex, faces: Index, held: Flags, points: Real, least: float)
     areas = np.maximum(areas, BARE * areas.mean())
     for rings in RINGS:
         folded = triangle_heights(u[faces]) <= least
-        free = _around(faces, folded, rings, u.size) & ~held
+        free = _around(faces, folded, rings, u.size) & ~fixed
         hit = free[faces].any(axis=1)
         corner, face = np.nonzero(hit)[0][:, None] + np.zeros(3, int), faces[hit]
         inside = free[face]
         group = labels(face[inside], u.size + corner[inside], u.size + len(faces))
         for k in np.unique(group[u.size :][folded & hit]):
-            own = faces[hit & (group[u.size :] == k)]
+            group_faces = faces[hit & (group[u.size :] == k)]
             new = _move(u, faces, free & (group[: u.size] == k), gradients, areas)
-            if triangle_heights(new[own]).min() > max(0, triangle_heights(u[own]).min()):
+            if triangle_heights(new[group_faces]).min() > max(0, triangle_heights(u[group_faces]).min()):
                 u = new
     return u
 
@@ -143,12 +143,12 @@ def _move(
     pattern = system_of(part, np.arange(border), vertices.size)
     order = np.argsort(pattern.position[part], axis=1)
     scale = np.sqrt(np.abs(triangle_areas(u[faces[hit]]).sum()) / areas[hit].sum())
-    own = np.ascontiguousarray(np.take_along_axis(gradients[hit], order, axis=1)) / scale
-    moved, here = u.copy(), u[vertices]
+    part_gradients = np.ascontiguousarray(np.take_along_axis(gradients[hit], order, axis=1)) / scale
+    moved, positions = u.copy(), u[vertices]
     measure = (areas * weights)[hit]
-    rest = RestShapes.of(pattern, own, measure / measure.sum())
-    untangle(pattern, rest, here, np.arange(here.size) < border, False, STEPS, POLISHING)
-    moved[vertices] = here
+    rest = RestShapes.of(pattern, part_gradients, measure / measure.sum())
+    untangle(pattern, rest, positions, np.arange(positions.size) < border, False, STEPS, POLISHING)
+    moved[vertices] = positions
     return moved
 
 

@@ -67,7 +67,7 @@ def untangle(
     pattern: BlockPattern,
     rest: RestShapes,
     u: Complex,
-    held: Flags,
+    fixed: Flags,
     harmonic: bool,
     steps: int,
     polish: int,
@@ -78,21 +78,21 @@ def untangle(
         pattern: of the mesh.
         rest: its triangles in the source.
         u: (n,) images; those that are not held are changed in place.
-        held: (n,) vertices that do not move.
+        fixed: (n,) vertices that do not move.
         harmonic: whether to start from the harmonic map instead of the given images.
         steps: most steps.
         polish: how many of the steps may be made after nothing is folded.
     """
-    constraints = Constraints.held(u, held)
+    constraints = Constraints.of_fixed(u, fixed)
     system = System.of(pattern, rest.corners, rest, constraints)
 
     def stepped(objective: Objective) -> tuple[int, bool]:
         """Make a step with the held vertices fixed; return the number of steps made, and whether it gained little."""
-        _, made, slow = descend(system, objective, None, u, np.zeros(constraints.kinds.size), 1, SLOW)
-        return made, slow > 0
+        _, taken, slow = descend(system, objective, None, u, np.zeros(constraints.kinds.size), 1, SLOW)
+        return taken, slow > 0
 
     if harmonic:
-        u[~held] = 0
+        u[~fixed] = 0
         _pull(pattern, springs(rest.gradients, rest.weights), u, system.workspace)
         quadratic_step(system, u, np.zeros(constraints.kinds.size))
     epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
@@ -109,8 +109,8 @@ def untangle(
                 return least
             polish -= 1
         epsilon = _epsilon(least, epsilon, shrink)
-        made, slow = stepped(UNTANGLING._replace(epsilon=epsilon))
-        if made == 0:
+        taken, slow = stepped(UNTANGLING._replace(epsilon=epsilon))
+        if taken == 0:
             break
         shrink = SHRINK if slow else 1.0
     least = least_determinant(rest, u)

@@ -26,7 +26,7 @@ class Support(NamedTuple):
         kinds: (c,) HELD, SLIDING or FREE.
         goals: (c,) goal positions of those that are held.
         rails: the curves on which vertices slide.
-        own: (c,) the rail of each vertex.
+        rail_index: (c,) the rail of each vertex.
     """
 
     tau: Real
@@ -34,7 +34,7 @@ class Support(NamedTuple):
     kinds: Index
     goals: Complex
     rails: list[Rail]
-    own: Index
+    rail_index: Index
 
 
 class MeshHoles(NamedTuple):
@@ -157,7 +157,7 @@ class MatchedBoundary:
     def loops(self) -> list[MatchedLoop]:
         """The outlines and their vertices, the outer one first."""
         outlines = (self.source, self.target), *self.holes.outlines
-        return [MatchedLoop(*both, vertices) for both, vertices in zip(outlines, self.slices)]
+        return [MatchedLoop(*pair, vertices) for pair, vertices in zip(outlines, self.slices)]
 
     @property
     def following(self) -> Index:
@@ -207,12 +207,12 @@ class MatchedBoundary:
             moving: (b,) positions on the moving side.
             corners: whether corners of the target hold their vertices.
         """
-        loops, own = self.loops, np.zeros(self.size, np.int64)
+        loops, rail_index = self.loops, np.zeros(self.size, np.int64)
         for k, loop in enumerate(loops):
-            own[loop.vertices] = k
+            rail_index[loop.vertices] = k
         kinds = np.where(self._held(forward, corners), HELD, SLIDING)
         rails = [(loop.target if forward else loop.source).rail for loop in loops]
-        return Support(*self._chains(forward), kinds, moving, rails, own)
+        return Support(*self._chains(forward), kinds, moving, rails, rail_index)
 
     def _held(self, forward: bool, corners: bool) -> Flags:
         """Return (b,) the vertices that do not move."""

@@ -144,7 +144,7 @@ def regions_of(places: Complex, regions: Sequence[Sequence[Complex]]) -> Index:
 
     Regions are disjoint, and may have holes.
     """
-    found = np.full(places.size, -1)
+    region = np.full(places.size, -1)
     for k, (outer, *holes) in enumerate(regions):
-        found[Curve(outer).contains(places) & ~inside_any(map(Curve, holes), places)] = k
-    return found
+        region[Curve(outer).contains(places) & ~inside_any(map(Curve, holes), places)] = k
+    return region

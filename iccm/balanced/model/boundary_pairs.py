@@ -112,9 +112,11 @@ class Pairs(NamedTuple):
         """Concatenate the pairs of several loops."""
         return cls(*(np.concatenate(parts) for parts in zip(*loops)))
 
-    def of(self, which: "Index | Flags | slice") -> "Pairs":
+    def of(self, selection: "Index | Flags | slice") -> "Pairs":
         """Return a selection of the pairs."""
-        return Pairs(self.s[which], self.tau[which], self.at_source[which], self.at_target[which])
+        return Pairs(
+            self.s[selection], self.tau[selection], self.at_source[selection], self.at_target[selection]
+        )
 
 
 def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
@@ -174,13 +176,13 @@ def boundary_pairs(
     ds, dt = _gaps(s, source.length), _gaps(tau, target.length)
     if min(ds.min() / source.length, dt.min() / target.length) < 1e-10:
         raise Stuck("two corners of the outlines coincide")
-    own, share = subdivide(np.maximum(ds, dt), spacing)
+    gap, share = subdivide(np.maximum(ds, dt), spacing)
     is_corner = share == 0
     return Pairs(
-        s[own] + share * ds[own],
-        tau[own] + share * dt[own],
-        is_corner & (kind[own] & SOURCE > 0),
-        is_corner & (kind[own] & TARGET > 0),
+        s[gap] + share * ds[gap],
+        tau[gap] + share * dt[gap],
+        is_corner & (kind[gap] & SOURCE > 0),
+        is_corner & (kind[gap] & TARGET > 0),
     )
 
 
@@ -191,23 +193,23 @@ def subdivide(gaps: Real, spacing: float) -> tuple[Index, Real]:
         (k,) the gap of each part, and (k,) the share of the gap at which the part begins.
     """
     parts = np.maximum(1, np.ceil(gaps / spacing - 1e-6)).astype(np.int64)
-    own = np.repeat(np.arange(parts.size), parts)
-    return own, (np.arange(parts.sum()) - (np.cumsum(parts) - parts)[own]) / parts[own]
+    gap = np.repeat(np.arange(parts.size), parts)
+    return gap, (np.arange(parts.sum()) - (np.cumsum(parts) - parts)[gap]) / parts[gap]
 
 
 def _corner_pairs(source: Outline, target: Outline, match: Match, anchors: Match | None):
     """Return (s, τ, kind) of all corners, ascending from the beginning of the match."""
     s0, t0 = match.s[0], match.tau[0]
-    own = s0 + np.sort(np.mod(source.corners - s0, source.length))
-    goals = t0 + np.sort(np.mod(target.corners - t0, target.length))
+    source_corners = s0 + np.sort(np.mod(source.corners - s0, source.length))
+    target_corners = t0 + np.sort(np.mod(target.corners - t0, target.length))
     if anchors is not None:
-        own = own[are_distinct(own, anchors.s, source.length)]
-        goals = goals[are_distinct(goals, anchors.tau, target.length)]
+        source_corners = source_corners[are_distinct(source_corners, anchors.s, source.length)]
+        target_corners = target_corners[are_distinct(target_corners, anchors.tau, target.length)]
     fixed_s = np.empty(0) if anchors is None else s0 + np.mod(anchors.s - s0, source.length)
     fixed_tau = np.empty(0) if anchors is None else t0 + np.mod(anchors.tau - t0, target.length)
-    s = np.concatenate([own, np.interp(goals, match.tau, match.s), fixed_s])
-    tau = np.concatenate([np.interp(own, match.s, match.tau), goals, fixed_tau])
-    kind = np.repeat([SOURCE, TARGET, BOTH], [own.size, goals.size, fixed_s.size])
+    s = np.concatenate([source_corners, np.interp(target_corners, match.tau, match.s), fixed_s])
+    tau = np.concatenate([np.interp(source_corners, match.s, match.tau), target_corners, fixed_tau])
+    kind = np.repeat([SOURCE, TARGET, BOTH], [source_corners.size, target_corners.size, fixed_s.size])
     order = np.lexsort((tau, s))
     return s[order], tau[order], kind[order]
 

@@ -524,22 +524,24 @@ class DiscreteMap(MeshMap):
             stay: (k,) vertices of inner constraints that do not move.
         """
         moving = self.u if forward else self.z
-        tau, border, kinds, goals, rails, own = self.boundary.support(forward, moving[: self.border], corners)
+        tau, border, kinds, goals, rails, rail_index = self.boundary.support(
+            forward, moving[: self.border], corners
+        )
         closed = len(rails)
         if self.bound:
             inside = self.inside
             rails = [*rails, *(stroke[1 if forward else 0] for stroke in inside.strokes)]
-            own = np.append(own, inside.own + closed)
+            rail_index = np.append(rail_index, inside.stroke_index + closed)
             kinds = np.append(kinds, np.where(stay, HELD, SLIDING))
             goals = np.append(goals, inside.goals if forward else inside.z)
             s, chains = inside.chains(forward, self.border)
             tau, border = np.append(tau, s), border.then(chains)
         if self.filled and not forward:  # outlines of filled holes are fixed in the source
             soft = self.constrained + np.arange(sum(loop.after - loop.first for loop in self.filled))
-            own, kinds = np.append(own, 0 * soft), np.append(kinds, np.full(soft.size, HELD))
+            rail_index, kinds = np.append(rail_index, 0 * soft), np.append(kinds, np.full(soft.size, HELD))
             goals = np.append(goals, moving[soft])
             tau, border = np.append(tau, np.zeros(soft.size)), border.then(Border.still(soft))
-        return tau.copy(), Constraints(kinds, goals, Rails.of(rails, own, closed), border)
+        return tau.copy(), Constraints(kinds, goals, Rails.of(rails, rail_index, closed), border)
 
 
 def folds(faces: Index, u: Complex) -> int:

@@ -26,8 +26,8 @@ def frame_of(curve: Curve, holes: Sequence[Curve] = ()) -> Similarity:
         holes: outlines of its holes, clockwise.
     """
     first = curve.z[0]
-    moment = sum(_moment(each.z - first) for each in (curve, *holes))
-    area = sum(each.area for each in (curve, *holes))
+    moment = sum(_moment(outline.z - first) for outline in (curve, *holes))
+    area = sum(outline.area for outline in (curve, *holes))
     return Similarity(complex(1 / np.sqrt(abs(area))), centre=first + complex(moment / (6 * area)))
 
 
@@ -79,7 +79,7 @@ def frames_of(
     else:
         frames[0] = frames[0].rotated(turn)
     loops = [[c.z, *(hole.z for hole in inner)] for c, inner in zip((source, target), holes)]
-    signs = [handedness(*(frame(z) for z in each)) for frame, each in zip(frames, loops)]
+    signs = [handedness(*(frame(z) for z in rings)) for frame, rings in zip(frames, loops)]
     sign = next((s for s in signs if abs(s) > UNDECIDED), 1.0)
     frames = [f._replace(mirrored=sign < 0) for f in frames]
     if turn is not None and _upside_down(*(frames[0](z) for z in loops[0])):

@@ -36,7 +36,7 @@ class InnerConstraints(NamedTuple):
         goals: (k,) goal positions in the image.
         s: (k,) arclengths on the source's strokes; 0 for pins.
         tau: (k,) arclengths on the target's strokes; 0 for pins.
-        own: (k,) index of the stroke; -1 for pins.
+        stroke_index: (k,) index of the stroke; -1 for pins.
         links: (k,) the next vertex on the same stroke; -1 for none.
         at_source: (k,) vertices that are fixed in the source: pins, corners and ends of the source's strokes.
         at_target: (k,) the same in the image: pins, corners, and those ends of strokes that are mapped to ends.
@@ -49,7 +49,7 @@ class InnerConstraints(NamedTuple):
     goals: Complex
     s: Real
     tau: Real
-    own: Index
+    stroke_index: Index
     links: Index
     at_source: Flags
     at_target: Flags
@@ -61,7 +61,7 @@ class InnerConstraints(NamedTuple):
     def of_pins(cls, pins: Complex) -> "InnerConstraints":
         """Return the constraints of pins (k, 2), given in the source and in the image."""
         k = len(pins)
-        none, held = np.full(k, -1), np.ones(k, bool)
+        none, fixed = np.full(k, -1), np.ones(k, bool)
         return cls(
             pins[:, 0].copy(),
             pins[:, 1].copy(),
@@ -69,9 +69,9 @@ class InnerConstraints(NamedTuple):
             np.zeros(k),
             none,
             none.copy(),
-            held,
-            held.copy(),
-            held.copy(),
+            fixed,
+            fixed.copy(),
+            fixed.copy(),
         )
 
     @property
@@ -81,7 +81,7 @@ class InnerConstraints(NamedTuple):
 
     def _match(self, stroke: int) -> Match:
         """Return the correspondence on a stroke, including ends on the outline, which have no vertex inside."""
-        chain = self.own == stroke
+        chain = self.stroke_index == stroke
         on = {foot.end for foot in self.feet if foot.stroke == stroke}
         s, tau = (
             np.concatenate([[0.0] * (0 in on), values[chain], [0.5 * rail.knots[-1]] * (1 in on)])
@@ -133,7 +133,7 @@ class InnerConstraints(NamedTuple):
             tau=self.s,
             at_source=self.at_target,
             at_target=self.at_source,
-            strokes=tuple((there, here) for here, there in self.strokes),
+            strokes=tuple((target, source) for source, target in self.strokes),
             feet=feet,
         )
 
@@ -151,7 +151,7 @@ class InnerConstraints(NamedTuple):
     def with_pins_of(self, other: "InnerConstraints") -> "InnerConstraints":
         """Return the constraints with the goals that the same pins have in another mesh."""
         goals = self.goals.copy()
-        goals[self.own < 0] = other.goals[other.own < 0]
+        goals[self.stroke_index < 0] = other.goals[other.stroke_index < 0]
         return self._replace(goals=goals)
 
     def chains(self, forward: bool, first: int) -> tuple[Real, Border]:
@@ -168,7 +168,7 @@ class InnerConstraints(NamedTuple):
         spans = np.ones(self.z.size)
         edges = np.flatnonzero(self.links >= 0)
         for stroke in range(len(self.strokes)):
-            those = edges[self.own[edges] == stroke]
+            those = edges[self.stroke_index[edges] == stroke]
             after = self.links[those]
             scale = (moving[after] - moving[those]).sum() / (kept[after] - kept[those]).sum()
             spans[those] = scale * (kept[after] - kept[those])

@@ -66,12 +66,14 @@ def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real
     def around(values: Real) -> Real:
         return np.bincount(near.ravel(), values.ravel(), z.size)[:border].astype(float)
 
-    half, found = np.tan(0.5 * angles(z)), around(angles(u))
+    half, angle_sums = np.tan(0.5 * angles(z)), around(angles(u))
     low, high = np.zeros(border), np.full(border, np.log(MOST_DILATED))
     for _ in range(DILATATION_HALVINGS):
         middle = 0.5 * (low + high)
         k = np.append(np.exp(middle), np.ones(z.size - border))[near]
-        can = (found <= around(2 * np.arctan(k * half))) & (found >= around(2 * np.arctan(half / k)))
+        can = (angle_sums <= around(2 * np.arctan(k * half))) & (
+            angle_sums >= around(2 * np.arctan(half / k))
+        )
         low, high = np.where(can, low, middle), np.where(can, middle, high)
     least = np.ones(len(faces))
     least[beside] = np.append(np.exp(low), np.ones(z.size - border))[near].max(axis=1)

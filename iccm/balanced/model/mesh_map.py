@@ -97,7 +97,7 @@ class MeshMap:
     @property
     def first_pin(self) -> int:
         """Index of the first pin inside."""
-        return self.border + int(np.count_nonzero(self.inside.own >= 0))
+        return self.border + int(np.count_nonzero(self.inside.stroke_index >= 0))
 
     @property
     def lines(self) -> Index:

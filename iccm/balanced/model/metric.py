@@ -94,8 +94,8 @@ class LaidMetric(Metric):
         """
         points = self.frame.pull_back(z @ PLACES.T)
         triangle, place = self.locator(points.ravel(), 1)
-        found = np.einsum("pk,pk->p", place, self.locator.flat[self.locator.faces[triangle]])
-        off = (np.abs(found - points.ravel()) > SIMPLIFIED_SHARE / abs(self.frame.factor)).reshape(
+        located = np.einsum("pk,pk->p", place, self.locator.flat[self.locator.faces[triangle]])
+        off = (np.abs(located - points.ravel()) > SIMPLIFIED_SHARE / abs(self.frame.factor)).reshape(
             points.shape
         )
         triangle = triangle.reshape(points.shape)
@@ -145,8 +145,8 @@ class FieldMetric(Metric):
         """Return the scalings of triangles z (m, 3) with the mean area."""
         if self.size is None:
             return IDENTITY
-        found = self.scale * np.sqrt((self._at(self.size, z) ** 2).mean(axis=1))
-        return Linear(found + 0j, 0j * found)
+        scales = self.scale * np.sqrt((self._at(self.size, z) ** 2).mean(axis=1))
+        return Linear(scales + 0j, 0j * scales)
 
     def importance(self, z: Complex) -> Real | float:
         """Return the mean weights of triangles z (m, 3), relative to the mean of the domain."""
@@ -163,8 +163,10 @@ def _places(parts: int) -> Real:
     upright = (i + j < parts).ravel()
     first = np.column_stack([i.ravel() + 1 / 3, j.ravel() + 1 / 3])[upright]
     turned = (i + j < parts - 1).ravel()
-    both = np.concatenate([first, np.column_stack([i.ravel() + 2 / 3, j.ravel() + 2 / 3])[turned]]) / parts
-    return np.column_stack([both, 1 - both.sum(axis=1)])
+    coordinates = (
+        np.concatenate([first, np.column_stack([i.ravel() + 2 / 3, j.ravel() + 2 / 3])[turned]]) / parts
+    )
+    return np.column_stack([coordinates, 1 - coordinates.sum(axis=1)])
 
 
 PLACES = _places(PARTS_OF_SIDE)
@@ -207,5 +209,5 @@ def rest_geometry(z: Complex, u: Complex, corners: Index, metrics: Metrics) -> t
     if moving is not None:
         jacobian = linear(z[corners], u[corners])
         back = _through(jacobian, moving.over(u[corners])) @ back
-    a, b = (each[:, None] for each in back)
+    a, b = back[0][:, None], back[1][:, None]
     return gradients * a + (gradients * b).conj(), areas

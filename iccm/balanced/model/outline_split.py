@@ -59,9 +59,10 @@ def _split_boundary(boundary: MatchedBoundary) -> tuple[MatchedBoundary, Index]:
     """
     outer = boundary.match
     matches = [outer, *(hole.match for hole in outer.holes)]
-    pairs, old = zip(*(_split_loop(*each, boundary) for each in zip(boundary.loops, matches)))
-    number = np.concatenate(old)
-    counts = [each.s.size for each in pairs]
+    splits = [_split_loop(loop, match, boundary) for loop, match in zip(boundary.loops, matches)]
+    pairs = [split_pairs for split_pairs, _ in splits]
+    number = np.concatenate([old for _, old in splits])
+    counts = [split_pairs.s.size for split_pairs in pairs]
     added, anchored = number.size - boundary.size, np.zeros(number.size, bool)
     anchored[number >= 0] = boundary.anchored
     holes = boundary.holes
@@ -85,14 +86,14 @@ def _with_all_corners(outline: Outline) -> Outline:
 
 def _split_loop(loop: MatchedLoop, match: Match, boundary: MatchedBoundary) -> tuple[Pairs, Index]:
     """Add all vertices of the outlines to a loop's pairs; return them and their former numbers (b,), -1 if new."""
-    own = boundary.pairs.of(loop.vertices)
-    s, at_source = _missing(own.s, loop.source)
-    tau, at_target = _missing(own.tau, loop.target)
+    present = boundary.pairs.of(loop.vertices)
+    s, at_source = _missing(present.s, loop.source)
+    tau, at_target = _missing(present.tau, loop.target)
     new = np.full(s.size + tau.size, -1)
     number = np.append(np.arange(loop.vertices.start, loop.vertices.stop), new)
     pairs = Pairs(
-        np.concatenate([own.s, s, match.inverse().at(tau)]),
-        np.concatenate([own.tau, match.at(s), tau]),
+        np.concatenate([present.s, s, match.inverse().at(tau)]),
+        np.concatenate([present.tau, match.at(s), tau]),
         np.concatenate([at_source, np.ones(s.size, bool), np.zeros(tau.size, bool)]),
         np.concatenate([at_target, np.zeros(s.size, bool), np.ones(tau.size, bool)]),
     )
@@ -102,26 +103,26 @@ def _split_loop(loop: MatchedLoop, match: Match, boundary: MatchedBoundary) -> t
     return _merge(*_snap(pairs, number, boundary.anchored), loop)
 
 
-def _missing(own: Real, outline: Outline) -> tuple[Real, Flags]:
+def _missing(present: Real, outline: Outline) -> tuple[Real, Flags]:
     """Return the vertices of an outline that the mesh lacks.
 
     Args:
-        own: (k,) arclengths of the mesh's vertices.
+        present: (k,) arclengths of the mesh's vertices.
         outline: the outline.
 
     Returns:
-        Arclengths of the outline's vertices that are not among `own`, ascending from its first, and (k,)
-        whether each of `own` is at a vertex of the outline.
+        Arclengths of the outline's vertices that are not among `present`, ascending from its first, and (k,)
+        whether each of `present` is at a vertex of the outline.
     """
     length = outline.length
-    knots = own[0] + np.sort(np.mod(outline.curve.knots[:-1] - own[0], length))
-    ends = np.append(own, own[0] + length)
-    after = np.clip(np.searchsorted(ends, knots), 1, own.size)
+    knots = present[0] + np.sort(np.mod(outline.curve.knots[:-1] - present[0], length))
+    ends = np.append(present, present[0] + length)
+    after = np.clip(np.searchsorted(ends, knots), 1, present.size)
     nearest = np.where(knots - ends[after - 1] < ends[after] - knots, after - 1, after)
-    there = np.abs(ends[nearest] - knots) < SAME_PLACE_SHARE * length
-    at = np.zeros(own.size, bool)
-    at[nearest[there] % own.size] = True
-    return knots[~there], at
+    matched = np.abs(ends[nearest] - knots) < SAME_PLACE_SHARE * length
+    at_vertex = np.zeros(present.size, bool)
+    at_vertex[nearest[matched] % present.size] = True
+    return knots[~matched], at_vertex
 
 
 def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
@@ -201,6 +202,6 @@ def _triangles_at(faces: Index, edges: list[tuple[int, int]]) -> dict[tuple[int,
     count = int(faces.max()) + 1
     keys = (faces * count + np.roll(faces, -1, axis=1)).ravel()
     order = np.argsort(keys)
-    wanted = np.array(edges, np.int64).reshape(-1, 2) @ [count, 1]
-    found = order[np.searchsorted(keys, wanted, sorter=order)] // 3
-    return dict(zip(edges, found.tolist()))
+    edge_keys = np.array(edges, np.int64).reshape(-1, 2) @ [count, 1]
+    triangles = order[np.searchsorted(keys, edge_keys, sorter=order)] // 3
+    return dict(zip(edges, triangles.tolist()))

@@ -45,16 +45,16 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
         covered = np.fft.irfft2(waves * np.fft.rfft2(mask), outside.shape)
         return places[np.roll(covered, (-reach, -reach), (0, 1))[: y.size, : x.size] < 0.5]
 
-    size, found, least, most = CLEARANCE_FACTOR, where(CLEARANCE_FACTOR), 0.0, CLEARANCE_FACTOR
-    for _ in range(0 if found.size else SIZE_HALVINGS):
+    size, candidates, least, most = CLEARANCE_FACTOR, where(CLEARANCE_FACTOR), 0.0, CLEARANCE_FACTOR
+    for _ in range(0 if candidates.size else SIZE_HALVINGS):
         size = 0.5 * (least + most)
         fitting = where(size)
         least, most = (size, most) if fitting.size else (least, size)
-        found = fitting if fitting.size else found
+        candidates = fitting if fitting.size else candidates
     share = 1.0 if least == 0 else min(1.0, SNUG_SIZE_SHARE * least)
-    found = found[np.argsort(np.abs(found - near), kind="stable")]
+    candidates = candidates[np.argsort(np.abs(candidates - near), kind="stable")]
     for _ in range(SIZE_HALVINGS):
-        for place in found:  # it is inside at the points of the grid, but perhaps not between them
+        for place in candidates:  # it is inside at the points of the grid, but perhaps not between them
             if domain.contains(shapely.Polygon(xy_of(place + share * shape))):
                 return share, complex(place)
         share *= SNUG_SIZE_SHARE

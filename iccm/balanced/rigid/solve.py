@@ -75,14 +75,14 @@ class Rigid:
         aims: (k,) complex, the derivative of each one's similarity, as far as it is prescribed.
         turns: (k,) whether the rotation is free.
         sizes: (k,) whether the scale is free.
-        held: (k, 2) a point of each one and its image, if pins prescribe them; NaN otherwise.
+        anchors: (k, 2) a point of each one and its image, if pins prescribe them; NaN otherwise.
     """
 
     regions: tuple[tuple[Complex, ...], ...]
     aims: Complex
     turns: Flags
     sizes: Flags
-    held: Complex
+    anchors: Complex
 
     def aims_beside(self, region_derivatives: Complex) -> Complex:
         """Return (k,) the aims, with free rotations and scales taken from the regions' own derivatives."""
@@ -142,8 +142,8 @@ def is_rigid_similarity(map: MeshMap, rigid: Rigid) -> bool:
     """Return whether a map that is a similarity moves regions as requested, so that it is the map to find."""
     similar = Similarity.fit(map.z, map.u)
     aims = rigid.aims_beside(np.full(len(rigid.regions), similar.factor))
-    is_pinned = ~np.isnan(rigid.held[:, 0])
-    points, images = rigid.held[is_pinned].T
+    is_pinned = ~np.isnan(rigid.anchors[:, 0])
+    points, images = rigid.anchors[is_pinned].T
     errors = np.concatenate([np.abs(aims - similar.factor), np.abs(similar(points) - images)])
     return bool((errors <= SAME_SHARE).all())
 
@@ -371,7 +371,7 @@ def places_of(
     map_factors = [Similarity.fit(rings[0], goal).factor for rings, goal in zip(rigid.regions, goals)]
     aims = sizes * rigid.aims_beside(np.array(map_factors))
     middles, images, factors, shares, moved_away = [], [], [], [], False
-    for rings, aim, (pin, place) in zip(rigid.regions, aims, rigid.held):
+    for rings, aim, (pin, place) in zip(rigid.regions, aims, rigid.anchors):
         corners = shapely.Polygon(xy_of(rings[0])).centroid
         middle = complex(corners.x, corners.y) if np.isnan(pin) else pin
         (expected,) = interpolate(sketch.z, sketch.faces, sketch.u, np.array([middle]))
@@ -399,9 +399,9 @@ def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
         _mean(regions, areas, w.real) + 1j * _mean(regions, areas, w.imag)
         for w in (state.form[corners].mean(axis=1), state.u[corners].mean(axis=1))
     )
-    pinned = ~np.isnan(rigid.held[:, 0])
+    pinned = ~np.isnan(rigid.anchors[:, 0])
     middles, images = (
-        np.where(pinned, prescribed, w) for prescribed, w in zip(rigid.held.T, (middles, images))
+        np.where(pinned, prescribed, w) for prescribed, w in zip(rigid.anchors.T, (middles, images))
     )
     return Placing(factors, middles, images)
 

@@ -101,8 +101,10 @@ class FilledMap:
             level.problem.energy.without_rotation().without_pins(),
             holes=(tuple(h.curve for h in holes), ()),
         )
-        own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
-        plain = own.mapped(initial_matches.arclength_matches(own.source.curve, own.target.curve)[0])
+        disc_level = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
+        plain = disc_level.mapped(
+            initial_matches.arclength_matches(disc_level.source.curve, disc_level.target.curve)[0]
+        )
         state = replace(plain, weights=None).unfolded()
         return cls(state.forward(1.0, DISC_STEPS, GOOD_ENOUGH, corners=False), plain.material)
 
@@ -156,16 +158,16 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteM
     filled = [FilledMap.of(outer, holes, level) for outer, holes in outlines]
     filled[0] = replace(filled[0], turned=rotation(filled[0].middles, filled[1].middles))
     goal = circle_domain(0.5 * (filled[0].middles + filled[1].middles))
-    there, back = (
-        onto_circles(each, outer.curve, [hole.curve for hole in holes], goal, level)
-        for each, (outer, holes) in zip(filled, outlines)
+    source_map, target_map = (
+        onto_circles(filled_map, outer.curve, [hole.curve for hole in holes], goal, level)
+        for filled_map, (outer, holes) in zip(filled, outlines)
     )
     try:
-        return _compose(level, there, back, pairs)
+        return _compose(level, source_map, target_map, pairs)
     except Stuck:
         if len(level.holes[0]) > len(pairs):
             raise
-    return _compose(level.inverse(), back, there, [(j, i) for i, j in pairs]).swap_sides()
+    return _compose(level.inverse(), target_map, source_map, [(j, i) for i, j in pairs]).swap_sides()
 
 
 def circle_starts(level: Level, matches: Sequence[Match]) -> list[DiscreteMap]:
@@ -173,11 +175,11 @@ def circle_starts(level: Level, matches: Sequence[Match]) -> list[DiscreteMap]:
     if level.pinned or level.anchors:
         return []
     counts = Counter(frozenset((hole.source, hole.target) for hole in match.holes) for match in matches)
-    found = []
+    maps = []
     for pairs, _ in counts.most_common(PAIRINGS_TRIED):
         with suppress(Stuck):
-            found.append(through_circles(level, sorted(pairs)))
-    return found
+            maps.append(through_circles(level, sorted(pairs)))
+    return maps
 
 
 def onto_circles(
@@ -200,11 +202,11 @@ def onto_circles(
         holes=(tuple(holes), goal[1]),
         partners=partners,
     )
-    own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
+    circle_level = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
     try:
-        start = remesh(own, filled.onto(goal, level))
+        start = remesh(circle_level, filled.onto(goal, level))
     except Stuck:
-        start = harmonic_map(own)
+        start = harmonic_map(circle_level)
     return start.forward(1.0, DISC_STEPS, GOOD_ENOUGH, corners=False)
 
 
@@ -246,25 +248,25 @@ def harmonic_map(level: Level) -> DiscreteMap:
 
 
 def _compose(
-    level: Level, there: DiscreteMap, back: DiscreteMap, pairs: Sequence[tuple[int, int]]
+    level: Level, source_map: DiscreteMap, target_map: DiscreteMap, pairs: Sequence[tuple[int, int]]
 ) -> DiscreteMap:
     """Compose a map to a circle domain with the inverse of another.
 
     If the result folds, triangles are refined where it magnifies them.
     """
-    ways = {hole.target: hole.match for hole in back.match.holes}
+    matches_back = {hole.target: hole.match for hole in target_map.match.holes}
     holes = tuple(
-        HoleMatch(*pairs[hole.target], through(hole.match, ways[hole.target], 0.0))
-        for hole in there.match.holes
+        HoleMatch(*pairs[hole.target], through(hole.match, matches_back[hole.target], 0.0))
+        for hole in source_map.match.holes
     )
-    match = through(there.match, back.match, 0.0)._replace(holes=holes)
+    match = through(source_map.match, target_map.match, 0.0)._replace(holes=holes)
 
     def images(middle: Complex) -> Complex:
-        return interpolate(back.u, back.faces, back.z, middle)
+        return interpolate(target_map.u, target_map.faces, target_map.z, middle)
 
-    for sizes in _finer(level, there.z, images(there.u), there.faces):
+    for sizes in _finer(level, source_map.z, images(source_map.u), source_map.faces):
         new = level.mapped(match, sizes)
-        state = new.moved_to_border(images(interpolate(there.z, there.faces, there.u, new.z)))
+        state = new.moved_to_border(images(interpolate(source_map.z, source_map.faces, source_map.u, new.z)))
         with suppress(Stuck):
             return state.unfolded(harmonic=False, steps=UNFOLDING_STEPS)
     raise Stuck("no map without folds was found by way of a circle domain")

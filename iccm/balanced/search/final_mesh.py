@@ -71,7 +71,7 @@ measured, and the largest power assumed.
 
 def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
     """Return whether a map meets all constraints."""
-    goals = state.inside.goals[state.inside.own < 0]
+    goals = state.inside.goals[state.inside.stroke_index < 0]
     return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
 
 
@@ -124,20 +124,20 @@ def on_final_mesh(
     """
     progress.tell("last map")
 
-    def energy(found: MeshMap) -> float:
-        return problem.energy.between(found.z, found.u, found.material, found.metrics)
+    def energy(map: MeshMap) -> float:
+        return problem.energy.between(map.z, map.u, map.material, map.metrics)
 
-    found = []
+    candidates = []
     for smooth in (True, False):
         with suppress(Stuck):
             last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
             last = descend(last, FINE_POWER, journal)
-            found.append((eased(split_at_vertices(last) if smooth else last), last))
-            if energy(found[-1][0]) <= KNOTTED_ENERGY_RATIO * energy(state):
+            candidates.append((eased(split_at_vertices(last) if smooth else last), last))
+            if energy(candidates[-1][0]) <= KNOTTED_ENERGY_RATIO * energy(state):
                 break
-    if not found:
+    if not candidates:
         raise Stuck("the last mesh folds")
-    best, sliding = min(found, key=lambda pair: energy(pair[0]))
+    best, sliding = min(candidates, key=lambda pair: energy(pair[0]))
     followed = follow_pins(sliding, lambda state: descend(state, FINE_POWER, journal))
     if followed is not sliding:
         best, sliding = eased(split_at_vertices(followed)), followed
@@ -208,7 +208,7 @@ def meet_bounds_by(
         springs: see `follow_pins`.
     """
     state = follow_pins(descent(state, FINE_POWER), lambda state: descent(state, FINE_POWER), springs=springs)
-    found, nearest, weights = state, np.inf, np.ones(len(state.faces))
+    closest, nearest, weights = state, np.inf, np.ones(len(state.faces))
     bound = min(settings.max_dilatation or np.inf, (settings.max_stretch or np.inf) ** 2)
     for _ in progress.counted("last map, bounds", range(BOUND_ROUNDS if settings.bounded else 0)):
         over, least = _excesses_and_least(state, settings, scale(state))
@@ -216,10 +216,10 @@ def meet_bounds_by(
         if movable.max() <= 1:
             return state
         if over.max() < nearest:
-            found, nearest = state, over.max()
+            closest, nearest = state, over.max()
         weights = np.maximum(1, weights * (movable / BOUND_AIM) ** FINE_POWER)
         state = replace(descent(replace(state, multipliers=weights), FINE_POWER), multipliers=None)
-    return found
+    return closest
 
 
 def follow_pins(
@@ -310,11 +310,13 @@ def _narrow(state: DiscreteMap, springs: Real, descent: Callable[[DiscreteMap], 
         if before is not None:
             # the secant of both rounds, in logarithms
             change = np.log(stiffness / before[0]), np.log(before[1] / missed)
-            known = (np.abs(change[0]) > NARROW_TOLERANCE) & (change[0] * change[1] > 0)
-            powers[known] = np.clip((change[0] / np.where(known, change[1], 1))[known], 1, MOST_SPRING_POWER)
+            has_secant = (np.abs(change[0]) > NARROW_TOLERANCE) & (change[0] * change[1] > 0)
+            powers[has_secant] = np.clip(
+                (change[0] / np.where(has_secant, change[1], 1))[has_secant], 1, MOST_SPRING_POWER
+            )
         before = stiffness, missed
-        wanted = np.maximum(stiffness * (missed / NARROW_AIM) ** powers, 1)
-        factors = np.clip(wanted / stiffness, 1 / MOST_STIFFENED, MOST_STIFFENED)
+        goal_stiffness = np.maximum(stiffness * (missed / NARROW_AIM) ** powers, 1)
+        factors = np.clip(goal_stiffness / stiffness, 1 / MOST_STIFFENED, MOST_STIFFENED)
         state = descent(state.with_energy(replace(state.energy, pins=pins.stiffer(factors))))
     return state
 

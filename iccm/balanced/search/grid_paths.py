@@ -20,13 +20,13 @@ LEAST_CLEARANCE_CELLS = 0.2  # relative to the cell size
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
-def route(domain: Curve, here: complex, there: complex, others: Complex) -> Complex:
-    """Return (k,) points on the cheapest path from `here` to `there`; cells cost more the smaller their clearance.
+def route(domain: Curve, begin: complex, goal: complex, others: Complex) -> Complex:
+    """Return (k,) points on the cheapest path from `begin` to `goal`; cells cost more the smaller their clearance.
 
     Args:
         domain: the path stays inside this curve.
-        here: start, inside.
-        there: end, inside; the last point returned.
+        begin: start, inside.
+        goal: end, inside; the last point returned.
         others: (p,) points that the path avoids, like the outline.
     """
     from scipy.sparse.csgraph import dijkstra  # slow to import, and seldom needed
@@ -40,10 +40,10 @@ def route(domain: Curve, here: complex, there: complex, others: Complex) -> Comp
     clearance = np.min([clearance, *(np.abs(w - other) for other in others)], axis=0)
     cost = 1 + (NARROW_SHARE * domain.diagonal / np.maximum(clearance, LEAST_CLEARANCE_CELLS * cell)) ** 2
     graph = _graph(cost.reshape(y.size, x.size), inside.reshape(y.size, x.size))
-    start, end = (int(np.argmin(np.where(inside, np.abs(w - place), np.inf))) for place in (here, there))
+    start, end = (int(np.argmin(np.where(inside, np.abs(w - place), np.inf))) for place in (begin, goal))
     _, before = dijkstra(graph, directed=False, indices=end, return_predecessors=True)
-    way = np.concatenate([[here], w[walk(before, start)[1:-1]], [there]])
-    line = shapely.LineString(xy_of(way)).simplify(cell)
+    points = np.concatenate([[begin], w[walk(before, start)[1:-1]], [goal]])
+    line = shapely.LineString(xy_of(points)).simplify(cell)
     return complex_of(shapely.get_coordinates(line))[1:]
 
 
@@ -57,9 +57,9 @@ def _graph(cost: np.ndarray, inside: np.ndarray) -> "csr_array":
     for down, right in STEPS:
         a = slice(0, rows - down), slice(max(0, -right), columns - max(0, right))
         b = slice(down, rows), slice(max(0, right), columns + min(0, right))
-        both = inside[a] & inside[b]
-        tails.append(number[a][both])
-        heads.append(number[b][both])
-        lengths.append((0.5 * (cost[a] + cost[b]) * np.hypot(down, right))[both])
+        linked = inside[a] & inside[b]
+        tails.append(number[a][linked])
+        heads.append(number[b][linked])
+        lengths.append((0.5 * (cost[a] + cost[b]) * np.hypot(down, right))[linked])
     ends = np.concatenate(tails), np.concatenate(heads)
     return csr_array((np.concatenate(lengths), ends), (cost.size, cost.size))

@@ -51,8 +51,8 @@ class Partners:
         """Return the pairs of holes with the least total cost at a rotation, as many as the smaller side has holes."""
         from scipy.optimize import linear_sum_assignment
 
-        here, there = self.middles
-        apart = np.abs(here[:, None] * np.exp(1j * turn) - there) ** 2
+        sources, targets = self.middles
+        apart = np.abs(sources[:, None] * np.exp(1j * turn) - targets) ** 2
         return linear_sum_assignment(apart + self.cost)
 
     def of(self, match: Match) -> Match:
@@ -67,8 +67,10 @@ class Partners:
             if (given := self.prescribed(key[0], key[1])) is not None:
                 return given
             source, target = self.holes[0][i], self.holes[1][j]
-            here, there = (Curve(frame_of(curve)(curve.z)) for curve in (source, target))
-            best = next(initial_matches.elastic_matches(here, there, key[2] * ROTATION_STEP_RADIANS))
+            unit_source = Curve(frame_of(source)(source.z))
+            unit_target = Curve(frame_of(target)(target.z))
+            turn = key[2] * ROTATION_STEP_RADIANS
+            best = next(initial_matches.elastic_matches(unit_source, unit_target, turn))
             self._matches[key] = _scale(best, source.length, target.length)
         return self._matches[key]
 

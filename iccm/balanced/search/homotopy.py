@@ -16,24 +16,24 @@ MOVING_DECREASE = 1e-3  # relative decrease of a step that ends a stage: the nex
 LEAST_FACTOR = 1e-3  # scale of the similarity below which constraints are only translated
 
 
-def path_to(begun: Complex, goals: Complex) -> Callable[[float], Complex]:
+def path_to(start: Complex, goals: Complex) -> Callable[[float], Complex]:
     """Return a path from points (k,) to goals (k,).
 
     It is a similarity that rotates and grows uniformly, and straight lines for the rest. The path is a function
     of a share between 0 and 1.
     """
-    middle, end = begun.mean(), goals.mean()
-    factor = Similarity.fit(begun, goals).factor
+    middle, end = start.mean(), goals.mean()
+    factor = Similarity.fit(start, goals).factor
     factor = factor if abs(factor) > LEAST_FACTOR else 1.0
-    rest = goals - end - factor * (begun - middle)
+    deformation = goals - end - factor * (start - middle)
 
-    def at(share: float) -> Complex:
+    def position(share: float) -> Complex:
         if share >= 1:
             return goals
-        turned = np.exp(share * np.log(complex(factor))) * (begun - middle)
-        return middle + share * (end - middle) + turned + share * rest
+        turned = np.exp(share * np.log(complex(factor))) * (start - middle)
+        return middle + share * (end - middle) + turned + share * deformation
 
-    return at
+    return position
 
 
 def satisfy_constraints(
@@ -52,7 +52,7 @@ def stages_unless_met(state: DiscreteMap, straight: DiscreteMap) -> DiscreteMap:
     """
     if straight.miss == 0:
         return straight
-    return min(move_in_stages(state), straight, key=lambda each: each.miss)
+    return min(move_in_stages(state), straight, key=lambda candidate: candidate.miss)
 
 
 def move_straight(

@@ -148,16 +148,16 @@ def candidates(
     source: Curve, target: Curve, turns: tuple[tuple[float, int], ...], times: int = 1
 ) -> list[Match]:
     """Return elastic matches at several rotations, and shifts of the arclength; `times` as many as usual."""
-    found = Different(source, target)
+    distinct = Different(source, target)
     for turn, count in turns:
-        first_new(found, elastic_matches(source, target, turn), times * count)
-    return found.matches + arclength_matches(source, target, times * ARCLENGTH_SHIFTS)
+        first_new(distinct, elastic_matches(source, target, turn), times * count)
+    return distinct.matches + arclength_matches(source, target, times * ARCLENGTH_SHIFTS)
 
 
-def first_new(found: Different, matches: Iterator[Match], count: int) -> None:
+def first_new(distinct: Different, matches: Iterator[Match], count: int) -> None:
     """Add the first `count` matches that differ from those found."""
     for match in matches:
-        if found.add(match):
+        if distinct.add(match):
             count -= 1
         if count == 0:
             return

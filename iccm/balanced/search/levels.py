@@ -182,14 +182,14 @@ class Level:
                     *pair, limit_slope(hole.match, self.steepest), rim_spacing(pair, spacing, fewest)
                 )
             )
-        sizes = [(hole.source, hole.target, each.s.size) for hole, each in zip(match.holes, pairs[1:])]
+        sizes = [(hole.source, hole.target, rim.s.size) for hole, rim in zip(match.holes, pairs[1:])]
         holes = MeshHoles(outlines, loops_of(sizes, pairs[0].s.size))
         axis = self.anchors.s[-1] if self.anchors and self.problem.halved else np.inf
         joined = Pairs.joined(pairs)
-        found = MatchedBoundary.of(self.source, self.target, joined, self.anchors, holes, axis)
+        boundary = MatchedBoundary.of(self.source, self.target, joined, self.anchors, holes, axis)
         for loop in holes.loops:
-            found.anchored[loop.vertices] = self.keeps(loop.source)
-        return found
+            boundary.anchored[loop.vertices] = self.keeps(loop.source)
+        return boundary
 
     def keeps(self, hole: int) -> bool:
         """Return whether a hole of the source is one that is cut out (around a rigid region)."""
@@ -199,10 +199,9 @@ class Level:
         """Return the match of a cut-out hole with its partner, by shares of the length; None for other holes."""
         if not self.keeps(source):
             return None
-        pair = self.holes[0][source], self.holes[1][target]
-        shares = np.unique(np.round(np.concatenate([[0.0, 1.0], *(each.shares for each in pair)]), 12))
-        here, there = (each.at_shares(shares) for each in pair)
-        return Match(here, there)
+        hole, partner = self.holes[0][source], self.holes[1][target]
+        shares = np.unique(np.round(np.concatenate([[0.0, 1.0], hole.shares, partner.shares]), 12))
+        return Match(hole.at_shares(shares), partner.at_shares(shares))
 
     def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:
         """Return the outer outlines, and those of holes, in the source and in the target."""
@@ -260,8 +259,8 @@ def subdivide_rings(regions: Sequence[Sequence[Complex]], spacing: float) -> lis
     """Return the rings of regions with edges no longer than the spacing."""
 
     def ring(z: Complex) -> Complex:
-        own, share = subdivide(Curve(z).lengths, spacing)
-        return Curve(z).at(Curve(z).knots[own] + share * Curve(z).lengths[own])
+        edge, share = subdivide(Curve(z).lengths, spacing)
+        return Curve(z).at(Curve(z).knots[edge] + share * Curve(z).lengths[edge])
 
     return [[ring(z) for z in region] for region in regions]
 
@@ -312,14 +311,14 @@ def match_on(level: Level, state: MeshMap) -> Match:
     vertices = [state.outer, *(loop.vertices for loop in state.loops)]
     matches = []
     for number, (source, target) in enumerate(zip(sources, targets)):
-        own = vertices[number]
+        loop_vertices = vertices[number]
         if isinstance(state.boundary, MatchedBoundary):
             rim, pairs = state.boundary.loops[number], state.boundary.pairs
-            s = source.simplified_from(rim.source.original(pairs.s[own]))
-            tau = target.simplified_from(rim.target.original(pairs.tau[own]))
+            s = source.simplified_from(rim.source.original(pairs.s[loop_vertices]))
+            tau = target.simplified_from(rim.target.original(pairs.tau[loop_vertices]))
         else:
-            s = project(source.curve, state.z[own])
-            tau = project(target.curve, state.u[own])
+            s = project(source.curve, state.z[loop_vertices])
+            tau = project(target.curve, state.u[loop_vertices])
         matches.append(_closed(source, target, s, tau))
     outer, *inner = matches
     holes = tuple(HoleMatch(loop.source, loop.target, match) for loop, match in zip(state.loops, inner))

@@ -35,9 +35,9 @@ def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
     counts = tuple(map(len, problem.holes))
     choices: list[Numbers] = [problem.numbers]
     if counts[0] != counts[1] and all(counts):
-        sides = zip((problem.source, problem.target), problem.holes)
-        here, there = ([Outline.of(curve, 0.0, 0.0) for curve in (outer, *holes)] for outer, holes in sides)
-        pairs = Partners(here, there, problem.partners).assigned(0.0)
+        sources = [Outline.of(curve, 0.0, 0.0) for curve in (problem.source, *problem.holes[0])]
+        targets = [Outline.of(curve, 0.0, 0.0) for curve in (problem.target, *problem.holes[1])]
+        pairs = Partners(sources, targets, problem.partners).assigned(0.0)
         choices.append((tuple(pairs[0].tolist()), tuple(pairs[1].tolist())))
     if any(counts):
         wished = [tuple(pair[k] for pair in problem.partners) for k in (0, 1)]
@@ -57,12 +57,12 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
 
     For the target's concavities this is the inverse problem.
     """
-    found: list[UnitProblem] = []
+    problems: list[UnitProblem] = []
     for side in FITS[settings.fit].fills:
         given = with_bays(problem if side == "source" else problem.inverse())
         if given.bays and can_fill(given) and given.source.area <= LARGEST_FILLED_AREA:
-            found.append(given)
-    return found
+            problems.append(given)
+    return problems
 
 
 def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | None:
@@ -103,9 +103,9 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
     )
     areas = [np.abs(triangle_areas(w[state.faces])) for w in (state.z, state.u)]
     kept = areas[0] * ~void
-    here = float((kept * target).sum() / kept.sum())
-    there = float((areas[1] * (void | source)).sum() / areas[1].sum())
-    return (there, here) if problem.inverted else (here, there)
+    hidden = float((kept * target).sum() / kept.sum())
+    bare = float((areas[1] * (void | source)).sum() / areas[1].sum())
+    return (bare, hidden) if problem.inverted else (hidden, bare)
 
 
 def is_good(problem: UnitProblem, state: DiscreteMap) -> bool:

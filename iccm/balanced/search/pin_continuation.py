@@ -55,8 +55,8 @@ def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
     goals = state.inside.goals
     state = state.held()
     for pin in np.argsort(np.abs(goals - state.inside.goals), kind="stable"):
-        here = state.inside.goals
-        for place in route(level.target.curve, here[pin], goals[pin], np.delete(here, pin)):
+        positions = state.inside.goals
+        for place in route(level.target.curve, positions[pin], goals[pin], np.delete(positions, pin)):
             aims = state.inside.goals.copy()
             aims[pin] = place
             state = move_on_new_meshes(level, state, aims)
@@ -86,11 +86,13 @@ def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
         return []
     a, b = pins.T - pins.T.mean(axis=1, keepdims=True)
     source, target = level.source.curve, level.target.curve
-    found = initial_matches.Different(source, target)
+    distinct = initial_matches.Different(source, target)
     initial_matches.first_new(
-        found, initial_matches.elastic_matches(source, target, float(np.angle(np.vdot(a, b)))), TURNED_STARTS
+        distinct,
+        initial_matches.elastic_matches(source, target, float(np.angle(np.vdot(a, b)))),
+        TURNED_STARTS,
     )
-    return found.matches
+    return distinct.matches
 
 
 def rank(state: DiscreteMap) -> tuple[float, float]:

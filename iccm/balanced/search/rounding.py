@@ -78,15 +78,15 @@ def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[
     loops = [state.outer, *(loop.vertices for loop in (*state.loops, *state.filled))]
     moved = []
     for z, points in zip((state.z, state.u), (source, target)):
-        z, at = z.copy(), np.concatenate(points)
-        place = dict(zip(on_grid(at).tolist(), at.tolist()))
+        z, given = z.copy(), np.concatenate(points)
+        place = dict(zip(on_grid(given).tolist(), given.tolist()))
         grid = on_grid(z)
-        known = np.abs(grid - z) < ON_GRID_SHARE
-        known[known] = [key in place for key in grid[known].tolist()]
+        is_given = np.abs(grid - z) < ON_GRID_SHARE
+        is_given[is_given] = [key in place for key in grid[is_given].tolist()]
         shift = np.zeros(z.size, np.complex128)
-        shift[known] = [place[key] for key in grid[known].tolist()] - z[known]
+        shift[is_given] = [place[key] for key in grid[is_given].tolist()] - z[is_given]
         for loop in loops:
-            shift[loop] = _between(z[loop], shift[loop], known[loop])
+            shift[loop] = _between(z[loop], shift[loop], is_given[loop])
         moved.append(_without_folds(z, shift, state.faces, np.concatenate([np.r_[loop] for loop in loops])))
         if folds(state.faces, moved[-1]):
             return state
@@ -102,19 +102,21 @@ def _without_folds(z: Complex, shift: Complex, faces: Index, rims: Index) -> Com
     loose[rims] = True
     while True:
         folded = faces[triangle_areas((z + shift)[faces]) <= 0].ravel()
-        held = folded[loose[folded] & (shift[folded] != 0)]
-        if not held.size:
+        blocked = folded[loose[folded] & (shift[folded] != 0)]
+        if not blocked.size:
             return z + shift
         shift = shift.copy()
-        shift[held] = 0
+        shift[blocked] = 0
 
 
-def _between(z: Complex, shift: Complex, known: Flags) -> Complex:
+def _between(z: Complex, shift: Complex, is_given: Flags) -> Complex:
     """Return the shifts of a closed polyline's vertices, with unknown ones interpolated linearly in arclength."""
-    if not known.any():
+    if not is_given.any():
         return shift
     lengths = np.abs(np.diff(z, append=z[0]))
     s = np.cumsum(lengths) - lengths
-    parts = (np.interp(s, s[known], part[known], period=lengths.sum()) for part in (shift.real, shift.imag))
+    parts = (
+        np.interp(s, s[is_given], part[is_given], period=lengths.sum()) for part in (shift.real, shift.imag)
+    )
     x, y = parts
     return x + 1j * y

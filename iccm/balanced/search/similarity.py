@@ -29,15 +29,15 @@ def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
         return None
     steps = np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     w = source.at(source.length * steps)
-    found = []
+    starts = []
     for start in _far_vertices(target, np.abs(source.z).max()):
         v = target.at(start + target.length * steps)
         turn = rotation(w, v) if turns else 1.0
         if np.abs(turn * w - v).max() < SAME_OUTLINE_SHARE * 10:
-            found.append((abs(np.angle(turn)), start))
-    if not found:
+            starts.append((abs(np.angle(turn)), start))
+    if not starts:
         return None
-    start = min(found)[1]
+    start = min(starts)[1]
     return Match(np.array([0.0, source.length]), start + np.array([0.0, target.length]))
 
 
@@ -58,10 +58,10 @@ def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
     v = problem.target.at(
         match.tau[:1] + problem.target.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     )
-    found = [_same(hole, problem.holes[1], rotation(w, v)) for hole in problem.holes[0]]
-    holes = tuple(HoleMatch(i, *pair) for i, pair in enumerate(found) if pair)
+    partners = [_same(hole, problem.holes[1], rotation(w, v)) for hole in problem.holes[0]]
+    holes = tuple(HoleMatch(i, *pair) for i, pair in enumerate(partners) if pair)
     as_wished = set(problem.partners) <= {(hole.source, hole.target) for hole in holes}
-    return match._replace(holes=holes) if len(holes) == len(found) and as_wished else None
+    return match._replace(holes=holes) if len(holes) == len(partners) and as_wished else None
 
 
 def _same(hole: Curve, others: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:

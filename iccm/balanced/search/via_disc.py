@@ -38,9 +38,9 @@ def onto_disc(curve: Curve, level: Level) -> DiscreteMap:
         Stuck: its triangles are too thin for double precision.
     """
     problem = UnitProblem(curve, disc(), level.problem.energy.without_rotation().without_pins())
-    own = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
-    match = initial_matches.arclength_matches(own.source.curve, own.target.curve)[0]
-    return own.started(match).forward(1.0, DISC_STEPS, GOOD_ENOUGH, corners=False)
+    disc_level = Level.of(problem, level.size, 0.0, CORNER_FINENESS, level.steepest)
+    match = initial_matches.arclength_matches(disc_level.source.curve, disc_level.target.curve)[0]
+    return disc_level.started(match).forward(1.0, DISC_STEPS, GOOD_ENOUGH, corners=False)
 
 
 def through_disc(level: Level) -> list[DiscreteMap]:
@@ -51,28 +51,28 @@ def through_disc(level: Level) -> list[DiscreteMap]:
     if level.pinned or level.anchors or all(level.holes):
         return []
     try:
-        there, back = (onto_disc(outline.curve, level) for outline in (level.source, level.target))
+        source_map, target_map = (onto_disc(outline.curve, level) for outline in (level.source, level.target))
     except Stuck:
         return []
-    found = []
+    maps = []
     for k in range(DISC_ROTATIONS):
         with suppress(Stuck):
-            found.append(_compose(level, there, back, k / DISC_ROTATIONS))
-    return found
+            maps.append(_compose(level, source_map, target_map, k / DISC_ROTATIONS))
+    return maps
 
 
-def through(there: Match, back: Match, lap: float) -> Match:
+def through(forward: Match, backward: Match, lap: float) -> Match:
     """Compose a match to a curve with the inverse of another match.
 
     The former is shifted by a share `lap` of the curve's length.
     """
-    way = there.tau + lap * (there.tau[-1] - there.tau[0])
-    return Match(there.s, back.inverse().at(way))
+    shifted = forward.tau + lap * (forward.tau[-1] - forward.tau[0])
+    return Match(forward.s, backward.inverse().at(shifted))
 
 
-def _compose(level: Level, there: DiscreteMap, back: DiscreteMap, lap: float) -> DiscreteMap:
+def _compose(level: Level, source_map: DiscreteMap, target_map: DiscreteMap, lap: float) -> DiscreteMap:
     """Compose a map to the disc, a rotation by a share of a full turn, and the inverse of another map."""
-    new = level.mapped(through(there.match, back.match, lap))
-    middle = interpolate(there.z, there.faces, there.u, new.z) * np.exp(2j * np.pi * lap)
-    u = interpolate(back.u, back.faces, back.z, middle)
+    new = level.mapped(through(source_map.match, target_map.match, lap))
+    middle = interpolate(source_map.z, source_map.faces, source_map.u, new.z) * np.exp(2j * np.pi * lap)
+    u = interpolate(target_map.u, target_map.faces, target_map.z, middle)
     return new.moved_to_border(u).unfolded(harmonic=False)

@@ -104,19 +104,19 @@ def outlines_followed(
     vertices.
     """
     sides = (start.z, source, holes.source), (start.u, target, holes.target)
-    found: list[list[Curve]] = []
+    followed: list[list[Curve]] = []
     for side, (w, outer, inner) in enumerate(sides):
-        own = {(loop.source, loop.target)[side]: w[loop.vertices] for loop in start.loops}
+        rings = {(loop.source, loop.target)[side]: w[loop.vertices] for loop in start.loops}
         near = CLOSE_TOLERANCES * tolerance * outer.diagonal
         curves = [
             _followed(w[start.outer], outer, near),
-            *(_followed(own[k], rim, near) for k, rim in enumerate(inner) if k in own),
+            *(_followed(rings[k], rim, near) for k, rim in enumerate(inner) if k in rings),
         ]
         kept = [curve for curve in curves if curve is not None]
         if len(kept) < 1 + len(inner):
             return None
-        found.append(kept)
-    (source, *rims), (target, *goals) = found
+        followed.append(kept)
+    (source, *rims), (target, *goals) = followed
     return source, target, Holes(tuple(rims), tuple(goals), holes.partners)
 
 
@@ -144,16 +144,16 @@ def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
         return None
     vertices = [start.outer, *(loop.vertices for loop in start.loops)]
     outlines = list(zip(*level.outlines(start.loops)))
-    found = [_pairs_on(*both, start.z[v], start.u[v]) for both, v in zip(outlines, vertices)]
-    rims = [pairs for pairs in found if pairs is not None]
-    if len(rims) < len(found):
+    located = [_pairs_on(*pair, start.z[v], start.u[v]) for pair, v in zip(outlines, vertices)]
+    rims = [pairs for pairs in located if pairs is not None]
+    if len(rims) < len(located):
         return None
     pairs = Pairs.joined(rims)
     anchored = np.zeros(start.border, bool)
     if level.anchors is not None:
-        own = anchored[start.outer] = _at(level.anchors.s, rims[0].s, level.source.length)
-        if own.sum() < level.anchors.s.size or np.any(
-            own != _at(level.anchors.tau, rims[0].tau, level.target.length)
+        at_anchor = anchored[start.outer] = _at(level.anchors.s, rims[0].s, level.source.length)
+        if at_anchor.sum() < level.anchors.s.size or np.any(
+            at_anchor != _at(level.anchors.tau, rims[0].tau, level.target.length)
         ):
             return None
     alone = level.alone(start.loops)
@@ -165,7 +165,7 @@ def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
     faces, z = place[start.faces], start.z[order]
     sizes = [(k, -1, rim.size) for k, rim in zip(alone, filled) if rim is not None]
     first = start.border + len(problem.pins)
-    around = closed_links([each.s.size for each in rims])
+    around = closed_links([rim.s.size for rim in rims])
     following = [
         around,
         start.border + np.arange(len(problem.pins)),
@@ -206,8 +206,8 @@ def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | N
     kept = np.concatenate([start.border + away.argmin(axis=1), *filled])
     if np.any(away.min(axis=1) > SAME_PLACE_SHARE) or np.unique(kept).size < kept.size:
         return None
-    rest = np.setdiff1d(np.arange(start.border, start.z.size), kept)
-    return np.concatenate([np.arange(start.border), kept, rest])
+    others = np.setdiff1d(np.arange(start.border, start.z.size), kept)
+    return np.concatenate([np.arange(start.border), kept, others])
 
 
 def _vertices_on(outline: Outline, z: Complex) -> Index | None:

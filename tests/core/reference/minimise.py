@@ -478,7 +478,7 @@ def assemble(rest, u, objective, matrix, gradient):
 
 def rail_of(rails, v):
     """Return the curve of constrained vertex v."""
-    a, b = rails.starts[rails.own[v]], rails.starts[rails.own[v] + 1]
+    a, b = rails.starts[rails.rail_index[v]], rails.starts[rails.rail_index[v] + 1]
     return Rail(rails.knots[a[0] : b[0]], rails.vertices[a[1] : b[1]], rails.corners[a[2] : b[2]])
 
 
@@ -578,9 +578,9 @@ def choose_directions(rails, tau, kinds, gradient, slope, directions, low, high)
             dot(gradient[v], backward) + slope[v],
         )
         low[v] = 0.0
-        if tau[v] >= rails.ends[rails.own[v]] - nudge:
+        if tau[v] >= rails.ends[rails.rail_index[v]] - nudge:
             slope_ahead = 0.0
-        elif rails.ends[rails.own[v]] < np.inf and tau[v] <= nudge:
+        elif rails.ends[rails.rail_index[v]] < np.inf and tau[v] <= nudge:
             slope_behind = 0.0
         if slope_ahead >= 0 and slope_behind <= 0:
             directions[v], high[v] = 0j, 0.0
