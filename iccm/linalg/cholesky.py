@@ -83,11 +83,11 @@ class BlockPattern:
         n = self.position.size
         keys = np.repeat(np.arange(n), np.diff(self.starts)) * n + self.columns
         ends = np.sort([self.position[tails], self.position[heads]], axis=0)
-        wanted = ends[0] * n + ends[1]
-        found = np.searchsorted(keys, wanted)
-        if not np.array_equal(keys.take(found, mode="clip"), wanted):
+        pair_keys = ends[0] * n + ends[1]
+        entries = np.searchsorted(keys, pair_keys)
+        if not np.array_equal(keys.take(entries, mode="clip"), pair_keys):
             raise ValueError("pairs of vertices without a block: the pattern belongs to other stencils")
-        return found
+        return entries
 
     @cached_property
     def record(self) -> Record:
@@ -172,8 +172,8 @@ def system_of(faces: Index, following: Index, count: int, stencils: Sequence[Ind
     where = np.empty(rows.size, np.int64)
     where[by_entry] = np.cumsum(is_new) - 1
     keys = keys[is_new]
-    first, second, third, own = np.split(where, np.cumsum([len(faces)] * 3))
-    diagonal = own[position]
+    first, second, third, diagonal_entries = np.split(where, np.cumsum([len(faces)] * 3))
+    diagonal = diagonal_entries[position]
     slots = np.stack(
         [diagonal[corners[:, 0]], first, second, diagonal[corners[:, 1]], third, diagonal[corners[:, 2]]],
         axis=1,
@@ -192,8 +192,8 @@ def _pairs_of(stencils: Sequence[Index]) -> Index:
     for vertices in stencils:
         tails, heads = np.triu_indices(vertices.shape[1], 1)
         pairs.append(np.column_stack([vertices[:, tails].ravel(), vertices[:, heads].ravel()]))
-    found = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
-    return found[found[:, 0] < found[:, 1]]
+    unique_pairs = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
+    return unique_pairs[unique_pairs[:, 0] < unique_pairs[:, 1]]
 
 
 def factorise(pattern: BlockPattern, matrix: Real, gradient: Complex, factor: Factor) -> bool:

@@ -46,12 +46,12 @@ class Fronts(NamedTuple):
     room: int
 
 
-def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
+def fronts_of(elimination: Elimination) -> tuple[Index, Fronts]:
     """Return an order of elimination (n,) with the same factor, in which fronts are contiguous, and the fronts."""
-    n, ends = found.order.size, found.ends
-    counts, rows = np.diff(ends), np.empty(found.order.size, np.int64)
-    rows[found.order] = np.arange(n)
-    rows = rows[found.columns]
+    n, ends = elimination.order.size, elimination.ends
+    counts, rows = np.diff(ends), np.empty(elimination.order.size, np.int64)
+    rows[elimination.order] = np.arange(n)
+    rows = rows[elimination.columns]
     parents = np.full(n, n)
     parents[counts > 0] = np.minimum.reduceat(rows, ends[:-1][counts > 0])
     place, starts, last = np.empty(n, np.int64), np.empty(n + 1, np.int64), np.empty(n, np.int64)
@@ -74,15 +74,15 @@ def fronts_of(found: Elimination) -> tuple[Index, Fronts]:
     starts, last = starts[: number + 1], last[:number]
     wide = counts[last]
     beyond_starts = np.append(0, np.cumsum(wide))
-    own = np.repeat(np.arange(number), wide)
-    at = ends[last][own] + np.arange(own.size) - beyond_starts[own]
-    beyond = np.sort(own * n + place[rows[at]]) % n
+    front = np.repeat(np.arange(number), wide)
+    entries = ends[last][front] + np.arange(front.size) - beyond_starts[front]
+    beyond = np.sort(front * n + place[rows[entries]]) % n
     above = np.full(number, number)
     above[wide > 0] = np.searchsorted(starts, beyond[beyond_starts[:-1][wide > 0]], side="right") - 1
     columns = np.diff(starts)
     panels = np.append(0, np.cumsum(2 * columns * (2 * (columns + wide) + 1)))
     order = np.empty(n, np.int64)
-    order[place] = found.order
+    order[place] = elimination.order
     return order, Fronts(
         starts, beyond_starts, beyond, above, panels, int(panels[-1]) + _waiting(wide, above)
     )

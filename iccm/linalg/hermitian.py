@@ -73,18 +73,18 @@ def solve(matrix: Hermitian, points: Real, right: Complex) -> Complex:
     """
     order, nodes = nested_dissection(matrix.ends, points)
     fronts = [front for front in _eliminate(*_permute(matrix, order), nodes) if front.end > front.start]
-    found = right[order]
+    solution = right[order]
     for front in fronts:
-        own = blas.ztrsv(front.inner, found[front.start : front.end], lower=1)
-        found[front.start : front.end] = own
-        found[front.beyond] -= front.outer @ own
+        part = blas.ztrsv(front.inner, solution[front.start : front.end], lower=1)
+        solution[front.start : front.end] = part
+        solution[front.beyond] -= front.outer @ part
     for front in reversed(fronts):
-        own = found[front.start : front.end]
-        own -= (found[front.beyond].conj() @ front.outer).conj()
-        found[front.start : front.end] = blas.ztrsv(front.inner, own, lower=1, trans=2)
-    solution = np.empty_like(found)
-    solution[order] = found
-    return solution
+        part = solution[front.start : front.end]
+        part -= (solution[front.beyond].conj() @ front.outer).conj()
+        solution[front.start : front.end] = blas.ztrsv(front.inner, part, lower=1, trans=2)
+    unpermuted = np.empty_like(solution)
+    unpermuted[order] = solution
+    return unpermuted
 
 
 def _permute(matrix: Hermitian, order: Index) -> tuple[Real, csr_matrix]:
@@ -102,28 +102,32 @@ def _eliminate(diagonal: Real, above: csr_matrix, nodes: list[Node]) -> Iterator
     waiting = dict[int, tuple[Index, Complex]]()  # the update of a node for its ancestors, with its rows
     for number, (start, end, children) in enumerate(nodes):
         progress.tell("flatten: factorise", number, len(nodes))
-        own, entries = end - start, slice(above.indptr[start], above.indptr[end])
+        size, entries = end - start, slice(above.indptr[start], above.indptr[end])
         columns, values = above.indices[entries], above.data[entries]
         added = [waiting.pop(child) for child in children]
-        beyond = np.unique(np.concatenate([columns[columns >= end], *(at[at >= end] for at, _ in added)]))
+        beyond = np.unique(
+            np.concatenate([columns[columns >= end], *(vertices[vertices >= end] for vertices, _ in added)])
+        )
         # only the lower triangles are used
-        panel = np.zeros((own + beyond.size, own), complex, order="F")
-        rest = np.zeros((beyond.size, beyond.size), complex, order="F")
+        panel = np.zeros((size + beyond.size, size), complex, order="F")
+        remainder = np.zeros((beyond.size, beyond.size), complex, order="F")
         np.fill_diagonal(panel, diagonal[start:end])
-        rows = np.repeat(np.arange(own), np.diff(above.indptr[start : end + 1]))
+        rows = np.repeat(np.arange(size), np.diff(above.indptr[start : end + 1]))
         panel[_place(columns, start, end, beyond), rows] = values.conj()
-        for at, update in added:
-            place, inside = _place(at, start, end, beyond), int(np.searchsorted(at, end))
+        for vertices, update in added:
+            place, inside = _place(vertices, start, end, beyond), int(np.searchsorted(vertices, end))
             _extend_add(update, panel, place, range(0, inside, STRIP_COLUMNS), inside)
-            _extend_add(update, rest, place - own, range(inside, at.size, STRIP_COLUMNS), at.size)
-        inner, fault = lapack.zpotrf(panel[:own], lower=1)
+            _extend_add(
+                update, remainder, place - size, range(inside, vertices.size, STRIP_COLUMNS), vertices.size
+            )
+        inner, fault = lapack.zpotrf(panel[:size], lower=1)
         if fault:
             raise np.linalg.LinAlgError("the matrix is not positive definite")
-        outer = panel[own:]
+        outer = panel[size:]
         if beyond.size:
             outer = blas.ztrsm(1.0, inner, outer, side=1, lower=1, trans_a=2)
-            rest = blas.zherk(-1.0, outer, 1.0, rest, lower=1, overwrite_c=1)
-        waiting[number] = beyond, rest
+            remainder = blas.zherk(-1.0, outer, 1.0, remainder, lower=1, overwrite_c=1)
+        waiting[number] = beyond, remainder
         yield Front(start, end, beyond, inner, outer)
 
 

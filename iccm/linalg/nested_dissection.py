@@ -50,17 +50,17 @@ def _bisect(ends: Numbers, xyz: Real, vertices: Numbers, side: np.ndarray) -> li
 
     They are taken by indices rather than flags, which would take five times as long.
     """
-    at = xyz.take(vertices, axis=1)
-    half = np.argpartition(at[np.argmax(np.ptp(at, axis=1))], vertices.size // 2)
+    coordinates = xyz.take(vertices, axis=1)
+    half = np.argpartition(coordinates[np.argmax(np.ptp(coordinates, axis=1))], vertices.size // 2)
     side[vertices] = OTHER
     side[vertices[half[: vertices.size // 2]]] = ONE
     one, other = side.take(ends)
     crossing = ends.take(np.flatnonzero(one != other), axis=1)
     side[crossing[side[crossing] == ONE]] = BETWEEN
-    (one, other), own = side.take(ends), side.take(vertices)
+    (one, other), side_of = side.take(ends), side.take(vertices)
     return [
         (
-            vertices.take(np.flatnonzero(own == part)),
+            vertices.take(np.flatnonzero(side_of == part)),
             ends.take(np.flatnonzero((one == part) & (other == part)), axis=1),
         )
         for part in (ONE, OTHER, BETWEEN)

@@ -58,8 +58,8 @@ def _by_superlu(faces: Index, count: int) -> Elimination:
     from scipy.sparse.linalg import spilu
 
     tails, heads, corners = faces.ravel(), np.roll(faces, -1, axis=1).ravel(), faces.ravel()
-    own = np.arange(count)
-    rows, columns = np.concatenate([tails, heads, own]), np.concatenate([heads, tails, own])
+    vertices = np.arange(count)
+    rows, columns = np.concatenate([tails, heads, vertices]), np.concatenate([heads, tails, vertices])
     values = np.where(
         rows == columns, 20.0, 1.0
     )  # diagonally dominant, so that there is no pivoting, and all other entries are dropped

@@ -107,12 +107,12 @@ class Mixed(NamedTuple):
     """Pixels of a band that show two source points.
 
     Attributes:
-        at: (k,) flat indices of the pixels.
+        pixels: (k,) flat indices of the pixels.
         share: (k,) share of the covered area that belongs to the second point.
         z, right, down: (k,) the second point and its derivatives, as in `Band`.
     """
 
-    at: NDArray[np.intp]
+    pixels: NDArray[np.intp]
     share: NDArray[np.float32]
     z: Complex
     right: NDArray[np.complex64]

@@ -55,31 +55,40 @@ def _band_of_several(
     for part, (first, last) in zip(parts, rows):
         if last < row or first >= row + shape[0]:
             continue
-        found = part(row)
-        shown = (found.coverage > most) & (most < 0.5)
-        both = np.flatnonzero(free & (out.coverage > 0) & (out.coverage < 1) & (found.coverage > 0))
-        if both.size:
-            mixed.append(_mixed(out, found, shown, both))
-            free.ravel()[both] = False
-        most[shown] = found.coverage[shown]
-        for into, values in ((out.z, found.z), (out.right, found.right), (out.down, found.down)):
-            into[shown] = values[shown]
-        np.minimum(out.coverage + found.coverage, 1, out=out.coverage)
-        out.diagnostics.add(found.diagnostics)
-    return replace(out, mixed=Mixed(*(np.concatenate(each) for each in zip(*mixed)))) if mixed else out
+        band = part(row)
+        in_front = (band.coverage > most) & (most < 0.5)
+        shared = np.flatnonzero(free & (out.coverage > 0) & (out.coverage < 1) & (band.coverage > 0))
+        if shared.size:
+            mixed.append(_mixed(out, band, in_front, shared))
+            free.ravel()[shared] = False
+        most[in_front] = band.coverage[in_front]
+        for into, values in ((out.z, band.z), (out.right, band.right), (out.down, band.down)):
+            into[in_front] = values[in_front]
+        np.minimum(out.coverage + band.coverage, 1, out=out.coverage)
+        out.diagnostics.add(band.diagnostics)
+    return replace(out, mixed=Mixed(*(np.concatenate(column) for column in zip(*mixed)))) if mixed else out
 
 
-def _mixed(above: Band, below: Band, shown: NDArray[np.bool_], at: NDArray[np.intp]) -> Mixed:
-    """Return the second source points of pixels `at` that two parts cover.
+def _mixed(above: Band, below: Band, below_first: NDArray[np.bool_], pixels: NDArray[np.intp]) -> Mixed:
+    """Return the second source points of pixels (k,), given by flat indices, that two parts cover.
 
-    `shown` marks the pixels whose first source point is in the lower part.
+    `below_first` marks the pixels whose first source point is in the lower part.
     """
-    upper, lower = (band.coverage.ravel()[at] for band in (above, below))
-    lower = np.minimum(lower, 1 - upper)
-    swapped = shown.ravel()[at]
+    upper = above.coverage.ravel()[pixels]
+    lower = np.minimum(below.coverage.ravel()[pixels], 1 - upper)
+    swapped = below_first.ravel()[pixels]
     share = np.where(swapped, upper, lower) / (upper + lower)
-    fields = ((getattr(band, name).ravel()[at] for band in (above, below)) for name in ("z", "right", "down"))
-    return Mixed(at, share, *(np.where(swapped, over, under) for over, under in fields))
+
+    def second(upper_values: NDArray, lower_values: NDArray) -> NDArray:
+        return np.where(swapped, upper_values.ravel()[pixels], lower_values.ravel()[pixels])
+
+    return Mixed(
+        pixels,
+        share.astype(np.float32),
+        second(above.z, below.z),
+        second(above.right, below.right),
+        second(above.down, below.down),
+    )
 
 
 class Reflected:

@@ -41,7 +41,7 @@ def paint(
     tex: Pyramid,
     band: Band,
     columns: tuple[int, int],
-    at: Corner,
+    corner: Corner,
     kind: int,
     clamped: bool,
     alpha: int,
@@ -53,7 +53,7 @@ def paint(
         tex: the picture.
         band: the pixels.
         columns: the first column, and the one after the last.
-        at: position of the picture's corner in the source's plane, and its scale, see `Texture.corner`.
+        corner: position of the picture's corner in the source's plane, and its scale, see `Texture.corner`.
         kind: one of FILTERS except NEAREST and SPLINE.
         clamped: whether to clamp each channel to the range of the texels that the kernel reads.
         alpha: index of the alpha channel; the number of channels if one is to be appended.
@@ -63,7 +63,7 @@ def paint(
     right, down = (np.ascontiguousarray(slope, np.complex64) for slope in (band.right, band.down))
     _paint(
         *(tex.picture, z, right, down, covered, *z.shape, *columns),
-        *(np.array(at), kind, clamped, alpha, *byte_edges(), out),
+        *(np.array(corner), kind, clamped, alpha, *byte_edges(), out),
     )
 
 

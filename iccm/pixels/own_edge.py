@@ -52,22 +52,24 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
     fading = inside & dilated(falls, REACH_TEXELS)
     full = np.where(fading, _risen(alpha, inside), alpha)
     known = inside & (alpha > 0) & (2 * alpha >= full)  # colours are unreliable where alpha fades
-    wanted = fading & ~known | ~inside
+    to_fill = fading & ~known | ~inside
     crop = (slice(REACH_TEXELS, -REACH_TEXELS), slice(REACH_TEXELS, -REACH_TEXELS))
-    inside, full, known, wanted = (each[crop] for each in (inside, full, known, wanted))
+    inside, full, known, to_fill = inside[crop], full[crop], known[crop], to_fill[crop]
     out = pixels.copy()
     out[..., channel] = np.rint(full * top) if top > 1 else full
     if texture.associated:
         gain = np.where(alpha[crop] > 0, full / np.where(alpha[crop] > 0, alpha[crop], 1), 0)
         for k in range(pixels.shape[2]):
             out[..., k] = pixels[..., k] * gain if k != channel else out[..., k]
-    _bleed(out, [channel], inside, wanted)
-    _bleed(out, [k for k in range(pixels.shape[2]) if k != channel], known, wanted)
+    _bleed(out, [channel], inside, to_fill)
+    _bleed(out, [k for k in range(pixels.shape[2]) if k != channel], known, to_fill)
     return replace(texture, pixels=out)
 
 
-def _bleed(pixels: NDArray, channels: list[int], known: NDArray[np.bool_], wanted: NDArray[np.bool_]) -> None:
-    """Fill wanted texels from the nearest known texel that is finite, channel by channel, in place."""
+def _bleed(
+    pixels: NDArray, channels: list[int], known: NDArray[np.bool_], to_fill: NDArray[np.bool_]
+) -> None:
+    """Fill texels from the nearest known texel that is finite, channel by channel, in place."""
     values = np.ascontiguousarray(pixels[..., channels])
     if (
         values.dtype.kind != "f" or np.isfinite(values).all()
@@ -78,7 +80,7 @@ def _bleed(pixels: NDArray, channels: list[int], known: NDArray[np.bool_], wante
         for k in range(len(channels)):
             pad(values[..., k : k + 1], known & finite[..., k], -1, "nearest")
     for k, channel in enumerate(channels):
-        np.copyto(pixels[..., channel], values[..., k], where=wanted)
+        np.copyto(pixels[..., channel], values[..., k], where=to_fill)
 
 
 def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
@@ -103,9 +105,9 @@ def _risen(alpha: NDArray[np.float32], inside: NDArray[np.bool_]) -> NDArray[np.
         rows.append(eroded(rows[-1]))
     out = alpha.copy()
     for deeper, row in zip(rows[:0:-1], rows[-2::-1]):
-        here = np.flatnonzero(row & ~deeper)
+        ring = np.flatnonzero(row & ~deeper)
         flat = out.ravel()
-        flat[here] = np.maximum(flat[here], _greatest_near(here, 1, out, deeper))
+        flat[ring] = np.maximum(flat[ring], _greatest_near(ring, 1, out, deeper))
     return out
 
 

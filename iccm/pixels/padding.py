@@ -19,22 +19,22 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
     """
     if known.all() or not known.any() or reach == 0:
         return
-    wanted = ~known
+    unknown = ~known
     if method == "nearest":
-        _spread(pixels, known, wanted, reach)
+        _spread(pixels, known, unknown, reach)
         return
     if reach > 0:
-        wanted &= depths(wanted) <= reach
+        unknown &= depths(unknown) <= reach
     levels = _levels(known.astype(np.float32))
     for k in range(pixels.shape[2]):
-        filled = _push_pull(pixels[..., k].astype(np.float32), levels)[wanted]
-        pixels[wanted, k] = np.rint(filled) if pixels.dtype.kind != "f" else filled
+        filled = _push_pull(pixels[..., k].astype(np.float32), levels)[unknown]
+        pixels[unknown, k] = np.rint(filled) if pixels.dtype.kind != "f" else filled
 
 
-def _spread(pixels: NDArray, known: NDArray[np.bool_], wanted: NDArray[np.bool_], reach: int) -> None:
+def _spread(pixels: NDArray, known: NDArray[np.bool_], unknown: NDArray[np.bool_], reach: int) -> None:
     """Fill wanted pixels with the colour of the nearest known pixel, in place."""
     source, away = nearest(known)
-    fill = np.flatnonzero(wanted if reach < 0 else wanted & (away <= reach))
+    fill = np.flatnonzero(unknown if reach < 0 else unknown & (away <= reach))
     flat = pixels.reshape(-1, pixels.shape[2])
     flat[fill] = flat[source.ravel()[fill]]
     if not np.may_share_memory(flat, pixels):  # reshape copies arrays that are not contiguous
@@ -67,11 +67,11 @@ def _push_pull(value: NDArray, levels: list[_Level]) -> NDArray:
     if mass is None:
         return value
     h, w = value.shape
-    known = weight * value
-    coarse = _push_pull(_sums_of_four(known) / np.where(mass > 0, mass, 1), levels[1:])
+    weighted = weight * value
+    coarse = _push_pull(_sums_of_four(weighted) / np.where(mass > 0, mass, 1), levels[1:])
     guess = doubled(coarse)[:h, :w]
     guess -= weight * guess
-    return known + guess
+    return weighted + guess
 
 
 def _sums_of_four(values: NDArray) -> NDArray:

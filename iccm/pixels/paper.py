@@ -63,8 +63,8 @@ def _paper(mean: Float | Real, is_srgb: bool) -> Float:
         return (INK_SHARE * mean).astype(np.float32)
     shares = np.linspace(INK_SHARE, 1, INK_SHARES_TRIED)[:, None]
     papers = shares * mean + (1 - shares)
-    wanted = min(PAPER_CONTRAST_RATIO, np.sqrt(contrast))
-    first = np.argmax(_contrast_with_white(papers, is_srgb) >= wanted)
+    contrast_goal = min(PAPER_CONTRAST_RATIO, np.sqrt(contrast))
+    first = np.argmax(_contrast_with_white(papers, is_srgb) >= contrast_goal)
     return papers[first].astype(np.float32)
 
 

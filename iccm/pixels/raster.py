@@ -73,11 +73,11 @@ def _extreme(values: NDArray, reach: int, chosen: np.ufunc) -> NDArray:
     for step in range(1, min(reach, height - 1) + 1):
         chosen(within_columns[step:], values[:-step], out=within_columns[step:])
         chosen(within_columns[:-step], values[step:], out=within_columns[:-step])
-    found = within_columns.copy()
+    extreme = within_columns.copy()
     for step in range(1, min(reach, width - 1) + 1):
-        chosen(found[:, step:], within_columns[:, :-step], out=found[:, step:])
-        chosen(found[:, :-step], within_columns[:, step:], out=found[:, :-step])
-    return found
+        chosen(extreme[:, step:], within_columns[:, :-step], out=extreme[:, step:])
+        chosen(extreme[:, :-step], within_columns[:, step:], out=extreme[:, :-step])
+    return extreme
 
 
 def resized_by_area(pixels: NDArray, size: tuple[int, int]) -> NDArray:
@@ -90,15 +90,15 @@ def resized_by_area(pixels: NDArray, size: tuple[int, int]) -> NDArray:
     height, width = pixels.shape[:2]
     by_row, by_column = _area_shares(height, size[1]), _area_shares(width, size[0])
     channels = pixels.reshape(height, width, -1)
-    found = np.empty((size[1], size[0], channels.shape[2]), pixels.dtype)
+    resized = np.empty((size[1], size[0], channels.shape[2]), pixels.dtype)
     for start in range(0, size[1], BAND_ROWS):  # by bands, to limit the memory for intermediate floats
         shares = by_row[start : start + BAND_ROWS]
         used = slice(int(shares.indices.min()), int(shares.indices.max()) + 1)
         rows = shares[:, used] @ channels[used].reshape(used.stop - used.start, -1).astype(np.float32)
         for k in range(channels.shape[2]):
             means = rows.reshape(-1, width, channels.shape[2])[..., k] @ by_column.T
-            found[start : start + BAND_ROWS, :, k] = np.rint(means) if pixels.dtype.kind == "u" else means
-    return found.reshape(size[1], size[0], *pixels.shape[2:])
+            resized[start : start + BAND_ROWS, :, k] = np.rint(means) if pixels.dtype.kind == "u" else means
+    return resized.reshape(size[1], size[0], *pixels.shape[2:])
 
 
 def _area_shares(count: int, kept: int) -> "csr_array":
@@ -137,9 +137,9 @@ def doubled(values: Float) -> Float:
     height, width = values.shape
     rows = np.empty((2 * height, width), np.float32)
     _interpolate(values, rows[0::2], rows[1::2])
-    found = np.empty((2 * height, 2 * width), np.float32)
-    _interpolate(rows.T, found[:, 0::2].T, found[:, 1::2].T)
-    return found
+    upsampled = np.empty((2 * height, 2 * width), np.float32)
+    _interpolate(rows.T, upsampled[:, 0::2].T, upsampled[:, 1::2].T)
+    return upsampled
 
 
 def _interpolate(values: Float, before: Float, after: Float) -> None:

@@ -149,14 +149,14 @@ class Sampler:
         over_slices(fill, count, threads, SLICE_POINTS)
         return out
 
-    def values(self, at: Places) -> Float:
+    def values(self, places: Places) -> Float:
         """Return (p, c) filtered values in linear light; normals are rotated."""
-        values = filters.read(self.pyramid, at.xy, at.turn, self.filter, self.clamped)
+        values = filters.read(self.pyramid, places.xy, places.turn, self.filter, self.clamped)
         if self.kind.startswith("normal"):
-            assert at.right is not None
-            assert at.down is not None
-            turn = np.where(at.right != 0, at.right, 1).conj()
-            mirrored = cross(at.right, at.down) > 0
+            assert places.right is not None
+            assert places.down is not None
+            turn = np.where(places.right != 0, places.right, 1).conj()
+            mirrored = cross(places.right, places.down) > 0
             up = self.kind == "normal"
             values[:, :3] = rotate(values[:, :3], turn, self.dtype, up=up, mirrored=mirrored)
         return values
@@ -193,7 +193,7 @@ class Sampler:
         return colour.encode(values[None], self.dtype, alpha, srgb=self.srgb, associated=associated)[0]
 
 
-def put(out: NDArray, at: NDArray[np.intp], pixels: NDArray) -> None:
+def put(out: NDArray, indices: NDArray[np.intp], pixels: NDArray) -> None:
     """Compute out[at] = pixels for (n, c) contiguous arrays, several times as fast."""
     pixel = np.dtype((np.void, pixels.itemsize * pixels.shape[1]))
-    np.put(out.view(pixel), at, pixels.view(pixel))
+    np.put(out.view(pixel), indices, pixels.view(pixel))

@@ -109,7 +109,7 @@ def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
     whole = ~(across[:-1] | across[1:] | along[:, :-1] | along[:, 1:])
     number = np.arange(z.size).reshape(z.shape)
     a, b, c, d = (
-        each[whole] for each in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:])
+        corner[whole] for corner in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:])
     )
     faces = np.column_stack([np.append(a, a), np.append(c, d), np.append(d, b)])
     z = box[0] + z.real.ravel() * size.real + 1j * z.imag.ravel() * size.imag

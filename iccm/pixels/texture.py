@@ -107,9 +107,9 @@ Wrap = tuple[str, str]
 REPEAT: Wrap = ("repeat", "repeat")
 
 
-def wrapped(at: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Places:
+def wrapped(places: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Places:
     """Map places beyond the edges of a picture of this size (width, height) into it."""
-    xy, turn = at.xy.copy(), at.turn.copy()
+    xy, turn = places.xy.copy(), places.turn.copy()
     for k, (extent, how) in enumerate(zip(size, wrap)):
         beyond = np.flatnonzero((xy[:, k] < -ROUNDED_TEXELS) | (xy[:, k] > extent + ROUNDED_TEXELS))
         if how == "clamp" or not beyond.size:
@@ -119,7 +119,7 @@ def wrapped(at: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Place
             odd = beyond[tile % 2 == 1]
             xy[odd, k] = extent - xy[odd, k]
             turn[odd, 2 * k : 2 * k + 2] *= -1
-    return at._replace(xy=xy, turn=turn)
+    return places._replace(xy=xy, turn=turn)
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,12 +14,12 @@ def png(pixels: NDArray) -> bytes:
     from PIL import Image
 
     step = max(1, -(-max(pixels.shape[:2]) // LARGEST_SIDE_PIXELS))
-    shown = pixels[::step, ::step]
-    if shown.dtype.kind == "f":
-        shown = np.clip(np.nan_to_num(shown.astype(np.float32)), 0, 1) * 255 + 0.5
-    elif shown.dtype == np.uint16:
-        shown = shown // 257
-    shown = shown.astype(np.uint8)
+    small = pixels[::step, ::step]
+    if small.dtype.kind == "f":
+        small = np.clip(np.nan_to_num(small.astype(np.float32)), 0, 1) * 255 + 0.5
+    elif small.dtype == np.uint16:
+        small = small // 257
+    small = small.astype(np.uint8)
     target = io.BytesIO()
-    Image.fromarray(shown[..., 0] if shown.shape[2] == 1 else shown).save(target, "PNG")
+    Image.fromarray(small[..., 0] if small.shape[2] == 1 else small).save(target, "PNG")
     return target.getvalue()

@@ -93,22 +93,25 @@ class TriangulatedPreimages:
         band.diagnostics.inside, band.diagnostics.fallback = int(inside.sum()), lost
         band.diagnostics.edge -= lost  # they are not at the outline
 
-    def _touch(self, band: Band, at: NDArray[np.intp]) -> None:
-        """Set the source points of pixels `at` that the outline touches to the nearest boundary points."""
-        if not at.size:
+    def _touch(self, band: Band, pixels: NDArray[np.intp]) -> None:
+        """Set the source points of pixels that the outline touches to the nearest boundary points.
+
+        `pixels` are (k,) flat indices.
+        """
+        if not pixels.size:
             return
         low, high = self.canvas.box
         dx, dy = self.canvas.step
-        i, j = np.divmod(at, self.canvas.width)
+        i, j = np.divmod(pixels, self.canvas.width)
         w = low.real + (j + 0.5) * dx + 1j * (high.imag - (band.row + i + 0.5) * dy)
         edge, part, _ = self.map.image_rim.closest(w)
         z, z_w, z_wbar = self.map.jet_at(*self.map.image_rim.places(edge, part))
-        band.z.ravel()[at] = z
-        band.diagnostics.edge += at.size
+        band.z.ravel()[pixels] = z
+        band.diagnostics.edge += pixels.size
         if not self.slopes:
             return
-        band.right.ravel()[at] = (z_w + z_wbar) * dx
-        band.down.ravel()[at] = -1j * (z_w - z_wbar) * dy
+        band.right.ravel()[pixels] = (z_w + z_wbar) * dx
+        band.down.ravel()[pixels] = -1j * (z_w - z_wbar) * dy
 
 
 class Blocks:

@@ -157,8 +157,8 @@ class Warp:
             band = self.preimages(row)
             return self._finish(band), band.diagnostics
 
-        each, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
-        threads = self.sampler.memory.threads(threads, each, what)
+        bytes_per_band, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
+        threads = self.sampler.memory.threads(threads, bytes_per_band, what)
         rows = range(0, self.canvas.height, BAND_ROWS)
         for row, (block, seen) in zip(rows, in_order(finished, rows, threads)):
             progress.tell("resample", row, self.canvas.height)
@@ -187,20 +187,24 @@ class Warp:
             share = (share >= 0.5).astype(np.float32)
         put(out.reshape(-1, self.channels), part, self.sampler.stored(self._values(band, part), share))
 
-    def _values(self, band: Band, at: NDArray[np.intp]) -> NDArray:
-        """Return the filtered values of those pixels of the band whose flat indices are `at`.
+    def _values(self, band: Band, pixels: NDArray[np.intp]) -> NDArray:
+        """Return the filtered values of those pixels of the band whose flat indices are `pixels`.
 
         Pixels that show two source points are mixed, if values of this kind can be mixed.
         """
-        z, right, down = band.z.ravel()[at], band.right.ravel()[at], band.down.ravel()[at]
+        z, right, down = band.z.ravel()[pixels], band.right.ravel()[pixels], band.down.ravel()[pixels]
         values = self.sampler.values(self._places(z, right, down))
         if band.mixed is None or not (self.sampler.mixes and self.antialias):
             return values
-        _, here, there = np.intersect1d(at, band.mixed.at, assume_unique=True, return_indices=True)
-        if here.size:
+        _, positions, mixed_index = np.intersect1d(
+            pixels, band.mixed.pixels, assume_unique=True, return_indices=True
+        )
+        if positions.size:
             also = band.mixed
-            other = self.sampler.values(self._places(also.z[there], also.right[there], also.down[there]))
-            values[here] += also.share[there, None] * (other - values[here])
+            other = self.sampler.values(
+                self._places(also.z[mixed_index], also.right[mixed_index], also.down[mixed_index])
+            )
+            values[positions] += also.share[mixed_index, None] * (other - values[positions])
         return values
 
     def _places(self, z: Complex, right: NDArray[np.complex64], down: NDArray[np.complex64]) -> Places:

@@ -81,7 +81,7 @@ def test_a_fold_in_the_layout_is_infinite(mapped):
 def test_a_descent_lowers_the_energy_in_space(mapped):
     rest, surface, u, pattern, faces = mapped
     objective = Objective.of(0.8, 1.0)
-    constraints = Constraints.held(u, np.arange(u.size) < 3)
+    constraints = Constraints.of_fixed(u, np.arange(u.size) < 3)
     system = newton.System.of(pattern, faces, rest, constraints)
     moved = u.copy()
     energy, made, _ = newton.descend(system, objective, surface, moved, np.zeros(3), 5, 1e-9)

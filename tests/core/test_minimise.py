@@ -26,7 +26,7 @@ GRADIENTS, AREAS = energy.geometry(Z, PATTERN.corners)
 RNG = np.random.default_rng(7)
 BENT = Z + 0.12 * Z**2 + 0.08 * Z.conj() + 0.01 * (RNG.normal(size=Z.size) + 1j * RNG.normal(size=Z.size))
 FOLDED = BENT + np.where(np.arange(Z.size) == Z.size - 1, 0.9, 0)
-NO_HOLD = Constraints.held(BENT, np.zeros(Z.size, bool))
+NO_HOLD = Constraints.of_fixed(BENT, np.zeros(Z.size, bool))
 
 
 def rest(kind="plain"):
@@ -202,7 +202,7 @@ def test_a_quadratic_energy_takes_one_step():
     _, matrix, gradient = matrix_and_gradient()
     found = []
     for step in (newton.quadratic_step, reference.quadratic_step):
-        constraints = Constraints.held(BENT, np.arange(Z.size) < COUNT)
+        constraints = Constraints.of_fixed(BENT, np.arange(Z.size) < COUNT)
         system, u = System.of(PATTERN, FACES, rest(), constraints), BENT.copy()
         system.workspace.matrix[:], system.workspace.gradient[:] = matrix, gradient
         with np.errstate(invalid="ignore"):

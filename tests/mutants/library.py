@@ -15,8 +15,8 @@ BALANCED = "tests/iccm/balanced/"
 LIBRARY: list[Mutant] = [
     Mutant(
         "iccm/pixels/thumbnail.py",
-        "shown // 257",
-        "shown // 256",
+        "small // 257",
+        "small // 256",
         PIXELS + "test_thumbnail.py",
         "16-bit pictures in notebooks: white comes out black",
     ),
@@ -162,8 +162,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/pixels/padding.py",
-        "wanted &= depths(wanted) <= reach",
-        "wanted &= depths(wanted) < reach",
+        "unknown &= depths(unknown) <= reach",
+        "unknown &= depths(unknown) < reach",
         WARP,
         "padding ends one pixel early",
     ),
@@ -197,8 +197,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/pixels/sampler.py",
-        "mirrored = cross(at.right, at.down) > 0",
-        "mirrored = cross(at.right, at.down) < 0",
+        "mirrored = cross(places.right, places.down) > 0",
+        "mirrored = cross(places.right, places.down) < 0",
         WARP,
         "normals of mirrored pieces are not mirrored",
     ),
@@ -323,8 +323,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/pixels/triangulated_preimages.py",
-        "band.down.ravel()[at] = -1j * (z_w - z_wbar) * dy",
-        "band.down.ravel()[at] = 1j * (z_w - z_wbar) * dy",
+        "band.down.ravel()[pixels] = -1j * (z_w - z_wbar) * dy",
+        "band.down.ravel()[pixels] = 1j * (z_w - z_wbar) * dy",
         PIXELS + "test_triangulated_preimages.py",
         "pixels at the outline are filtered with the wrong footprint",
     ),
