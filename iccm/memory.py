@@ -19,11 +19,11 @@ class Memory:
     def release(self) -> None:
         """Release memory between pieces of work; contents of the arrays may be moved to disk."""
 
-    def threads(self, asked: int | None, each: int, what: str) -> int | None:
-        """Return the number of threads to use for work that needs `each` bytes per thread."""
-        return asked
+    def threads(self, requested: int | None, bytes_each: int, what: str) -> int | None:
+        """Return the number of threads to use for work that needs `bytes_each` bytes per thread."""
+        return requested
 
-    def check(self, each: int, what: str) -> None:
+    def check(self, bytes_each: int, what: str) -> None:
         """Raise if memory will not suffice for some work, before a map is solved for it; arguments as for
         `threads`.
         """

@@ -271,8 +271,8 @@ def _lines_of_own(path: Path) -> dict[str, Any]:
 def _manifest(path: Path) -> dict[str, Any]:
     from .batch import manifest
 
-    if own := _lines_of_own(path):
-        return own
+    if settings := _lines_of_own(path):
+        return settings
     tasks = manifest.read(manifest.load(str(path)), str(path), root=path.parent)
     names = [task.name for task in tasks[:LISTED_ITEMS]]
     return {"kind": "manifest", "jobs": len(tasks), "names": names}

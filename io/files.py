@@ -194,11 +194,11 @@ def check_outputs(
     *,
     force: bool,
     taken: Iterable[str] = (),
-    own: Collection[str] = (),
+    replaceable: Collection[str] = (),
 ) -> None:
     """Check that all outputs may be written, and that none is an input, another output, or in `taken`.
 
-    An existing output is reported last, after other problems; those in `own` may exist.
+    An existing output is reported last, after other problems; those in `replaceable` may exist.
 
     Raises:
         InputError: as in `check_output`, or because of a conflict.
@@ -215,7 +215,7 @@ def check_outputs(
         used.add(real)
     for name in names:
         try:
-            check_output(name, force=force or name in own)
+            check_output(name, force=force or name in replaceable)
         except InputError:
             for path in inputs:
                 open_input(path)

@@ -64,27 +64,27 @@ class Bounded(memory.Memory):
             if hasattr(pages, "madvise"):  # Windows, which has no madvise, releases them automatically
                 pages.madvise(mmap.MADV_DONTNEED)
 
-    def threads(self, asked: int | None, each: int, what: str) -> int | None:
-        """Return the number of threads that fit if each takes `each` bytes, at most `asked`.
+    def threads(self, requested: int | None, bytes_each: int, what: str) -> int | None:
+        """Return the number of threads that fit if each takes `bytes_each` bytes, at most `requested`.
 
         Raises:
             InputError: not even one fits.
         """
-        return min(thread_count(asked), self._free(resident(), each, what) // each)
+        return min(thread_count(requested), self._free(resident(), bytes_each, what) // bytes_each)
 
-    def check(self, each: int, what: str) -> None:
+    def check(self, bytes_each: int, what: str) -> None:
         """Check, before a map is solved, that work will fit; arguments as in `threads`.
 
         Raises:
             InputError: it will not.
         """
-        self._free(max(resident(), SOLVED + self.in_memory), each, what)
+        self._free(max(resident(), SOLVED + self.in_memory), bytes_each, what)
 
-    def _free(self, in_use: int, each: int, what: str) -> int:
-        """Return the bytes left for work that takes `each` bytes per piece."""
+    def _free(self, in_use: int, bytes_each: int, what: str) -> int:
+        """Return the bytes left for work that takes `bytes_each` bytes per piece."""
         free = self.limit - in_use - MARGIN
-        if free < each:
-            takes = -(-(self.limit - free + each) // MIB)
+        if free < bytes_each:
+            takes = -(-(self.limit - free + bytes_each) // MIB)
             raise InputError(
                 f"--memory: {self.limit // MIB}M is too little for {what}, which needs "
                 f"{takes}M; raise --memory"

@@ -52,9 +52,9 @@ class Row:
     detail: dict[str, Any] | None = None
 
 
-def page(title: str, told: str, columns: list[str], rows: list[Row]) -> bytes:
+def page(title: str, summary: str, columns: list[str], rows: list[Row]) -> bytes:
     """Return the page as UTF-8."""
-    data = {"title": title, "told": told, "columns": columns, "rows": [asdict(row) for row in rows]}
+    data = {"title": title, "summary": summary, "columns": columns, "rows": [asdict(row) for row in rows]}
     text = json.dumps(data).replace("<", "\\u003c")  # ASCII, without tags that could end the script
     template = (files(__package__) / "page.html").read_text(encoding="utf-8")
     return template.replace("DATA", text, 1).encode()

@@ -51,8 +51,8 @@ class EqualArea:
         """The coordinate reference system, as PROJ and GDAL read it."""
         if self.latitude is None:
             return f"+proj=eqearth +lon_0={self.longitude:g} +R={RADIUS_METRES} +units=m"
-        at = f"+lat_0={self.latitude:g} +lon_0={self.longitude:g}"
-        return f"+proj=laea {at} +R={RADIUS_METRES} +units=m"
+        origin = f"+lat_0={self.latitude:g} +lon_0={self.longitude:g}"
+        return f"+proj=laea {origin} +R={RADIUS_METRES} +units=m"
 
     def project(self, geometry: shapely.Geometry) -> shapely.Geometry:
         """Return a polygon or multipolygon in metres, with parts that were cut at 180 degrees joined."""
@@ -74,11 +74,11 @@ class EqualArea:
         up = np.radians(np.clip(degrees[:, 1], -90, 90))
         if self.latitude is None:
             return RADIUS_METRES * _equal_earth(across, up)
-        at = np.radians(self.latitude)
-        toward = np.sin(at) * np.sin(up) + np.cos(at) * np.cos(up) * np.cos(across)
+        latitude = np.radians(self.latitude)
+        toward = np.sin(latitude) * np.sin(up) + np.cos(latitude) * np.cos(up) * np.cos(across)
         size = np.sqrt(2 / np.maximum(1 + toward, 1e-9))
         x = np.cos(up) * np.sin(across)
-        y = np.cos(at) * np.sin(up) - np.sin(at) * np.cos(up) * np.cos(across)
+        y = np.cos(latitude) * np.sin(up) - np.sin(latitude) * np.cos(up) * np.cos(across)
         return RADIUS_METRES * size[:, None] * np.column_stack([x, y])
 
 

@@ -83,7 +83,7 @@ def carry_parts(
     target: Shape,
     path: str | Path,
     *,
-    each: bool = False,
+    repeated: bool = False,
     tolerance: float | None = None,
     painted: Sequence[Complex] = (),
     opacity: float = 0.0,
@@ -96,12 +96,12 @@ def carry_parts(
     Args:
         parts: the shapes, each with its map.
         target, path, tolerance: as for `carry`.
-        each: whether to map the whole drawing by each map, in a separate group.
+        repeated: whether to map the whole drawing by each map, in a separate group.
         painted: rings of the target's painted area, filled by the even-odd rule, if not everything is to be shown.
         opacity: of content outside the painted area.
     """
     frame = Frame(parts, target, path, painted, opacity)
-    return carry_frames([frame], each=each, tolerance=tolerance)
+    return carry_frames([frame], repeated=repeated, tolerance=tolerance)
 
 
 class Frame(NamedTuple):
@@ -115,20 +115,20 @@ class Frame(NamedTuple):
 
 
 def carry_frames(
-    frames: Sequence[Frame], *, each: bool = False, tolerance: float | None = None
+    frames: Sequence[Frame], *, repeated: bool = False, tolerance: float | None = None
 ) -> tuple[str, ...]:
     """Write frames of the same drawing, whose paths have the same commands in each frame; see `carry_parts`.
 
     Args:
         frames: with the same source shapes, mapped by different maps of the same domains.
-        each, tolerance: as for `carry_parts`; the tolerance is by default that of the smallest target.
+        repeated, tolerance: as for `carry_parts`; the tolerance is by default that of the smallest target.
 
     Returns:
         Notes, each once.
     """
     tolerance = tolerance or TOLERANCE_SHARE * min(frame.target.curve.diagonal for frame in frames)
     drawings = [
-        _document(frame.parts[0][0], frame.target, len(frame.parts) if each else 1) for frame in frames
+        _document(frame.parts[0][0], frame.target, len(frame.parts) if repeated else 1) for frame in frames
     ]
     mappings = [PathMapping(frame.parts, tolerance) for frame in frames]
     prepared = [mapping.prepare(drawing.elements) for mapping, drawing in zip(mappings, drawings)]

@@ -53,8 +53,8 @@ class Samples:
     def part(self, span: slice, lined: NDArray[np.bool_], control: Sequence[Complex]) -> "Samples":
         """Return a range of the samples, with its own `lined` flags and control points."""
         hull = np.concatenate([np.empty(0, np.complex128), *(points.ravel() for points in control)])
-        at = (self.z[span], self.w[span], self.alpha[span], self.beta[span])
-        return Samples(*at, self.length[span], lined, hull)
+        parts = (self.z[span], self.w[span], self.alpha[span], self.beta[span])
+        return Samples(*parts, self.length[span], lined, hull)
 
 
 def affine_part(samples: Sequence[Samples]) -> AffinePart | None:

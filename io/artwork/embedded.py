@@ -113,11 +113,11 @@ class EmbeddedPicture:
         box = bounding_box(np.concatenate([w, rim]))
         texel_count = width * height * min(1.0, visible.area / polygon.area)
         canvas = _canvas(box, max(density, finest), texel_count)
-        made = _warped(region, image, texels, canvas, smooth=self.smooth, opaque=opaque)
+        resampled = _warped(region, image, texels, canvas, smooth=self.smooth, opaque=opaque)
         low, high = canvas.box
         place = zip(("x", "y", "width", "height"), (low.real, -high.imag, *_size(canvas.box)))
         attributes = {name: f"{value:.9g}" for name, value in place} | {"preserveAspectRatio": "none"}
-        SubElement(self.out, _name("image"), attributes | {"href": _address(made, self.address)})
+        SubElement(self.out, _name("image"), attributes | {"href": _address(resampled, self.address)})
         return f"embedded picture resampled, such as one to {canvas.width} × {canvas.height} pixels"
 
 

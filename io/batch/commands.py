@@ -32,7 +32,7 @@ def check(job: Described) -> None:
     elif isinstance(job, Job):
         inputs = Inputs(job, keep=False)
         for spec in filter(None, (job.source, job.target)):
-            _ = is_generated(spec) or inputs.is_mesh(spec) or shape.known(Spec.of(spec).path)
+            _ = is_generated(spec) or inputs.is_mesh(spec) or shape.supported_suffix(Spec.of(spec).path)
         outputs.of(job, inputs)
 
 

@@ -71,19 +71,19 @@ def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True
     Raises:
         ManifestError: lists every output that cannot be written.
     """
-    ready, found = [], []
+    ready, mistakes = [], []
     for task in tasks:
         job = task.job
         if resume and all(book.wrote(path) or not os.path.lexists(path) for path in job.outputs):
             job = job.model_copy(update={"force": True})
-        found += [
+        mistakes += [
             f"{task.place}: {wrong}"
             for path in job.outputs
             if (wrong := _why_unwritable(path, job.force, make))
         ]
         ready.append(task.with_job(job))
-    if found:
-        raise ManifestError(found)
+    if mistakes:
+        raise ManifestError(mistakes)
     return ready
 
 
@@ -139,30 +139,30 @@ def execute(
             pending.clear()
             waiting.clear()
 
-        # Give jobs to workers while there is room. `known` is the result of a job that need not run, because an earlier
-        # run completed it or its inputs are gone. The loop ends at each such job, so that signals are noticed in
-        # between.
-        known = None
-        while pending and known is None and len(running) < _capacity(pool, running, pending):
+        # Give jobs to workers while there is room. `ready_result` is the result of a job that need not run, because an
+        # earlier run completed it or its inputs are gone. The loop ends at each such job, so that signals are noticed
+        # in between.
+        ready_result = None
+        while pending and ready_result is None and len(running) < _capacity(pool, running, pending):
             items = []
             for item in _bundle(pending, pool.together(len(pending))):
-                known = _begin(item, book, keys, resume, warn, unasked=pool.runs_again)
-                if known is not None:
+                ready_result = _begin(item, book, keys, resume, warn, unasked=pool.runs_again)
+                if ready_result is not None:
                     break
                 items.append(item)
             if items:
                 running[pool.submit([_payload(item, pool, policy) for item in items])] = items
                 items[0].began = time.monotonic()
         _tell(running, len(pending) + len(waiting), len(tasks))
-        if known is not None:
-            failed |= known["status"] not in GOOD
-            _release(known, waiting, pending, warn)
-            yield known
+        if ready_result is not None:
+            failed |= ready_result["status"] not in GOOD
+            _release(ready_result, waiting, pending, warn)
+            yield ready_result
 
         # Wait a moment for answers, or not at all if there was a result, since further results may be known
         # immediately. A worker that has died gives no answer. One that was given a bundle answers for the first of its
         # jobs if these took long; the others go back to the front of the queue, in order.
-        for items, answers in _collect(running, pool, policy, 0.0 if known else POLL_SECONDS):
+        for items, answers in _collect(running, pool, policy, 0.0 if ready_result else POLL_SECONDS):
             if answers is None:
                 again, answers = _retry(items, policy, warn)
             else:
@@ -346,5 +346,5 @@ def _answer(status: str, message: str) -> dict[str, Any]:
 def _record(item: _Running, result: dict[str, Any], *, resumed: bool = False) -> dict[str, Any]:
     task = item.task
     start = {"schema": SCHEMA, "job": task.number, "name": task.name, "place": task.place}
-    rest = {"seconds": 0.0, **result, "attempts": 0 if resumed else item.attempt, "resumed": resumed}
-    return start | {"status": rest.pop("status")} | rest
+    details = {"seconds": 0.0, **result, "attempts": 0 if resumed else item.attempt, "resumed": resumed}
+    return start | {"status": details.pop("status")} | details

@@ -42,9 +42,9 @@ class Globs:
         return sorted(set(self._below("", list(Path(pattern).parts))))
 
     def _below(self, folder: str, parts: list[str]) -> Iterator[str]:
-        first, rest = parts[0], parts[1:]
+        first, deeper = parts[0], parts[1:]
         if first == "**":
-            yield from self._below(folder, rest or ["*"])
+            yield from self._below(folder, deeper or ["*"])
             for entry in self._entries(folder):
                 if entry.is_dir(follow_symlinks=False) and not entry.name.startswith("."):
                     yield from self._below(os.path.join(folder, entry.name), parts)
@@ -56,8 +56,8 @@ class Globs:
             names = [name for name in fnmatch.filter(seen, first) if dotted or not name.startswith(".")]
         for name in names:
             path = os.path.join(folder, name)
-            if rest:
-                yield from self._below(path, rest) if os.path.isdir(path) else ()
+            if deeper:
+                yield from self._below(path, deeper) if os.path.isdir(path) else ()
             elif os.path.isfile(path):
                 self._check(path)
                 yield path

@@ -12,22 +12,22 @@ RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])(\..*
 
 def mistake(path: str) -> str | None:
     """Return why a relative path cannot be written here or on Windows; None if it can."""
-    shown = repr(path[:60]) if len(path) > 60 or not path.isprintable() else path
+    quoted = repr(path[:60]) if len(path) > 60 or not path.isprintable() else path
     try:
         encoded = [os.fsencode(part) for part in path.split("/")]
     except UnicodeEncodeError:
-        return f"{shown}: the name is not valid Unicode; choose another"
+        return f"{quoted}: the name is not valid Unicode; choose another"
     if "\0" in path:
-        return f"{shown}: the name contains a NUL character; choose another"
+        return f"{quoted}: the name contains a NUL character; choose another"
     if any(len(part) > limits.NAME_BYTES for part in encoded):
-        return f"{shown}…: the name is longer than {limits.NAME_BYTES} bytes; choose a shorter one"
-    _drive, rest = os.path.splitdrive(path)
-    for part in re.split(r"[/\\]", rest):
-        found = FORBIDDEN.search(part)
-        if found:
-            return f"{shown}: Windows does not allow {found[0]!r} in names; choose another"
+        return f"{quoted}…: the name is longer than {limits.NAME_BYTES} bytes; choose a shorter one"
+    _drive, relative = os.path.splitdrive(path)
+    for part in re.split(r"[/\\]", relative):
+        forbidden = FORBIDDEN.search(part)
+        if forbidden:
+            return f"{quoted}: Windows does not allow {forbidden[0]!r} in names; choose another"
         if RESERVED.fullmatch(part) or (part.endswith((".", " ")) and part.strip(".")):
-            return f"{shown}: Windows does not allow the name {part!r}; choose another"
+            return f"{quoted}: Windows does not allow the name {part!r}; choose another"
     return None
 
 

@@ -22,22 +22,22 @@ def html(results: list[dict[str, Any]], jobs: str, where: str) -> bytes:
     """Return the page for a file in the folder `where`, to which links are relative."""
     results = sorted(results, key=lambda result: result["job"])
     counts = Counter(result["status"] for result in results)
-    told = ", ".join(f"{number} {status}" for status, number in counts.most_common())
+    summary = ", ".join(f"{number} {status}" for status, number in counts.most_common())
     if len(results) > PICTURED_JOBS:
-        told += f"; the first {PICTURED_JOBS} have thumbnails"
+        summary += f"; the first {PICTURED_JOBS} have thumbnails"
     rows = [_row(result, where, k < PICTURED_JOBS) for k, result in enumerate(results)]
-    return page(f"iccm batch {jobs}", told, COLUMNS, rows)
+    return page(f"iccm batch {jobs}", summary, COLUMNS, rows)
 
 
 def _row(result: dict[str, Any], where: str, pictured: bool) -> Row:
     outputs = [output["path"] for output in result["outputs"]]
-    shown = next((path for path in outputs if formats.of(path).picture), None)
-    first = shown or next(iter(outputs), None)
+    picture = next((path for path in outputs if formats.of(path).picture), None)
+    first = picture or next(iter(outputs), None)
     good = result["status"] == "done"
     link = quote(relative_path(first, where).replace(os.sep, "/")) if first else None
     cells = [
         Cell(str(result["job"]), sort=result["job"]),
-        Cell(result["name"], image=thumbnail(shown) if shown and pictured else None, link=link),
+        Cell(result["name"], image=thumbnail(picture) if picture and pictured else None, link=link),
         Cell(result["status"], state="good" if good else "bad"),
         Cell(_figures(result["figures"])),
         Cell(f"{result['seconds']:.2f}", sort=result["seconds"]),
@@ -46,20 +46,20 @@ def _row(result: dict[str, Any], where: str, pictured: bool) -> Row:
     return Row(good, cells)
 
 
-def _figures(found: dict[str, Any]) -> str:
+def _figures(figures: dict[str, Any]) -> str:
     """Return the main figures: the outline's gap, the 95 % quantile of the dilatation, and how much of drawings is
     seen.
     """
-    gap, dilatation = _figure(found, "boundary", "hausdorff"), _figure(found, "dilatation", "p95")
-    seen = [(name, _number(found.get(name))) for name in ("shown", "covered", "cracks")]
-    said = [("gap", gap), ("dilatation p95", dilatation), *seen]
-    return ", ".join(f"{name} {value:.3g}" for name, value in said if value is not None)
+    gap, dilatation = _figure(figures, "boundary", "hausdorff"), _figure(figures, "dilatation", "p95")
+    seen = [(name, _number(figures.get(name))) for name in ("shown", "covered", "cracks")]
+    entries = [("gap", gap), ("dilatation p95", dilatation), *seen]
+    return ", ".join(f"{name} {value:.3g}" for name, value in entries if value is not None)
 
 
-def _figure(found: dict[str, Any], group: str, name: str) -> float | None:
+def _figure(report: dict[str, Any], group: str, name: str) -> float | None:
     """Return a figure of a report, which may come from a journal; None if it is missing or not a number."""
-    figures = found.get(group)
-    return _number(figures.get(name)) if isinstance(figures, dict) else None
+    group_figures = report.get(group)
+    return _number(group_figures.get(name)) if isinstance(group_figures, dict) else None
 
 
 def _number(value: Any) -> float | None:

@@ -56,11 +56,11 @@ class PointSet(TextDocument):
 
 def _points(rows: list[tuple[int, str]]) -> np.ndarray:
     """Return the positions in some lines, each with its number for messages."""
-    found = list[complex]()
+    positions = list[complex]()
     for number, row in rows:
         words = row.split()
         if len(words) != 2:
             raise InputError(f"line {number}: has {len(words)} coordinates; points in the plane have two")
         x, y = (coordinate(word, f"line {number}") for word in words)
-        found.append(complex(x, y))
-    return np.array(found)
+        positions.append(complex(x, y))
+    return np.array(positions)

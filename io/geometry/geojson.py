@@ -33,24 +33,26 @@ class GeoJson(TextDocument):
     def parse(cls, data: bytes, columns: str | None) -> GeoJson:
         """Parse GeoJSON or landmarks, depending on the content."""
         content = parse_json(data)
-        found = _Found()
+        collected = _Found()
         if _is_geojson(content):
             names = []
             for geometry, feature in geometries(content):
-                before = len(found.points)
-                found.take(_simple(geometry))
-                count = len(found.points) - before
+                before = len(collected.points)
+                collected.take(_simple(geometry))
+                count = len(collected.points) - before
                 names += [_name(feature)] if count == 1 else [""] * count
         else:
             marks = _landmarks(content)
             names = [name for _, _, name in marks]
             for holder, key, _ in marks:
-                found.points.append(_pair(holder[key]))
-        if not (found.points or found.lines or found.polygons):
+                collected.points.append(_pair(holder[key]))
+        if not (collected.points or collected.lines or collected.polygons):
             raise InputError("contains no points, lines or polygons")
-        notes = ("heights of lines and polygons are dropped",) if found.heights else ()
+        notes = ("heights of lines and polygons are dropped",) if collected.heights else ()
         return cls(
-            content, Geometry(np.array(found.points, complex), found.lines, found.polygons, names), notes
+            content,
+            Geometry(np.array(collected.points, complex), collected.lines, collected.polygons, names),
+            notes,
         )
 
     def text(self, images: Images) -> str:
@@ -89,10 +91,10 @@ class _Found:
         self.heights = False
 
     def take(self, geometry: dict[str, Any]) -> None:
-        kind, at = geometry["type"], geometry.get("coordinates")
-        if at is None or at == []:
+        kind, coordinates = geometry["type"], geometry.get("coordinates")
+        if coordinates is None or coordinates == []:
             return
-        parts = at if kind.startswith("Multi") else [at]
+        parts = coordinates if kind.startswith("Multi") else [coordinates]
         if not isinstance(parts, list):
             raise InputError(f"{kind}: the coordinates are not a list")
         if kind.endswith("Point"):
@@ -132,10 +134,10 @@ class _Given:
     polygons: Iterator[list[list[Complex]]]
 
     def give(self, geometry: dict[str, Any]) -> None:
-        kind, at = geometry["type"], geometry.get("coordinates")
-        if at is None or at == []:
+        kind, coordinates = geometry["type"], geometry.get("coordinates")
+        if coordinates is None or coordinates == []:
             return
-        parts = at if kind.startswith("Multi") else [at]
+        parts = coordinates if kind.startswith("Multi") else [coordinates]
         if kind.endswith("Point"):
             moved = [_moved(part, z) for part in parts if (z := next(self.points)) == z]
         elif kind.endswith("LineString"):
@@ -184,8 +186,8 @@ def _dropped(item: Any) -> Any:
     """Return the content without geometries that have become empty, and without features left without any."""
     kind = item["type"]
     if kind == "FeatureCollection":
-        features = [each for each in item["features"] if each is not None]
-        item["features"] = [each for each in features if _holds(each.get("geometry"))]
+        features = [feature for feature in item["features"] if feature is not None]
+        item["features"] = [feature for feature in features if _holds(feature.get("geometry"))]
     return item
 
 
@@ -193,7 +195,7 @@ def _holds(geometry: Any) -> bool:
     if geometry is None:
         return True  # it had no position before
     if geometry["type"] == "GeometryCollection":
-        geometry["geometries"] = [each for each in geometry["geometries"] if _holds(each)]
+        geometry["geometries"] = [part for part in geometry["geometries"] if _holds(part)]
         return bool(geometry["geometries"])
     return geometry.get("coordinates", []) != []
 
@@ -204,13 +206,13 @@ def _landmarks(content: Any) -> list[tuple[Any, Any, str]]:
     The points are annotations of labelme, or the members of a list or an object: of the content itself, or of its only
     member that has points only.
     """
-    found = _labelled_points(content) or _members(content)
-    if found is None and isinstance(content, dict):
-        inner = [each for value in content.values() if (each := _members(value))]
-        found = inner[0] if len(inner) == 1 else None
-    if found is None:
+    landmarks = _labelled_points(content) or _members(content)
+    if landmarks is None and isinstance(content, dict):
+        inner = [members for value in content.values() if (members := _members(value))]
+        landmarks = inner[0] if len(inner) == 1 else None
+    if landmarks is None:
         raise InputError('not GeoJSON, nor a list of points ([x, y] or {"x": …, "y": …})')
-    return found
+    return landmarks
 
 
 def _labelled_points(content: Any) -> list[tuple[Any, Any, str]]:

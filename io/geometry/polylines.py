@@ -45,15 +45,15 @@ class Polylines(TextDocument):
                 x, y, z = (coordinate(word, where) for word in words[1:4])
                 vertices.append((x, y, z))
             elif words[0] in ("l", "p"):
-                found = np.array([_vertex(word, vertices, where) for word in words[1:]])
-                if found.size < (2 if words[0] == "l" else 1):
+                corners = np.array([_vertex(word, vertices, where) for word in words[1:]])
+                if corners.size < (2 if words[0] == "l" else 1):
                     raise InputError(f"{where}: has too few vertices")
                 if words[0] == "l":
-                    lines.append(found)
+                    lines.append(corners)
                     order.append(("l", ""))
                 else:
-                    points += found.tolist()
-                    order += [("p", "")] * found.size
+                    points += corners.tolist()
+                    order += [("p", "")] * corners.size
             elif words[0] == "f":
                 raise InputError(f"{where}: is a face; only lines (l) and points (p) can be mapped")
             elif words[0] in ("o", "g") or line.startswith("#"):
@@ -88,7 +88,7 @@ def _vertex(word: str, vertices: list[tuple[float, float, float]], where: str) -
         number = int(word.partition("/")[0])
     except ValueError:
         number = 0
-    at = number - 1 if number > 0 else len(vertices) + number
-    if number == 0 or not 0 <= at < len(vertices):
+    index = number - 1 if number > 0 else len(vertices) + number
+    if number == 0 or not 0 <= index < len(vertices):
         raise InputError(f"{where}: no vertex {word}")
-    return complex(*vertices[at][:2])
+    return complex(*vertices[index][:2])

@@ -97,7 +97,7 @@ class Rois(Document):
             InputError: a .roi file would have to hold several regions, or none.
         """
         points, lines, polygons = iter(images.points.tolist()), iter(images.lines), iter(images.polygons)
-        made = list[tuple[str, bytes]]()
+        regions = list[tuple[str, bytes]]()
         for roi, kind, count in self.rois:
             if kind == "points":
                 z = np.array([next(points) for _ in range(count)])
@@ -109,18 +109,18 @@ class Rois(Document):
             for number, rings in enumerate((rings for rings in pieces if rings and rings[0].size), 1):
                 try:
                     name = (roi.name or roi.autoname) + (f"-{number}" if number > 1 else "")
-                    made.append((_file_name(name), _made(roi, name, kind, rings).tobytes()))
+                    regions.append((_file_name(name), _region_like(roi, name, kind, rings).tobytes()))
                 except UNREAD as error:
                     raise InputError(f"the region {roi.name!r} cannot be written: {error}") from error
         if not self.is_archive:
-            if len(made) != 1:
+            if len(regions) != 1:
                 raise InputError(
-                    f"the result has {len(made)} regions, but a .roi file holds one; use a .zip as the input"
+                    f"the result has {len(regions)} regions, but a .roi file holds one; use a .zip as the input"
                 )
-            return made[0][1]
+            return regions[0][1]
         file = io.BytesIO()
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name, data in made:
+            for name, data in regions:
                 archive.writestr(zipfile.ZipInfo(f"{name}.roi"), data)
         return file.getvalue()
 
@@ -132,12 +132,12 @@ def _members(data: bytes) -> list[ImagejRoi]:
             entries = [entry for entry in archive.infolist() if entry.filename.lower().endswith(".roi")]
             if sum(entry.file_size for entry in entries) > limits.GEOMETRY_BYTES:
                 raise InputError(f"its regions take more than {limits.GEOMETRY_BYTES >> 20} MB")
-            found = [_roi(archive.read(entry)) for entry in entries]
+            regions = [_roi(archive.read(entry)) for entry in entries]
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
         raise InputError(f"cannot read this archive: {error}") from error
-    if not found:
+    if not regions:
         raise InputError("contains no .roi files (of the ROI Manager of ImageJ)")
-    return found
+    return regions
 
 
 def _file_name(name: str) -> str:
@@ -191,7 +191,7 @@ def _polygons(rings: list[Complex]) -> list[list[Complex]]:
     ]
 
 
-def _made(roi: ImagejRoi, name: str, kind: str, rings: Sequence[Complex]) -> ImagejRoi:
+def _region_like(roi: ImagejRoi, name: str, kind: str, rings: Sequence[Complex]) -> ImagejRoi:
     """Return a region with other coordinates, and the name, slice, colours and line width of `roi`."""
     from roifile import ROI_TYPE, ImagejRoi
 
@@ -199,8 +199,8 @@ def _made(roi: ImagejRoi, name: str, kind: str, rings: Sequence[Complex]) -> Ima
         return np.column_stack([z.real, z.imag])
 
     with np.errstate(invalid="ignore"):  # of whole pixels that are too large, beside those in floating point
-        made = ImagejRoi.frompoints(pairs(np.concatenate(rings)), name=name)
-    made.roitype = {"points": ROI_TYPE.POINT, "line": ROI_TYPE.POLYLINE, "polygon": ROI_TYPE.POLYGON}[kind]
+        region = ImagejRoi.frompoints(pairs(np.concatenate(rings)), name=name)
+    region.roitype = {"points": ROI_TYPE.POINT, "line": ROI_TYPE.POLYLINE, "polygon": ROI_TYPE.POLYGON}[kind]
     if len(rings) > 1:
         # a polygon with holes is a composite: a rectangle with a path
         path = list[float]()
@@ -208,12 +208,12 @@ def _made(roi: ImagejRoi, name: str, kind: str, rings: Sequence[Complex]) -> Ima
             for number, (x, y) in enumerate(pairs(ring).tolist()):
                 path += [LINE if number else MOVE, x, y]
             path.append(CLOSE)
-        made.roitype = ROI_TYPE.RECT
-        made.integer_coordinates = made.subpixel_coordinates = None
-        made.n_coordinates = 0
-        made.options = type(made.options)(0)
-        made.multi_coordinates = np.array(path, np.float32)
-        made.shape_roi_size = len(path)
+        region.roitype = ROI_TYPE.RECT
+        region.integer_coordinates = region.subpixel_coordinates = None
+        region.n_coordinates = 0
+        region.options = type(region.options)(0)
+        region.multi_coordinates = np.array(path, np.float32)
+        region.shape_roi_size = len(path)
     for field in KEPT_FIELDS:
-        setattr(made, field, getattr(roi, field))
-    return made
+        setattr(region, field, getattr(roi, field))
+    return region

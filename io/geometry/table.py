@@ -52,26 +52,26 @@ class Table(TextDocument):
         rows = [row for row in rows if row]
         if not rows:
             raise InputError("has no rows")
-        at = _columns(rows[0], columns)
-        comma = delimiter != "," and _has_decimal_commas(rows, at)
+        xy_columns = _columns(rows[0], columns)
+        comma = delimiter != "," and _has_decimal_commas(rows, xy_columns)
         if comma:
             for row in rows:
-                for k in at:
+                for k in xy_columns:
                     if k < len(row) and _DECIMAL_COMMA.fullmatch(row[k].strip()):
                         row[k] = row[k].replace(",", ".")
-        has_head = not all(_is_number(rows[0][k]) for k in at)
+        has_head = not all(_is_number(rows[0][k]) for k in xy_columns)
         head, rows = (rows[0], rows[1:]) if has_head else ([], rows)
         z = np.empty(len(rows), complex)
-        i, j = at
+        i, j = xy_columns
         for k, row in enumerate(rows):
             try:
                 x, y = float(row[i]), float(row[j])
-                z[k] = complex(x, y) if x == x and y == y else _place(row, at, k + 1 + has_head)
+                z[k] = complex(x, y) if x == x and y == y else _place(row, xy_columns, k + 1 + has_head)
             except (ValueError, IndexError):
-                z[k] = _place(row, at, k + 1 + has_head)
+                z[k] = _place(row, xy_columns, k + 1 + has_head)
         if not (np.isnan(z) | (np.abs(z) < 1e100)).all():
             raise InputError("some coordinates are not finite numbers")
-        return cls(head, rows, at, delimiter, ending, Geometry(z, names=_names(head, rows)), comma)
+        return cls(head, rows, xy_columns, delimiter, ending, Geometry(z, names=_names(head, rows)), comma)
 
     @property
     def names_of_rows(self) -> list[str]:
@@ -133,34 +133,36 @@ def _delimiter(text: str) -> str:
     )
 
 
-def _has_decimal_commas(rows: list[list[str]], at: tuple[int, int]) -> bool:
+def _has_decimal_commas(rows: list[list[str]], xy_columns: tuple[int, int]) -> bool:
     """Return whether coordinates have decimal commas."""
-    cells = (row[k].strip() for row in rows[:SNIFFED_ROWS] for k in at if k < len(row))
+    cells = (row[k].strip() for row in rows[:SNIFFED_ROWS] for k in xy_columns if k < len(row))
     return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
 
 
-def _columns(first: list[str], wanted: str | None) -> tuple[int, int]:
+def _columns(first: list[str], names_given: str | None) -> tuple[int, int]:
     """Return the indices of the columns of x and y: as named, else those called x and y (or as in napari), else the
     first two.
     """
     names = [name.strip() for name in first]
     low = [name.lower() for name in names]
-    if wanted is None:
-        found = next((list(map(low.index, pair)) for pair in COORDINATE_COLUMNS if {*pair} <= {*low}), [0, 1])
+    if names_given is None:
+        indices = next(
+            (list(map(low.index, pair)) for pair in COORDINATE_COLUMNS if {*pair} <= {*low}), [0, 1]
+        )
     else:
-        found = []
-        for name in wanted.split(","):
+        indices = []
+        for name in names_given.split(","):
             if name.strip() in names:
-                found.append(names.index(name.strip()))
+                indices.append(names.index(name.strip()))
             elif name.strip().isdecimal() and 1 <= int(name) <= len(names):
-                found.append(int(name) - 1)
+                indices.append(int(name) - 1)
             else:
                 raise InputError(
                     f"--columns: there is no column {name.strip()!r}; the table has {', '.join(names[:12])}"
                 )
-    if len(found) != 2 or max(found) >= len(names) or found[0] == found[1]:
+    if len(indices) != 2 or max(indices) >= len(names) or indices[0] == indices[1]:
         raise InputError("a table needs a column of x and one of y; name them with --columns X,Y")
-    return found[0], found[1]
+    return indices[0], indices[1]
 
 
 def _names(head: list[str], rows: list[list[str]]) -> list[str]:
@@ -188,11 +190,11 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _place(row: list[str], at: tuple[int, int], line: int) -> complex:
+def _place(row: list[str], xy_columns: tuple[int, int], line: int) -> complex:
     """Return the position of a row whose cells are not two numbers: NaN if both are empty, or one means missing."""
-    if max(at) >= len(row):
-        raise InputError(f"row {line}: has only {len(row)} cells, but column {max(at) + 1} is needed")
-    cells = [row[k] for k in at]
+    if max(xy_columns) >= len(row):
+        raise InputError(f"row {line}: has only {len(row)} cells, but column {max(xy_columns) + 1} is needed")
+    cells = [row[k] for k in xy_columns]
     words = [cell.strip().lower() for cell in cells]
     if not any(words) or any(word in MISSING for word in words):
         return NOWHERE

@@ -38,17 +38,17 @@ class Tps(TextDocument):
         z: list[complex] = []
         left = 0
         for k, line in enumerate(lines):
-            said = _COUNT.fullmatch(line)
-            if left and not said and line.strip():
+            count = _COUNT.fullmatch(line)
+            if left and not count and line.strip():
                 z.append(_place(line, k + 1))
                 places.append(k)
                 left -= 1
-            elif left and (said or line.strip()):
+            elif left and (count or line.strip()):
                 raise InputError(
                     f"line {k + 1}: the landmarks before this line are incomplete ({left} missing)"
                 )
-            elif said:
-                left = int(said[2])
+            elif count:
+                left = int(count[2])
             elif re.match(r"\s*LM3", line, re.IGNORECASE):
                 raise InputError(
                     f"line {k + 1}: landmarks in space (LM3) are not supported; use two coordinates"
@@ -70,20 +70,20 @@ class Tps(TextDocument):
         for k, z in zip(self.places, images.points.tolist()):
             out[k] = f"{z.real!r} {z.imag!r}" if z == z else MISSING
         kept = [line for line in out if not re.match(r"\s*SCALE\s*=", line, re.IGNORECASE)]
-        said = [
+        lines = [
             f"IMAGE={images.name}" if re.match(r"\s*IMAGE\s*=", line, re.IGNORECASE) else line
             for line in kept
         ]
-        return "\n".join(said) + "\n"
+        return "\n".join(lines) + "\n"
 
 
-def _place(line: str, at: int) -> complex:
+def _place(line: str, number: int) -> complex:
     words = line.split()
     if [word.upper() for word in words] == ["NA", "NA"]:
         return NOWHERE
     if len(words) != 2:
-        raise InputError(f"line {at}: {line.strip()[:40]!r} is not a position x y")
-    x, y = (coordinate(word, f"line {at}") for word in words)
+        raise InputError(f"line {number}: {line.strip()[:40]!r} is not a position x y")
+    x, y = (coordinate(word, f"line {number}") for word in words)
     return complex(x, y)
 
 
@@ -99,12 +99,12 @@ def specimens_of(data: bytes) -> list[tuple[str, Complex]]:
     blocks = [block for block in _SPECIMEN.split(text) if _COUNT.match(block)]
     if not blocks:
         raise InputError("contains no landmarks (LM=…)")
-    found = []
+    specimens = []
     for number, block in enumerate(blocks, 1):
         with naming(f"specimen {number}"):
             points = Tps.parse(block.encode(), None).geometry.points
         names = {key.upper(): name.strip() for key, name in _NAME.findall(block)}
         count = _COUNT.match(block)
         assert count is not None
-        found.append((names.get("IMAGE") or names.get("ID", ""), points[: int(count[2])]))
-    return found
+        specimens.append((names.get("IMAGE") or names.get("ID", ""), points[: int(count[2])]))
+    return specimens

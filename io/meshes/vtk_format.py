@@ -153,7 +153,14 @@ class VtkFormat(MeshFormat):
 
     @classmethod
     def write(
-        cls, file: MeshFile, new: NewCoordinates, shown: ShownPictures, out: Path, name: Path, *, force: bool
+        cls,
+        file: MeshFile,
+        new: NewCoordinates,
+        pictures: ShownPictures,
+        out: Path,
+        name: Path,
+        *,
+        force: bool,
     ) -> Written:
         """Write the polygons with their coordinates as TCoords of points, which are split where a chart ends; nothing
         else is kept.
@@ -181,7 +188,7 @@ class VtkFormat(MeshFormat):
         if not writer.Write() or writer.GetErrorCode():
             raise OSError(f"{name}: cannot be written")
         note = f"{name}: shows no picture; VTK gets texture coordinates only"
-        return Written(notes=[note] if shown.texture else [])
+        return Written(notes=[note] if pictures.texture else [])
 
     @classmethod
     def round_uv(cls, uv: Real) -> Real:

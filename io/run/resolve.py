@@ -57,7 +57,7 @@ def resolve(job: Job, *, again: bool = False) -> Resolved:
     formats.check_report(job.report)
     refusal: InputError | None = None
     try:
-        files.check_outputs(job.outputs, job.inputs, force=job.force, own=earlier_outputs)
+        files.check_outputs(job.outputs, job.inputs, force=job.force, replaceable=earlier_outputs)
     except InputError as error:
         refusal = error
     if earlier_outputs:  # all existing outputs are from earlier runs

@@ -447,7 +447,7 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
 WEB_FONTS = (".woff", ".woff2")
 
 
-def known(path: Path) -> str:
+def supported_suffix(path: Path) -> str:
     """Return the suffix of a file, checking that shapes can be read from it.
 
     Raises:
@@ -483,7 +483,7 @@ def drawn(
     """
     if not 1e-9 <= flatness <= 0.1:
         raise InputError(f"flatness {flatness:g}: must be between 1e-9 and 0.1, relative to the shape's size")
-    path, suffix = spec.path, known(spec.path)
+    path, suffix = spec.path, supported_suffix(spec.path)
     if spec.part is not None and spec.number is None and without_box(path, spec.part) != spec.part:
         inner = Spec.of(f"{path}#{without_box(path, spec.part)}".removesuffix("#"))
         drawing = drawn(inner, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)

@@ -126,10 +126,12 @@ def _all_of(path: str) -> dict[str, Landmarks] | list[Landmarks]:
         data = files.read_bytes(Path(path), max_bytes=limits.GEOMETRY_BYTES)
         with naming(path):
             blocks = specimens_of(data)
-        found = [(name, Landmarks(path, _numbered(points), points, upward=True)) for name, points in blocks]
-        if not any(name for name, _ in found):
-            return [landmarks for _, landmarks in found]
-        return _by_name(path, found)
+        specimens = [
+            (name, Landmarks(path, _numbered(points), points, upward=True)) for name, points in blocks
+        ]
+        if not any(name for name, _ in specimens):
+            return [landmarks for _, landmarks in specimens]
+        return _by_name(path, specimens)
     table = document.read(path) if formats.suffix_of(path) in document.READERS else None
     low = [name.strip().lower() for name in table.head] if isinstance(table, Table) else []
     column = next((low.index(name) for name in SPECIMEN_COLUMNS if name in low), None)
@@ -142,19 +144,19 @@ def _all_of(path: str) -> dict[str, Landmarks] | list[Landmarks]:
     for k, row in enumerate(table.rows):
         rows.setdefault(row[column].strip() if column < len(row) else "", []).append(k)
     names, points = table.names_of_rows, table.geometry.points
-    found = []
+    specimens = []
     for name, numbers in rows.items():
         called = _numbered(points[numbers], [names[k] for k in numbers] if names else ())
-        found.append((name, Landmarks(path, called, points[numbers], upward=False)))
-    return _by_name(path, found)
+        specimens.append((name, Landmarks(path, called, points[numbers], upward=False)))
+    return _by_name(path, specimens)
 
 
-def _by_name(path: str, found: list[tuple[str, Landmarks]]) -> dict[str, Landmarks]:
-    names = [name.casefold() for name, _ in found]
+def _by_name(path: str, specimens: list[tuple[str, Landmarks]]) -> dict[str, Landmarks]:
+    names = [name.casefold() for name, _ in specimens]
     repeated = next((name for name, count in Counter(names).items() if count > 1), None)
     if repeated is not None:
         raise InputError(f"{path}: has more than one specimen named {repeated!r}")
-    return {Path(name).name: landmarks for name, (_, landmarks) in zip(names, found)}
+    return {Path(name).name: landmarks for name, (_, landmarks) in zip(names, specimens)}
 
 
 def _read(path: str) -> Landmarks:
@@ -164,8 +166,8 @@ def _read(path: str) -> Landmarks:
         InputError: it cannot be read, or has no points.
     """
     if formats.suffix_of(path) not in document.READERS:
-        known = ", ".join(sorted(document.READERS))
-        raise InputError(f"{path}: not a file of landmarks; iccm reads {known}")
+        suffixes = ", ".join(sorted(document.READERS))
+        raise InputError(f"{path}: not a file of landmarks; iccm reads {suffixes}")
     file = document.read(path)
     if not file.geometry.points.size:
         raise InputError(f"{path}: contains no points")

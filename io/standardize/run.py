@@ -133,16 +133,16 @@ def run(
         reference = Path(reference).stem
         if reference not in names:
             raise InputError(f"--reference {plan.reference}: is not one of the specimens")
-    found, refused = _read_all(specs, landmarks, plan)
+    specimens, refused = _read_all(specs, landmarks, plan)
     _check_folder(folder)
     files.make_folder(folder)
-    files.check_outputs(fixed, [path for specimen in found for path in specimen.files], force=replace_own)
+    files.check_outputs(fixed, [path for specimen in specimens for path in specimen.files], force=replace_own)
 
     def reflected(specimen: Specimen) -> Specimen:
         return specimen.reflected(folder / MIRRORED, force=replace_own)
 
     standard = standards.of(
-        found,
+        specimens,
         refused,
         size=plan.size or (LONGER_SIDE_PIXELS,),
         reference=reference,
@@ -175,7 +175,7 @@ def _read_all(
     specs: Sequence[str], landmarks: LandmarkFiles, plan: Plan
 ) -> tuple[list[Specimen], dict[str, str]]:
     """Return the specimens that can be read, and what is wrong with the others, by name."""
-    found, refused = list[Specimen](), dict[str, str]()
+    specimens, refused = list[Specimen](), dict[str, str]()
     for number, text in enumerate(progress.counted("read specimens", specs)):
         stem = Spec.of(text).path.stem
         try:
@@ -184,8 +184,8 @@ def _read_all(
         except InputError as error:
             refused[stem] = str(error)
             continue
-        found.append(specimen)
-    return found, refused
+        specimens.append(specimen)
+    return specimens, refused
 
 
 def _tasks(standard: Standard, folder: Path, plan: Plan) -> list[Task]:
@@ -252,8 +252,8 @@ def _row(
 
 
 def _figure(figures: dict[str, Any], group: str, name: str) -> float | None:
-    found = figures.get(group)
-    return found.get(name) if isinstance(found, dict) else None
+    group_figures = figures.get(group)
+    return group_figures.get(name) if isinstance(group_figures, dict) else None
 
 
 def _summarise(plan: Plan, standard: Standard, rows: list[dict[str, Any]], folder: Path) -> Summary:

@@ -90,7 +90,7 @@ def specs_of(given: Sequence[str]) -> list[str]:
         InputError: a pattern or folder has none, or two have the same name.
     """
     globs = Globs(None)
-    found = list[str]()
+    specs = list[str]()
     for text in given:
         if os.path.isdir(text):
             suffixes = formats.holding("picture")
@@ -105,13 +105,13 @@ def specs_of(given: Sequence[str]) -> list[str]:
                 raise InputError(f"{text}: no files match this pattern")
         else:
             matched = [text]
-        found += matched
-    found = list(dict.fromkeys(found))
-    stems = Counter(Spec.of(text).path.stem for text in found)
+        specs += matched
+    specs = list(dict.fromkeys(specs))
+    stems = Counter(Spec.of(text).path.stem for text in specs)
     repeated = next((stem for stem, count in stems.items() if count > 1), None)
     if repeated is not None:
         raise InputError(f"{repeated}: is the name of more than one specimen; rename the files")
-    return sorted(found, key=lambda text: Spec.of(text).path.stem)
+    return sorted(specs, key=lambda text: Spec.of(text).path.stem)
 
 
 def read(text: str, landmarks: Landmarks, outline: str | None = None) -> Specimen:

@@ -68,11 +68,11 @@ class Standard:
         z = specimen.landmarks.copy()
         z[self.anchors] = specimen.curve.nearest(z[self.anchors])
         places = specimen.shape.to_file(z).tolist()
-        found = list[Pin]()
+        pins = list[Pin]()
         for k in self.pinned.tolist():
             settings = {"radius": 0.0} if k in self.anchors else {"tolerance": tolerance}
-            found.append((tuple(places[k]), self.to_file(complex(self.landmarks[k])), settings))
-        return found
+            pins.append((tuple(places[k]), self.to_file(complex(self.landmarks[k])), settings))
+        return pins
 
     def to_file(self, z: complex) -> tuple[float, float]:
         """Convert a point to the file's units: pixels to the right and down."""
@@ -159,8 +159,8 @@ def _with_same_landmarks(specimens: Sequence[Specimen], refused: dict[str, str])
     order = next((specimen.names for specimen in specimens if frozenset(specimen.names) == usual), ())
     for specimen in specimens:
         if frozenset(specimen.names) == usual:
-            at = [specimen.names.index(name) for name in order]
-            alike.append(replace(specimen, landmarks=specimen.landmarks[at], names=order))
+            indices = [specimen.names.index(name) for name in order]
+            alike.append(replace(specimen, landmarks=specimen.landmarks[indices], names=order))
             continue
         missing = [name for name in order if name not in specimen.names]
         more = [name for name in specimen.names if name not in usual]
@@ -263,7 +263,9 @@ def _mean(specimens: Sequence[Specimen], placed: Superimposition, anchors: Index
         raise InputError(
             f"{error}; place more landmarks on the outlines, or use --reference for a specimen instead of the mean"
         ) from error
-    landmarks[anchors] = np.mean([outline.at(at) for outline, at in zip(outlines, lengths)], axis=0)
+    landmarks[anchors] = np.mean(
+        [outline.at(arclengths) for outline, arclengths in zip(outlines, lengths)], axis=0
+    )
     return mean, landmarks
 
 

@@ -46,7 +46,7 @@ class Statistics:
         squares: NDArray | None = None
         count: NDArray | None = None
         for path in paths:
-            colours, shown = _read(path)
+            colours, counted = _read(path)
             if mean is None or squares is None or count is None:
                 mean, squares = np.zeros(colours.shape), np.zeros(colours.shape)
                 count = np.zeros(colours.shape[:2], np.int64)
@@ -54,17 +54,17 @@ class Statistics:
                 mean, squares = (np.repeat(part, colours.shape[2], axis=2) for part in (mean, squares))
             elif colours.shape[2] < mean.shape[2]:
                 colours = np.repeat(colours, mean.shape[2], axis=2)
-            count += shown
-            change = np.where(shown[..., None], colours - mean, 0.0)
+            count += counted
+            change = np.where(counted[..., None], colours - mean, 0.0)
             mean += change / np.maximum(count, 1)[..., None]
-            squares += change * np.where(shown[..., None], colours - mean, 0.0)
+            squares += change * np.where(counted[..., None], colours - mean, 0.0)
         if mean is None or squares is None or count is None:
             raise InputError("no pictures to summarise")
         spread = np.sqrt(np.maximum(squares, 0) / np.maximum(count - 1, 1)[..., None])
         return cls(mean, spread, count)
 
     @property
-    def shown(self) -> NDArray[np.bool_]:
+    def counted(self) -> NDArray[np.bool_]:
         """(h, w) where at least one picture counts."""
         shown: NDArray[np.bool_] = self.count > 0
         return shown
@@ -98,13 +98,13 @@ class Statistics:
         Returns:
             The spread that the brightest colour of the picture shows.
         """
-        alpha = self.shown[..., None]
+        alpha = self.counted[..., None]
         eight = np.rint(255 * np.concatenate([np.clip(self.mean, 0, 1), alpha], axis=2)).astype(np.uint8)
         last = eight.shape[2] - 1
         several = self.overall[self.count > 1]
         largest = float(np.quantile(several, LARGEST_SHOWN_QUANTILE)) if several.size else 0.0
         image_files.write(folder / names["mean"], Image(eight, last))
-        image_files.write(folder / names["spread"], Image(_heat(self.overall, largest, self.shown), 3))
+        image_files.write(folder / names["spread"], Image(_heat(self.overall, largest, self.counted), 3))
         for name, values in (("mean_data", self.mean), ("spread_data", self.spread)):
             floats = np.concatenate([values, alpha], axis=2).astype(np.float32)
             image_files.write(folder / names[name], Image(floats, last, colorspace="data"))
@@ -123,11 +123,11 @@ def _read(path: str) -> tuple[NDArray, NDArray[np.bool_]]:
     return np.delete(values, image.alpha, axis=2), values[..., image.alpha] >= SHOWN_ALPHA
 
 
-def _heat(values: Real, largest: float, shown: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def _heat(values: Real, largest: float, counted: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Return values as colours from black to bright yellow, transparent where nothing is shown."""
     from matplotlib import colormaps
 
     shares = np.clip(values / largest, 0, 1) if largest > 0 else np.zeros(values.shape)
     colours: NDArray[np.uint8] = colormaps["inferno"](shares, bytes=True)
-    colours[..., 3] = np.where(shown, 255, 0)
+    colours[..., 3] = np.where(counted, 255, 0)
     return colours

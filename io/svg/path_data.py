@@ -196,18 +196,18 @@ def runs(
         if joined and kind == "L" and len(values) > LINES_PER_PIECE:
             if not pen.down:
                 pen.down = True
-                pens.append(PenPath(pen.at))
+                pens.append(PenPath(pen.position))
             pens[-1].pieces.append(pen.stretch(command.islower(), values))  # type: ignore[arg-type]
             continue
         for k in range(0, len(values), count or 1):
             group = values[k : k + count]
             if kind == "M" and k == 0:
-                to = (pen.at if command == "m" else 0) + complex(*group)
+                to = (pen.position if command == "m" else 0) + complex(*group)
                 pen = _Pen(to, to)
                 continue
             if not pen.down:
                 pen.down = True
-                pens.append(PenPath(pen.at))
+                pens.append(PenPath(pen.position))
             pens[-1].pieces.append(pen.draw("L" if kind == "M" else kind, command.islower(), group))
     return pens
 
@@ -216,7 +216,7 @@ def runs(
 class _Pen:
     """The state of a path: current point, start of the subpath, last command and last control point."""
 
-    at: complex = 0j
+    position: complex = 0j
     start: complex = 0j
     last: str = ""
     control: complex = 0j
@@ -224,30 +224,30 @@ class _Pen:
 
     def stretch(self, relative: bool, values: list[float]) -> Lines:
         """Return the lines of one command as one piece."""
-        z = np.concatenate([[self.at], np.array(values).view(np.complex128)])
+        z = np.concatenate([[self.position], np.array(values).view(np.complex128)])
         z = np.cumsum(z) if relative else z
-        self.at, self.last, self.control = complex(z[-1]), "L", complex(z[-1])
+        self.position, self.last, self.control = complex(z[-1]), "L", complex(z[-1])
         return Lines(z)
 
     def draw(self, kind: str, relative: bool, values: list[float]) -> Piece:
         """Return the segment of one command, given its numbers."""
-        origin = self.at if relative else 0j
+        origin = self.position if relative else 0j
         if kind in "HV":
-            x = values[0] + origin.real if kind == "H" else self.at.real
-            y = values[0] + origin.imag if kind == "V" else self.at.imag
+            x = values[0] + origin.real if kind == "H" else self.position.real
+            y = values[0] + origin.imag if kind == "V" else self.position.imag
             points = [complex(x, y)]
         else:
             tail = values[5:] if kind == "A" else values
             points = [origin + complex(x, y) for x, y in zip(tail[::2], tail[1::2])]
         if kind in "ST":  # reflect the control point of the previous curve if it is of the same kind
             continues = self.last in ("CS" if kind == "S" else "QT")
-            points.insert(0, 2 * self.at - self.control if self.last and continues else self.at)
-        start, self.at, self.last = self.at, points[-1], kind
-        self.control = points[-2] if len(points) > 1 else self.at
+            points.insert(0, 2 * self.position - self.control if self.last and continues else self.position)
+        start, self.position, self.last = self.position, points[-1], kind
+        self.control = points[-2] if len(points) > 1 else self.position
         if kind != "A":
             return bezier([start, *points])
         rx, ry, turned, large, sweep = values[:5]
-        return arc(start, rx, ry, turned, large, sweep, self.at)
+        return arc(start, rx, ry, turned, large, sweep, self.position)
 
 
 def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = None) -> list[Subpath]:

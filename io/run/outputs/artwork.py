@@ -81,7 +81,7 @@ class Artwork(Output):
                 opacity = max(opacity, LEAST_OPACITY) if alike else opacity
                 artwork_frames.append(Frame(carried, target, path, painted, opacity))
             tolerance = first.job.max_line_error
-            first.note(*carry_frames(artwork_frames, each=first.job.repeated, tolerance=tolerance))
+            first.note(*carry_frames(artwork_frames, repeated=first.job.repeated, tolerance=tolerance))
 
 
 def painted_rings(fits: Sequence[Fit]) -> list[Complex]:
