@@ -34,9 +34,9 @@ def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
     except (TypeError, ValueError) as error:
         raise InputError(f"{name}: cannot be read as an array of complex numbers x + iy ({error})") from error
     if z.ndim != 1 + bool(columns) or (columns and z.shape[1] != columns):
-        wanted = f"(n, {columns})" if columns else "(n,)"
+        expected = f"(n, {columns})" if columns else "(n,)"
         raise InputError(
-            f"{name}: wrong shape {z.shape}; give {wanted} complex numbers x + iy, or pairs of x and y"
+            f"{name}: wrong shape {z.shape}; give {expected} complex numbers x + iy, or pairs of x and y"
         )
     return z
 

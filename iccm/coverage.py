@@ -174,15 +174,15 @@ class Coverage:
         assert self.target is not None and isinstance(self.map, TriangulatedMap)
         source = self.source, self.source_holes, self.map.polygon, self.map.source
         target = self.target, self.target_holes, self.image, self.map.image
-        found = []
+        unpaired = []
         for side, (goal, holes, outer, points) in enumerate((source, target)):
             voids = shapely.coverage_union_all(shapely.polygons(xy_of(points[self.map.faces[self.voids]])))
             passed = [region(ring) for ring in self._rings_passed[side]]
-            shown = region(outer, self.openings[side]).difference(shapely.union_all([voids, *passed]))
-            parts = shapely.get_parts(region(goal.z, [hole.z for hole in holes]).difference(shown))
+            mapped = region(outer, self.openings[side]).difference(shapely.union_all([voids, *passed]))
+            parts = shapely.get_parts(region(goal.z, [hole.z for hole in holes]).difference(mapped))
             wide = shapely.area(parts) > ROUNDED_WIDTH_SHARE * goal.diagonal * shapely.length(parts)
-            found.append(shapely.union_all(parts[wide]))
-        return found[0], found[1]
+            unpaired.append(shapely.union_all(parts[wide]))
+        return unpaired[0], unpaired[1]
 
     def _image_of(self, z: Complex) -> Complex:
         """Return the images of points of the source; points outside the map's polygon are moved to its outline."""
@@ -194,8 +194,8 @@ def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
     parts = [outline.polygon.intersection(hole.polygon) for hole in holes]
     rings = [
         part.exterior
-        for each in parts
-        for part in shapely.get_parts(each)
+        for intersection in parts
+        for part in shapely.get_parts(intersection)
         if part.geom_type == "Polygon" and not part.is_empty
     ]
     return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]

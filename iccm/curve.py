@@ -188,10 +188,10 @@ def polygon_of(outline: Complex, *holes: Complex) -> shapely.Polygon:
 
 def inside_any(curves: Iterable[Curve], w: Complex) -> NDArray[np.bool_]:
     """Return (p,) whether points lie inside one of several closed curves."""
-    found = np.zeros(w.size, bool)
+    inside = np.zeros(w.size, bool)
     for curve in curves:
-        found |= curve.contains(w)
-    return found
+        inside |= curve.contains(w)
+    return inside
 
 
 def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
@@ -237,19 +237,19 @@ def _farthest(a: Curve, b: Curve) -> float:
     start, end = a.z[: a.edges.size], np.roll(a.z, -1)[: a.edges.size]
     # the nearest edges to both ends of each piece
     at_start, at_end = vertex_edges[: a.edges.size], np.roll(vertex_edges, -1)[: a.edges.size]
-    found, least = 0.0, max(ROUNDING_SHARE * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
+    farthest, least = 0.0, max(ROUNDING_SHARE * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
     while start.size:
         away = [
             [_to_segments(z, heads[edge], steps[edge]) for z in (start, end)] for edge in (at_start, at_end)
         ]
-        found = max(found, float(away[0][0].max()), float(away[1][1].max()))
+        farthest = max(farthest, float(away[0][0].max()), float(away[1][1].max()))
         most = np.minimum(np.maximum(*away[0]), np.maximum(*away[1]))
-        open_ = (most > found * (1 + HAUSDORFF_ERROR_SHARE) + least) & (np.abs(end - start) > least)
+        open_ = (most > farthest * (1 + HAUSDORFF_ERROR_SHARE) + least) & (np.abs(end - start) > least)
         middle = 0.5 * (start[open_] + end[open_])
         at_middle = nearest(middle)[0]
         start, end = np.append(start[open_], middle), np.append(middle, end[open_])
         at_start, at_end = np.append(at_start[open_], at_middle), np.append(at_middle, at_end[open_])
-    return found
+    return farthest
 
 
 def _to_segments(z: Complex, head: Complex, step: Complex) -> Real:

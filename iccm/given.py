@@ -68,8 +68,8 @@ def outlines_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
 
 def flattening_of(shape: Any) -> Flattening | None:
     """Return the surface that a shape stands for: a flattening, or a mesh read from a file; None for other shapes."""
-    own = None if isinstance(shape, Curve) else getattr(shape, "domain", None)
-    return next((each for each in (shape, own) if isinstance(each, Flattening)), None)
+    domain = None if isinstance(shape, Curve) else getattr(shape, "domain", None)
+    return next((candidate for candidate in (shape, domain) if isinstance(candidate, Flattening)), None)
 
 
 def as_points_of(points: Any, name: str, axes: str = "xy", columns: int = 0) -> Any:
@@ -168,7 +168,7 @@ def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
     if isinstance(shape, list | tuple) and len(shape) and all(_is_ring(ring) for ring in shape):
         return Drawing.of_rings([np.asarray(outlines_of(ring, name, axes).outline) for ring in shape], name)
     polygons = _polygons(shape, name)
-    if polygons is None or len(polygons) < 2 or any(each.geom_type != "Polygon" for each in polygons):
+    if polygons is None or len(polygons) < 2 or any(polygon.geom_type != "Polygon" for polygon in polygons):
         return None
     painted = close_hairlines(shapely.make_valid(shapely.union_all(polygons)))
     if _of_geometry(axes) == "screen":
@@ -209,15 +209,15 @@ def _polygons(shape: Any, name: str) -> list[Any] | None:
         geometry = shape.geometry
         if not hasattr(geometry, "iloc"):
             return _polygons(geometry, name)
-        return [polygon for each in geometry for polygon in _polygons(each, name) or []]
+        return [polygon for row in geometry for polygon in _polygons(row, name) or []]
     if not hasattr(shape, "geom_type"):
-        known = shape if isinstance(shape, Mapping) else getattr(shape, "__geo_interface__", None)
-        if known is None:
+        mapping = shape if isinstance(shape, Mapping) else getattr(shape, "__geo_interface__", None)
+        if mapping is None:
             return None
-        if "geometry" in known:
-            known = known["geometry"]
+        if "geometry" in mapping:
+            mapping = mapping["geometry"]
         try:
-            shape = shapely.geometry.shape(known)
+            shape = shapely.geometry.shape(mapping)
         except (AttributeError, KeyError, TypeError, ValueError, shapely.errors.ShapelyError) as error:
             raise InputError(f"{name}: not a valid GeoJSON geometry ({error})") from None
     if shape.geom_type in ("MultiPolygon", "GeometryCollection"):

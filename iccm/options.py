@@ -230,9 +230,9 @@ class Options:
         """Reject values that an option does not accept, and options that exclude each other."""
         if self.order not in (None, 0, 1):
             raise InputError(f"order: {self.order!r} is not allowed; use 0 or 1")
-        for each in fields(self):
-            if mistake := each.metadata["row"].mistake(getattr(self, each.name), each.default):
-                raise InputError(f"{each.name}: {mistake}")
+        for option in fields(self):
+            if mistake := option.metadata["row"].mistake(getattr(self, option.name), option.default):
+                raise InputError(f"{option.name}: {mistake}")
         if self.literal and self.method != "paper":
             raise InputError("literal: needs method paper")
         if self.literal and (prescribed := self._given(FIXED_BY_LITERAL)):
@@ -268,20 +268,20 @@ class Options:
         others = self._given(WEIGHTED_ONLY)
         if self.method == "balanced" and others:
             raise InputError(f"{others[0]}: only works with method conformal or paper, not balanced")
-        own = [name for name in self._given(BALANCED_ONLY) if self.balance or name != "balance"]
-        if own and not self.is_balanced:
-            asked = others[0] if others else "balance 0"
+        balanced_only = [name for name in self._given(BALANCED_ONLY) if self.balance or name != "balance"]
+        if balanced_only and not self.is_balanced:
+            reason = others[0] if others else "balance 0"
             other = (
                 self.method
                 if self.method != "balanced" and self.method
-                else f"conformal, which {asked} requires"
+                else f"conformal, which {reason} requires"
             )
-            raise InputError(f"{own[0]}: only works with method balanced, not {other}")
+            raise InputError(f"{balanced_only[0]}: only works with method balanced, not {other}")
 
 
-ROWS: dict[str, OptionRow] = {each.name: each.metadata["row"] for each in fields(Options)}
+ROWS: dict[str, OptionRow] = {option.name: option.metadata["row"] for option in fields(Options)}
 """The options by name."""
-DEFAULTS: dict[str, Any] = {each.name: each.default for each in fields(Options)}
+DEFAULTS: dict[str, Any] = {option.name: option.default for option in fields(Options)}
 WEIGHTED_ONLY = tuple(name for name, row in ROWS.items() if row.selects and row.methods == WEIGHTED)
 """Options of the conformal and the paper's method that select one of these."""
 BALANCED_ONLY = tuple(name for name, row in ROWS.items() if row.selects and row.methods == BALANCED)

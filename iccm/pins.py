@@ -147,16 +147,16 @@ class Softness:
         """Return the softness of exact pins."""
         return cls.of([Pin(0, 0, radius=0)] * count)
 
-    def of_pins(self, which: Index | Flags) -> "Softness":
+    def of_pins(self, selection: Index | Flags) -> "Softness":
         """Return the softness of some of the pins."""
-        return Softness(**{name: values[which] for name, values in vars(self).items()})
+        return Softness(**{name: values[selection] for name, values in vars(self).items()})
 
-    def with_pins(self, which: Index, other: "Softness") -> "Softness":
+    def with_pins(self, selection: Index, other: "Softness") -> "Softness":
         """Return the softness with the values of some of the pins (j,) replaced by those of `other` (j,)."""
-        found = {name: values.copy() for name, values in vars(self).items()}
-        for name, values in found.items():
-            values[which] = getattr(other, name)
-        return Softness(**found)
+        replaced = {name: values.copy() for name, values in vars(self).items()}
+        for name, values in replaced.items():
+            values[selection] = getattr(other, name)
+        return Softness(**replaced)
 
     def as_lists(self) -> dict[str, list[float | None]]:
         """Return the arrays as lists for JSON, with None for NaN."""
@@ -172,11 +172,11 @@ class Softness:
         if not isinstance(lists, dict) or set(lists) != names:
             return None
         try:
-            found = {name: np.array(values, np.float64) for name, values in lists.items()}
+            arrays = {name: np.array(values, np.float64) for name, values in lists.items()}
         except (TypeError, ValueError):
             return None
-        counts = {values.shape for values in found.values()}
-        return cls(**found) if len(counts) == 1 and found["radii"].ndim == 1 else None
+        counts = {values.shape for values in arrays.values()}
+        return cls(**arrays) if len(counts) == 1 and arrays["radii"].ndim == 1 else None
 
     @property
     def is_soft(self) -> Flags:
@@ -207,7 +207,7 @@ def choose_radii(
     outlines, in the source and in the target relative to their sizes. Without a target the source is deformed;
     then its outlines are free, and places may coincide.
     """
-    found = np.full(len(pins), RADIUS_SHARE)
+    radii = np.full(len(pins), RADIUS_SHARE)
     sides = [(source, holes[0], pins[:, 0])]
     if target is not None:
         sides.append((target, holes[1], pins[:, 1]))
@@ -215,11 +215,11 @@ def choose_radii(
         size = size_of(curve, rims)
         if target is not None:
             for rim in (curve, *rims):
-                found = np.minimum(found, RADIUS_OUTLINE_DISTANCES * rim.distances(points) / size)
+                radii = np.minimum(radii, RADIUS_OUTLINE_DISTANCES * rim.distances(points) / size)
         apart = np.abs(points[:, None] - points) / size
         np.fill_diagonal(apart, np.inf)
-        found = np.minimum(found, RADIUS_PIN_DISTANCES * apart.min(axis=1, initial=np.inf))
-    return found * size_of(source, holes[0])
+        radii = np.minimum(radii, RADIUS_PIN_DISTANCES * apart.min(axis=1, initial=np.inf))
+    return radii * size_of(source, holes[0])
 
 
 def size_of(outline: Curve, rims: Sequence[Curve]) -> float:

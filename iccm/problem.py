@@ -157,7 +157,7 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
     Raises:
         InputError: a hole is not a simple polygon, not inside the outline, or not disjoint from the others.
     """
-    found: list[Curve] = []
+    outlines: list[Curve] = []
     rings = [outer.polygon] if outer else []
     for k, hole in enumerate(holes):
         curve = from_known(as_domain(hole, f"{name} hole {k + 1}"))
@@ -168,8 +168,8 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
         if touched:
             raise InputError(f"{name} hole {k + 1}: crosses, touches or contains hole {touched[0] + 1}")
         rings.append(ring)
-        found.append(curve.reversed())
-    return tuple(found)
+        outlines.append(curve.reversed())
+    return tuple(outlines)
 
 
 def _field(given, box: Box, name: str, least: float) -> Field | None:
@@ -193,11 +193,11 @@ def _regions(regions) -> tuple[Complex, ...]:
 
 
 def _partners(partners, holes: Sequence[tuple[Curve, ...]]) -> tuple[tuple[int, int], ...]:
-    found = tuple((int(i), int(j)) for i, j in partners)
-    for k, (side, name) in enumerate(zip(zip(*found), ("source", "target"))):
+    pairs = tuple((int(i), int(j)) for i, j in partners)
+    for k, (side, name) in enumerate(zip(zip(*pairs), ("source", "target"))):
         if len(set(side)) < len(side) or not all(0 <= i < len(holes[k]) for i in side):
             raise InputError(f"hole_partners: {list(side)} are not different holes of the {name}")
-    return found
+    return pairs
 
 
 def as_strokes(k: int, pair) -> tuple[Curve, Curve]:

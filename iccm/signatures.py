@@ -13,6 +13,8 @@ def plain_signature(function: Function) -> Function:
     Its docstring describes the types, and type checkers read them from the source.
     """
     signature = inspect.signature(function)
-    bare = [each.replace(annotation=inspect.Parameter.empty) for each in signature.parameters.values()]
+    bare = [
+        parameter.replace(annotation=inspect.Parameter.empty) for parameter in signature.parameters.values()
+    ]
     function.__signature__ = inspect.Signature(bare)  # type: ignore[attr-defined]
     return function

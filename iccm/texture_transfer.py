@@ -132,8 +132,8 @@ class PictureOptions:
     def carry_through(self, fit: Fit, texture: ArrayLike) -> Transfer:
         """Warp a texture through a given map, by default from all of its source to all of its target."""
         outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
-        covered, shown = fit.boxes
-        return self.carry(fit, self.sampler(texture, covered, outlines), self.canvas(shown))
+        source_box, target_box = fit.boxes
+        return self.carry(fit, self.sampler(texture, source_box, outlines), self.canvas(target_box))
 
     def carry(self, fit: Fit, sampler: Sampler, canvas: Canvas) -> Transfer:
         """Warp a texture through a map."""
@@ -216,12 +216,15 @@ def transfer(
         fit = solve.fit(drawings[0] or source, drawings[1] or target, **options)
         return picture.carry_through(fit, texture)
     # check the texture first, so that errors are reported before the map is solved
-    known, goal = outlines_of(source, "source", axes), outlines_of(target, "target", axes)
+    source_outlines, target_outlines = (
+        outlines_of(source, "source", axes),
+        outlines_of(target, "target", axes),
+    )
     holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
-    domain = as_domain(known.outline, "source")
-    outlines = [domain.z, *(as_domain(hole, "hole").z for hole in (holes or known.holes))]
+    domain = as_domain(source_outlines.outline, "source")
+    outlines = [domain.z, *(as_domain(hole, "hole").z for hole in (holes or source_outlines.holes))]
     sampler = picture.sampler(texture, domain.box, outlines)
-    canvas = picture.canvas(as_domain(goal.outline, "target").box)
+    canvas = picture.canvas(as_domain(target_outlines.outline, "target").box)
     return picture.carry(solve.fit(source, target, **options), sampler, canvas)
 
 

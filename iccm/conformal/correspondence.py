@@ -140,9 +140,9 @@ class CircleMap:
     @classmethod
     def of(cls, c: Correspondence) -> "CircleMap":
         """Return the circle map of a correspondence, with knots at every few panel ends of both shapes."""
-        here, there = c.source.circle.turns[:-1], c.target.circle.turns[:-1]
-        a = np.concatenate([here, c.between.inverse(there)])
-        b = np.concatenate([c.between(here), there])
+        source_turns, target_turns = c.source.circle.turns[:-1], c.target.circle.turns[:-1]
+        a = np.concatenate([source_turns, c.between.inverse(target_turns)])
+        b = np.concatenate([c.between(source_turns), target_turns])
         lap = np.floor(a)
         order = np.argsort(a - lap, kind="stable")
         a, b = (a - lap)[order], (b - lap)[order]

@@ -151,8 +151,8 @@ def corner_powers(measure: HarmonicMeasure) -> tuple[Real, np.ndarray]:
     power = np.where(np.abs(angle - np.pi) > CORNER, np.pi / np.maximum(angle, 0.05), 1.0)
     at_end = np.roll(power, -1)
     falling = (power == 1) & (at_end != 1)
-    both = (power != 1) & (at_end != 1)
-    return np.where(both, 1.0, np.where(falling, at_end, power)), falling
+    at_both = (power != 1) & (at_end != 1)
+    return np.where(at_both, 1.0, np.where(falling, at_end, power)), falling
 
 
 def _place(knots: Real, x: Real) -> tuple[np.ndarray, Real]:

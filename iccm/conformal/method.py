@@ -82,11 +82,11 @@ def solve(problem: Problem, settings: Options) -> Fit:
     """
     normalised = NormalisedProblem.of(problem)
     if normalised.handedness < 0:
-        polygon, phi, psi, *rest = _solve(normalised.mirrored(), settings)
+        polygon, phi, psi, *details = _solve(normalised.mirrored(), settings)
         polygon, phi, psi = polygon.conj()[::-1], phi.conj()[::-1], psi.conj()[::-1]
     else:
-        polygon, phi, psi, *rest = _solve(normalised, settings)
-    fit = finish(problem, normalised.in_plane(polygon, phi, psi), *rest)
+        polygon, phi, psi, *details = _solve(normalised, settings)
+    fit = finish(problem, normalised.in_plane(polygon, phi, psi), *details)
     # judge the map as it is reported: in the user's coordinates, against the given target
     if fit.ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
         return replace(fit, ended=Status.REACHED)
@@ -189,9 +189,9 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
         fineness: the tolerance relative to COARSEST_SHARE, at most one.
     """
     spacing = LONGEST_PANEL_RADII * fineness**0.25
-    inside, wanted = constraint_points(problem)
-    near = target.nearest(wanted)
-    pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(wanted), wanted, near)])
+    inside, goals = constraint_points(problem)
+    near = target.nearest(goals)
+    pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(goals), goals, near)])
     sharp = [at_corners(curve, CORNER_PANEL_RADII * fineness ** (2 / 3)) for curve in (source, target)]
     c = search(measure(source, sharp[0], spacing), measure(target, sharp[1], spacing), pins, problem.upright)
     for _ in range(MOST_DEEPENINGS):
@@ -242,9 +242,9 @@ def crowding(c: Correspondence) -> dict[str, str]:
 
     The keys are "source" and "target".
     """
-    there = np.diff(c.between.inverse(c.target.circle.turns))
-    here = np.diff(c.between(c.source.circle.turns))
-    parts = [("target", c.target.circle, there), ("source", c.source.circle, here)]
+    source_gaps = np.diff(c.between.inverse(c.target.circle.turns))
+    target_gaps = np.diff(c.between(c.source.circle.turns))
+    parts = [("target", c.target.circle, source_gaps), ("source", c.source.circle, target_gaps)]
     shares = {name: float(v.lengths[gaps < CROWDED_MEASURE].sum() / v.length) for name, v, gaps in parts}
     return {
         name: f"crowding: {share:.1%} of the {name}'s boundary has a harmonic measure below {CROWDED_MEASURE:.0e} "
@@ -262,8 +262,8 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
     """
     source, target = c.source.measure.curve, c.target.measure.curve
     error = FIRST_ERROR_TOLERANCES * settings.tolerance * target.diameter
-    own = source.z.size if settings.vertices == "source" else settings.vertices
-    radius, most = radius_along(source, LONGEST_PANEL_RADII), int(own or MOST_VERTICES)
+    requested = source.z.size if settings.vertices == "source" else settings.vertices
+    radius, most = radius_along(source, LONGEST_PANEL_RADII), int(requested or MOST_VERTICES)
     c = replace(c, between=CircleMap.of(c))
     energies: list[dict[str, float]] = []
     best: tuple[float, float, State] | None = None  # score, gap, state

@@ -85,12 +85,12 @@ def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
     shrunk = np.log1p(-(abs(m.b) ** 2))
     forward = 1 - np.conj(m.b) * source.units
     back = 1 + np.conj(m.b) * np.exp(-1j * m.rho) * target.units
-    here = source.middles + (m.rho - 2 * np.angle(forward)) / TURN
-    there = target.middles - (m.rho + 2 * np.angle(back)) / TURN
+    source_images = source.middles + (m.rho - 2 * np.angle(forward)) / TURN
+    target_preimages = target.middles - (m.rho + 2 * np.angle(back)) / TURN
     stretch = np.concatenate(
         [
-            source.log_density + shrunk - 2 * np.log(np.abs(forward)) - target.density(here),
-            source.density(there) + 2 * np.log(np.abs(back)) - shrunk - target.log_density,
+            source.log_density + shrunk - 2 * np.log(np.abs(forward)) - target.density(source_images),
+            source.density(target_preimages) + 2 * np.log(np.abs(back)) - shrunk - target.log_density,
         ],
         axis=-1,
     )
@@ -122,9 +122,9 @@ def search(
     starts = _distinct(tried)
     rough = [wish.polished(t, ROUGH_SEARCH) for t in progress.counted("Möbius maps polished", starts)]
     close = NEARLY_BEST_RATIO * min(t.score for t in rough) + SAME_SCORE
-    found = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
-    least = min(t.score for t in found)
-    return wish.stood(next(t for t in found if t.score <= least + SAME_SCORE)).correspondence
+    finished = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
+    least = min(t.score for t in finished)
+    return wish.stood(next(t for t in finished if t.score <= least + SAME_SCORE)).correspondence
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,8 +172,8 @@ class Wish:
         options = {"initial_simplex": t.p + SIMPLEX, **ends}
         p = minimize(objective, t.p, method="Nelder-Mead", options=options).x
         m = Moebius.of(p)
-        found = cost(m)
-        return Candidate(float(self.score(a, b, m, found)), float(found), a, b, p)
+        least_cost = cost(m)
+        return Candidate(float(self.score(a, b, m, least_cost)), float(least_cost), a, b, p)
 
     def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
         """Return a candidate refined until convergence.
@@ -257,10 +257,10 @@ def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
     for a in views[0]:
         image = forward(a.circle.knots)
         for b in views[1]:
-            there = b.circle.turn(image)
-            shared = float(np.minimum(np.diff(there), a.circle.mass).sum())
+            turns = b.circle.turn(image)
+            shared = float(np.minimum(np.diff(turns), a.circle.mass).sum())
             if shared > best[0]:
-                middle = there[:-1] - a.circle.turns[:-1] + 0.5 * np.diff(there - a.circle.turns)
+                middle = turns[:-1] - a.circle.turns[:-1] + 0.5 * np.diff(turns - a.circle.turns)
                 rho = float(np.angle(a.circle.mass @ np.exp(1j * TURN * middle)))
                 best = shared, Candidate(t.score, t.cost, a, b, np.array([0, 0, rho]))
     return best[1]

@@ -65,12 +65,12 @@ def graded(curve: Curve, longest: float, at_corners: Real) -> Real:
     for k, length in enumerate(curve.lengths):
         mine = edge == k
         t = _positions(int(mine.sum()))
-        here = curve.z[k] + t * curve.edges[k]
+        positions = curve.z[k] + t * curve.edges[k]
         thin = np.interp(t, np.abs(z[mine] - curve.z[k]) / length, radius[mine])
         size = np.clip(THICKNESS_SHARE * thin, 0.02 * longest, longest)
         if where.size:
             size = np.minimum(
-                size, (at_corners + GROWTH_PER_DISTANCE * np.abs(here[:, None] - where)).min(axis=1)
+                size, (at_corners + GROWTH_PER_DISTANCE * np.abs(positions[:, None] - where)).min(axis=1)
             )
         work = np.concatenate([[0.0], np.cumsum(np.diff(t) * length * 0.5 * (1 / size[1:] + 1 / size[:-1]))])
         count = max(1, int(np.ceil(work[-1] - 1e-6)))

@@ -122,15 +122,15 @@ def relax(
         before = state.norm
         while damping <= MOST_DAMPING:
             trial = replace(c, between=between.strained(*solve(damping)))
-            found = lay(trial, pairs, allowed, most)
-            if found.norm < before:
+            laid = lay(trial, pairs, allowed, most)
+            if laid.norm < before:
                 break
             damping *= 10
         else:
             break
         c, damping = trial, max(damping / 10, LEAST_DAMPING)
-        states.append(found)
-        if found.norm > SLOW_RESIDUAL_SHARE * before:
+        states.append(laid)
+        if laid.norm > SLOW_RESIDUAL_SHARE * before:
             break
     return c, states
 

@@ -119,16 +119,16 @@ def newton(
         tried: list[tuple[float, float, Real, Complex]] = []
         while damping <= MOST_DAMPING:
             trial = keep_order(tau, steps(damping), target.length)
-            found = defect @ target.at(trial)
-            tried.append((float(np.linalg.norm(q * found)), damping, trial, found))
+            trial_residual = defect @ target.at(trial)
+            tried.append((float(np.linalg.norm(q * trial_residual)), damping, trial, trial_residual))
             if len(tried) > 1 and tried[-2][0] < min(before, tried[-1][0]):
                 # The first damping that helps may hardly help, since restoring the order changes the step.
                 break
             damping *= 10
-        after, damping, trial, found = min(tried, key=lambda t: t[0])
+        after, damping, trial, trial_residual = min(tried, key=lambda t: t[0])
         if after >= before:
             break
-        tau, residual, damping = trial, found, max(damping / 10, LEAST_DAMPING)
+        tau, residual, damping = trial, trial_residual, max(damping / 10, LEAST_DAMPING)
         if after > STALLED_RESIDUAL_SHARE * before:
             break
     return tau, residual

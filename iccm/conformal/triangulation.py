@@ -32,8 +32,8 @@ class PlaneMesh(NamedTuple):
 
 def delaunay(nodes: Complex) -> PlaneMesh:
     """Return the Delaunay triangulation of the nodes' convex hull."""
-    found = Delaunay(xy_of(nodes))
-    return PlaneMesh(found.simplices.astype(np.int64), found.neighbors.astype(np.int64))
+    triangulation = Delaunay(xy_of(nodes))
+    return PlaneMesh(triangulation.simplices.astype(np.int64), triangulation.neighbors.astype(np.int64))
 
 
 def missing(mesh: PlaneMesh, panels: int, nodes: int) -> Flags:
@@ -64,10 +64,10 @@ def constrained(nodes: Complex, mesh: PlaneMesh, lacking: Flags) -> PlaneMesh:
     stack = np.zeros(8 * len(faces), np.int64)
     stack[0], stack[1 : 1 + len(faces)] = len(faces), np.arange(len(faces))
     legalise(nodes, faces, across, stack, following)
-    made = PlaneMesh(faces, across)
-    if missing(made, lacking.size, nodes.size).any():
+    triangulation = PlaneMesh(faces, across)
+    if missing(triangulation, lacking.size, nodes.size).any():
         raise TooThinError
-    return made
+    return triangulation
 
 
 def inside(curve: Curve, nodes: Complex, mesh: PlaneMesh) -> Index:

@@ -98,9 +98,9 @@ def place(
     spent = np.interp(source.length, x, work) - np.interp(0.0, x, work)
     work *= min(1.0, max(most - source.z.size, 1) / spent)
     ends = np.append(source.knots[:-1], source.length)
-    at = np.interp(ends, x, work)
+    work_at_ends = np.interp(ends, x, work)
     out = []
-    for a, b, first in zip(at[:-1], at[1:], ends[:-1]):
+    for a, b, first in zip(work_at_ends[:-1], work_at_ends[1:], ends[:-1]):
         count = max(1, int(np.ceil(b - a)))
         inner = np.interp(a + (b - a) * np.arange(1, count) / count, work, x)
         out.append(np.concatenate([[first], inner]))

@@ -100,10 +100,10 @@ def frames_of(painted: shapely.Geometry) -> list[Frame]:
         raise InputError("the drawing paints nothing")
     total = float(shapely.area(parts).sum())
     size = float(np.sqrt(shapely.convex_hull(painted).area))
-    found: list[Frame] = []
+    frames: list[Frame] = []
     main = parts[shapely.area(parts).argmax()]
     if main.area >= MAIN_PART_SHARE * total:
-        found.append(Frame(_outline(main), 0.0, 1 - main.area / total))
+        frames.append(Frame(_outline(main), 0.0, 1 - main.area / total))
     filled = fill_holes(painted)  # frames have no holes
     simple = simplify_each(filled, DETAIL_SHARE * size)
     radius, joined = SINGLE_PART_RADIUS_SHARE * size, None
@@ -113,9 +113,9 @@ def frames_of(painted: shapely.Geometry) -> list[Frame]:
         closing = joined if joined is not None and times == 1 else _closing(simple, times * radius)
         closed = close_gaps(filled, closing, size)
         if closed is not None:
-            found.append(Frame(_outline(closed), times * radius / size))
-    found.append(Frame(_outline(shapely.convex_hull(painted)), np.inf))
-    return _distinct(found)
+            frames.append(Frame(_outline(closed), times * radius / size))
+    frames.append(Frame(_outline(shapely.convex_hull(painted)), np.inf))
+    return _distinct(frames)
 
 
 def close_gaps(painted: shapely.Geometry, closed: shapely.Geometry, size: float) -> shapely.Polygon | None:

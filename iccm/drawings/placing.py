@@ -81,11 +81,11 @@ def largest_copy(
     starts = list(_starts(search, angles))  # sorted by the amount of rotation
     chosen = dict.fromkeys(starts[:1] + sorted(starts, key=lambda start: -abs(start.factor))[:MOST_PLACES])
     grown = [_grow(search, start, turns=rotation is None) for start in chosen]
-    found = [copy for copy in grown if copy is not None]
-    if not found:
+    copies = [copy for copy in grown if copy is not None]
+    if not copies:
         return None
-    least = UPRIGHT_GAIN_RATIO * max(abs(copy.factor) for copy in found)
-    large = [copy for copy in found if abs(copy.factor) >= least]
+    least = UPRIGHT_GAIN_RATIO * max(abs(copy.factor) for copy in copies)
+    large = [copy for copy in copies if abs(copy.factor) >= least]
     best = min(large, key=lambda copy: (round(abs(np.angle(copy.factor)), 3), -abs(copy.factor)))
     shapely.prepare(outer)
     exact = _shrink(centred, outer, _centred(search, best))
@@ -216,8 +216,8 @@ def _places(
     if height > outside.shape[0] or width > outside.shape[1]:
         return
     corner = complex(left, high)  # upper left of the copy's own raster
-    own = Canvas(width, height, (corner - 1j * height * step, corner + width * step))
-    painted = painted_share(rings_of(copy), own)
+    raster = Canvas(width, height, (corner - 1j * height * step, corner + width * step))
+    painted = painted_share(rings_of(copy), raster)
     beyond = signal.fftconvolve(outside, painted[::-1, ::-1], mode="valid")
     allowed = EDGE_TOLERANCE_SHARE * shapely.length(copy) / step
     labels, count = ndimage.label(beyond <= allowed)
@@ -279,10 +279,10 @@ def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> 
     # changes: relative scale, rotation in radians, translation in units of the extent
     rows = np.column_stack([towards(arm), towards(1j * arm), extent * n.real, extent * n.imag])
     bounds = [(-step, step), (-step, step) if turns else (0, 0), (-step, step), (-step, step)]
-    found = linprog([-1, 0, 0, 0], A_ub=rows / extent, b_ub=towards(y - x) / extent, bounds=bounds)
-    if found.x is None:
+    solution = linprog([-1, 0, 0, 0], A_ub=rows / extent, b_ub=towards(y - x) / extent, bounds=bounds)
+    if solution.x is None:
         return None
-    scale, angle, right, up = found.x
+    scale, angle, right, up = solution.x
     factor = copy.factor * (1 + scale) * complex(np.exp(1j * angle))
     return Similarity(factor, copy.shift + extent * complex(right, up))
 
@@ -305,8 +305,8 @@ def _room(search: _Search, copy: Similarity, vector: complex) -> float:
     """Return how far a copy that lies inside can be moved along a vector, in units of that vector."""
 
     def fits(distance: float) -> bool:
-        at = Similarity(copy.factor, copy.shift + distance * vector)
-        return _is_inside(search.inner, search.outer, at)
+        moved_copy = Similarity(copy.factor, copy.shift + distance * vector)
+        return _is_inside(search.inner, search.outer, moved_copy)
 
     inside, beyond = 0.0, NUDGE_SHARE
     while fits(beyond):

@@ -69,7 +69,7 @@ def seen(
     f_z, f_zbar = linear(z[faces], u[faces])
     areas = np.abs(triangle_areas(z[faces]))
     images = areas * (np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2)
-    shown = float(areas @ shares.both)
+    seen_area = float(areas @ shares.both)
     covered = float(images @ shares.textured)
     energy = np.inf
     if (images * shares.both > 0).any():
@@ -79,7 +79,7 @@ def seen(
         # half the source's area and half the target's, as in the balanced energy
         weights = 0.5 * before / before.sum() + 0.5 * after / after.sum()
         energy = float(weights @ np.where(weights > 0, density, 0))
-    return Seen(energy, max(0.0, 1 - shown / source.area), max(0.0, 1 - covered / target.area))
+    return Seen(energy, max(0.0, 1 - seen_area / source.area), max(0.0, 1 - covered / target.area))
 
 
 class Shares(NamedTuple):
@@ -115,11 +115,11 @@ def shares_seen(
 
 def middles(parts: int) -> Real:
     """Return barycentric coordinates (parts², 3) of the centroids of a triangle's equal parts."""
-    found = []
+    points = []
     for i in range(parts):
         for j in range(parts - i):
-            found.append((i + 1 / 3, j + 1 / 3))
+            points.append((i + 1 / 3, j + 1 / 3))
             if j < parts - i - 1:
-                found.append((i + 2 / 3, j + 2 / 3))
-    first, second = np.array(found).T / parts
+                points.append((i + 2 / 3, j + 2 / 3))
+    first, second = np.array(points).T / parts
     return np.column_stack([first, second, 1 - first - second])

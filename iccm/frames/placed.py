@@ -83,12 +83,12 @@ def fit_placed(
     if len(pins) > 1:
         regions = regions[:1]  # pins determine where the copy lies, whatever region contains it
     placements = [_placement(inner, outer, options, pins) for inner, outer in regions]
-    found = [placement for placement in placements if placement is not None]
-    if not found:
+    possible = [placement for placement in placements if placement is not None]
+    if not possible:
         raise InputError(
             f"place: with these pins no copy fits (place {options.place}); move the pins, or use place fill"
         )
-    best = min(found, key=lambda placement: _cost(placement, source, target, options.place, opaque=opaque))
+    best = min(possible, key=lambda placement: _cost(placement, source, target, options.place, opaque=opaque))
     turn = float(np.degrees(np.angle(best.similarity.factor)))
     whole = replace(options, place="fill", fit="whole", turn=turn)
     fit = solver(best.source, best.target, [], [], whole, pinned=not best.meets(pins))
@@ -149,11 +149,11 @@ def _through(pairs: Complex, rotation: float | None) -> Similarity | None:
     Returns None where its scale would be negative.
     """
     z, w = pairs.T
-    found = Similarity.fit(z, w)
+    similarity = Similarity.fit(z, w)
     if rotation is None:
-        return found
+        return similarity
     turn = complex(np.exp(1j * rotation))
-    scale = (found.factor / turn).real  # least squares with the rotation fixed
+    scale = (similarity.factor / turn).real  # least squares with the rotation fixed
     if scale <= 0:
         return None
     return Similarity(scale * turn, complex(np.mean(w) - scale * turn * np.mean(z)))
@@ -172,9 +172,11 @@ def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
         return copy
     pieces = shapely.get_parts(shapely.intersection(region, outer))
     pieces = [
-        each for each in pieces if each.geom_type == "Polygon" and each.area > SLIVER_AREA_SHARE * region.area
+        piece
+        for piece in pieces
+        if piece.geom_type == "Polygon" and piece.area > SLIVER_AREA_SHARE * region.area
     ]
-    outside = 1 - sum(each.area for each in pieces) / region.area
+    outside = 1 - sum(piece.area for piece in pieces) / region.area
     if outside > MOST_CUT_SHARE:
         raise InputError(
             f"place: with these pins {outside:.0%} of the copy lies outside the target; move the pins, or "
@@ -191,9 +193,9 @@ def _cost(placement: Placement, source: Drawing, target: Drawing, place: str, *,
     """Return the cost (see `drawings.cost`) of a placement without bending."""
     domain = placement.source.polygon
     seen_through = shapely.intersection(domain, moved(target.painted, placement.similarity.inverse()))
-    shown = float(shapely.intersection(seen_through, source.painted).area)
-    covered = (seen_through.area if opaque else shown) * abs(placement.similarity.factor) ** 2
-    hidden, bare = 1 - shown / source.region.area, 1 - covered / target.region.area
+    seen_area = float(shapely.intersection(seen_through, source.painted).area)
+    covered = (seen_through.area if opaque else seen_area) * abs(placement.similarity.factor) ** 2
+    hidden, bare = 1 - seen_area / source.region.area, 1 - covered / target.region.area
     if place == "inside":
         hidden *= HIDDEN_INSIDE_WEIGHT
     return price(1.0, (hidden, bare), 1.0)

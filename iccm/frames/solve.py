@@ -60,13 +60,13 @@ def fit_drawings(
     failure: InputError | None = None
     for choice in ranked[:MOST_SOLVED_CHOICES]:
         try:
-            found = solve_choice(choice, source, target, options, solver)
+            fit = solve_choice(choice, source, target, options, solver)
         except InputError as error:  # folds, or an outline too fine for its mesh: another frame may work
             failure = failure or error
             continue
-        if found.status.ok:
-            return found
-        missed = missed or found
+        if fit.status.ok:
+            return fit
+        missed = missed or fit
     if missed is not None:
         return missed
     assert failure is not None
@@ -107,9 +107,9 @@ def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Opti
     if options.is_balanced:
         options = replace(options, fit=choice.way)
     holes = (source.mappable_holes, target.mappable_holes) if choice.holed else ([], [])
-    found = solver(*outlines, *holes, options)
-    notes = [*without_outline_losses(found), *_parts_left_out(choice)]
-    return _with_losses_checked(replace(found, drawings=(source, target), notes=notes), options)
+    fit = solver(*outlines, *holes, options)
+    notes = [*without_outline_losses(fit), *_parts_left_out(choice)]
+    return _with_losses_checked(replace(fit, drawings=(source, target), notes=notes), options)
 
 
 def _with_losses_checked(fit: Fit, options: Options) -> Fit:

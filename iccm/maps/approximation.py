@@ -63,11 +63,11 @@ def triangulated(
     if isinstance(map, TriangulatedMap):
         return map
     texels = _texels(map)
-    asked = _asked(source_error, ERROR_TEXELS * texels[0]), _asked(image_error, ERROR_TEXELS * texels[1])
-    known = _made.setdefault(map, {})
-    if asked not in known:  # never use a finer one: results must not depend on earlier requests
-        known[asked] = _centred(map, *asked)
-    return known[asked]
+    errors = _asked(source_error, ERROR_TEXELS * texels[0]), _asked(image_error, ERROR_TEXELS * texels[1])
+    cached = _made.setdefault(map, {})
+    if errors not in cached:  # never use a finer one: results must not depend on earlier requests
+        cached[errors] = _centred(map, *errors)
+    return cached[errors]
 
 
 def _asked(error: float | None, usual: float) -> float:
@@ -131,7 +131,7 @@ class Samples:
         """Evaluate the map at new vertices."""
         w, f_z, f_zbar = self.map.jet_inside(z[self.w.size :])
         values = zip((self.w, self.p, self.q), (w, *inverted(f_z, f_zbar)))
-        self.w, self.p, self.q = (np.concatenate(both) for both in values)
+        self.w, self.p, self.q = (np.concatenate(parts) for parts in values)
 
     def edges(self, z: Complex, edges: Edges) -> tuple[Complex, Flags]:
         """Return (e,) the bulges of edges, and whether each is to be split."""
@@ -186,9 +186,9 @@ class Samples:
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             off, away = self._off(self.w[faces].mean(axis=1), middle)
             bad = ~self._accurate(np.abs(off), np.abs(away))
-        found = np.zeros(step.size, bool)
-        found[longest[ready[bad]]] = True
-        return found
+        chosen = np.zeros(step.size, bool)
+        chosen[longest[ready[bad]]] = True
+        return chosen
 
     def _off(self, w: Complex, z: Complex) -> tuple[Complex, Complex]:
         """Return displacements of the preimages of points w (p,) from points z, and of w from z's images.

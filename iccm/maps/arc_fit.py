@@ -32,15 +32,15 @@ def refit_arcs(image: Image, straight: NDArray[np.bool_], tolerance: float) -> l
     (array([ 1.+0.j, -1.+0.j]), array([1.]))
     """
 
-    def fit(which: NDArray[np.intp], lo: Real, hi: Real) -> tuple[Complex, Real]:
+    def fit(curve: NDArray[np.intp], lo: Real, hi: Real) -> tuple[Complex, Real]:
         u = np.concatenate([[0.0, 0.5, 1.0], INNER])
         t = lo[:, None] + (hi - lo)[:, None] * u
-        w = image(np.repeat(which, u.size), t.ravel()).reshape(t.shape)
-        bulge = np.where(straight[which], 0.0, _bulges(w[:, 0], w[:, 1], w[:, 2]))
+        w = image(np.repeat(curve, u.size), t.ravel()).reshape(t.shape)
+        bulge = np.where(straight[curve], 0.0, _bulges(w[:, 0], w[:, 1], w[:, 2]))
         return np.column_stack([w[:, 0], w[:, 2], bulge]), _distances(w[:, 0], w[:, 2], bulge, w[:, 1:])
 
     pieces = halved(fit, straight.size, tolerance)
-    return [(np.append(each[:, 0], each[-1:, 1]), each[:, 2].real) for each in pieces]
+    return [(np.append(arcs[:, 0], arcs[-1:, 1]), arcs[:, 2].real) for arcs in pieces]
 
 
 def _bulges(a: Complex, middle: Complex, b: Complex) -> Real:

@@ -52,8 +52,8 @@ def refit_together(images: Sequence[Image], curves: int, tolerance: float) -> li
         For each image, the control points of its curves as `refit` returns them.
     """
 
-    def fit(which: NDArray[np.intp], lo: Real, hi: Real) -> tuple[Complex, Real]:
-        fits = [_cubics(image, which, lo, hi, tolerance) for image in images]
+    def fit(curve: NDArray[np.intp], lo: Real, hi: Real) -> tuple[Complex, Real]:
+        fits = [_cubics(image, curve, lo, hi, tolerance) for image in images]
         return np.stack([control for control, _ in fits]), np.max([error for _, error in fits], axis=0)
 
     return [[*split] for split in zip(*halved(fit, curves, tolerance))]
@@ -71,28 +71,28 @@ def halved(fit: Fit, curves: int, tolerance: float) -> list[Complex]:
     Returns:
         For each curve the control points (…, pieces, k) in order.
     """
-    which = np.arange(curves)
+    curve = np.arange(curves)
     lo, hi = np.zeros(curves), np.ones(curves)
     done: list[tuple[NDArray, NDArray, Complex]] = []
     for turn in range(HALVING_ROUNDS):
-        control, error = fit(which, lo, hi)
+        control, error = fit(curve, lo, hi)
         keep = (error <= tolerance) | (turn == HALVING_ROUNDS - 1)
-        done.append((which[keep], lo[keep], control[..., keep, :]))
+        done.append((curve[keep], lo[keep], control[..., keep, :]))
         if keep.all():
             break
-        which, lo, hi = which[~keep], lo[~keep], hi[~keep]
+        curve, lo, hi = curve[~keep], lo[~keep], hi[~keep]
         middle = 0.5 * (lo + hi)
-        which, lo, hi = np.tile(which, 2), np.concatenate([lo, middle]), np.concatenate([middle, hi])
-    which, lo = (np.concatenate([part[k] for part in done]) for k in (0, 1))
+        curve, lo, hi = np.tile(curve, 2), np.concatenate([lo, middle]), np.concatenate([middle, hi])
+    curve, lo = (np.concatenate([part[k] for part in done]) for k in (0, 1))
     control = np.concatenate([part[2] for part in done], axis=-2)
-    order = np.lexsort([lo, which])
-    ends = np.searchsorted(which[order], np.arange(1, curves))
+    order = np.lexsort([lo, curve])
+    ends = np.searchsorted(curve[order], np.arange(1, curves))
     return np.split(control[..., order, :], ends, axis=-2)
 
 
 def _cubics(
     image: Image,
-    which: NDArray[np.intp],
+    curve: NDArray[np.intp],
     lo: NDArray[np.float64],
     hi: NDArray[np.float64],
     tolerance: float,
@@ -104,7 +104,7 @@ def _cubics(
     """
     u = np.concatenate([[0, DIFFERENCE_STEP], INNER, [1 - DIFFERENCE_STEP, 1]])
     t = lo[:, None] + (hi - lo)[:, None] * u
-    w = image(np.repeat(which, u.size), t.ravel()).reshape(t.shape)
+    w = image(np.repeat(curve, u.size), t.ravel()).reshape(t.shape)
     start, end = (w[:, 1] - w[:, 0]) / DIFFERENCE_STEP, (w[:, -1] - w[:, -2]) / DIFFERENCE_STEP
     least = 3 * np.minimum(tolerance, STILL_SPEED_SHARE * np.abs(w[:, -1] - w[:, 0]))
     start[np.abs(start) < least], end[np.abs(end) < least] = 0, 0

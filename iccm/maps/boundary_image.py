@@ -22,16 +22,16 @@ def outline(map: HarmonicMap, flatness: float) -> Complex:
     places = np.arange(steps.size, dtype=float)  # along the polygon, in steps
     starts = np.repeat(z, FIRST_PARTS) + places % FIRST_PARTS * steps
     first = map.jet_inside(starts)[0]
-    last, found = np.roll(first, -1), [(places, first)]
+    last, samples = np.roll(first, -1), [(places, first)]
     for k in range(1, HALVING_ROUNDS):
         middle = map.jet_inside(starts + 0.5 * steps)[0]
-        found.append((places + 0.5**k, middle))
+        samples.append((places + 0.5**k, middle))
         rough = np.abs(middle - 0.5 * (first + last)) > flatness
-        if not rough.any() or sum(w.size for _, w in found) + 2 * rough.sum() > MOST_POINTS:
+        if not rough.any() or sum(w.size for _, w in samples) + 2 * rough.sum() > MOST_POINTS:
             break
         steps = np.tile(0.5 * steps[rough], 2)
         starts = np.append(starts[rough], starts[rough] + steps[: rough.sum()])
         places = np.append(places[rough], places[rough] + 0.5**k)
         first, last = np.append(first[rough], middle[rough]), np.append(middle[rough], last[rough])
-    places, w = (np.concatenate(part) for part in zip(*found))
+    places, w = (np.concatenate(part) for part in zip(*samples))
     return w[np.argsort(places)] + shift

@@ -43,23 +43,23 @@ def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch:
     It states the share of the target where the bound is exceeded, and the least possible value. The least
     possible value follows from the outlines' angles, see `angle_ratio`.
     """
-    found, ratio = distortion.of_triangles(map), angle_ratio(map)
-    asked = [
-        ("dilatation", max_dilatation, found.dilatations, ratio),
-        ("stretch", max_stretch, found.stretches, np.sqrt(ratio)),
+    measured, ratio = distortion.of_triangles(map), angle_ratio(map)
+    bounds = [
+        ("dilatation", max_dilatation, measured.dilatations, ratio),
+        ("stretch", max_stretch, measured.stretches, np.sqrt(ratio)),
     ]
-    said = []
-    for name, bound, values, least in asked:
+    notes = []
+    for name, bound, values, least in bounds:
         if bound is None:
             continue
-        share = found.area @ (values > bound * (1 + ROUNDING_SHARE)) / found.area.sum()
+        share = measured.area @ (values > bound * (1 + ROUNDING_SHARE)) / measured.area.sum()
         over = f"is up to {values.max():.3g}, more than {bound:g} on {share:.2%} of the target"
         met = f"is at most {bound:g}"
         allowed = (
             f"the angles of the outlines at matching corners do not allow less than {least:.3g} (max_{name})."
         )
-        said.append(f"The {name} {met if values.max() <= bound * (1 + ROUNDING_SHARE) else over}; {allowed}")
-    return said
+        notes.append(f"The {name} {met if values.max() <= bound * (1 + ROUNDING_SHARE) else over}; {allowed}")
+    return notes
 
 
 def angle_ratio(map: TriangulatedMap) -> float:
@@ -82,10 +82,10 @@ def _excess(map: TriangulatedMap, max_dilatation: float | None, max_stretch: flo
     worst = np.zeros(len(map.faces))
     if max_dilatation is None and max_stretch is None:
         return worst
-    found = distortion.of_triangles(map)
+    measured = distortion.of_triangles(map)
     for bound, values in (
-        (max_dilatation, found.dilatations),
-        (max_stretch, found.stretches),
+        (max_dilatation, measured.dilatations),
+        (max_stretch, measured.stretches),
     ):
         if bound is not None:
             worst = np.maximum(worst, values.reshape(worst.size, -1).max(axis=1) / bound)

@@ -59,16 +59,16 @@ def composed(middle: Complex, faces: Index, backward: Function, forward: Functio
         A point has no image on one side, or a triangle of the mesh is folded.
     """
 
-    def both(points: Complex) -> Complex:
+    def both_images(points: Complex) -> Complex:
         images = np.stack([backward(points), forward(points)])
         if not np.isfinite(images).all():
             raise InputError("a point where the maps meet lies outside one of them")
         return images
 
     faces = np.ascontiguousarray(faces, np.int64)
-    images = both(middle)
+    images = both_images(middle)
     sizes = np.array([diagonal(w) for w in images])
-    found: Composition | None = None
+    composition: Composition | None = None
     for _ in range(REFINEMENT_ROUNDS):
         mesh = Triangulation(middle, faces, neighbours(faces, middle.size))
         i, j = mesh.edges.ends.T
@@ -77,7 +77,7 @@ def composed(middle: Complex, faces: Index, backward: Function, forward: Functio
             faces, folded = flip_folded(images, mesh, folded)
             mesh = Triangulation(middle, faces, neighbours(faces, middle.size))
             i, j = mesh.edges.ends.T
-        away = both(0.5 * (middle[i] + middle[j])) - 0.5 * (images[:, i] + images[:, j])
+        away = both_images(0.5 * (middle[i] + middle[j])) - 0.5 * (images[:, i] + images[:, j])
         errors = (np.abs(away) / sizes[:, None]).max(axis=0)
         if not folded.any():
             # the outer loop, which reaches farthest left, is the first
@@ -85,8 +85,8 @@ def composed(middle: Complex, faces: Index, backward: Function, forward: Functio
                 loops_along(*mesh.edges.ends[mesh.edges.rim].T), key=lambda loop: middle[loop].real.min()
             )
             map = TriangulatedMap(images[0], images[1], faces, tuple(loops))
-            found = Composition(map, float(np.quantile(errors, 0.99)))
-        elif found is not None:
+            composition = Composition(map, float(np.quantile(errors, 0.99)))
+        elif composition is not None:
             break  # smaller triangles straddle bends of the maps between them
         marked = errors > ERROR_SHARE
         marked[mesh.edges.sides[folded]] = True
@@ -94,10 +94,10 @@ def composed(middle: Complex, faces: Index, backward: Function, forward: Functio
             break
         before = middle.size
         middle, faces = bisected(mesh, marked)
-        images = np.concatenate([images, both(middle[before:])], axis=1)
-    if found is None:
+        images = np.concatenate([images, both_images(middle[before:])], axis=1)
+    if composition is None:
         raise InputError("no composition without folds was found; a map between them is too irregular")
-    return found
+    return composition
 
 
 def _folded(images: Complex, faces: Index) -> Flags:

@@ -128,15 +128,15 @@ class Encloser:
             start, ring = _halved(start, middle, far), np.repeat(ring, 1 + far)
         return self._bounded(start, ring)
 
-    def split(self, pieces: Pieces, which: np.ndarray) -> Pieces:
+    def split(self, pieces: Pieces, marked: np.ndarray) -> Pieces:
         """Return the same curves with some pieces (k,) halved."""
         middle, _ = _middles(pieces.start, pieces.ring)
-        fresh = np.repeat(which, 1 + which)
-        start, ring = _halved(pieces.start, middle, which), np.repeat(pieces.ring, 1 + which)
+        fresh = np.repeat(marked, 1 + marked)
+        start, ring = _halved(pieces.start, middle, marked), np.repeat(pieces.ring, 1 + marked)
         new = self._bounded(start, ring, fresh)
         parts = {}
         for field in fields(Pieces):
-            old = np.repeat(getattr(pieces, field.name), 1 + which)
+            old = np.repeat(getattr(pieces, field.name), 1 + marked)
             old[fresh] = getattr(new, field.name)
             parts[field.name] = old
         return Pieces(**parts)
@@ -151,19 +151,19 @@ class Encloser:
         out = np.empty((4, middle.size))
         image, slope, _ = self.f.jet(a)
         _, f_z, f_zbar = self.f.jet(middle)
-        at = np.stack([f_z, f_zbar.conj()])
+        derivatives = np.stack([f_z, f_zbar.conj()])
         polygon, edge, rise = self.f.polygon, self.edge, self.rise
-        given = polygon, edge, polygon.size, rise, len(rise), middle, half, at
+        given = polygon, edge, polygon.size, rise, len(rise), middle, half, derivatives
         over_slices(
             lambda part: _bounds(*given, part.start, part.stop, middle.size, out),
             middle.size,
             step=SLICE_PIECES,
         )
-        first, rest, noise, error = out[0], out[1], ROUNDING_SHARE * out[2], out[3]
+        first, second, noise, error = out[0], out[1], ROUNDING_SHARE * out[2], out[3]
         along = (b - a) / np.maximum(2 * half, 1e-300)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            spread = half * first + 0.5 * half**2 * rest + 2 * noise
-            bulge = 0.5 * half**2 * (first + half * rest) + self.rounding
+            spread = half * first + 0.5 * half**2 * second + 2 * noise
+            bulge = 0.5 * half**2 * (first + half * second) + self.rounding
             jacobian, quotient = np.abs(f_z) - np.abs(f_zbar), np.abs(f_zbar) / np.abs(f_z)
         bad = ~(error == 0) | ~np.isfinite(jacobian) | ~np.isfinite(slope) | ~np.isfinite(bulge)
         spread[bad] = bulge[bad] = np.inf
@@ -212,6 +212,6 @@ def _middles(start: Complex, ring: Index) -> tuple[Complex, Real]:
     return 0.5 * (start + end), 0.5 * np.abs(end - start)
 
 
-def _halved(start: Complex, middle: Complex, which: np.ndarray) -> Complex:
+def _halved(start: Complex, middle: Complex, marked: np.ndarray) -> Complex:
     """Return the starts with the midpoints of some pieces inserted."""
-    return np.insert(start, np.flatnonzero(which) + 1, middle[which])
+    return np.insert(start, np.flatnonzero(marked) + 1, middle[marked])

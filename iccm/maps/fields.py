@@ -53,7 +53,10 @@ class Field:
     def __call__(self, z: Complex) -> Real:
         """Return the interpolated numbers at points of any shape."""
         height, width = self.values.shape
-        y, x = (np.clip(at - 0.5, 0, most - 1) for at, most in zip(self._in_pixels(z), (height, width)))
+        y, x = (
+            np.clip(coordinate - 0.5, 0, most - 1)
+            for coordinate, most in zip(self._in_pixels(z), (height, width))
+        )
         i, j = np.minimum(y.astype(int), max(height - 2, 0)), np.minimum(x.astype(int), max(width - 2, 0))
         below, right = np.minimum(i + 1, height - 1), np.minimum(j + 1, width - 1)
         s, t = x - j, y - i
@@ -63,7 +66,10 @@ class Field:
 
     def pixels(self, z: Complex) -> tuple[Index, Index]:
         """Return the rows and columns of the pixels that contain points of any shape, or are closest to them."""
-        i, j = (np.clip(at, 0, most - 1) for at, most in zip(self._in_pixels(z), self.values.shape))
+        i, j = (
+            np.clip(coordinate, 0, most - 1)
+            for coordinate, most in zip(self._in_pixels(z), self.values.shape)
+        )
         return i.astype(int), j.astype(int)
 
     def _in_pixels(self, z: Complex) -> tuple[Real, Real]:

@@ -66,8 +66,8 @@ def figure(
         report: of the map, with its message and notes.
         names: titles of the source and of its image.
     """
-    made = Figure(figsize=(15, 9.4), layout=ConstrainedLayoutEngine(w_pad=0.15, h_pad=0.12))
-    (left, right, picture), (area, shear, words) = made.subplots(2, 3)
+    figure = Figure(figsize=(15, 9.4), layout=ConstrainedLayoutEngine(w_pad=0.15, h_pad=0.12))
+    (left, right, picture), (area, shear, words) = figure.subplots(2, 3)
     for lines, colour in zip(grid(map.polygon, holes=openings[0]), (ACROSS, UP)):
         _strands(left, lines, colour)
         _strands(right, _apply(map, lines), colour)
@@ -101,7 +101,7 @@ def figure(
     _frame(picture, "the mapped texture")
     _distortion(map, source, openings[0], area, shear)
     write_words(in_words(report), words)
-    return made
+    return figure
 
 
 def draw_carried(axes: Any, carried: tuple[NDArray, Box], target: Curve) -> None:
@@ -159,9 +159,9 @@ def _inside(
 
 def _apply(evaluate: Any, z: np.ndarray) -> np.ndarray:
     """Evaluate a function where z is finite; NaN elsewhere."""
-    known = np.isfinite(z)
+    finite = np.isfinite(z)
     image = np.full(z.shape, complex(np.nan, np.nan))
-    image[known] = evaluate(z[known])
+    image[finite] = evaluate(z[finite])
     return image
 
 
@@ -200,9 +200,9 @@ def _distortion(map: AnyMap, source: Curve, holes: list[Complex], left: Any, rig
     x, y = np.arange(low.real + step / 2, high.real, step), np.arange(low.imag + step / 2, high.imag, step)
     z = _inside(x[None, :] + 1j * y[:, None], map.polygon, 1e-3 * source.diagonal, holes)
     area, shear = np.full(z.shape, np.nan), np.full(z.shape, np.nan)
-    known = np.isfinite(z)
-    f_z, f_zbar = map.derivatives(z[known])
-    area[known], shear[known] = area_scale(f_z, f_zbar), dilatation(f_z, f_zbar)
+    finite = np.isfinite(z)
+    f_z, f_zbar = map.derivatives(z[finite])
+    area[finite], shear[finite] = area_scale(f_z, f_zbar), dilatation(f_z, f_zbar)
     extent = (low.real, low.real + x.size * step, low.imag, low.imag + y.size * step)
     _area(left, area, extent)
     _shear(right, shear, area, extent)

@@ -52,25 +52,25 @@ class HarmonicMap:
         if is_pairs(z):
             return on_pairs(self.__call__, z, self.axes)  # type: ignore[return-value]
         z = as_points(z)
-        at = self.placed(z.ravel())
-        c = self._blocks(cauchy_green.coordinates, at)
+        points = self.placed(z.ravel())
+        c = self._blocks(cauchy_green.coordinates, points)
         out = np.concatenate([m @ self.phi + (m.conj() @ self.psi) for m in c])
-        out[np.isnan(at)] = complex(np.nan, np.nan)
+        out[np.isnan(points)] = complex(np.nan, np.nan)
         return out.reshape(z.shape)
 
     def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
         """Return f, f_z and f_z̄ at points of any shape at once; NaN outside, the derivatives also at vertices."""
         z = as_points(z)
-        found = self.jet_inside(self.placed(z.ravel()), threads)
-        return tuple(values.reshape(z.shape) for values in found)  # type: ignore[return-value]
+        jet = self.jet_inside(self.placed(z.ravel()), threads)
+        return tuple(values.reshape(z.shape) for values in jet)  # type: ignore[return-value]
 
     def jet_inside(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
         """Return f, f_z and f_z̄ at points (p,) that are inside or on the boundary, or are NaN."""
         if self.conformal:
             (value,), (rate,) = cauchy_green.jets(self.polygon, self.phi[None], z, threads)
             return value, rate, np.where(np.isnan(rate), rate, 0)
-        both = np.stack([self.phi, self.psi.conj()])
-        values, rates = cauchy_green.jets(self.polygon, both, z, threads)
+        coefficients = np.stack([self.phi, self.psi.conj()])
+        values, rates = cauchy_green.jets(self.polygon, coefficients, z, threads)
         return values[0] + values[1].conj(), rates[0], rates[1].conj()
 
     def centred(self) -> "tuple[HarmonicMap, complex, complex]":
@@ -104,21 +104,21 @@ class HarmonicMap:
         """
         out = z.copy()
         beyond = np.flatnonzero(~self.outline.contains(z))
-        known = beyond[np.isfinite(z[beyond])]
+        finite = beyond[np.isfinite(z[beyond])]
         out[beyond] = complex(np.nan, np.nan)
-        if known.size:
-            edge, t = self.outline.locate(self.outline.closest(z[known]))
+        if finite.size:
+            edge, t = self.outline.locate(self.outline.closest(z[finite]))
             end = np.roll(self.polygon, -1)[edge]
             corner, foot = np.where(t < 0.5, self.polygon[edge], end), self.polygon[edge] * (1 - t) + end * t
-            gap, digits = np.abs(foot - z[known]), ON_BOUNDARY_SHARE * float(np.abs(self.polygon).max())
+            gap, digits = np.abs(foot - z[finite]), ON_BOUNDARY_SHARE * float(np.abs(self.polygon).max())
             reach = max(self.slack, ROUNDING_SHARE * self.outline.diagonal, digits)
-            near = np.where(gap <= digits, z[known], foot)
+            near = np.where(gap <= digits, z[finite], foot)
             near = np.where(
                 np.abs(near - corner) <= max(AT_VERTEX_SHARE * self.outline.diagonal, 4 * digits),
                 corner,
                 near,
             )
-            out[known] = np.where(gap <= reach, near, complex(np.nan, np.nan))
+            out[finite] = np.where(gap <= reach, near, complex(np.nan, np.nan))
         return out
 
     def derivatives(self, z: Complex) -> tuple[Complex, Complex]:
@@ -127,10 +127,10 @@ class HarmonicMap:
         They are NaN outside and at vertices. The paper swaps the two operators under Eq. 9 and drops the ½.
         """
         z = as_points(z)
-        at = self.placed(z.ravel())
-        pairs = [(m @ self.phi, m.conj() @ self.psi) for m in self._blocks(cauchy_green.derivatives, at)]
+        points = self.placed(z.ravel())
+        pairs = [(m @ self.phi, m.conj() @ self.psi) for m in self._blocks(cauchy_green.derivatives, points)]
         f_z, f_zbar = (np.concatenate(part) for part in zip(*pairs))
-        f_z[np.isnan(at)] = f_zbar[np.isnan(at)] = complex(np.nan, np.nan)
+        f_z[np.isnan(points)] = f_zbar[np.isnan(points)] = complex(np.nan, np.nan)
         return f_z.reshape(z.shape), f_zbar.reshape(z.shape)
 
     def _blocks(self, coordinates, z: Complex):

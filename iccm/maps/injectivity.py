@@ -64,7 +64,7 @@ def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
     (degree theory; for holomorphic f, Darboux-Picard). All three conditions are proven between samples too
     (`enclosure`).
     """
-    source, found = InsetDomain.of(f), None
+    source, certified = InsetDomain.of(f), None
     failed = source.at_depth(float(depths[0]))
     if failed.certified:
         return failed
@@ -73,18 +73,18 @@ def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
         middle = (low + high) // 2
         tried = source.at_depth(float(depths[middle]))
         if tried.certified:
-            high, found = middle, tried
+            high, certified = middle, tried
         else:
             low, failed = middle, tried
-    if found is None:
+    if certified is None:
         return failed
     for _ in range(DEPTH_BISECTIONS):
-        tried = source.at_depth(float(np.sqrt(failed.depth * found.depth)))
+        tried = source.at_depth(float(np.sqrt(failed.depth * certified.depth)))
         if tried.certified:
-            found = tried
+            certified = tried
         else:
             failed = tried
-    return replace(found, obstacle=failed.obstacle)
+    return replace(certified, obstacle=failed.obstacle)
 
 
 def at_depth(f: HarmonicMap, depth: float) -> Certificate:

@@ -19,8 +19,12 @@ def summary(report: dict[str, Any]) -> list[str]:
     area, injective = report.get("log10_area", {}), report.get("injective", {})
     if boundary:
         rms, gap = _figure(boundary.get("rms")), _figure(boundary.get("hausdorff"))
-        own = f", of the source {_figure(boundary['source'])} of its diagonal" if "source" in boundary else ""
-        lines.append(f"boundary    root mean square {rms}, Hausdorff distance {gap} of the diagonal{own}")
+        source_gap = (
+            f", of the source {_figure(boundary['source'])} of its diagonal" if "source" in boundary else ""
+        )
+        lines.append(
+            f"boundary    root mean square {rms}, Hausdorff distance {gap} of the diagonal{source_gap}"
+        )
     if dilatation:
         lines.append(
             "dilatation  " + ", ".join(f"{name} {_figure(value)}" for name, value in dilatation.items())
@@ -28,8 +32,8 @@ def summary(report: dict[str, Any]) -> list[str]:
     if area:
         lines.append("log10 area  " + ", ".join(f"{name} {_figure(value)}" for name, value in area.items()))
     if apart := report.get("apart"):
-        shown = ", ".join(f"{name} {_figure(value)}" for name, value in apart.items())
-        lines.append(f"apart       {shown} of the diagonal, in space")
+        distances = ", ".join(f"{name} {_figure(value)}" for name, value in apart.items())
+        lines.append(f"apart       {distances} of the diagonal, in space")
     if "shown" in report:
         lines.append(
             f"seen        {_percent(report['shown'])} of the source drawing, "
@@ -38,22 +42,23 @@ def summary(report: dict[str, Any]) -> list[str]:
         )
     if injective:
         lines.append(f"injective   {_certificate(injective)}")
-    if found := report.get("parts"):
-        worst = max(found, key=lambda part: part["boundary"]["hausdorff"])
+    if parts := report.get("parts"):
+        worst = max(parts, key=lambda part: part["boundary"]["hausdorff"])
         gap = _figure(worst["boundary"]["hausdorff"])
         worst_of = f"the worst Hausdorff is {gap}, of #{worst['source'] or worst['target']}"
-        lines.append(f"parts       {len(found)}, the largest above; {worst_of}")
+        lines.append(f"parts       {len(parts)}, the largest above; {worst_of}")
     if report.get("pins"):
         lines.append(f"pins        largest error {_figure(max(pin['error'] for pin in report['pins']))}")
-    if found := report.get("regions"):
-        worst, sizes = max(each["dilatation"] for each in found), [each["scale"] for each in found]
-        told = _figure(min(sizes)) + (f" to {_figure(max(sizes))}" if len(sizes) > 1 else "")
+    if regions := report.get("regions"):
+        worst = max(region["dilatation"] for region in regions)
+        sizes = [region["scale"] for region in regions]
+        size_range = _figure(min(sizes)) + (f" to {_figure(max(sizes))}" if len(sizes) > 1 else "")
         lines.append(
-            f"regions     {len(found)} rigid, dilatation up to {worst:.4g}, size {told} times the mean scale"
+            f"regions     {len(regions)} rigid, dilatation up to {worst:.4g}, size {size_range} times the mean scale"
         )
     if "seconds" in report:
-        parts = {k: v for k, v in report["seconds"].items() if v >= 0.005}
-        lines.append("seconds     " + ", ".join(f"{name} {value:.2f}" for name, value in parts.items()))
+        phases = {name: value for name, value in report["seconds"].items() if value >= 0.005}
+        lines.append("seconds     " + ", ".join(f"{name} {value:.2f}" for name, value in phases.items()))
     return lines
 
 
@@ -130,11 +135,11 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if share >= 0.0995 or share == 0 else f"{100 * share:.2g} %"
 
 
-def _certificate(found: dict[str, Any]) -> str:
-    if found.get("certified"):
-        depth, share = _figure(found.get("depth")), found.get("share") or 0.0
+def _certificate(certificate: dict[str, Any]) -> str:
+    if certificate.get("certified"):
+        depth, share = _figure(certificate.get("depth")), certificate.get("share") or 0.0
         return f"certified on {share:.2%} of the area, beyond a depth of {depth} of the inradius"
-    return f"not certified; {found.get('obstacle', 'unknown')}"
+    return f"not certified; {certificate.get('obstacle', 'unknown')}"
 
 
 def _figure(value: Any) -> str:

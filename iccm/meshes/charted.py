@@ -91,34 +91,34 @@ class Charted:
         edges with the same handedness. Normals and tangents from the mesh take precedence; other normals are
         averages, weighted by angle, over all triangles that share a position.
         """
-        at, uv = self.points[self.faces], self.uv[self.uv_faces]
-        e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
+        corners, uv = self.points[self.faces], self.uv[self.uv_faces]
+        e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         d1, d2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
         along = _unit((e1 * d2[:, 1:] - e2 * d1[:, 1:]) * self.mirrored[:, None])
         normal, group = self._normals, self._groups
-        sums = _gathered(group, _angles(at, normal)[..., None] * _unit(_square(along[:, None], normal)))
-        made = _unit(_square(sums, normal))
+        sums = _gathered(group, _angles(corners, normal)[..., None] * _unit(_square(along[:, None], normal)))
+        tangents = _unit(_square(sums, normal))
         if self.stated is None:
-            return normal, made
-        return normal, np.where(self._says[..., None], _unit(_square(self.stated[..., :3], normal)), made)
+            return normal, tangents
+        return normal, np.where(self._says[..., None], _unit(_square(self.stated[..., :3], normal)), tangents)
 
     @cached_property
     def _normals(self) -> Real:
         """(m, 3, 3) unit normals of the corners."""
         if self.normals is not None and self.normal_faces is not None:
             return _unit(self.normals[self.normal_faces])
-        at = self.points[self.faces]
-        across = _unit(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]))
-        return _unit(_gathered(_same(self.points)[self.faces], _angles(at)[..., None] * across[:, None]))
+        corners = self.points[self.faces]
+        across = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        return _unit(_gathered(_same(self.points)[self.faces], _angles(corners)[..., None] * across[:, None]))
 
     @cached_property
     def _groups(self) -> Index:
         """(m, 3) number of the group of corners that share a tangent."""
-        places, shown = _same(self.points)[self.faces], _same(self.uv)[self.uv_faces]
+        places, texture_places = _same(self.points)[self.faces], _same(self.uv)[self.uv_faces]
         turned = places
         if self.normals is not None and self.normal_faces is not None:
             turned = _same(self.normals)[self.normal_faces]
-        corners = _same(np.stack([places, turned, shown], axis=-1).reshape(-1, 3))
+        corners = _same(np.stack([places, turned, texture_places], axis=-1).reshape(-1, 3))
         shape = Triangles(corners.reshape(-1, 3), int(corners.max(initial=-1)) + 1)
         hand = np.repeat(self.mirrored, 3)
         return shape.fans(hand != hand[shape.twin]).reshape(-1, 3)
@@ -147,9 +147,9 @@ def _unit(vectors: Real) -> Real:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
-def _angles(at: Real, normal: Real | None = None) -> Real:
+def _angles(corners: Real, normal: Real | None = None) -> Real:
     """Return (m, 3) angles at the corners of triangles (m, 3, 3), projected along normals of the corners if given."""
-    a, b = np.roll(at, -1, axis=1) - at, np.roll(at, 1, axis=1) - at
+    a, b = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     if normal is not None:
         a, b = _square(a, normal), _square(b, normal)
     return np.arccos(np.clip(np.einsum("mki,mki->mk", _unit(a), _unit(b)), -1, 1))

@@ -76,27 +76,27 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
     Raises:
         InputError: there are no such paths.
     """
-    free, found = np.ones(whole.triangles.count, bool), list(stops[:1])
+    free, path = np.ones(whole.triangles.count, bool), list(stops[:1])
     small = len(whole.faces) <= MOST_GEODESIC_TRIANGLES
     free[list(stops)] = False
     for k, (start, end) in enumerate(pairwise(stops)):
         joined = ((whole.faces == start).any(axis=1) & (whole.faces == end).any(axis=1)).any()
         if joined and dear is None:
-            found.append(end)
+            path.append(end)
             continue
         near = _beside_geodesic(whole, start, end) if small and dear is None else None
         factors = near if dear is None else dear[k]
         free[[start, end]] = True
         usable = whole.drawn & free[whole.triangles.tail] & free[whole.triangles.head]
-        way = walk(whole.triangles.paths(whole.points, np.array([start]), usable, factors)[1], end)
-        if way[-1] != start:
+        part = walk(whole.triangles.paths(whole.points, np.array([start]), usable, factors)[1], end)
+        if part[-1] != start:
             raise InputError(
                 f"{whole.mesh.name}: no cut passes through the pins in their order without crossing "
                 "itself; remove some pins, or change their order"
             )
-        free[way] = False
-        found += way[-2::-1]
-    return found
+        free[part] = False
+        path += part[-2::-1]
+    return path
 
 
 @lru_cache(maxsize=MOST_KEPT_PATHS)
@@ -114,8 +114,8 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     away = cKDTree(graph.way(start, end)).query(whole.points)[0] / edge
     beside = whole.faces[(away < CORRIDOR_EDGES)[whole.faces].any(axis=1)]
     narrow = GeodesicGraph.of(whole.points, Triangles(beside, whole.triangles.count), PARTS_OF_EDGE)
-    here, there = narrow.distances(np.array([start, end]))[:, : whole.triangles.count]
-    detour = np.maximum(here + there - here[end], 0) * here[end] / edge**2
+    from_start, from_end = narrow.distances(np.array([start, end]))[:, : whole.triangles.count]
+    detour = np.maximum(from_start + from_end - from_start[end], 0) * from_start[end] / edge**2
     return 1 + np.where(np.isfinite(detour), detour, 2 * away**2)
 
 

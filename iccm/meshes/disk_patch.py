@@ -41,8 +41,8 @@ class Joined:
         """
         if "joined" not in mesh.__dict__:
             mesh.__dict__["joined"] = cls._of(mesh)
-        found: Joined = mesh.__dict__["joined"]
-        return found
+        joined: Joined = mesh.__dict__["joined"]
+        return joined
 
     @classmethod
     def _of(cls, mesh: Mesh) -> "Joined":
@@ -79,8 +79,8 @@ class Joined:
         """
         if not self.shape.crowded_edges:
             return self
-        first, which = distinct_rows(np.sort(self.shape.faces, axis=1))
-        times = np.bincount(which)[which]
+        first, group = distinct_rows(np.sort(self.shape.faces, axis=1))
+        times = np.bincount(group)[group]
         if (times == 1).all():
             return self
         surface = Triangles(self.shape.faces[times == 1], self.shape.count)
@@ -216,12 +216,12 @@ def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles,
         raise InputError(f"{name}: no face has an area; does the file contain only lines?")
     if area.size == 1:
         return shape, joined.corner
-    own = joined.triangles_of(int(chosen))
-    others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {len(shape.faces) - own.size} triangles"
+    kept = joined.triangles_of(int(chosen))
+    others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {len(shape.faces) - kept.size} triangles"
     notes.append(
         f"ignored {others} that are not connected to it; #piece-{2 if piece == 1 else 1} selects another"
     )
-    return Triangles(shape.faces[own], shape.count), joined.corner[own]
+    return Triangles(shape.faces[kept], shape.count), joined.corner[kept]
 
 
 def _orient(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tuple[Triangles, Index]:

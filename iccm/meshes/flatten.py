@@ -108,7 +108,7 @@ class Flattening:
         weight = self.patch.areas
         area = np.abs(major * minor)
         log_area = np.log10(np.maximum(area * weight.sum() / (weight @ area), 1e-300))
-        at = weighted_percentiles(self.dilatation, weight, (50, 95, 100))
+        percentiles = weighted_percentiles(self.dilatation, weight, (50, 95, 100))
         spread = weighted_percentiles(log_area, weight, (5, 50, 95))
         return {
             "method": self.method,
@@ -120,7 +120,7 @@ class Flattening:
             "seam_edges": len(self.patch.seam),
             "seam_length": self.patch.seam_length,
             "turned": int(self.turned.size),
-            "dilatation": dict(zip(("median", "p95", "max"), at)),
+            "dilatation": dict(zip(("median", "p95", "max"), percentiles)),
             "log10_area": dict(zip(("p05", "median", "p95"), spread)),
             "notes": [*self.patch.notes, *self.notes],
         }
@@ -181,20 +181,20 @@ def lscm(patch: Patch, outline: Index) -> Complex:
     pins = np.array([outline[a], outline[b]])
     length = np.linalg.norm(patch.points[pins[1]] - patch.points[pins[0]])
     if len(patch.points) >= LARGE_VERTEX_COUNT:
-        found = _lscm_large(patch, pins, np.array([0.0, length], complex))
-        if found is not None:
-            return found
+        flat = _lscm_large(patch, pins, np.array([0.0, length], complex))
+        if flat is not None:
+            return flat
     import igl
 
-    at = np.array([[0.0, 0.0], [length, 0.0]])
+    pinned = np.array([[0.0, 0.0], [length, 0.0]])
     try:
-        uv, _ = igl.lscm(patch.points, np.ascontiguousarray(patch.faces), pins, at)
+        uv, _ = igl.lscm(patch.points, np.ascontiguousarray(patch.faces), pins, pinned)
     except RuntimeError:  # singular system: the caller uses another method
         return np.full(len(patch.points), complex(np.nan, np.nan))
     return complex_of(uv)
 
 
-def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
+def _lscm_large(patch: Patch, pins: Index, pinned: Complex) -> Complex | None:
     """Return the same as `lscm`, by the Hermitian form |Σ Wⱼ uⱼ|² / 2A of each triangle (Lévy et al., §2.3).
 
     Returns:
@@ -207,20 +207,20 @@ def _lscm_large(patch: Patch, pins: Index, at: Complex) -> Complex | None:
         return None
     free = np.ones(len(patch.points), bool)
     free[pins] = False
-    found, right = np.zeros((2, free.size), complex)
-    found[pins] = at
-    held = ~free[ends].all(axis=0)
-    for (row, column), value in zip(ends.T[held].tolist(), values[held].tolist()):
-        right[row] -= value * found[column]
-        right[column] -= value.conjugate() * found[row]
+    flat, right = np.zeros((2, free.size), complex)
+    flat[pins] = pinned
+    fixed = ~free[ends].all(axis=0)
+    for (row, column), value in zip(ends.T[fixed].tolist(), values[fixed].tolist()):
+        right[row] -= value * flat[column]
+        right[column] -= value.conjugate() * flat[row]
     number = np.cumsum(free, dtype=np.int32) - 1
-    inner = hermitian.Hermitian(diagonal[free], number[ends[:, ~held]], values[~held])
+    inner = hermitian.Hermitian(diagonal[free], number[ends[:, ~fixed]], values[~fixed])
     del form, values, ends, number
     try:
-        found[free] = hermitian.solve(inner, patch.points[free], right[free])
+        flat[free] = hermitian.solve(inner, patch.points[free], right[free])
     except np.linalg.LinAlgError:
         return None
-    return found if np.isfinite(found).all() else None
+    return flat if np.isfinite(flat).all() else None
 
 
 def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
@@ -286,5 +286,5 @@ def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) 
     """Return the values below which these percentages of the weight are."""
     order = np.argsort(values)
     share = np.cumsum(weight[order])
-    at = np.searchsorted(share, np.array(percents) / 100 * share[-1])
-    return [float(v) for v in values[order][np.minimum(at, values.size - 1)]]
+    indices = np.searchsorted(share, np.array(percents) / 100 * share[-1])
+    return [float(v) for v in values[order][np.minimum(indices, values.size - 1)]]

@@ -60,12 +60,12 @@ def layout(
     Raises:
         InputError: a corner has no coordinates, or they are not finite or absurdly large.
     """
-    at = check_layout(name, uv, uv_faces)
+    coordinates = check_layout(name, uv, uv_faces)
     if tile is not None:
-        at = at - (tile.real, tile.imag)
-    corners = np.empty_like(at)
-    corners[..., 0], corners[..., 1] = at[..., 0] * width, (1 - at[..., 1]) * height
-    beyond = outside(at)
+        coordinates = coordinates - (tile.real, tile.imag)
+    corners = np.empty_like(coordinates)
+    corners[..., 0], corners[..., 1] = coordinates[..., 0] * width, (1 - coordinates[..., 1]) * height
+    beyond = outside(coordinates)
     wrap = tile is None and bool(beyond.any())
     owners = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=wrap)
     turn = turns(corners)
@@ -91,8 +91,8 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
         raise InputError(
             f"{name}: triangle {bad} has no texture coordinates; leave out --bake to create new ones"
         )
-    at = np.take(uv, uv_faces, axis=0)  # several times faster than uv[uv_faces]
-    low, high = _over_corners(np.minimum, at), _over_corners(np.maximum, at)
+    coordinates = np.take(uv, uv_faces, axis=0)  # several times faster than uv[uv_faces]
+    low, high = _over_corners(np.minimum, coordinates), _over_corners(np.maximum, coordinates)
     span = (high - low).max(initial=0.0)
     if not np.isfinite(span) or span * span > most:
         raise InputError(
@@ -104,7 +104,7 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
             f"{name}: texture coordinates of a triangle are larger than {MOST_COORDINATE:g}; move "
             "the layout closer to the unit square"
         )
-    return at
+    return coordinates
 
 
 def turned_over(corners: Real) -> dict[str, int]:
@@ -145,7 +145,7 @@ def charts(corners: Index, count: int, starts: Index | None = None) -> Index:
     corners, starts = corners.ravel(), np.arange(0, corners.size + 1, 3) if starts is None else starts
     after = np.arange(1, corners.size + 1)
     after[starts[1:] - 1] = starts[:-1]
-    both = (corners >= 0) & (corners[after] >= 0)
+    has_coordinates = (corners >= 0) & (corners[after] >= 0)
     used = np.zeros(count, bool)
     used[corners[corners >= 0]] = True
-    return np.where(used, labels(corners[both], corners[after][both], count), -1)
+    return np.where(used, labels(corners[has_coordinates], corners[after][has_coordinates], count), -1)

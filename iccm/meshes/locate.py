@@ -52,10 +52,10 @@ class Locator:
     @classmethod
     def of(cls, flattening: Flattening) -> "Locator":
         """Return the locator of a layout, which is made only once as long as the layout exists."""
-        found = cls._made.get(flattening)
-        if found is None:
-            found = cls._made[flattening] = cls(flattening)
-        return found
+        locator = cls._made.get(flattening)
+        if locator is None:
+            locator = cls._made[flattening] = cls(flattening)
+        return locator
 
     def __init__(self, flattening: Flattening):
         self.faces = np.ascontiguousarray(flattening.patch.faces, np.int64)
@@ -90,8 +90,10 @@ class Locator:
         Points in a hole or outside are treated as points on the border of a nearby triangle.
         """
         z = np.ascontiguousarray(z, np.complex128)
-        at = (z - self.low) * self.scale
-        column, row = (np.clip(c.astype(np.int64), 0, GRID_CELLS_ACROSS - 1) for c in (at.real, at.imag))
+        cells = (z - self.low) * self.scale
+        column, row = (
+            np.clip(c.astype(np.int64), 0, GRID_CELLS_ACROSS - 1) for c in (cells.real, cells.imag)
+        )
         start = self.grid[row, column]
         triangle, weights = np.empty(z.size, np.int64), np.empty((z.size, 3))
 

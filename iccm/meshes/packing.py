@@ -80,34 +80,34 @@ def pack(
         diagonal = list(upright)
         diagonal[longest] = _into_smallest_square(charts[longest][0])
         rotations.append(diagonal)
-    stacks = [_Stack(charts, each, 4 if rotates else 1) for each in rotations]
+    stacks = [_Stack(charts, turns, 4 if rotates else 1) for turns in rotations]
     low, high = complex(*region.bounds[:2]), complex(*region.bounds[2:])
     side = max((high - low).real, (high - low).imag)
     area = sum(float(_areas(flat[faces]).sum()) for flat, faces in charts)
 
     outside = dict[int, NDArray[np.int64]]()
 
-    def at(scale: float, cells: int) -> tuple[Complex, Complex] | None:
+    def places_at(scale: float, cells: int) -> tuple[Complex, Complex] | None:
         """Return factors and shifts of all charts at a scale; None if one does not fit, however they are rotated."""
         texels = max(1, round(margin * cells / GRID_CELLS_ACROSS)) if margin else 0
         if cells not in outside:
             outside[cells] = _outside(region, low, high, side / cells, -(-texels // 2))
         for stack in stacks:
-            found = stack.placed(scale * cells / side, outside[cells].copy(), texels)
-            if found is not None:
-                return scale * found[0], low + side / cells * found[1]
+            placed = stack.placed(scale * cells / side, outside[cells].copy(), texels)
+            if placed is not None:
+                return scale * placed[0], low + side / cells * placed[1]
         return None
 
     most = np.sqrt(region.area / max(area, 1e-300))
     scale = most * np.sqrt(FIRST_FILLED_SHARE)
-    while at(scale, COARSE_GRID_CELLS_ACROSS) is None:
+    while places_at(scale, COARSE_GRID_CELLS_ACROSS) is None:
         scale /= COARSE_STEP_RATIO
         if scale < LEAST_SCALE_SHARE * most:
             raise InputError(
                 f"there is no room for {len(charts)} pieces in this outline; choose one with --parts largest"
             )
     scale *= COARSE_STEP_RATIO
-    while (places := at(scale, GRID_CELLS_ACROSS)) is None:
+    while (places := places_at(scale, GRID_CELLS_ACROSS)) is None:
         scale /= FINE_STEP_RATIO
     return Packing(*places, float(area * scale**2 / region.area))
 
@@ -122,8 +122,8 @@ class _Stack:
         self._order = sorted(range(len(charts)), key=lambda k: -_size(corners[k]))
         self._rotations = np.array(rotations)
         corners = [corners[k] for k in self._order]
-        self._corners = xy_of(np.concatenate([each.ravel() for each in corners]))
-        self._starts = np.cumsum([0, *(len(each) for each in corners)])
+        self._corners = xy_of(np.concatenate([chart.ravel() for chart in corners]))
+        self._starts = np.cumsum([0, *(len(chart) for chart in corners)])
         self._orientations = orientations
         alike = [np.array_equal(a, b) for a, b in pairwise(corners)]
         self._alike = np.array([False, *alike])
@@ -136,7 +136,7 @@ class _Stack:
         height, words = taken.shape
         count = self._starts.size - 1
         places = np.zeros((count, 3))
-        found = _pack(
+        packed = _pack(
             self._corners * scale,
             self._starts,
             count,
@@ -148,7 +148,7 @@ class _Stack:
             self._alike,
             places,
         )
-        if found != count:
+        if packed != count:
             return None
         rotation, shift = np.empty((2, count), complex)
         rotation[self._order] = self._rotations[self._order] * 1j ** places[:, 0]

@@ -72,7 +72,7 @@ class Patch:
         """Return the boundary loop that contains a loop of the patch from which this one was cut."""
         half = np.flatnonzero((before.triangles.twin < 0) & (before.triangles.tail == loop[0]))[0]
         vertex = self.triangles.tail[half]
-        return next(found for found in self.loops if vertex in found)
+        return next(candidate for candidate in self.loops if vertex in candidate)
 
     @property
     def seam_length(self) -> float:
@@ -94,8 +94,8 @@ class Patch:
         """
         face = self.polygon
         twin = self.triangles.twin
-        own = np.repeat(face, 3)
-        return (twin < 0) | (own != own[twin])
+        half_edge_face = np.repeat(face, 3)
+        return (twin < 0) | (half_edge_face != half_edge_face[twin])
 
     @cached_property
     def fans(self) -> tuple[Index, Index]:
@@ -105,10 +105,10 @@ class Patch:
         vertex[self.corner] = self.faces
         turned = np.zeros(self.mesh.sizes.size, bool)  # faces with opposite orientation in the patch
         turned[self.polygon] = (np.roll(self.corner, -1, axis=1) < self.corner).sum(axis=1) == 2
-        found = vertex[corners]
-        found = np.where(turned[face][:, None], found[:, ::-1], found)
-        known = (found >= 0).all(axis=1)
-        return found[known], face[known]
+        triangles = vertex[corners]
+        triangles = np.where(turned[face][:, None], triangles[:, ::-1], triangles)
+        complete = (triangles >= 0).all(axis=1)
+        return triangles[complete], face[complete]
 
     @property
     def polygon(self) -> Index:
@@ -127,12 +127,12 @@ class Patch:
         Raises:
             InputError: the patch does not use that vertex.
         """
-        found = np.flatnonzero(self.vertex == vertex)
-        if not found.size:
+        vertices = np.flatnonzero(self.vertex == vertex)
+        if not vertices.size:
             raise InputError(
                 f"{self.mesh.name}: {self.mesh.vertex_name(vertex)}: no face of the patch uses it"
             )
-        return int(found[0])
+        return int(vertices[0])
 
     def cut(self, half_edges: NDArray[np.bool_]) -> "Patch":
         """Return the patch cut open along the edges of the marked half-edges (3m,)."""

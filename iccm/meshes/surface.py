@@ -34,16 +34,17 @@ class Surface:
     @property
     def scale(self) -> tuple[float, float]:
         """Texels per unit of length, across and down: the square root of the ratio of areas."""
-        at = self.locator.flat[self.locator.faces]
-        flat, own = (np.abs(turns(c)).sum() for c in (xy_of(at), self.corners))
-        return (float(np.sqrt(own / flat)),) * 2
+        corners = self.locator.flat[self.locator.faces]
+        plane_area = np.abs(turns(xy_of(corners))).sum()
+        texel_area = np.abs(turns(self.corners)).sum()
+        return (float(np.sqrt(texel_area / plane_area)),) * 2
 
     def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
         """Return the same as `Placing.places`."""
         triangle, weights = self.locator(z, 1)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
-        at = self.locator.flat[self.locator.faces[triangle]]
-        e1, e2 = at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]
+        corners = self.locator.flat[self.locator.faces[triangle]]
+        e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = cross(e1, e2)
         d1, d2 = (self.corners[triangle, k] - self.corners[triangle, 0] for k in (1, 2))
         turn = np.empty((z.size, 4))
@@ -54,8 +55,8 @@ class Surface:
         # Direction in which x grows and y is constant.
         tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])
         steps = (step * tangent.conj() for step in (right, down))
-        found = Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
-        return found if self.wrap is None else wrapped(found, self.size, self.wrap)
+        places = Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
+        return places if self.wrap is None else wrapped(places, self.size, self.wrap)
 
     @classmethod
     def of(

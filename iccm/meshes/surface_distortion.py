@@ -32,14 +32,14 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
     )
     jacobian, area = Linear(flat.f_z, flat.f_zbar), flat.area
     before = area / np.maximum(np.abs(jacobian.determinant), 1e-300)
-    here, there = (
+    source_maps, target_maps = (
         None if layout is None or triangle is None else _to_surface(layout, triangle[on])
         for layout, triangle in zip(layouts, triangles)
     )
-    if here is not None:
-        jacobian, before = jacobian @ here.inverse(), before * here.determinant
-    if there is not None:
-        jacobian, area = there @ jacobian, area * there.determinant
+    if source_maps is not None:
+        jacobian, before = jacobian @ source_maps.inverse(), before * source_maps.determinant
+    if target_maps is not None:
+        jacobian, area = target_maps @ jacobian, area * target_maps.determinant
     painted = np.abs(flat.f_z) + np.abs(flat.f_zbar) > 0
     scale = float(np.sqrt(area[painted].sum() / before[painted].sum()))
     return replace(flat, area=area, f_z=jacobian.a, f_zbar=jacobian.b, scale=scale)
@@ -56,11 +56,11 @@ def surface_distances(flat: Distortion, source: Flattening, target: Flattening) 
         source: layout of the source.
         target: layout of the target.
     """
-    there = _to_surface(target, Locator.of(target)(flat.w, 1)[0])
+    target_maps = _to_surface(target, Locator.of(target)(flat.w, 1)[0])
     away = np.linalg.norm(_in_space(source, flat.z) - _in_space(target, flat.w), axis=1)
-    at = weighted_percentiles(away, flat.area * np.abs(there.determinant), (50, 95, 100))
+    percentiles = weighted_percentiles(away, flat.area * np.abs(target_maps.determinant), (50, 95, 100))
     size = np.linalg.norm(np.ptp(target.patch.points, axis=0))
-    return {name: value / float(size) for name, value in zip(("median", "p95", "max"), at)}
+    return {name: value / float(size) for name, value in zip(("median", "p95", "max"), percentiles)}
 
 
 def gap_between(source: Flattening, target: Flattening) -> float:
@@ -72,12 +72,12 @@ def gap_between(source: Flattening, target: Flattening) -> float:
     import igl
 
     gaps = []
-    for here, there in ((source.patch, target.patch), (target.patch, source.patch)):
-        points, faces = np.ascontiguousarray(there.points), np.ascontiguousarray(there.faces)
-        at = np.concatenate([here.points, here.points[here.faces].mean(axis=1)])
+    for patch, other in ((source.patch, target.patch), (target.patch, source.patch)):
+        points, faces = np.ascontiguousarray(other.points), np.ascontiguousarray(other.faces)
+        queries = np.concatenate([patch.points, patch.points[patch.faces].mean(axis=1)])
         tree = igl.AABB()
         tree.init(points, faces)
-        gaps.append(np.quantile(np.sqrt(tree.squared_distance(points, faces, at)[0]), 0.95))
+        gaps.append(np.quantile(np.sqrt(tree.squared_distance(points, faces, queries)[0]), 0.95))
     return float(max(gaps) / np.linalg.norm(np.ptp(target.patch.points, axis=0)))
 
 

@@ -102,10 +102,10 @@ class Triangles:
 
     def apart(self, fan: Index) -> "Triangles":
         """Return the triangles with their fans (3m,) as vertices; neighbours remain neighbours."""
-        found = Triangles(fan.reshape(-1, 3), int(fan.max()) + 1)
+        separate = Triangles(fan.reshape(-1, 3), int(fan.max()) + 1)
         if not self.crowded_edges:  # keep them, so that they are not searched again
-            found.__dict__["twin"] = self.twin
-        return found
+            separate.__dict__["twin"] = self.twin
+        return separate
 
     def components(self) -> Index:
         """Return (m,) the component of each triangle, connected across edges; that of the first triangle is 0."""
@@ -208,14 +208,14 @@ def _seams(shape: Triangles, points: Real) -> list[Index]:
     Surfaces with most common edges come first.
     """
     order, begins = shape._sorted_edges
-    label, found = shape.components(), dict[tuple[int, int], list[tuple[int, int]]]()
+    label, seams = shape.components(), dict[tuple[int, int], list[tuple[int, int]]]()
     ends, most = np.append(begins[1:], order.size), min(MOST_SEAMS, 1 + MOST_LOOKED // len(shape.faces))
     for a, b in zip(*(v[ends - begins > 2] for v in (begins, ends))):
         for pair in _even(shape, points, order[a:b][:MOST_FACES]):
             one, two = sorted(label[[pair[0] // 3, pair[1] // 3]].tolist())
             if one != two:
-                found.setdefault((one, two), []).append(pair)
-    return [np.array(pairs) for pairs in sorted(found.values(), key=len, reverse=True)][:most]
+                seams.setdefault((one, two), []).append(pair)
+    return [np.array(pairs) for pairs in sorted(seams.values(), key=len, reverse=True)][:most]
 
 
 def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
@@ -228,12 +228,12 @@ def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
     out = c - a - along * (np.einsum("ki,ki->k", c - a, along) / square)[:, None]
     out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
     bend = np.where(shape.tail[half][:, None] == shape.head[half], out @ out.T, np.inf)
-    found = []
+    pairs = []
     while np.isfinite(bend).any():
         i, j = np.unravel_index(np.argmin(bend), bend.shape)
-        found.append((int(half[i]), int(half[j])))
+        pairs.append((int(half[i]), int(half[j])))
         bend[[i, j]], bend[:, [i, j]] = np.inf, np.inf
-    return found
+    return pairs
 
 
 def _flattens(before: Index, after: Index, pairs: Index) -> bool:
@@ -242,8 +242,8 @@ def _flattens(before: Index, after: Index, pairs: Index) -> bool:
     They must also be connected there.
     """
     label = _labels_of(before)
-    own = _labels_of(after) == _labels_of(after)[pairs[0, 0] // 3]
-    whole, half = _apart(after, own), np.cumsum(np.repeat(own, 3)) - 1
+    joined = _labels_of(after) == _labels_of(after)[pairs[0, 0] // 3]
+    whole, half = _apart(after, joined), np.cumsum(np.repeat(joined, 3)) - 1
     if not (whole.twin[half[pairs[:, 0]]] == half[pairs[:, 1]]).all():
         return False
     parts = (_apart(before, label == k) for k in np.unique(label[pairs // 3]))
@@ -256,9 +256,9 @@ def _labels_of(twin: Index) -> Index:
     return labels(inner // 3, twin[inner] // 3, twin.size // 3)
 
 
-def _apart(twin: Index, own: NDArray[np.bool_]) -> Triangles:
+def _apart(twin: Index, marked: NDArray[np.bool_]) -> Triangles:
     """Return the marked triangles (m,), all of one surface, with a vertex for each of their fans."""
-    half = np.flatnonzero(np.repeat(own, 3))
+    half = np.flatnonzero(np.repeat(marked, 3))
     number = np.full(twin.size, -1)
     number[half] = np.arange(half.size)
     fan = _fans(np.where(twin[half] < 0, -1, number[twin[half]]))

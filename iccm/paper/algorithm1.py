@@ -141,8 +141,8 @@ def first_targets(
         guess = system.targets(initial.from_constraints(problem, basis, polygon))
     else:
         boundary = initial.arclength(problem, samples_of_edge(settings), s)
-        rest = system.targets(basis.similarity(1, 0))[1:]
-        guess = [Target(boundary), *rest]
+        others = system.targets(basis.similarity(1, 0))[1:]
+        guess = [Target(boundary), *others]
     return [Target(t.points) for t in guess]
 
 
@@ -176,10 +176,10 @@ def _descend(system: System, x: Complex, targets: list[Target], most: float):
     step = system.solve(targets, x) - x
     for halving in range(STEP_HALVINGS):
         trial = x + step * 0.5**halving
-        found = system.targets(trial)
-        energy = system.energies(trial, found)
+        trial_targets = system.targets(trial)
+        energy = system.energies(trial, trial_targets)
         if energy["total"] <= most:
-            return trial, found, energy
+            return trial, trial_targets, energy
     return x, targets, system.energies(x, targets)
 
 

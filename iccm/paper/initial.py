@@ -44,15 +44,15 @@ def from_constraints(problem: NormalisedProblem, basis: Basis, polygon: Curve) -
     scale, shift = similarity(source, target, problem.upright)
     conformal, missing = Basis(basis.polygon), target - (scale * source + shift)
     z, measure, pins = polygon.sample(1), measure_of(polygon, 1), problem.pins.shape[0]
-    rest = [
+    terms = [
         smoothness(conformal, z, measure, 1e-4),
         Term("size", 1e-4, conformal.positions(z), measure, fixed(np.zeros_like(z))),
         points(conformal, source, missing, 1.0),
     ]
     x, free = least_norm(conformal.positions(source[:pins]), missing[:pins])
-    among = System([replace(t, matrix=t.matrix @ free) for t in rest])
-    wanted = [Target(t.follow(t.matrix @ x).points - t.matrix @ x) for t in rest]
-    return basis.coefficients(x + free @ among.solve(wanted) + conformal.similarity(scale, shift))
+    reduced = System([replace(t, matrix=t.matrix @ free) for t in terms])
+    goals = [Target(t.follow(t.matrix @ x).points - t.matrix @ x) for t in terms]
+    return basis.coefficients(x + free @ reduced.solve(goals) + conformal.similarity(scale, shift))
 
 
 def least_norm(matrix: Complex, right: Complex) -> tuple[Complex, Complex]:

@@ -48,8 +48,8 @@ class System:
     def solve(self, targets: Sequence[Target], x: Complex | None = None) -> Complex:
         """Return the global step: coefficients of least energy for given targets; if not unique, those closest to x."""
         if x is not None:
-            rest = [Target(t.points - m.matrix @ x, t.normals) for m, t in zip(self.terms, targets)]
-            return x + self.solve(rest)
+            remaining = [Target(t.points - m.matrix @ x, t.normals) for m, t in zip(self.terms, targets)]
+            return x + self.solve(remaining)
         y = np.sum([u.conj().T @ (s * t.points) for u, s, t in zip(self.left, self.scales, targets)], axis=0)
         if any(t.normals is not None for t in targets):
             y = self._first_order(y, targets)

@@ -45,8 +45,8 @@ class Camera:
 
     def depth(self, points: Real) -> Real:
         """Return (…) the distances of points (…, 3) in front of the camera; negative behind it."""
-        found: Real = -((points - self.centre) @ self.rotation.T)[..., 2]
-        return found
+        depths: Real = -((points - self.centre) @ self.rotation.T)[..., 2]
+        return depths
 
     def image(self, points: Real) -> Complex:
         """Return (…) the images of points (…, 3); those behind the camera have none that means anything."""

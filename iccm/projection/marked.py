@@ -149,19 +149,19 @@ def revolved(
 
     def residuals(values: Real) -> Real:
         away = misses(values) / spread
-        known = np.array([values[7] / MIDDLE_SPREAD, values[8] / MIDDLE_SPREAD, values[9] / FOCAL_SPREAD])
-        return np.concatenate([away.real, away.imag, known])
+        priors = np.array([values[7] / MIDDLE_SPREAD, values[8] / MIDDLE_SPREAD, values[9] / FOCAL_SPREAD])
+        return np.concatenate([away.real, away.imag, priors])
 
     best = None
     for pitch in (None, 0.2, -0.2):
         start = _start(upper, lower, surface, usual, principal, pitch)
         low, high = np.full(10, -np.inf), np.full(10, np.inf)
         low[6], high[6] = 0.02, np.pi / 2
-        found = least_squares(
+        solution = least_squares(
             residuals, np.clip(start, low + 1e-9, high - 1e-9), bounds=(low, high), x_scale="jac"
         )
-        if best is None or found.cost < best.cost:
-            best = found
+        if best is None or solution.cost < best.cost:
+            best = solution
     assert best is not None
     error = float(np.abs(misses(best.x)).max())
     extent = max(np.ptp(p.real), np.ptp(p.imag))
@@ -215,12 +215,12 @@ def _start(
 def _rotation(vector: Real) -> Real:
     from scipy.spatial.transform import Rotation
 
-    found: Real = Rotation.from_rotvec(vector).as_matrix()
-    return found
+    matrix: Real = Rotation.from_rotvec(vector).as_matrix()
+    return matrix
 
 
 def _vector(rotation: Real) -> Real:
     from scipy.spatial.transform import Rotation
 
-    found: Real = Rotation.from_matrix(rotation).as_rotvec()
-    return found
+    vector: Real = Rotation.from_matrix(rotation).as_rotvec()
+    return vector

@@ -102,8 +102,10 @@ def solve(source: View, target: View, names: tuple[str, str] = ("source", "targe
     mesh = _meshed(complex_of(shapely.get_coordinates(orient(parts[0]).exterior)[:-1]))
 
     def image_in(number: int, chart: Complex) -> Complex:
-        sheet, own, size = views[base].sheet(chart), sizes[base], sizes[number]
-        return views[number].image(sheet.real * (size[0] / own[0]) + 1j * sheet.imag * (size[1] / own[1]))
+        sheet, base_size, size = views[base].sheet(chart), sizes[base], sizes[number]
+        return views[number].image(
+            sheet.real * (size[0] / base_size[0]) + 1j * sheet.imag * (size[1] / base_size[1])
+        )
 
     map, error = composed(
         mesh.z, mesh.faces, lambda chart: image_in(0, chart), lambda chart: image_in(1, chart)

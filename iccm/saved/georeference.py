@@ -77,7 +77,9 @@ class Georeference:
         numbers = data.get("transform") if isinstance(data, dict) else None
         crs = data.get("crs") if isinstance(data, dict) else None
         sound = isinstance(numbers, list) and len(numbers) == 6
-        sound = sound and all(type(each) in (int, float) and math.isfinite(each) for each in numbers or ())
+        sound = sound and all(
+            type(number) in (int, float) and math.isfinite(number) for number in numbers or ()
+        )
         if (
             not sound
             or not isinstance(crs, str)
@@ -85,5 +87,5 @@ class Georeference:
         ):
             raise InputError("about: a georeference is not a transform and a coordinate reference system")
         assert numbers is not None
-        a, b, c, d, e, f = (float(each) for each in numbers)
+        a, b, c, d, e, f = (float(number) for number in numbers)
         return cls((a, b, c, d, e, f), crs)

@@ -649,8 +649,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/conformal/normalisation.py",
-        "source.log_density + shrunk - 2 * np.log(np.abs(forward)) - target.density(here)",
-        "source.log_density + shrunk - np.log(np.abs(forward)) - target.density(here)",
+        "source.log_density + shrunk - 2 * np.log(np.abs(forward)) - target.density(source_images)",
+        "source.log_density + shrunk - np.log(np.abs(forward)) - target.density(source_images)",
         "tests/iccm/conformal/test_method.py",
         "of conformal maps not the one of least distortion is taken",
     ),
@@ -664,15 +664,15 @@ LIBRARY: list[Mutant] = [
     # meshes
     Mutant(
         "iccm/meshes/layout.py",
-        "corners[..., 0], corners[..., 1] = at[..., 0] * width, (1 - at[..., 1]) * height",
-        "corners[..., 0], corners[..., 1] = (1 - at[..., 0]) * width, at[..., 1] * height",
+        "corners[..., 0], corners[..., 1] = coordinates[..., 0] * width, (1 - coordinates[..., 1]) * height",
+        "corners[..., 0], corners[..., 1] = (1 - coordinates[..., 0]) * width, coordinates[..., 1] * height",
         "tests/iccm/meshes/test_bake.py",
         "baked pictures are flipped along the wrong axis",
     ),
     Mutant(
         "iccm/meshes/layout.py",
-        "corners[..., 0], corners[..., 1] = at[..., 0] * width, (1 - at[..., 1]) * height",
-        "corners[..., 0], corners[..., 1] = at[..., 0] * height, (1 - at[..., 1]) * width",
+        "corners[..., 0], corners[..., 1] = coordinates[..., 0] * width, (1 - coordinates[..., 1]) * height",
+        "corners[..., 0], corners[..., 1] = coordinates[..., 0] * height, (1 - coordinates[..., 1]) * width",
         "tests/iccm/meshes/test_bake.py",
         "oblong baked pictures are cut off",
     ),

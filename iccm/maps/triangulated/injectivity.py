@@ -38,11 +38,21 @@ def certify(
     bent = ~folded & ~positive(source[faces], bulge[edges.sides])
     late = int(np.sum(np.abs(slides(bulge, source, edges)) >= 0.5 - 1e-9))
     faults = [fault([plane[loop] for loop in loops]) for plane in (source, image)]
-    said = [f"{count} {what}" for count, what in _counts(int(folded.sum()), int(bent.sum()), late) if count]
-    said += [f"the outline of the {name} {what}" for name, what in zip(("source", "image"), faults) if what]
+    obstacles = [
+        f"{count} {what}" for count, what in _counts(int(folded.sum()), int(bent.sum()), late) if count
+    ]
+    obstacles += [
+        f"the outline of the {name} {what}" for name, what in zip(("source", "image"), faults) if what
+    ]
     beltrami = _beltrami(faces, image, source)
     return Certificate(
-        not said, 0.0, int((folded | bent).sum()), beltrami, not faults[1], "; ".join(said), float(not said)
+        not obstacles,
+        0.0,
+        int((folded | bent).sum()),
+        beltrami,
+        not faults[1],
+        "; ".join(obstacles),
+        float(not obstacles),
     )
 
 

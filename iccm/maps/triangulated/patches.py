@@ -53,12 +53,12 @@ def vertex_gradients(faces: Index, image: Complex, source: Complex) -> tuple[Com
     """Return (n,) p and q at each vertex: area-weighted means over its triangles."""
     a, b, c = image[faces].T
     area = np.abs(cross(b - a, c - a))
-    at, weight, n = faces.ravel(), np.repeat(area, 3), image.size
-    total = np.maximum(np.bincount(at, weight, n), 1e-300)
+    corners, weight, n = faces.ravel(), np.repeat(area, 3), image.size
+    total = np.maximum(np.bincount(corners, weight, n), 1e-300)
 
     def mean(values: Complex) -> Complex:
         spread, out = weight * np.repeat(values, 3), np.empty(n, np.complex128)
-        out.real, out.imag = np.bincount(at, spread.real, n), np.bincount(at, spread.imag, n)
+        out.real, out.imag = np.bincount(corners, spread.real, n), np.bincount(corners, spread.imag, n)
         return out / total
 
     p, q = gradients(faces, image, source)
@@ -106,8 +106,10 @@ def differences(faces: Index, image: Complex, source: Complex, p: Complex, q: Co
 
     The arguments p and q (n,) are derivatives at vertices.
     """
-    own_p, own_q = (each[:, None] for each in gradients(faces, image, source))
-    dp, dq = (each[faces] - each[np.roll(faces, 1, axis=1)] for each in (p, q))
+    own_p, own_q = gradients(faces, image, source)
+    own_p, own_q = own_p[:, None], own_q[:, None]
+    before = np.roll(faces, 1, axis=1)
+    dp, dq = p[faces] - p[before], q[faces] - q[before]
     size = np.abs(dp * own_p.conj() - dq * own_q.conj()) + np.abs(dq * own_p - dp * own_q)
     with np.errstate(over="ignore"):  # infinite for triangles with almost no area
         return size.max(axis=1) / np.maximum(np.abs(np.abs(own_p) ** 2 - np.abs(own_q) ** 2)[:, 0], 1e-300)

@@ -30,9 +30,9 @@ class Rim:
 
     def places(self, edge: Index, part: Real) -> tuple[Index, Real]:
         """Return (p,) the triangles at fractions of edges, and (p, 3) barycentric coordinates there."""
-        corner, at = self.opposite[edge], np.arange(edge.size)
+        corner, rows = self.opposite[edge], np.arange(edge.size)
         place = np.zeros((edge.size, 3))
-        place[at, (corner + 1) % 3], place[at, (corner + 2) % 3] = 1 - part, part
+        place[rows, (corner + 1) % 3], place[rows, (corner + 2) % 3] = 1 - part, part
         return self.beside[edge], place
 
 

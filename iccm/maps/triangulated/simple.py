@@ -66,8 +66,8 @@ def _turn(loop: Complex) -> int:
     The turn at its leftmost lowest vertex decides.
     """
     k = int(np.lexsort([loop.imag, loop.real])[0])
-    at = np.arange(k - 1, k + 2) % loop.size
-    return int(orientation(*(loop[at[n : n + 1]] for n in range(3)))[0])
+    neighbours = np.arange(k - 1, k + 2) % loop.size
+    return int(orientation(*(loop[neighbours[n : n + 1]] for n in range(3)))[0])
 
 
 def _surrounds(loop: Complex, point: complex) -> bool:
