@@ -20,7 +20,7 @@ from .shape import Shape
 
 TOLERANCE_SHARE = 0.01
 """Relative to the target's size (the square root of its area): distance by which a handle may yield to others that are
-moved. Without any, a moved handle would leave a kink between its neighbours."""
+moved. Without any, a moved handle would leave a sharp bend between its neighbours."""
 PIN_SPACING_SHARE = 0.25  # of the lattice's smaller spacing: handles closer to a pin are left out
 DIGITS = 7  # significant digits of coordinates relative to the shape's diagonal
 CURE = "ask for more rows and columns"
