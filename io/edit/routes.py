@@ -39,12 +39,12 @@ MOST_SIDE_DIGITS = 5  # of a texture's side in a request
 
 def page_files() -> dict[str, tuple[bytes, str]]:
     """Return content and media type of each of the page's files by name; the page itself has the empty name."""
-    found = {}
+    contents = {}
     for file in files(__package__).joinpath("page").iterdir():
         suffix = file.name[file.name.rfind(".") :]
         if suffix in CONTENT_TYPES:
-            found[file.name.replace("index.html", "")] = file.read_bytes(), CONTENT_TYPES[suffix]
-    return found
+            contents[file.name.replace("index.html", "")] = file.read_bytes(), CONTENT_TYPES[suffix]
+    return contents
 
 
 def app(
@@ -127,8 +127,8 @@ class _Answers:
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
-        found = session.drawing(request.path_params["side"])
-        return Response(found[0], media_type=found[1]) if found else Response(status_code=204)
+        picture = session.drawing(request.path_params["side"])
+        return Response(picture[0], media_type=picture[1]) if picture else Response(status_code=204)
 
     async def put_file(self, request: Request) -> Response:
         """Keep a file that was chosen or dropped on the page, and list its parts."""
@@ -154,13 +154,13 @@ class _Answers:
         if body is None:
             return JSONResponse({"error": "the request is too large"}, 413)
         try:
-            wanted = messages.read_download(body)
-            made = await run_in_threadpool(saving.download, session, wanted.scene, wanted.name, wanted.size)
+            order = messages.read_download(body)
+            result = await run_in_threadpool(saving.download, session, order.scene, order.name, order.size)
         except InputError as error:
             return JSONResponse({"error": without_folders(str(error))})
-        suffix = made.name[made.name.rfind(".") :].lower()
+        suffix = result.name[result.name.rfind(".") :].lower()
         kind = CONTENT_TYPES.get(suffix) or mimetypes.types_map.get(suffix, "application/octet-stream")
-        return Response(made.content, media_type=kind, headers={"x-file-name": quote(made.name)})
+        return Response(result.content, media_type=kind, headers={"x-file-name": quote(result.name)})
 
     async def describe_workspace(self, request: Request) -> Response:
         """Return the open files and those that may be chosen; with ?side=source or target, the parts of that file."""
@@ -178,7 +178,7 @@ class _Answers:
             chosen = json.loads(body)
         except (ValueError, RecursionError):
             chosen = None
-        if not isinstance(chosen, dict) or not all(isinstance(each, str) for each in chosen.values()):
+        if not isinstance(chosen, dict) or not all(isinstance(value, str) for value in chosen.values()):
             return JSONResponse({"error": "not understood"}, 400)
         sample = chosen.pop("sample", None)
 

@@ -117,11 +117,11 @@ def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -
         InputError: a drawing cannot be changed in this way, or a copy cannot be written, or exists without `replace`.
     """
     scene = with_names(scene)
-    held = [pin for pin in scene.pins if pin.settings]
+    with_settings = [pin for pin in scene.pins if pin.settings]
     drawn_pins = [pin for pin in scene.pins if not pin.settings]
     listed = ""
     if _needs_list(session, scene):
-        listed = constraints_json(session, scene, {"pins": held} if held else {})
+        listed = constraints_json(session, scene, {"pins": with_settings} if with_settings else {})
     specs = {}
     with ExitStack() as stack:  # all files appear, or none
         for side, name, shape in zip(("source", "target"), names, _sides(session)):
@@ -143,8 +143,8 @@ def _needs_list(session: Session, scene: Scene) -> bool:
     """Return whether a file beside the copies is needed for what cannot be drawn: the map to continue from, rigid
     regions, and pins with settings.
     """
-    held = any(pin.settings for pin in scene.pins)
-    return held or bool(scene.rigid) or session.start(scene) is not None
+    has_settings = any(pin.settings for pin in scene.pins)
+    return has_settings or bool(scene.rigid) or session.start(scene) is not None
 
 
 def _sides(session: Session) -> tuple[Shape, Shape]:
@@ -291,12 +291,12 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
         output: dict[str, Any] = {"stmap": path} if _is_stmap(name) else {"output": (path,)}
         with naming_only(folder):
             run(job_of(session, scene, **{"size": (size,), "force": True, **output, **given}))
-        made = sorted(Path(folder).iterdir())
-        if len(made) == 1:
-            return Download(made[0].name, made[0].read_bytes())
+        written = sorted(Path(folder).iterdir())
+        if len(written) == 1:
+            return Download(written[0].name, written[0].read_bytes())
         archive = io.BytesIO()
         with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
-            for file in made:
+            for file in written:
                 packed.write(file, file.name)
         return Download(f"{Path(name).stem}.zip", archive.getvalue())
 

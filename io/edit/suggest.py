@@ -47,7 +47,7 @@ def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex
     """
     if source.is_mesh or target.is_mesh:
         return []
-    found: list[Pin] = []
+    pins: list[Pin] = []
     names, places, _ = parts.namesakes(source, target)
     named = [(name, *pair) for name, pair in zip(names, places.tolist())]
     for name, z, w in (*named, *_corners(map, source, target)):
@@ -57,17 +57,17 @@ def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex
         if not beside.any():
             taken = np.append(taken, [[z, w]], axis=0)
             ends = (tuple(shape.to_file(x).tolist()) for shape, x in ((source, z), (target, w)))
-            found.append(Pin(name=name, source=next(ends), target=next(ends)))
-    return found[:MOST_SUGGESTED_PINS]
+            pins.append(Pin(name=name, source=next(ends), target=next(ends)))
+    return pins[:MOST_SUGGESTED_PINS]
 
 
 def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[str, complex, complex]]:
     """Return pairs of corners that turn the same way and are each other's closest."""
-    (here, ways), (there, turns) = corners(source.curve), corners(target.curve)
-    if not here.size or not there.size:
+    (sources, ways), (targets, turns) = corners(source.curve), corners(target.curve)
+    if not sources.size or not targets.size:
         return []
-    carried = map.image[map.loops[0]][_closest(here, map.source[map.loops[0]])]
-    away = np.where(ways[:, None] == turns, np.abs(carried[:, None] - there), np.inf)
+    carried = map.image[map.loops[0]][_closest(sources, map.source[map.loops[0]])]
+    away = np.where(ways[:, None] == turns, np.abs(carried[:, None] - targets), np.inf)
     nearest, back = away.argmin(axis=1), away.argmin(axis=0)
     order = np.argsort(away.min(axis=1), kind="stable")
     near = [
@@ -75,12 +75,12 @@ def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[s
         for k in order
         if back[nearest[k]] == k and away[k, nearest[k]] < NEAR_DIAGONAL_SHARE * target.curve.diagonal
     ]
-    s, tau = source.curve.closest(here), target.curve.closest(there)[nearest]
+    s, tau = source.curve.closest(sources), target.curve.closest(targets)[nearest]
     kept: list[int] = []
     for k in near:
         if _turning_once(s[[*kept, k]], tau[[*kept, k]]):
             kept.append(k)
-    return [("", complex(here[k]), complex(there[nearest[k]])) for k in kept]
+    return [("", complex(sources[k]), complex(targets[nearest[k]])) for k in kept]
 
 
 def _turning_once(s: Real, tau: Real) -> bool:

@@ -70,7 +70,7 @@ class Workspace:
             "chosen": self.chosen,
             "paths": {role: path_of(spec) for role, spec in self.chosen.items()},
             "samples": [_sample(name) for name in SAMPLES if samples_of(name)],
-            "suffixes": {role: list(dict.fromkeys(each)) for role, each in suffixes.items()},
+            "suffixes": {role: list(dict.fromkeys(names)) for role, names in suffixes.items()},
         }
 
     def put(self, name: str, content: bytes) -> str:
@@ -125,11 +125,11 @@ class Workspace:
         Raises:
             InputError: there is no sample with this name.
         """
-        found = samples_of(name)
-        if not found:
+        files = samples_of(name)
+        if not files:
             raise InputError(f"{name}: unknown sample")
-        self._known.update(found)
-        self.open(dict(zip(ROLES, found)))
+        self._known.update(files)
+        self.open(dict(zip(ROLES, files)))
 
     def parts(self, role: str) -> list[dict[str, Any]]:
         """Return the shapes in the file of a side, the largest first; see `parts_of`.
@@ -182,7 +182,7 @@ def samples_of(name: str) -> list[str]:
     """Return the files of one of `SAMPLES`; empty if it was not installed."""
     folder, *names = SAMPLES.get(name, ("",))
     root = Path(__file__).parents[2] / "samples" / folder
-    return [str(root / each) for each in names] if names and (root / names[0]).is_file() else []
+    return [str(root / file) for file in names] if names and (root / names[0]).is_file() else []
 
 
 def parts_of(path: str) -> list[dict[str, Any]]:
@@ -199,12 +199,12 @@ def parts_of(path: str) -> list[dict[str, Any]]:
         return []
     if formats.suffix_of(path) in formats.holding("picture"):
         return _parts_of_picture(path)
-    found = shape.read_all(path)
-    parts = [_part(each, f"{path}#{each.part}", ", ".join(each.names[:1])) for each in found[:SHOWN_PARTS]]
-    if len(found) > 1:
+    shapes = shape.read_all(path)
+    parts = [_part(part, f"{path}#{part.part}", ", ".join(part.names[:1])) for part in shapes[:SHOWN_PARTS]]
+    if len(shapes) > 1:
         with suppress(InputError):  # its largest part may not be a shape
             parts.insert(0, _part(shape.read(path, whole=True), path, ALL))
-    if len(found) > 1 and formats.suffix_of(path) in (".svg", ".svgz"):
+    if len(shapes) > 1 and formats.suffix_of(path) in (".svg", ".svgz"):
         whole = shape.read(f"{path}#{SILHOUETTE}", whole=True)
         parts.append(_part(whole, whole.spec, SILHOUETTE))
     return parts
