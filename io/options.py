@@ -353,16 +353,14 @@ class CartogramOptions:
         "The property, or the column of --values, in proportion to which areas are.",
         "NAME",
         required=True,
-        topic="output",
     )
-    values: str | None = _option("CSV file with the values.", "FILE.csv", topic="output")
+    values: str | None = _option("CSV file with the values.", "FILE.csv")
     key: str | None = _option(
         "Property of the regions, and column of --values, by which both are joined.  [default: the first column]",
         "NAME",
-        topic="output",
     )
     max_points: int = _option(
-        "Simplify borders to about this many points together.", "N", default=10000, least=100, topic="output"
+        "Simplify borders to about this many points together.", "N", default=10000, least=100
     )
     output: str = _option(
         "The cartogram to write (.geojson); - for stdout.", "FILE", required=True, short="-o", topic="output"

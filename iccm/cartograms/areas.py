@@ -42,8 +42,8 @@ MULTIPLIER_TOLERANCE, MOST_MULTIPLIER_STEPS = 1e-3, 200  # of conjugate gradient
 FOLD_MARGIN_SHARE = 0.8  # of the step at which a triangle would become degenerate
 SHORTEST_STEP = 1e-4
 LEAST_GAIN_SHARE, PATIENCE_STEPS, ACCEPTABLE_SHARE = 0.1, 4, 5e-3
-"""Once all areas are this close, the iteration ends unless the largest difference decreases by the first share within
-these steps."""
+"""Once all areas are this close, only areas are corrected unless the largest difference decreases by the first share
+within these steps."""
 POLISHING_STEPS = 5  # most steps after the areas are met
 SETTLED_SHARE = 1e-4  # relative decrease of the energy below which a map with the right areas is settled
 
@@ -133,7 +133,7 @@ def match_areas(regions: Regions, u: Complex, steps: int, tolerance: float) -> t
     matrix, gradient = np.empty((pattern.columns.size, 4)), np.empty(u.size, np.complex128)
     factor = Factor.of(pattern)
     entries, diagonal = regions._fixed
-    barrier, before, polished = 0.0, np.inf, 0
+    barrier, before, polished, is_restoring = 0.0, np.inf, 0, False
     least, idle = np.inf, 0  # smallest difference so far, and the steps since then
     for step in range(steps):
         energy = assemble(rest, u, OBJECTIVE, matrix, gradient)
@@ -143,32 +143,43 @@ def match_areas(regions: Regions, u: Complex, steps: int, tolerance: float) -> t
         areas = regions.areas(u)
         off = np.abs(areas / regions.wanted - 1).max()
         polished += off <= tolerance
-        if off <= tolerance and (energy > (1 - SETTLED_SHARE) * before or polished > POLISHING_STEPS):
+        has_settled = is_restoring or energy > (1 - SETTLED_SHARE) * before
+        if off <= tolerance and (has_settled or polished > POLISHING_STEPS):
             return u, step
         if off > (1 - LEAST_GAIN_SHARE) * least:
             idle += 1
         else:
             least, idle = off, 0
-        if idle >= PATIENCE_STEPS and off <= ACCEPTABLE_SHARE:
-            return u, step
+        is_restoring |= idle >= PATIENCE_STEPS and off <= ACCEPTABLE_SHARE
         before = energy
         check_time()
         if not factorise(pattern, matrix, gradient, factor):
             break
-        way, multipliers = _constrained_step(regions, u, areas, factor)
+        way, multipliers = _constrained_step(regions, u, areas, factor, has_gradient=not is_restoring)
         # The merit function has its minimum where areas are met if missing areas weigh more than the multipliers.
         barrier = max(barrier, 2 * float(np.abs(multipliers * regions.wanted).max()))
-        u, share = _line_search(regions, u, way, energy, gradient, barrier)
+        merit = (0.0, 1.0) if is_restoring else (1.0, barrier)
+        u, share = _line_search(regions, u, way, energy, merit)
         if share < SHORTEST_STEP:
-            break
+            if is_restoring:
+                return u, step + 1
+            # Areas are curved functions of the vertices: where they change a lot, no step along the tangent lowers the
+            # energy without missing them by more. Then the energy is low enough, and only areas are corrected.
+            is_restoring = True
     return u, steps
 
 
-def _constrained_step(regions: Regions, u: Complex, areas: Real, factor: Factor) -> tuple[Complex, Real]:
-    """Return the step (n,) and the multipliers (r,); `factor` has the factor of H, and L⁻¹ g."""
+def _constrained_step(
+    regions: Regions, u: Complex, areas: Real, factor: Factor, *, has_gradient: bool
+) -> tuple[Complex, Real]:
+    """Return the step (n,) and the multipliers (r,); `factor` has the factor of H, and L⁻¹ g.
+
+    Without the gradient, the step only makes up for missing areas.
+    """
     pattern = regions.pattern
-    step, part = np.empty(u.size, np.complex128), np.empty(u.size, np.complex128)
-    back_substitute(pattern, factor, step)
+    step, part = np.zeros(u.size, np.complex128), np.empty(u.size, np.complex128)
+    if has_gradient:
+        back_substitute(pattern, factor, step)
     # Areas grow by factors: constraints on their logarithms are closer to linear than those on areas. A region changes
     # by at most STEP_RATIO in a step, beyond which the linear model does not hold.
     scaled = csr_array(regions.gradients_of_areas(u) / areas[:, None])
@@ -194,12 +205,16 @@ def _constrained_step(regions: Regions, u: Complex, areas: Real, factor: Factor)
 
 
 def _line_search(
-    regions: Regions, u: Complex, way: Complex, energy: float, gradient: Complex, barrier: float
+    regions: Regions, u: Complex, way: Complex, energy: float, weights: tuple[float, float]
 ) -> tuple[Complex, float]:
-    """Return the images after a step that lowers the energy and the missing areas together, and the step's share."""
+    """Return the images after a step that lowers the merit, and the step's share.
+
+    The merit is the weighted sum of the energy and of the differences of areas.
+    """
 
     def merit(energy: float, images: Complex) -> float:
-        return energy + barrier * float(np.abs(regions.areas(images) / regions.wanted - 1).sum())
+        differences = np.abs(regions.areas(images) / regions.wanted - 1)
+        return weights[0] * energy + weights[1] * float(differences.sum())
 
     here = merit(energy, u)
     share = min(1.0, FOLD_MARGIN_SHARE * largest_step(regions.faces, u, way))

@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 import shapely
+from scipy.optimize import root
+from scipy.spatial import Delaunay
 
 from iccm.arrays import complex_of
-from iccm.cartograms.areas import Regions
+from iccm.cartograms import areas
+from iccm.cartograms.areas import OBJECTIVE, Regions, match_areas
 from iccm.cartograms.mesh import mesh_of
 from iccm.cartograms.method import SMALLEST_AREA_SHARE, cartogram, wanted_areas
 from iccm.errors import InputError
+from iccm.plane import triangle_areas
 
 RING = np.exp(2j * np.pi * np.arange(64) / 64)
 
@@ -114,3 +118,74 @@ def test_borders_are_edges_of_the_mesh_even_at_acute_corners():
     for (start, end), chain in zip(mesh.parents, mesh.chains):
         assert chain[0] == start and chain[-1] == end
         assert all(tuple(sorted(pair)) in pairs for pair in zip(chain[:-1].tolist(), chain[1:].tolist()))
+
+
+RADIUS = 1.4  # in the cartogram, of the disc of radius 1 in a disc of radius 2 that is held
+CELLS = 60
+
+
+def radial_map():
+    """Radii 1 to 2 around the disc, and their images of least energy.
+
+    By symmetry the map is radial: the disc is scaled, and the radii around it solve a problem in one dimension.
+    """
+    radii = np.linspace(1, 2, CELLS + 1)
+    middle, step, scale = 0.5 * (radii[1:] + radii[:-1]), 1 / CELLS, np.sqrt((4 - RADIUS**2) / 3)
+
+    def density(first, second):
+        area, squares = first * second, 0.5 * (first * first + second * second)
+        shape = squares / area * (0.5 * (area + 1 / area)) ** OBJECTIVE.theta
+        return shape**OBJECTIVE.q * 0.5 * (1 + area)
+
+    def forces(inner):
+        images = np.concatenate([[RADIUS], inner, [2.0]])
+        along, across = np.diff(images) / step / scale, 0.5 * (images[1:] + images[:-1]) / middle / scale
+        tiny = 1e-30j  # derivatives by complex steps
+        by_along = middle * density(along + tiny, across + 0j).imag / 1e-30
+        by_across = 0.5 * step * density(along + 0j, across + tiny).imag / 1e-30
+        return by_along[:-1] - by_along[1:] + by_across[:-1] + by_across[1:]
+
+    inner = root(forces, np.linspace(RADIUS, 2, CELLS + 1)[1:-1], tol=1e-12).x
+    return radii, np.concatenate([[RADIUS], inner, [2.0]])
+
+
+def error_on_circles(count):
+    """The root mean square distance from the radial map on a mesh of this many circles per unit."""
+    circles = [
+        k
+        / count
+        * np.exp(2j * np.pi * (np.arange(round(2 * np.pi * k)) + 0.5 * (k % 2)) / round(2 * np.pi * k))
+        for k in range(1, 2 * count + 1)
+    ]
+    z = np.concatenate([[0j], *circles])
+    faces = Delaunay(np.column_stack([z.real, z.imag])).simplices.astype(np.int64)
+    faces = np.where((triangle_areas(z[faces]) < 0)[:, None], faces[:, ::-1], faces)
+    region = (np.abs(z[faces].mean(axis=1)) > 1).astype(np.int64)
+    given = np.bincount(region, triangle_areas(z[faces]))
+    scale = np.sqrt(given.sum())
+    wanted = np.array([RADIUS**2 * given[0], given.sum() - RADIUS**2 * given[0]])
+    held = np.abs(z) > 2 - 1e-9
+    regions = Regions(z / scale, np.ascontiguousarray(faces), region, wanted / scale**2, held)
+    image, _ = match_areas(regions, regions.z.copy(), 120, 1e-9)
+    radius = np.abs(z)
+    expected = np.where(radius <= 1, RADIUS * radius, np.interp(radius, *radial_map()))
+    gap = np.abs(scale * image - expected * np.exp(1j * np.angle(z)))
+    return np.sqrt(np.mean(gap**2))
+
+
+def test_the_map_converges_to_the_radial_one_as_the_mesh_is_refined():
+    coarse, middle, fine = (error_on_circles(count) for count in (4, 8, 16))
+    assert coarse < 2e-3 and middle < coarse / 2.5 and fine < coarse / 7  # of second order, nearly
+
+
+def test_areas_are_corrected_where_no_step_lowers_the_energy(monkeypatch):
+    """A search that always fails stands for strongly curved areas, as in the counties of the United States."""
+    search = areas._line_search
+
+    def failing(regions, u, way, energy, weights):
+        off = np.abs(regions.areas(u) / regions.wanted - 1).max()
+        return (u, 0.0) if weights[0] and off < 0.05 else search(regions, u, way, energy, weights)
+
+    monkeypatch.setattr(areas, "_line_search", failing)
+    boxes = [shapely.box(0, 0, 2, 1), shapely.box(2, 0, 3, 1), shapely.box(0, 1, 3, 2)]
+    check(cartogram(boxes, np.array([1.0, 9.0, 2.0]), 1000), error=1.1e-3)
