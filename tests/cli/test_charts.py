@@ -317,6 +317,7 @@ def test_all_pieces_of_two_meshes_are_mapped_in_pairs(sheets, shapes, iccm):
     assert len(report["parts"]) == 2 and report["mapped"] == 1 and "unpaired" not in report
 
 
+@pytest.mark.slow
 def test_pieces_without_a_partner_have_a_status(sheets, shapes, iccm):
     write_sheets(shapes / "more.obj", {name: ((0, 0), (1, 1)) for name in ("left", "right", "hat")}, n=6)
     done = iccm("map", "pair.obj", "more.obj", "-o", "o.obj", "--report", "r.json")

@@ -30,6 +30,7 @@ def told(typed):
     return [line.split(",")[0] for line in typed.lines if ": done" in line]
 
 
+@pytest.mark.slow
 def test_frames_go_on_from_each_other_and_are_resumed(frames, iccm):
     command = ("map", "square.svg", "frames/*.svg", "--sequence", "-o", "out/{target.stem}.png", *SMALL)
     typed = iccm(*command)

@@ -58,6 +58,7 @@ def test_a_word_fills_the_target_and_stays_inside(here, iccm):
     assert [round(side) for side in drawn.bounds] == pytest.approx(flag.bounds, abs=2)
 
 
+@pytest.mark.slow
 def test_a_word_is_a_target(here, iccm):
     done = iccm("map", "flag.svg", "--target-text", "T", "--font", str(SERIF), "-o", "out.svg")
     assert done.code == 0, done.err

@@ -10,6 +10,7 @@ from iccm.flattening import even_layout, flatten
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.mesh import Mesh
 from iccm.status import Status
+from tests.cases import some_fast
 from tests.clock import Clock
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
@@ -87,7 +88,7 @@ PROBLEMS = {
 }
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", some_fast(PROBLEMS, {"an outline onto a surface", "pins"}))
 def test_ended_searches_with_surfaces_or_constraints_give_a_map_or_a_line(clock, name):
     """A map is the best one so far: it does not fold, and is not reported as finished. A region is rigid, or there is
     an error: maps from before it was are not results.

@@ -12,6 +12,7 @@ import trimesh
 import iccm
 from iccm import InputError
 from iccm.axes import complex_in, pairs_in
+from tests.cases import some_fast
 from tests.shapes import arrow, pear
 
 FLAG = np.array([[0.0, 0.0], [7.0, 0.5], [6.5, 3.0], [3.0, 2.5], [2.5, 6.0], [0.25, 5.75]])
@@ -61,7 +62,7 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", some_fast(KINDS, {"GeoJSON", "a row", "a path", "a contour of OpenCV"}))
 def test_shapes_are_taken_as_they_come(whole, kind):
     fit = iccm.fit(KINDS[kind], GOAL, fit="whole")
     z = complex_of(INSIDE)

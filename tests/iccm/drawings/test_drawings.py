@@ -23,6 +23,7 @@ from iccm.options import Options
 from iccm.pixels.canvas import Canvas
 from iccm.pixels.composed import Cut
 from iccm.pixels.preimages import of as preimages_of
+from tests.cases import some_fast
 
 BARS = shapely.MultiPolygon([shapely.box(0, 0, 5, 1), shapely.box(1, 2, 4, 3.5), shapely.box(0.5, 4, 5, 4.7)])
 RING = shapely.Polygon([(0, 0), (7, 0), (7, 5), (0, 4)], [[(2, 1), (2, 3), (4, 3), (4, 1)]])
@@ -205,6 +206,7 @@ def test_a_picture_is_cut_by_what_is_painted():
     assert area == pytest.approx(drawing.region.area, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_all_parts_of_both_drawings_are_mapped_and_certified():
     goal = shapely.MultiPolygon([shapely.box(10, 0, 13, 2), shapely.Point(16, 1.5).buffer(1.4, quad_segs=5)])
     fit = iccm.fit(BARS, goal)
@@ -223,7 +225,7 @@ def test_one_part_without_gaps_is_mapped_as_its_outline():
     assert np.allclose(by_drawing.map(z), by_outline.map(z), atol=1e-9)
 
 
-@pytest.mark.parametrize("fit", ["frame", "whole", "cover", "contain"])
+@pytest.mark.parametrize("fit", some_fast(["frame", "whole", "cover", "contain"], {"frame", "cover"}))
 def test_every_fit_can_be_asked_for(fit):
     found = iccm.fit(BARS, shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)), fit=fit)
     assert found.status.ok and found.report()["injective"]["certified"]
@@ -328,6 +330,7 @@ def test_a_drawing_of_very_many_parts_has_fewer_frames(monkeypatch):
     assert np.array_equal(few[0].outline.z, every[0].outline.z)
 
 
+@pytest.mark.slow
 def test_limits_of_what_is_hidden_or_bare_are_kept_or_the_map_does_not_count_as_met():
     free = iccm.fit(BARS, RING)
     hidden = 1 - free.shown

@@ -5,6 +5,7 @@ import pytest
 
 import iccm
 from iccm.maps.harmonic import HarmonicMap
+from tests.cases import some_fast
 from tests.shapes import arrow, blob, conformal_fit, inside, pear, star
 
 
@@ -28,7 +29,7 @@ def test_points_just_outside_are_taken_to_the_boundary(evaluated):
 
 
 @pytest.mark.parametrize("method", ["conformal", "paper"])
-@pytest.mark.parametrize("n", [1200, 3000])
+@pytest.mark.parametrize("n", some_fast([1200, 3000], 1))
 def test_the_given_vertices_are_on_the_map_however_it_was_simplified(method, n):
     source = star(n, 5, 0.5)
     fit = iccm.fit(source, blob(), method=method, max_iterations=10)

@@ -39,6 +39,7 @@ def layout_of(count, places=PLACES, halvings=0):
     return layout, np.array(found)
 
 
+@pytest.mark.slow
 def test_a_surface_has_soft_pins_that_come_close_to_their_places():
     layout, here = layout_of(13)
     fit = iccm.fit(layout, circle(), pins=list(zip(here, GOALS)))
