@@ -8,6 +8,7 @@ from iccm.balanced.holes.given import NONE, Holes
 from iccm.balanced.model.mesh_map import MeshMap
 from iccm.balanced.search.rounding import GRID_SPACING, on_grid, restore_outline, rounded
 from iccm.curve import Curve
+from tests.cases import slow
 from tests.shapes import arrow, ell
 
 RNG = np.random.default_rng(1)
@@ -39,7 +40,7 @@ def test_outlines_that_would_touch_stay_as_they_are():
     assert rounded(*given) == given
 
 
-@pytest.mark.parametrize("pins", [None, PINS[:1], PINS], ids=["free", "pin", "pins"])
+@pytest.mark.parametrize("pins", [slow(None), slow(PINS[:1]), PINS], ids=["free", "pin", "pins"])
 def test_noise_does_not_move_a_map(pins):
     """Neither with pins, nor if the vertices of the drawing are rounded themselves: these are met exactly."""
     shapes = SQUARE, ell()

@@ -273,6 +273,7 @@ def made(monkeypatch):
     return sizes
 
 
+@pytest.mark.slow
 def test_it_is_rendered_as_finely_as_the_map_samples_it(files, made):
     """A narrow part of the source is magnified to most of a large picture."""
     from iccm.io.run.execute import run
