@@ -1,12 +1,14 @@
 """Whether pins that are dragged in `iccm edit` are met when they are released, and whether the map jumps then.
 
 python -m tests.bench.drags [--pairs 10] [--drags 10] [--steps 60] [--rest 3] [--seed 1] [--first 0] [--compare]
+                            [--straight]
 
 Each pair of five sets of drawings (fetched by npm) gives one pair of shapes: in turns silhouettes, and whole drawings
 as the page opens them. The drags of a pair follow each other, as on the page: each places a new pin where the map takes
-it, or takes an earlier one; one of its ends moves in equal steps to a random place anywhere in the shape; the hand
-rests for a number of updates (three take some 150 ms), and releases the pin. After the last drag, or after each with
---compare, the map is compared with the one from scratch, as the page does when nothing happens.
+it, or takes an earlier one; one of its ends moves in equal steps to a random place anywhere in the shape, along the
+shortest path inside that keeps away from the outline, or with --straight along a straight line, which may leave the
+shape; the hand rests for a number of updates (three take some 150 ms), and releases the pin. After the last drag, or
+after each with --compare, the map is compared with the one from scratch, as the page does when nothing happens.
 
 Of each pair, the table shows how many releases were `met`, and jumps in per cent of the target's diagonal, as the
 distance that 95 % of the points move at most: in the first step of the drag (`begun`), between the map seen after the
@@ -26,12 +28,17 @@ from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import cKDTree
+from skimage.graph import route_through_array
 
+from iccm.arrays import Complex
+from iccm.curve import Curve, inside_any
 from iccm.errors import InputError
 from iccm.io.edit.link import MOST_RELAXATIONS
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
 from iccm.io.run.job import make
+from iccm.io.shapes.shape import Shape
 from iccm.maps.triangulated.map import TriangulatedMap
 
 from . import shapes
@@ -49,6 +56,8 @@ LEAST_DEPTH, LEAST_GAP = 0.02, 0.04
 NEW_PIN_SHARE = 0.5  # share of drags that begin with a new pin
 TRIES = 1000  # random places before a drag is given up
 PLAIN_JUMP = 1.0  # per cent of the diagonal
+PATH_CELLS = 120  # along the longer side of the box in which paths are searched
+COST_AT_OUTLINE = 5.0  # of a step closer to the outline than LEAST_DEPTH, relative to one further inside
 
 
 @dataclass
@@ -121,6 +130,53 @@ def random_place(session: Session, side: int, pins: list[Pin], rng: np.random.Ge
     return None
 
 
+def path_inside(shape: Shape, start: complex, goal: complex, *, holed: bool) -> Complex:
+    """Return the corners of the cheapest path between two places of a shape, which keeps away from its outlines.
+
+    It is searched on a grid, and shortened wherever a straight line costs no more.
+    """
+    curve = shape.curve
+    holes = [Curve(shape.holes[k]) for k in shape.mappable_holes] if holed else []
+    low, high = curve.box
+    step = max((high - low).real, (high - low).imag) / PATH_CELLS
+    columns, rows = np.arange(low.real, high.real + step, step), np.arange(low.imag, high.imag + step, step)
+    cells = (columns + 1j * rows[:, None]).ravel()
+    cost = np.ones(cells.size)
+    for outline in (curve, *holes):
+        cost[outline.distances(cells) < LEAST_DEPTH * curve.diagonal] = COST_AT_OUTLINE
+    cost[~curve.contains(cells) | inside_any(holes, cells)] = np.inf
+    nearest = cKDTree(np.stack([cells.real, cells.imag], axis=1)[np.isfinite(cost)])
+    ends = np.flatnonzero(np.isfinite(cost))[nearest.query([[z.real, z.imag] for z in (start, goal)])[1]]
+    grid = cost.reshape(rows.size, columns.size)
+    route, _ = route_through_array(
+        np.where(np.isfinite(grid), grid, -1), *(divmod(int(end), columns.size) for end in ends)
+    )
+    points = np.array([start, *(complex(columns[j], rows[i]) for i, j in route[1:-1]), goal])
+
+    def price(a: complex, b: complex) -> float:
+        z = a + (b - a) * np.linspace(0, 1, 2 + int(2 * abs(b - a) / step))
+        i, j = np.rint((z.imag - low.imag) / step), np.rint((z.real - low.real) / step)
+        return float(grid[i.astype(int), j.astype(int)].mean()) * abs(b - a)
+
+    so_far = np.cumsum([0, *(price(a, b) for a, b in pairwise(points))])
+    corners = [0]
+    while corners[-1] < points.size - 1:
+        first = corners[-1]
+        shortcuts = [
+            k
+            for k in range(first + 2, points.size)
+            if price(points[first], points[k]) <= so_far[k] - so_far[first]
+        ]
+        corners.append(max(shortcuts, default=first + 1))
+    return points[corners]
+
+
+def along(corners: Complex, shares: np.ndarray) -> Complex:
+    """Return the points of a polyline at shares of its length."""
+    length = np.concatenate([[0], np.cumsum(np.abs(np.diff(corners)))])
+    return np.interp(shares * length[-1], length, corners)
+
+
 def moved(session: Session, before: TriangulatedMap, after: TriangulatedMap) -> float:
     """Return how far 95 % of the points move at most, in per cent of the target's diagonal."""
     z = before.source[before.loops[0].size :]
@@ -135,7 +191,14 @@ def stretch(session: Session) -> float:
 
 
 def drag_once(
-    session: Session, pins: list[Pin], steps: int, rest: int, rng: np.random.Generator, found: Drags
+    session: Session,
+    pins: list[Pin],
+    steps: int,
+    rest: int,
+    rng: np.random.Generator,
+    found: Drags,
+    *,
+    straight: bool,
 ) -> bool:
     """Drag a new or an earlier pin, and release it; return whether there was room. `pins` is changed."""
     if not pins or rng.uniform() < NEW_PIN_SHARE:
@@ -156,9 +219,11 @@ def drag_once(
     # the pin is placed, and solved, before it is dragged
     session.solve(scene(pins))
     before = session._map
-    for share in np.arange(1, steps + 1) / steps:
+    path = np.array([start, goal]) if straight else path_inside(shape, start, goal, holed=session.job.holed)
+    shares = np.arange(1, steps + 1) / steps
+    for share, z in zip(shares, along(path, shares)):
         pins[number] = list(pins[number])
-        pins[number][side] = place(session, side, start + share * (goal - start))
+        pins[number][side] = place(session, side, z)
         session.scene = last = scene(pins)
         shown = session.follow(last)
         if share == 1 / steps:
@@ -198,11 +263,18 @@ def compare(session: Session, pins: list[Pin], found: Drags) -> None:
 
 
 def measure(
-    session: Session, drags: int, steps: int, rest: int, rng: np.random.Generator, *, comparing: bool = False
+    session: Session,
+    drags: int,
+    steps: int,
+    rest: int,
+    rng: np.random.Generator,
+    *,
+    comparing: bool = False,
+    straight: bool = False,
 ) -> Drags:
     """Return what the drags of a pair give."""
     found, pins = Drags(), list[Pin]()
-    while len(found.met) < drags and drag_once(session, pins, steps, rest, rng, found):
+    while len(found.met) < drags and drag_once(session, pins, steps, rest, rng, found, straight=straight):
         if comparing:
             compare(session, pins, found)
     if not comparing:
@@ -226,6 +298,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first pair")
     parser.add_argument("--compare", action="store_true", help="after each drag")
+    parser.add_argument("--straight", action="store_true", help="drag along straight lines")
     options = parser.parse_args()
     jumps = "  ".join(f"{name:>14}" for name in ("begun", "at once", "released", "picture", "replaced"))
     print(f"{f'seed {options.seed}':52}  {'met':>8}  {jumps}  {'settling':>5}  p95", flush=True)
@@ -235,7 +308,15 @@ def main() -> None:
         session = opened(names, "#silhouette" if number % 2 == 0 else "", choice)
         begun = time.process_time()
         rng = np.random.default_rng([options.seed, number])
-        found = measure(session, options.drags, options.steps, options.rest, rng, comparing=options.compare)
+        found = measure(
+            session,
+            options.drags,
+            options.steps,
+            options.rest,
+            rng,
+            comparing=options.compare,
+            straight=options.straight,
+        )
         stems = [Path(shape.spec.partition("#")[0]).stem for shape in (session.source, session.target)]
         name = f"{' -> '.join(stems)} {'' if number % 2 else '(silhouettes)'}"
         print(f"{found.row(name)}  {time.process_time() - begun:5.0f} s", flush=True)
