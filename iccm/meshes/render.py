@@ -58,9 +58,7 @@ def render(
     screen[:, 1] = height - screen[:, 1]
     width, height = width + width % SAMPLES_PER_AXIS, height + height % SAMPLES_PER_AXIS
     corners = np.ascontiguousarray(screen[faces], np.float64)
-    owner, depth = np.full((height, width), -1, np.int32), np.full((height, width), -np.inf, np.float32)
-    slopes = affine(corners, seen[:, 2][faces])
-    _nearest(corners, slopes, len(corners), owner, depth, height, width)
+    owner = visible_triangles(corners, seen[:, 2][faces], width, height)
     at = np.flatnonzero(owner >= 0)
     own = owner.ravel()[at]
     colour = _texels(corners, uv, own, at, width, sampler)
@@ -74,6 +72,19 @@ def render(
     ).mean(axis=(1, 3))
     small[..., :3] /= np.maximum(small[..., 3:], 1e-6)
     return np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8)
+
+
+def visible_triangles(corners: Real, depths: Real, width: int, height: int) -> NDArray[np.int32]:
+    """Return (height, width) the triangle that is seen at the centre of each pixel, or -1.
+
+    Args:
+        corners: (m, 3, 2) corners on the screen, in pixels, y down.
+        depths: (m, 3) their depths, larger nearer the viewer.
+        width, height: of the screen.
+    """
+    owner, depth = np.full((height, width), -1, np.int32), np.full((height, width), -np.inf, np.float32)
+    _nearest(corners, affine(corners, depths), len(corners), owner, depth, height, width)
+    return owner
 
 
 def _frame(toward: Real, up: Real) -> Real:

@@ -79,17 +79,24 @@ class File:
         return self.values(primitive.indices).reshape(-1, 3).astype(np.int64)
 
     def colours(self, primitive: gl.Primitive, which: NDArray, weights: NDArray) -> NDArray:
-        """Return (p, 3) base colours, 0 … 255, at points of triangles."""
+        """Return (p, 3) base colours, 0 … 255, at points of triangles.
+
+        Texels are decoded before they are interpolated, as glTF requires (§3.9.2).
+        """
+        return 255 * encoded(self.light(primitive, which, weights))
+
+    def light(self, primitive: gl.Primitive, which: NDArray, weights: NDArray) -> NDArray:
+        """Return (p, 3) the same in linear light, 0 … 1."""
         material = None if primitive.material is None else self.tree.materials[primitive.material]
         physical = material and material.pbrMetallicRoughness
         if not physical:
-            return np.full((which.size, 3), 255.0)
+            return np.full((which.size, 3), 1.0)
         factor = np.array(physical.baseColorFactor or (1, 1, 1, 1))[:3]
         shown = physical.baseColorTexture
         texels = np.full((which.size, 3), 1.0)
         if shown is not None:
-            texels = _linear(self._texels(primitive, shown, which, weights))
-        return 255 * _srgb(texels * factor)
+            texels = self._texels(primitive, shown, which, weights)
+        return texels * factor
 
     def _texels(
         self, primitive: gl.Primitive, shown: gl.TextureInfo, which: NDArray, weights: NDArray
@@ -101,7 +108,7 @@ class File:
         pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), float) / 255
         mode = self.tree.materials[primitive.material].alphaMode
         # composited over black
-        pixels = pixels[..., :3] * (1.0 if mode in (None, "OPAQUE") else pixels[..., 3:])
+        pixels = _linear(pixels[..., :3]) * (1.0 if mode in (None, "OPAQUE") else pixels[..., 3:])
         uv = self.values(getattr(primitive.attributes, f"TEXCOORD_{shown.texCoord or 0}"))
         at = np.einsum("pk,pkc->pc", weights, uv[self.faces(primitive)[which]])
         said = (shown.extensions or {}).get("KHR_texture_transform", {})
@@ -133,7 +140,8 @@ def _linear(values: NDArray) -> NDArray:
     return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
-def _srgb(values: NDArray) -> NDArray:
+def encoded(values: NDArray) -> NDArray:
+    """Return linear light, 0 … 1, as sRGB."""
     values = np.clip(values, 0, 1)
     return np.where(values <= 0.0031308, values * 12.92, 1.055 * values ** (1 / 2.4) - 0.055)
 
