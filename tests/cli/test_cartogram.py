@@ -8,6 +8,7 @@ import pytest
 import shapely
 
 from iccm.io.projections import EqualArea
+from tests.conftest import validator
 
 AFRICA = Path(__file__).parents[2] / "docs" / "files" / "africa.geojson"
 
@@ -54,6 +55,8 @@ def test_areas_properties_and_the_coordinate_system(folder, iccm):
     assert shapely.is_valid(regions).all() and shapely.coverage_is_valid(regions)
     assert json.loads(Path("out.geojson").read_text())["crs"]["properties"]["name"].endswith("3035")
     report = json.loads(Path("out.json").read_text())
+    validator("cartogram-1").validate(report)
+    assert set(report) == set(validator("cartogram-1").schema["properties"])
     assert report["folds"] == 0 and report["certified"] and report["area_error"]["max"] < 2e-3
 
 

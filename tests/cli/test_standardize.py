@@ -12,6 +12,7 @@ from iccm.errors import InputError
 from iccm.io.batch.pools import InProcess
 from iccm.io.pictures import image_files
 from iccm.io.standardize import run as standardize
+from tests.conftest import validator
 from tests.specimens import LANDMARKS, NAMES, Wing, write
 
 SIZE = 160
@@ -52,6 +53,14 @@ def test_the_same_pattern_has_nearly_no_spread(wings):
     assert np.quantile(spread[inside][:, :3], 0.95) < 0.15
     kept = np.asarray(Image.open(out / "pictures" / "a.png").convert("RGB")) / 255
     assert np.abs(kept[inside] - mean[inside][:, :3]).mean() < 0.03
+
+
+def test_the_report_is_as_its_schema(wings):
+    report = json.loads((wings[0] / "out" / "report.json").read_text())
+    schema = validator("standardize-1")
+    schema.validate(report)
+    assert set(report) == set(schema.schema["properties"])
+    assert set(report["specimens"][0]) == set(schema.schema["properties"]["specimens"]["items"]["properties"])
 
 
 def test_statistics_are_those_of_the_pictures(wings):
