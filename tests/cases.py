@@ -5,9 +5,8 @@ from collections.abc import Iterable
 import pytest
 
 
-def slow(case: object):
-    """Return a case, or a tuple of its values, as a parameter that is marked as slow."""
-    values = case if isinstance(case, tuple) else (case,)
+def slow(*values: object):
+    """Return the values of a case as a parameter that is marked as slow."""
     return pytest.param(*values, marks=pytest.mark.slow)
 
 
@@ -15,4 +14,4 @@ def some_fast(cases: Iterable, fast: int | set) -> list:
     """Return cases as parameters; those not among the fast ones, given by number or by value, are marked as slow."""
     cases = list(cases)
     chosen = set(cases[:fast]) if isinstance(fast, int) else fast
-    return [case if case in chosen else slow(case) for case in cases]
+    return [case if case in chosen else slow(*case if isinstance(case, tuple) else (case,)) for case in cases]

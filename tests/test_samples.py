@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from iccm.io.pictures import image_files
+from tests.cases import slow
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 LONG = {"rose-leaf", "square-country", "polyline", "strokes", "face-pins", "hexagon-surface", "raster"}
@@ -52,9 +53,7 @@ def baseline(name):
     return image_files.read(SAMPLES / name / "picture.png").pixels
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in NAMES]
-)
+@pytest.mark.parametrize("name", [slow(name) if name in LONG else name for name in NAMES])
 def test_a_sample_makes_its_picture(name, tmp_path):
     folder = tmp_path / name
     shutil.copytree(SAMPLES / name, folder, ignore=shutil.ignore_patterns("out", "picture.png"))

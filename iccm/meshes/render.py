@@ -27,12 +27,12 @@ def view(points: Real, faces: Index) -> Real:
     across = np.cross(b - a, c - a)
     mean = across.sum(axis=0) / max(np.linalg.norm(across, axis=1).sum(), 1e-300)
     if np.linalg.norm(mean) < 0.2:
-        return _frame(np.array([-0.55, 0.35, 0.75]), np.array([0.0, 1.0, 0.0]))
+        return axes_towards(np.array([-0.55, 0.35, 0.75]), np.array([0.0, 1.0, 0.0]))
     up = (
         np.array([0.0, 1.0, 0.0]) if abs(mean[1]) < 0.9 * np.linalg.norm(mean) else np.array([0.0, 0.0, -1.0])
     )
-    front = _frame(mean, up)
-    return _frame(front[2] + 0.42 * front[0] + 0.32 * front[1], up)
+    front = axes_towards(mean, up)
+    return axes_towards(front[2] + 0.42 * front[0] + 0.32 * front[1], up)
 
 
 def render(
@@ -87,7 +87,8 @@ def visible_triangles(corners: Real, depths: Real, width: int, height: int) -> N
     return owner
 
 
-def _frame(toward: Real, up: Real) -> Real:
+def axes_towards(toward: Real, up: Real) -> Real:
+    """Return (3, 3) view axes as rows: right, up, and towards the viewer, who is in the direction `toward` (3,)."""
     toward = toward / np.linalg.norm(toward)
     right = np.cross(up, toward)
     right /= np.linalg.norm(right)

@@ -828,8 +828,8 @@ def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> S
         )
         for name, (a, b) in zip(source.strokes, kept.strokes)
     ]
-    typed = [Pin(source=start, target=end, **(more[0] if more else {})) for start, end, *more in job.pin]
-    pins += [_on_surface(pin, source, target) for pin in [*listed.pins_of(source, target), *typed]]
+    further = [*listed.pins_of(source, target), *listing.typed_pins(job.pin)]
+    pins += [_on_surface(pin, source, target) for pin in further]
     strokes += [_on_surface(stroke, source, target) for stroke in listed.strokes]
     return scene_of(pins, strokes, listed.rigid, balance=job.balance, turn=job.turn or 0.0)
 

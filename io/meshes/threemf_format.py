@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import zipfile
 from collections import Counter
 from io import BytesIO
@@ -13,6 +14,7 @@ from ...meshes.mesh import Mesh
 from .. import extras, files, limits
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
+TRIANGLE = re.compile(rb"<(?:[\w.-]+:)?triangle[\s/>]")
 MOST_COPIES = 10_000
 """Objects of a file's build, counting each copy of a component: a millisecond each."""
 
@@ -26,7 +28,7 @@ class ThreeMfFormat(MeshFormat):
         if not zipfile.is_zipfile(self.path):
             return 0
         with zipfile.ZipFile(self.path) as package:
-            return sum(package.read(name).count(b"<triangle ") for name in self._models(package))
+            return sum(_count_triangles(package.read(name)) for name in self._models(package))
 
     def read(self) -> dict[str, MeshFile]:
         """Read each object of the build at its place, in the order of the build."""
@@ -48,7 +50,7 @@ class ThreeMfFormat(MeshFormat):
             if len(solid.faces):
                 mesh = Mesh.triangles(str(self.path), points, solid.faces)
                 meshes[str(node)] = MeshFile.whole(self.path, MeshContent(mesh))
-        if not meshes and any(b"<triangle " in model for model in models):
+        if not meshes and any(_count_triangles(model) for model in models):
             raise InputError(
                 f"{self.path}: none of the objects that its build places were found; save it without the production "
                 "extension"
@@ -90,6 +92,11 @@ class ThreeMfFormat(MeshFormat):
         total = sum(times * copies_of(name, ()) for name, times in build.items())
         if total > MOST_COPIES:
             raise InputError(f"{self.path}: has {total} copies of objects, more than {MOST_COPIES}")
+
+
+def _count_triangles(model: bytes) -> int:
+    """Count the triangles of a model, whatever prefix the file has for their namespace."""
+    return sum(1 for _ in TRIANGLE.finditer(model))
 
 
 def _structure(etree: Any, models: list[bytes]) -> tuple[dict[str, Counter[str]], Counter[str]]:

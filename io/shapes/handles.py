@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Complex, Flags
 from ...balanced.constraints.validate import NEAR_OUTLINE_SHARE
-from ...curve import Curve
+from ...curve import Curve, inside_any
 from ...errors import InputError
 from ...pins import size_of
 from ...result import Fit
@@ -91,9 +91,7 @@ def handles_of(
 def _is_inside(outlines: list[Curve], points: Complex) -> Flags:
     """Return which points are inside the first outline, outside of the others, and not close to any."""
     outer, *holes = outlines
-    inside = outer.contains(points)
-    for hole in holes:
-        inside &= ~hole.contains(points)
+    inside = outer.contains(points) & ~inside_any(holes, points)
     for outline in outlines:
         inside &= outline.distances(points) >= NEAR_OUTLINE_SHARE * outer.diagonal
     return inside

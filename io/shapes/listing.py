@@ -32,6 +32,7 @@ next.
 """
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -176,6 +177,18 @@ class ConstraintsFile(StrictModel):
                     f"the constraints were made for {sheet.file or 'a shape'} with size {expected}, but "
                     f"{shape.spec} has size {actual}; {cure}"
                 )
+
+
+def typed_pins(pairs: Iterable[tuple[Any, ...]]) -> list[Pin]:
+    """Return pins from the command line (--pin) as those of a file, in file units.
+
+    Args:
+        pairs: of each pin the two ends, and its settings if it has any.
+    """
+    return [
+        Pin(source=source, target=target, **(settings[0] if settings else {}))
+        for source, target, *settings in pairs
+    ]
 
 
 def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> ConstraintsFile:

@@ -151,12 +151,12 @@ class Done(NamedTuple):
 
     Attributes:
         code: its exit code; 124 if it took too long.
-        said: its last line, or its whole output.
+        messages: what it printed to standard error.
         seconds: processor time.
     """
 
     code: int
-    said: str
+    messages: str
     seconds: float
 
 
@@ -165,10 +165,10 @@ def command(*words: object) -> Done:
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     try:
         done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, timeout=LIMIT)
-        code, said = done.returncode, done.stderr
+        code, messages = done.returncode, done.stderr
     except subprocess.TimeoutExpired:
-        code, said = 124, f"over {LIMIT} s"
-    return Done(code, said, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
+        code, messages = 124, f"over {LIMIT} s"
+    return Done(code, messages, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
 
 
 def unwrapped(path: Path, out: Path) -> None:
@@ -345,7 +345,7 @@ def main() -> None:
                     f"relayout {row['relayout'].code} {row['mean']:6.2f} {row['relayout'].seconds:6.1f} CPU-s"
                 )
             ended = [row[name] for name in PARTS if name in row]
-            line += [done.said.strip().splitlines()[-1][:120] for done in ended if done.code]
+            line += [done.messages.strip().splitlines()[-1][:120] for done in ended if done.code]
             print("  ".join(line), flush=True)
     if given.only != "relayout":
         even = [row["dilatation"] <= MOST_DILATED and row["within2"] >= LEAST_WITHIN2 for row in rows]

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from iccm.meshes.render import visible_triangles
+from iccm.meshes.render import axes_towards, visible_triangles
 
 from .assets import File, command, encoded, textured, unwrapped
 
@@ -30,6 +30,7 @@ PIXELS, SAMPLES = 384, 3  # longer side of a view; samples per pixel and axis
 LEVELS, GOAL = 4, 0.97  # of 255; share of pixels
 DIRECTIONS = ((0.8, 0.5, 0.9), (-0.9, 0.6, 0.4), (0.5, -0.6, -0.9), (-0.4, 0.2, -1.0))
 """Towards the viewers: front right and left from above, and the back from below and straight."""
+UPWARDS = np.array([0.0, 1.0, 0.0])
 
 
 class Seen(NamedTuple):
@@ -46,14 +47,6 @@ class Seen(NamedTuple):
     at: NDArray[np.int64]
     triangle: NDArray[np.int64]
     weights: NDArray
-
-
-def camera(direction: tuple[float, float, float]) -> NDArray:
-    """Return (3, 3) right, up and towards the viewer, as rows."""
-    toward = np.array(direction) / np.linalg.norm(direction)
-    right = np.cross([0.0, 1.0, 0.0], toward)
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(toward, right), toward])
 
 
 def view(corners: NDArray, axes: NDArray) -> Seen:
@@ -113,11 +106,11 @@ def compare(path: Path, folder: Path, kept: Path | None) -> NDArray | str:
         return f"no unwrap: {error}"
     done = command("relayout", path, layout, "-o", out, "--force")
     if done.code:
-        return f"exit code {done.code}: {done.said.strip().splitlines()[-1][:120]}"
+        return f"exit code {done.code}: {done.messages.strip().splitlines()[-1][:120]}"
     corners, old, new = triangles(File(layout)), File(path), File(out)
     differences, rows = [], []
     for direction in DIRECTIONS:
-        seen = view(corners, camera(direction))
+        seen = view(corners, axes_towards(np.array(direction), UPWARDS))
         before, after = picture(old, seen), picture(new, seen)
         off = np.abs(before[..., :3] - after[..., :3])
         differences.append(off.max(axis=2)[before[..., 3] > 0])

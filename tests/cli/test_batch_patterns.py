@@ -9,6 +9,7 @@ import pytest
 
 from iccm.cli import batch
 from iccm.io.batch import manifest
+from tests.cases import slow
 
 SMALL = ("--size", "24", "--method", "paper", "--vertices", "40", "-j", "1")
 
@@ -33,8 +34,8 @@ def results(typed):
     "sources",
     [
         ("icons/*.svg",),
-        pytest.param(("icons",), marks=pytest.mark.slow),
-        pytest.param(("icons/square.svg", "icons/blob.svg"), marks=pytest.mark.slow),
+        slow(("icons",)),
+        slow(("icons/square.svg", "icons/blob.svg")),
     ],
 )
 def test_a_pattern_a_folder_or_files_become_a_job_each(icons, iccm, sources):

@@ -7,6 +7,7 @@ import pytest
 import shapely
 
 import iccm as core
+from tests.cases import slow
 
 ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is an extra")
 paths = pytest.importorskip("ezdxf.path", reason="ezdxf is an extra")
@@ -103,7 +104,7 @@ def distances(z, line):
     )
 
 
-@pytest.mark.parametrize("version", [pytest.param("R2010", marks=pytest.mark.slow), "R12"])
+@pytest.mark.parametrize("version", [slow("R2010"), "R12"])
 def test_every_entity_is_where_the_map_takes_it_and_keeps_its_layer_and_colour(version, here, iccm):
     pattern("a.dxf", version)
     done = iccm(

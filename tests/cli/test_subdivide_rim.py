@@ -9,6 +9,7 @@ import shapely
 import trimesh
 
 from iccm.io.meshes import mesh_files
+from tests.cases import slow
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -146,7 +147,7 @@ def test_layouts_onto_an_outline_have_their_rims_split(bowl, iccm):
 COMB = "M5 5H95V95H80V20H70V95H55V20H45V95H30V20H20V95H5Z"
 
 
-@pytest.mark.parametrize("command", [pytest.param("map", marks=pytest.mark.slow), "flatten"])
+@pytest.mark.parametrize("command", [slow("map"), "flatten"])
 def test_what_would_turn_triangles_over_is_taken_back_and_told(bowl, iccm, command):
     Path("comb.svg").write_text(SVG.replace(ROUND, COMB))
     words = ("map", "comb.svg", "bowl.obj#bowl", "-o")

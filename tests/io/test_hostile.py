@@ -15,6 +15,7 @@ import iccm as core
 from iccm.io.pictures import image_files
 from iccm.io.run import Job, run
 from tests import fuzz
+from tests.cases import slow
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -112,7 +113,7 @@ def test_numbers_out_of_range_in_glb_files_are_refused(sheet, iccm, tree):
 
 @pytest.mark.parametrize(
     "scale",
-    [[0, 1], *(pytest.param(scale, marks=pytest.mark.slow) for scale in ([0, 0], [1e-9, 1], [-1, 0]))],
+    [[0, 1], *(slow(scale) for scale in ([0, 0], [1e-9, 1], [-1, 0]))],
 )
 def test_textures_that_a_transform_shrinks_to_a_line_or_point_are_shown_so(sheet, iccm, scale):
     sheet(shown({"scale": scale}))

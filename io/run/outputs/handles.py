@@ -90,10 +90,7 @@ class Handles(Output):
         with run.phases.timed("write"):
             listed = run.inputs.listed
             pins = listed.pins_of(*pair) if listed else []
-            pins += [
-                listing.Pin(source=source, target=target, **(settings[0] if settings else {}))
-                for source, target, *settings in run.job.pin
-            ]
+            pins += listing.typed_pins(run.job.pin)
             pins += handles_of(fit, *pair, *self._size(run), pins)
             held = constraints.collect(*pair, listing.ConstraintsFile(pins=pins))
             kept = fingerprint(run.job, held.pins, held.settings)

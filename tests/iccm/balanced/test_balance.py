@@ -9,6 +9,7 @@ import iccm
 from iccm.balanced.model.measures import least_dilatations
 from iccm.maps.bounds import angle_ratio
 from iccm.maps.triangulated.map import TriangulatedMap
+from tests.cases import slow, some_fast
 from tests.shapes import arrow, blob, ell, pear, square, star
 
 TEXAS = np.array(
@@ -22,9 +23,7 @@ PAIRS = {
 }
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if k else ()) for k, name in enumerate(PAIRS)]
-)
+@pytest.mark.parametrize("name", some_fast(PAIRS, 1))
 def test_sizes_become_more_even_and_the_picture_stays_upright(name):
     fits = [iccm.fit(*PAIRS[name], fit="whole", balance=balance) for balance in (0.5, 1.0, 3.0, 10.0)]
     uneven = [float(np.average(f.triangles.energies()["area"], weights=f.triangles.area)) for f in fits]
@@ -38,7 +37,7 @@ def mean_energy(found):
     return np.average(energy[inner], weights=found.area[inner])
 
 
-@pytest.mark.parametrize("name", ["square to Texas", pytest.param("arrow to blob", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["square to Texas", slow("arrow to blob")])
 def test_a_bound_that_can_be_met_is_met_at_little_cost_elsewhere(name):
     free = iccm.fit(*PAIRS[name], fit="whole").distortion
     for share in (0.9, 0.7):

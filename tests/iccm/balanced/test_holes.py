@@ -26,7 +26,7 @@ from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve, hausdorff
 from iccm.maps.triangulated.simple import fault
 from iccm.plane import orientation
-from tests.cases import some_fast
+from tests.cases import slow, some_fast
 
 SMALL = Settings(triangles=1200)
 STEPS = np.exp(2j * np.pi * np.arange(48) / 48)
@@ -301,8 +301,8 @@ def given_holes(source, target):
     ("pair", "pin"),
     [
         ((FACE, MASK), 0.1),
-        pytest.param((FACE, OFF), -0.3, marks=pytest.mark.slow),
-        pytest.param((OFF, FACE), -0.3, marks=pytest.mark.slow),
+        slow((FACE, OFF), -0.3),
+        slow((OFF, FACE), -0.3),
     ],
 )
 def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):

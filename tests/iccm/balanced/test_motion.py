@@ -11,6 +11,7 @@ from iccm.balanced.errors import NoMapError
 from iccm.balanced.motion import carry_map, harmonic, is_reshaped, match_outlines
 from iccm.curve import Curve
 from iccm.plane import triangle_areas
+from tests.cases import slow
 
 DISC = np.exp(2j * np.pi * np.arange(60) / 60)
 
@@ -57,7 +58,7 @@ def test_maps_of_the_same_shapes_are_left_alone_and_other_holes_refused():
         carry_map(fit.map, fit.source, Curve(3 * DISC), ((), [Curve(0.1 * DISC[::-1])]))
 
 
-@pytest.mark.parametrize("moves", [pytest.param("target", marks=pytest.mark.slow), "source"])
+@pytest.mark.parametrize("moves", [slow("target"), "source"])
 def test_frames_follow_each_other_without_a_jump(moves):
     frames = [figure(angle) for angle in np.linspace(-30, 0, 4)]
     fits = []
@@ -128,7 +129,7 @@ def test_a_flag_does_not_shear_further_the_longer_it_waves():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("balance", [2.0, *(pytest.param(b, marks=pytest.mark.slow) for b in (4.0, 10.0))])
+@pytest.mark.parametrize("balance", [2.0, *(slow(b) for b in (4.0, 10.0))])
 def test_a_map_onto_moved_outlines_costs_little_more_than_one_from_scratch_whatever_the_balance(balance):
     source, target = np.array([0, 3, 3 + 2j, 2j]), banner(0.0)[1] / 40
     moved = target + 0.15j * np.sin(target.real)

@@ -7,6 +7,7 @@ import shapely
 import iccm
 from iccm.drawings.cracks import crack_share
 from iccm.drawings.drawing import Drawing
+from tests.cases import slow
 
 SIDE = 512
 STAR = shapely.Polygon(
@@ -50,7 +51,7 @@ def test_gaps_of_the_target_are_not_cracks():
     assert crack_share(split, [all_of_it]) == 0
 
 
-@pytest.mark.parametrize("fit", [pytest.param("contain", marks=pytest.mark.slow), "auto"])
+@pytest.mark.parametrize("fit", [slow("contain"), "auto"])
 def test_the_cracks_of_a_map_are_those_of_its_picture(fit):
     bars = shapely.MultiPolygon([STAR, shapely.transform(STAR, lambda xy: 0.9 * xy + [3.1, 1.4])])
     found = iccm.fit(bars, PLATE, fit=fit, opaque=False)

@@ -23,7 +23,7 @@ from iccm.options import Options
 from iccm.pixels.canvas import Canvas
 from iccm.pixels.composed import Cut
 from iccm.pixels.preimages import of as preimages_of
-from tests.cases import some_fast
+from tests.cases import slow, some_fast
 
 BARS = shapely.MultiPolygon([shapely.box(0, 0, 5, 1), shapely.box(1, 2, 4, 3.5), shapely.box(0.5, 4, 5, 4.7)])
 RING = shapely.Polygon([(0, 0), (7, 0), (7, 5), (0, 4)], [[(2, 1), (2, 3), (4, 3), (4, 1)]])
@@ -239,9 +239,9 @@ LETTERS = shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9), shapely.box(12,
 @pytest.mark.parametrize(
     "source, target",
     [
-        pytest.param(HOOK, BARS, marks=pytest.mark.slow),
+        slow(HOOK, BARS),
         (LETTERS, RING),
-        pytest.param(BARS, LETTERS, marks=pytest.mark.slow),
+        slow(BARS, LETTERS),
     ],
 )
 def test_the_frames_that_are_taken_cost_little_more_than_the_cheapest_of_all_pairs(source, target):

@@ -8,6 +8,7 @@ from iccm.maps.approximation import triangulated
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import inverse
 from iccm.maps.refinement import THIN_RATIO, Triangulation
+from tests.cases import slow
 from tests.shapes import blob, circle, ell, inside, pear, random_polygon, square, star
 
 MOST, USUAL = 0.05, 0.02  # texels of 1024², for all points and for 99 %
@@ -36,7 +37,7 @@ LONG = {"star to thin bar", "random, paper", "folded: star to bent bar"}  # seco
 
 @pytest.fixture(
     scope="module",
-    params=[pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in FITS],
+    params=[slow(name) if name in LONG else name for name in FITS],
 )
 def map(request):
     source, target, method = FITS[request.param]

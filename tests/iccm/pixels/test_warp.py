@@ -19,7 +19,7 @@ from iccm.pixels.sampler import Sampler
 from iccm.pixels.stmap import stmap
 from iccm.pixels.texture import Places
 from iccm.pixels.warp import Texture, Warp, warp, whole
-from tests.cases import some_fast
+from tests.cases import slow, some_fast
 
 BOX = (-1.4 - 1.4j, 1.4 + 1.4j)
 
@@ -343,9 +343,7 @@ def test_padding_reaches_as_far_as_asked_and_keeps_alpha(fill):
         warp(IDENTITY, premultiplied, Canvas(9, 9, BOX), padding=2)
 
 
-@pytest.mark.parametrize(
-    "wild", [pytest.param("noise", marks=pytest.mark.slow), "folded", "constant", "not a number", "huge"]
-)
+@pytest.mark.parametrize("wild", [slow("noise"), "folded", "constant", "not a number", "huge"])
 def test_a_bad_map_ends_and_counts_what_it_could_not_solve(wild):
     p = star()
     phi = {

@@ -14,6 +14,7 @@ from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
 from iccm.io.edit.workspace import parts_of
 from iccm.io.run.job import make
+from tests.cases import slow
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -45,9 +46,9 @@ def session(source, target=None):
     [
         (("bars.svg", "panes.svg"), scene()),
         # parts mapped separately
-        pytest.param(("dots.svg", "squares.svg"), scene(), marks=pytest.mark.slow),
-        pytest.param(("bars.svg", "blob.svg"), scene(fit="frame"), marks=pytest.mark.slow),
-        pytest.param(("bars.svg", "panes.svg"), scene(GAP), marks=pytest.mark.slow),
+        slow(("dots.svg", "squares.svg"), scene()),
+        slow(("bars.svg", "blob.svg"), scene(fit="frame")),
+        slow(("bars.svg", "panes.svg"), scene(GAP)),
         (("square.svg", "bars.svg"), scene(fit="contain")),
     ],
 )

@@ -7,6 +7,7 @@ import pygltflib as gl
 import pytest
 from PIL import Image
 
+from tests.cases import slow
 from tests.rich_glb import Builder
 
 pytestmark = pytest.mark.usefixtures("solve_once")
@@ -74,9 +75,9 @@ def check(pixels, across, down):
 @pytest.mark.parametrize(
     ("across", "down"),
     [
-        pytest.param("repeat", "repeat", marks=pytest.mark.slow),
+        slow("repeat", "repeat"),
         ("mirror", "clamp"),
-        pytest.param("clamp", "mirror", marks=pytest.mark.slow),
+        slow("clamp", "mirror"),
     ],
 )
 def test_gltf(iccm, tmp_path, monkeypatch, across, down):
@@ -108,9 +109,7 @@ def test_a_picture_that_repeats_often_across_a_triangle(iccm, tmp_path, monkeypa
     assert np.abs(made[..., :3] - wanted)[inside].max() < 8
 
 
-@pytest.mark.parametrize(
-    ("said", "wrap"), [pytest.param("", "repeat", marks=pytest.mark.slow), ("-clamp on ", "clamp")]
-)
+@pytest.mark.parametrize(("said", "wrap"), [slow("", "repeat"), ("-clamp on ", "clamp")])
 def test_obj(iccm, tmp_path, monkeypatch, said, wrap):
     """`-clamp` of a material library."""
     monkeypatch.chdir(tmp_path)

@@ -55,6 +55,13 @@ def test_objects_are_read_at_their_places():
     assert np.allclose(places[1], np.stack([10 - y, 20 + x, 30 + z], axis=1))
 
 
+def test_triangles_are_counted_whatever_the_prefix_of_their_names():
+    model = f'<c:model xmlns:c="{CORE}"><c:triangles><c:triangle v1="0"/><c:triangle\nv1="1"/></c:triangles></c:model>'
+    with zipfile.ZipFile("a.3mf", "w") as file:
+        file.writestr("3D/3dmodel.model", model)
+    assert mesh_files.open_mesh(mesh_files.Path("a.3mf")).count_faces(9) == 2
+
+
 def test_flattening_covers_all_objects(iccm):
     package(
         "two.3mf",

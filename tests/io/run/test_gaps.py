@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.cases import slow
+
 pytestmark = pytest.mark.usefixtures("solve_once")
 
 TWO_BARS = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
@@ -102,9 +104,9 @@ COMB = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
 @pytest.mark.parametrize(
     ("width", "target", "noted"),
     [
-        pytest.param(2, "comb", True, marks=pytest.mark.slow),
+        slow(2, "comb", True),
         (2, "plate", False),
-        pytest.param(14, "comb", False, marks=pytest.mark.slow),
+        slow(14, "comb", False),
     ],
 )
 def test_a_note_says_where_a_thin_target_shows_pieces_of_lines(iccm, files, width, target, noted):

@@ -16,6 +16,7 @@ from iccm.io.run.resolve import name_outputs
 from iccm.io.run.state import Run
 from iccm.io.spec import path_of
 from iccm.parallel import thread_count
+from tests.cases import slow
 
 
 def test_round_trip_through_json():
@@ -171,7 +172,7 @@ def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options
     assert (tmp_path / "there.png").read_bytes() == b"old"
 
 
-@pytest.mark.parametrize("threads", [pytest.param(1, marks=pytest.mark.slow), 2])
+@pytest.mark.parametrize("threads", [slow(1), 2])
 def test_what_a_job_made_is_freed_when_it_ends(tmp_path, threads):
     """Otherwise a worker keeps the maps and pictures of many jobs until Python's next garbage collection."""
     (tmp_path / "a.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H4V3H0z"/></svg>')

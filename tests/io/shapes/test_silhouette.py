@@ -14,6 +14,7 @@ from iccm.io.pictures import image_files
 from iccm.io.pictures.image import Image
 from iccm.io.shapes import shape as shapes
 from iccm.io.shapes import silhouette
+from tests.cases import slow
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -243,9 +244,7 @@ def test_a_photograph_is_traced_where_that_is_asked_for():
         assert traced.curve.area < 0.6 * whole and not any("rectangle" in note for note in traced.notes)
 
 
-@pytest.mark.parametrize(
-    "name", ["horse.png", pytest.param("retina.jpg", marks=pytest.mark.slow), "coins.png", "color.png"]
-)
+@pytest.mark.parametrize("name", ["horse.png", slow("retina.jpg"), "coins.png", "color.png"])
 def test_what_lies_on_a_background_is_no_rectangle(name):
     found = shapes.read(of_scikit_image(name))
     assert found.curve.area < 0.8 * abs(found.box[1] - found.box[0]) ** 2 / 2

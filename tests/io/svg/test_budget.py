@@ -16,6 +16,7 @@ from iccm.io.svg.affine import Affine
 from iccm.io.svg.curves import Lines, thinned
 from iccm.io.svg.stylesheet import Stylesheet
 from iccm.plane import diagonal
+from tests.cases import slow
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 SECONDS = 2.0  # of this process: from the call to the rejection
@@ -201,10 +202,7 @@ def test_selectors_that_are_too_much_are_not_read(selector):
     [
         "[d*='xy']",
         "[d~=x]",
-        *(
-            pytest.param(condition, marks=pytest.mark.slow)
-            for condition in ("[d$=x i]", ":not([d^=x])", "[d*='xy'] > g")
-        ),
+        *(slow(condition) for condition in ("[d$=x i]", ":not([d^=x])", "[d*='xy'] > g")),
     ],
 )
 @pytest.mark.usefixtures("fewer_rules")
