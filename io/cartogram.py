@@ -24,10 +24,10 @@ from .projections import EqualArea
 from .run.report import write as write_report
 
 SCHEMA = "iccm.cartogram/1"
-NAMED_REGIONS = 5  # in a message
-RAISED_RATIO = 1.02  # of the area that a region gets over that of its value: more is reported
+NAMED_REGIONS = 5  # largest number of names in a message
+RAISED_RATIO = 1.02  # of a region's area to that in proportion to its value, above which a note is written
 LARGEST_ERROR_SHARE = 0.02  # of a region's area: a larger difference ends with exit code 1
-URN_OF_DEGREES = "CRS84"
+URN_OF_DEGREES = "CRS84"  # in names of the coordinate system of longitudes and latitudes
 
 
 def write(
@@ -48,9 +48,9 @@ def write(
     Args:
         path: GeoJSON or TopoJSON with a feature for each region.
         output: the GeoJSON to write; properties of features are kept.
-        by: the property, or the column of `values`, in proportion to which areas should be.
+        by: the property, or the column of `values`, to which areas are proportional.
         values: a CSV file of values, with a header.
-        key: its column that contains the value of the property of the same name.
+        key: the column of `values` that has the name of the property by which rows and features are matched.
         max_points: number of vertices to which borders are simplified.
         save: the saved map to write, for `iccm apply` to layers in the same coordinates.
         report: the report to write.
@@ -61,8 +61,8 @@ def write(
         InputError: a file or a value is invalid.
     """
     formats.check_report(report)
-    named = [name for name in (output, save, report) if name not in (None, "-")]
-    files.check_outputs(named, [path, *([values] if values else [])], force=force)
+    output_paths = [name for name in (output, save, report) if name not in (None, "-")]
+    files.check_outputs(output_paths, [path, *([values] if values else [])], force=force)
     if [output, save, report].count("-") > 1 or save == "-":
         raise InputError(
             "-: only the cartogram or the report can be written to stdout; name files for the others"
@@ -90,28 +90,30 @@ def write(
         if projection is not None:
             projected = [projection.project(shape) for shape in shapes]
             shapes = [_valid(shape, feature) for shape, feature in zip(projected, features)]
-        made = cartogram(shapes, numbers, max_points)
+        result = cartogram(shapes, numbers, max_points)
     shares = numbers / np.nansum(numbers)
-    raised = (numbers > 0) & (made.wanted > RAISED_RATIO * shares * made.wanted[~np.isnan(numbers)].sum())
+    raised = (numbers > 0) & (
+        result.target_areas > RAISED_RATIO * shares * result.target_areas[~np.isnan(numbers)].sum()
+    )
     if raised.any():
         tell(
             f"{path}: {by} of {_listed(features, raised)} is too small to be visible; they have the least area"
         )
-    for feature, region in zip(features, made.regions(digits_for(made.image))):
+    for feature, region in zip(features, result.regions(digits_for(result.image))):
         feature["geometry"] = shapely.geometry.mapping(region)
-    kept = {name: value for name, value in content.items() if name not in ("features", "bbox", "type")}
+    members = {name: value for name, value in content.items() if name not in ("features", "bbox", "type")}
     if projection is not None:
-        kept["crs"] = {"type": "name", "properties": {"name": projection.name}}
-    collection = {"type": "FeatureCollection", **kept, "features": features}
-    figures = _report(path, by, made, features, projection)
+        members["crs"] = {"type": "name", "properties": {"name": projection.name}}
+    collection = {"type": "FeatureCollection", **members, "features": features}
+    figures = _report(path, by, result, features, projection)
     with ExitStack() as stack:
         written = stack.enter_context(files.writing(output, force=force, suffix=".geojson"))
         written.write_text(json.dumps(collection, ensure_ascii=False) + "\n", encoding="utf-8")
         if save:
-            made.fit().save(stack.enter_context(files.writing(save, force=force)))
+            result.fit().save(stack.enter_context(files.writing(save, force=force)))
         if report:
             write_report(figures, report, stack, force=force)
-    return made
+    return result
 
 
 def _content(path: str) -> dict[str, Any]:
@@ -123,17 +125,17 @@ def _content(path: str) -> dict[str, Any]:
 
 def _features(content: dict[str, Any], tell: Callable[[str], None]) -> list[dict[str, Any]]:
     """Return copies of the features with polygons."""
-    features, others = list[dict[str, Any]](), 0
+    features, ignored = list[dict[str, Any]](), 0
     by_feature = dict[int, int]()
     for geometry, feature in geometries(content):
         if feature is None or not isinstance(geometry, dict) or geometry.get("type") not in POLYGONS:
-            others += 1
+            ignored += 1
             continue
-        listed = geometry.get("coordinates")
-        if not listed:
-            others += 1
+        coordinates = geometry.get("coordinates")
+        if not coordinates:
+            ignored += 1
             continue
-        parts = list(listed) if geometry["type"] == "MultiPolygon" else [listed]
+        parts = list(coordinates) if geometry["type"] == "MultiPolygon" else [coordinates]
         if id(feature) in by_feature:
             features[by_feature[id(feature)]]["geometry"]["coordinates"] += parts
             continue
@@ -143,8 +145,8 @@ def _features(content: dict[str, Any], tell: Callable[[str], None]) -> list[dict
         features.append({**copy, "geometry": {"type": "MultiPolygon", "coordinates": parts}})
     if not features:
         raise InputError("contains no features with polygons")
-    if others:
-        tell(f"left out {others} geometries that are not polygons of a feature")
+    if ignored:
+        tell(f"left out {ignored} geometries that are not polygons of a feature")
     return features
 
 
@@ -155,13 +157,10 @@ def _polygons(feature: dict[str, Any]) -> shapely.Geometry:
         InputError: they do not have the structure of GeoJSON.
     """
     try:
-        parts = [
-            shapely.Polygon(*(rings[:1] or [[]]), rings[1:])
-            for rings in (
-                [[position[:2] for position in ring] for ring in polygon]
-                for polygon in feature["geometry"]["coordinates"]
-            )
-        ]
+        parts = []
+        for polygon in feature["geometry"]["coordinates"]:
+            rings = [[position[:2] for position in ring] for ring in polygon]
+            parts.append(shapely.Polygon(rings[0], rings[1:]) if rings else shapely.Polygon())
         xy = shapely.get_coordinates(np.array(parts))
     except (TypeError, ValueError, IndexError, LookupError, AttributeError, shapely.errors.ShapelyError):
         raise InputError(f"{_name(feature)}: not polygons as GeoJSON describes them") from None
@@ -181,15 +180,16 @@ def _valid(shape: shapely.Geometry, feature: dict[str, Any]) -> shapely.Geometry
 
 
 def _is_in_degrees(content: dict[str, Any], shapes: Sequence[shapely.Geometry]) -> bool:
-    """Return whether coordinates are longitudes and latitudes: the file says so, or says nothing and they can be."""
+    """Return whether coordinates are longitudes and latitudes.
+
+    They are unless the file names another coordinate system, or they are out of range."""
     crs = content.get("crs")
     properties = crs.get("properties") if isinstance(crs, dict) else None
     name = properties.get("name") if isinstance(properties, dict) else None
-    xy = np.abs(shapely.get_coordinates(np.array(shapes)))
-    can_be = bool((xy <= (360, 90 + 1e-6)).all())
     if isinstance(name, str) and not (URN_OF_DEGREES in name or name.endswith(":4326")):
         return False
-    return can_be
+    xy = np.abs(shapely.get_coordinates(np.array(shapes)))
+    return bool((xy <= (360, 90 + 1e-6)).all())
 
 
 def _join(features: list[dict[str, Any]], path: str, key: str | None, by: str) -> None:
@@ -279,17 +279,17 @@ def _name(feature: dict[str, Any]) -> str:
     return str(feature.get("id") or next((v for v in properties.values() if isinstance(v, str)), "a feature"))
 
 
-def _listed(features: Sequence[dict[str, Any]], those: Any) -> str:
-    names = [_name(feature) for feature, named in zip(features, those) if named]
-    more = f" and {len(names) - NAMED_REGIONS} more" if len(names) > NAMED_REGIONS else ""
-    return ", ".join(names[:NAMED_REGIONS]) + more
+def _listed(features: Sequence[dict[str, Any]], is_listed: Any) -> str:
+    names = [_name(feature) for feature, is_named in zip(features, is_listed) if is_named]
+    others = f" and {len(names) - NAMED_REGIONS} more" if len(names) > NAMED_REGIONS else ""
+    return ", ".join(names[:NAMED_REGIONS]) + others
 
 
 def _report(
-    path: str, by: str, made: Cartogram, features: Sequence[dict[str, Any]], projection: EqualArea | None
+    path: str, by: str, result: Cartogram, features: Sequence[dict[str, Any]], projection: EqualArea | None
 ) -> dict[str, Any]:
-    mean, p95 = made.dilatations
-    worst = int(np.argmax(made.errors))
+    mean, p95 = result.dilatations
+    worst = int(np.argmax(result.errors))
     return {
         "schema": SCHEMA,
         "input": path,
@@ -297,13 +297,13 @@ def _report(
         "regions": len(features),
         "crs": None if projection is None else projection.name,
         "area_error": {
-            "max": float(made.errors.max()),
-            "mean": float(made.errors.mean()),
+            "max": float(result.errors.max()),
+            "mean": float(result.errors.mean()),
             "worst": _name(features[worst]),
         },
         "dilatation": {"mean": float(mean), "p95": float(p95)},
-        "folds": made.folds,
-        "certified": bool(made.map.injectivity.certified),
-        "vertices": int(made.mesh.z.size),
-        "steps": made.steps,
+        "folds": result.folds,
+        "certified": bool(result.map.injectivity.certified),
+        "vertices": int(result.mesh.z.size),
+        "steps": result.steps,
     }

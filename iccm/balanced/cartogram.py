@@ -29,40 +29,44 @@ PATIENCE_ROUNDS, LEAST_GAIN_SHARE = 10, 0.1
 """The iteration ends unless the misplaced area decreases by this share within this many rounds."""
 SIZE_LEVELS = 64  # number of sizes that are distinguished from each other
 LEAST_PART_AREA_SHARE = 2e-3  # relative to the source's area; smaller parts are ignored
-TOLD = "All {1} parts of the source have the requested areas up to {0:.1%} (size-map)."
+AREAS_MET_NOTE = "All {1} parts of the source have the requested areas up to {0:.1%} (size-map)."
 
 
-def match_areas(field: Field, first: Fit, again: Callable[[Field, TriangulatedMap, bool], Fit]) -> Fit:
+def match_areas(field: Field, first: Fit, solve_again: Callable[[Field, TriangulatedMap, bool], Fit]) -> Fit:
     """Return the map whose areas are closest to those that a field of sizes prescribes.
 
     Args:
         field: the sizes.
         first: the map solved with these sizes.
-        again: solves with other sizes, starting from an earlier map; its last argument is whether the outlines
-            slide again.
+        solve_again: solves with other sizes, starting from an earlier map; its last argument is whether the
+            outlines slide again.
     """
     parts = parts_of(field)
-    current, sizes, lacks, step, since = first, field.values, missing(first, field, parts), 1.0, 0
-    best, least, mark, gained, slides = first, lacks, lacks.misplaced, 1.0, False
-    while least.off > MET_AREA_SHARE and since < PATIENCE_ROUNDS:
-        since += 1
-        slides = gained < LEAST_GAIN_SHARE and not slides
-        tried = sizes * lacks.factors[parts] ** step
+    current, sizes, differences = first, field.values, area_differences(first, field, parts)
+    best, least = current, differences
+    step, gain, slides = 1.0, 1.0, False
+    milestone, rounds_without_gain = differences.misplaced_share, 0
+    while least.largest_error > MET_AREA_SHARE and rounds_without_gain < PATIENCE_ROUNDS:
+        rounds_without_gain += 1
+        slides = gain < LEAST_GAIN_SHARE and not slides
+        trial_sizes = sizes * differences.size_factors[parts] ** step
         try:
-            trial = again(Field(tried, field.box), triangulated(current.map), slides)
+            trial = solve_again(Field(trial_sizes, field.box), triangulated(current.map), slides)
         except InputError:
             break
-        now = missing(trial, field, parts)
-        gained = 1 - now.misplaced / lacks.misplaced
-        step = min(1.0, 2 * step) if trial.status.ok and gained > 0 else 0.5 * step
-        if not trial.status.ok or (slides and gained <= 0):
+        trial_differences = area_differences(trial, field, parts)
+        gain = 1 - trial_differences.misplaced_share / differences.misplaced_share
+        step = min(1.0, 2 * step) if trial.status.ok and gain > 0 else 0.5 * step
+        if not trial.status.ok or (slides and gain <= 0):
             continue
-        current, sizes, lacks = trial, tried, now
-        if now.misplaced < least.misplaced:
-            best, least = trial, now
-        if least.misplaced <= (1 - LEAST_GAIN_SHARE) * mark:
-            mark, since = least.misplaced, 0
-    best.notes.append(TOLD.format(least.off, int(np.count_nonzero(least.factors != 1))))
+        current, sizes, differences = trial, trial_sizes, trial_differences
+        if trial_differences.misplaced_share < least.misplaced_share:
+            best, least = trial, trial_differences
+        if least.misplaced_share <= (1 - LEAST_GAIN_SHARE) * milestone:
+            milestone, rounds_without_gain = least.misplaced_share, 0
+    best.notes.append(
+        AREAS_MET_NOTE.format(least.largest_error, int(np.count_nonzero(least.size_factors != 1)))
+    )
     return best
 
 
@@ -79,27 +83,27 @@ def parts_of(field: Field) -> Index:
         levels = np.minimum((heights * SIZE_LEVELS).astype(int), SIZE_LEVELS - 1)
     levels, parts, count = levels.reshape(field.values.shape), np.zeros(field.values.shape, np.int64), 0
     for level in np.unique(levels):
-        labels, more = label(levels == level)
+        labels, label_count = label(levels == level)
         parts[labels > 0] = count + labels[labels > 0] - 1
-        count += more
+        count += label_count
     return parts
 
 
-class Missing(NamedTuple):
+class AreaDifferences(NamedTuple):
     """Differences of the parts' areas from the desired ones.
 
     Attributes:
-        factors: (p,) by what to multiply the size of each part.
-        off: largest relative deviation of a part's area.
-        misplaced: share of the total area that is in other parts than it should be.
+        size_factors: (p,) factors by which to multiply the size of each part.
+        largest_error: largest difference of a part's area, relative to the desired one.
+        misplaced_share: share of the total area that belongs to other parts.
     """
 
-    factors: Real
-    off: float
-    misplaced: float
+    size_factors: Real
+    largest_error: float
+    misplaced_share: float
 
 
-def missing(fit: Fit, field: Field, parts: Index) -> Missing:
+def area_differences(fit: Fit, field: Field, parts: Index) -> AreaDifferences:
     """Return the differences of the parts' areas in a map from those that a field of sizes prescribes.
 
     Args:
@@ -111,14 +115,13 @@ def missing(fit: Fit, field: Field, parts: Index) -> Missing:
     places = map.source[map.faces] @ PLACES.T
     pixels = field.pixels(places)
     part_index, count = parts[pixels].ravel(), int(parts.max()) + 1
-    source, image = (
-        np.bincount(part_index, np.repeat(np.abs(triangle_areas(w[map.faces])), places.shape[1]), count)
-        for w in (map.source, map.image)
-    )
-    areas = np.abs(triangle_areas(map.source[map.faces]))[:, None]
-    wished = np.bincount(part_index, (areas * field.values[pixels] ** 2).ravel(), count)
-    wished, image = wished / wished.sum(), image / image.sum()
+    source_areas = np.repeat(np.abs(triangle_areas(map.source[map.faces])), places.shape[1])
+    image_areas = np.repeat(np.abs(triangle_areas(map.image[map.faces])), places.shape[1])
+    source = np.bincount(part_index, source_areas, count)
+    image = np.bincount(part_index, image_areas, count)
+    desired = np.bincount(part_index, source_areas * field.values[pixels].ravel() ** 2, count)
+    desired, image = desired / desired.sum(), image / image.sum()
     counted = source > LEAST_PART_AREA_SHARE * source.sum()
-    ratio = np.where(counted, wished / np.where(counted, image, 1), 1)
-    off = np.max(np.abs(1 / ratio - 1), initial=0, where=counted)
-    return Missing(np.sqrt(ratio), float(off), 0.5 * float(np.abs(wished - image).sum()))
+    ratio = np.where(counted, desired / np.where(counted, image, 1), 1)
+    largest_error = np.max(np.abs(1 / ratio - 1), initial=0, where=counted)
+    return AreaDifferences(np.sqrt(ratio), float(largest_error), 0.5 * float(np.abs(desired - image).sum()))

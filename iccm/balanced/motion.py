@@ -24,9 +24,10 @@ POSITION_WEIGHT = 20.0
 """Weight of the difference of positions: a distance of a quarter of the radius of gyration counts as much as a
 tangent reversed.
 """
-MATCH_ROUNDS = 2  # matchings; the second uses the rotation found by the first
-# Relative to the length: the window over which a match is smoothed, five samples.
-SMOOTHED_LENGTH_SHARE = 0.02
+MATCH_ROUNDS = 2  # matchings; the second uses the rotation of the first
+SMOOTHED_LENGTH_SHARE = (
+    0.02  # half the window over which a match is smoothed, relative to the length: five samples
+)
 FARTHER_FACTOR = 2.0
 """Ratio of matched distances to the distance of the outlines above which protrusions merged or separated. For
 example, when two legs meet, the crotch moves to the feet by a leg's length, although the outlines are only a
@@ -41,7 +42,7 @@ def carry_map(
     target: Curve,
     holes: tuple[Sequence[Curve], Sequence[Curve]] = ((), ()),
 ) -> TriangulatedMap:
-    """Return the map with its outlines moved onto the given ones, in each plane where they differ; it may fold.
+    """Move the outlines of a map onto present ones, in each plane where they differ. The map may fold.
 
     Args:
         map: an earlier map.
@@ -52,10 +53,8 @@ def carry_map(
     Raises:
         NoMapError: the map has other holes.
     """
-    z, u = (
-        move_vertices(w, map.faces, map.loops, outer, inner)
-        for w, outer, inner in zip((map.source, map.image), (source, target), holes)
-    )
+    z = move_vertices(map.source, map.faces, map.loops, source, holes[0])
+    u = move_vertices(map.image, map.faces, map.loops, target, holes[1])
     return map if z is map.source and u is map.image else replace(map, source=z, image=u, bulge=None)
 
 
@@ -92,48 +91,52 @@ def _is_on(z: Complex, curve: Curve) -> bool:
 
 def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
     """Return the hole nearest to each of a map's inner loops, each hole once."""
-    left, found = list(holes), list[Curve]()
-    if len(rims) != len(left):
+    remaining, partners = list(holes), list[Curve]()
+    if len(rims) != len(remaining):
         raise NoMapError(HOLES)
     for rim in rims:
-        nearest = min(left, key=lambda hole: abs(hole.z.mean() - rim.z.mean()))
-        left.remove(nearest)
-        found.append(nearest if nearest.area * rim.area > 0 else nearest.reversed())
-    return found
+        nearest = min(remaining, key=lambda hole: abs(hole.z.mean() - rim.z.mean()))
+        remaining.remove(nearest)
+        partners.append(nearest if nearest.area * rim.area > 0 else nearest.reversed())
+    return partners
 
 
-def match_outlines(before: Curve, now: Curve) -> Real:
+def match_outlines(earlier: Curve, current: Curve) -> Real:
     """Return (n,) arclengths on an outline that correspond to the vertices of its earlier form, ascending."""
     shares = np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
-    here, there = (_samples(curve, shares * curve.length) for curve in (before, now))
-    turn = 1.0 + 0j
+    source, target = (_samples(curve, shares * curve.length) for curve in (earlier, current))
+    rotation = 1.0 + 0j
     for _ in range(MATCH_ROUNDS):
-        i, j, rows, columns = _path(turn * here, there)
+        i, j, rows, columns = _path(rotation * source, target)
         pairs = (rows[:-1] + i) % OUTLINE_SAMPLES, (columns[:-1] + j) % OUTLINE_SAMPLES
-        turn = np.exp(1j * np.angle(np.sum(here[1, pairs[0]].conj() * there[1, pairs[1]])))
+        rotation = np.exp(1j * np.angle(np.sum(source[1, pairs[0]].conj() * target[1, pairs[1]])))
     grid = np.arange(4 * OUTLINE_SAMPLES) / (4 * OUTLINE_SAMPLES)
-    off = np.interp(grid, rows / OUTLINE_SAMPLES, columns / OUTLINE_SAMPLES) - grid
+    offsets = np.interp(grid, rows / OUTLINE_SAMPLES, columns / OUTLINE_SAMPLES) - grid
     width = int(SMOOTHED_LENGTH_SHARE * grid.size)
     window = np.hanning(2 * width + 1)
-    off = np.convolve(np.concatenate([off[-width:], off, off[:width]]), window / window.sum(), "valid")
-    s = np.mod(before.knots[:-1] / before.length - i / OUTLINE_SAMPLES, 1)
-    share = s + np.interp(s, np.append(grid, 1), np.append(off, off[0]))
-    return (share + j / OUTLINE_SAMPLES) * now.length
+    offsets = np.convolve(
+        np.concatenate([offsets[-width:], offsets, offsets[:width]]), window / window.sum(), "valid"
+    )
+    s = np.mod(earlier.knots[:-1] / earlier.length - i / OUTLINE_SAMPLES, 1)
+    share = s + np.interp(s, np.append(grid, 1), np.append(offsets, offsets[0]))
+    return (share + j / OUTLINE_SAMPLES) * current.length
 
 
-def is_reshaped(before: Curve, now: Curve) -> bool:
+def is_reshaped(earlier: Curve, current: Curve) -> bool:
     """Return whether protrusions of an outline merged or separated, so that a map that follows it has to jump."""
-    ways = ((before, now), (now, before))
-    apart = max(b.distances(a.z).max() for a, b in ways)
-    along = max(np.abs(b.at(match_outlines(a, b)) - a.z).max() for a, b in ways)
-    return bool(along > FARTHER_FACTOR * max(apart, NEAR_SHARE * now.diagonal))
+    directions = ((earlier, current), (current, earlier))
+    nearest = max(b.distances(a.z).max() for a, b in directions)
+    matched = max(np.abs(b.at(match_outlines(a, b)) - a.z).max() for a, b in directions)
+    return bool(matched > FARTHER_FACTOR * max(nearest, NEAR_SHARE * current.diagonal))
 
 
-def _path(here: Complex, there: Complex) -> tuple[int, int, Index, Index]:
-    """Return the first samples of a match of samples (2, OUTLINE_SAMPLES), and its rows and columns from there."""
-    score = (here[0, :, None] * there[0].conj()).real - POSITION_WEIGHT * np.abs(
-        here[1, :, None] - there[1]
-    ) ** 2
+def _path(source: Complex, target: Complex) -> tuple[int, int, Index, Index]:
+    """Match samples (2, OUTLINE_SAMPLES) of two outlines.
+
+    Returns the first sample of the match on both sides, and its rows and columns, counted from there.
+    """
+    alignment = (source[0, :, None] * target[0].conj()).real  # cosines between tangents
+    score = alignment - POSITION_WEIGHT * np.abs(source[1, :, None] - target[1]) ** 2
     i, j = divmod(int(score.argmax()), OUTLINE_SAMPLES)  # where they are most similar
     gains = step_gains(np.roll(score, (-i, -j), (0, 1)))[:, :, None, : OUTLINE_SAMPLES + 1]
     return i, j, *best_path(best_scores(gains)[:, 0], gains[:, :, 0])
@@ -160,7 +163,7 @@ def harmonic(w: Complex, faces: Index, border: Index, values: Complex) -> Comple
         w: (n,) vertices.
         faces: (m, 3) triangles.
         border: (b,) vertices with given values.
-        values: (n,) of which those at the border are used.
+        values: (n,) values, of which those at the border are used.
     """
     from scipy.sparse import coo_array  # slow to import, and seldom needed
     from scipy.sparse.linalg import spsolve

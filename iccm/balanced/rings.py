@@ -23,11 +23,12 @@ from .search import multilevel
 from .search.partial import cost
 
 SEAM_WIDTH_SHARE = 1e-6  # relative to the diagonal: a thousandth of a pixel of 1024
-# Widths by which each end extends beyond the ring, so that the seam cuts slanting outlines.
-OVERLAP_WIDTHS = 10
+OVERLAP_WIDTHS = (
+    10  # seam widths by which each end extends beyond the ring, so that it also cuts slanting outlines
+)
 SEAMS_TRIED, HALVINGS = 4, 3
-"""Places compared all around, and the number of refinements with the two places halfway to the best one's
-neighbours.
+"""Number of places compared all around, and of refinements: each tries the places halfway between the best one and
+its neighbours.
 """
 MOST_SAVED_SHARE = 0.2
 """Largest share of the cost that a better place is expected to save, compared with the best of SEAMS_TRIED
@@ -48,45 +49,47 @@ def open_ring(outer: Curve, hole: Curve, s: float) -> Curve | None:
     width = SEAM_WIDTH_SHARE * outer.diagonal
     if not abs(b - a) > OVERLAP_WIDTHS * width or not ring.buffer(width).contains(line):
         return None
-    more = OVERLAP_WIDTHS * width * (b - a) / abs(b - a)
-    cut = shapely.LineString(xy_of(np.array([a - more, b + more]))).buffer(0.5 * width, cap_style="flat")
-    left = ring.difference(cut)
-    if left.geom_type != "Polygon" or left.interiors:
+    overlap = OVERLAP_WIDTHS * width * (b - a) / abs(b - a)
+    cut = shapely.LineString(xy_of(np.array([a - overlap, b + overlap]))).buffer(
+        0.5 * width, cap_style="flat"
+    )
+    remainder = ring.difference(cut)
+    if remainder.geom_type != "Polygon" or remainder.interiors:
         return None
-    return Curve.domain(complex_of(shapely.get_coordinates(left.exterior)[:-1]))
+    return Curve.domain(complex_of(shapely.get_coordinates(remainder.exterior)[:-1]))
 
 
 def best_seam(
-    outer: Curve, hole: Curve, price: Callable[[Curve], float], most: float = np.inf
+    outer: Curve, hole: Curve, cost_of: Callable[[Curve], float], limit: float = np.inf
 ) -> Curve | None:
     """Return the ring cut open where a map costs least.
 
     Args:
         outer: outline of the ring.
         hole: its hole.
-        price: returns the cost of a map of an open ring; infinite if there is no map.
-        most: give up as soon as no place is likely to cost less than this.
+        cost_of: returns the cost of a map of an open ring; infinite if there is no map.
+        limit: give up as soon as no place is likely to cost less than this.
 
     Returns:
-        The outline of the open ring; None if no place costs less than `most`.
+        The outline of the open ring; None if no place costs less than `limit`.
     """
-    found: dict[float, tuple[float, Curve]] = {}
+    seams: dict[float, tuple[float, Curve]] = {}
 
     def attempt(share: float) -> None:
-        opened = None if share in found else open_ring(outer, hole, share * outer.length)
-        if opened is not None:
-            found[share] = price(opened), opened
+        ring = None if share in seams else open_ring(outer, hole, share * outer.length)
+        if ring is not None:
+            seams[share] = cost_of(ring), ring
 
     for k in range(SEAMS_TRIED):
         attempt(k / SEAMS_TRIED)
     for halving in range(1, HALVINGS + 1):
-        best = min(found, key=lambda share: found[share][0], default=0.0)
-        if not found or not (1 - MOST_SAVED_SHARE / 2 ** (halving - 1)) * found[best][0] < most:
+        best = min(seams, key=lambda share: seams[share][0], default=0.0)
+        if not seams or not (1 - MOST_SAVED_SHARE / 2 ** (halving - 1)) * seams[best][0] < limit:
             return None
         for step in (-1, 1):
             attempt((best + step / (SEAMS_TRIED * 2**halving)) % 1.0)
-    least, ring = min(found.values(), key=lambda each: each[0])
-    return ring if least < most else None
+    least, ring = min(seams.values(), key=lambda seam: seam[0])
+    return ring if least < limit else None
 
 
 def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
@@ -96,8 +99,8 @@ def coarse_cost(source: Curve, target: Curve, settings: Settings) -> float:
     """
     frames = frames_of(source, target, settings.turn, ((), ()))
     outlines = unit_curve(frames[0], source), unit_curve(frames[1], target)
-    problem = multilevel.problem_of(*outlines, NONE, UNPINNED, settings)
-    used = multilevel.directions(problem)[0]
+    problem = multilevel.directions(multilevel.problem_of(*outlines, NONE, UNPINNED, settings))[0]
     with suppress(Stuck, InputError):
-        return cost(used, multilevel.coarse_map(used, multilevel.coarse_size(used), SolveLog(), elastic=True))
+        size = multilevel.coarse_size(problem)
+        return cost(problem, multilevel.coarse_map(problem, size, SolveLog(), elastic=True))
     return np.inf

@@ -36,8 +36,8 @@ from ..plane import triangle_areas
 OBJECTIVE = Objective(theta=0.1, q=2.0)
 """Little weight for a uniform scale inside of a region, since only its total area is prescribed; with more, borders of
 regions that grow crumple. The power avoids stretched triangles beside them."""
-BETWEEN_WEIGHT = 0.1  # of triangles outside of all regions, which may be distorted
-STEP_RATIO = 2.0  # of areas before and after a step at most
+BETWEEN_WEIGHT = 0.1  # of the energy of triangles outside of all regions, which may be distorted
+STEP_RATIO = 2.0  # largest ratio of areas before and after a step
 MULTIPLIER_TOLERANCE, MOST_MULTIPLIER_STEPS = 1e-3, 200  # of conjugate gradients
 FOLD_MARGIN_SHARE = 0.8  # of the step at which a triangle would become degenerate
 SHORTEST_STEP = 1e-4
@@ -56,18 +56,18 @@ class Regions:
         z: (n,) vertices; their unit is such that the mesh has area one.
         faces: (m, 3) triangles, counter-clockwise.
         region: (m,) the region of each triangle, -1 for none.
-        wanted: (r,) the areas that regions should have.
-        held: (n,) vertices that do not move.
+        target_areas: (r,) areas that the regions should have, in the unit of z squared.
+        fixed: (n,) whether a vertex does not move.
     """
 
     z: Complex
     faces: Index
     region: Index
-    wanted: Real
-    held: Flags
+    target_areas: Real
+    fixed: Flags
 
     @cached_property
-    def given(self) -> Real:
+    def source_areas(self) -> Real:
         """(r,) the areas of the regions in the mesh."""
         return self.areas(self.z)
 
@@ -78,9 +78,9 @@ class Regions:
 
     @cached_property
     def _members(self) -> csr_array:
-        """(r, m) which triangles are in a region."""
+        """(r, m) the incidence matrix of regions and triangles."""
         inside = np.flatnonzero(self.region >= 0)
-        shape = self.wanted.size, self.region.size
+        shape = self.target_areas.size, self.region.size
         return csr_array((np.ones(inside.size), (self.region[inside], inside)), shape=shape)
 
     @cached_property
@@ -89,23 +89,23 @@ class Regions:
         return system_of(self.faces, np.empty(0, np.int64), self.z.size)
 
     @cached_property
-    def rest(self) -> RestShapes:
+    def rest_shapes(self) -> RestShapes:
         """The rest shapes: triangles of the mesh, scaled to the area that their region should have."""
         gradients, areas = geometry(self.z, self.faces)
         order = np.argsort(self.pattern.position[self.faces], axis=1)
         gradients = np.take_along_axis(gradients, order, axis=1)
-        ratio = np.append(self.wanted / self.given, 1.0)[self.region]
+        ratio = np.append(self.target_areas / self.source_areas, 1.0)[self.region]
         weights = areas * ratio * np.where(self.region >= 0, 1.0, BETWEEN_WEIGHT)
         scaled = np.ascontiguousarray(gradients / np.sqrt(ratio)[:, None])
         return RestShapes.of(self.pattern, scaled, weights / weights.sum())
 
     @cached_property
-    def _fixed(self) -> tuple[Flags, Index]:
-        """Which entries of the matrix belong to held vertices, and those on its diagonal."""
+    def _fixed_entries(self) -> tuple[Flags, Index]:
+        """Which entries of the matrix belong to fixed vertices, and those on its diagonal."""
         pattern = self.pattern
-        held = self.held[pattern.order]
-        rows = np.repeat(np.arange(held.size), np.diff(pattern.starts))
-        return held[rows] | held[pattern.columns], pattern.diagonal[self.held]
+        is_fixed = self.fixed[pattern.order]
+        rows = np.repeat(np.arange(is_fixed.size), np.diff(pattern.starts))
+        return is_fixed[rows] | is_fixed[pattern.columns], pattern.diagonal[self.fixed]
 
     def gradients_of_areas(self, u: Complex) -> csr_array:
         """Return (r, n) derivatives ∂A/∂x + i ∂A/∂y of the areas with respect to the vertices."""
@@ -116,50 +116,53 @@ class Regions:
         inside = self.region >= 0
         rows = np.repeat(self.region[inside], 3)
         columns, values = self.faces[inside].ravel(), values[inside].ravel()
-        values = np.where(self.held[columns], 0, values)
-        return csr_array((values, (rows, columns)), shape=(self.wanted.size, u.size))
+        values = np.where(self.fixed[columns], 0, values)
+        return csr_array((values, (rows, columns)), shape=(self.target_areas.size, u.size))
 
 
 def match_areas(regions: Regions, u: Complex, steps: int, tolerance: float) -> tuple[Complex, int]:
-    """Return images of the vertices for which regions have their areas, and the number of steps.
+    """Move the vertices until the regions have their target areas.
 
     Args:
         regions: the mesh.
         u: (n,) images without folds to start from.
-        steps: most steps.
+        steps: largest number of steps.
         tolerance: relative difference of areas that is small enough.
+
+    Returns:
+        (n,) images of the vertices, and the number of steps.
     """
-    pattern, rest = regions.pattern, regions.rest
+    pattern, rest_shapes = regions.pattern, regions.rest_shapes
     matrix, gradient = np.empty((pattern.columns.size, 4)), np.empty(u.size, np.complex128)
     factor = Factor.of(pattern)
-    entries, diagonal = regions._fixed
-    barrier, before, polished, is_restoring = 0.0, np.inf, 0, False
+    entries, diagonal = regions._fixed_entries
+    barrier, previous_energy, polished, is_restoring = 0.0, np.inf, 0, False
     least, idle = np.inf, 0  # smallest difference so far, and the steps since then
     for step in range(steps):
-        energy = assemble(rest, u, OBJECTIVE, matrix, gradient)
+        energy = assemble(rest_shapes, u, OBJECTIVE, matrix, gradient)
         matrix[entries] = 0.0
         matrix[diagonal] = (1.0, 0.0, 0.0, 1.0)
-        gradient[regions.held] = 0.0
+        gradient[regions.fixed] = 0.0
         areas = regions.areas(u)
-        off = np.abs(areas / regions.wanted - 1).max()
-        polished += off <= tolerance
-        has_settled = is_restoring or energy > (1 - SETTLED_SHARE) * before
-        if off <= tolerance and (has_settled or polished > POLISHING_STEPS):
+        error = np.abs(areas / regions.target_areas - 1).max()
+        polished += error <= tolerance
+        has_settled = is_restoring or energy > (1 - SETTLED_SHARE) * previous_energy
+        if error <= tolerance and (has_settled or polished > POLISHING_STEPS):
             return u, step
-        if off > (1 - LEAST_GAIN_SHARE) * least:
+        if error > (1 - LEAST_GAIN_SHARE) * least:
             idle += 1
         else:
-            least, idle = off, 0
-        is_restoring |= idle >= PATIENCE_STEPS and off <= ACCEPTABLE_SHARE
-        before = energy
+            least, idle = error, 0
+        is_restoring |= idle >= PATIENCE_STEPS and error <= ACCEPTABLE_SHARE
+        previous_energy = energy
         check_time()
         if not factorise(pattern, matrix, gradient, factor):
             break
-        way, multipliers = _constrained_step(regions, u, areas, factor, has_gradient=not is_restoring)
+        direction, multipliers = _constrained_step(regions, u, areas, factor, has_gradient=not is_restoring)
         # The merit function has its minimum where areas are met if missing areas weigh more than the multipliers.
-        barrier = max(barrier, 2 * float(np.abs(multipliers * regions.wanted).max()))
+        barrier = max(barrier, 2 * float(np.abs(multipliers * regions.target_areas).max()))
         merit = (0.0, 1.0) if is_restoring else (1.0, barrier)
-        u, share = _line_search(regions, u, way, energy, merit)
+        u, share = _line_search(regions, u, direction, energy, merit)
         if share < SHORTEST_STEP:
             if is_restoring:
                 return u, step + 1
@@ -172,7 +175,7 @@ def match_areas(regions: Regions, u: Complex, steps: int, tolerance: float) -> t
 def _constrained_step(
     regions: Regions, u: Complex, areas: Real, factor: Factor, *, has_gradient: bool
 ) -> tuple[Complex, Real]:
-    """Return the step (n,) and the multipliers (r,); `factor` has the factor of H, and L⁻¹ g.
+    """Return the step (n,) and the multipliers (r,); `factor` contains the factor L of H, and L⁻¹ g.
 
     Without the gradient, the step only makes up for missing areas.
     """
@@ -183,7 +186,7 @@ def _constrained_step(
     # Areas grow by factors: constraints on their logarithms are closer to linear than those on areas. A region changes
     # by at most STEP_RATIO in a step, beyond which the linear model does not hold.
     scaled = csr_array(regions.gradients_of_areas(u) / areas[:, None])
-    missing = np.clip(regions.wanted / areas, 1 / STEP_RATIO, STEP_RATIO) - 1
+    missing = np.clip(regions.target_areas / areas, 1 / STEP_RATIO, STEP_RATIO) - 1
 
     def solve(values: Real) -> Complex:
         """Return -H⁻¹ Bᵀ λ for multipliers."""
@@ -191,36 +194,36 @@ def _constrained_step(
         back_substitute(pattern, factor, part)
         return part
 
-    def rates(way: Complex) -> Real:
+    def rates(step: Complex) -> Real:
         """Return B p for a step."""
-        return (scaled.conj() @ way).real
+        return (scaled.conj() @ step).real
 
     shape = areas.size, areas.size
     schur = LinearOperator(shape, lambda values: -rates(solve(values)), dtype=np.float64)
     # Preconditioner: the entry of B H⁻¹ Bᵀ for a region decreases with its area, as small regions yield more easily.
-    scale = diags_array(np.sqrt(regions.wanted))
+    scale = diags_array(np.sqrt(regions.target_areas))
     tolerances = {"rtol": MULTIPLIER_TOLERANCE, "maxiter": MOST_MULTIPLIER_STEPS}
     multipliers, _ = cg(schur, rates(step) - missing, M=scale, **tolerances)
     return step + solve(multipliers), multipliers / areas
 
 
 def _line_search(
-    regions: Regions, u: Complex, way: Complex, energy: float, weights: tuple[float, float]
+    regions: Regions, u: Complex, direction: Complex, energy: float, weights: tuple[float, float]
 ) -> tuple[Complex, float]:
-    """Return the images after a step that lowers the merit, and the step's share.
+    """Return the images after a step that lowers the merit, and the share of `direction` that was taken.
 
     The merit is the weighted sum of the energy and of the differences of areas.
     """
 
     def merit(energy: float, images: Complex) -> float:
-        differences = np.abs(regions.areas(images) / regions.wanted - 1)
+        differences = np.abs(regions.areas(images) / regions.target_areas - 1)
         return weights[0] * energy + weights[1] * float(differences.sum())
 
-    here = merit(energy, u)
-    share = min(1.0, FOLD_MARGIN_SHARE * largest_step(regions.faces, u, way))
+    initial = merit(energy, u)
+    share = min(1.0, FOLD_MARGIN_SHARE * largest_step(regions.faces, u, direction))
     while share >= SHORTEST_STEP:
-        new = u + share * way
-        if merit(regions.rest.energy(new, OBJECTIVE), new) < here:
+        new = u + share * direction
+        if merit(regions.rest_shapes.energy(new, OBJECTIVE), new) < initial:
             return new, share
         share *= 0.5
     return u, 0.0

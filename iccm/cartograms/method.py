@@ -40,7 +40,7 @@ class Cartogram:
         image: (n,) images of its vertices.
         polygons: (r,) the regions as they were mapped, edge-matched.
         region: (m,) the region of each triangle, -1 for none.
-        wanted: (r,) the areas that regions should have; their sum is that of the regions.
+        target_areas: (r,) areas that the regions should have; their sum is that of the regions.
         steps: number of Newton steps.
     """
 
@@ -48,18 +48,18 @@ class Cartogram:
     image: Complex
     polygons: Sequence[shapely.Geometry]
     region: Index
-    wanted: Real
+    target_areas: Real
     steps: int
 
     @cached_property
     def areas(self) -> Real:
         """(r,) the areas of the regions in the cartogram."""
-        return _areas(self.image, self.mesh.faces, self.region, self.wanted.size)
+        return _areas(self.image, self.mesh.faces, self.region, self.target_areas.size)
 
     @cached_property
     def errors(self) -> Real:
-        """(r,) the differences of areas from those wanted, relative to these."""
-        errors: Real = np.abs(self.areas / self.wanted - 1)
+        """(r,) the differences of the areas from the target areas, relative to these."""
+        errors: Real = np.abs(self.areas / self.target_areas - 1)
         return errors
 
     @cached_property
@@ -70,12 +70,12 @@ class Cartogram:
 
     @property
     def folds(self) -> int:
-        """Number of triangles that are not counter-clockwise in the image."""
+        """Number of triangles whose image is not counter-clockwise."""
         return folds(self.mesh.faces, self.image)
 
     @cached_property
     def dilatations(self) -> Real:
-        """(2,) mean and 95th percentile over the regions' area of the ratio of both stretches, 1 for a similarity."""
+        """(2,) mean and 95th percentile over the regions' area of the ratio of the stretches; 1 for a similarity."""
         faces = self.mesh.faces[self.region >= 0]
         dilatation, _, _ = stretches(self.mesh.z, self.image, faces)
         area = triangle_areas(self.image[faces])
@@ -99,8 +99,8 @@ class Cartogram:
         order = np.argsort(points)
         ordered = points[order]
 
-        def ring(given: shapely.Geometry) -> list[tuple[float, float]]:
-            numbers = order[np.searchsorted(ordered, complex_of(shapely.get_coordinates(given)))].tolist()
+        def ring(border: shapely.Geometry) -> list[tuple[float, float]]:
+            numbers = order[np.searchsorted(ordered, complex_of(shapely.get_coordinates(border)))].tolist()
             sides = [along[pair][:-1] for pair in pairwise(numbers)]
             vertices = image[np.concatenate(sides)]
             return list(map(tuple, xy_of(np.append(vertices, vertices[0])).tolist()))
@@ -132,32 +132,32 @@ def cartogram(regions: Sequence[shapely.Geometry], values: Real, most_points: in
     points, edges = _borders(polygons)
     mesh = mesh_of(points, edges)
     region = _regions_of(mesh, polygons)
-    given = _areas(mesh.z, mesh.faces, region, len(polygons))
-    if not given.min() > 0:
-        raise InputError(f"region {int(np.argmin(given)) + 1} has no area")
-    wanted = wanted_areas(values, given)
+    source_areas = _areas(mesh.z, mesh.faces, region, len(polygons))
+    if not source_areas.min() > 0:
+        raise InputError(f"region {int(np.argmin(source_areas)) + 1} has no area")
+    target_areas = areas_for(values, source_areas)
     scale = np.sqrt(triangle_areas(mesh.z[mesh.faces]).sum())
-    held = np.arange(mesh.z.size) < mesh.frame
-    system = Regions(mesh.z / scale, mesh.faces, region, wanted / scale**2, held)
+    is_fixed = np.arange(mesh.z.size) < mesh.frame
+    system = Regions(mesh.z / scale, mesh.faces, region, target_areas / scale**2, is_fixed)
     image, steps = match_areas(system, system.z.copy(), MOST_STEPS, AREA_TOLERANCE)
-    return Cartogram(mesh, image * scale, polygons, region, wanted, steps)
+    return Cartogram(mesh, image * scale, polygons, region, target_areas, steps)
 
 
-def wanted_areas(values: Real, given: Real) -> Real:
-    """Return (r,) areas in proportion to values, with the total of the given areas.
+def areas_for(values: Real, source_areas: Real) -> Real:
+    """Return (r,) areas in proportion to values, with the same total as the source areas.
 
     Regions whose value is NaN get the area that they have at the mean density of the others, and none gets less than
     the smallest area.
 
-    >>> wanted_areas(np.array([3.0, 1.0]), np.array([1.0, 1.0]))
+    >>> areas_for(np.array([3.0, 1.0]), np.array([1.0, 1.0]))
     array([1.5, 0.5])
     """
-    known = ~np.isnan(values)
-    density = values[known].sum() / given[known].sum()
-    wanted = np.where(known, values, density * given)
-    smallest = min(SMALLEST_AREA_SHARE, SMALLEST_OF_MEAN / given.size)
-    wanted = np.maximum(wanted / wanted.sum(), smallest)
-    return wanted / wanted.sum() * given.sum()
+    has_value = ~np.isnan(values)
+    density = values[has_value].sum() / source_areas[has_value].sum()
+    areas = np.where(has_value, values, density * source_areas)
+    smallest = min(SMALLEST_AREA_SHARE, SMALLEST_OF_MEAN / source_areas.size)
+    areas = np.maximum(areas / areas.sum(), smallest)
+    return areas / areas.sum() * source_areas.sum()
 
 
 def _edge_matched(regions: Sequence[shapely.Geometry]) -> Sequence[shapely.Geometry]:

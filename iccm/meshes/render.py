@@ -49,24 +49,24 @@ def render(
         axes: the view axes; those of `view` if None.
     """
     axes = view(points, faces) if axes is None else axes
-    seen = points @ axes.T
-    low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
+    projected = points @ axes.T
+    low, high = projected[:, :2].min(axis=0), projected[:, :2].max(axis=0)
     scale = SAMPLES_PER_AXIS * (size - 2) / max(*(high - low), 1e-300)
     # rounded first: the longer side is an integer up to rounding errors
     width, height = (int(np.ceil(round(e, 6))) for e in (high - low) * scale + 2 * SAMPLES_PER_AXIS)
-    screen = (seen[:, :2] - low) * scale + SAMPLES_PER_AXIS
+    screen = (projected[:, :2] - low) * scale + SAMPLES_PER_AXIS
     screen[:, 1] = height - screen[:, 1]
     width, height = width + width % SAMPLES_PER_AXIS, height + height % SAMPLES_PER_AXIS
     corners = np.ascontiguousarray(screen[faces], np.float64)
-    owner = visible_triangles(corners, seen[:, 2][faces], width, height)
-    at = np.flatnonzero(owner >= 0)
-    own = owner.ravel()[at]
-    colour = _texels(corners, uv, own, at, width, sampler)
-    shade = affine(corners, _light(points, faces, axes))[own]
-    light = shade[:, 0] + shade[:, 1] * (at % width + 0.5) + shade[:, 2] * (at // width + 0.5)
+    owner = visible_triangles(corners, projected[:, 2][faces], width, height)
+    covered = np.flatnonzero(owner >= 0)
+    triangles = owner.ravel()[covered]
+    colour = _texels(corners, uv, triangles, covered, width, sampler)
+    shade = affine(corners, _light(points, faces, axes))[triangles]
+    light = shade[:, 0] + shade[:, 1] * (covered % width + 0.5) + shade[:, 2] * (covered // width + 0.5)
     picture = np.zeros((height * width, 4), np.float32)
-    picture[at, :3] = colour * light[:, None]
-    picture[at, 3] = 1.0
+    picture[covered, :3] = colour * light[:, None]
+    picture[covered, 3] = 1.0
     small = picture.reshape(
         height // SAMPLES_PER_AXIS, SAMPLES_PER_AXIS, width // SAMPLES_PER_AXIS, SAMPLES_PER_AXIS, 4
     ).mean(axis=(1, 3))
@@ -106,8 +106,8 @@ def _light(points: Real, faces: Index, axes: Real) -> Real:
     for k in range(3):
         np.add.at(mean, faces[:, k], across)
     flat, smooth = _unit(across)[:, None], _unit(mean)[faces]
-    alike = np.einsum("mij,mkj->mk", flat, smooth) > CREASE_COSINE
-    normal = np.where(alike[..., None], smooth, flat)
+    is_smooth = np.einsum("mij,mkj->mk", flat, smooth) > CREASE_COSINE
+    normal = np.where(is_smooth[..., None], smooth, flat)
     lamp = axes.T @ np.array([-0.35, 0.5, 0.8])
     return AMBIENT_SHARE + (1 - AMBIENT_SHARE) * np.abs(normal @ (lamp / np.linalg.norm(lamp)))
 
@@ -116,19 +116,21 @@ def _unit(vectors: Real) -> Real:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
-def _texels(corners: Real, uv: Real, own: NDArray, at: Index, width: int, sampler: Sampler | None) -> Real:
+def _texels(
+    corners: Real, uv: Real, triangles: NDArray, covered: Index, width: int, sampler: Sampler | None
+) -> Real:
     if sampler is None:
-        return np.full((at.size, 3), 0.8, np.float32)
+        return np.full((covered.size, 3), 0.8, np.float32)
     across = affine(corners, uv[..., 0])
     down = affine(corners, uv[..., 1])
-    x, y = at % width + 0.5, at // width + 0.5
+    x, y = covered % width + 0.5, covered // width + 0.5
 
     def places(p: slice) -> Places:
-        u, v = across[own[p]], down[own[p]]
+        u, v = across[triangles[p]], down[triangles[p]]
         xy = np.column_stack([c[:, 0] + c[:, 1] * x[p] + c[:, 2] * y[p] for c in (u, v)])
         return Places(xy, np.column_stack([u[:, 1], u[:, 2], v[:, 1], v[:, 2]]))
 
-    pixels = sampler(places, at.size)
+    pixels = sampler(places, covered.size)
     top = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
     values = pixels.astype(np.float32) / top
     return values[:, :3] if values.shape[1] >= 3 else np.repeat(values[:, :1], 3, axis=1)

@@ -827,8 +827,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/balanced/motion.py",
-        "return (share + j / OUTLINE_SAMPLES) * now.length",
-        "return (share + i / OUTLINE_SAMPLES) * now.length",
+        "return (share + j / OUTLINE_SAMPLES) * current.length",
+        "return (share + i / OUTLINE_SAMPLES) * current.length",
         BALANCED + "test_motion.py",
         "sequences jump where outlines begin elsewhere",
     ),

@@ -127,31 +127,30 @@ class SoftPins:
             margin: radius relative to that of the core.
         """
         w = u if self.inverted else z
-        found = []
-        for pin, radius, own in zip(self.source, self.core_radii, nearest_triangles(w, faces, self.source)):
-            near = np.flatnonzero(np.abs(w - pin) < margin * radius)
-            found.append(np.union1d(near, faces[own]))
-        return found
+        cores = []
+        for pin, radius, face in zip(self.source, self.core_radii, nearest_triangles(w, faces, self.source)):
+            nearby = np.flatnonzero(np.abs(w - pin) < margin * radius)
+            cores.append(np.union1d(nearby, faces[face]))
+        return cores
 
     def multipliers(self, z: Complex, u: Complex, faces: Index) -> Real:
         """Return (m,) the weight of distortion in each triangle (m, 3); 1 outside of all patches."""
         w = u if self.inverted else z
         corners = w[faces]
         middles = corners.mean(axis=1)
-        reach = np.abs(corners - middles[:, None]).max(
-            axis=1
-        )  # no point of a triangle is farther from its middle
-        found = np.zeros((len(faces), len(QUADRATURE)))
+        # no point of a triangle is farther from its middle
+        reach = np.abs(corners - middles[:, None]).max(axis=1)
+        kernels = np.zeros((len(faces), len(QUADRATURE)))
         for pin, radius in zip(self.source, self.radii):
-            near = np.flatnonzero(np.abs(middles - pin) < radius + reach)
-            points = corners[near] @ QUADRATURE.T
-            found[near] = np.maximum(found[near], _kernel(np.abs(points - pin) / radius))
+            nearby = np.flatnonzero(np.abs(middles - pin) < radius + reach)
+            points = corners[nearby] @ QUADRATURE.T
+            kernels[nearby] = np.maximum(kernels[nearby], _kernel(np.abs(points - pin) / radius))
         for band in self.bands:
-            near = np.flatnonzero(band.line.distances(middles) < band.radius + reach)
-            points = corners[near] @ QUADRATURE.T
-            away = band.line.distances(points.ravel()).reshape(points.shape)
-            found[near] = np.maximum(found[near], _kernel(away / band.radius))
-        return 1 + (self.stiffness - 1) * found.mean(axis=1)
+            nearby = np.flatnonzero(band.line.distances(middles) < band.radius + reach)
+            points = corners[nearby] @ QUADRATURE.T
+            distances = band.line.distances(points.ravel()).reshape(points.shape)
+            kernels[nearby] = np.maximum(kernels[nearby], _kernel(distances / band.radius))
+        return 1 + (self.stiffness - 1) * kernels.mean(axis=1)
 
     def springs_on_mesh(
         self, z: Complex, u: Complex, faces: Index, cores: Sequence[Index], q: float, *, forward: bool
@@ -170,39 +169,41 @@ class SoftPins:
         w = u if self.inverted else z
         triangle_shares = np.abs(triangle_areas(w[faces])) / 3
         vertex_areas = np.bincount(faces.ravel(), np.repeat(triangle_shares, 3), w.size).astype(np.float64)
-        here, there = (self.target, self.source) if self.inverted else (self.source, self.target)
-        kept, moving = (z, u) if forward else (u, z)
-        found: list[TermOnMesh] = []
-        around = nearest_triangles(w, faces, self.source)
+        domain_places, image_places = self.pairs.T
+        fixed_side, moving_side = (z, u) if forward else (u, z)
+        springs: list[TermOnMesh] = []
+        triangles = nearest_triangles(w, faces, self.source)
         for k, vertices in enumerate(cores):
             core_weights = _core_weights(self.source[k], self.core_radii[k], vertices, w, vertex_areas)
             if core_weights is not None:
                 weights = spread = core_weights
             else:
-                corners = faces[around[k]]
-                own = np.searchsorted(vertices, corners)
+                corners = faces[triangles[k]]
+                positions = np.searchsorted(vertices, corners)
                 weights, spread = np.zeros(vertices.size), np.zeros(vertices.size)
-                weights[own] = _barycentric(self.source[k], w[corners])
-                spread[own] = 1 / 3  # at a vertex, the barycentric coordinates are those of a single point
+                weights[positions] = _barycentric(self.source[k], w[corners])
+                # not the barycentric coordinates: at a vertex, these are those of a single point
+                spread[positions] = 1 / 3
             derivative = _mean_derivative(z[vertices], u[vertices], spread)
             # Displacement of the core from its place: u - u₀ - f'·(z - z₀), which is linear in the positions
             # that move. The second difference is zero until vertices of the source move.
             factor = 1.0 if forward else -derivative
-            residual = weights @ u[vertices] - there[k] - derivative * (weights @ z[vertices] - here[k])
-            constant = residual - factor * (weights @ moving[vertices])
+            domain_offset = weights @ z[vertices] - domain_places[k]
+            residual = weights @ u[vertices] - image_places[k] - derivative * domain_offset
+            constant = residual - factor * (weights @ moving_side[vertices])
             # Distances are measured in the target, also for the inverse map.
             scale = 1 / abs(derivative) if self.inverted else abs(derivative)
             spring = q * self.springs[k] * (scale**2 if self.inverted else 1.0)
-            found.append(Spring(vertices, np.asarray(factor * weights, np.complex128), constant, spring))
+            springs.append(Spring(vertices, np.asarray(factor * weights, np.complex128), constant, spring))
             aim = self._aim(k, derivative)
             if aim is not None:
-                slopes = _slope_weights(kept[vertices], spread)
+                slopes = _slope_weights(fixed_side[vertices], spread)
                 # The derivative of the moving side is f' or 1/f'; a deviation of 1/f' stands for one of f' that
                 # is |f'|² times as large.
                 is_inverse = forward == self.inverted
                 stiffness = q * self.derivative_spring * (scale**4 if is_inverse else 1.0)
-                found.append(Spring(vertices, slopes, -(aim if forward else 1 / aim), stiffness))
-        return found
+                springs.append(Spring(vertices, slopes, -(aim if forward else 1 / aim), stiffness))
+        return springs
 
     def _aim(self, k: int, derivative: complex) -> complex | None:
         """Return the requested derivative of the map at a patch, given its present one; None if it is free."""
@@ -254,11 +255,11 @@ def _core_weights(
     They are the kernel, times the areas around the vertices, times a linear function that moves the mean to the
     pin: the weighted mean of a linear map is then its value at the pin.
     """
-    away = (w[vertices] - pin) / radius
-    masses = vertex_areas[vertices] * _kernel(np.abs(away))
+    offsets = (w[vertices] - pin) / radius
+    masses = vertex_areas[vertices] * _kernel(np.abs(offsets))
     if np.count_nonzero(masses) < FEWEST_CORE_VERTICES:
         return None
-    linear = np.stack([np.ones(away.size), away.real, away.imag])
+    linear = np.stack([np.ones(offsets.size), offsets.real, offsets.imag])
     moments = (linear * masses) @ linear.T
     if np.linalg.cond(moments) > WORST_CONDITION_NUMBER:
         return None
@@ -275,8 +276,8 @@ def _barycentric(point: complex, corners: Complex) -> Real:
 
 def _slope_weights(z: Complex, weights: Real) -> Complex:
     """Return b (s,) such that Σ b u is the derivative of the similarity closest to z -> u, with weights (s,)."""
-    away = z - weights @ z
-    return weights * away.conj() / (weights @ np.abs(away) ** 2)
+    offsets = z - weights @ z
+    return weights * offsets.conj() / (weights @ np.abs(offsets) ** 2)
 
 
 def _mean_derivative(z: Complex, u: Complex, weights: Real) -> complex:

@@ -10,7 +10,7 @@ from iccm.arrays import complex_of
 from iccm.cartograms import areas
 from iccm.cartograms.areas import OBJECTIVE, Regions, match_areas
 from iccm.cartograms.mesh import mesh_of
-from iccm.cartograms.method import SMALLEST_AREA_SHARE, cartogram, wanted_areas
+from iccm.cartograms.method import SMALLEST_AREA_SHARE, areas_for, cartogram
 from iccm.errors import InputError
 from iccm.plane import triangle_areas
 
@@ -22,35 +22,35 @@ def disc(radius, centre=0j):
     return shapely.Polygon(np.column_stack([z.real, z.imag]))
 
 
-def check(made, error=2e-3):
+def check(result, error=2e-3):
     """Areas are met, nothing folds, and the written regions are an edge-matched coverage of these areas."""
-    assert made.errors.max() < error
-    assert made.folds == 0 and made.map.injectivity.certified
-    written = np.array(made.regions(9))
-    assert shapely.is_valid(written).all() and shapely.coverage_is_valid(written)
-    assert shapely.area(written) == pytest.approx(made.wanted, rel=2 * error)
-    return written
+    assert result.errors.max() < error
+    assert result.folds == 0 and result.map.injectivity.certified
+    regions = np.array(result.regions(9))
+    assert shapely.is_valid(regions).all() and shapely.coverage_is_valid(regions)
+    assert shapely.area(regions) == pytest.approx(result.target_areas, rel=2 * error)
+    return regions
 
 
 def test_rectangles_share_the_area_in_proportion_to_their_values():
-    made = cartogram([shapely.box(0, 0, 2, 1), shapely.box(2, 0, 3, 1)], np.array([1.0, 4.0]), 1000)
-    written = check(made)
-    assert shapely.area(written) == pytest.approx([0.6, 2.4], rel=2e-3)
-    assert written[0].touches(written[1])
-    assert written[0].intersection(written[1]).length > 0.5
+    result = cartogram([shapely.box(0, 0, 2, 1), shapely.box(2, 0, 3, 1)], np.array([1.0, 4.0]), 1000)
+    regions = check(result)
+    assert shapely.area(regions) == pytest.approx([0.6, 2.4], rel=2e-3)
+    assert regions[0].touches(regions[1])
+    assert regions[0].intersection(regions[1]).length > 0.5
 
 
 def test_regions_of_equal_density_stay_where_they_are():
-    made = cartogram([shapely.box(0, 0, 2, 1), shapely.box(2, 0, 3, 1)], np.array([20.0, 10.0]), 1000)
-    assert np.abs(made.image - made.mesh.z).max() < 1e-3
-    assert made.dilatations == pytest.approx([1, 1], abs=1e-2)
+    result = cartogram([shapely.box(0, 0, 2, 1), shapely.box(2, 0, 3, 1)], np.array([20.0, 10.0]), 1000)
+    assert np.abs(result.image - result.mesh.z).max() < 1e-3
+    assert result.dilatations == pytest.approx([1, 1], abs=1e-2)
 
 
 def test_a_disc_in_a_ring_becomes_the_disc_of_its_area():
     inner, outer = disc(1), disc(2)
-    made = cartogram([inner, outer.difference(inner)], np.array([1.0, 1.0]), 1000)
-    written = check(made)
-    z = complex_of(shapely.get_coordinates(written[0]))
+    result = cartogram([inner, outer.difference(inner)], np.array([1.0, 1.0]), 1000)
+    regions = check(result)
+    z = complex_of(shapely.get_coordinates(regions[0]))
     radii = np.abs(z - z[:-1].mean())
     assert radii == pytest.approx(np.sqrt(outer.area / 2 / np.pi), rel=0.03)
 
@@ -70,15 +70,15 @@ def test_holes_islands_and_parts_that_touch_in_a_point():
     land = shapely.box(0, 0, 6, 4).difference(disc(0.7, 2 + 2j)).difference(disc(0.6, 4 + 2j))
     enclave = disc(0.7, 2 + 2j)  # the other hole is a lake
     pieces = shapely.MultiPolygon([shapely.box(6, 4, 7, 5), shapely.box(8, 0, 8.01, 0.01)])
-    made = cartogram([land, enclave, pieces], np.array([4.0, 4.0, 1.0]), 1000)
-    written = check(made)
-    assert len(written[0].interiors) == 2 and len(shapely.get_parts(written[2])) == 2
+    result = cartogram([land, enclave, pieces], np.array([4.0, 4.0, 1.0]), 1000)
+    regions = check(result)
+    assert len(regions[0].interiors) == 2 and len(shapely.get_parts(regions[2])) == 2
 
 
 def test_values_that_are_missing_or_zero():
-    given = np.array([1.0, 2.0, 1.0])
-    assert wanted_areas(np.array([3.0, np.nan, 1.0]), given) == pytest.approx([1.5, 2.0, 0.5])
-    tiny = wanted_areas(np.array([3.0, 0.0, 1.0]), given)
+    source_areas = np.array([1.0, 2.0, 1.0])
+    assert areas_for(np.array([3.0, np.nan, 1.0]), source_areas) == pytest.approx([1.5, 2.0, 0.5])
+    tiny = areas_for(np.array([3.0, 0.0, 1.0]), source_areas)
     assert tiny.sum() == pytest.approx(4) and tiny[1] == pytest.approx(4 * SMALLEST_AREA_SHARE, rel=1e-3)
     boxes = [shapely.box(0, 0, 1, 1), shapely.box(1, 0, 2, 2), shapely.box(0, 1, 1, 2)]
     check(cartogram(boxes, np.array([3.0, 0.0, 1.0]), 1000))
@@ -97,11 +97,13 @@ def test_the_derivatives_of_areas():
     region = np.where(inside, 0, -1)
     regions = Regions(mesh.z, mesh.faces, region, np.array([1.0]), np.arange(mesh.z.size) < mesh.frame)
     generator = np.random.default_rng(3)
-    way = generator.normal(size=mesh.z.size) + 1j * generator.normal(size=mesh.z.size)
-    way[regions.held] = 0
-    slope = (regions.gradients_of_areas(mesh.z).conj() @ way).real
+    direction = generator.normal(size=mesh.z.size) + 1j * generator.normal(size=mesh.z.size)
+    direction[regions.fixed] = 0
+    slope = (regions.gradients_of_areas(mesh.z).conj() @ direction).real
     step = 1e-6
-    difference = (regions.areas(mesh.z + step * way) - regions.areas(mesh.z - step * way)) / (2 * step)
+    difference = (regions.areas(mesh.z + step * direction) - regions.areas(mesh.z - step * direction)) / (
+        2 * step
+    )
     assert slope == pytest.approx(difference, rel=1e-6)
 
 
@@ -161,11 +163,11 @@ def error_on_circles(count):
     faces = Delaunay(np.column_stack([z.real, z.imag])).simplices.astype(np.int64)
     faces = np.where((triangle_areas(z[faces]) < 0)[:, None], faces[:, ::-1], faces)
     region = (np.abs(z[faces].mean(axis=1)) > 1).astype(np.int64)
-    given = np.bincount(region, triangle_areas(z[faces]))
-    scale = np.sqrt(given.sum())
-    wanted = np.array([RADIUS**2 * given[0], given.sum() - RADIUS**2 * given[0]])
-    held = np.abs(z) > 2 - 1e-9
-    regions = Regions(z / scale, np.ascontiguousarray(faces), region, wanted / scale**2, held)
+    source_areas = np.bincount(region, triangle_areas(z[faces]))
+    scale = np.sqrt(source_areas.sum())
+    target_areas = np.array([RADIUS**2 * source_areas[0], source_areas.sum() - RADIUS**2 * source_areas[0]])
+    fixed = np.abs(z) > 2 - 1e-9
+    regions = Regions(z / scale, np.ascontiguousarray(faces), region, target_areas / scale**2, fixed)
     image, _ = match_areas(regions, regions.z.copy(), 120, 1e-9)
     radius = np.abs(z)
     expected = np.where(radius <= 1, RADIUS * radius, np.interp(radius, *radial_map()))
@@ -182,9 +184,9 @@ def test_areas_are_corrected_where_no_step_lowers_the_energy(monkeypatch):
     """A search that always fails stands for strongly curved areas, as in the counties of the United States."""
     search = areas._line_search
 
-    def failing(regions, u, way, energy, weights):
-        off = np.abs(regions.areas(u) / regions.wanted - 1).max()
-        return (u, 0.0) if weights[0] and off < 0.05 else search(regions, u, way, energy, weights)
+    def failing(regions, u, direction, energy, weights):
+        error = np.abs(regions.areas(u) / regions.target_areas - 1).max()
+        return (u, 0.0) if weights[0] and error < 0.05 else search(regions, u, direction, energy, weights)
 
     monkeypatch.setattr(areas, "_line_search", failing)
     boxes = [shapely.box(0, 0, 2, 1), shapely.box(2, 0, 3, 1), shapely.box(0, 1, 3, 2)]
