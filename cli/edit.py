@@ -41,7 +41,7 @@ def command(**given: Any) -> int:
     process.leave_signals()
     gc.enable()  # it runs long
     workspace = Workspace(**options.values(given))
-    for note in workspace.session.notes if workspace.session else ():
+    for note in workspace.session.view.notes if workspace.session else ():
         logs.tell(note)
     server.serve(workspace, port=port, browser=browser, show=click.echo)
     if workspace.session and workspace.session.scene != workspace.session.saved:

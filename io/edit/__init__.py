@@ -1,6 +1,10 @@
 """`iccm edit`: a page in the browser for placing pins and strokes while the map follows.
 
-session       the shapes, the converged map and the map that follows
+session       the converged map, and the map that follows a drag
+pair          the shapes, their inputs, and scenes in the core plane
+page_view     the pair and its maps as the page shows them
+solving       the converged map of a scene, as `iccm map` computes it
+placing       places on the other side, suggested pins, handles
 map_choice    the choice between a continued map and one from scratch
 scene         drawings and maps in the page's coordinates
 own_drawing   pictures in the shapes' own files

@@ -72,7 +72,7 @@ def read(job: Job) -> Unsaved | None:
 
 def offer(session: Session, left: Unsaved | None) -> None:
     """Have the page ask whether to restore unsaved changes from an earlier session."""
-    if left is None or left.scene == session.first:
+    if left is None or left.scene == session.pair.first:
         return
     session.left = left.scene
     if left.start:
@@ -90,11 +90,11 @@ def keep(session: Session, scene: Scene, port: int, token: str) -> None:
         session.left = None
     if scene == session.saved:
         if not session.left:
-            forget(session.job)
+            forget(session.pair.job)
         return
     unsaved = Unsaved(scene=scene, start=session.start(scene), when=datetime.now(UTC), port=port, token=token)
     make_private(folder())
-    write_bytes(path(session.job), unsaved.model_dump_json().encode(), force=True, private=True)
+    write_bytes(path(session.pair.job), unsaved.model_dump_json().encode(), force=True, private=True)
 
 
 def forget(job: Job) -> None:

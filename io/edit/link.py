@@ -19,7 +19,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ...errors import InputError, naming
 from ..files import check_output
 from ..shapes import landmarks
-from . import messages, saving
+from . import messages, placing, saving
 from .messages import (
     AddHandles,
     Draw,
@@ -315,17 +315,19 @@ class _Link:
             self._keep(session.scene)
             return {}
         if isinstance(message, Place):
-            return {"points": session.transfer(message.side, message.points)}
+            return {"points": placing.transfer(session, message.side, message.points)}
         if isinstance(message, ReadPins):
             with naming(message.name):
-                return {"pins": session.read_pins(message.name, message.text)}
+                return {"pins": session.pair.read_pins(message.name, message.text)}
         if isinstance(message, WritePins):
-            text = landmarks.write(message.suffix, message.scene.pins, session.source, session.target)
-            return {"text": text, "name": f"{saving.stem(session.job)}{message.suffix}"}
+            text = landmarks.write(
+                message.suffix, message.scene.pins, session.pair.source, session.pair.target
+            )
+            return {"text": text, "name": f"{saving.stem(session.pair.job)}{message.suffix}"}
         if isinstance(message, Suggest):
-            return {"pins": session.suggest(message.scene)}
+            return {"pins": placing.suggest(session, message.scene)}
         if isinstance(message, AddHandles):
-            return {"pins": session.handles(message.scene, message.rows, message.columns)}
+            return {"pins": placing.handles(session, message.scene, message.rows, message.columns)}
         if isinstance(message, Export) and not message.write:
             return {"command": saving.command(session, message.scene, None, message.name, message.size)}
         names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
@@ -338,7 +340,7 @@ class _Link:
         session.
         """
         session = self._session
-        known = name in session.written or name == session.job.constraints
+        known = name in session.written or name == session.pair.job.constraints
         return not known and check_output(name, force=True).exists()
 
     def _written(self, message: Save | Draw | Export, names: list[str]) -> dict[str, Any]:
@@ -352,16 +354,16 @@ class _Link:
             self._keep(scene)
             return {"written": [name], "command": saving.command(session, scene, {"constraints": name})}
         fields = saving.copies(session, scene, names, replace=True)
-        if session.drawn:
+        if session.pair.drawn:
             session.saved = scene
             self._keep(scene)
         return {"written": names[: len(fields)], "command": saving.command(session, scene, fields)}
 
     def _names(self) -> dict[str, Any]:
         session = self._session
-        name = saving.stem(session.job) + session.suffix
+        name = saving.stem(session.pair.job) + session.pair.suffix
         file = saving.constraints_file(session)
-        names = {"constraints": file, "picture": name, "drawn": session.drawn, "ending": saving.ENDING}
+        names = {"constraints": file, "picture": name, "drawn": session.pair.drawn, "ending": saving.ENDING}
         return names | {"restart": saving.edit_command(session)}
 
     async def _say(self, message: dict[str, Any]) -> None:

@@ -67,7 +67,7 @@ class MapUpdate:
         message: a sentence about the map.
         figures: those of the report that are known.
         wrong: indices of the pins and strokes that are not or cannot be met.
-        drawn: what the page draws, see `Session.image_of`; None if the page keeps its map.
+        drawn: what the page draws, see `PageView.image_of`; None if the page keeps its map.
         patches: radius and tolerance of each soft pin, in the units of the files; None for exact pins.
         outlines: of a deformed shape, rings of [x, y] in the page's coordinates.
         other: "fresh" if the map from scratch differs, "kept" if the map continued from the last one does.

@@ -109,7 +109,7 @@ class _Answers:
         side = request.query_params.get("side", "")
         most = int(side) if side.isdecimal() and len(side) <= MOST_SIDE_DIGITS else LEAST_SIDE_TEXELS
         most = min(max(most, LEAST_SIDE_TEXELS), limits.PAGE_TEXELS)
-        return Response(session.texture(most), media_type="image/png")
+        return Response(session.view.texture(most), media_type="image/png")
 
     def triangles(self, request: Request) -> Response:
         """Return the mesh of a side."""
@@ -117,7 +117,7 @@ class _Answers:
         if session is None:
             return Response(status_code=404)
         try:
-            content = session.triangles(request.path_params["side"])
+            content = session.view.triangles(request.path_params["side"])
         except KeyError:
             return Response(status_code=404)
         return Response(content, media_type="application/octet-stream")
@@ -127,7 +127,7 @@ class _Answers:
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
-        picture = session.drawing(request.path_params["side"])
+        picture = session.view.drawing(request.path_params["side"])
         return Response(picture[0], media_type=picture[1]) if picture else Response(status_code=204)
 
     async def put_file(self, request: Request) -> Response:

@@ -24,16 +24,22 @@ from ..shapes.shape import Shape
 from ..spec import path_of
 from . import drawn
 from .messages import Scene
-from .session import Session, stem
+from .session import Session
 
 ANSWERED = ("pin", "constraints", "balance", "turn", "fit", "force", "output", "stmap", "size")
 """Fields of the job that are set by the scene or the page."""
 
 
+def stem(job: Job) -> str:
+    """Return the stem of the file names of a pair."""
+    names = [Path(spec.partition("#")[0]).stem for spec in (job.source, job.target) if spec]
+    return "-".join(names if job.target else [*names, "deformed"])
+
+
 def constraints_file(session: Session) -> str:
     """Return the file that Save writes: the one that the constraints came from, else one in the current folder."""
-    given = session.job.constraints
-    return given if given and given != "-" else f"{stem(session.job)}.json"
+    given = session.pair.job.constraints
+    return given if given and given != "-" else f"{stem(session.pair.job)}.json"
 
 
 ENDING = "-pins"
@@ -64,7 +70,7 @@ def constraints_json(session: Session, scene: Scene, listed: dict[str, list[Any]
         scene: all constraints; the map to continue from belongs to them.
         listed: the pins and strokes to write; None for all.
     """
-    sides = (session.source,) if session.deforming else _sides(session)
+    sides = (session.pair.source,) if session.pair.deforming else _sides(session)
     listed = {"pins": scene.pins, "strokes": scene.strokes} if listed is None else listed
     regions = {"rigid": scene.rigid} if scene.rigid else {}
     return constraints_text(sides, listed | regions, session.start(scene))
@@ -76,11 +82,11 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
     Raises:
         InputError: the file cannot be written, or exists without `replace`.
     """
-    if session.drawn:
+    if session.pair.drawn:
         raise InputError(
-            f"{session.source.path}: the drawing already contains pins; write copies of the drawings instead"
+            f"{session.pair.source.path}: the drawing already contains pins; write copies of the drawings instead"
         )
-    name = name if name == session.job.constraints else local(name)
+    name = name if name == session.pair.job.constraints else local(name)
     if formats.suffix_of(name) != ".json":
         raise InputError(f"{name}: pins and strokes are saved as .json; choose such a name")
     files.write_bytes(name, constraints_json(session, scene).encode(), force=replace)
@@ -95,7 +101,7 @@ def copy_names(session: Session, ending: str) -> list[str]:
     Raises:
         InputError: one is not an SVG, or both copies would have the same name.
     """
-    if session.deforming:
+    if session.pair.deforming:
         raise InputError("the pins of a deformation can only be saved as JSON; use Save")
     paths = [shape.path for shape in _sides(session)]
     for path in paths:
@@ -104,7 +110,7 @@ def copy_names(session: Session, ending: str) -> list[str]:
     names = [local(f"{path.stem}{ending}.svg") for path in paths]
     if names[0] == names[1]:
         raise InputError(f"{names[0]}: both copies would have this name; rename one of the files")
-    return [*names, local(f"{stem(session.job)}{ending}.json")]
+    return [*names, local(f"{stem(session.pair.job)}{ending}.json")]
 
 
 def copies(session: Session, scene: Scene, names: list[str], *, replace: bool) -> dict[str, str]:
@@ -148,7 +154,7 @@ def _needs_list(session: Session, scene: Scene) -> bool:
 
 
 def _sides(session: Session) -> tuple[Shape, Shape]:
-    return session.source, session.target
+    return session.pair.source, session.pair.target
 
 
 def _spec(name: str, shape: Shape) -> str:
@@ -185,10 +191,10 @@ def job_of(session: Session, scene: Scene, **more: Any) -> Job:
     Raises:
         InputError: as `make`.
     """
-    given = session.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
+    given = session.pair.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
     # the default, without the option
     plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")
-    if not session.deforming:
+    if not session.pair.deforming:
         given |= {"turn": scene.turn or None} | ({} if plain else {"fit": scene.fit})
     return make({**given, "balance": scene.balance, **more})
 
@@ -211,18 +217,21 @@ def command(
     shapes = [named.pop("source"), named.pop("target")]
     words = ["iccm", kind, *filter(None, shapes)]
     given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
-    if size or session.job.size:
-        given["size"] = size or session.job.size
+    if size or session.pair.job.size:
+        given["size"] = size or session.pair.job.size
     words += _option_words(given, kind)
     for name, value in named.items():
         words += [f"--{name}", value]
-    words += ["--stmap" if _is_stmap(output) else "-o", output or stem(session.job) + session.suffix]
+    words += [
+        "--stmap" if _is_stmap(output) else "-o",
+        output or stem(session.pair.job) + session.pair.suffix,
+    ]
     return _line(words)
 
 
 def edit_command(session: Session) -> str:
     """Return the command line that opens the same files in the editor."""
-    job = session.job
+    job = session.pair.job
     given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
     return _line(["iccm", "edit", *filter(None, (job.source, job.target)), *_option_words(given, "edit")])
 
@@ -244,7 +253,7 @@ def _line(words: list[str]) -> str:
 
 
 def _fields_to_save(session: Session, scene: Scene) -> dict[str, str]:
-    if not session.drawn:
+    if not session.pair.drawn:
         return {"constraints": constraints_file(session)} if scene.constrained else {}
     names = copy_names(session, ENDING)
     specs = {
@@ -314,7 +323,7 @@ def naming_only(folder: str) -> Iterator[None]:
 def _written_constraints(session: Session, scene: Scene) -> Iterator[dict[str, Any]]:
     """Yield the fields of a job with the scene's constraints, in files that exist inside the block."""
     with tempfile.TemporaryDirectory() as folder:
-        if session.drawn:
+        if session.pair.drawn:
             names = [str(Path(folder) / name) for name in copy_names(session, "")]
             yield copies(session, scene, names, replace=True)
         elif scene.constrained:

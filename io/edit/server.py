@@ -35,7 +35,7 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
         KeyboardInterrupt: on Ctrl-C.
     """
     remove_old_copies()
-    left = autosave.read(workspace.session.job) if workspace.session else None
+    left = autosave.read(workspace.session.pair.job) if workspace.session else None
     if workspace.session:
         autosave.offer(workspace.session, left)
     with listen(port or (left.port if left else 0), otherwise=not port) as listener:

@@ -116,7 +116,7 @@ class Workspace:
         if before is not None and same:
             session.go_on_from(before)
         else:
-            autosave.offer(session, autosave.read(session.job))
+            autosave.offer(session, autosave.read(session.pair.job))
         self._given, self.chosen, self.session = given, now, session
 
     def open_sample(self, name: str) -> None:

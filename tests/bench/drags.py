@@ -34,6 +34,7 @@ from skimage.graph import route_through_array
 from iccm.arrays import Complex
 from iccm.curve import Curve, inside_any
 from iccm.errors import InputError
+from iccm.io.edit import placing
 from iccm.io.edit.link import MOST_RELAXATIONS
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
@@ -117,7 +118,7 @@ def opened(names: tuple[str, str], part: str, choice: random.Random) -> Session:
 
 def random_place(session: Session, side: int, pins: list[Pin], rng: np.random.Generator) -> complex | None:
     """Return a random place of a shape, apart from the ends of pins and from the outline; None if there is no room."""
-    shape = (session.source, session.target)[side]
+    shape = (session.pair.source, session.pair.target)[side]
     curve = shape.curve
     low, high = curve.box
     for _ in range(TRIES):
@@ -180,7 +181,7 @@ def along(corners: Complex, shares: np.ndarray) -> Complex:
 def moved(session: Session, before: TriangulatedMap, after: TriangulatedMap) -> float:
     """Return how far 95 % of the points move at most, in per cent of the target's diagonal."""
     z = before.source[before.loops[0].size :]
-    gaps = np.abs(after(z) - before.image[before.loops[0].size :]) / session.target.curve.diagonal
+    gaps = np.abs(after(z) - before.image[before.loops[0].size :]) / session.pair.target.curve.diagonal
     return 100 * float(np.nanquantile(gaps, 0.95))
 
 
@@ -206,12 +207,12 @@ def drag_once(
         if z is None:
             return False
         here = place(session, 0, z)
-        pins.append([here, session.transfer("source", [tuple(here)])[0]])
+        pins.append([here, placing.transfer(session, "source", [tuple(here)])[0]])
         number = len(pins) - 1
     else:
         number = int(rng.integers(len(pins)))
     side = int(rng.integers(2))
-    shape = (session.source, session.target)[side]
+    shape = (session.pair.source, session.pair.target)[side]
     start = shape.at(tuple(pins[number][side]))
     goal = random_place(session, side, pins, rng)
     if goal is None:
@@ -219,7 +220,9 @@ def drag_once(
     # the pin is placed, and solved, before it is dragged
     session.solve(scene(pins))
     before = session._map
-    path = np.array([start, goal]) if straight else path_inside(shape, start, goal, holed=session.job.holed)
+    path = (
+        np.array([start, goal]) if straight else path_inside(shape, start, goal, holed=session.pair.job.holed)
+    )
     shares = np.arange(1, steps + 1) / steps
     for share, z in zip(shares, along(path, shares)):
         pins[number] = list(pins[number])
@@ -317,7 +320,9 @@ def main() -> None:
             comparing=options.compare,
             straight=options.straight,
         )
-        stems = [Path(shape.spec.partition("#")[0]).stem for shape in (session.source, session.target)]
+        stems = [
+            Path(shape.spec.partition("#")[0]).stem for shape in (session.pair.source, session.pair.target)
+        ]
         name = f"{' -> '.join(stems)} {'' if number % 2 else '(silhouettes)'}"
         print(f"{found.row(name)}  {time.process_time() - begun:5.0f} s", flush=True)
         every.add(found)

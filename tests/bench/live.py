@@ -16,9 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from iccm.errors import InputError
+from iccm.io.edit import placing
 from iccm.io.edit.messages import Scene
+from iccm.io.edit.pair import PLACE_DIGITS
 from iccm.io.edit.scene import frame
-from iccm.io.edit.session import PLACE_DIGITS, Session
+from iccm.io.edit.session import Session
 from iccm.io.run.job import make
 
 from . import shapes
@@ -39,7 +41,7 @@ def scene(pins: list[Pin]) -> Scene:
 
 def place(session: Session, side: int, z: complex) -> list[float]:
     """Return a point of a shape's plane as the page sends it."""
-    surface, shape = session.surfaces[side], (session.source, session.target)[side]
+    surface, shape = session.view.surfaces[side], (session.pair.source, session.pair.target)[side]
     if surface:
         return surface.places(np.array([z]), PLACE_DIGITS)[0]
     found: list[float] = shape.to_file(z).tolist()
@@ -49,7 +51,7 @@ def place(session: Session, side: int, z: complex) -> list[float]:
 def reached(session: Session, z: complex) -> bool:
     """Return whether a point of the source is not in a hole."""
     try:
-        session.transfer("source", [tuple(session.source.to_file(z).tolist())])
+        placing.transfer(session, "source", [tuple(session.pair.source.to_file(z).tolist())])
     except InputError:
         return False
     return True
@@ -57,7 +59,7 @@ def reached(session: Session, z: complex) -> bool:
 
 def spread(session: Session, rng: np.random.Generator) -> list[Pin]:
     """Return pins at random places well inside, with the images that the map gives them."""
-    curve = session.source.curve
+    curve = session.pair.source.curve
     low, high = curve.box
     found: list[complex] = []
     for _ in range(TRIES):
@@ -75,12 +77,12 @@ def spread(session: Session, rng: np.random.Generator) -> list[Pin]:
     if len(found) < PINS:
         raise InputError(f"no room for {PINS} pins")
     here = [place(session, 0, z) for z in found]
-    return [list(ends) for ends in zip(here, session.transfer("source", here))]
+    return [list(ends) for ends in zip(here, placing.transfer(session, "source", here))]
 
 
 def dragged(session: Session, pins: list[Pin], side: int, updates: int) -> tuple[np.ndarray, int]:
     """Return (updates, 2) CPU and wall-clock seconds of each update, and how many did not reach the pin."""
-    shape = (session.source, session.target)[side]
+    shape = (session.pair.source, session.pair.target)[side]
     size, start = shape.curve.diagonal, shape.at(tuple(pins[0][side]))
     way = np.exp(2j * np.pi * np.arange(updates) / updates) - 1
     seconds, missed = [], 0

@@ -77,7 +77,7 @@ def pairs(count: int, seed: int) -> Iterator[tuple[str, str, list[list[complex]]
 
 def inside(session: Session, side: int, rng: np.random.Generator) -> complex:
     """Return a random place of a shape."""
-    curve = (session.source, session.target)[side].curve
+    curve = (session.pair.source, session.pair.target)[side].curve
     low, high = curve.box
     while True:
         z = complex(rng.uniform(low.real, high.real), rng.uniform(low.imag, high.imag))
@@ -118,7 +118,7 @@ def measure(
             failed.append(f"pin {pin} end {side} to {goal:.4g}: {let_go.message}")
         elif shown.ok:
             z = seen.source[seen.loops[0].size :]
-            moved = np.abs(session._map(z) - seen(z)) / session.target.curve.diagonal
+            moved = np.abs(session._map(z) - seen(z)) / session.pair.target.curve.diagonal
             jumps.append(100 * float(np.nanquantile(moved, 0.95)))
     return jumps, updates, releases, failed, missed, met
 

@@ -188,7 +188,7 @@ export class Painter {
   }
 
   /**
-   * Set a map: (m, 18) numbers, or for a mesh (n, 2); see `image_of` in io/edit/session.py.
+   * Set a map: (m, 18) numbers, or for a mesh (n, 2); see `image_of` in io/edit/page_view.py.
    * @param {Float32Array} floats
    */
   map(floats) {

@@ -1,4 +1,4 @@
-// Types of the data exchanged between page and server (see io/edit/messages.py and io/edit/session.py).
+// Types of the data exchanged between page and server (see io/edit/messages.py and io/edit/page_view.py).
 
 export type Side = 'source' | 'target';
 

@@ -23,14 +23,14 @@ AT = 4321, "token"
 
 def test_what_was_not_saved_is_there_again_with_the_map_it_goes_on_from(shapes, state):
     edited = Session(JOB)
-    edited.solve(edited.first)
+    edited.solve(edited.pair.first)
     edited.follow(SCENE)
     edited.solve(SCENE)
     autosave.keep(edited, SCENE, *AT)
     assert edited.start(SCENE) is not None
     again, left = Session(JOB), autosave.read(JOB)
     autosave.offer(again, left)
-    assert (left.port, left.token) == AT and again.scene == again.first
+    assert (left.port, left.token) == AT and again.scene == again.pair.first
     assert again.describe()["left"] == SCENE.model_dump(mode="json")
     again.solve(SCENE)
     assert np.array_equal(again._map.image, edited._map.image)
@@ -81,10 +81,10 @@ def test_what_is_offered_stays_until_it_is_taken_or_forgotten(shapes):
     autosave.keep(Session(JOB), SCENE, *AT)
     edited = Session(JOB)
     autosave.offer(edited, autosave.read(JOB))
-    autosave.keep(edited, edited.first, *AT)  # nothing has been changed yet
+    autosave.keep(edited, edited.pair.first, *AT)  # nothing has been changed yet
     assert autosave.read(JOB).scene == SCENE
     edited.left = None
-    autosave.keep(edited, edited.first, *AT)
+    autosave.keep(edited, edited.pair.first, *AT)
     assert autosave.read(JOB) is None
 
 

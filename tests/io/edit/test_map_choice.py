@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iccm.io.edit import saving
+from iccm.io.edit import placing, saving
 from iccm.io.edit.map_choice import same
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
+from iccm.io.edit.solving import solve_scene
 from iccm.io.run.job import make
 from iccm.io.shapes.starts import StartingMap
 
@@ -31,7 +32,10 @@ def dragged(shapes):
     """A session, the scene after a long drag of one of two pins, and the last map that was shown."""
     edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
     edited.solve(scene())
-    ends = [[AT, edited.transfer("source", [AT])[0]], [[65, 60], edited.transfer("source", [[65, 60]])[0]]]
+    ends = [
+        [AT, placing.transfer(edited, "source", [AT])[0]],
+        [[65, 60], placing.transfer(edited, "source", [[65, 60]])[0]],
+    ]
     edited.solve(scene(*ends))
     for step in range(8):
         last = scene([AT, [ends[0][1][0] + 2 * step, ends[0][1][1] + step]], ends[1])
@@ -60,7 +64,7 @@ def test_a_click_where_the_map_goes_moves_nothing_that_is_seen(dragged):
     edited, last, _ = dragged
     edited.solve(last)
     before = edited._map
-    more = [30, 62], edited.transfer("source", [[30, 62]])[0]
+    more = [30, 62], placing.transfer(edited, "source", [[30, 62]])[0]
     assert edited.solve(scene(*((pin.source, pin.target) for pin in last.pins), more)).ok
     assert apart(before, edited._map) < 0.01
 
@@ -75,7 +79,7 @@ def test_what_is_saved_gives_the_map_that_is_seen(dragged, shapes, shell):
     assert done.returncode == 0, done.stderr
     assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
     opened = Session(make({"source": "square.svg", "target": "blob.svg", "constraints": "square-blob.json"}))
-    assert opened.solve(opened.first).ok
+    assert opened.solve(opened.pair.first).ok
     assert np.array_equal(opened._map.image, edited._map.image)
 
 
@@ -114,7 +118,7 @@ def moving(shapes, monkeypatch):
     monkeypatch.setattr("iccm.balanced.interactive.BUDGET_TRIANGLE_STEPS", 0)  # two Newton steps an update
     edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
     edited.solve(scene())
-    (x, y), *_ = edited.transfer("source", [AT])
+    (x, y), *_ = placing.transfer(edited, "source", [AT])
     edited.solve(scene([AT, [x, y]]))
     for step in range(1, 6):
         edited.scene = last = scene([AT, [x + 6 * step, y]])
@@ -174,7 +178,7 @@ def test_a_new_pin_where_the_map_goes_changes_nothing(dragged):
     edited, last, _ = dragged
     edited.solve(last)
     before = edited._map
-    more = [30, 62], edited.transfer("source", [[30, 62]])[0]
+    more = [30, 62], placing.transfer(edited, "source", [[30, 62]])[0]
     placed = scene(*((pin.source, pin.target) for pin in last.pins), more)
     assert edited.solve(placed).ok
     assert np.array_equal(edited._map.image, before.image) and edited.start(placed).kept
@@ -191,7 +195,7 @@ def test_a_kept_map_converges_again_if_pins_or_options_are_changed_by_hand(movin
         again = Session(
             make({"source": "square.svg", "target": "blob.svg", "constraints": "kept.json", **options})
         )
-        assert again.solve(again.first).ok
+        assert again.solve(again.pair.first).ok
         return again._map
 
     assert np.array_equal(opened().image, kept.image)
@@ -204,7 +208,7 @@ def test_a_pin_pulled_beyond_its_tolerance_stays_where_it_was_seen(shapes):
     """Its spring becomes stiffer during the drag; the solve, and the next drag, have to find the same stiffness."""
     edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
     edited.solve(scene())
-    (x, y), *_ = edited.transfer("source", [AT])
+    (x, y), *_ = placing.transfer(edited, "source", [AT])
 
     def at(share):
         pin = {"source": AT, "target": [x, y - 30 * share], "tolerance": 1.5}
@@ -245,7 +249,7 @@ def test_the_map_comes_to_rest_while_the_hand_does(shapes):
 def test_maps_that_agree_need_no_start_and_others_are_told(dragged):
     edited, last, _ = dragged
     edited.solve(last)
-    kept, fresh = edited._map, edited._fit_scene(last, None).fit.map
+    kept, fresh = edited._map, solve_scene(edited.pair, last, None).fit.map
     found = edited.compare(last)
     if same(kept, fresh):
         assert found.other == "" and found.drawn is not None and edited.start(last) is None
@@ -262,10 +266,10 @@ def test_what_a_long_drag_met_is_met_when_it_is_let_go_of(seed):
     rng = np.random.default_rng(seed)
     edited = Session(make({side: str(PINS / f"{name}.svg") for side, name in DRAGGED.items()}))
     edited.solve(scene())
-    here = inside(edited.source, rng)
-    begin = np.array(edited.transfer("source", [here])[0])
+    here = inside(edited.pair.source, rng)
+    begin = np.array(placing.transfer(edited, "source", [here])[0])
     edited.solve(scene([here, begin.tolist()]))
-    goal = np.array(inside(edited.target, rng))
+    goal = np.array(inside(edited.pair.target, rng))
     for share in np.arange(1, 61) / 60:
         edited.scene = last = scene([here, (begin + share * (goal - begin)).tolist()])
         assert edited.follow(last).ok, seed
@@ -296,7 +300,7 @@ def test_copies_of_drawings_hold_pins_and_a_file_beside_them_the_start(shapes, s
         pin = f'<circle id="pin-nose" cx="{x}" cy="{y}" r="2"/></svg>'
         (shapes / name).write_text((shapes / name).read_text().replace("</svg>", pin))
     edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
-    edited.solve(edited.first)
+    edited.solve(edited.pair.first)
     moved = scene([AT, [54, 55]])
     edited.follow(moved)
     edited.solve(moved)
@@ -366,7 +370,7 @@ def test_starts_of_earlier_versions_are_read(dragged, shapes):
     listed["start"] = {name: getattr(start, name) for name in ("source", "target", "triangles", "kept")}
     (shapes / "old.json").write_text(json.dumps(listed))
     opened = Session(make({"source": "square.svg", "target": "blob.svg", "constraints": "old.json"}))
-    assert opened.solve(opened.first).ok
+    assert opened.solve(opened.pair.first).ok
     assert np.array_equal(opened._map.image, edited._map.image)
 
 
@@ -381,7 +385,7 @@ def test_a_saved_map_is_small(dragged, shapes):
 def test_a_start_is_read_as_it_was_written(dragged):
     edited, last, _ = dragged
     edited.solve(last)
-    start, pair = edited.start(last), (edited.source, edited.target)
+    start, pair = edited.start(last), (edited.pair.source, edited.pair.target)
     map = start.map(*pair)
     again = StartingMap.model_validate_json(start.model_dump_json()).map(*pair)
     assert np.array_equal(again.source, map.source) and np.array_equal(again.faces, map.faces)
@@ -398,7 +402,7 @@ def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(sha
     edited = Session(make({"source": "a.svg", "target": "b.svg"}))
     edited.solve(scene(fit="whole"))
     here = [20.0, 20.0]
-    (x, y), *_ = edited.transfer("source", [here])
+    (x, y), *_ = placing.transfer(edited, "source", [here])
     for step in (1, 2):
         last = scene((here, [x + 3 * step, y + 2 * step]))
         assert edited.follow(last).ok
@@ -407,5 +411,5 @@ def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(sha
         assert edited.start(last) is not None and apart(edited._map, seen) < 0.01
     (shapes / "kept.json").write_text(saving.constraints_json(edited, last))
     again = Session(make({"source": "a.svg", "target": "b.svg", "constraints": "kept.json"}))
-    assert again.solve(again.first).ok
+    assert again.solve(again.pair.first).ok
     assert np.abs(again._map.image - edited._map.image).max() < 1e-9 * edited._map.image_diagonal

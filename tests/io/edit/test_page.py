@@ -596,10 +596,10 @@ def test_the_heat_of_stretch_is_that_of_the_map_as_the_legend_says(page, tmp_pat
         "arguments[0].map((p) => iccm.panes.target.units.file(iccm.panes.target.at(p)))",
         (np.column_stack([x, y]) + 0.5).tolist(),
     )
-    w = np.array([session.target.at(tuple(place)) for place in places])
-    inside = session.target.curve.contains(w)
+    w = np.array([session.pair.target.at(tuple(place)) for place in places])
+    inside = session.pair.target.curve.contains(w)
     _, p, q = session._map.inverse_jet(w[inside])
-    mean = np.sqrt(session.source.curve.area / session.target.curve.area)
+    mean = np.sqrt(session.pair.source.curve.area / session.pair.target.curve.area)
     most = np.maximum((abs(p) + abs(q)) / mean, mean / (abs(p) - abs(q)))
     heat = np.clip(np.log(most) / np.log(4), 0, 1)[:, None]
     assert np.ptp(heat) > 0.5

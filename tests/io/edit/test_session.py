@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.io.edit import saving
+from iccm.io.edit import placing, saving
 from iccm.io.edit.map_update import LOST
 from iccm.io.edit.messages import Scene, read
 from iccm.io.edit.scene import PageHalf
@@ -51,9 +51,9 @@ def test_patches_are_the_map(shapes):
     found = edited.solve(scene(PIN))
     corners, control = found.drawn[:, :6].reshape(-1, 3, 2), found.drawn[:, 6:].reshape(-1, 6, 2)
     middle = control[:, :3].mean(axis=1) + 2 / 9 * control[:, 3:].sum(axis=1)
-    source, target = edited.views
+    source, target = edited.view.halves
     z = edited._map.inverse(_core(corners.mean(axis=1), target))
-    assert np.nanmax(np.abs(_core(middle, source) - z)) < 1e-4 * edited.source.curve.diagonal
+    assert np.nanmax(np.abs(_core(middle, source) - z)) < 1e-4 * edited.pair.source.curve.diagonal
 
 
 def _core(points, view):
@@ -87,16 +87,16 @@ def test_the_page_says_how_its_points_are_points_of_the_file(tmp_path, flip):
 def test_a_point_is_found_on_the_other_side_and_back(shapes):
     edited = session()
     edited.solve(scene())
-    there = edited.transfer("source", [(40, 45), (60, 61)])
-    assert np.allclose(edited.transfer("target", there), [(40, 45), (60, 61)], atol=1e-3)
-    [[x, y]] = edited.transfer("source", [(10, 50)])
+    there = placing.transfer(edited, "source", [(40, 45), (60, 61)])
+    assert np.allclose(placing.transfer(edited, "target", there), [(40, 45), (60, 61)], atol=1e-3)
+    [[x, y]] = placing.transfer(edited, "source", [(10, 50)])
     z = complex(x, -y)
-    curve = edited.target.curve
+    curve = edited.pair.target.curve
     assert abs(curve.nearest(np.array([z]))[0] - z) < 1e-5
     rim = {"source": [10, 50], "target": [x, y]}
     assert edited.solve(scene(rim)).ok
     with pytest.raises(InputError, match="outside"):
-        edited.transfer("source", [(5, 5)])
+        placing.transfer(edited, "source", [(5, 5)])
 
 
 def test_holes_are_carried_and_take_pins_that_name_partners(shapes):
@@ -107,8 +107,8 @@ def test_holes_are_carried_and_take_pins_that_name_partners(shapes):
     full = edited.solve(scene(fit="whole"))
     assert full.ok and len(edited._map.loops) == 2 and len(edited.describe()["target"]["holes"]) == 1
     with pytest.raises(InputError, match="in a hole"):
-        edited.transfer("source", [(50, 50)])
-    [[x, y]] = edited.transfer("source", [(25, 30)])
+        placing.transfer(edited, "source", [(50, 50)])
+    [[x, y]] = placing.transfer(edited, "source", [(25, 30)])
     pin = {"source": [25, 30], "target": [x + 2, y]}
     coarse = edited.follow(scene(pin, {"source": [50, 50], "target": [50, 50]}))
     assert coarse.ok and len(edited._map.loops) == 2
@@ -162,7 +162,7 @@ def test_saved_constraints_repeat_the_map(shapes, shell):
     done = shell(f"{line} --size 200")
     assert done.returncode == 0, done.stderr
     assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
-    again = session(constraints=name).first
+    again = session(constraints=name).pair.first
     assert (again.pins, again.strokes) == (wanted.pins, wanted.strokes)
     found = json.loads((shapes / name).read_text())
     assert found["files"]["source"] == {"file": "square.svg", "size": [100.0, 100.0]}
@@ -197,7 +197,7 @@ def test_drawn_pins_are_edited_in_copies(shapes, shell):
         pin = f'<circle id="pin-nose" cx="{x}" cy="{y}" r="2"/></svg>'
         (shapes / name).write_text((shapes / name).read_text().replace("</svg>", pin))
     edited = session()
-    assert [pin.name for pin in edited.first.pins] == ["nose"] and edited.drawn
+    assert [pin.name for pin in edited.pair.first.pins] == ["nose"] and edited.pair.drawn
     moved = scene({**PIN, "target": [50, 55]})
     with pytest.raises(InputError, match="already contains pins"):
         saving.save(edited, moved, "c.json", replace=False)
@@ -249,7 +249,7 @@ def test_a_large_texture_is_made_smaller_for_the_browser(shapes):
     pixels = np.zeros((10, 9000, 3), np.uint16)
     pixels[:, 4500:] = 65535
     image_files.write("wide.png", image_files.Image(pixels))
-    (shapes / "t.png").write_bytes(session(texture="wide.png").texture(4096))
+    (shapes / "t.png").write_bytes(session(texture="wide.png").view.texture(4096))
     made = image_files.read("t.png").pixels
     assert made.shape == (5, 4096, 3) and made[0, 0, 0] == 0 and made[0, -1, 0] == 65535
 
@@ -325,31 +325,31 @@ def test_handles_lie_where_the_map_takes_them_and_keep_it(shapes):
     edited = session()
     assert edited.solve(scene()).ok
     seen = edited._map
-    handles = scene(*edited.handles(scene(), 3, 4))
+    handles = scene(*placing.handles(edited, scene(), 3, 4))
     assert len(handles.pins) > 6 and edited.solve(handles).ok
     inner = np.setdiff1d(np.arange(seen.source.size), seen.loops[0])
     gap = np.abs(edited._map(seen.source[inner]) - seen.image[inner])
     assert gap.max() < 1e-6 * seen.image_diagonal
     assert edited.start(handles).kept  # is saved with the pins
-    assert len(edited.handles(handles, 3, 5)) > 3  # between those that are there
+    assert len(placing.handles(edited, handles, 3, 5)) > 3  # between those that are there
 
 
 def test_handles_that_would_change_the_picture_are_refused(shapes):
     edited = session()
     with pytest.raises(InputError, match="no map"):
-        edited.handles(scene(), 3, 3)
+        placing.handles(edited, scene(), 3, 3)
     edited.solve(scene())
     line = {"source": [[30, 30], [50, 50]], "target": [[30, 30], [50, 50]]}
     with pytest.raises(InputError, match="strokes"):
-        edited.handles(scene(strokes=[line]), 3, 3)
+        placing.handles(edited, scene(strokes=[line]), 3, 3)
     with pytest.raises(InputError, match="at most 500"):
-        edited.handles(scene(), 30, 30)
+        placing.handles(edited, scene(), 30, 30)
     with pytest.raises(InputError, match="inside"):
-        edited.handles(scene(*edited.handles(scene(), 1, 1)), 1, 1)
+        placing.handles(edited, scene(*placing.handles(edited, scene(), 1, 1)), 1, 1)
     deformed = Session(make({"source": "square.svg"}))
     deformed.solve(scene())
     with pytest.raises(InputError, match="planar"):
-        deformed.handles(scene(), 3, 3)
+        placing.handles(deformed, scene(), 3, 3)
 
 
 FACE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">
@@ -362,7 +362,7 @@ def test_corners_and_what_both_drawings_name_are_suggested(tmp_path, monkeypatch
         (tmp_path / f"{name}.svg").write_text(FACE.format(x=x, bottom=bottom))
     edited = Session(make({"source": "a.svg#head", "target": "b.svg#head"}))
     edited.solve(scene())
-    found = edited.suggest(scene())
+    found = placing.suggest(edited, scene())
     assert [pin["name"] for pin in found] == ["eye", "", "", "", ""]
     assert np.allclose([found[0]["source"], found[0]["target"]], [[40, 45], [55, 45]], atol=0.1)
     ends = sorted((*pin["source"], *pin["target"]) for pin in found[1:])
@@ -370,7 +370,7 @@ def test_corners_and_what_both_drawings_name_are_suggested(tmp_path, monkeypatch
         ends, [[20, 20, 20, 20], [20, 80, 20, 90], [80, 20, 80, 20], [80, 80, 80, 90]], atol=1e-6
     )
     assert edited.solve(scene(*found)).kind == "full"
-    assert edited.suggest(scene(*found)) == []
+    assert placing.suggest(edited, scene(*found)) == []
     sides = edited.describe()
     assert len(sides["source"]["corners"]) == 4 and sides["source"]["axis"] == pytest.approx(0, abs=1e-6)
 
@@ -385,15 +385,17 @@ def test_rigid_regions_are_shown_saved_and_taken_up_again(shapes):
     more = scene(rigid=[REGION, "mask.png"])
     refused = edited.solve(more)
     assert refused.kind == "error" and "only regions " in refused.message
-    assert saving.save(edited, edited.first, "c.json", replace=True) == "c.json"
+    assert saving.save(edited, edited.pair.first, "c.json", replace=True) == "c.json"
     assert json.loads((shapes / "c.json").read_text())["rigid"] == [REGION]
-    assert "--constraints c.json" in saving.command(edited, edited.first)
+    assert "--constraints c.json" in saving.command(edited, edited.pair.first)
 
 
 @pytest.mark.slow
 def test_without_a_target_the_shape_is_deformed_and_nothing_jumps(shapes, shell):
     edited = Session(make({"source": "square.svg"}))
-    assert edited.solve(scene()).ok and np.allclose(edited.transfer("source", [(40, 45)]), [[40, 45]])
+    assert edited.solve(scene()).ok and np.allclose(
+        placing.transfer(edited, "source", [(40, 45)]), [[40, 45]]
+    )
     held = {"source": [30, 50], "target": [30, 50]}
     edited.solve(scene(held, {"source": [70, 50], "target": [70, 50]}))
     for step in range(1, 6):
@@ -403,10 +405,10 @@ def test_without_a_target_the_shape_is_deformed_and_nothing_jumps(shapes, shell)
             shown.kind == "coarse" and shown.ok and len(shown.outlines) == 2
         )  # its frame, and what it paints
     seen = edited._map
-    hardly = 1e-5 * edited.source.curve.diagonal
+    hardly = 1e-5 * edited.pair.source.curve.diagonal
     assert edited.solve(bent).ok and np.abs(edited._map.image - seen.image).max() < hardly
     near = pytest.approx([70, 50], abs=shown.patches[1]["tolerance"])
-    assert edited.transfer("target", [(75, 75)])[0] == near
+    assert placing.transfer(edited, "target", [(75, 75)])[0] == near
     name = saving.save(edited, bent, "square-deformed.json", replace=False)
     saving.export(edited, bent, "shown.png", 100, replace=False)
     line = saving.command(edited, bent)
@@ -422,7 +424,7 @@ def test_a_pin_turns_a_shape_without_a_target_and_is_saved_so(shapes, iccm):
     edited = Session(make({"source": "square.svg"}))
     held = {"source": [30, 50], "target": [30, 50]}
     free, turned = ({"source": [70, 50], "target": [70, 50], "turn": turn} for turn in (None, 40))
-    core = edited.core(scene(free)).pins[0, 0]
+    core = edited.pair.placed(scene(free)).pins[0, 0]
     around = 3 * np.exp(2j * np.pi * np.arange(6) / 6)
     for pin, angle in ((free, 0), (turned, 40)):
         shown = edited.solve(scene(held, pin))
@@ -433,7 +435,7 @@ def test_a_pin_turns_a_shape_without_a_target_and_is_saved_so(shapes, iccm):
     seen = edited._map.image
     name = saving.save(edited, scene(held, turned), "turned.json", replace=False)
     again = Session(make({"source": "square.svg", "constraints": name}))
-    assert again.first.pins[1].turn == 40 and again.solve(again.first).ok
+    assert again.pair.first.pins[1].turn == 40 and again.solve(again.pair.first).ok
     assert np.array_equal(again._map.image, seen)
     done = iccm("map", "square.svg", "blob.svg", "--constraints", name, "--exact-pins", "-o", "a.png")
     assert done.code == 2 and "turn" in done.err
@@ -441,7 +443,7 @@ def test_a_pin_turns_a_shape_without_a_target_and_is_saved_so(shapes, iccm):
 
 def test_a_pin_on_the_outline_turns_nothing(shapes):
     edited = Session(make({"source": "square.svg"}))
-    corner = edited.source.to_file(edited.source.curve.z[:1])[0].tolist()
+    corner = edited.pair.source.to_file(edited.pair.source.curve.z[:1])[0].tolist()
     shown = edited.solve(scene({"source": corner, "target": corner, "turn": 10}))
     assert shown.kind == "error" and shown.wrong["pins"] == [0]
     assert shown.message.startswith("pin 1:") and "outline" in shown.message
