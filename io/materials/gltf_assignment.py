@@ -49,7 +49,7 @@ def assign_materials(
             primitive = editor.tree["meshes"][part.mesh]["primitives"][part.number]
             primitive["material"] = number
             if assignment.without_colours:
-                primitive["attributes"].pop("COLOR_0", None)
+                primitive["attributes"].pop(gltf_materials.VERTEX_COLOURS, None)
     if extensions := [name for name in used if name not in editor.tree.get("extensionsUsed", [])]:
         editor.tree.setdefault("extensionsUsed", []).extend(extensions)
     editor.forget()

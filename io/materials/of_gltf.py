@@ -12,9 +12,9 @@ from ...errors import InputError
 from ...meshes.charted import Charted
 from ..meshes import gltf_materials
 from ..meshes.gltf import Primitive
+from ..meshes.gltf_materials import VERTEX_COLOURS
 from .material_set import Material, MaterialMap, MaterialSet
 
-COLOURS = "COLOR_0"
 EMISSIVE, ROUGH = "emissiveTexture", "pbrMetallicRoughness/metallicRoughnessTexture"
 PICTURED = (
     "name",
@@ -39,7 +39,7 @@ def material_set(
     Raises:
         InputError: none of them has coordinates.
     """
-    coloured = plain and any(COLOURS in part.attributes for part in parts)
+    coloured = plain and any(VERTEX_COLOURS in part.attributes for part in parts)
     laid_out, every = list(parts) if coloured else with_layout(name, parts), len(parts)
     parts = parts if plain else laid_out
     left = every - len(parts)
@@ -98,13 +98,13 @@ def _join(values: Sequence[Real | None], points: Sequence[Real], width: int) -> 
 
 def _vertex_colours(parts: Sequence[Primitive]) -> Real | None:
     """Return (n, 4) linear vertex colors of all parts, white for parts without any; None if no part has any."""
-    if not any(COLOURS in part.attributes for part in parts):
+    if not any(VERTEX_COLOURS in part.attributes for part in parts):
         return None
     blocks = []
     for part in parts:
         colours = np.ones((len(part.points), 4))
-        if COLOURS in part.attributes:
-            stated = part.document.floats(part.attributes[COLOURS])
+        if VERTEX_COLOURS in part.attributes:
+            stated = part.document.floats(part.attributes[VERTEX_COLOURS])
             colours[:, : stated.shape[1]] = stated
         blocks.append(colours)
     return np.concatenate(blocks)

@@ -150,7 +150,7 @@ class GltfFormat(MeshFormat):
         common = {slot: picture_file(picture) for slot, picture in given.items() if picture is not None}
         keys = {part.key for part in primitives_of(file)} or {""}
         pictures_by_key = {key: common | dict(pictures.pictures.get(key, {})) for key in keys}
-        glb, notes = _with_coordinates(file, new, pictures_by_key)
+        glb, notes = _with_coordinates(file, new, pictures_by_key, untinted=pictures.texture is not None)
         out.write_bytes(glb)
         return Written(notes=[f"{name}: {note}" for note in notes])
 
@@ -195,10 +195,14 @@ class GltfFormat(MeshFormat):
         return uv, (file.tree, views)
 
 
-def _with_coordinates(file: MeshFile, new: NewCoordinates, pictures: Pictures) -> tuple[bytes, list[str]]:
+def _with_coordinates(
+    file: MeshFile, new: NewCoordinates, pictures: Pictures, *, untinted: bool
+) -> tuple[bytes, list[str]]:
     """Return the bytes of a GLB file, and notes; see `gltf_write.with_coordinates`."""
     if parts := primitives_of(file):
-        return gltf_write.with_coordinates(parts, file.faces, new.uv, new.corners, pictures)
+        return gltf_write.with_coordinates(
+            parts, file.faces, new.uv, new.corners, pictures, untinted=untinted
+        )
     mesh, triangles = file.mesh, new.triangles
     normals = None
     if mesh.normals is not None and mesh.normal_corners is not None:

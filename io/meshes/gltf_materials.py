@@ -5,6 +5,7 @@ from typing import Any
 
 BASE = "pbrMetallicRoughness/baseColorTexture"
 NORMALS = "normalTexture"
+VERTEX_COLOURS = "COLOR_0"  # the attribute that multiplies the base colour of a material
 DIFFUSE = "extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture"  # shown by programs that support it
 DEFAULT_ALPHA_CUTOFF = 0.5  # default of a mask (Khronos, *glTF 2.0*, §3.9.4)
 NEW = {"name": "iccm", "pbrMetallicRoughness": {"metallicFactor": 0.0}}
@@ -31,6 +32,23 @@ def base(material: dict[str, Any]) -> dict[str, Any]:
     """Return the `textureInfo` of a material's base colour; empty without one."""
     textures = dict(slots(material))
     return textures.get(BASE, textures.get(DIFFUSE, {}))
+
+
+def remove_tint(material: dict[str, Any]) -> bool:
+    """Make the factors white that multiply a material's base colour textures; return whether one was not.
+
+    Opacity is kept.
+    """
+    was_tinted = False
+    for holder, key in (
+        (material.get("pbrMetallicRoughness", {}), "baseColorFactor"),
+        (material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness", {}), "diffuseFactor"),
+    ):
+        if key in holder:
+            *colour, opacity = holder[key]
+            was_tinted |= any(value != 1 for value in colour)
+            holder[key] = [1, 1, 1, opacity]
+    return was_tinted
 
 
 def variants(primitive: dict[str, Any]) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ from ...surfaces.subdivided import Mixtures, Subdivision
 from .. import formats
 from . import gltf_materials
 from .gltf import TRIANGLES_MODE, Gltf, Primitive, glb
-from .gltf_materials import set_of
+from .gltf_materials import VERTEX_COLOURS, set_of
 from .splitting import Split, with_triangles
 
 ATTRIBUTE, INDEX = 34962, 34963  # targets of buffer views
@@ -188,6 +188,8 @@ def with_coordinates(
     uv: Real,
     uv_corners: Index,
     pictures: Mapping[str, Mapping[str, bytes]],
+    *,
+    untinted: bool = False,
 ) -> tuple[bytes, list[str]]:
     """Return the file with new first texture coordinates for some triangles of primitives.
 
@@ -202,9 +204,12 @@ def with_coordinates(
         uv_corners: (c,) index into `uv` for each corner of the marked triangles.
         pictures: PNG or JPEG files for the new coordinates, by material (`Primitive.key`) and slot (see
             `gltf_materials.slots`).
+        untinted: whether new base colours are to be seen as they are: the colour factors of their materials, which
+            multiply them, become white.
 
     Returns:
-        The bytes of a GLB file, and notes on textures that stay on the old coordinates.
+        The bytes of a GLB file, and notes on textures that stay on the old coordinates, and on colours that tinted or
+        still tint the new ones.
     """
     editor, notes = GltfEditor(parts[0].document), dict[str, None]()
     faces_by_part = np.split(faces, np.cumsum([len(part.faces) for part in parts])[:-1])
@@ -212,7 +217,9 @@ def with_coordinates(
     for part, part_faces, part_corners in zip(parts, faces_by_part, corners):
         if part_faces.any():
             notes |= dict.fromkeys(
-                _change(editor, part, part_faces, uv, part_corners, pictures.get(part.key, {}))
+                _change(
+                    editor, part, part_faces, uv, part_corners, pictures.get(part.key, {}), untinted=untinted
+                )
             )
     return editor.bytes(), list(notes)
 
@@ -224,6 +231,8 @@ def _change(
     uv: Real,
     uv_corners: Index,
     pictures: Mapping[str, bytes],
+    *,
+    untinted: bool,
 ) -> list[str]:
     """Give triangles (m,) of a primitive new coordinates; return notes. Arguments as for `with_coordinates`."""
     primitive = _alone(editor, part, faces)
@@ -241,9 +250,12 @@ def _change(
     if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES_MODE) != TRIANGLES_MODE:
         _index(editor, primitive, split.number, primitive.get("indices"), split.order.size)
     _rebind(editor, primitive, pictures, kept_set)
+    notes = _notes(staying, kept_set)
+    if untinted and gltf_materials.BASE in pictures:
+        notes += _untint(editor, primitive, part)
     if "TANGENT" in attributes and "normalTexture" in pictures:
         _with_tangents(editor, primitive, part, split, uv, uv_corners, faces)
-    return _notes(staying, kept_set)
+    return notes
 
 
 def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Primitive]]]:
@@ -489,6 +501,23 @@ def _own_material(editor: GltfEditor, number: int | None) -> int:
         return number
     materials.append(deepcopy(gltf_materials.NEW if number is None else materials[number]))
     return len(materials) - 1
+
+
+def _untint(editor: GltfEditor, primitive: dict, part: Primitive) -> list[str]:
+    """Make the colour factor of a primitive's material white; return notes on colours that tint its texture.
+
+    Vertex colours are kept, because programs use them for other purposes, too.
+    """
+    notes = []
+    material = editor.tree["materials"][primitive["material"]]
+    if gltf_materials.remove_tint(material):
+        name = material.get("name") or "a material"
+        notes.append(f"the colour of {name} is white now, so that it does not tint the picture")
+    if VERTEX_COLOURS in part.attributes:
+        colours = part.document.floats(part.attributes[VERTEX_COLOURS])[:, :3]
+        if (colours != 1).any():
+            notes.append("its vertex colours tint the picture in programs that show them")
+    return notes
 
 
 def _with_tangents(

@@ -21,7 +21,8 @@ MAPS = ("map_", "bump", "disp", "decal", "refl", "norm")
 MAP = re.compile(r"map_\w+|bump|disp|decal|refl|norm", re.IGNORECASE)
 NUMBERS = {"ka", "kd", "ks", "ke", "ns", "ni", "d", "tr", "tf", "illum", "sharpness"}
 NUMBERS |= {"pr", "pm", "ps", "pc", "pcr", "aniso", "anisor"}
-PLAIN = ["Ka 1 1 1", "Kd 1 1 1", "Ks 0 0 0", "illum 1"]
+WHITE = "Kd 1 1 1"
+PLAIN = ["Ka 1 1 1", WHITE, "Ks 0 0 0", "illum 1"]
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,15 @@ Names = Mapping[str | None, Mapping[str, str]]
 """Names of pictures by material (None: no material) and lower-case statement."""
 
 
-def bind(library: Library, rename: dict[str | None, str], plain: str, pictures: Names, out: Path) -> str:
+def bind(
+    library: Library,
+    rename: dict[str | None, str],
+    plain: str,
+    pictures: Names,
+    out: Path,
+    *,
+    untinted: bool = False,
+) -> str:
     """Return the text of a library for the file `out`, with renamed materials that show other pictures.
 
     Args:
@@ -128,6 +137,8 @@ def bind(library: Library, rename: dict[str | None, str], plain: str, pictures: 
         plain: name of a material for faces that had none, if needed.
         pictures: names of the pictures, see `name_of`, by old material name.
         out: path of the library; file names become relative to its folder.
+        untinted: whether the new pictures are to be seen as they are: the diffuse colours (Kd) of their materials
+            become white, because many programs multiply both.
     """
     moved = [_move(line, library.folder, out.parent) for line in library.lines]
     materials = Library(tuple(moved), out.parent).materials()
@@ -137,11 +148,12 @@ def bind(library: Library, rename: dict[str | None, str], plain: str, pictures: 
             break
         text.append(line)
     for material, lines in materials.items():
-        text += with_maps(lines, pictures.get(material, {})) if rename.get(material) == material else lines
+        changes = rename.get(material) == material
+        text += with_maps(lines, pictures.get(material, {}), untinted=untinted) if changes else lines
     for old, new in rename.items():
         if new != old or old not in materials:
             body = materials[old][1:] if old in materials else PLAIN
-            text += with_maps([f"newmtl {new}", *body], pictures.get(old, {}))
+            text += with_maps([f"newmtl {new}", *body], pictures.get(old, {}), untinted=untinted)
     if plain and plain not in materials:
         text += [f"newmtl {plain}", *PLAIN]
     return "\n".join(text) + "\n"
@@ -175,8 +187,13 @@ def file_name(arguments: str) -> str:
     return _options(arguments)[1]
 
 
-def with_maps(lines: list[str], names: Mapping[str, str]) -> list[str]:
-    """Return a material's lines with other pictures, without options that place the old pictures."""
+def with_maps(lines: list[str], names: Mapping[str, str], *, untinted: bool = False) -> list[str]:
+    """Return a material's lines with other pictures, without options that place the old pictures.
+
+    If `untinted`, a diffuse colour beside a new `map_Kd` becomes white.
+    """
+    if untinted and "map_kd" in names:
+        lines = [WHITE if split(line)[0].lower() == "kd" else line for line in lines]
     old_lines = {split(line)[0].lower(): line for line in lines}
     others = [line for line in lines if split(line)[0].lower() not in names]
     last = max((k for k, line in enumerate(others) if line.strip()), default=-1)

@@ -135,7 +135,7 @@ def write(
         named[material] = {
             word: material_library.name_of(path, library.parent) for word, path in (bound | paths).items()
         }
-    text = material_library.bind(materials, renames, plain, named, library)
+    text = material_library.bind(materials, renames, plain, named, library, untinted=texture is not None)
     binding = obj_write.Binding(library.name, renames, plain)
     out.write_bytes(obj_write.retexture(whole, faces, new.uv, new.corners, binding))
     contents = {library: text.encode("utf-8", "surrogateescape")} | contents

@@ -236,6 +236,23 @@ def test_a_library_changes_in_map_kd_alone(tmp_path):
     assert text == "\n".join(expected) + "\n"
 
 
+def test_a_new_picture_is_not_tinted_by_the_colour_of_its_material(tmp_path):
+    library = material_library.Library(
+        ("newmtl a", "Kd .9 .3 0", "Ks .5 .5 .5", "newmtl b", "Kd 0 0 1"), tmp_path
+    )
+    text = material_library.bind(
+        library, {"a": "a"}, "", showing({"a"}, "f.png"), tmp_path / "o.mtl", untinted=True
+    )
+    assert text.splitlines() == [
+        "newmtl a",
+        "Kd 1 1 1",
+        "Ks .5 .5 .5",
+        "map_Kd f.png",
+        "newmtl b",
+        "Kd 0 0 1",
+    ]
+
+
 def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
     out = tmp_path / "sub"
     out.mkdir()
