@@ -76,10 +76,11 @@ docs: $(PAGES) $(DEMO)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@$(BIN)/python docs/links.py build/site
 
-# What is written from the code and committed: man pages, and the list of what is public.
+# What is written from the code and committed: man pages, lists, and the record of what is public.
 generated: $(CORE)
 	$(BIN)/python docs/man.py
-	$(BIN)/python docs/menus.py
+	$(BIN)/python docs/lists.py
+	$(BIN)/python docs/modules.py
 	$(BIN)/python -m tests.public_surface --record
 
 bench: $(CORE)

@@ -1,6 +1,5 @@
 """The pages: their commands run and make the pictures shown, and their links are valid."""
 
-import importlib.util
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -8,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iccm.io import formats
 from iccm.io.pictures import image_files
 
+from .scripts import script
 from .test_samples import LIMIT, difference
 
 ROOT = Path(__file__).parents[1]
@@ -18,14 +17,8 @@ PAGES = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md",
 PAGES += sorted((ROOT / "docs").rglob("*.md"))
 
 
-def loaded(name):
-    spec = importlib.util.spec_from_file_location(f"docs_{name}", ROOT / "docs" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-RECIPES, SITE, LINKS = loaded("recipes"), loaded("site"), loaded("links")
+RECIPES, SITE, LINKS = script("docs/recipes.py"), script("docs/site.py"), script("docs/links.py")
+LISTS = script("docs/lists.py")
 
 
 def name_of(page):
@@ -198,26 +191,14 @@ def test_links_to_samples_lead_to_their_place_on_the_site():
     )
 
 
-@pytest.mark.parametrize(
-    ("page", "written"),
-    [
-        ("docs/reference/map.md", True),
-        ("docs/tutorial/mesh.md", True),
-        ("docs/reference/shapes.md", False),
-        ("SECURITY.md", False),
-    ],
-)
-def test_pages_name_every_mesh_format(page, written):
-    text = (ROOT / page).read_text(encoding="utf-8").lower()
-    rows = formats.FORMATS.items()
-    names = [
-        suffix
-        for suffix, row in rows
-        if row.mesh and (row.uv or not written) and suffix not in (".gltf", formats.FREESURFER)
-    ]  # as .glb
-    assert len(names) >= 3
-    missing = [name for name in names if not re.search(rf"\b{name[1:]}\b", text)]
-    assert not missing, f"{page} lists mesh formats without {', '.join(missing)}"
+def test_lists_are_those_of_the_tables():
+    lists = LISTS.files()
+    assert {path.name for path in lists} >= {"index.html", "iccm_fit.inx", "README.md", "shapes.md"}
+    for path, text in lists.items():
+        assert path.read_text(encoding="utf-8") == text, "run make generated"
+    assert "`iccm deform`" in LISTS.commands() and ".glb" in LISTS.mesh_formats(written=True)
+    with pytest.raises(ValueError, match="0 lists"):
+        LISTS.with_list("no menu here", "<select>", "</select>", "")
 
 
 def test_tables_of_options_have_every_option_once():

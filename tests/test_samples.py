@@ -1,6 +1,5 @@
 """Every sample runs with the installed command, and makes the picture stored beside it."""
 
-import importlib.util
 import shutil
 import subprocess
 from pathlib import Path
@@ -10,6 +9,7 @@ import pytest
 
 from iccm.io.pictures import image_files
 from tests.cases import slow
+from tests.scripts import script
 
 SAMPLES = Path(__file__).resolve().parent.parent / "samples"
 LONG = {"rose-leaf", "square-country", "polyline", "strokes", "face-pins", "hexagon-surface", "raster"}
@@ -23,14 +23,7 @@ BLOCK = 8
 LIMIT = 0.006
 
 
-def runner():
-    spec = importlib.util.spec_from_file_location("samples_run", SAMPLES / "run.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-RUN = runner()
+RUN = script("samples/run.py")
 NAMES = [folder.name for folder in RUN.samples()]
 
 

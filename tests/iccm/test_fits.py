@@ -1,6 +1,5 @@
 """The tables of fits and capabilities agree with the solver and with menus."""
 
-import importlib.util
 import re
 from pathlib import Path
 from typing import get_args, get_type_hints
@@ -16,6 +15,7 @@ from iccm.frames.solve import fit_drawings
 from iccm.io.edit.messages import Scene
 from iccm.io.options import options_of
 from iccm.options import Options
+from tests.scripts import script
 
 ROOT = Path(__file__).parents[2]
 OF_OUTLINES = {name for name, mode in fits.FITS.items() if not mode.of_drawings}
@@ -29,19 +29,11 @@ def test_the_command_line_offers_and_explains_every_fit():
     assert all(f"{name}: {mode.help}" in option.help for name, mode in fits.FITS.items())
 
 
-def test_menus_are_those_of_the_table():
-    spec = importlib.util.spec_from_file_location("menus", ROOT / "docs/menus.py")
-    menus = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(menus)
-    files = menus.files()
-    assert {path.name for path in files} == {"index.html", "iccm_fit.inx", "__init__.py"}
-    for path, text in files.items():
-        assert path.read_text(encoding="utf-8") == text, "run make generated"
+def test_menus_escape_and_capitalise_the_words_of_the_table():
+    lists = script("docs/lists.py")
     another = {"stretch": fits.FitMode("Stretch", "to the <box>", "the boxes are mapped")}
-    assert '"stretch">Stretch: to the &lt;box&gt;<' in menus.of_inkscape(another)
-    assert '("stretch", "Stretch", "To the <box>")' in menus.of_blender(another)
-    with pytest.raises(ValueError, match="0 menus"):
-        menus.written("no menu here", "<select>", "</select>", "")
+    assert '"stretch">Stretch: to the &lt;box&gt;<' in lists.menu_of_inkscape(another)
+    assert '("stretch", "Stretch", "To the <box>")' in lists.menu_of_blender(another)
 
 
 def test_the_page_and_the_add_on_offer_the_fits_of_what_they_map():
@@ -64,13 +56,17 @@ def test_a_fit_is_explained_on_its_page(name):
 
 
 def test_what_a_fit_becomes_elsewhere_is_a_fit():
-    for name, mode in fits.FITS.items():
+    for name in fits.FITS:
         assert fits.FITS[fits.of_outlines(name)].of_drawings is False
         assert fits.FITS[fits.with_constraints(name)].compares is False
-        assert fits.is_partial(name) == (mode.fills in (("source",), ("target",)))
-    assert [name for name, mode in fits.FITS.items() if mode.is_searched] == ["auto", "frame"]
-    assert [name for name in fits.FITS if fits.leaves_bare(name)] == ["contain"]
-    assert not fits.is_partial(None) and not fits.leaves_bare(None)
+
+
+def test_properties_of_fits():
+    assert fits.is_partial("contain") and fits.is_partial("cover")
+    assert not any(map(fits.is_partial, ("whole", "frame", "auto", None)))
+    assert fits.leaves_bare("contain") and not any(map(fits.leaves_bare, ("cover", "auto", None)))
+    assert fits.FITS["auto"].is_searched and fits.FITS["frame"].is_searched
+    assert not fits.FITS["whole"].is_searched and not fits.FITS["cover"].is_searched
 
 
 @pytest.mark.parametrize("name", capabilities.CAPABILITIES)

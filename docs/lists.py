@@ -1,0 +1,110 @@
+"""Write lists that follow from tables of the code into files that cannot read them: python docs/lists.py
+
+These are the values of `--fit` in the menus of `iccm edit` and of the plug-ins, the commands in the README, and the
+mesh formats in the reference.
+"""
+
+import re
+from collections.abc import Callable
+from html import escape
+from pathlib import Path
+
+from iccm.cli import COMMANDS
+from iccm.fits import FITS, FitMode
+from iccm.io.formats import FORMATS
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def menu_of_page(fits: dict[str, FitMode] = FITS) -> str:
+    """Return the options of the menu on the page, with the sentence that is shown below it."""
+    return "".join(
+        f'        <option value="{name}" data-hint="{escape(mode.help)}">{_line(mode)}</option>\n'
+        for name, mode in fits.items()
+    )
+
+
+def menu_of_inkscape(fits: dict[str, FitMode] = FITS) -> str:
+    """Return the options of the menu in Inkscape's dialog."""
+    return "".join(f'        <option value="{name}">{_line(mode)}</option>\n' for name, mode in fits.items())
+
+
+def menu_of_blender(fits: dict[str, FitMode] = FITS) -> str:
+    """Return the items of the menu in Blender: value, title and description; islands have no frames."""
+    return "".join(
+        f'    ("{name}", "{mode.title.title()}", "{mode.summary.capitalize()}"),\n'
+        for name, mode in fits.items()
+        if not mode.of_drawings
+    )
+
+
+def _line(mode: FitMode) -> str:
+    return escape(f"{mode.title}: {mode.summary}")
+
+
+def commands() -> str:
+    """Return the rows of the README's table of commands."""
+    return "".join(f"| `iccm {name}` | {text[0].lower()}{text[1:-1]} |\n" for name, text in COMMANDS.items())
+
+
+def mesh_formats(*, written: bool) -> str:
+    """Return the suffixes of the mesh formats that are written with texture coordinates, or of the others."""
+    suffixes = [suffix for suffix, row in FORMATS.items() if row.mesh and row.uv == written]
+    return ", ".join(f"`{suffix}`" for suffix in suffixes) + ".\n"
+
+
+LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
+    (
+        "io/edit/page/index.html",
+        '<select id="how" aria-describedby="how-hint">\n',
+        "      </select>",
+        menu_of_page,
+    ),
+    (
+        "plugins/inkscape/iccm_fit.inx",
+        '<param name="fit" type="optiongroup" appearance="combo" gui-text="Fit:">\n',
+        "    </param>",
+        menu_of_inkscape,
+    ),
+    ("plugins/blender/__init__.py", "FITS = [\n", "]", menu_of_blender),
+    ("README.md", "| command | purpose |\n|---|---|\n", "\n", commands),
+    (
+        "docs/reference/shapes.md",
+        "Meshes in these formats are read, and written with new texture coordinates:\n",
+        "\n",
+        lambda: mesh_formats(written=True),
+    ),
+    (
+        "docs/reference/shapes.md",
+        "Meshes in these formats are only read:\n",
+        "\n",
+        lambda: mesh_formats(written=False),
+    ),
+]
+"""For each list: its file, the line before it, the line after it, and the function that writes it."""
+
+
+def with_list(text: str, before: str, after: str, items: str) -> str:
+    """Return the text of a file with a list replaced.
+
+    Raises:
+        ValueError: the lines around the list are not in the text.
+    """
+    pattern = re.compile(f"({re.escape(before)}).*?(^{re.escape(after)})", re.DOTALL | re.MULTILINE)
+    replaced, count = pattern.subn(lambda match: match[1] + items + match[2], text)
+    if count != 1:
+        raise ValueError(f"{before.strip()}: {count} lists begin with this line; there must be one")
+    return replaced
+
+
+def files() -> dict[Path, str]:
+    """Return the text of each file with its lists as they should be."""
+    texts = {ROOT / name: (ROOT / name).read_text(encoding="utf-8") for name, *_ in LISTS}
+    for name, before, after, items in LISTS:
+        texts[ROOT / name] = with_list(texts[ROOT / name], before, after, items())
+    return texts
+
+
+if __name__ == "__main__":
+    for path, text in files().items():
+        path.write_text(text, encoding="utf-8")
