@@ -148,11 +148,8 @@ class Options:
             larger values keep areas.
         turn: desired rotation in degrees counter-clockwise (balanced); "any" leaves it to the shapes; None is 0, or the
             rotation given by two pins or strokes. A note reports a contradiction between them.
-        fit: "whole", outline onto outline with all concavities; "contain", all of the source is shown, and the target
-            may stay bare where concavities of the source open; "cover", the target is covered, and parts of the source
-            beyond its concavities are hidden; "frame", for whole drawings, a region around all parts of one onto a
-            region around the other; "auto", the cheapest of these (whole with pins, strokes, bounds, surfaces and a
-            balance above 1).
+        fit: how shapes that differ are mapped onto each other: a name in `iccm.fits.FITS`, which describes each. "auto"
+            is the cheapest of them ("whole" with pins, strokes, bounds, surfaces and a balance above 1).
         place: "fill", the source takes the form of the target; "inside", it keeps its proportions and is as large as
             fits inside the target; "slice", it keeps its proportions and covers the target, and the rest is cut off.
         holes: "keep", all are mapped onto each other or shrink to slits; "auto", partial maps may ignore some, if that
