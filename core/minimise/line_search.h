@@ -18,7 +18,7 @@ struct Trial {
 //   most       the largest accepted energy at a share; a constant where the map is moved and its energy may grow
 //
 // The caller keeps the positions of the last call of energy_at, so a search that returns an earlier share must
-// evaluate it again. `tests/core/reference/minimise.py` has the same search in Python, whose results are compared.
+// evaluate it again.
 template <class EnergyAt, class Most>
 Trial line_search(double share, EnergyAt energy_at, Most most) {
     constexpr double SHORTEST_STEP = 1e-8;  // share below which rounding dominates

@@ -8,6 +8,7 @@ import pytest
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy, newton, sliding, upright
 from iccm.balanced.minimise.energy import Objective, RestShapes
+from iccm.balanced.minimise.line_search import line_search
 from iccm.balanced.minimise.newton import System
 from iccm.balanced.minimise.sliding import Border, Constraints, Rail, Rails
 from iccm.balanced.minimise.upright import ANY_ROTATION, Upright
@@ -166,6 +167,27 @@ def test_the_cost_of_a_rotation():
 def test_the_largest_step():
     step = 0.3 * (RNG.normal(size=Z.size) + 1j * RNG.normal(size=Z.size))
     assert newton.largest_step(FACES, BENT, step) == reference.largest_step(FACES, BENT, step) < 1e9
+
+
+@pytest.mark.parametrize("power", [2, 4, 8])
+def test_the_line_search_accepts_the_energy_at_the_last_share_that_it_tried(power):
+    """Convex functions with a minimum at 0.3 that are infinite beyond 0.8, and Armijo's condition."""
+    tried = []
+
+    def energy_at(share):
+        tried.append(share)
+        return 2 + (share / 0.3 - 1) ** power if share < 0.8 else np.inf
+
+    def most(share):
+        return 3 - 1e-5 * share * power / 0.3
+
+    share, energy = line_search(1.0, energy_at, most)
+    assert 0 < share == tried[-1] <= max(tried) <= 1
+    assert energy == energy_at(share) <= most(share)
+
+
+def test_a_line_search_that_finds_no_lower_energy_accepts_no_share():
+    assert line_search(1.0, lambda share: 3 + share, lambda share: 3 - share)[0] == 0
 
 
 MODES = {

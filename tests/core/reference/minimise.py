@@ -1,12 +1,15 @@
-"""Cholesky factors, the energy, sliding vertices and Newton's method in the plane."""
+"""Cholesky factors, the energy, sliding vertices and Newton's method in the plane, which takes its line search from the
+core.
+"""
 
 import numpy as np
 
+from iccm.balanced.minimise.line_search import line_search
 from iccm.balanced.minimise.sliding import FREE, HELD, SLIDING, Rail
 
 VOID, UNTANGLING_AREA = 1e-3, 0.5
 SHARE_OF_GAP, SAME_PLACE = 0.9, 1e-8
-SHARE_OF_FLIP, ARMIJO, SHORTEST_STEP, LONGEST = 0.95, 1e-5, 1e-8, 0.5
+SHARE_OF_FLIP, ARMIJO, LONGEST = 0.95, 1e-5, 0.5
 SHARE_WHILE_MOVING, GROWTH = 0.9, 1.5
 CRAWL, CRAWLING, LONGER = 0.03, 5, 1.1
 REGULAR, SHORT, LONG, DAMPED = 1e-9, 0.1, 0.5, 1e-4
@@ -889,25 +892,27 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             most = SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP
             t = min(gap_limit(border, tau, space.slide, t), most * largest_step(system.faces, u, step))
         energy, decrease = factor * energy, factor * decrease
-        # line search: halved until Armijo's condition holds, or, on the way to goals, the energy hardly grows
-        gained, accepted = 0.0, False
-        while t > SHORTEST_STEP:
-            moved(constraints, u, tau, t, space)
+
+        def energy_at(share):
+            moved(constraints, u, tau, share, space)
             new_energy = border_energy(border, space.new_tau)
             if new_energy < np.inf:
                 new_energy += total(rest, space.new_u, objective)
                 new_energy *= rotation_factor(upright, space.new_u, objective.q)
-            most = GROWTH * energy if moving else energy + ARMIJO * t * decrease
-            if new_energy <= most:
-                gained, accepted = energy - new_energy, True
-                break
-            t *= 0.5
-        if not accepted:
+            return new_energy
+
+        def most_at(share, energy=energy, decrease=decrease, moving=moving):
+            """Armijo's condition; on the way to goals, the energy may grow."""
+            return GROWTH * energy if moving else energy + ARMIJO * share * decrease
+
+        t, new_energy = line_search(t, energy_at, most_at)
+        if t == 0:
             return energy, done, small
         for v in range(u.size):
             u[v] = space.new_u[v]
         for v in range(tau.size):
             tau[v] = space.new_tau[v]
+        gained = energy - new_energy
         energy -= gained
         if surface is not None:
             if t < SHORT:
