@@ -3,9 +3,9 @@
 There is one row for each value: its words in menus and help, and its properties. The command line, manifests,
 the outputs and the solver read this table; `make generated` writes the menus of the page and of the plug-ins from it.
 
-To add a value: its name in `FitName`, its row in `FITS`, its behaviour in the search (`balanced.search.partial`
-if it fills concavities, `frames.solve` if it is about whole drawings), its row in `docs/choose.md`, and a test.
-Then run `make generated`.
+To add a value: its name in `FitName`, its row in `FITS`, its row in `docs/choose.md`, and a test. Then run
+`make generated`. The search reads the row; `balanced.search.partial` changes for values that fill concavities in
+another way, and `frames.solve` for those about whole drawings.
 """
 
 from dataclasses import dataclass

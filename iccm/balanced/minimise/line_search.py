@@ -1,4 +1,4 @@
-"""The line search of Newton's method by itself, to test it and to search with it along steps computed in Python."""
+"""The line search of Newton's method as a function, for tests and for steps that are computed in Python."""
 
 from collections.abc import Callable
 
