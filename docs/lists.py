@@ -1,7 +1,7 @@
 """Write lists that follow from tables of the code into files that cannot read them: python docs/lists.py
 
-These are the values of `--fit` in the menus of `iccm edit` and of the plug-ins, the commands in the README, and the
-mesh formats in the reference.
+These are the values of `--fit` in the menus of `iccm edit` and of the plug-ins, the commands in the README, the mesh
+formats in the reference, and the extras on the page on installation.
 """
 
 import re
@@ -11,6 +11,7 @@ from pathlib import Path
 
 from iccm.cli import COMMANDS
 from iccm.fits import FITS, FitMode
+from iccm.io.extras import PURPOSES
 from iccm.io.formats import FORMATS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -53,6 +54,11 @@ def mesh_formats(*, written: bool) -> str:
     return ", ".join(f"`{suffix}`" for suffix in suffixes) + ".\n"
 
 
+def extras() -> str:
+    """Return the rows of the table of extras."""
+    return "".join(f"| `pip install '.[{name}]'` | {purpose} |\n" for name, purpose in PURPOSES.items())
+
+
 LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
     (
         "io/edit/page/index.html",
@@ -80,6 +86,7 @@ LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
         "\n",
         lambda: mesh_formats(written=False),
     ),
+    ("docs/start.md", "| extra | adds |\n|---|---|\n", "\n", extras),
 ]
 """For each list: its file, the line before it, the line after it, and the function that writes it."""
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import __version__
+from .extras import PURPOSES
 
 if TYPE_CHECKING:
     from packaging.requirements import Requirement
@@ -27,22 +28,6 @@ MODULES = {
     "scikit-image": "skimage",
 }
 """Module names of requirements, where they differ."""
-EXTRAS = {
-    "dask": "iccm batch --dask",
-    "draco": "glTF files compressed by Draco",
-    "dxf": "shapes from DXF files",
-    "edit": "iccm edit",
-    "gis": "GeoTIFF and ground control points",
-    "heic": "pictures in HEIC",
-    "usd": "meshes in USD files",
-    "vtk": "meshes in VTK files, as ParaView saves them",
-    "3mf": "meshes in 3MF files",
-    "brain": "cortical surfaces (GIFTI, FreeSurfer)",
-    "imagej": "points from ImageJ",
-    "itk": "displacement fields as .nrrd, .mha and .nii",
-    "meshopt": "glTF files compressed by meshopt",
-}
-"""Purpose of each extra."""
 
 
 @dataclass(frozen=True)
@@ -78,9 +63,9 @@ def _requirements() -> Iterator[Finding]:
         yield Finding("requirements", f"{error.name} is not installed", False)
         return
     for requirement in listed:
-        extra = next((name for name in ("", *EXTRAS) if _applies(requirement, name)), None)
+        extra = next((name for name in ("", *PURPOSES) if _applies(requirement, name)), None)
         if extra is not None:
-            yield _library(requirement.name, requirement.specifier, EXTRAS.get(extra, ""))
+            yield _library(requirement.name, requirement.specifier, PURPOSES.get(extra, ""))
 
 
 def _applies(requirement: Requirement, extra: str) -> bool:

@@ -1,4 +1,8 @@
-"""Optional packages: which extra of iccm installs each, and their import."""
+"""Optional packages: the extras of iccm, which packages they install, and the import of these.
+
+To add an extra: its packages in `pyproject.toml` and in `PACKAGES`, and its line in `PURPOSES`. `iccm doctor` and the
+page on installation list them.
+"""
 
 from collections.abc import Mapping
 from importlib import import_module
@@ -7,7 +11,25 @@ from typing import Any
 
 from ..errors import InputError
 
-EXTRAS: Mapping[str, tuple[str, str]] = MappingProxyType(
+PURPOSES: Mapping[str, str] = MappingProxyType(
+    {
+        "edit": "iccm edit",
+        "dxf": "DXF drawings",
+        "draco": "glTF files compressed by Draco",
+        "meshopt": "glTF files compressed by meshopt",
+        "dask": "iccm batch --dask",
+        "gis": "GeoTIFF: where a picture lies on a map, and ground control points",
+        "heic": "photos in HEIC, as phones take them",
+        "usd": "meshes in USD files",
+        "vtk": "meshes in VTK files, as ParaView saves them",
+        "3mf": "meshes in 3MF files",
+        "brain": "cortical surfaces of GIFTI and FreeSurfer",
+        "imagej": "points from ImageJ and Fiji",
+        "itk": "displacement fields as .nrrd, .mha and .nii",
+    }
+)
+"""What each extra is for."""
+PACKAGES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "DracoPy": ("DracoPy", "draco"),
         "SimpleITK": ("SimpleITK", "itk"),
@@ -50,7 +72,7 @@ def load(purpose: str, package: str, *submodules: str, otherwise: str = "") -> A
         for name in submodules:
             import_module(f"{package}.{name}")
     except ImportError:
-        distribution, extra = EXTRAS[package]
+        distribution, extra = PACKAGES[package]
         alternative = f", or {otherwise}" if otherwise else ""
         raise InputError(
             f"{purpose} needs the package {distribution}: pip install 'iccm[{extra}]'{alternative}"

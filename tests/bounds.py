@@ -15,10 +15,12 @@ import sys
 import tempfile
 from pathlib import Path
 
+from iccm.io.extras import PURPOSES
+
 ROOT = Path(__file__).parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 RESOLUTIONS = {"lowest": "lowest-direct", "newest": "highest"}
-EXTRAS = "dask,draco,meshopt,dxf,gis,heic,brain,usd,vtk,3mf,imagej,itk,edit"
+EXTRAS = ",".join(PURPOSES)
 TEST_REQUIREMENTS = (
     "pytest>=8.3",
     "pytest-timeout>=2.3",
