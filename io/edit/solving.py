@@ -14,7 +14,7 @@ from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Pin as SoftPin
 from ...pins import Softness
 from ..run.constraints import as_pins, as_strokes, fingerprint
-from ..run.execute import solve_pairs
+from ..run.execute import note_maps, solve_pairs
 from ..run.job import Job
 from ..shapes import regions
 from .map_update import Solved
@@ -71,6 +71,7 @@ def solve_scene(pair: Pair, scene: Scene, start: TriangulatedMap | None, *, kept
     )
     vars(run)["image"] = pair.run.image
     solve_pairs(run)
+    note_maps(run)
     report = run.fit_report
     report["notes"] = [*dict.fromkeys([*run.notes, *report["notes"]])]
     return Solved(run.fits, report, pins)

@@ -75,6 +75,7 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
         from .cut_choice import choose_cut
 
         choose_cut(run, solve_pairs)
+    note_maps(run)
     outputs.tell_share(run)
     if sampled and len(run.fits) == 1:
         run.note(*texture.notes_on_lines(job, run.source, run.fits[0]))
@@ -192,6 +193,10 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
     if failed:
         run.figures["without_map"] = parts.without_map(failed)
     run.note(*(Doubt(parts.label(pair, f"omitted: {why}")) for pair, why in failed))
+
+
+def note_maps(run: Run) -> None:
+    """Add the notes on the maps of a job, once it is certain that these are the maps that it uses."""
     run.note(*(parts.label(pair, note) for pair, fit in zip(run.pairs, run.fits) for note in fit.notes))
 
 

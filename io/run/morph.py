@@ -21,7 +21,7 @@ from ..shapes.shape import Shape
 from ..spec import Spec
 from . import framing
 from .between import SOURCE, TARGET, MorphPath
-from .execute import Settings, solve_pairs
+from .execute import Settings, note_maps, solve_pairs
 from .inputs import Inputs
 from .job import Job
 from .outputs.artwork import Artwork
@@ -119,6 +119,7 @@ def run(
             run = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, notes))
             _check(run, list(outputs.values()), settings.frames)
         solve_pairs(run, lambda pair: _settings(run, pair))
+        note_maps(run)
         with phases.timed("morph"):
             frames = list(_frames(run, settings))
         with ExitStack() as stack:

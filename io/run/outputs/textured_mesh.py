@@ -119,12 +119,10 @@ def _note_distortion(run: Run, measured: list[Written]) -> None:
     for pair, fit, written in zip(run.pairs, run.fits, measured):
         boundary_notes = missed(written.boundary, job.tolerance, job.subdivide_rim, divides=not job.subdivide)
         run.note(*(parts.label(pair, note) for note in boundary_notes))
-        if fit.distortion.strain is None and (strain := written.distortion.strain):
-            text = (
-                "in the texture coordinates as written, lengths change by a factor of more than "
-                "{:.1f} on 5 % of the area,"
-            )
-            run.note(parts.label(pair, f"{text} (stretch)".format(*strain)))
+        strain, map_strain = written.distortion.strain, fit.distortion.strain
+        if strain is not None and (map_strain is None or strain[0] > map_strain[0]):
+            text = "in the texture coordinates as written, lengths change by a factor of more than"
+            run.note(parts.label(pair, f"{text} {strain[0]:.3g} on 5 % of the area (stretch)"))
 
 
 def _shown_texture(run: Run) -> Path | bytes | None:

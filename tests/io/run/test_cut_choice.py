@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from iccm.balanced import fit
 from iccm.io.run import cut_choice
 
 SHAPE = (
@@ -51,8 +52,10 @@ def test_a_cut_is_taken_that_stretches_the_picture_less(there, iccm, monkeypatch
     with monkeypatch.context() as patched:
         patched.setattr(cut_choice, "SEAM_EXTENSIONS", ())
         for_flattening, _ = mapped(iccm)
+    monkeypatch.setattr(fit, "stretch_notes", lambda distortion: [f"stretched by {distortion.stretch_p95}"])
     for_map, notes = mapped(iccm)
     assert "instead" in notes and "can.obj" in notes
+    assert notes.count("stretched by") == 1  # the map that was replaced is not noted
     assert for_map["dilatation"]["p95"] < 0.85 * for_flattening["dilatation"]["p95"]
     assert for_map["flattening"] != for_flattening["flattening"]
     assert for_map["uv"] == {"flipped": 0, "degenerate": 0}
