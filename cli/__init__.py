@@ -93,8 +93,8 @@ class Commands(click.Group):
             raise click.UsageError(
                 f"{name}: not a command; to map this file, run: iccm map {shlex.join(args)}", ctx
             )
-        near = get_close_matches(name, COMMANDS, 1)
-        hint = f"did you mean {near[0]!r}?" if near else f"choose one of {', '.join(COMMANDS)}"
+        similar = get_close_matches(name, COMMANDS, 1)
+        hint = f"did you mean {similar[0]!r}?" if similar else f"choose one of {', '.join(COMMANDS)}"
         raise click.UsageError(f"No such command {name!r}; {hint}", ctx)
 
     def invoke(self, ctx: click.Context) -> Any:

@@ -21,7 +21,7 @@ SAVED = ("inverse", "columns", "max_line_error", "report", "size", "texture_box"
 @click.argument("maps", type=FILE, nargs=-1, required=True, metavar="MAP...")
 @click.argument("input", type=FILE)
 @options.of("apply")
-def command(maps: tuple[str, ...], input: str, output: str, **given: Any) -> int:
+def command(maps: tuple[str, ...], input: str, output: str, **arguments: Any) -> int:
     """Carry INPUT through MAP, a saved map. INPUT is a picture, a drawing, or a file of points, lines and polygons.
 
     MAP is an .npz file written by `iccm map -o map.npz`. It carries pictures, drawings (.svg .dxf), tables of points
@@ -55,15 +55,15 @@ def command(maps: tuple[str, ...], input: str, output: str, **given: Any) -> int
 
     with status.show_phases("read"):
         if len(maps) == 1 and (not formats.of(maps[0]).map or fields.is_field(maps[0])):
-            written = _stmap(maps[0], input, output, given)
+            written = _stmap(maps[0], input, output, arguments)
         else:
-            written = _saved(maps, input, output, given)
+            written = _saved(maps, input, output, arguments)
     for name in written:
         logs.log.info(f"wrote {name}")
     return 0
 
 
-def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) -> list[str]:
+def _saved(maps: Sequence[str], input: str, output: str, arguments: dict[str, Any]) -> list[str]:
     """Carry a file through saved maps. Returns the names of the files that were written."""
     from ..io import formats
     from ..io.apply import carry_geometry, in_one, inverse_chain, read_chain
@@ -74,14 +74,14 @@ def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) 
             f"{unsaved[0]}: only saved maps (.npz) can be chained; apply other maps one at a time"
         )
     name = formats.suffix_of(input)
-    chain = inverse_chain(maps) if given["inverse"] else maps
+    chain = inverse_chain(maps) if arguments["inverse"] else maps
     steps = read_chain(chain)
-    geometry_options = {key: given[key] for key in ("columns", "max_line_error", "unmapped", "report")}
+    geometry_options = {key: arguments[key] for key in ("columns", "max_line_error", "unmapped", "report")}
     if name in READERS:
         counts = carry_geometry(
-            steps, input, output, force=given["force"], tell=logs.log.warning, **geometry_options
+            steps, input, output, force=arguments["force"], tell=logs.log.warning, **geometry_options
         )
-        carried = ", ".join(f"{count} {what.replace('_', ' ')}" for what, count in counts.items() if count)
+        carried = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in counts.items() if count)
         logs.log.info(f"carried {carried or 'nothing, since the file has no points, lines or polygons'}")
         return [path for path in (output, geometry_options["report"]) if path not in ("-", None)]
     drawings = (".svg", ".svgz", ".dxf")
@@ -95,7 +95,7 @@ def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) 
         readable = [*formats.holding("picture"), *drawings, *READERS]
         raise InputError(f"{input}: cannot carry a file of this type; use one of {' '.join(readable)}")
     used_here = ("inverse", "max_line_error", *geometry_options)
-    job = {key: value for key, value in given.items() if value is not None and key not in used_here}
+    job = {key: value for key, value in arguments.items() if value is not None and key not in used_here}
     threads = job.pop("threads", None)
     as_drawing = name in drawings and output != "-" and formats.of(output).drawing
     job |= {"max_line_error": error} if error else {}
@@ -105,7 +105,7 @@ def _saved(maps: Sequence[str], input: str, output: str, given: dict[str, Any]) 
     return [output] if output != "-" else []
 
 
-def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[str]:
+def _stmap(stmap: str, image: str, output: str, arguments: dict[str, Any]) -> list[str]:
     """Warp a picture, or its tiles, through an STMap. Returns the names of the files that were written."""
     from ..io import fields, files, formats
     from ..io.memory import within
@@ -113,31 +113,31 @@ def _stmap(stmap: str, image: str, output: str, given: dict[str, Any]) -> list[s
     from ..io.pictures import stmap_files as maps
     from ..pixels.texture import check_kind
 
-    if used := [name for name in SAVED if given[name]] + ["unmapped"] * (given["unmapped"] != "drop"):
+    if used := [name for name in SAVED if arguments[name]] + ["unmapped"] * (arguments["unmapped"] != "drop"):
         raise InputError(
             f"--{used[0].replace('_', '-')}: this option needs a map in an .npz file, and {stmap} is an STMap"
         )
-    room = within(given["memory"], output)
-    given["kind"] = given["kind"] or "colour"
-    sampling = {name: given[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
-    limits = {"max_pixels": given["max_pixels"], "colorspace": given["colorspace"], "room": room}
+    room = within(arguments["memory"], output)
+    arguments["kind"] = arguments["kind"] or "colour"
+    sampling = {name: arguments[name] for name in ("filter", "kind", "edge", "threads")} | {"room": room}
+    limits = {"max_pixels": arguments["max_pixels"], "colorspace": arguments["colorspace"], "room": room}
     pairs = _tiles(stmap, output)
     outputs = [name for _, name in pairs if name != "-"]
     images = tiles.files_of(image) if tiles.is_pattern(image) else [image]
-    files.check_outputs(outputs, [*images, *(name for name, _ in pairs)], force=given["force"])
+    files.check_outputs(outputs, [*images, *(name for name, _ in pairs)], force=arguments["force"])
     with ExitStack() as stack:
         for source, name in pairs:
             if fields.is_field(source):
                 picture, box = image_files.read(image, **limits), None
                 st = fields.read(source, (picture.pixels.shape[1], picture.pixels.shape[0]))
             else:
-                st = maps.read(source, max_pixels=given["max_pixels"], room=room)
+                st = maps.read(source, max_pixels=arguments["max_pixels"], room=room)
                 picture, box = tiles.read_any(image, partial(maps.places, st), **limits)
-            check_kind(given["kind"], picture.pixels.shape[2], image)
-            lost = image_files.clipping_note(formats.written(name), picture)
-            for note in (*picture.notes, *([f"{name}: {lost}"] if lost else [])):
+            check_kind(arguments["kind"], picture.pixels.shape[2], image)
+            clipping_note = image_files.clipping_note(formats.written(name), picture)
+            for note in (*picture.notes, *([f"{name}: {clipping_note}"] if clipping_note else [])):
                 logs.log.warning(note)
-            path = stack.enter_context(files.writing(name, force=given["force"]))
+            path = stack.enter_context(files.writing(name, force=arguments["force"]))
             maps.apply(st, picture, path, tiles=box, **sampling)
     return outputs
 

@@ -42,7 +42,7 @@ class BatchCommand(options.Command):
 @click.command("batch", cls=BatchCommand)
 @click.argument("jobs", type=FILE, nargs=-1, required=True, metavar="MANIFEST | SOURCES... TARGET")
 @options.of("batch", *PASSED_ON)
-def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any) -> int:
+def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **arguments: Any) -> int:
     """Run the jobs of a MANIFEST, or map each of SOURCES onto TARGET.
 
     SOURCES are files, patterns ('icons/*.svg', in quotes) or folders; options of `iccm map` apply to all of them. The
@@ -75,43 +75,47 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **given: Any
 
     gc.enable()  # it runs for a long time
 
-    if given["html"]:
-        files.check_output(given["html"], force=True)
-    passed = {name: given.pop(name) for name in PASSED_ON}
-    named = options.values({name: value for name, value in passed.items() if value not in ((), False)})
+    if arguments["html"]:
+        files.check_output(arguments["html"], force=True)
+    job_arguments = {name: arguments.pop(name) for name in PASSED_ON}
+    job_options = options.values(
+        {name: value for name, value in job_arguments.items() if value not in ((), False)}
+    )
     name = jobs[0] if len(jobs) == 1 else "batch"
     if len(jobs) > 1:
         folder = Path(root if root is not None else ".")
-        tasks = _from_patterns(jobs, named, folder, force=given["force"])
+        tasks = _from_patterns(jobs, job_options, folder, force=arguments["force"])
         folder = Path(files.common_folder([os.path.dirname(path) for path in _outputs(tasks)] or ["."]))
         if not dry_run:
             files.make_folder(folder)
-    elif named or os.path.isdir(name) or _is_shape(name):
-        raise InputError(_lacking(name, named))
+    elif job_options or os.path.isdir(name) or _is_shape(name):
+        raise InputError(_lacking(name, job_options))
     else:
         folder = Path(root if root is not None else os.path.dirname(name) or ".")
-        tasks = _tasks(name, folder, outside=given["allow_outside"], force=given["force"])
+        tasks = _tasks(name, folder, outside=arguments["allow_outside"], force=arguments["force"])
     book = Journal(folder)
     if (
-        given["resume"]
+        arguments["resume"]
         and not dry_run
         and (swept := book.sweep(path for task in tasks for path in task.job.outputs))
     ):
         logs.log.info(f"removed {len(swept)} temporary files left by a batch that was killed")
-    tasks = dispatch.prepare(tasks, book, resume=given["resume"], make=not dry_run)
+    tasks = dispatch.prepare(tasks, book, resume=arguments["resume"], make=not dry_run)
     if dry_run:
         logs.log.info(f"{len(tasks)} jobs checked, no errors")
         return 0
-    policy = dispatch.Policy(given["retries"], given["timeout"], given["fail_fast"], given["threads"])
+    policy = dispatch.Policy(
+        arguments["retries"], arguments["timeout"], arguments["fail_fast"], arguments["threads"]
+    )
     start = time.perf_counter()
-    with caught_signals() as caught, _pool(len(tasks), given) as pool:
-        watch = {"resume": given["resume"], "warn": logs.log.warning}
+    with caught_signals() as caught, _pool(len(tasks), arguments) as pool:
+        watch = {"resume": arguments["resume"], "warn": logs.log.warning}
         watch["stopping"] = lambda: bool(caught) or process.unread()
-        results: list[dict[str, Any]] | None = [] if given["html"] else None
+        results: list[dict[str, Any]] | None = [] if arguments["html"] else None
         counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results)
     if results is not None:
-        page = overview.html(results, name, os.path.dirname(given["html"]) or ".")
-        files.write_bytes(given["html"], page, force=True)
+        page = overview.html(results, name, os.path.dirname(arguments["html"]) or ".")
+        files.write_bytes(arguments["html"], page, force=True)
     _summary(counts, time.perf_counter() - start)
     if caught:
         return 128 + caught[0]
@@ -150,29 +154,29 @@ def _is_shape(name: str) -> bool:
     return format is not None and bool(format.drawing or format.picture or format.mesh)
 
 
-def _lacking(name: str, named: dict[str, Any]) -> str:
+def _lacking(name: str, job_options: dict[str, Any]) -> str:
     """Explain what to do about a single name that is not a manifest, or options that belong in the manifest."""
-    if named and (name.endswith((".toml", ".jsonl", ".json")) or name == "-"):
-        option = next(iter(named))
+    if job_options and (name.endswith((".toml", ".jsonl", ".json")) or name == "-"):
+        option = next(iter(job_options))
         return (
             f"--{option.replace('_', '-')}: not an option for a manifest; add {option} = … to "
             f"[defaults] in {name}"
         )
-    what = "is a folder" if os.path.isdir(name) else "is not a manifest"
-    return f"{name}: {what}; to map it, add a target: iccm batch '{name}' shield.svg -o 'out/{{source.stem}}.png'"
+    kind = "is a folder" if os.path.isdir(name) else "is not a manifest"
+    return f"{name}: {kind}; to map it, add a target: iccm batch '{name}' shield.svg -o 'out/{{source.stem}}.png'"
 
 
 @contextmanager
-def _pool(count: int, given: dict[str, Any]) -> Iterator[Any]:
+def _pool(count: int, arguments: dict[str, Any]) -> Iterator[Any]:
     from ..io.batch import pools
 
-    if given["dask"]:
+    if arguments["dask"]:
         # A job that waits at a worker would lose time to --timeout, and begin after a failure.
-        prompt = given["timeout"] is not None or given["fail_fast"]
-        with closing(pools.Dask(given["dask"], ahead=not prompt)) as cluster:
+        prompt = arguments["timeout"] is not None or arguments["fail_fast"]
+        with closing(pools.Dask(arguments["dask"], ahead=not prompt)) as cluster:
             yield cluster
     else:
-        with processes(count, given["workers"], given["threads"]) as pool:
+        with processes(count, arguments["workers"], arguments["threads"]) as pool:
             yield pool
 
 
@@ -207,11 +211,13 @@ def caught_signals() -> Iterator[list[int]]:
     ]
     names = [name for name in ends if signal.getsignal(name) is not signal.SIG_IGN]  # as nohup has them
     _start_tracker()
-    before: dict[signal.Signals, Callable | int | None] = {name: signal.signal(name, note) for name in names}
+    handlers: dict[signal.Signals, Callable | int | None] = {
+        name: signal.signal(name, note) for name in names
+    }
     try:
         yield caught
     finally:
-        for name, handler in before.items():
+        for name, handler in handlers.items():
             signal.signal(name, handler)
 
 
@@ -224,12 +230,14 @@ def _start_tracker() -> None:
     # If this process is killed, the tracker cleans up and prints a warning, unless it inherits this filter.
     sys.warnoptions.append("ignore:resource_tracker")
     if hasattr(signal, "SIGHUP"):
-        before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        handler = signal.signal(signal.SIGHUP, signal.SIG_IGN)
         resource_tracker.ensure_running()
-        signal.signal(signal.SIGHUP, before)
+        signal.signal(signal.SIGHUP, handler)
 
 
-def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, Any]] | None) -> Counter[str]:
+def _report(
+    results: Iterator[dict[str, Any]], count: int, collected: list[dict[str, Any]] | None
+) -> Counter[str]:
     """Write results to stdout and to a list, problems and progress to stderr. Returns the number of jobs by status."""
     from .. import progress
     from ..io.run.report import as_json
@@ -248,8 +256,8 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
                 logs.log.info(_line(result))
             unchanged = result["resumed"] and result["status"] == "done"
             counts["unchanged" if unchanged else result["status"]] += 1
-            if kept is not None:
-                kept.append(result)
+            if collected is not None:
+                collected.append(result)
             tell = level.get(result["status"], logging.ERROR)
             extra = {"fields": {key: result[key] for key in ("job", "name", "status", "seconds")}}
             message = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
@@ -260,9 +268,9 @@ def _report(results: Iterator[dict[str, Any]], count: int, kept: list[dict[str, 
 def _line(result: dict[str, Any]) -> str:
     """Describe a completed job in one line: what it wrote, and how long it took."""
     paths = [entry["path"] for entry in result["outputs"]]
-    more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+    others = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
     took = "unchanged" if result["resumed"] else f"{result['seconds']:.1f} s"
-    return f"{os.path.normpath(paths[0]) if paths else result['name']}{more}  {took}"
+    return f"{os.path.normpath(paths[0]) if paths else result['name']}{others}  {took}"
 
 
 def _summary(counts: Counter[str], seconds: float) -> None:

@@ -20,7 +20,7 @@ SHOWN_FAILURES = 5
 @click.argument("run", type=FILE)
 @click.argument("baselines", type=FILE)
 @options.of("check")
-def command(run: str, baselines: str, update: bool, **given: Any) -> int:
+def command(run: str, baselines: str, update: bool, **arguments: Any) -> int:
     """Compare the results in the folder RUN with those in BASELINES, file by file.
 
     Pictures are compared by their largest and root mean square difference and their structural similarity, sizes and
@@ -34,46 +34,48 @@ def command(run: str, baselines: str, update: bool, **given: Any) -> int:
     Exit code: 0 no regression, 1 regressions, 2 wrong input.
     """
     if update:
-        return _update(Path(run), Path(baselines), given["only"])
-    return _check(Path(run), Path(baselines), given)
+        return _update(Path(run), Path(baselines), arguments["only"])
+    return _check(Path(run), Path(baselines), arguments)
 
 
 def _update(run: Path, baselines: Path, only: tuple[str, ...]) -> int:
     from ..io.check import regression
 
-    new, gone = regression.update(run, baselines, only)
-    logs.log.info(f"{len(new)} baselines stored in {baselines}, {len(gone)} removed")
+    new, removed = regression.update(run, baselines, only)
+    logs.log.info(f"{len(new)} baselines stored in {baselines}, {len(removed)} removed")
     return 0
 
 
-def _check(run: Path, baselines: Path, given: dict[str, Any]) -> int:
+def _check(run: Path, baselines: Path, arguments: dict[str, Any]) -> int:
     from ..io import files
     from ..io.check import compare, regression, reports
     from ..io.run.report import as_json
 
     start = time.perf_counter()
     usual = baselines / regression.SETTINGS
-    settings = Path(given["tolerances"]) if given["tolerances"] else usual if usual.is_file() else None
-    for name in (given["junit"], given["html"], given["summary"]):
+    settings = usual if usual.is_file() else None
+    if arguments["tolerances"]:
+        settings = Path(arguments["tolerances"])
+    for name in (arguments["junit"], arguments["html"], arguments["summary"]):
         if name and name != "-":
             files.check_output(name, force=True)
     with status.show_status():
         tell(f"compare {run} with {baselines}")
-        verdicts = regression.check(run, baselines, compare.tolerances(settings), given["only"])
+        verdicts = regression.check(run, baselines, compare.tolerances(settings), arguments["only"])
     for verdict in verdicts:
         _tell(verdict)
-        if given["diff"] and not verdict.ok:
-            path = regression.diff(verdict, run, baselines, Path(given["diff"]))
+        if arguments["diff"] and not verdict.ok:
+            path = regression.diff(verdict, run, baselines, Path(arguments["diff"]))
             logs.log.debug(f"wrote {path}" if path else f"{verdict.name}: no difference picture")
-    if given["junit"]:
+    if arguments["junit"]:
         xml = regression.junit(verdicts, time.perf_counter() - start)
-        files.write_bytes(given["junit"], xml, force=True)
-    if given["html"]:
-        files.write_bytes(given["html"], reports.html(verdicts, run, baselines), force=True)
-    if given["summary"]:
-        with files.writing(given["summary"], force=True, suffix=".md") as path:
+        files.write_bytes(arguments["junit"], xml, force=True)
+    if arguments["html"]:
+        files.write_bytes(arguments["html"], reports.html(verdicts, run, baselines), force=True)
+    if arguments["summary"]:
+        with files.writing(arguments["summary"], force=True, suffix=".md") as path:
             path.write_text(reports.markdown(verdicts), encoding="utf-8")
-    if given["json"]:
+    if arguments["json"]:
         for verdict in verdicts:
             click.echo(json.dumps(as_json(reports.record(verdict)), ensure_ascii=False))
     bad = sum(not verdict.ok for verdict in verdicts)

@@ -82,10 +82,10 @@ def _name_in_zshrc(script: Path) -> None:
     path = Path(os.environ.get("ZDOTDIR") or Path.home()) / ".zshrc"
     ready = "(( $+functions[compdef] )) || { autoload -Uz compinit && compinit }"
     line = f"{ready}; source {quote(str(script))}".encode()
-    before = path.read_bytes() if path.exists() else b""
-    if line in before.splitlines():
+    content = path.read_bytes() if path.exists() else b""
+    if line in content.splitlines():
         logs.log.info(f"{path}: already loads the completion")
         return
     with open(path, "ab") as file:
-        file.write((b"" if before.endswith(b"\n") or not before else b"\n") + line + b"\n")
+        file.write((b"" if content.endswith(b"\n") or not content else b"\n") + line + b"\n")
     logs.log.info(f"{path}: added a line that loads the completion")

@@ -14,7 +14,7 @@ from .options import FILE
 @click.command("deform", cls=options.Command)
 @click.argument("shape", type=FILE)
 @options.of("deform")
-def command(shape: str, **given: Any) -> int:
+def command(shape: str, **arguments: Any) -> int:
     """Deform SHAPE (a file or file#id) and its texture with pins and strokes, without a target.
 
     Pins and strokes are met exactly, nothing folds, and every part stays as rigid as possible.
@@ -25,4 +25,4 @@ def command(shape: str, **given: Any) -> int:
 
     Exit code: 0 done, 1 the result is not good enough, 2 wrong input.
     """
-    return execute({"source": shape, **given})
+    return execute({"source": shape, **arguments})

@@ -19,5 +19,5 @@ def command(json: bool) -> int:
     for finding in examine(lambda: status.show_phases("examine")):
         bad += finding.ok is False
         mark = {True: "ok", False: "WRONG", None: ""}[finding.ok]
-        click.echo(dumps(vars(finding)) if json else f"{mark:6}{finding.what:24}{finding.said}")
+        click.echo(dumps(vars(finding)) if json else f"{mark:6}{finding.check:24}{finding.result}")
     return 1 if bad else 0

@@ -16,7 +16,7 @@ from .options import FILE
 @click.argument("source", type=FILE, required=False)
 @click.argument("target", type=FILE, required=False)
 @options.of("edit")
-def command(**given: Any) -> int:
+def command(**arguments: Any) -> int:
     """Place pins and strokes on SOURCE and TARGET in the browser and watch the map follow.
 
     The page's address is written to stdout; only this computer can open it. Files change only when you press Save.
@@ -36,11 +36,11 @@ def command(**given: Any) -> int:
     from ..io.edit import server
     from ..io.edit.workspace import Workspace
 
-    port, browser = given.pop("port") or 0, not given.pop("no_browser")
-    given.pop("threads")
+    port, browser = arguments.pop("port") or 0, not arguments.pop("no_browser")
+    arguments.pop("threads")
     process.leave_signals()
     gc.enable()  # it runs long
-    workspace = Workspace(**options.values(given))
+    workspace = Workspace(**options.values(arguments))
     for note in workspace.session.view.notes if workspace.session else ():
         logs.tell(note)
     server.serve(workspace, port=port, browser=browser, show=click.echo)

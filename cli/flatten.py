@@ -18,7 +18,7 @@ os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")
 @click.command("flatten", cls=options.Command)
 @click.argument("mesh", type=FILE)
 @options.of("flatten")
-def command(**given: Any) -> int:
+def command(**arguments: Any) -> int:
     """Flatten MESH (OBJ, GLB, PLY, OFF, STL, GIFTI, FreeSurfer) into the plane, without folds or overlaps.
 
     MESH is a file, file#part (an OBJ object, group or material), or file#2 to use the second-longest boundary as the
@@ -38,11 +38,11 @@ def command(**given: Any) -> int:
     from ..io.run.job import FlattenJob, described
     from ..io.spec import Spec
 
-    if not any(given[name] for name in ("output", *FlattenJob.written)):
-        given["output"] = (f"{Spec.of(given['mesh']).path.stem}-flat.svg",)
-    if not given["onto"] and given["method"] not in METHODS:
+    if not any(arguments[name] for name in ("output", *FlattenJob.written)):
+        arguments["output"] = (f"{Spec.of(arguments['mesh']).path.stem}-flat.svg",)
+    if not arguments["onto"] and arguments["method"] not in METHODS:
         logs.log.warning("--method OUTLINE is now --onto OUTLINE; the old form works until iccm 2")
-    job = described(FlattenJob, options.values(given))
+    job = described(FlattenJob, options.values(arguments))
     with status.show_phases("flatten"):
         outcome = flatten.run(job, tell=logs.log.warning)
     return logs.conclude(job.mesh, outcome, flatten.summary(outcome.report))

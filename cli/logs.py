@@ -186,13 +186,13 @@ def raise_on_signals() -> Iterator[None]:
         raise Terminated(number)
 
     names = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
-    before = {
+    handlers = {
         number: signal.signal(number, stop) for number in names if signal.getsignal(number) is signal.SIG_DFL
     }
     try:
         yield
     finally:
-        for number, handler in before.items():
+        for number, handler in handlers.items():
             signal.signal(number, handler)
 
 

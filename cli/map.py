@@ -35,7 +35,7 @@ class MapCommand(options.Command):
 @click.argument("source", type=FILE, required=False, metavar="SOURCE")
 @click.argument("target", type=FILE, required=False, metavar="TARGET")
 @options.of("map")
-def command(text: str | None, target_text: str | None, font: str | None, **given: Any) -> int:
+def command(text: str | None, target_text: str | None, font: str | None, **arguments: Any) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
 
     SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GLB, GeoJSON, DXF), or file#id for one element
@@ -52,7 +52,7 @@ def command(text: str | None, target_text: str | None, font: str | None, **given
 
     Exit code: 0 done, 1 the result is not good enough, 2 wrong input.
     """
-    return execute(given | _shapes(given["source"], given["target"], text, target_text, font))
+    return execute(arguments | _shapes(arguments["source"], arguments["target"], text, target_text, font))
 
 
 def _shapes(
@@ -67,12 +67,12 @@ def _shapes(
     if font is not None and text is None and target_text is None:
         raise InputError("--font: only works with --text or --target-text")
     files = [file for file in (source, target) if file is not None]
-    needed = [name for name, given in (("SOURCE", text), ("TARGET", target_text)) if given is None]
+    needed = [name for name, value in (("SOURCE", text), ("TARGET", target_text)) if value is None]
     if len(files) < len(needed):
         raise click.UsageError(f"Missing argument '{needed[len(files)]}'.", click.get_current_context())
     if len(files) > len(needed):
         options = [
-            name for name, given in (("--text", text), ("--target-text", target_text)) if given is not None
+            name for name, value in (("--text", text), ("--target-text", target_text)) if value is not None
         ]
         raise InputError(
             f"{files[len(needed)]}: too many files; leave it out, because {' and '.join(options)} "
@@ -86,49 +86,51 @@ def _shapes(
     }
 
 
-def execute(given: dict[str, Any]) -> int:
+def execute(arguments: dict[str, Any]) -> int:
     """Run the job of these options, report on stderr, and return the exit code; with --watch, repeat it."""
     limit = deadline.current()
     seconds = limit.seconds if limit else None  # for each map
-    run_options = {name: given.pop(name, None) for name in ("threads", "dry_run", "watch", "open", "resume")}
-    if given.get("sequence"):
-        return _sequence(given, run_options, seconds)
+    run_options = {
+        name: arguments.pop(name, None) for name in ("threads", "dry_run", "watch", "open", "resume")
+    }
+    if arguments.get("sequence"):
+        return _sequence(arguments, run_options, seconds)
     if run_options["resume"]:
         raise InputError("--resume: only works with --sequence")
     if not run_options["watch"]:
-        return _run(given, run_options)[0]
-    if given.get("constraints") == "-":
+        return _run(arguments, run_options)[0]
+    if arguments.get("constraints") == "-":
         raise InputError("--watch: stdin can be read only once; pass a file to --constraints")
     gc.enable()  # it runs long
     with deadline.limited(None):
-        return _watch(given, run_options, seconds)
+        return _watch(arguments, run_options, seconds)
 
 
-def _watch(given: dict[str, Any], run_options: dict[str, Any], seconds: float | None) -> int:
+def _watch(arguments: dict[str, Any], run_options: dict[str, Any], seconds: float | None) -> int:
     """Run the job again whenever an input changes, with a time limit for each run."""
     with deadline.limited(seconds):
-        code, seen = _run(given, run_options)
-    given["force"] = True  # its own files are replaced
+        code, stamps = _run(arguments, run_options)
+    arguments["force"] = True  # its own files are replaced
     run_options["open"] = False  # viewers update automatically
-    logs.log.info(f"watching {', '.join(seen)}; press Ctrl-C to stop")
+    logs.log.info(f"watching {', '.join(stamps)}; press Ctrl-C to stop")
     try:
         while True:
             time.sleep(WATCH_SECONDS)
-            now = _stamps(seen)
-            if now == seen:
+            new_stamps = _stamps(stamps)
+            if new_stamps == stamps:
                 continue
-            while (later := _wait(now)) != now:  # it is still being written
-                now = later
+            while (later := _wait(new_stamps)) != new_stamps:  # it is still being written
+                new_stamps = later
             try:
                 with deadline.limited(seconds):
-                    code, seen = _run(given, run_options)
+                    code, stamps = _run(arguments, run_options)
             except (IccmError, OSError) as error:
-                code, seen = explain(error), now
+                code, stamps = explain(error), new_stamps
     except KeyboardInterrupt:
         return code
 
 
-def _sequence(given: dict[str, Any], run_options: dict[str, Any], seconds: float | None) -> int:
+def _sequence(arguments: dict[str, Any], run_options: dict[str, Any], seconds: float | None) -> int:
     """Map frames one after another, each starting from the map of the previous one, and return the exit code."""
     from ..io import files
     from ..io.batch import dispatch, manifest, pools
@@ -136,7 +138,7 @@ def _sequence(given: dict[str, Any], run_options: dict[str, Any], seconds: float
 
     if used := [name for name in ("watch", "open") if run_options[name]]:
         raise InputError(f"--{used[0]}: cannot be combined with --sequence")
-    tasks = manifest.frames(options.values(given), root=Path("."))
+    tasks = manifest.frames(options.values(arguments), root=Path("."))
     folders = {os.path.dirname(os.path.abspath(name)) for task in tasks for name in task.job.outputs}
     os.makedirs(home := files.common_folder(folders), exist_ok=True)
     book = Journal(Path(home))
@@ -158,7 +160,7 @@ def _sequence(given: dict[str, Any], run_options: dict[str, Any], seconds: float
     return int(failed)
 
 
-def _run(given: dict[str, Any], run_options: dict[str, Any]) -> tuple[int, Stamps]:
+def _run(arguments: dict[str, Any], run_options: dict[str, Any]) -> tuple[int, Stamps]:
     """Return the exit code of a run, and the files that it read with their state before the run."""
     with status.show_status() as listener:
         from ..io.run.execute import run
@@ -166,12 +168,12 @@ def _run(given: dict[str, Any], run_options: dict[str, Any]) -> tuple[int, Stamp
         from ..maps.summary import in_short, summary
         from ..status import ROUTINE
 
-        job, dry = make(options.values(given)), run_options["dry_run"]
-        before = _stamps(job.inputs)
+        job, dry = make(options.values(arguments)), run_options["dry_run"]
+        stamps = _stamps(job.inputs)
         outcome = run(
             job, threads=run_options["threads"], tell=logs.tell, listener=listener, dry=dry, again=True
         )
-    read = _stamps(entry["path"] for entry in outcome.report.get("inputs", [])) | before
+    read = _stamps(entry["path"] for entry in outcome.report.get("inputs", [])) | stamps
     for line in summary(outcome.report):
         logs.log.debug(line)
     if dry:
@@ -202,9 +204,9 @@ def _stamps(paths: Iterable[str]) -> Stamps:
     return stamps
 
 
-def _wait(seen: Stamps) -> Stamps:
+def _wait(stamps: Stamps) -> Stamps:
     time.sleep(WATCH_SECONDS)
-    return _stamps(seen)
+    return _stamps(stamps)
 
 
 def _show(written: Sequence[str]) -> None:

@@ -14,7 +14,7 @@ from .options import FILE
 @click.argument("source", type=FILE)
 @click.argument("target", type=FILE)
 @options.of("morph")
-def command(source: str, target: str, **given: Any) -> int:
+def command(source: str, target: str, **arguments: Any) -> int:
     """Animate SOURCE into TARGET, with its texture.
 
     The first frame shows the source on the target's canvas, the last one the target. No frame folds or overlaps
@@ -31,10 +31,10 @@ def command(source: str, target: str, **given: Any) -> int:
     from ..io.run.job import make
     from ..io.run.morph import MorphSettings, run
 
-    settings = MorphSettings(*(given.pop(name) for name in ("frames", "target_texture", "fps")))
-    threads = given.pop("threads")
+    settings = MorphSettings(*(arguments.pop(name) for name in ("frames", "target_texture", "fps")))
+    threads = arguments.pop("threads")
     with status.show_status() as listener:
-        job = make(options.values({"source": source, "target": target, **given}))
+        job = make(options.values({"source": source, "target": target, **arguments}))
         ok, message, written = run(job, settings, threads=threads, tell=logs.tell, listener=listener)
     logs.log.info(f"wrote {written[0]}" + (f" to {written[-1]}" if len(written) > 1 else ""))
     (logs.log.info if ok else logs.log.error)(message)

@@ -100,8 +100,8 @@ class Command(click.Command):
         for notice in ctx.meta["iccm.notices"]:
             logs.log.warning(notice)
         for name, option in self.rows.items():
-            given = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
-            if given and self.name in option.hidden:
+            is_on_command_line = ctx.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
+            if is_on_command_line and self.name in option.hidden:
                 logs.log.warning(f"{_dashed(name)}: deprecated, will be removed in iccm 2; {option.instead}")
         with deadline.limited(ctx.params.pop("time_limit", None)):
             return super().invoke(ctx)
@@ -142,8 +142,8 @@ def _sections(
     if topic == ALL or len(rows) <= MOST_SHORT_HELP_OPTIONS:
         return grouped(names, rows)
     if topic:
-        chosen = TOPICS[topic]
-        return [(chosen.title, chosen.example, of_topic(topic, names, rows))]
+        section = TOPICS[topic]
+        return [(section.title, section.example, of_topic(topic, names, rows))]
     tables = [
         table for table in TABLE if table not in (JobOptions, TextOptions, CommonOptions, MessageOptions)
     ]
@@ -186,11 +186,11 @@ def _with_todays_names(args: list[str], rows: dict[str, Option], notices: list[s
         for name, option in rows.items()
         for alias, template in option.aliases
     }
-    left = iter(args)
-    for arg in left:
+    remaining = iter(args)
+    for arg in remaining:
         if arg == "--":
             yield arg
-            yield from left
+            yield from remaining
             return
         word, joined, value = arg.partition("=")
         if word not in today:
@@ -200,14 +200,14 @@ def _with_todays_names(args: list[str], rows: dict[str, Option], notices: list[s
         if is_old:
             notices.append(f"{word} is now {_dashed(name)}; the old name works until iccm 2")
         if template != "{}" and not joined:
-            value = next(left, "")
+            value = next(remaining, "")
         yield _dashed(name) + (f"={template.format(value)}" if joined or template != "{}" else "")
 
 
 def _unknown(word: str, rows: dict[str, Option]) -> str:
     """Return the message for an unknown option, with suggestions by synonym or spelling."""
-    near = suggest(word.lstrip("-"), rows)
-    hint = f"; did you mean {' or '.join(map(_dashed, near[:2]))}?" if near else ""
+    similar = suggest(word.lstrip("-"), rows)
+    hint = f"; did you mean {' or '.join(map(_dashed, similar[:2]))}?" if similar else ""
     return f"No such option {word}{hint}"
 
 

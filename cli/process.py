@@ -76,13 +76,13 @@ def watch_signals() -> Iterator[None]:
     _state["patient"] = False
     inlet, outlet = os.pipe()
     os.set_blocking(outlet, False)
-    before, over = signal.set_wakeup_fd(outlet, warn_on_full_buffer=False), threading.Event()
+    previous, over = signal.set_wakeup_fd(outlet, warn_on_full_buffer=False), threading.Event()
     threading.Thread(target=_watch, args=(inlet, over), daemon=True).start()
     try:
         yield
     finally:
         over.set()
-        signal.set_wakeup_fd(before)
+        signal.set_wakeup_fd(previous)
         os.close(outlet)
 
 

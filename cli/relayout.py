@@ -14,7 +14,7 @@ from .options import FILE
 @click.argument("old", type=FILE)
 @click.argument("new", type=FILE)
 @options.of("relayout")
-def command(threads: int | None, **given: Any) -> int:
+def command(threads: int | None, **arguments: Any) -> int:
     """Transfer the materials or textures of OLD to NEW, the same surface with another UV layout.
 
     Triangles with the same corners are matched, whatever the order of the faces; elsewhere, texels are taken from the
@@ -31,7 +31,7 @@ def command(threads: int | None, **given: Any) -> int:
     from ..io.run import relayout
     from ..io.run.job import RelayoutJob, described
 
-    job = described(RelayoutJob, options.values(given))
+    job = described(RelayoutJob, options.values(arguments))
     with status.show_phases("carry textures"):
         outcome = relayout.run(job, threads=threads)
     for note in outcome.notes:

@@ -51,8 +51,8 @@ def variable(name: str) -> str:
 
 def path() -> Path:
     """Return the path of the configuration file."""
-    if named := os.environ.get(FILE_VARIABLE):
-        return Path(named)
+    if name := os.environ.get(FILE_VARIABLE):
+        return Path(name)
     home = os.environ.get("APPDATA" if os.name == "nt" else "XDG_CONFIG_HOME")
     return (Path(home) if home else Path.home() / ".config") / "iccm" / "config.toml"
 

@@ -16,7 +16,7 @@ from .options import FILE
 @click.command("standardize", cls=options.Command)
 @click.argument("specimens", type=FILE, nargs=-1, required=True, metavar="SPECIMEN...")
 @options.of("standardize")
-def command(specimens: tuple[str, ...], workers: int | None, **given: Any) -> int:
+def command(specimens: tuple[str, ...], workers: int | None, **arguments: Any) -> int:
     """Map specimens with landmarks onto their mean shape, and summarise their pictures there.
 
     SPECIMENs are pictures (whose silhouette or whole area is the outline), drawings, patterns in quotes, or folders.
@@ -38,7 +38,7 @@ def command(specimens: tuple[str, ...], workers: int | None, **given: Any) -> in
     from ..io.standardize import run
 
     gc.enable()  # it runs for a long time
-    plan = run.Plan(specimens, **given)
+    plan = run.Plan(specimens, **arguments)
     with caught_signals() as caught, status.show_status():
         summary = run.run(
             plan,

@@ -36,10 +36,10 @@ def show_status() -> Iterator[Listener | None]:
 
 
 @contextmanager
-def show_phases(what: str) -> Iterator[None]:
+def show_phases(step: str) -> Iterator[None]:
     """Show what the block does, as `show_status`."""
     with show_status():
-        tell(what)
+        tell(step)
         yield
 
 
@@ -54,9 +54,9 @@ class Line:
 
     def __call__(self, what: str, done: int, of: int) -> None:
         """Receive a report, as `iccm.progress.Listener`. An empty name removes the line at once."""
-        _, before, count = self._said
+        _, previous_count, previous_total = self._said
         if what:
-            if of != count or done < before:
+            if of != previous_total or done < previous_count:
                 self._began = time.monotonic(), done
             self._said = what, done, of
         self._hidden = not what
@@ -65,13 +65,13 @@ class Line:
 
     def __str__(self) -> str:
         what, done, of = self._said
-        now, (began, first) = time.monotonic(), self._began
+        time_now, (began, first_count) = time.monotonic(), self._began
         what = printable(what)
         if not of:
-            return f"{what}, {now - self._start:.0f} s"
-        seconds = (now - began) / (done - first) * (of - done) if done > first else 0.0
-        left = f", about {seconds:.0f} s left" if seconds >= LEAST_REMAINING_SECONDS else ""
-        return f"{self._drawn(done / of)} {done}/{of}, {now - self._start:.0f} s{left}: {what}"
+            return f"{what}, {time_now - self._start:.0f} s"
+        seconds = (time_now - began) / (done - first_count) * (of - done) if done > first_count else 0.0
+        remaining = f", about {seconds:.0f} s left" if seconds >= LEAST_REMAINING_SECONDS else ""
+        return f"{self._drawn(done / of)} {done}/{of}, {time_now - self._start:.0f} s{remaining}: {what}"
 
     @staticmethod
     def _drawn(share: float) -> str:

@@ -27,10 +27,10 @@ def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
         InputError: not numbers, or another shape.
     """
     try:
-        given = np.asarray(z)
-        if given.dtype.kind in "iuf" and given.ndim == 2 + bool(columns) and given.shape[-1] == 2:
-            given = np.ascontiguousarray(given, np.float64).view(np.complex128)[..., 0]
-        z = np.asarray(given, dtype=np.complex128)
+        array = np.asarray(z)
+        if array.dtype.kind in "iuf" and array.ndim == 2 + bool(columns) and array.shape[-1] == 2:
+            array = np.ascontiguousarray(array, np.float64).view(np.complex128)[..., 0]
+        z = np.asarray(array, dtype=np.complex128)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name}: cannot be read as an array of complex numbers x + iy ({error})") from error
     if z.ndim != 1 + bool(columns) or (columns and z.shape[1] != columns):
@@ -47,10 +47,10 @@ def as_points(z: ArrayLike) -> Complex:
     Raises:
         InputError: pairs of real numbers, which would be mistaken for points on the real axis.
     """
-    given = np.asarray(z)
-    if given.dtype.kind in "iuf" and given.ndim > 1 and given.shape[-1] == 2:
-        raise InputError(f"points: real array of shape {given.shape}; give complex numbers x + iy here")
-    return np.asarray(given, dtype=np.complex128)
+    array = np.asarray(z)
+    if array.dtype.kind in "iuf" and array.ndim > 1 and array.shape[-1] == 2:
+        raise InputError(f"points: real array of shape {array.shape}; give complex numbers x + iy here")
+    return np.asarray(array, dtype=np.complex128)
 
 
 def xy_of(z: Complex) -> Real:

@@ -30,9 +30,9 @@ def check(axes: str) -> None:
 
 def complex_in(pairs: ArrayLike, axes: str) -> Complex:
     """Return complex numbers (…), y up, from pairs (…, 2); the coordinates are exact except for their signs."""
-    given = np.asarray(pairs, np.float64)[..., :2]
-    given = given[..., ::-1] if axes == "image" else given
-    z = np.ascontiguousarray(given).view(np.complex128)[..., 0]
+    coordinates = np.asarray(pairs, np.float64)[..., :2]
+    coordinates = coordinates[..., ::-1] if axes == "image" else coordinates
+    z = np.ascontiguousarray(coordinates).view(np.complex128)[..., 0]
     return z if axes == "xy" else z.conj()
 
 
@@ -44,8 +44,8 @@ def pairs_in(z: Complex, axes: str) -> Real:
 
 def is_pairs(points: Any) -> bool:
     """Return whether points are pairs of real numbers, an array (…, n, 2)."""
-    given = np.asarray(points)
-    return given.dtype.kind in "iuf" and given.ndim > 1 and given.shape[-1] == 2
+    array = np.asarray(points)
+    return array.dtype.kind in "iuf" and array.ndim > 1 and array.shape[-1] == 2
 
 
 def on_pairs(function: Callable[[Complex], Complex], points: ArrayLike, axes: tuple[str, str]) -> Real:

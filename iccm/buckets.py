@@ -82,7 +82,7 @@ class SegmentGrid:
     """
 
     def __init__(self, start: Complex, end: Complex):
-        start, end = (np.ascontiguousarray(given, np.complex128) for given in (start, end))
+        start, end = (np.ascontiguousarray(ends, np.complex128) for ends in (start, end))
         x, y = np.sort([start.real, end.real], axis=0), np.sort([start.imag, end.imag], axis=0)
         self.start, self.along = start, end - start
         self.grid = BucketGrid.of(np.stack([x[0], y[0], x[1], y[1]], axis=1))

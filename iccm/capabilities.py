@@ -57,11 +57,11 @@ BETWEEN_SURFACES = "rigid regions are not supported between two surfaces; use pi
 PINS_INSTEAD = "cannot be combined with strokes on surfaces; use pins instead of strokes"
 
 
-def _rigid(kept: Kind, refused: Kind, instead: str, without: dict[str, str]) -> Capability:
+def _rigid(supported: Kind, refused: Kind, instead: str, without: dict[str, str]) -> Capability:
     """Return the row of rigid regions of one side.
 
     Args:
-        kept: the kind of problems with a surface for which they are supported.
+        supported: the kind of problems with a surface for which they are supported.
         refused: the kind for which they are not, since the triangles of the surface are those of the map.
         instead: the option for regions of the other side.
         without: as for `Capability`.
@@ -69,7 +69,7 @@ def _rigid(kept: Kind, refused: Kind, instead: str, without: dict[str, str]) -> 
     return Capability(
         BALANCED,
         "rigid regions need the balanced method",
-        kinds=("plane", kept),
+        kinds=("plane", supported),
         elsewhere={
             "between surfaces": BETWEEN_SURFACES,
             refused: f"the map follows the triangles of the surface; give {instead}",
@@ -106,29 +106,31 @@ CAPABILITIES: dict[str, Capability] = {
 }
 
 
-def refuse(given: Collection[str], method: str, kind: Kind, fit: str) -> None:
+def refuse(names: Collection[str], method: str, kind: Kind, fit: str) -> None:
     """Raise an InputError for the first constraint that cannot be combined with the rest.
 
     Args:
-        given: names of the constraints, `strokes` among them.
+        names: names of the constraints, `strokes` among them.
         method: the method that solves: balanced, conformal or paper.
         kind: kind of the problem.
         fit: a value of `fits.FITS`.
     """
     for name, row in CAPABILITIES.items():
-        if name not in given:
+        if name not in names:
             continue
-        others = dict(row.without or {})
+        exclusions = dict(row.without or {})
         if kind != "plane":
-            others |= row.without_on_surfaces or {}
+            exclusions |= row.without_on_surfaces or {}
         if method not in row.methods:
             raise InputError(f"{name}: {row.refused}")
         if kind not in row.kinds:
             raise InputError(
                 f"{name}: {row.elsewhere if isinstance(row.elsewhere, str) else row.elsewhere[kind]}"
             )
-        for other, why in others.items():
-            if other in given:
-                raise InputError(f"{name}: {why}" if other != "rigid_target" else f"{name}, {other}: {why}")
+        for excluded, why in exclusions.items():
+            if excluded in names:
+                raise InputError(
+                    f"{name}: {why}" if excluded != "rigid_target" else f"{name}, {excluded}: {why}"
+                )
         if FITS[fit].is_partial and not row.partial:
             raise InputError(f"{name}: cannot be combined with fit {fit}; use whole or auto")

@@ -57,8 +57,8 @@ class Coverage:
     def voids(self) -> Flags:
         """(m,) the triangles that fill holes of the source without a partner."""
         assert isinstance(self.map, TriangulatedMap)
-        met = {i for i, _ in self.hole_partners}
-        alone = [] if self.target is None else [h for i, h in enumerate(self.source_holes) if i not in met]
+        mapped = {i for i, _ in self.hole_partners}
+        alone = [] if self.target is None else [h for i, h in enumerate(self.source_holes) if i not in mapped]
         return inside_any(alone, self.map.source[self.map.faces].mean(axis=1))
 
     @property

@@ -141,8 +141,8 @@ class Curve:
 
     def locate(self, s: ArrayLike) -> tuple[NDArray[np.intp], Real]:
         """Return the edges that contain arclengths s, and the positions on these edges, in [0, 1]."""
-        given = np.asarray(s, dtype=np.float64)
-        s = np.mod(given, self.length) if self.closed else np.clip(given, 0, self.length)
+        arclengths = np.asarray(s, dtype=np.float64)
+        s = np.mod(arclengths, self.length) if self.closed else np.clip(arclengths, 0, self.length)
         edge = np.clip(np.searchsorted(self.knots, s, side="right") - 1, 0, self.edges.size - 1)
         return edge, np.clip((s - self.knots[edge]) / self.lengths[edge], 0, 1)
 

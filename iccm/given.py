@@ -83,16 +83,16 @@ def as_points_of(points: Any, name: str, axes: str = "xy", columns: int = 0) -> 
     if geometry is not None:
         return complex_in(shapely.get_coordinates(geometry), _of_geometry(axes))
     try:
-        given = np.asarray(points)
+        array = np.asarray(points)
     except ValueError:
-        given = np.empty(0, object)
-    if given.dtype.kind not in "iuf" or not given.size:
+        array = np.empty(0, object)
+    if array.dtype.kind not in "iuf" or not array.size:
         return points
-    if given.ndim == 3 and given.shape[1:] == (1, 2) and not columns:
-        given = given[:, 0]
-    if axes == "xy" or given.shape[-1:] != (2,) or given.ndim != 2 + bool(columns):
-        return as_complex(given, name, columns)
-    return complex_in(given, axes)
+    if array.ndim == 3 and array.shape[1:] == (1, 2) and not columns:
+        array = array[:, 0]
+    if axes == "xy" or array.shape[-1:] != (2,) or array.ndim != 2 + bool(columns):
+        return as_complex(array, name, columns)
+    return complex_in(array, axes)
 
 
 def pins_of(pins: Any, axes: str = "xy") -> tuple[Any, Softness | None]:

@@ -237,9 +237,9 @@ class Options:
                 f"{prescribed[0]}: cannot be combined with literal, which uses the paper's value; "
                 "remove one of the two"
             )
-        if self.place != "fill" and (others := self._given(ONE_OF_PLACE)):
+        if self.place != "fill" and (conflicting := self._given(ONE_OF_PLACE)):
             raise InputError(
-                f"{others[0]}: cannot be combined with place {self.place}, which keeps the drawing's "
+                f"{conflicting[0]}: cannot be combined with place {self.place}, which keeps the drawing's "
                 "proportions; remove one of the two"
             )
         self._refuse_others()
@@ -253,8 +253,8 @@ class Options:
     @property
     def switched_by(self) -> str:
         """The option that selects another method than the default one, if no method is named; else an empty string."""
-        others = self._given(WEIGHTED_ONLY)
-        return others[0] if others and self.method is None else ""
+        weighted_only = self._given(WEIGHTED_ONLY)
+        return weighted_only[0] if weighted_only and self.method is None else ""
 
     def _given(self, names: Iterable[str]) -> list[str]:
         """Return those of the options that differ from their defaults."""
@@ -262,18 +262,18 @@ class Options:
 
     def _refuse_others(self) -> None:
         """Reject options that the method does not have, so that none is ignored silently."""
-        others = self._given(WEIGHTED_ONLY)
-        if self.method == "balanced" and others:
-            raise InputError(f"{others[0]}: only works with method conformal or paper, not balanced")
+        weighted_only = self._given(WEIGHTED_ONLY)
+        if self.method == "balanced" and weighted_only:
+            raise InputError(f"{weighted_only[0]}: only works with method conformal or paper, not balanced")
         balanced_only = [name for name in self._given(BALANCED_ONLY) if self.balance or name != "balance"]
         if balanced_only and not self.is_balanced:
-            reason = others[0] if others else "balance 0"
-            other = (
+            reason = weighted_only[0] if weighted_only else "balance 0"
+            method = (
                 self.method
                 if self.method != "balanced" and self.method
                 else f"conformal, which {reason} requires"
             )
-            raise InputError(f"{balanced_only[0]}: only works with method balanced, not {other}")
+            raise InputError(f"{balanced_only[0]}: only works with method balanced, not {method}")
 
 
 ROWS: dict[str, OptionRow] = {option.name: option.metadata["row"] for option in fields(Options)}

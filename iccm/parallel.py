@@ -56,7 +56,7 @@ def within_time(work: Callable[[Item], Result]) -> Callable[[Item], Result]:
     return checked
 
 
-def beside(work: Callable[[], Result]) -> Future[Result]:
+def in_background(work: Callable[[], Result]) -> Future[Result]:
     """Start work in a separate thread, and return its future."""
     with_one = ThreadPoolExecutor(1)
     future = with_one.submit(work)

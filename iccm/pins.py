@@ -129,8 +129,8 @@ class Softness:
         """Return the softness of pins."""
 
         def values(name: str) -> Real:
-            given = [getattr(pin, name) for pin in pins]
-            return np.array([np.nan if value is None else value for value in given], float)
+            values = [getattr(pin, name) for pin in pins]
+            return np.array([np.nan if value is None else value for value in values], float)
 
         tolerances = values("tolerance")
         return cls(

@@ -80,14 +80,14 @@ def distinct_each(rings: Sequence[Complex]) -> list[Complex]:
         for extreme in (np.minimum, np.maximum)
     )
     tiny = 1e-12 * np.maximum(high[0] - low[0], high[1] - low[1])
-    before = np.roll(z, 1)
-    before[starts] = z[starts + sizes - 1]
-    keep = np.abs(z - before) > np.repeat(tiny, sizes)
+    previous = np.roll(z, 1)
+    previous[starts] = z[starts + sizes - 1]
+    keep = np.abs(z - previous) > np.repeat(tiny, sizes)
     keep[starts] |= ~np.logical_or.reduceat(keep, starts)
     if keep.all():
         return list(rings)
-    kept = np.add.reduceat(keep, starts, dtype=np.intp)
-    return np.split(z[keep], np.cumsum(kept)[:-1])
+    counts = np.add.reduceat(keep, starts, dtype=np.intp)
+    return np.split(z[keep], np.cumsum(counts)[:-1])
 
 
 def rotation(z: Complex, w: Complex) -> complex:

@@ -40,12 +40,12 @@ def unite(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> shapely.
         The time limit is exceeded.
     """
     deadline.check(REGION)
-    given = np.atleast_1d(
+    regions = np.atleast_1d(
         np.asarray(geometries if isinstance(geometries, shapely.Geometry) else list(geometries))
     )
-    given = given[~shapely.is_empty(given)]
-    parts = polygons_of(given)
-    apart = len(given) == 1 and given[0].geom_type == "MultiPolygon" and given[0].is_valid
+    regions = regions[~shapely.is_empty(regions)]
+    parts = polygons_of(regions)
+    apart = len(regions) == 1 and regions[0].geom_type == "MultiPolygon" and regions[0].is_valid
     if len(parts) < 2 or apart:  # the parts of a valid MultiPolygon do not overlap
         return _region(parts)
     return _region(polygons_of(shapely.disjoint_subset_union_all(parts)))
@@ -65,9 +65,9 @@ def offset(region: shapely.Geometry, distance: float, **style: Any) -> shapely.G
         The time limit is exceeded.
     """
     deadline.check(REGION)
-    moved = shapely.buffer(polygons_of(region), distance, **style)
+    buffered = shapely.buffer(polygons_of(region), distance, **style)
     # shrunk parts remain disjoint
-    return unite(moved) if distance > 0 else _region(polygons_of(moved))
+    return unite(buffered) if distance > 0 else _region(polygons_of(buffered))
 
 
 def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
@@ -78,14 +78,14 @@ def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
     TimeUp
         The time limit is exceeded.
     """
-    moved = np.empty(len(regions), dtype=object)
+    results = np.empty(len(regions), dtype=object)
     for start in range(0, len(regions), REGIONS_AT_ONCE):
         deadline.check(REGION)
         part = slice(start, start + REGIONS_AT_ONCE)
         small = shapely.get_num_geometries(regions[part]) <= SMALL_REGION_PARTS
-        moved[part][small] = shapely.buffer(regions[part][small], distance, **style)
-        moved[part][~small] = [offset(region, distance, **style) for region in regions[part][~small]]
-    return moved
+        results[part][small] = shapely.buffer(regions[part][small], distance, **style)
+        results[part][~small] = [offset(region, distance, **style) for region in regions[part][~small]]
+    return results
 
 
 def simplify_each(region: shapely.Geometry, tolerance: float) -> shapely.Geometry:
@@ -136,14 +136,14 @@ def _with_others(
     order = np.argsort(pairs[0], kind="stable")
     ends = np.cumsum(np.bincount(pairs[0], minlength=count))
     boxes = shapely.bounds(parts[start : start + count]) + distance * np.array([-1, -1, 1, 1])
-    for k, others in enumerate(np.split(pairs[1][order], ends[:-1]), start):
+    for k, neighbours in enumerate(np.split(pairs[1][order], ends[:-1]), start):
         part = parts[k]
-        others = others[others != k]
-        if not others.size:
+        neighbours = neighbours[neighbours != k]
+        if not neighbours.size:
             yield part, 1.0
             continue
-        near = polygons_of(shapely.clip_by_rect(parts[others], *boxes[k - start].tolist()))
-        yield _region(np.array([part, *near], dtype=object)), 0.5 if len(near) else 1.0
+        nearby = polygons_of(shapely.clip_by_rect(parts[neighbours], *boxes[k - start].tolist()))
+        yield _region(np.array([part, *nearby], dtype=object)), 0.5 if len(nearby) else 1.0
 
 
 def _region(parts: Polygons) -> shapely.Geometry:

@@ -172,19 +172,19 @@ def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
     return tuple(outlines)
 
 
-def _field(given, box: Box, name: str, least: float) -> Field | None:
+def _field(numbers, box: Box, name: str, least: float) -> Field | None:
     """Return the field of a picture (h, w) over the source's bounding box, or of a picture with a given box."""
-    if given is None or isinstance(given, Field):
-        return given
-    if isinstance(given, tuple) and len(given) == 2 and np.ndim(given[0]) == 2:
-        given, corners = given
+    if numbers is None or isinstance(numbers, Field):
+        return numbers
+    if isinstance(numbers, tuple) and len(numbers) == 2 and np.ndim(numbers[0]) == 2:
+        numbers, corners = numbers
         low, high = as_complex(corners, name)
         box = complex(low), complex(high)
         if not (np.isfinite(corners).all() and high.real > low.real and high.imag > low.imag):
             raise InputError(
                 f"{name}: {corners!r} is not a box; give its lower left and upper right corner as x + iy"
             )
-    return Field.of(given, box, least, name)
+    return Field.of(numbers, box, least, name)
 
 
 def _regions(regions) -> tuple[Complex, ...]:
@@ -229,7 +229,7 @@ def as_pins(pins: ArrayLike | Sequence | None) -> Complex:
     return array
 
 
-def _refuse_outside(shape: Curve, z: Complex, what: str, reach: float, side: str = "source") -> None:
+def _refuse_outside(shape: Curve, z: Complex, kind: str, reach: float, side: str = "source") -> None:
     """Raise an InputError unless every point is inside a shape or on its boundary."""
     if not z.size:
         return
@@ -238,6 +238,6 @@ def _refuse_outside(shape: Curve, z: Complex, what: str, reach: float, side: str
     if outside.size:
         k = outside[0]
         raise InputError(
-            f"{what} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is {gap[k]:.3g} outside the {side} shape; "
+            f"{kind} {k + 1}: ({z[k].real:g}, {z[k].imag:g}) is {gap[k]:.3g} outside the {side} shape; "
             "move it inside"
         )

@@ -80,8 +80,8 @@ def superimpose(landmarks: Complex, *, reflect: bool = False) -> Superimposition
         if reflect:
             mirrored = _is_closer_reflected(shapes, mean)
         upright = np.where(mirrored[:, None], shapes.conj(), shapes)
-        turned = _rotations(upright, mean)[:, None] * upright
-        better = turned.mean(axis=0)
+        rotated = _rotations(upright, mean)[:, None] * upright
+        better = rotated.mean(axis=0)
         better /= np.linalg.norm(better)
         change = float(np.linalg.norm(better - mean))
         mean = better

@@ -394,14 +394,14 @@ def _solve(
     advised: bool,
 ) -> Fit:
     """Solve a problem by the requested method; see `balanced.fit.solve` for `advised`."""
-    before = _map_of(start)
-    if settings.keep_start and (before is None or any(layouts)):
+    start_map = _map_of(start)
+    if settings.keep_start and (start_map is None or any(layouts)):
         reason = (
             "does not work with surfaces; leave it out" if any(layouts) else "needs the map to keep, start"
         )
         raise InputError(f"keep_start: {reason}")
     capabilities.refuse(
-        _constraint_names(problem, before), _method_of(settings), _kind_of(layouts), settings.fit
+        _constraint_names(problem, start_map), _method_of(settings), _kind_of(layouts), settings.fit
     )
     if settings.method == "paper":
         from .paper import algorithm1
@@ -420,10 +420,10 @@ def _solve(
             if result is not None:
                 return result
             settings = replace(settings, fit="whole")
-        return surfaces.solve(problem, settings, layouts, before)
+        return surfaces.solve(problem, settings, layouts, start_map)
     from .balanced import fit as balanced
 
-    return balanced.solve(problem, settings, before, advised=advised)
+    return balanced.solve(problem, settings, start_map, advised=advised)
 
 
 def _complete_result(

@@ -38,14 +38,14 @@ class Transform:
 
     def __call__(self, points: ArrayLike) -> Complex | Real:
         """Return the images of complex points of any shape, or of pairs (…, 2), in the same form."""
-        given = np.asarray(points)
-        if np.iscomplexobj(given):
-            return self.forward(given)
-        if given.shape[-1:] != (2,):
+        array = np.asarray(points)
+        if np.iscomplexobj(array):
+            return self.forward(array)
+        if array.shape[-1:] != (2,):
             raise ValueError(
-                f"points: have shape {given.shape}; pass complex numbers, or real numbers of shape (n, 2)"
+                f"points: have shape {array.shape}; pass complex numbers, or real numbers of shape (n, 2)"
             )
-        return on_pairs(self.forward, given, self.axes)
+        return on_pairs(self.forward, array, self.axes)
 
     @property
     def inverse(self) -> "Transform":

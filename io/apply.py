@@ -79,8 +79,8 @@ class Saved:
         with naming(name):
             fit, job = Fit.of(stored), _job(stored)
         map = fit.map
-        near = (map.near if isinstance(map, TriangulatedMap) else ROUNDING_SHARE) * map.diagonal
-        saved = cls(name, fit, stored.planes, job, lambda z: map.jet(z)[0], near)
+        margin = (map.near if isinstance(map, TriangulatedMap) else ROUNDING_SHARE) * map.diagonal
+        saved = cls(name, fit, stored.planes, job, lambda z: map.jet(z)[0], margin)
         return saved._inverse() if inverse else saved
 
     def _inverse(self) -> Saved:
@@ -101,8 +101,8 @@ class Saved:
             drawings=fit.drawings and fit.drawings[::-1],
         )
         job = {name: value for name, value in self.job.items() if name != "target_box"}
-        near = triangles.near * triangles.image_diagonal if triangles is fit.map else 0.0
-        return Saved(self.name, swapped, (target, source), job, fit.inverse, near)
+        margin = triangles.near * triangles.image_diagonal if triangles is fit.map else 0.0
+        return Saved(self.name, swapped, (target, source), job, fit.inverse, margin)
 
     @property
     def shapes(self) -> tuple[Shape, Shape]:
@@ -221,12 +221,12 @@ def read_chain(names: Sequence[str]) -> list[Saved]:
     steps = [
         Saved.read(name.removeprefix(INVERSE_MARK), inverse=name.startswith(INVERSE_MARK)) for name in names
     ]
-    for before, after in pairwise(steps):
-        ends, begins = before._painted[1], after._painted[0]
+    for first, second in pairwise(steps):
+        ends, begins = first._painted[1], second._painted[0]
         area_between = shapely.symmetric_difference(ends, begins).area / ends.area
-        if before.planes[1].down != after.planes[0].down or area_between > JOINT_AREA_SHARE:
+        if first.planes[1].down != second.planes[0].down or area_between > JOINT_AREA_SHARE:
             raise InputError(
-                f"{after.name}: does not begin on the shape on which {before.name} ends; chain maps that meet in the "
+                f"{second.name}: does not begin on the shape on which {first.name} ends; chain maps that meet in the "
                 "same file, and put ~ before a map to use its inverse"
             )
     return steps
@@ -295,13 +295,13 @@ def carry_geometry(
         )
     images, counted = steps[0].carried(content.geometry, content.upward, max_line_error)
     for step in steps[1:]:
-        images, more = _carried_again(images, step, content.upward, max_line_error)
-        counted += more
+        images, further_counts = _carried_again(images, step, content.upward, max_line_error)
+        counted += further_counts
     images = replace(images, keep=unmapped == "keep")
     nonzero_counts = {name: count for name, count in counted.items() if count}
-    lost = ", ".join(f"{count} {name}" for name, count in nonzero_counts.items() if "repaired" not in name)
-    if lost and unmapped == "refuse":
-        raise InputError(f"{path}: {lost} of the map's domain; use --unmapped drop to leave them out")
+    losses = ", ".join(f"{count} {name}" for name, count in nonzero_counts.items() if "repaired" not in name)
+    if losses and unmapped == "refuse":
+        raise InputError(f"{path}: {losses} of the map's domain; use --unmapped drop to leave them out")
     for note in (*content.notes, *(f"{count} {name}" for name, count in nonzero_counts.items())):
         tell(f"{path}: {note}")
     geometry = content.geometry

@@ -64,6 +64,6 @@ def first(error: ValidationError, whole: str = "the file") -> str:
     mistakes.
     """
     (key, text), *further = mistakes(error)
-    more = f" (and {len(further)} more error{'s' if len(further) > 1 else ''})" if further else ""
+    others = f" (and {len(further)} more error{'s' if len(further) > 1 else ''})" if further else ""
     place = key[:200] or whole
-    return f"{place}{': ' if place else ''}{text}{more}"
+    return f"{place}{': ' if place else ''}{text}{others}"

@@ -56,8 +56,8 @@ class Step:
         with naming(path):
             fit = Fit.of(stored)
         if fit.target is None or fit.filled is not None:
-            what = "the map of a deformation" if fit.target is None else "a map of parts of its shapes"
-            raise InputError(f"{path}: {what} cannot be composed; use maps of whole shapes (--fit whole)")
+            kind = "the map of a deformation" if fit.target is None else "a map of parts of its shapes"
+            raise InputError(f"{path}: {kind} cannot be composed; use maps of whole shapes (--fit whole)")
         map = triangulated(fit.map)
         if map.seen is not None:
             raise InputError(f"{path}: the map folds, so it cannot be composed")
@@ -91,11 +91,11 @@ def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
     Raises
     ------
     InputError
-        A file does not contain a map that can be composed, or a map does not begin where the one before ends.
+        A file does not contain a map that can be composed, or a map does not begin where the previous one ends.
     """
     steps = [Step.read(name) for name in names]
-    for before, after in pairwise(steps):
-        _check_joint(before, after)
+    for step, following in pairwise(steps):
+        _check_joint(step, following)
     first, last = steps[0], steps[-1]
 
     def forward(points: Complex) -> Complex:
@@ -145,28 +145,28 @@ def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
     return fit, (first.planes[0], last.planes[1])
 
 
-def _check_joint(before: Step, after: Step) -> None:
+def _check_joint(first: Step, second: Step) -> None:
     """Check that a map begins on the shape on which the map before it ends.
 
     Raises:
         InputError: it does not; the message states how far the outlines are from each other.
     """
-    ends, begins = before.outlines[1], after.outlines[0]
+    ends, begins = first.outlines[1], second.outlines[0]
     if len(ends) != len(begins):
         raise InputError(
-            f"{after.name}: its source has {len(begins) - 1} holes, but the target of {before.name} has "
+            f"{second.name}: its source has {len(begins) - 1} holes, but the target of {first.name} has "
             f"{len(ends) - 1}; compose maps that meet in the same shape"
         )
-    if before.planes[1].down != after.planes[0].down:
+    if first.planes[1].down != second.planes[0].down:
         raise InputError(
-            f"{after.name}: y points the other way than in the target of {before.name}; make both maps with the same "
+            f"{second.name}: y points the other way than in the target of {first.name}; make both maps with the same "
             "file of the shape between them"
         )
     size = diagonal(ends[0].z)
     gap = max(min(hausdorff(end, begin) for begin in begins) for end in ends) / size
     if gap > NEAR_SHARE:
         raise InputError(
-            f"{after.name}: its source is not the target of {before.name}: their outlines are up to {gap:.2%} "
+            f"{second.name}: its source is not the target of {first.name}: their outlines are up to {gap:.2%} "
             "of the diagonal apart. Maps of whole drawings go by way of frames, which may differ; --parts largest maps "
             "outlines"
         )

@@ -48,12 +48,12 @@ def describe(name: str | Path, *, max_faces: int = limits.FACES) -> dict[str, An
         "map": _map,
         "outlines": _shape,
     }
-    for what, facts in kinds.items():
-        if what == "constraints" and polygons.holds(path):
+    for content, facts in kinds.items():
+        if content == "constraints" and polygons.holds(path):
             continue
-        if getattr(formats.of(path), what):
+        if getattr(formats.of(path), content):
             return {"file": str(path), "bytes": path.stat().st_size, **facts(path)}
-    suffixes = sorted({suffix for what in kinds for suffix in formats.holding(what)})
+    suffixes = sorted({suffix for content in kinds for suffix in formats.holding(content)})
     raise InputError(f"{path}: iccm does not read files of this type; it reads {' '.join(suffixes)}")
 
 
@@ -300,9 +300,9 @@ def _text(key: str, value: Any) -> str:
     sides = np.array(value[-(len(value) // 2) :])
     extent = np.abs(sides if key == "canvas" else sides - value[: len(value) // 2]).max()
     decimals = int(np.clip(DIGITS - 1 - np.floor(np.log10(extent or 1.0)), 0, 12))
-    far = max(map(abs, value)) >= 1e15
+    is_large = max(map(abs, value)) >= 1e15
     return " ".join(
-        f"{v:.6g}" if far else f"{v:.{decimals}f}".rstrip("0").rstrip(".") if decimals else f"{v:.0f}"
+        f"{v:.6g}" if is_large else f"{v:.{decimals}f}".rstrip("0").rstrip(".") if decimals else f"{v:.0f}"
         for v in value
     )
 

@@ -34,8 +34,8 @@ MODULES = {
 class Finding:
     """The result of one check; `ok` is None if it is neither good nor bad."""
 
-    what: str
-    said: str
+    check: str
+    result: str
     ok: bool | None = None
 
 
@@ -104,8 +104,8 @@ def _threads() -> Iterator[Finding]:
 
 
 def _writing() -> Iterator[Finding]:
-    for what, folder in (("this folder", Path.cwd()), ("temporary files", Path(tempfile.gettempdir()))):
-        yield _writable(what, folder)
+    for name, folder in (("this folder", Path.cwd()), ("temporary files", Path(tempfile.gettempdir()))):
+        yield _writable(name, folder)
 
 
 def _fonts() -> Finding:
@@ -117,22 +117,22 @@ def _fonts() -> Finding:
     return Finding("fonts", finder())
 
 
-def _writable(what: str, folder: Path) -> Finding:
+def _writable(name: str, folder: Path) -> Finding:
     try:
         with tempfile.TemporaryFile(dir=folder):
-            return Finding(what, f"{folder} is writable", True)
+            return Finding(name, f"{folder} is writable", True)
     except OSError as error:
-        return Finding(what, f"{folder} is not writable: {error.strerror}", False)
+        return Finding(name, f"{folder} is not writable: {error.strerror}", False)
 
 
 def _check(
-    what: str, test: Callable[[], str], watched: Callable[[], AbstractContextManager[None]]
+    name: str, test: Callable[[], str], watched: Callable[[], AbstractContextManager[None]]
 ) -> Finding:
     try:
         with watched():
-            return Finding(what, test(), True)
+            return Finding(name, test(), True)
     except Exception as error:  # the result is that it does not work
-        return Finding(what, f"{type(error).__name__}: {' '.join(str(error).split())}", False)
+        return Finding(name, f"{type(error).__name__}: {' '.join(str(error).split())}", False)
 
 
 def _compiled_core() -> str:

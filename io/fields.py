@@ -324,7 +324,7 @@ def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:
     if formats.suffix_of(path) == ".npz":
         with opened(
             files.open_input(path),
-            other="a damaged archive of arrays",
+            otherwise="a damaged archive of arrays",
             damaged="the arrays map_x and map_y cannot be read",
         ) as archive:
             members = Archive(archive)

@@ -89,15 +89,15 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
     names = [name for name in ("fit", "holes") if getattr(options, name) != "auto"]
     with suppress(NoMapError):
         partial_fit = solve_once(problem, replace(options, fit="auto", holes="auto"))
-        before, after = whole.distortion, partial_fit.distortion
+        complete, partial = whole.distortion, partial_fit.distortion
         if (
             partial_fit.status.ok
-            and after.dilatation_p95 <= WORTHWHILE_DILATATION_SHARE * before.dilatation_p95
+            and partial.dilatation_p95 <= WORTHWHILE_DILATATION_SHARE * complete.dilatation_p95
         ):
             return [
                 f"With {' and '.join(names)} set to auto, the largest stretch on 95 % of the target is "
-                f"{after.stretch_p95:.1f} instead of {before.stretch_p95:.1f}, and the dilatation "
-                f"{after.dilatation_p95:.1f} instead of {before.dilatation_p95:.1f}; "
+                f"{partial.stretch_p95:.1f} instead of {complete.stretch_p95:.1f}, and the dilatation "
+                f"{partial.dilatation_p95:.1f} instead of {complete.dilatation_p95:.1f}; "
                 f"{partial_fit.left_out:.1%} of the source would be hidden and "
                 f"{partial_fit.uncovered:.1%} of the target bare."
             ]
@@ -105,7 +105,7 @@ def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
 
 
 def solve_once(
-    problem: Problem, options: Options, start: TriangulatedMap | None = None, moved: bool = False
+    problem: Problem, options: Options, start: TriangulatedMap | None = None, remesh: bool = False
 ) -> Fit:
     """Return the balanced map of a problem with its notes, without fitting a size map and without suggestions.
 
@@ -113,7 +113,7 @@ def solve_once(
         problem: the domains and constraints.
         options: options of the solver.
         start: an earlier map to start from.
-        moved: whether to solve on a new mesh, on which the outlines slide, even if the start has the same
+        remesh: whether to solve on a new mesh, on which the outlines slide, even if the start has the same
             outlines.
 
     Raises:
@@ -122,10 +122,10 @@ def solve_once(
     """
     if start is None and options.balance > EVEN_BALANCE and not is_partial(options.fit):
         options = replace(options, fit="whole")
-        attempt = _attempt(problem, options, _map_of_less_balance(problem, options), moved=True)
+        attempt = _attempt(problem, options, _map_of_less_balance(problem, options), remesh=True)
     else:
-        attempt = _attempt(problem, options, start, moved=moved)
-    attempt = _with_exact_pins(attempt, problem, options, start, moved=moved)
+        attempt = _attempt(problem, options, start, remesh=remesh)
+    attempt = _with_exact_pins(attempt, problem, options, start, remesh=remesh)
     fit, settings = attempt.fit, attempt.settings
     if settings.fit != "whole" and loses_too_much(fit.left_out, fit.uncovered, options):
         return solve_once(problem, replace(options, fit="whole"), start)
@@ -152,8 +152,8 @@ def _map_of_less_balance(problem: Problem, options: Options) -> TriangulatedMap:
     The weight of areas is raised by a factor of two at a time: separate searches with large weights find minima
     that are increasingly far from the best, rotated and less uniform in scale.
     """
-    before = replace(options, balance=max(EVEN_BALANCE, options.balance / 2), rigid_size=None)
-    return triangulated(solve_once(replace(problem, rigid=(), rigid_target=()), before).map)
+    less_balanced = replace(options, balance=max(EVEN_BALANCE, options.balance / 2), rigid_size=None)
+    return triangulated(solve_once(replace(problem, rigid=(), rigid_target=()), less_balanced).map)
 
 
 class _Attempt(NamedTuple):
@@ -175,7 +175,7 @@ class _Attempt(NamedTuple):
 
 
 def _with_exact_pins(
-    attempt: _Attempt, problem: Problem, options: Options, start: TriangulatedMap | None, *, moved: bool
+    attempt: _Attempt, problem: Problem, options: Options, start: TriangulatedMap | None, *, remesh: bool
 ) -> _Attempt:
     """Return an attempt with exact pins, if the given one misses the places of soft pins.
 
@@ -197,7 +197,7 @@ def _with_exact_pins(
         exact |= newly_exact
         softness = problem.softness.with_pins(np.flatnonzero(exact), Softness.exact(int(exact.sum())))
         try:
-            best = _attempt(replace(problem, softness=softness), options, start, moved=moved)
+            best = _attempt(replace(problem, softness=softness), options, start, remesh=remesh)
         except (NoMapError, OutOfTime):
             break
     if best is attempt or best.fit.status is Status.PINS:
@@ -227,14 +227,14 @@ def exact_pin_note(numbers: Index) -> str:
     return f"Pins {listed} are met exactly, because as soft pins some would miss their places (radius)."
 
 
-def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, *, moved: bool) -> _Attempt:
+def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, *, remesh: bool) -> _Attempt:
     """Solve a problem directly, or through its inverse if regions of the target are rigid."""
     source, target = problem.outlines
     carried = start
     if start is not None:
         carried = carry_map(start, source, target, (problem.source_holes, problem.target_holes))
     outlines_moved = carried is not start
-    moved = moved or outlines_moved
+    remesh = remesh or outlines_moved
     strokes = problem.strokes
     all_holes = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
     holes, pins, numbers = named_partners(all_holes, source, target, problem.pins, strokes)
@@ -259,7 +259,7 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
             numbers,
             carried,
             problem.rigid_target,
-            moved=moved,
+            remesh=remesh,
             outlines_moved=outlines_moved,
         )
     else:
@@ -274,7 +274,7 @@ def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, 
             carried,
             problem.rigid,
             fields,
-            moved=moved,
+            remesh=remesh,
             outlines_moved=outlines_moved,
             softness=softness,
             stroke_widths=problem.stroke_widths,
@@ -299,7 +299,7 @@ def solve_inverse(
     start: TriangulatedMap | None,
     rigid: Sequence[Complex],
     *,
-    moved: bool,
+    remesh: bool,
     outlines_moved: bool,
 ) -> Solution:
     """Solve a problem with rigid regions of the target through its inverse, in which they are regions of the source.
@@ -325,7 +325,7 @@ def solve_inverse(
         numbers,
         start and start.linear_inverse(),
         rigid,
-        moved=moved,
+        remesh=remesh,
         outlines_moved=outlines_moved,
     )
     inverse_notes, hole_notes = unequal(swapped_holes), unequal(holes)

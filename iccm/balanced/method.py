@@ -47,7 +47,7 @@ def solve(
     rigid: Sequence[Complex] = (),
     fields: tuple[Field | None, Field | None] = (None, None),
     *,
-    moved: bool = False,
+    remesh: bool = False,
     outlines_moved: bool = False,
     softness: Softness | None = None,
     stroke_widths: Sequence[float] = (),
@@ -68,7 +68,7 @@ def solve(
         fields: relative sizes of the source's parts, and weights of distortion there.
         softness: of the pins; None if all are exact.
         stroke_widths: widths of the bands around strokes that keep their shape; empty for none.
-        moved: whether the start needs a new mesh, because its outlines or options were different.
+        remesh: whether the start needs a new mesh, because its outlines or options were different.
         outlines_moved: whether its outlines were different.
 
     Raises:
@@ -94,14 +94,14 @@ def solve(
     regions = NO_REGIONS
     if constraints.count or constraints.strokes or start is not None:
         journal.notes += [*unequal(holes), *constraints.notes]
-        before = None if start is None else sketch_of(start, frames, holes_of(start, holes))
+        start_sketch = None if start is None else sketch_of(start, frames, holes_of(start, holes))
         state, constraints_met = multilevel.constrained_map(
             *curves,
             constraints.unit(frames),
             settings,
             journal,
-            before,
-            moved=moved,
+            start_sketch,
+            remesh=remesh,
             outlines_moved=outlines_moved,
         )
         if rigid:

@@ -84,11 +84,11 @@ class HarmonicMeasure:
         source[self._corner[self._tree.query(xy_of(centres))[1]], np.arange(centres.size)] = 1.0
         flux = (self._outflow @ self._factors.solve(source)).T
         ends, middles = flux[:, : self.ends.size], np.maximum(flux[:, self.ends.size :], 1e-300)
-        before = np.roll(middles, 1, axis=1)
+        previous = np.roll(middles, 1, axis=1)
         # the flux at an end is shared by the panels on both sides; for uniform density it is a quarter of that
         # at their midpoints
-        ends = np.clip(ends, -0.2 * np.minimum(middles, before), 0.5 * (middles + before))
-        share = ends * middles / (middles + before)
+        ends = np.clip(ends, -0.2 * np.minimum(middles, previous), 0.5 * (middles + previous))
+        share = ends * middles / (middles + previous)
         mass = np.maximum(middles + share + np.roll(ends - share, -1, axis=1), 1e-300)
         return mass / mass.sum(axis=1, keepdims=True)
 
@@ -125,15 +125,15 @@ class Circle:
         """Return F(s)."""
         lap = np.floor((s - self.knots[0]) / self.length)
         k, t = _place(self._table_s, s - lap * self.length)
-        bent = self._bend(t, k, self._power[k])
-        return lap + self._table_turn[k] + (self._table_turn[k + 1] - self._table_turn[k]) * bent
+        fraction = self._bend(t, k, self._power[k])
+        return lap + self._table_turn[k] + (self._table_turn[k + 1] - self._table_turn[k]) * fraction
 
     def arclength(self, turn: Real) -> Real:
         """Return s(F)."""
         lap = np.floor(turn)
         k, t = _place(self._table_turn, turn - lap)
-        bent = self._bend(t, k, 1 / self._power[k])
-        return lap * self.length + self._table_s[k] + (self._table_s[k + 1] - self._table_s[k]) * bent
+        fraction = self._bend(t, k, 1 / self._power[k])
+        return lap * self.length + self._table_s[k] + (self._table_s[k + 1] - self._table_s[k]) * fraction
 
     def _bend(self, t: Real, k: np.ndarray, power: Real) -> Real:
         """Return t to a power, measured from the end of panel k that is a corner."""
@@ -146,8 +146,8 @@ def corner_powers(measure: HarmonicMeasure) -> tuple[Real, np.ndarray]:
     Returns:
         (p,) exponents, and whether the corner is at the panel's end rather than at its start.
     """
-    before = np.roll(measure.z, 1)
-    angle = np.mod(np.angle((before - measure.z) / (np.roll(measure.z, -1) - measure.z)), 2 * np.pi)
+    previous = np.roll(measure.z, 1)
+    angle = np.mod(np.angle((previous - measure.z) / (np.roll(measure.z, -1) - measure.z)), 2 * np.pi)
     power = np.where(np.abs(angle - np.pi) > CORNER, np.pi / np.maximum(angle, 0.05), 1.0)
     at_end = np.roll(power, -1)
     falling = (power == 1) & (at_end != 1)

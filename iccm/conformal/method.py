@@ -101,23 +101,23 @@ def _solve(problem: NormalisedProblem, settings: Options):
         discretise(source, "source")  # raises if there are too many
     else:
         source, notes = simplify(source, settings.tolerance, "source")
-    target, more = simplify(from_farthest(problem.target), settings.tolerance, "target")
+    target, target_notes = simplify(from_farthest(problem.target), settings.tolerance, "target")
     fineness = float(np.clip(settings.tolerance / COARSEST_SHARE, FINEST_SHARE / COARSEST_SHARE, 1.0))
     try:
-        chosen = normalise(problem, source, target, fineness)
+        normalised = normalise(problem, source, target, fineness)
     except TooThinError:
         (source, first), (target, second) = without_hairs(source, "source"), without_hairs(target, "target")
         notes += first + second
-        chosen = normalise(problem, source, target, fineness)
-    crowded = crowding(chosen)
-    notes += more + list(crowded.values())
-    state, energies = correspond(chosen, settings)
+        normalised = normalise(problem, source, target, fineness)
+    crowding_notes = crowding(normalised)
+    notes += target_notes + list(crowding_notes.values())
+    state, energies = correspond(normalised, settings)
     keep = distinct_vertices(problem.source_frame.pull_back(source.at(state.s)))
     state = replace(state, s=state.s[keep], tau=state.tau[keep])
     polygon = Curve(source.at(state.s))
     basis = Basis(polygon.z, settings.quasi is not None)
     x = basis.coefficients(state.phi)
-    status = Status.CROWDED if "target" in crowded else Status.GAP
+    status = Status.CROWDED if "target" in crowding_notes else Status.GAP
     if problem.pins.size or problem.strokes or settings.quasi is not None or settings.smoothness:
         weights = shares(source, state.s, target, state.tau)
         x, energies, status = improve(replace(problem, target=target), settings, basis, polygon, weights, x)
@@ -190,8 +190,8 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
     """
     spacing = LONGEST_PANEL_RADII * fineness**0.25
     inside, goals = constraint_points(problem)
-    near = target.nearest(goals)
-    pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(goals), goals, near)])
+    nearest = target.nearest(goals)
+    pins = np.column_stack([source.pulled_in(inside), np.where(target.contains(goals), goals, nearest)])
     sharp = [at_corners(curve, CORNER_PANEL_RADII * fineness ** (2 / 3)) for curve in (source, target)]
     c = search(measure(source, sharp[0], spacing), measure(target, sharp[1], spacing), pins, problem.upright)
     for _ in range(MOST_DEEPENINGS):
@@ -224,15 +224,15 @@ def measure(curve: Curve, sharp: Real, spacing: float) -> HarmonicMeasure:
 
 def at_corners(curve: Curve, most: float) -> Real:
     """Return (c,) panel lengths at the corners: at most `most`, less at short edges."""
-    beside = np.minimum(curve.lengths, np.roll(curve.lengths, 1))[corners(curve)]
+    shorter_sides = np.minimum(curve.lengths, np.roll(curve.lengths, 1))[corners(curve)]
     share = np.clip(curve.z.size / 2000, 0.1, 0.5)  # a thousand corners cannot all be graded finely
-    return np.minimum(share * beside, most)
+    return np.minimum(share * shorter_sides, most)
 
 
-def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], other: Curve) -> Real:
+def grade_corners(curve: Curve, sharp: Real, to: Callable[[Real], Real], partner: Curve) -> Real:
     """Return the panel lengths at corners, shortened where the correspondence enlarges a corner's panels too much."""
     s = curve.knots[:-1][corners(curve)]
-    extent = np.maximum(to(s + sharp) - to(s), to(s) - to(s - sharp)) / other.diagonal
+    extent = np.maximum(to(s + sharp) - to(s), to(s) - to(s - sharp)) / partner.diagonal
     shrink = np.clip((LARGEST_IMAGE_SHARE / np.maximum(extent, 1e-9)) ** 1.5, 1e-2, 1.0)
     return np.where(extent > LARGEST_IMAGE_SHARE, np.maximum(sharp * shrink, LEAST_CORNER_PANEL_SHARE), sharp)
 
@@ -274,7 +274,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
         tau, residual = newton(source, state.s, target, state.tau, MOST_SLIDES, allowed)
         states.append(replace(state, tau=tau, residual=residual))
         energies += [{"consistency": e.energy, "total": e.energy} for e in states]
-        before = best[1] if best else np.inf
+        previous_gap = best[1] if best else np.inf
         for candidate in (states[-1], states[-2], states[0]):
             gap = gap_of(candidate)
             score = gap * max(1.0, candidate.norm) ** FOLD_POWER
@@ -283,7 +283,11 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
             if score <= settings.tolerance:
                 break
         assert best is not None
-        if best[0] <= settings.tolerance or settings.vertices or best[1] > WORTHWHILE_GAP_RATIO * before:
+        if (
+            best[0] <= settings.tolerance
+            or settings.vertices
+            or best[1] > WORTHWHILE_GAP_RATIO * previous_gap
+        ):
             break
         c, error = follow(c, states[-1]), error / 2
     assert best is not None

@@ -64,13 +64,13 @@ def centres(curve: Curve, spacing: float) -> Complex:
     clear = curve.distances(middle)
     fair = (clear > 0.5 * radius) & (clear > CLEARANCE_SHARE * clear.max())
     middle, clear = middle[fair], clear[fair]
-    chosen = [int(np.argmax(clear))]
+    selection = [int(np.argmax(clear))]
     for _ in range(CENTRES_TRIED - 1):
-        apart = np.min([np.abs(middle - middle[k]) / (clear + clear[k]) for k in chosen], axis=0)
+        apart = np.min([np.abs(middle - middle[k]) / (clear + clear[k]) for k in selection], axis=0)
         if apart.max() < 0.7:
             break
-        chosen.append(int(np.argmax(apart)))
-    return middle[chosen]
+        selection.append(int(np.argmax(apart)))
+    return middle[selection]
 
 
 def distortion(source: Coarse, target: Coarse, m: Moebius) -> Real:
@@ -117,9 +117,9 @@ def search(
     views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
     wish = Wish(pins if pins is not None and pins.size else None, upright)
     pairs = [(a, b) for a in views[0] for b in views[1]]
-    tried = [t for a, b in progress.counted("Möbius maps", pairs) for t in wish.rotations(a, b)]
-    tried.sort(key=lambda t: round(t.score / SAME_SCORE))
-    starts = _distinct(tried)
+    candidates = [t for a, b in progress.counted("Möbius maps", pairs) for t in wish.rotations(a, b)]
+    candidates.sort(key=lambda t: round(t.score / SAME_SCORE))
+    starts = _distinct(candidates)
     rough = [wish.polished(t, ROUGH_SEARCH) for t in progress.counted("Möbius maps polished", starts)]
     close = NEARLY_BEST_RATIO * min(t.score for t in rough) + SAME_SCORE
     finished = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
@@ -185,12 +185,13 @@ class Wish:
 
     def stood(self, t: Candidate) -> Candidate:
         """Return a candidate rotated upright, if the distortion does not depend on the rotation, as between discs."""
-        if self.pins is not None or (turned := self._turned(t)) < LEAST_ROTATION_GAIN_RADIANS:
+        if self.pins is not None or (rotation := self._turned(t)) < LEAST_ROTATION_GAIN_RADIANS:
             return t
         up = self.polished(t, FINE_SEARCH, turn=RIGHT_ANGLE_DISTORTION)
         return (
             up
-            if up.cost <= t.cost + SAME_DISTORTION and turned - self._turned(up) > LEAST_ROTATION_GAIN_RADIANS
+            if up.cost <= t.cost + SAME_DISTORTION
+            and rotation - self._turned(up) > LEAST_ROTATION_GAIN_RADIANS
             else t
         )
 
@@ -230,20 +231,20 @@ class Wish:
         return cost
 
 
-def _distinct(tried: list[Candidate]) -> list[Candidate]:
+def _distinct(candidates: list[Candidate]) -> list[Candidate]:
     """Return the best candidates, no two of which map the boundary to nearly the same places."""
-    chosen: list[Candidate] = []
+    distinct: list[Candidate] = []
     places: list[Complex] = []
-    for t in tried:
+    for t in candidates:
         a, b = t.source.coarse, t.target.coarse
         probes = np.interp(np.arange(8) / 8 * a.length + a.knots[0], a.knots, a.turns)
         place = np.exp(1j * TURN * b.arclength(probes + t.p[2] / TURN) / b.length)
         if all(np.mean(np.abs(place - other)) > APART_CIRCLE_DISTANCE for other in places):
-            chosen.append(t)
+            distinct.append(t)
             places.append(place)
-        if len(chosen) == POLISHED_CANDIDATES:
+        if len(distinct) == POLISHED_CANDIDATES:
             break
-    return chosen
+    return distinct
 
 
 def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:

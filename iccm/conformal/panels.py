@@ -43,8 +43,8 @@ def _touching(curve: Curve, edge: np.ndarray, z: Complex, first: int, end: int) 
     mine = edge[first:end]
     d = z[None, :] - z[first:end, None]
     ahead = -(curve.normals[mine].conj()[:, None] * d).real
-    seen = (ahead > 1e-9 * curve.diagonal) & (mine[:, None] != edge[None, :])
-    return np.where(seen, np.abs(d) ** 2 / np.where(seen, 2 * ahead, 1.0), np.inf).min(axis=1)
+    is_visible = (ahead > 1e-9 * curve.diagonal) & (mine[:, None] != edge[None, :])
+    return np.where(is_visible, np.abs(d) ** 2 / np.where(is_visible, 2 * ahead, 1.0), np.inf).min(axis=1)
 
 
 def graded(curve: Curve, longest: float, at_corners: Real) -> Real:

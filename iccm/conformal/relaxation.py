@@ -119,18 +119,18 @@ def relax(
             break
         between = circle_map(c)
         solve = relaxation_step(c, state)
-        before = state.norm
+        previous_norm = state.norm
         while damping <= MOST_DAMPING:
             trial = replace(c, between=between.strained(*solve(damping)))
-            laid = lay(trial, pairs, allowed, most)
-            if laid.norm < before:
+            placed = lay(trial, pairs, allowed, most)
+            if placed.norm < previous_norm:
                 break
             damping *= 10
         else:
             break
         c, damping = trial, max(damping / 10, LEAST_DAMPING)
-        states.append(laid)
-        if laid.norm > SLOW_RESIDUAL_SHARE * before:
+        states.append(placed)
+        if placed.norm > SLOW_RESIDUAL_SHARE * previous_norm:
             break
     return c, states
 
@@ -153,9 +153,9 @@ def relaxation_step(c: Correspondence, state: State) -> Callable[[float], tuple[
     change = np.abs(np.roll(slope, -1) - np.roll(slope, 1)) / np.maximum(np.abs(slope), 1e-300)
     rough = np.minimum(np.maximum.reduce([change, np.roll(change, 1), np.roll(change, -1)]), 1e30)
     weight = state.weight / (1 + (rough / ROUGH_SLOPE) ** FADE_POWER)
-    moved = (weight[:, None] * state.defect * slope) @ between.hats(turn)
-    tail = np.cumsum(moved[:, ::-1], axis=1)[:, ::-1]  # effect of moving all knots from k on
-    drift = moved @ (between.b - between.b[0])  # the sum of the gaps is constant
+    displacements = (weight[:, None] * state.defect * slope) @ between.hats(turn)
+    tail = np.cumsum(displacements[:, ::-1], axis=1)[:, ::-1]  # effect of moving all knots from k on
+    drift = displacements @ (between.b - between.b[0])  # the sum of the gaps is constant
     columns = (np.hstack([tail[:, 1:], np.zeros((tail.shape[0], 1))]) - drift[:, None]) * between.gaps
     columns = np.hstack([columns, tail[:, :1]])
     scale = np.linalg.norm(columns, axis=0)

@@ -60,8 +60,8 @@ def interpolate_means(w: Complex, z: Complex) -> Complex:
         w: (n,) values at the vertices.
         z: (n,) vertices.
     """
-    before, after = _neighbours(z)
-    return w + (before + after) * w - before * np.roll(w, 1) - after * np.roll(w, -1)
+    previous, following = _neighbours(z)
+    return w + (previous + following) * w - previous * np.roll(w, 1) - following * np.roll(w, -1)
 
 
 def consistency(z: Complex) -> Complex:
@@ -74,9 +74,11 @@ def consistency(z: Complex) -> Complex:
     """
     matrix = cauchy_green.coordinates(z, z)
     matrix[np.diag_indices_from(matrix)] -= 0.5
-    before, after = _neighbours(z)
+    previous, following = _neighbours(z)
     matrix += (
-        matrix * (before + after) - np.roll(matrix * before, -1, axis=1) - np.roll(matrix * after, 1, axis=1)
+        matrix * (previous + following)
+        - np.roll(matrix * previous, -1, axis=1)
+        - np.roll(matrix * following, 1, axis=1)
     )
     matrix[np.diag_indices_from(matrix)] -= 0.5
     return matrix
@@ -114,22 +116,22 @@ def newton(
     damping = LEAST_DAMPING
     for _ in range(iterations):
         q = np.sqrt(shares(source, s, target, tau)) / allowed(s, stretches(s, source, tau, target))
-        before = float(np.linalg.norm(q * residual))
+        norm = float(np.linalg.norm(q * residual))
         steps = _steps(defect, residual, target, tau, q)
-        tried: list[tuple[float, float, Real, Complex]] = []
+        trials: list[tuple[float, float, Real, Complex]] = []
         while damping <= MOST_DAMPING:
             trial = keep_order(tau, steps(damping), target.length)
             trial_residual = defect @ target.at(trial)
-            tried.append((float(np.linalg.norm(q * trial_residual)), damping, trial, trial_residual))
-            if len(tried) > 1 and tried[-2][0] < min(before, tried[-1][0]):
+            trials.append((float(np.linalg.norm(q * trial_residual)), damping, trial, trial_residual))
+            if len(trials) > 1 and trials[-2][0] < min(norm, trials[-1][0]):
                 # The first damping that helps may hardly help, since restoring the order changes the step.
                 break
             damping *= 10
-        after, damping, trial, trial_residual = min(tried, key=lambda t: t[0])
-        if after >= before:
+        trial_norm, damping, trial, trial_residual = min(trials, key=lambda t: t[0])
+        if trial_norm >= norm:
             break
         tau, residual, damping = trial, trial_residual, max(damping / 10, LEAST_DAMPING)
-        if after > STALLED_RESIDUAL_SHARE * before:
+        if trial_norm > STALLED_RESIDUAL_SHARE * norm:
             break
     return tau, residual
 
@@ -162,5 +164,5 @@ def keep_order(tau: Real, step: Real, length: float) -> Real:
     gaps = gaps * np.where(change > -0.5, 1 + change, 0.5 * np.exp(np.clip(2 * change + 1, -5, 0)))
     gaps = np.maximum(gaps, SHORTEST_GAP_SHARE * length)
     gaps *= length / gaps.sum()
-    moved = np.concatenate([[0.0], np.cumsum(gaps[:-1])])
-    return moved + np.mean(tau + step - moved)
+    positions = np.concatenate([[0.0], np.cumsum(gaps[:-1])])
+    return positions + np.mean(tau + step - positions)

@@ -13,18 +13,18 @@ LOST_POINT_ENERGY = 5.05
 (10 + 1/10)/2. Pictures with K95 of 8 were judged usable, with 24 useless."""
 
 
-def price(energy: float, lost: tuple[float, float], turning: float) -> float:
+def price(energy: float, lost_shares: tuple[float, float], turning: float) -> float:
     """Return the cost of a map.
 
     Parameters
     ----------
     energy
         Mean energy over the visible area, at least 1; it may be infinite where nothing is visible.
-    lost
+    lost_shares
         Share of the source that is hidden, and of the target that stays bare.
     turning
         The cost of rotating the picture, a factor of at least 1.
     """
-    share = min(1.0, 0.5 * sum(lost))
-    seen = (1 - share) * energy if share < 1 else 0.0
-    return float((seen + share * LOST_POINT_ENERGY) * turning)
+    share = min(1.0, 0.5 * sum(lost_shares))
+    visible_part = (1 - share) * energy if share < 1 else 0.0
+    return float((visible_part + share * LOST_POINT_ENERGY) * turning)

@@ -178,10 +178,10 @@ def _closing(region: shapely.Geometry, radius: float) -> shapely.Geometry:
 def _joining_radius(simple: shapely.Geometry, size: float) -> tuple[float, shapely.Geometry | None]:
     """Return the smallest tried radius whose closing joins all parts, and that closing; None if no radius does."""
     parts = polygons_of(simple)
-    near = shapely.STRtree(parts)
+    tree = shapely.STRtree(parts)
     radius = FIRST_RADIUS_SHARE * size
     while radius < LARGEST_RADIUS_SHARE * size:
-        closed = _joined(simple, radius) if _form_one_group(parts, near, 2 * radius) else None
+        closed = _joined(simple, radius) if _form_one_group(parts, tree, 2 * radius) else None
         if closed is not None:
             return radius, closed
         radius *= RADIUS_STEP_RATIO
@@ -194,12 +194,12 @@ def _form_one_group(parts: Polygons, tree: shapely.STRtree, distance: float) -> 
     Parts that disks of half the distance do not join are not joined by the closing either. This test takes a hundredth
     of the time of a closing.
     """
-    one, other = tree.query(parts, predicate="dwithin", distance=distance)
+    i, j = tree.query(parts, predicate="dwithin", distance=distance)
     reached = np.arange(len(parts)) == 0
-    before = 0
-    while before < reached.sum():
-        before = int(reached.sum())
-        reached[other[reached[one]]] = True
+    count = 0
+    while count < reached.sum():
+        count = int(reached.sum())
+        reached[j[reached[i]]] = True
     return bool(reached.all())
 
 
@@ -220,10 +220,13 @@ def _outline(part: shapely.Polygon) -> Curve:
 
 def _distinct(frames: list[Frame]) -> list[Frame]:
     """Drop frames that enclose the same as the frame before."""
-    kept: list[Frame] = []
+    distinct: list[Frame] = []
     for frame in frames:
-        same = kept and kept[-1].left_out == frame.left_out
-        if same and abs(frame.outline.area - kept[-1].outline.area) <= DETAIL_SHARE * frame.outline.area:
+        is_same = distinct and distinct[-1].left_out == frame.left_out
+        if (
+            is_same
+            and abs(frame.outline.area - distinct[-1].outline.area) <= DETAIL_SHARE * frame.outline.area
+        ):
             continue
-        kept.append(frame)
-    return kept
+        distinct.append(frame)
+    return distinct

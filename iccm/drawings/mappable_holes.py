@@ -21,15 +21,17 @@ def mappable(curve: Curve, holes: Sequence[Complex]) -> list[int]:
     sizes = shapely.area(rings)
     domain = curve.polygon
     outline = domain.exterior
-    near = CLOSE_SHARE * curve.diagonal
-    kept: list[int] = []
+    clearance = CLOSE_SHARE * curve.diagonal
+    indices: list[int] = []
     for k in np.argsort(-sizes, kind="stable"):
         ring = rings[k]
-        if len(kept) == MOST_HOLES or not (ring.is_valid and sizes[k] > SPECK_AREA_SHARE * curve.area):
+        if len(indices) == MOST_HOLES or not (ring.is_valid and sizes[k] > SPECK_AREA_SHARE * curve.area):
             continue
-        if ring.buffer(-near).is_empty:  # a hairline, as between parts that almost touch
+        if ring.buffer(-clearance).is_empty:  # a hairline, as between parts that almost touch
             continue
-        free = ring.distance(outline) > near and all(ring.distance(rings[j]) > near for j in kept)
+        free = ring.distance(outline) > clearance and all(
+            ring.distance(rings[j]) > clearance for j in indices
+        )
         if free and domain.contains_properly(ring):
-            kept.append(int(k))
-    return sorted(kept)
+            indices.append(int(k))
+    return sorted(indices)

@@ -79,8 +79,10 @@ def largest_copy(
     search = _Search.of(centred, outer)
     angles = [rotation] if rotation is not None else _angles()
     starts = list(_starts(search, angles))  # sorted by the amount of rotation
-    chosen = dict.fromkeys(starts[:1] + sorted(starts, key=lambda start: -abs(start.factor))[:MOST_PLACES])
-    grown = [_grow(search, start, turns=rotation is None) for start in chosen]
+    best_starts = dict.fromkeys(
+        starts[:1] + sorted(starts, key=lambda start: -abs(start.factor))[:MOST_PLACES]
+    )
+    grown = [_grow(search, start, turns=rotation is None) for start in best_starts]
     copies = [copy for copy in grown if copy is not None]
     if not copies:
         return None
@@ -175,8 +177,8 @@ def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
     box = complex(low_x, low_y), complex(high_x, high_y)
     canvas = Canvas.about(*proportional(RASTER_PIXELS, box[1] - box[0]), box)
     outside = np.pad(1 - painted_share(rings_of(search.outer), canvas), 1, constant_values=1.0)
-    near = 1 / RASTER_PIXELS * float(np.sqrt(search.outer.area))
-    circle = shapely.maximum_inscribed_circle(search.outer, near)  # a line from its centre to its boundary
+    pixel = 1 / RASTER_PIXELS * float(np.sqrt(search.outer.area))
+    circle = shapely.maximum_inscribed_circle(search.outer, pixel)  # a line from its centre to its boundary
     middle, edge = complex_of(shapely.get_coordinates(circle))
     yield Similarity(complex(np.exp(1j * angles[0]) * abs(edge - middle) / search.extent), complex(middle))
     largest = 0.0
@@ -266,10 +268,10 @@ def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> 
     away = y - nudged
     distance = np.abs(away)
     inside = shapely.contains_xy(search.outer, nudged.real, nudged.imag)
-    near = inside & (distance > 0) & (distance < (2 * step + 2 * NUDGE_SHARE) * extent)
-    if not near.any():
+    is_near = inside & (distance > 0) & (distance < (2 * step + 2 * NUDGE_SHARE) * extent)
+    if not is_near.any():
         return Similarity(copy.factor * (1 + step), copy.shift)
-    x, n, y = x[near], away[near] / distance[near], y[near]
+    x, n, y = x[is_near], away[is_near] / distance[is_near], y[is_near]
     arm = x - copy.shift
 
     def towards(w: Complex) -> NDArray[np.float64]:

@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Flags
+from ..arrays import Complex, Flags, xy_of
 from ..polygons import polygons_of
 
 FEW_PARTS = 64
@@ -37,7 +37,8 @@ class Region:
         order = np.argsort(parts, kind="stable")
         points, parts = points[order], parts[order]
         first_of_each_part = np.flatnonzero(np.diff(parts, prepend=-1))
-        for number, near in zip(parts[first_of_each_part], np.split(points, first_of_each_part[1:])):
-            near = near[~inside[near]]
-            inside[near] = shapely.contains_xy(self._parts[number], places[near].real, places[near].imag)
+        for number, candidates in zip(parts[first_of_each_part], np.split(points, first_of_each_part[1:])):
+            candidates = candidates[~inside[candidates]]
+            xy = xy_of(places[candidates])
+            inside[candidates] = shapely.contains_xy(self._parts[number], xy)
         return inside.reshape(z.shape)

@@ -73,11 +73,11 @@ def seen(
     covered = float(images @ shares.textured)
     energy = np.inf
     if (images * shares.both > 0).any():
-        before, after = areas * shares.both, images * shares.both
-        scale = float(np.sqrt(after.sum() / before.sum()))
-        density = Distortion(after, f_z, f_zbar, scale).energies(theta)["total"]
+        source_areas, image_areas = areas * shares.both, images * shares.both
+        scale = float(np.sqrt(image_areas.sum() / source_areas.sum()))
+        density = Distortion(image_areas, f_z, f_zbar, scale).energies(theta)["total"]
         # half the source's area and half the target's, as in the balanced energy
-        weights = 0.5 * before / before.sum() + 0.5 * after / after.sum()
+        weights = 0.5 * source_areas / source_areas.sum() + 0.5 * image_areas / image_areas.sum()
         energy = float(weights @ np.where(weights > 0, density, 0))
     return Seen(energy, max(0.0, 1 - seen_area / source.area), max(0.0, 1 - covered / target.area))
 

@@ -90,9 +90,9 @@ def paired_parts(
 
 def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
     """Return the choice of the tightest frames that contain all of both drawings, mapped as the options request."""
-    way = options.fit if FITS[options.fit].is_partial else "whole"
+    fit = options.fit if FITS[options.fit].is_partial else "whole"
     holed = source.is_one_part and target.is_one_part and not FITS[options.fit].of_drawings
-    return Choice((source.tightest, target.tightest), way, holed)
+    return Choice((source.tightest, target.tightest), fit, holed)
 
 
 def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Options, solver: Solver) -> Fit:
@@ -118,11 +118,13 @@ def _with_losses_checked(fit: Fit, options: Options) -> Fit:
     """
     if min(options.max_left_out, options.max_uncovered) >= 1:
         return fit  # measuring the shares takes time
-    seen = fit.seen
-    assert seen is not None
-    if not loses_too_much(seen.hidden, seen.bare, options):
+    visible = fit.seen
+    assert visible is not None
+    if not loses_too_much(visible.hidden, visible.bare, options):
         return fit
-    note = f"{seen.hidden:.1%} of the source drawing is hidden, and {seen.bare:.1%} of the target is bare."
+    note = (
+        f"{visible.hidden:.1%} of the source drawing is hidden, and {visible.bare:.1%} of the target is bare."
+    )
     return replace(fit, ended=Status.BOUNDS, notes=[*fit.notes, note])
 
 
@@ -137,5 +139,5 @@ def _parts_left_out(choice: Choice) -> list[str]:
 
 def without_outline_losses(fit: Fit) -> list[str]:
     """Return a map's notes without those on the losses of outlines, since drawings have other losses."""
-    lost = set(coverage_notes(fit))
-    return [note for note in fit.notes if note not in lost]
+    loss_notes = set(coverage_notes(fit))
+    return [note for note in fit.notes if note not in loss_notes]

@@ -85,31 +85,31 @@ def _centred(map: HarmonicMap, source_error: float, image_error: float) -> Trian
 
     Far from the origin, rounding errors would cause unlimited refinement.
     """
-    near, source, image = map.centred()
-    return _approximation(near, source_error, image_error).moved((1, 0, source), (1, 0, image))
+    centred, source, image = map.centred()
+    return _approximation(centred, source_error, image_error).moved((1, 0, source), (1, 0, image))
 
 
 def _approximation(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
     mesh = Triangulation.of(map.polygon)
     samples = Samples(map, source_error, image_error)
-    for left in reversed(range(REFINEMENT_ROUNDS)):
+    for rounds_left in reversed(range(REFINEMENT_ROUNDS)):
         samples.extend(mesh.z)
         bulge, marked = samples.edges(mesh.z, mesh.edges)
         marked |= samples.triangles(mesh, bulge, marked)
-        if not marked.any() or len(mesh.faces) > MOST_TRIANGLES or not left:
+        if not marked.any() or len(mesh.faces) > MOST_TRIANGLES or not rounds_left:
             break
         mesh = mesh.refined(marked)
     faces, image = mesh.faces, samples.w[: mesh.z.size]
-    seen = None
+    sheet_size = None
     if not np.isfinite(image).all():
-        seen = 0
+        sheet_size = 0
     elif _folds(image, faces, mesh.loop):
         away = _clearances(image, faces, mesh.loop)
-        faces, seen = by_sheets(image, faces, mesh.across, away)
+        faces, sheet_size = by_sheets(image, faces, mesh.across, away)
     edges = edges_of(faces)
     bulge = shrunk(faces, image, mesh.z, edges, samples.edges(mesh.z, edges)[0])
-    near = max(map.slack / map.diagonal, ROUNDING_SHARE)
-    return TriangulatedMap(mesh.z, image, faces, (mesh.loop,), near, bulge, seen)
+    margin = max(map.slack / map.diagonal, ROUNDING_SHARE)
+    return TriangulatedMap(mesh.z, image, faces, (mesh.loop,), margin, bulge, sheet_size)
 
 
 class Samples:
@@ -158,12 +158,12 @@ class Samples:
         along, middle = z[j] - z[i], 0.5 * (z[i] + z[j])
         bulge = 2 * self._off(0.5 * (self.w[i] + self.w[j]), middle)[0]
         corner = ends < self.map.polygon.size
-        known = np.where(corner[:, 0], last, first)
+        derivative = np.where(corner[:, 0], last, first)
         error = (
             LOGARITHM_ERROR_RATIO
             * CUBIC_MAXIMUM
             * 2
-            * np.abs(known - along - np.where(corner[:, 0], -2, 2) * bulge)
+            * np.abs(derivative - along - np.where(corner[:, 0], -2, 2) * bulge)
         )
         return bulge, np.where(corner.all(axis=1), np.inf, error)
 
@@ -180,15 +180,15 @@ class Samples:
         number = np.sort(mesh.faces[ready], axis=1) @ (1 << np.array([0, 21, 42]))
         new = ~np.isin(number, self.checked, assume_unique=True)
         ready, self.checked = ready[new], np.append(self.checked, number[new])
-        bent = shrunk(mesh.faces, self.w, mesh.z, mesh.edges, bulge)[sides[ready]].sum(axis=1)
+        bend = shrunk(mesh.faces, self.w, mesh.z, mesh.edges, bulge)[sides[ready]].sum(axis=1)
         faces = mesh.faces[ready]
-        middle = mesh.z[faces].mean(axis=1) + 2 / 9 * bent
+        middle = mesh.z[faces].mean(axis=1) + 2 / 9 * bend
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             off, away = self._off(self.w[faces].mean(axis=1), middle)
             bad = ~self._accurate(np.abs(off), np.abs(away))
-        chosen = np.zeros(step.size, bool)
-        chosen[longest[ready[bad]]] = True
-        return chosen
+        is_marked = np.zeros(step.size, bool)
+        is_marked[longest[ready[bad]]] = True
+        return is_marked
 
     def _off(self, w: Complex, z: Complex) -> tuple[Complex, Complex]:
         """Return displacements of the preimages of points w (p,) from points z, and of w from z's images.

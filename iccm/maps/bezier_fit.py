@@ -73,18 +73,18 @@ def halved(fit: Fit, curves: int, tolerance: float) -> list[Complex]:
     """
     curve = np.arange(curves)
     lo, hi = np.zeros(curves), np.ones(curves)
-    done: list[tuple[NDArray, NDArray, Complex]] = []
+    finished: list[tuple[NDArray, NDArray, Complex]] = []
     for turn in range(HALVING_ROUNDS):
         control, error = fit(curve, lo, hi)
         keep = (error <= tolerance) | (turn == HALVING_ROUNDS - 1)
-        done.append((curve[keep], lo[keep], control[..., keep, :]))
+        finished.append((curve[keep], lo[keep], control[..., keep, :]))
         if keep.all():
             break
         curve, lo, hi = curve[~keep], lo[~keep], hi[~keep]
         middle = 0.5 * (lo + hi)
         curve, lo, hi = np.tile(curve, 2), np.concatenate([lo, middle]), np.concatenate([middle, hi])
-    curve, lo = (np.concatenate([part[k] for part in done]) for k in (0, 1))
-    control = np.concatenate([part[2] for part in done], axis=-2)
+    curve, lo = (np.concatenate([part[k] for part in finished]) for k in (0, 1))
+    control = np.concatenate([part[2] for part in finished], axis=-2)
     order = np.lexsort([lo, curve])
     ends = np.searchsorted(curve[order], np.arange(1, curves))
     return np.split(control[..., order, :], ends, axis=-2)

@@ -23,11 +23,11 @@ def straighten_beyond_bounds(
     """Return the map with straight triangles where their patches exceed a requested bound."""
     for _ in range(STRAIGHTENING_ROUNDS):
         sides = np.unique(map.edges.sides[_excess(map, max_dilatation, max_stretch) > 1])
-        bent = sides[map.bulges[sides] != 0]
-        if not bent.size:
+        curved_sides = sides[map.bulges[sides] != 0]
+        if not curved_sides.size:
             break
         bulge = map.bulges.copy()
-        bulge[bent] = 0
+        bulge[curved_sides] = 0
         map = replace(map, bulge=shrunk(map.faces, map.image, map.source, map.edges, bulge))
     return map
 
@@ -54,11 +54,13 @@ def bound_notes(map: TriangulatedMap, max_dilatation: float | None, max_stretch:
             continue
         share = measured.area @ (values > bound * (1 + ROUNDING_SHARE)) / measured.area.sum()
         over = f"is up to {values.max():.3g}, more than {bound:g} on {share:.2%} of the target"
-        met = f"is at most {bound:g}"
+        within = f"is at most {bound:g}"
         allowed = (
             f"the angles of the outlines at matching corners do not allow less than {least:.3g} (max_{name})."
         )
-        notes.append(f"The {name} {met if values.max() <= bound * (1 + ROUNDING_SHARE) else over}; {allowed}")
+        notes.append(
+            f"The {name} {within if values.max() <= bound * (1 + ROUNDING_SHARE) else over}; {allowed}"
+        )
     return notes
 
 

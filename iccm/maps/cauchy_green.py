@@ -50,7 +50,7 @@ def jets(polygon: Complex, densities: Complex, z: Complex, threads: int | None =
     Returns:
         (2, m, p) values and derivatives.
     """
-    polygon, densities, z = (np.ascontiguousarray(given, np.complex128) for given in (polygon, densities, z))
+    polygon, densities, z = (np.ascontiguousarray(array, np.complex128) for array in (polygon, densities, z))
     slopes = (np.roll(densities, -1, axis=1) - densities) / (np.roll(polygon, -1) - polygon)
     m, count = len(densities), z.size
     out = np.empty((2, m, count), dtype=np.complex128)

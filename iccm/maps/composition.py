@@ -92,9 +92,9 @@ def composed(middle: Complex, faces: Index, backward: Function, forward: Functio
         marked[mesh.edges.sides[folded]] = True
         if not marked.any() or len(faces) > MOST_TRIANGLES:
             break
-        before = middle.size
+        old_count = middle.size
         middle, faces = bisected(mesh, marked)
-        images = np.concatenate([images, both_images(middle[before:])], axis=1)
+        images = np.concatenate([images, both_images(middle[old_count:])], axis=1)
     if composition is None:
         raise InputError("no composition without folds was found; a map between them is too irregular")
     return composition
@@ -118,15 +118,15 @@ def flip_folded(images: Complex, mesh: Triangulation, folded: Flags) -> tuple[In
     changed = np.zeros(len(faces), bool)
     for t in np.flatnonzero(folded):
         for k in range(3):
-            other = across[t, k]
-            if other < 0 or changed[t] or changed[other]:
+            neighbour = across[t, k]
+            if neighbour < 0 or changed[t] or changed[neighbour]:
                 continue  # neighbours are known only of triangles that have not changed
             a, b, c = np.roll(faces[t], -k)
-            d = faces[other][~np.isin(faces[other], [b, c])][0]
+            d = faces[neighbour][~np.isin(faces[neighbour], [b, c])][0]
             pair = np.array([[a, b, d], [a, d, c]])
             if not _folded(images, pair).any() and not (triangle_areas(mesh.z[pair]) <= 0).any():
-                faces[[t, other]] = pair
-                folded[[t, other]], changed[[t, other]] = False, True
+                faces[[t, neighbour]] = pair
+                folded[[t, neighbour]], changed[[t, neighbour]] = False, True
     return faces, folded
 
 
@@ -138,8 +138,8 @@ def bisected(mesh: Triangulation, marked: Flags) -> tuple[Complex, Index]:
     """
     sides = mesh.edges.sides
     longest = sides[np.arange(len(sides)), mesh.lengths[sides].argmax(axis=1)]
-    marked, before = marked.copy(), 0
-    while before < (count := int(marked.sum())):
-        before = count
+    marked, previous_count = marked.copy(), 0
+    while previous_count < (count := int(marked.sum())):
+        previous_count = count
         marked[longest[marked[sides].any(axis=1)]] = True
     return mesh.split(marked)

@@ -53,8 +53,8 @@ class Distortion:
     @cached_property
     def dilatations(self) -> Real:
         """(p,) s₁ / s₂; inf where folded, 1 where nothing is shown."""
-        size, other = np.abs(self.f_z), np.abs(self.f_zbar)
-        return np.where(size + other > 0, _ratio(size + other, size - other), 1.0)
+        larger, smaller = np.abs(self.f_z), np.abs(self.f_zbar)
+        return np.where(larger + smaller > 0, _ratio(larger + smaller, larger - smaller), 1.0)
 
     @cached_property
     def scales(self) -> Real:
@@ -77,8 +77,8 @@ class Distortion:
 
     def within(self, factor: float) -> float:
         """Return the share of the target whose scale is within a factor of the mean."""
-        near = (self.scales <= factor) & (self.scales >= 1 / factor)
-        return min(1.0, float(self.area @ near / self.area.sum()))
+        is_within = (self.scales <= factor) & (self.scales >= 1 / factor)
+        return min(1.0, float(self.area @ is_within / self.area.sum()))
 
     @cached_property
     def stretch_p95(self) -> float:
@@ -102,9 +102,9 @@ class Distortion:
 
         It is the larger of the shares of source and target.
         """
-        before = self.area / np.maximum(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2), 1e-300)
+        source_area = self.area / np.maximum(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2), 1e-300)
         on = self.dilatations > SQUEEZED_DILATATION
-        return max(float(area @ on / area.sum()) for area in (self.area, before))
+        return max(float(area @ on / area.sum()) for area in (self.area, source_area))
 
     @property
     def turn(self) -> float:
@@ -149,7 +149,9 @@ _INNER = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 _POINTS = np.concatenate([_INNER, np.eye(3)])
 
 
-def of_triangles(map: TriangulatedMap, chosen: Index | None = None, shares: Real | None = None) -> Distortion:
+def of_triangles(
+    map: TriangulatedMap, triangles: Index | None = None, shares: Real | None = None
+) -> Distortion:
     """Return samples in each triangle, or in the chosen ones.
 
     Three samples share the triangle's area in the image, or a share of it; its corners are samples with area 0,
@@ -157,30 +159,30 @@ def of_triangles(map: TriangulatedMap, chosen: Index | None = None, shares: Real
 
     Args:
         map: the map.
-        chosen: (k,) triangles; all by default.
+        triangles: (k,) triangles; all by default.
         shares: (k,) shares of their areas; one by default.
     """
-    chosen = np.arange(len(map.faces)) if chosen is None else chosen
-    a, b, c = map.corners[chosen].T
-    d, e, f = map.source[map.faces[chosen]].T
-    area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
+    triangles = np.arange(len(map.faces)) if triangles is None else triangles
+    a, b, c = map.corners[triangles].T
+    d, e, f = map.source[map.faces[triangles]].T
+    area, source_area = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
     if shares is not None:
-        area, before = area * shares, before * shares
-    triangle = np.repeat(chosen, len(_POINTS))
+        area, source_area = area * shares, source_area * shares
+    triangle = np.repeat(triangles, len(_POINTS))
     weight = np.outer(area, np.repeat([1 / 3, 0.0], 3)).ravel()
-    place = np.tile(_POINTS, (chosen.size, 1))
+    place = np.tile(_POINTS, (triangles.size, 1))
     f_z, f_zbar = map.derivatives_at(triangle, place)
-    return Distortion(weight, f_z, f_zbar, float(np.sqrt(area.sum() / before.sum())))
+    return Distortion(weight, f_z, f_zbar, float(np.sqrt(area.sum() / source_area.sum())))
 
 
 def in_middles(map: TriangulatedMap) -> Distortion:
     """Return one sample at the centroid of each triangle, in order, with its position."""
     a, b, c = map.corners.T
     d, e, f = map.source[map.faces].T
-    area, before = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
+    area, source_area = (0.5 * np.abs(turn) for turn in (cross(b - a, c - a), cross(e - d, f - d)))
     triangle, place = np.arange(len(map.faces)), np.full((len(map.faces), 3), 1 / 3)
     z, p, q = map.jet_at(triangle, place)
-    scale = float(np.sqrt(area.sum() / before.sum()))
+    scale = float(np.sqrt(area.sum() / source_area.sum()))
     return Distortion(area, *inverted(p, q), scale, z, (a + b + c) / 3)
 
 
@@ -207,5 +209,7 @@ def of_inverse(map: AnyMap, w: Complex, scale: float) -> Distortion:
     """
     z, away = map.extended_inverse(w) if isinstance(map, TriangulatedMap) else extended_inverse(map, w)
     _, f_z, f_zbar = map.jet(z)
-    lost = (away > 0) | ~np.isfinite(f_z) | ~np.isfinite(f_zbar)
-    return Distortion(np.ones(w.size), np.where(lost, 0, f_z), np.where(lost, 0, f_zbar), scale, z, w)
+    is_outside = (away > 0) | ~np.isfinite(f_z) | ~np.isfinite(f_zbar)
+    return Distortion(
+        np.ones(w.size), np.where(is_outside, 0, f_z), np.where(is_outside, 0, f_zbar), scale, z, w
+    )

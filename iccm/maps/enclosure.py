@@ -122,10 +122,10 @@ class Encloser:
         for _ in range(HALVING_ROUNDS):
             middle, half = _middles(start, ring)
             distance = self.vertices.query(xy_of(middle))[0]
-            far = half > MOST_DISTANCE_RATIO * distance
-            if not far.any() or start.size > MOST_PIECES:
+            is_far = half > MOST_DISTANCE_RATIO * distance
+            if not is_far.any() or start.size > MOST_PIECES:
                 break
-            start, ring = _halved(start, middle, far), np.repeat(ring, 1 + far)
+            start, ring = _halved(start, middle, is_far), np.repeat(ring, 1 + is_far)
         return self._bounded(start, ring)
 
     def split(self, pieces: Pieces, marked: np.ndarray) -> Pieces:
@@ -153,9 +153,9 @@ class Encloser:
         _, f_z, f_zbar = self.f.jet(middle)
         derivatives = np.stack([f_z, f_zbar.conj()])
         polygon, edge, rise = self.f.polygon, self.edge, self.rise
-        given = polygon, edge, polygon.size, rise, len(rise), middle, half, derivatives
+        arguments = polygon, edge, polygon.size, rise, len(rise), middle, half, derivatives
         over_slices(
-            lambda part: _bounds(*given, part.start, part.stop, middle.size, out),
+            lambda part: _bounds(*arguments, part.start, part.stop, middle.size, out),
             middle.size,
             step=SLICE_PIECES,
         )
@@ -189,14 +189,14 @@ def too_close(pieces: Pieces, fresh: np.ndarray | None = None) -> tuple[Index, I
     high = np.maximum(ends[:, 0].real, ends[:, 1].real), np.maximum(ends[:, 0].imag, ends[:, 1].imag)
     e = pieces.bulge
     boxes = shapely.box(low[0] - e, low[1] - e, high[0] + e, high[1] + e)
-    chosen = k if fresh is None else np.flatnonzero(fresh)
-    i, j = shapely.STRtree(boxes).query(boxes[chosen], predicate="intersects")
-    i = chosen[i]
+    recent = k if fresh is None else np.flatnonzero(fresh)
+    i, j = shapely.STRtree(boxes).query(boxes[recent], predicate="intersects")
+    i = recent[i]
     apart = (i != j) & (following[i] != j) & (following[j] != i)
     i, j = i[apart], j[apart]
     chords = shapely.linestrings(np.stack([ends.real, ends.imag], axis=-1))
-    near = shapely.distance(chords[i], chords[j]) <= e[i] + e[j]
-    return np.concatenate([k[sharp], i[near]]), np.concatenate([following[sharp], j[near]])
+    is_near = shapely.distance(chords[i], chords[j]) <= e[i] + e[j]
+    return np.concatenate([k[sharp], i[is_near]]), np.concatenate([following[sharp], j[is_near]])
 
 
 def _following(ring: Index) -> Index:

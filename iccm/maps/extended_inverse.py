@@ -53,9 +53,9 @@ class ExtendedInverse:
     def reached(self, w: Complex) -> tuple[Complex, Flags]:
         """Return (p,) preimages, and which of the points have one, within the tolerance of the map's outline."""
         z, away = self._map.extended_inverse(w, self.threads)
-        near = away <= self._map.near * self._map.image_diagonal
-        self._count(away[near])
-        return z, near
+        is_near = away <= self._map.near * self._map.image_diagonal
+        self._count(away[is_near])
+        return z, is_near
 
     def _count(self, away: Real) -> None:
         with self._counting:
@@ -82,7 +82,7 @@ def bends(faces: NDArray, w: Complex, z_w: Complex, z_wbar: Complex, threads: in
     """
     out = np.empty(len(faces))
     faces = np.ascontiguousarray(faces, np.int64)
-    w, z_w, z_wbar = (np.ascontiguousarray(given, np.complex128) for given in (w, z_w, z_wbar))
+    w, z_w, z_wbar = (np.ascontiguousarray(array, np.complex128) for array in (w, z_w, z_wbar))
 
     def estimate(part: slice) -> None:
         _bends(faces[part], len(faces[part]), w, z_w, z_wbar, out[part])

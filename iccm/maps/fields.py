@@ -26,11 +26,11 @@ class Field:
     box: Box
 
     @classmethod
-    def of(cls, given: ArrayLike, box: Box, least: float, name: str) -> "Field":
+    def of(cls, numbers: ArrayLike, box: Box, least: float, name: str) -> "Field":
         """Return the field of numbers (h, w); those below the share `least` of the largest are raised to it.
 
         Args:
-            given: the numbers, row 0 on top.
+            numbers: the numbers, row 0 on top.
             box: lower left and upper right corner.
             least: least value relative to the largest.
             name: name of the argument in messages.
@@ -39,7 +39,7 @@ class Field:
             InputError: not an array (h, w), or values that are not finite, negative, or all zero.
         """
         try:
-            values = np.asarray(given, float)
+            values = np.asarray(numbers, float)
         except (TypeError, ValueError):
             values = np.empty(0)
         if values.ndim != 2 or not values.size:

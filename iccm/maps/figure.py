@@ -84,10 +84,10 @@ def figure(
     for axes, region in zip((left, right), lost):
         _hatched(axes, region)
     if pins.size:
-        met = map(pins[:, 0])
+        pin_images = map(pins[:, 0])
         left.plot(pins[:, 0].real, pins[:, 0].imag, "o", color=MARK, ms=5)
         right.plot(pins[:, 1].real, pins[:, 1].imag, "o", color=MARK, ms=7, mfc="none")
-        right.plot(met.real, met.imag, ".", color=MARK, ms=5)
+        right.plot(pin_images.real, pin_images.imag, ".", color=MARK, ms=5)
     for pair in strokes:
         for axes, stroke in zip((left, right), pair):
             axes.plot(stroke.z.real, stroke.z.imag, color=MARK, lw=1.6)

@@ -112,13 +112,13 @@ class HarmonicMap:
             corner, foot = np.where(t < 0.5, self.polygon[edge], end), self.polygon[edge] * (1 - t) + end * t
             gap, digits = np.abs(foot - z[finite]), ON_BOUNDARY_SHARE * float(np.abs(self.polygon).max())
             reach = max(self.slack, ROUNDING_SHARE * self.outline.diagonal, digits)
-            near = np.where(gap <= digits, z[finite], foot)
-            near = np.where(
-                np.abs(near - corner) <= max(AT_VERTEX_SHARE * self.outline.diagonal, 4 * digits),
+            moved_points = np.where(gap <= digits, z[finite], foot)
+            moved_points = np.where(
+                np.abs(moved_points - corner) <= max(AT_VERTEX_SHARE * self.outline.diagonal, 4 * digits),
                 corner,
-                near,
+                moved_points,
             )
-            out[finite] = np.where(gap <= reach, near, complex(np.nan, np.nan))
+            out[finite] = np.where(gap <= reach, moved_points, complex(np.nan, np.nan))
         return out
 
     def derivatives(self, z: Complex) -> tuple[Complex, Complex]:

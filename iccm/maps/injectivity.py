@@ -71,19 +71,19 @@ def certify(f: HarmonicMap, depths: Real = DEPTHS) -> Certificate:
     low, high = 0, depths.size
     while high - low > 1:
         middle = (low + high) // 2
-        tried = source.at_depth(float(depths[middle]))
-        if tried.certified:
-            high, certified = middle, tried
+        trial = source.at_depth(float(depths[middle]))
+        if trial.certified:
+            high, certified = middle, trial
         else:
-            low, failed = middle, tried
+            low, failed = middle, trial
     if certified is None:
         return failed
     for _ in range(DEPTH_BISECTIONS):
-        tried = source.at_depth(float(np.sqrt(failed.depth * certified.depth)))
-        if tried.certified:
-            certified = tried
+        trial = source.at_depth(float(np.sqrt(failed.depth * certified.depth)))
+        if trial.certified:
+            certified = trial
         else:
-            failed = tried
+            failed = trial
     return replace(certified, obstacle=failed.obstacle)
 
 
@@ -168,8 +168,8 @@ class InsetDomain:
 def ring_of(part: shapely.Polygon) -> Complex:
     """Return (k,) vertices of a polygon's boundary, counter-clockwise, without those that coincide within rounding."""
     z = complex_of(shapely.get_coordinates(part.exterior)[:-1])
-    kept = z[np.abs(z - np.roll(z, 1)) > SHORTEST_EDGE_SHARE * part.exterior.length]
-    return kept if Curve(kept).area > 0 else kept[::-1]
+    ring = z[np.abs(z - np.roll(z, 1)) > SHORTEST_EDGE_SHARE * part.exterior.length]
+    return ring if Curve(ring).area > 0 else ring[::-1]
 
 
 def _fold_between(pieces: Pieces) -> str:
@@ -182,10 +182,10 @@ def _fold_between(pieces: Pieces) -> str:
     return f"|f_z̄/f_z| is up to {worst:.3g}"
 
 
-def _failed(depth: float, what: str, pieces: Pieces | None = None, zeros: int = 0) -> Certificate:
-    """Return a certificate that nothing is certified at a depth, with the reason `what`."""
+def _failed(depth: float, reason: str, pieces: Pieces | None = None, zeros: int = 0) -> Certificate:
+    """Return a certificate that nothing is certified at a depth, with the reason `reason`."""
     beltrami = float(np.nanmax(pieces.quotient, initial=0.0)) if pieces is not None else 0.0
-    return Certificate(False, depth, zeros, beltrami, False, f"at depth {depth:.1e}: {what}")
+    return Certificate(False, depth, zeros, beltrami, False, f"at depth {depth:.1e}: {reason}")
 
 
 def _apart(images: list[Complex]) -> bool:

@@ -72,8 +72,8 @@ class Region:
         sizes = np.sqrt(np.maximum(np.abs(a) ** 2 - np.abs(b) ** 2, 0)) / mean
         least, middle, most = (weighted_quantile(sizes, areas, q) for q in (0.05, 0.5, 0.95))
         turn = float(np.degrees(np.angle(np.sum(areas * a))))
-        bent = weighted_quantile(dilatations, areas, 0.95)
-        return cls(rings, bent, (least, middle, most), turn, of_target)
+        dilatation = weighted_quantile(dilatations, areas, 0.95)
+        return cls(rings, dilatation, (least, middle, most), turn, of_target)
 
     @property
     def scale(self) -> float:

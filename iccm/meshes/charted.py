@@ -115,10 +115,10 @@ class Charted:
     def _groups(self) -> Index:
         """(m, 3) number of the group of corners that share a tangent."""
         places, texture_places = _same(self.points)[self.faces], _same(self.uv)[self.uv_faces]
-        turned = places
+        normals = places
         if self.normals is not None and self.normal_faces is not None:
-            turned = _same(self.normals)[self.normal_faces]
-        corners = _same(np.stack([places, turned, texture_places], axis=-1).reshape(-1, 3))
+            normals = _same(self.normals)[self.normal_faces]
+        corners = _same(np.stack([places, normals, texture_places], axis=-1).reshape(-1, 3))
         shape = Triangles(corners.reshape(-1, 3), int(corners.max(initial=-1)) + 1)
         hand = np.repeat(self.mirrored, 3)
         return shape.fans(hand != hand[shape.twin]).reshape(-1, 3)

@@ -40,12 +40,12 @@ def open_to_disk(whole: Patch) -> Patch:
         ):  # loops that touch a hole twice divide the surface
             result = whole.cut(_on(whole, *spanning_cut(whole)))
         return result
-    far = int(np.argmax(_paths(whole, np.array([0]))[0]))
-    reach, before = _paths(whole, np.array([far]))
-    way = walk(before, int(np.argmax(reach)))
-    if len(way) == 2:  # a single edge does not open a surface
-        way = _detour(whole, way)
-    return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
+    farthest = int(np.argmax(_paths(whole, np.array([0]))[0]))
+    reach, predecessors = _paths(whole, np.array([farthest]))
+    path = walk(predecessors, int(np.argmax(reach)))
+    if len(path) == 2:  # a single edge does not open a surface
+        path = _detour(whole, path)
+    return whole.cut(_on(whole, np.array(path[:-1]), np.array(path[1:])))
 
 
 def cut_through(whole: Patch, stops: Sequence[int]) -> Patch:
@@ -53,17 +53,19 @@ def cut_through(whole: Patch, stops: Sequence[int]) -> Patch:
 
     The paths are close to geodesics, so that they hardly depend on the triangulation.
     """
-    return cut_along_path(whole, way_through(whole, stops))
+    return cut_along_path(whole, path_through(whole, stops))
 
 
-def cut_along_path(whole: Patch, way: Sequence[int]) -> Patch:
+def cut_along_path(whole: Patch, path: Sequence[int]) -> Patch:
     """Cut a closed surface without handles along a path of vertices."""
-    if len(way) == 2:  # a single edge does not open a surface
-        way = _detour(whole, list(way))
-    return whole.cut(_on(whole, np.array(way[:-1]), np.array(way[1:])))
+    if len(path) == 2:  # a single edge does not open a surface
+        path = _detour(whole, list(path))
+    return whole.cut(_on(whole, np.array(path[:-1]), np.array(path[1:])))
 
 
-def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None = None) -> list[int]:
+def path_through(
+    whole: Patch, stops: Sequence[int], length_factors: Sequence[Real] | None = None
+) -> list[int]:
     """Return the vertices along paths from each of some vertices to the next.
 
     The paths touch neither each other nor the other vertices.
@@ -71,7 +73,7 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
     Args:
         whole: a closed surface.
         stops: (k,) vertices.
-        dear: for each path, (n,) factors of lengths; by default they are large away from geodesics.
+        length_factors: for each path, (n,) factors of lengths; by default they are large away from geodesics.
 
     Raises:
         InputError: there are no such paths.
@@ -81,11 +83,11 @@ def way_through(whole: Patch, stops: Sequence[int], dear: Sequence[Real] | None 
     free[list(stops)] = False
     for k, (start, end) in enumerate(pairwise(stops)):
         joined = ((whole.faces == start).any(axis=1) & (whole.faces == end).any(axis=1)).any()
-        if joined and dear is None:
+        if joined and length_factors is None:
             path.append(end)
             continue
-        near = _beside_geodesic(whole, start, end) if small and dear is None else None
-        factors = near if dear is None else dear[k]
+        corridor = _beside_geodesic(whole, start, end) if small and length_factors is None else None
+        factors = corridor if length_factors is None else length_factors[k]
         free[[start, end]] = True
         usable = whole.drawn & free[whole.triangles.tail] & free[whole.triangles.head]
         part = walk(whole.triangles.paths(whole.points, np.array([start]), usable, factors)[1], end)
@@ -112,8 +114,8 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     edge = np.linalg.norm(ends[0] - ends[1], axis=1).mean()
     graph = GeodesicGraph.of(whole.points, whole.triangles)
     away = cKDTree(graph.way(start, end)).query(whole.points)[0] / edge
-    beside = whole.faces[(away < CORRIDOR_EDGES)[whole.faces].any(axis=1)]
-    narrow = GeodesicGraph.of(whole.points, Triangles(beside, whole.triangles.count), PARTS_OF_EDGE)
+    corridor = whole.faces[(away < CORRIDOR_EDGES)[whole.faces].any(axis=1)]
+    narrow = GeodesicGraph.of(whole.points, Triangles(corridor, whole.triangles.count), PARTS_OF_EDGE)
     from_start, from_end = narrow.distances(np.array([start, end]))[:, : whole.triangles.count]
     detour = np.maximum(from_start + from_end - from_start[end], 0) * from_start[end] / edge**2
     return 1 + np.where(np.isfinite(detour), detour, 2 * away**2)
@@ -125,18 +127,18 @@ def extend_cut(opening: Patch, to: int) -> Patch:
     return cut_along(opening, [walk(_paths(opening, border)[1], to)])
 
 
-def cut_along(opening: Patch, ways: Sequence[Sequence[int]]) -> Patch:
+def cut_along(opening: Patch, paths: Sequence[Sequence[int]]) -> Patch:
     """Return the patch cut along paths of vertices, or the patch itself if they have no edges."""
-    ends = np.array([edge for way in ways for edge in pairwise(way)], np.int64).reshape(-1, 2)
+    ends = np.array([edge for path in paths for edge in pairwise(path)], np.int64).reshape(-1, 2)
     return opening.cut(_on(opening, *ends.T)) if ends.size else opening
 
 
 def vertex_path(patch: Patch, stops: list[int]) -> Index:
     """Return the vertices along the shortest paths on edges from each of the stops to the next."""
-    way = stops[:1]
+    path = stops[:1]
     for start, end in pairwise(stops):
-        way += walk(_paths(patch, np.array([start]))[1], end)[-2::-1]
-    return np.array(way)
+        path += walk(_paths(patch, np.array([start]))[1], end)[-2::-1]
+    return np.array(path)
 
 
 def handle_loops(whole: Patch) -> tuple[Index, Index]:
@@ -148,23 +150,22 @@ def handle_loops(whole: Patch) -> tuple[Index, Index]:
     additional triangle, so that it remains a hole.
     """
     shape = whole.triangles
-    reach, before = _paths(whole, np.array([0]))
+    reach, predecessors = _paths(whole, np.array([0]))
     half = np.flatnonzero((shape.twin > np.arange(shape.twin.size)) | (shape.twin < 0))
     a, b = shape.tail[half], shape.head[half]
-    in_tree = (before[a] == b) | (before[b] == a)
-    left, right = half // 3, np.where(shape.twin[half] >= 0, shape.twin[half] // 3, 0)
-    right = np.where(shape.twin[half] >= 0, right, len(shape.faces) + _hole_of(whole, a))
+    in_tree = (predecessors[a] == b) | (predecessors[b] == a)
+    left_face, right_face = half // 3, np.where(shape.twin[half] >= 0, shape.twin[half] // 3, 0)
+    right_face = np.where(shape.twin[half] >= 0, right_face, len(shape.faces) + _hole_of(whole, a))
     inner_diagonal = ~whole.drawn[half]
     length = reach[a] + reach[b] + np.linalg.norm(whole.points[a] - whole.points[b], axis=1)
-    cost = np.where(
-        inner_diagonal, 1.0, 3.0 - length / (length.max() + 1e-300)
-    )  # edges with the least cost are joined first
+    # edges with the least cost are joined first
+    cost = np.where(inner_diagonal, 1.0, 3.0 - length / (length.max() + 1e-300))
     free = np.flatnonzero(~in_tree)
-    joined = _spanning(left[free], right[free], cost[free], len(shape.faces) + len(whole.loops))
+    joined = _spanning(left_face[free], right_face[free], cost[free], len(shape.faces) + len(whole.loops))
     closing = free[~joined]
-    ways = [walk(before, int(v)) for e in closing for v in (a[e], b[e])]
-    tails = [np.array(way[:-1], np.int64) for way in ways]
-    heads = [np.array(way[1:], np.int64) for way in ways]
+    paths = [walk(predecessors, int(v)) for e in closing for v in (a[e], b[e])]
+    tails = [np.array(path[:-1], np.int64) for path in paths]
+    heads = [np.array(path[1:], np.int64) for path in paths]
     return np.concatenate([*tails, a[closing]]), np.concatenate([*heads, b[closing]])
 
 
@@ -182,16 +183,16 @@ def spanning_cut(whole: Patch) -> tuple[Index, Index]:
     cost = np.where(
         whole.drawn[half], 3.0 - (reach[a] + reach[b] + length) / (2 * reach.max() + length.max()), 0.5
     )
-    left = ~_spanning(half // 3, shape.twin[half] // 3, cost, len(shape.faces))
+    in_cut = ~_spanning(half // 3, shape.twin[half] // 3, cost, len(shape.faces))
     fixed = np.zeros(shape.count, bool)
     fixed[shape.tail[shape.twin < 0]] = True
     while True:
-        degree = np.bincount(np.concatenate([a[left], b[left]]), minlength=shape.count)
+        degree = np.bincount(np.concatenate([a[in_cut], b[in_cut]]), minlength=shape.count)
         loose = (degree == 1) & ~fixed
-        ends = left & (loose[a] | loose[b])
+        ends = in_cut & (loose[a] | loose[b])
         if not ends.any():
-            return a[left], b[left]
-        left &= ~ends
+            return a[in_cut], b[in_cut]
+        in_cut &= ~ends
 
 
 def _paths(patch: Patch, sources: Index) -> tuple[Real, Index]:
@@ -202,12 +203,16 @@ def _on(patch: Patch, a: Index, b: Index):
     return patch.triangles.along((a, b))
 
 
-def _detour(patch: Patch, way: list[int]) -> list[int]:
+def _detour(patch: Patch, path: list[int]) -> list[int]:
     """Return the path through a third vertex adjacent to both ends, along edges of the file."""
     ends = patch.triangles.tail[patch.drawn], patch.triangles.head[patch.drawn]
-    near = [np.union1d(ends[1][ends[0] == v], ends[0][ends[1] == v]) for v in way]
-    common = np.intersect1d(near[0], near[1])
-    return [way[0], int(common[0]), way[1]] if common.size else [int(np.setdiff1d(near[0], way)[0]), *way]
+    neighbours = [np.union1d(ends[1][ends[0] == v], ends[0][ends[1] == v]) for v in path]
+    common = np.intersect1d(neighbours[0], neighbours[1])
+    return (
+        [path[0], int(common[0]), path[1]]
+        if common.size
+        else [int(np.setdiff1d(neighbours[0], path)[0]), *path]
+    )
 
 
 def _hole_of(patch: Patch, vertex: Index) -> Index:
@@ -228,6 +233,6 @@ def _spanning(a: Index, b: Index, cost: Real, count: int) -> np.ndarray:
         coo_matrix((cost[first], (low[first], high[first])), shape=(count, count))
     ).tocoo()
     inside = np.isin(low[first] * count + high[first], tree.row.astype(np.int64) * count + tree.col)
-    chosen = np.zeros(a.size, bool)
-    chosen[first[inside]] = True
-    return chosen
+    in_tree = np.zeros(a.size, bool)
+    in_tree[first[inside]] = True
+    return in_tree

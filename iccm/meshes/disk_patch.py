@@ -47,11 +47,11 @@ class Joined:
     @classmethod
     def _of(cls, mesh: Mesh) -> "Joined":
         corner = triangulate(check(mesh))
-        used, named = (np.zeros(len(mesh.points), bool) for _ in range(2))
-        used[mesh.corners[corner]] = named[mesh.corners] = True
-        vertex, number = np.flatnonzero(used), np.cumsum(used) - 1
+        in_triangles, in_faces = (np.zeros(len(mesh.points), bool) for _ in range(2))
+        in_triangles[mesh.corners[corner]] = in_faces[mesh.corners] = True
+        vertex, number = np.flatnonzero(in_triangles), np.cumsum(in_triangles) - 1
         shape = Triangles(number[mesh.corners[corner]], vertex.size)
-        unused = int((~named).sum())
+        unused = int((~in_faces).sum())
         notes = [f"ignored {unused} vertices that belong to no face"] if unused and mesh.whole else []
         return cls(mesh, shape, corner, vertex, tuple(notes))._collapsed()._welded()._single()._mended()
 
@@ -64,12 +64,12 @@ class Joined:
             return self
         joined = labels(tail[short], head[short], self.vertex.size)
         first = firsts(joined, joined.max() + 1)
-        kept = proper(joined[faces])
-        if not kept.any():
+        proper_faces = proper(joined[faces])
+        if not proper_faces.any():
             return self
         note = f"collapsed {self.vertex.size - first.size} edges without length"
-        shape = Triangles(joined[faces[kept]], first.size)
-        return Joined(self.mesh, shape, self.corner[kept], self.vertex[first], (*self.notes, note))
+        shape = Triangles(joined[faces[proper_faces]], first.size)
+        return Joined(self.mesh, shape, self.corner[proper_faces], self.vertex[first], (*self.notes, note))
 
     def _single(self) -> "Joined":
         """Keep one of several triangles with the same three vertices, if edges have more than two.
@@ -85,13 +85,13 @@ class Joined:
             return self
         surface = Triangles(self.shape.faces[times == 1], self.shape.count)
         if (times == 1).any() and (surface.twin >= 0).all() and not surface.crowded_edges:
-            kept, what = np.flatnonzero(times == 1), "between cells"
+            single, reason = np.flatnonzero(times == 1), "between cells"
         else:
-            kept, what = np.sort(first), "with the corners of another"
-        note = f"ignored {times.size - kept.size} triangles {what}"
-        used, named = np.unique(self.shape.faces[kept], return_inverse=True)
-        shape = Triangles(named.reshape(-1, 3), used.size)
-        return Joined(self.mesh, shape, self.corner[kept], self.vertex[used], (*self.notes, note))
+            single, reason = np.sort(first), "with the corners of another"
+        note = f"ignored {times.size - single.size} triangles {reason}"
+        used, faces = np.unique(self.shape.faces[single], return_inverse=True)
+        shape = Triangles(faces.reshape(-1, 3), used.size)
+        return Joined(self.mesh, shape, self.corner[single], self.vertex[used], (*self.notes, note))
 
     def _mended(self) -> "Joined":
         """Cut edges with more than two faces, such that as much as possible stays one surface."""
@@ -108,12 +108,12 @@ class Joined:
             return self
         first, joined = distinct_rows(self.mesh.points[self.vertex])
         faces = joined[self.shape.faces]
-        kept = proper(faces)
-        welded = Triangles(faces[kept], first.size)
-        if not kept.any() or welded.components().max() >= pieces:
+        proper_faces = proper(faces)
+        welded = Triangles(faces[proper_faces], first.size)
+        if not proper_faces.any() or welded.components().max() >= pieces:
             return self
         note = f"merged {self.vertex.size - first.size} vertices that coincide with others"
-        return Joined(self.mesh, welded, self.corner[kept], self.vertex[first], (*self.notes, note))
+        return Joined(self.mesh, welded, self.corner[proper_faces], self.vertex[first], (*self.notes, note))
 
     @cached_property
     def areas(self) -> Real:
@@ -174,9 +174,9 @@ def open_piece(whole: Patch, *, cut: bool, through: Real | None = None) -> Patch
         return whole
     if not cut:
         handles = f"has {whole.genus} handle{'s' if whole.genus > 1 else ''}"
-        what = handles if whole.genus else "is closed"
+        obstacle = handles if whole.genus else "is closed"
         raise InputError(
-            f"{whole.mesh.name}: the surface {what} and cannot be flattened as a whole; choose a part of "
+            f"{whole.mesh.name}: the surface {obstacle} and cannot be flattened as a whole; choose a part of "
             "it (file#group), or allow it to be cut open (leave --no-cut out; in Python, cut_open=True)"
         )
     if through is not None and not whole.genus:
@@ -211,34 +211,35 @@ def _one_piece(joined: Joined, piece: int, notes: list[str]) -> tuple[Triangles,
     shape, area, name = joined.shape, joined.areas, joined.mesh.name
     if area.size and not 1 <= piece <= area.size:
         raise InputError(f"{name}: there is no piece {piece}; choose 1 (the largest) to {area.size}")
-    chosen = joined.order[piece - 1] if area.size else 0
-    if not area.size or not area[chosen] > 0:
+    chosen_piece = joined.order[piece - 1] if area.size else 0
+    if not area.size or not area[chosen_piece] > 0:
         raise InputError(f"{name}: no face has an area; does the file contain only lines?")
     if area.size == 1:
         return shape, joined.corner
-    kept = joined.triangles_of(int(chosen))
-    others = f"{area.size - 1} other piece{'s' if area.size > 2 else ''} of {len(shape.faces) - kept.size} triangles"
+    triangles = joined.triangles_of(int(chosen_piece))
+    plural, ignored = "s" if area.size > 2 else "", len(shape.faces) - triangles.size
+    others = f"{area.size - 1} other piece{plural} of {ignored} triangles"
     notes.append(
         f"ignored {others} that are not connected to it; #piece-{2 if piece == 1 else 1} selects another"
     )
-    return Triangles(shape.faces[kept], shape.count), joined.corner[kept]
+    return Triangles(shape.faces[triangles], shape.count), joined.corner[triangles]
 
 
 def _orient(mesh, shape: Triangles, corner: Index, vertex: Index, notes) -> tuple[Triangles, Index]:
     result = shape.oriented()
     if result is None:
-        same = np.flatnonzero((shape.twin >= 0) & (shape.tail == shape.tail[shape.twin]))[0]
-        a, b = (mesh.vertex_name(int(vertex[v[same]])) for v in (shape.tail, shape.head))
+        edge = np.flatnonzero((shape.twin >= 0) & (shape.tail == shape.tail[shape.twin]))[0]
+        a, b = (mesh.vertex_name(int(vertex[v[edge]])) for v in (shape.tail, shape.head))
         raise InputError(
             f"{mesh.name}: the surface is one-sided, like a Möbius strip; cut it, for instance along the "
             f"edge from {a} to {b}"
         )
-    turned, number = result
+    oriented, number = result
     if number:
         notes.append(f"flipped {number} triangles to the orientation of the rest")
-        flip = (turned.faces != shape.faces).any(axis=1)
+        flip = (oriented.faces != shape.faces).any(axis=1)
         corner = np.where(flip[:, None], corner[:, ::-1], corner)
-    return turned, corner
+    return oriented, corner
 
 
 def split_non_manifold(shape: Triangles, vertex: Index, notes: list[str]) -> tuple[Triangles, Index]:

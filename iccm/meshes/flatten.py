@@ -167,8 +167,8 @@ def _overlap_of_charts(result: Flattening) -> str | None:
     regions = np.array(
         [shapely.Polygon(xy[loop], [xy[hole] for hole in holes[k]]) for k, loop in outer.items()]
     )
-    one, two = shapely.STRtree(regions).query(regions, "intersects")
-    return "charts that overlap" if (one < two).any() else None
+    i, j = shapely.STRtree(regions).query(regions, "intersects")
+    return "charts that overlap" if (i < j).any() else None
 
 
 def lscm(patch: Patch, outline: Index) -> Complex:
@@ -238,8 +238,8 @@ def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
     values = (sides.conj() * np.roll(sides, -1, axis=1)).ravel()
     twin = triangles.twin
     once = np.flatnonzero(twin < np.arange(twin.size))  # one half-edge for each edge
-    other = twin[once]
-    of_edges = values[once] + np.where(other < 0, 0, values[other].conj())
+    opposite = twin[once]
+    of_edges = values[once] + np.where(opposite < 0, 0, values[opposite].conj())
     return diagonal, np.stack([triangles.tail[once], triangles.head[once]]).astype(np.int32), of_edges
 
 
@@ -273,13 +273,13 @@ def upright(patch: Patch, flat: Complex) -> Complex:
     right = np.cross(up, normal)
     right = right / max(np.linalg.norm(right), 1e-300)
     up = np.cross(normal, right)
-    seen = patch.points @ right + 1j * (patch.points @ (up / max(np.linalg.norm(up), 1e-300)))
+    projected = patch.points @ right + 1j * (patch.points @ (up / max(np.linalg.norm(up), 1e-300)))
     area = np.linalg.norm(across, axis=1)
     weight = np.bincount(patch.faces.ravel(), np.repeat(area, 3), minlength=len(flat))
     centred = flat - np.sum(weight * flat) / weight.sum()
     flat_area = np.abs(triangle_areas(flat[patch.faces])).sum()
     scale = np.sqrt(area.sum() / flat_area) if flat_area > 0 else 1.0
-    return centred * scale * rotation(centred, weight * seen)
+    return centred * scale * rotation(centred, weight * projected)
 
 
 def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) -> list[float]:

@@ -61,8 +61,8 @@ class GeodesicGraph:
         across = [(a, b), (b, c), (c, a)]
         across += [(shape.faces[:, [k]], side) for k, side in ((0, b), (1, c), (2, a))]
         lines = [(chains[:, :-1].ravel(), chains[:, 1:].ravel())]
-        for side, other in across:
-            ends = np.broadcast_arrays(side[:, :, None], other[:, None])
+        for side, neighbours in across:
+            ends = np.broadcast_arrays(side[:, :, None], neighbours[:, None])
             lines.append((ends[0].ravel(), ends[1].ravel()))
         tails, heads = (np.concatenate(ends) for ends in zip(*lines))
         return cls(np.concatenate([points, between.reshape(-1, 3)]), tails, heads)
@@ -86,8 +86,8 @@ class GeodesicGraph:
 
     def way(self, start: int, end: int) -> Real:
         """Return (p, 3) closely spaced points along the shortest path between two vertices."""
-        before = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
-        ends = self.points[walk(before, end)]
+        predecessors = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
+        ends = self.points[walk(predecessors, end)]
         share = np.arange(SAMPLES_PER_PART)[:, None, None] / SAMPLES_PER_PART
         along = (ends[:-1] * (1 - share) + ends[1:] * share).reshape(-1, 3)
         return np.concatenate([along, ends[-1:]])

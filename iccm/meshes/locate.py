@@ -110,17 +110,17 @@ def barycentric(corners: Real, points: Real) -> Real:
 
     They are clipped to be nonnegative.
     """
-    inner = along(corners[:, 1:] - corners[:, :1], points - corners[:, 0])
+    inner = in_basis(corners[:, 1:] - corners[:, :1], points - corners[:, 0])
     weights = np.clip(np.column_stack([1 - inner.sum(axis=1), inner]), 0, 1)
     return weights / weights.sum(axis=1, keepdims=True)
 
 
-def along(edges: Real, way: Real) -> Real:
+def in_basis(edges: Real, direction: Real) -> Real:
     """Return (p, 2) coordinates of vectors (p, 3) in the basis of two edges (p, 2, 3).
 
     Orthogonal components are ignored.
     """
-    gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, way)
+    gram, right = np.einsum("pki,pli->pkl", edges, edges), np.einsum("pki,pi->pk", edges, direction)
     det = gram[:, 0, 0] * gram[:, 1, 1] - gram[:, 0, 1] ** 2
     det = np.where(det > 0, det, 1.0)
     s = (right[:, 0] * gram[:, 1, 1] - right[:, 1] * gram[:, 0, 1]) / det

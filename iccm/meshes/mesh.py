@@ -57,10 +57,12 @@ class Mesh:
     normal_corners: Index | None = None
 
     @classmethod
-    def triangles(cls, name: str, points: Real, faces: Index, **more) -> "Mesh":
+    def triangles(cls, name: str, points: Real, faces: Index, **attributes) -> "Mesh":
         """Return a mesh of triangles from (n, 3) points and (m, 3) vertex indices."""
         faces = np.asarray(faces, dtype=np.int64)
-        return cls(name, np.asarray(points, float), faces.ravel(), 3 * np.arange(len(faces) + 1), **more)
+        return cls(
+            name, np.asarray(points, float), faces.ravel(), 3 * np.arange(len(faces) + 1), **attributes
+        )
 
     @property
     def sizes(self) -> Index:
@@ -281,10 +283,12 @@ def _split_quads(quad: Real, vertices: Index, sides: Index) -> Index:
     used = Counter(chosen_edges.tolist())
     exists = np.isin(edges, sides)
     for k in np.sort(first[exists[first].any(axis=1) | _repeated(chosen_edges)]):
-        now, new = int(takes_second[k]), 1 - int(takes_second[k])
-        if (exists[k, now] or used[edges[k, now]] > 1) and not (exists[k, new] or used[edges[k, new]]):
+        present, new = int(takes_second[k]), 1 - int(takes_second[k])
+        if (exists[k, present] or used[edges[k, present]] > 1) and not (
+            exists[k, new] or used[edges[k, new]]
+        ):
             takes_second[k] = new
-            used[edges[k, now]] -= 1
+            used[edges[k, present]] -= 1
             used[edges[k, new]] += 1
     chosen_edges = np.where(takes_second, edges[:, 1], edges[:, 0])[first]
     return diagonals[(edges[:, 1] == chosen_edges[alike]).astype(int)]

@@ -128,12 +128,14 @@ class _Stack:
         alike = [np.array_equal(a, b) for a, b in pairwise(corners)]
         self._alike = np.array([False, *alike])
 
-    def placed(self, scale: float, taken: NDArray[np.int64], margin: int) -> tuple[Complex, Complex] | None:
+    def placed(
+        self, scale: float, occupied: NDArray[np.int64], margin: int
+    ) -> tuple[Complex, Complex] | None:
         """Return the places of all charts at a scale; None if one does not fit.
 
         They are (k,) rotations and (k,) translations in cells.
         """
-        height, words = taken.shape
+        height, words = occupied.shape
         count = self._starts.size - 1
         places = np.zeros((count, 3))
         packed = _pack(
@@ -141,7 +143,7 @@ class _Stack:
             self._starts,
             count,
             self._orientations,
-            taken,
+            occupied,
             words * WORD_BITS,
             height,
             margin,

@@ -68,9 +68,9 @@ class Patch:
     def _length(self, loop: Index) -> float:
         return float(np.linalg.norm(self.points[loop] - self.points[np.roll(loop, -1)], axis=1).sum())
 
-    def loop_of(self, before: "Patch", loop: Index) -> Index:
+    def loop_of(self, original: "Patch", loop: Index) -> Index:
         """Return the boundary loop that contains a loop of the patch from which this one was cut."""
-        half = np.flatnonzero((before.triangles.twin < 0) & (before.triangles.tail == loop[0]))[0]
+        half = np.flatnonzero((original.triangles.twin < 0) & (original.triangles.tail == loop[0]))[0]
         vertex = self.triangles.tail[half]
         return next(candidate for candidate in self.loops if vertex in candidate)
 
@@ -103,10 +103,10 @@ class Patch:
         corners, face = fans(self.mesh)
         vertex = np.full(self.mesh.corners.size, -1)
         vertex[self.corner] = self.faces
-        turned = np.zeros(self.mesh.sizes.size, bool)  # faces with opposite orientation in the patch
-        turned[self.polygon] = (np.roll(self.corner, -1, axis=1) < self.corner).sum(axis=1) == 2
+        is_reversed = np.zeros(self.mesh.sizes.size, bool)  # faces with opposite orientation in the patch
+        is_reversed[self.polygon] = (np.roll(self.corner, -1, axis=1) < self.corner).sum(axis=1) == 2
         triangles = vertex[corners]
-        triangles = np.where(turned[face][:, None], triangles[:, ::-1], triangles)
+        triangles = np.where(is_reversed[face][:, None], triangles[:, ::-1], triangles)
         complete = (triangles >= 0).all(axis=1)
         return triangles[complete], face[complete]
 

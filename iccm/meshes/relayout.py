@@ -20,7 +20,7 @@ from ..plane import triangle_areas
 from ..progress import counted
 from .charted import Charted
 from .layout import Layout, charts, check_layout, layout
-from .locate import along, barycentric
+from .locate import barycentric, in_basis
 from .mesh import face_areas
 from .surface import texels
 
@@ -256,7 +256,7 @@ class Origin:
         edges = self.old.points[self.old.faces[triangle]]
         d = corners[:, 1:] - corners[:, :1]
         for k, step in enumerate(steps):
-            turn[:, k::2] = np.einsum("pk,pkc->pc", along(edges[:, 1:] - edges[:, :1], step), d)
+            turn[:, k::2] = np.einsum("pk,pkc->pc", in_basis(edges[:, 1:] - edges[:, :1], step), d)
         places = Places(
             _interpolate(corners, old_weights),
             turn,

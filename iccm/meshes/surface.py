@@ -51,11 +51,11 @@ class Surface:
         for k, step in enumerate((right, down)):
             s, t = cross(step, e2) / area, cross(e1, step) / area
             turn[:, k::2] = s[:, None] * d1 + t[:, None] * d2
-        turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
+        determinant = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
         # Direction in which x grows and y is constant.
-        tangent = np.sign(turned) * (e1 * d2[:, 1] - e2 * d1[:, 1])
+        tangent = np.sign(determinant) * (e1 * d2[:, 1] - e2 * d1[:, 1])
         steps = (step * tangent.conj() for step in (right, down))
-        places = Places(place, turn, *(np.where(turned > 0, step.conj(), step) for step in steps))
+        places = Places(place, turn, *(np.where(determinant > 0, step.conj(), step) for step in steps))
         return places if self.wrap is None else wrapped(places, self.size, self.wrap)
 
     @classmethod

@@ -31,17 +31,17 @@ def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening |
         flat, area=flat.area[on], f_z=flat.f_z[on], f_zbar=flat.f_zbar[on], z=flat.z[on], w=flat.w[on]
     )
     jacobian, area = Linear(flat.f_z, flat.f_zbar), flat.area
-    before = area / np.maximum(np.abs(jacobian.determinant), 1e-300)
+    source_area = area / np.maximum(np.abs(jacobian.determinant), 1e-300)
     source_maps, target_maps = (
         None if layout is None or triangle is None else _to_surface(layout, triangle[on])
         for layout, triangle in zip(layouts, triangles)
     )
     if source_maps is not None:
-        jacobian, before = jacobian @ source_maps.inverse(), before * source_maps.determinant
+        jacobian, source_area = jacobian @ source_maps.inverse(), source_area * source_maps.determinant
     if target_maps is not None:
         jacobian, area = target_maps @ jacobian, area * target_maps.determinant
     painted = np.abs(flat.f_z) + np.abs(flat.f_zbar) > 0
-    scale = float(np.sqrt(area[painted].sum() / before[painted].sum()))
+    scale = float(np.sqrt(area[painted].sum() / source_area[painted].sum()))
     return replace(flat, area=area, f_z=jacobian.a, f_zbar=jacobian.b, scale=scale)
 
 
@@ -72,8 +72,8 @@ def gap_between(source: Flattening, target: Flattening) -> float:
     import igl
 
     gaps = []
-    for patch, other in ((source.patch, target.patch), (target.patch, source.patch)):
-        points, faces = np.ascontiguousarray(other.points), np.ascontiguousarray(other.faces)
+    for patch, reference in ((source.patch, target.patch), (target.patch, source.patch)):
+        points, faces = np.ascontiguousarray(reference.points), np.ascontiguousarray(reference.faces)
         queries = np.concatenate([patch.points, patch.points[patch.faces].mean(axis=1)])
         tree = igl.AABB()
         tree.init(points, faces)

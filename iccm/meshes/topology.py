@@ -123,11 +123,11 @@ class Triangles:
         if both copies of a triangle are connected.
         """
         inner = np.flatnonzero(self.twin >= 0)
-        same = self.tail[inner] == self.tail[self.twin[inner]]
-        if not same.any():
+        is_opposed = self.tail[inner] == self.tail[self.twin[inner]]
+        if not is_opposed.any():
             return self, 0
         a, b, m = inner // 3, self.twin[inner] // 3, len(self.faces)
-        side = labels(np.append(a, a + m), np.append(b + same * m, b + ~same * m), 2 * m)
+        side = labels(np.append(a, a + m), np.append(b + is_opposed * m, b + ~is_opposed * m), 2 * m)
         if (side[:m] == side[m:]).any():
             return None
         turn = side[:m] != side[0]
@@ -156,19 +156,19 @@ class Triangles:
         points: Real,
         sources: Index,
         usable: NDArray[np.bool_],
-        dear: Real | None = None,
+        factors: Real | None = None,
         *,
         rims: bool = True,
     ) -> tuple[Real, Index]:
         """Return (n,) the length of the shortest path from a source, and the previous vertex on it.
 
-        Paths follow the usable half-edges. The vertex before a source is negative.
+        Paths follow the usable half-edges. A source has a negative previous vertex.
 
         Args:
             points: (n, 3) positions.
             sources: vertices.
             usable: (3m,) half-edges.
-            dear: (n,) factors for the length of edges, which have the mean of both ends' factors.
+            factors: (n,) factors for the length of edges; an edge has the mean of those of both ends.
             rims: whether boundary edges have a length; otherwise it is zero.
         """
         from scipy.sparse import coo_matrix
@@ -177,15 +177,15 @@ class Triangles:
         half = np.flatnonzero(usable & ((self.twin < 0) | (self.twin > np.arange(self.twin.size))))
         a, b = self.tail[half], self.head[half]
         length = np.linalg.norm(points[a] - points[b], axis=1)
-        if dear is not None:
-            length = length * 0.5 * (dear[a] + dear[b])
+        if factors is not None:
+            length = length * 0.5 * (factors[a] + factors[b])
         if not rims:
             length = np.where(self.twin[half] < 0, 0.0, length)
         graph = coo_matrix((length, (a, b)), shape=(self.count, self.count)).tocsr()
-        reach, before, _ = dijkstra(
+        reach, predecessors, _ = dijkstra(
             graph, directed=False, indices=sources, min_only=True, return_predecessors=True
         )
-        return reach, before
+        return reach, predecessors
 
     def along(self, ends: tuple[Index, Index]) -> NDArray[np.bool_]:
         """Return (3m,) whether half-edges are on the edges between ends[0] and ends[1]."""
@@ -198,8 +198,8 @@ class Triangles:
 def _fans(twin: Index) -> Index:
     """Return (3m,) the fan of triangles to which each corner belongs, given the twin half-edges (3m,), -1 for none."""
     joined = np.flatnonzero(twin >= 0)
-    other = twin[joined]
-    return labels(joined, 3 * (other // 3) + (other + 1) % 3, twin.size)
+    opposite = twin[joined]
+    return labels(joined, 3 * (opposite // 3) + (opposite + 1) % 3, twin.size)
 
 
 def _seams(shape: Triangles, points: Real) -> list[Index]:
@@ -212,9 +212,9 @@ def _seams(shape: Triangles, points: Real) -> list[Index]:
     ends, most = np.append(begins[1:], order.size), min(MOST_SEAMS, 1 + MOST_LOOKED // len(shape.faces))
     for a, b in zip(*(v[ends - begins > 2] for v in (begins, ends))):
         for pair in _even(shape, points, order[a:b][:MOST_FACES]):
-            one, two = sorted(label[[pair[0] // 3, pair[1] // 3]].tolist())
-            if one != two:
-                seams.setdefault((one, two), []).append(pair)
+            first, second = sorted(label[[pair[0] // 3, pair[1] // 3]].tolist())
+            if first != second:
+                seams.setdefault((first, second), []).append(pair)
     return [np.array(pairs) for pairs in sorted(seams.values(), key=len, reverse=True)][:most]
 
 
@@ -236,17 +236,17 @@ def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
     return pairs
 
 
-def _flattens(before: Index, after: Index, pairs: Index) -> bool:
+def _flattens(original: Index, welded: Index, pairs: Index) -> bool:
     """Return whether surfaces joined at pairs of half-edges can be flattened if one of them could.
 
     They must also be connected there.
     """
-    label = _labels_of(before)
-    joined = _labels_of(after) == _labels_of(after)[pairs[0, 0] // 3]
-    whole, half = _apart(after, joined), np.cumsum(np.repeat(joined, 3)) - 1
+    label = _labels_of(original)
+    joined = _labels_of(welded) == _labels_of(welded)[pairs[0, 0] // 3]
+    whole, half = _apart(welded, joined), np.cumsum(np.repeat(joined, 3)) - 1
     if not (whole.twin[half[pairs[:, 0]]] == half[pairs[:, 1]]).all():
         return False
-    parts = (_apart(before, label == k) for k in np.unique(label[pairs // 3]))
+    parts = (_apart(original, label == k) for k in np.unique(label[pairs // 3]))
     return _is_open(whole) or not any(map(_is_open, parts))
 
 
@@ -273,12 +273,12 @@ def _is_open(surface: Triangles) -> bool:
     return bool(loops) and surface.count - surface.edge_count + len(surface.faces) == 2 - loops
 
 
-def walk(before: Index, end: int) -> list[int]:
-    """Return the path from `end` back to a source, following `before` of `Triangles.paths`."""
-    way = [end]
-    while before[way[-1]] >= 0:
-        way.append(int(before[way[-1]]))
-    return way
+def walk(predecessors: Index, end: int) -> list[int]:
+    """Return the path from `end` back to a source, following `predecessors` of `Triangles.paths`."""
+    path = [end]
+    while predecessors[path[-1]] >= 0:
+        path.append(int(predecessors[path[-1]]))
+    return path
 
 
 def labels(a: Index, b: Index, count: int) -> Index:

@@ -32,8 +32,8 @@ def library() -> ctypes.CDLL:
         CoreMissing: there is none for this platform.
     """
     refresh()
-    if wanted := os.environ.get(VARIANT):
-        return _load(f"core-{wanted}")
+    if variant := os.environ.get(VARIANT):
+        return _load(f"core-{variant}")
     if platform.machine() not in ("x86_64", "AMD64"):
         return _load("core")
     baseline = _load("core-x86-64")
@@ -65,8 +65,8 @@ def refresh() -> None:
     libraries = list(FOLDER.glob(f"core*{ENDING}"))
     if libraries and min(path.stat().st_mtime for path in libraries) >= newest:
         return
-    done = subprocess.run([sys.executable, str(core / "compile.py")], capture_output=True, text=True)
-    if done.returncode:
+    compilation = subprocess.run([sys.executable, str(core / "compile.py")], capture_output=True, text=True)
+    if compilation.returncode:
         raise CoreMissing(
-            f"the compiled core is older than its sources, and compiling it failed:\n{done.stderr}"
+            f"the compiled core is older than its sources, and compiling it failed:\n{compilation.stderr}"
         )

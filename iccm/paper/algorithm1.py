@@ -141,8 +141,8 @@ def first_targets(
         guess = system.targets(initial.from_constraints(problem, basis, polygon))
     else:
         boundary = initial.arclength(problem, samples_of_edge(settings), s)
-        others = system.targets(basis.similarity(1, 0))[1:]
-        guess = [Target(boundary), *others]
+        other_targets = system.targets(basis.similarity(1, 0))[1:]
+        guess = [Target(boundary), *other_targets]
     return [Target(t.points) for t in guess]
 
 

@@ -132,8 +132,8 @@ def _normals(curve: Curve, image: Complex, foot: Complex, edge) -> Complex:
     """
     offset = image - foot
     away = np.abs(offset)
-    far = away > 1e-12 * curve.diagonal
-    return np.where(far, offset / np.where(far, away, 1.0), curve.normals[edge])
+    is_apart = away > 1e-12 * curve.diagonal
+    return np.where(is_apart, offset / np.where(is_apart, away, 1.0), curve.normals[edge])
 
 
 def fixed(points: Complex) -> Callable[[Complex], Target]:

@@ -64,8 +64,8 @@ class System:
         for term, u, target in zip(self.terms, self.left, targets):
             if target.normals is None:
                 continue
-            turned = (target.normals.conj() * np.sqrt(self.normal / self.tangential))[:, None] * u
-            rows.append(np.hstack([turned.real, -turned.imag]))
+            rotated = (target.normals.conj() * np.sqrt(self.normal / self.tangential))[:, None] * u
+            rows.append(np.hstack([rotated.real, -rotated.imag]))
             right.append((target.normals.conj() * target.points).real * term.scale * np.sqrt(self.normal))
         b = np.vstack(rows)
         gram = b.T @ b

@@ -104,8 +104,8 @@ class Reflected:
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
         """See `preimages.Mapping`."""
-        seen = replace(canvas, box=reflected(canvas.box, self.target))
-        whole = preimages.of(self.map, seen, tolerance, slopes)
+        reflected_canvas = replace(canvas, box=reflected(canvas.box, self.target))
+        whole = preimages.of(self.map, reflected_canvas, tolerance, slopes)
         return partial(_reflected_band, whole, self.source, self.target is not None)
 
 
@@ -117,11 +117,11 @@ def reflected(box: Box, line: float | None) -> Box:
     return complex(2 * line - high.real, low.imag), complex(2 * line - low.real, high.imag)
 
 
-def _reflected_band(whole: preimages.Bands, line: float | None, turned: bool, row: int) -> Band:
-    """Return the band that starts at a row; reflect the source about `line` if given, and the canvas if `turned`."""
+def _reflected_band(whole: preimages.Bands, line: float | None, mirrored: bool, row: int) -> Band:
+    """Return the band that starts at a row; reflect the source about `line` if given, and the canvas if `mirrored`."""
     band = whole(row)
     z, right, down, covered = band.z, band.right, band.down, band.coverage
-    if turned:
+    if mirrored:
         z, right, down, covered = z[:, ::-1], -right[:, ::-1], down[:, ::-1], covered[:, ::-1]
     if line is not None:
         z, right, down = 2 * line - z.conj(), -right.conj(), -down.conj()

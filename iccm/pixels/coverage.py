@@ -40,8 +40,8 @@ def _coverage(
     end = np.roll(start, -1)
     falls = start.imag > end.imag
     low, high = np.where(falls, end, start), np.where(falls, start, end)
-    near = (high.imag > 0) & (low.imag < rows) & (low.imag < high.imag)
+    crosses = (high.imag > 0) & (low.imag < rows) & (low.imag < high.imag)
     out = np.empty((rows, width), dtype=np.float32)
-    sign = np.where(falls[near], -1.0, 1.0)
-    _cover(low[near], high[near], sign, sign.size, rows, width, out, inside, inside.shape[0] > 0)
+    sign = np.where(falls[crosses], -1.0, 1.0)
+    _cover(low[crosses], high[crosses], sign, sign.size, rows, width, out, inside, inside.shape[0] > 0)
     return out

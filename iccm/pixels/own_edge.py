@@ -128,6 +128,8 @@ def _greatest_near(
     greatest = np.zeros(numbers.size, np.float32)
     for down in range(-reach, reach + 1):
         for right in range(-reach, reach + 1):
-            near = numbers + (down * width + right)
-            np.maximum(greatest, np.where(counted.ravel()[near], values.ravel()[near], 0), out=greatest)
+            neighbours = numbers + (down * width + right)
+            np.maximum(
+                greatest, np.where(counted.ravel()[neighbours], values.ravel()[neighbours], 0), out=greatest
+            )
     return greatest

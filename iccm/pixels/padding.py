@@ -32,7 +32,7 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
 
 
 def _spread(pixels: NDArray, known: NDArray[np.bool_], unknown: NDArray[np.bool_], reach: int) -> None:
-    """Fill wanted pixels with the colour of the nearest known pixel, in place."""
+    """Fill unknown pixels with the colour of the nearest known pixel, in place."""
     source, away = nearest(known)
     fill = np.flatnonzero(unknown if reach < 0 else unknown & (away <= reach))
     flat = pixels.reshape(-1, pixels.shape[2])

@@ -40,8 +40,8 @@ def of(map: AnyMap, canvas: Canvas, tolerance: float, slopes: bool = True) -> Ba
     """
     if isinstance(map, HarmonicMap):
         edge = outline(map, OUTLINE_ERROR_PIXELS * min(canvas.step))
-        drawn = triangulated(map, ERROR_TEXELS / USUAL_ERROR_TEXELS * tolerance)
-        return TriangulatedPreimages(drawn, canvas, slopes, edge).band
+        triangulated_map = triangulated(map, ERROR_TEXELS / USUAL_ERROR_TEXELS * tolerance)
+        return TriangulatedPreimages(triangulated_map, canvas, slopes, edge).band
     if isinstance(map, TriangulatedMap):
         return TriangulatedPreimages(map, canvas, slopes).band
     return map.preimages(canvas, tolerance, slopes)

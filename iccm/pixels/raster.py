@@ -66,17 +66,17 @@ def eroded(values: NDArray, reach: int = 1) -> NDArray:
     return _extreme(values, reach, np.minimum)
 
 
-def _extreme(values: NDArray, reach: int, chosen: np.ufunc) -> NDArray:
+def _extreme(values: NDArray, reach: int, extremum: np.ufunc) -> NDArray:
     """Return the extreme value in a square, first within columns, then within rows."""
     height, width = values.shape
     within_columns = values.copy()
     for step in range(1, min(reach, height - 1) + 1):
-        chosen(within_columns[step:], values[:-step], out=within_columns[step:])
-        chosen(within_columns[:-step], values[step:], out=within_columns[:-step])
+        extremum(within_columns[step:], values[:-step], out=within_columns[step:])
+        extremum(within_columns[:-step], values[step:], out=within_columns[:-step])
     extreme = within_columns.copy()
     for step in range(1, min(reach, width - 1) + 1):
-        chosen(extreme[:, step:], within_columns[:, :-step], out=extreme[:, step:])
-        chosen(extreme[:, :-step], within_columns[:, step:], out=extreme[:, :-step])
+        extremum(extreme[:, step:], within_columns[:, :-step], out=extreme[:, step:])
+        extremum(extreme[:, :-step], within_columns[:, step:], out=extreme[:, :-step])
     return extreme
 
 
@@ -101,19 +101,19 @@ def resized_by_area(pixels: NDArray, size: tuple[int, int]) -> NDArray:
     return resized.reshape(size[1], size[0], *pixels.shape[2:])
 
 
-def _area_shares(count: int, kept: int) -> "csr_array":
-    """Return (kept, count) shares of each pixel of a line in the `kept` <= `count` pixels that replace it."""
+def _area_shares(count: int, new_count: int) -> "csr_array":
+    """Return (kept, count) shares of each pixel of a line in the `new_count` <= `count` pixels that replace it."""
     from scipy.sparse import csr_array
 
-    edges = np.arange(kept + 1) * (count / kept)
+    edges = np.arange(new_count + 1) * (count / new_count)
     first = np.floor(edges[:-1]).astype(np.int64)
     last = np.minimum(np.ceil(edges[1:]).astype(np.int64), count)
     spans = last - first
-    rows = np.repeat(np.arange(kept), spans)
+    rows = np.repeat(np.arange(new_count), spans)
     columns = np.arange(spans.sum()) - np.repeat(np.cumsum(spans) - spans - first, spans)
     overlap = np.minimum(columns + 1, edges[rows + 1]) - np.maximum(columns, edges[rows])
-    shares = (overlap * (kept / count)).astype(np.float32)
-    return csr_array((shares, (rows, columns)), shape=(kept, count))
+    shares = (overlap * (new_count / count)).astype(np.float32)
+    return csr_array((shares, (rows, columns)), shape=(new_count, count))
 
 
 def resized_linearly(pixels: NDArray, size: tuple[int, int]) -> Float:
@@ -142,15 +142,15 @@ def doubled(values: Float) -> Float:
     return upsampled
 
 
-def _interpolate(values: Float, before: Float, after: Float) -> None:
+def _interpolate(values: Float, upper: Float, lower: Float) -> None:
     """Interpolate a quarter of a pixel before and after the centre of each row of `values` (h, w), in place."""
     main = 0.75 * values
-    before[1:], after[:-1] = values[:-1], values[1:]
-    before[:1], after[-1:] = values[:1], values[-1:]
-    before *= 0.25
-    after *= 0.25
-    before += main
-    after += main
+    upper[1:], lower[:-1] = values[:-1], values[1:]
+    upper[:1], lower[-1:] = values[:1], values[-1:]
+    upper *= 0.25
+    lower *= 0.25
+    upper += main
+    lower += main
 
 
 def blurred(pixels: NDArray, sigma: float) -> Float:
@@ -201,9 +201,9 @@ class Pieces:
         """(p, 2) height and width of each component's bounding box."""
         return self.boxes[:, 2:] - self.boxes[:, :2]
 
-    def where(self, chosen: Flags) -> NDArray[np.bool_]:
+    def where(self, is_chosen: Flags) -> NDArray[np.bool_]:
         """Mark the pixels (h, w) of chosen components (p,)."""
-        return np.append(False, chosen)[self.labels]
+        return np.append(False, is_chosen)[self.labels]
 
 
 def pieces(mask: NDArray[np.bool_], *, diagonally: bool) -> Pieces:

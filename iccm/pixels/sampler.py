@@ -55,14 +55,14 @@ class Sampler:
         memory: Memory | None = None,
         threads: int | None = None,
     ):
-        for given, known, what in (
+        for value, values, option in (
             (filter, ("auto", *filters.FILTERS), "filter"),
             (kind, KINDS, "kind"),
             (edge, pyramid.EDGES, "edge"),
             (texture.transfer, ("srgb", "linear"), "transfer"),
         ):
-            if given not in known:
-                raise InputError(f"{what} {given!r}: must be one of {', '.join(known)}")
+            if value not in values:
+                raise InputError(f"{option} {value!r}: must be one of {', '.join(values)}")
         check_kind(kind, texture.pixels.shape[2])
         self.texture, self.kind, self.memory = texture, kind, memory or Memory()
         name = "cubic" if filter == "auto" else filter

@@ -56,9 +56,9 @@ def stmap(
 
     def rows(row: int) -> NDArray[np.float32]:
         band = source(row)
-        seen = band.coverage > 0
-        out = np.zeros((*seen.shape, 4), dtype=np.float32)
-        out[seen, :2], out[seen, 3] = st_of(lying, band.z[seen]), band.coverage[seen]
+        is_covered = band.coverage > 0
+        out = np.zeros((*is_covered.shape, 4), dtype=np.float32)
+        out[is_covered, :2], out[is_covered, 3] = st_of(lying, band.z[is_covered]), band.coverage[is_covered]
         return out
 
     starts = range(0, canvas.height, BAND_ROWS)
@@ -120,11 +120,11 @@ def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:
         raise InputError("stmap: contains no three adjacent pixels with positions")
     used, corners = np.unique(faces, return_inverse=True)
     source, image = z[used], canvas.centres().ravel()[used]
-    near = max(canvas.step) / diagonal(image)
+    margin = max(canvas.step) / diagonal(image)
     if mirrored:
-        map = TriangulatedMap(source.conj(), image, corners.reshape(-1, 3), (), near)
+        map = TriangulatedMap(source.conj(), image, corners.reshape(-1, 3), (), margin)
         return Transform(lambda z: map(z.conj()), lambda w: map.inverse(w).conj())
-    map = TriangulatedMap(source, image, corners.reshape(-1, 3), (), near)
+    map = TriangulatedMap(source, image, corners.reshape(-1, 3), (), margin)
     return Transform(map, map.inverse)
 
 
@@ -173,11 +173,13 @@ def _slope(z: NDArray[np.complex128], axis: int) -> NDArray[np.complex128]:
     pad = [(1, 1) if k == axis else (0, 0) for k in range(2)]
     wide = np.diff(np.pad(z, pad, constant_values=np.nan), axis=axis)
     n = z.shape[axis]
-    before, after = np.take(wide, range(n), axis), np.take(wide, range(1, n + 1), axis)
-    out = np.where(np.isnan(before), after, np.where(np.isnan(after), before, 0.5 * (before + after)))
-    low, high = np.minimum(np.abs(before), np.abs(after)), np.maximum(np.abs(before), np.abs(after))
+    backward, forward = np.take(wide, range(n), axis), np.take(wide, range(1, n + 1), axis)
+    out = np.where(
+        np.isnan(backward), forward, np.where(np.isnan(forward), backward, 0.5 * (backward + forward))
+    )
+    low, high = np.minimum(np.abs(backward), np.abs(forward)), np.maximum(np.abs(backward), np.abs(forward))
     seam = (high > JUMP_PICTURE_SHARE) & (
         high > STEEPER_RATIO * low
     )  # one of the neighbours belongs to another chart
-    out = np.where(seam, np.where(np.abs(before) < np.abs(after), before, after), out)
+    out = np.where(seam, np.where(np.abs(backward) < np.abs(forward), backward, forward), out)
     return np.nan_to_num(out, nan=0.0)

@@ -47,12 +47,12 @@ class TriangulatedPreimages:
         # Shared data are computed here, before threads use them.
         loops = [self.map.image[loop] for loop in self.map.loops] if self.outline is None else [self.outline]
         self.loop = self.canvas.pixels(_joined(loops))
-        drawn: slice | Index = slice(None)
+        drawing_order: slice | Index = slice(None)
         if self.map.seen is not None:
-            drawn = np.arange(self.map.seen)[::-1]  # triangles on top are drawn last
-        centres = self.canvas.pixels(self.map.corners[drawn]) - 0.5 * (1 + 1j)
+            drawing_order = np.arange(self.map.seen)[::-1]  # triangles on top are drawn last
+        centres = self.canvas.pixels(self.map.corners[drawing_order]) - 0.5 * (1 + 1j)
         self.corners = np.ascontiguousarray(centres, np.complex128)
-        self.powers = powers(self.corners, self.map.patches[drawn])
+        self.powers = powers(self.corners, self.map.patches[drawing_order])
         self.blocks = Blocks(self.canvas.width)
         self.top, self.bottom = (f(centres.imag, axis=1) for f in (np.min, np.max))
 
@@ -62,12 +62,12 @@ class TriangulatedPreimages:
         area = coverage_box(self.loop, row, rows, width)
         z, right, down, state = self.blocks.arrays(rows, width)
         state.fill(EMPTY)
-        chosen = np.flatnonzero((self.bottom >= row) & (self.top < row + rows))
-        reach = np.stack([self.top[chosen], self.bottom[chosen]], axis=1)
+        in_band = np.flatnonzero((self.bottom >= row) & (self.top < row + rows))
+        reach = np.stack([self.top[in_band], self.bottom[in_band]], axis=1)
         if not self.slopes:
             right = down = np.empty((0, 0), np.complex64)
         inside = _fill(
-            *(self.corners, self.powers, chosen, reach, chosen.size, row, rows, width),
+            *(self.corners, self.powers, in_band, reach, in_band.size, row, rows, width),
             *(area, z, right, down, self.slopes, state),
         )
         if not self.slopes:
@@ -89,9 +89,9 @@ class TriangulatedPreimages:
         state[~inside & (state == FILLED)] = EMPTY
         state[(state == EMPTY) & (band.coverage > 0) | back] = TOUCHED
         band.z[state == EMPTY] = complex(np.nan, np.nan)
-        lost = int(back.sum())
-        band.diagnostics.inside, band.diagnostics.fallback = int(inside.sum()), lost
-        band.diagnostics.edge -= lost  # they are not at the outline
+        reversed_count = int(back.sum())
+        band.diagnostics.inside, band.diagnostics.fallback = int(inside.sum()), reversed_count
+        band.diagnostics.edge -= reversed_count  # they are not at the outline
 
     def _touch(self, band: Band, pixels: NDArray[np.intp]) -> None:
         """Set the source points of pixels that the outline touches to the nearest boundary points.

@@ -157,12 +157,12 @@ class Warp:
             band = self.preimages(row)
             return self._finish(band), band.diagnostics
 
-        bytes_per_band, what = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
-        threads = self.sampler.memory.threads(threads, bytes_per_band, what)
+        bytes_per_band, purpose = band_bytes(self.canvas.width), f"rows of {self.canvas.width} pixels"
+        threads = self.sampler.memory.threads(threads, bytes_per_band, purpose)
         rows = range(0, self.canvas.height, BAND_ROWS)
-        for row, (block, seen) in zip(rows, in_order(finished, rows, threads)):
+        for row, (block, diagnostics) in zip(rows, in_order(finished, rows, threads)):
             progress.tell("resample", row, self.canvas.height)
-            self.diagnostics.add(seen)
+            self.diagnostics.add(diagnostics)
             yield block
 
     def _finish(self, band: Band) -> NDArray:
@@ -201,10 +201,10 @@ class Warp:
         )
         if positions.size:
             also = band.mixed
-            other = self.sampler.values(
+            second_values = self.sampler.values(
                 self._places(also.z[mixed_index], also.right[mixed_index], also.down[mixed_index])
             )
-            values[positions] += also.share[mixed_index, None] * (other - values[positions])
+            values[positions] += also.share[mixed_index, None] * (second_values - values[positions])
         return values
 
     def _places(self, z: Complex, right: NDArray[np.complex64], down: NDArray[np.complex64]) -> Places:
@@ -214,5 +214,5 @@ class Warp:
             return places
         dx, dy = self.canvas.step
         along = right / dx + 1j * down / dy  # the inverse's derivative: the map's angle, negated
-        turned = self.placing.places(z, along, -1j * along)
-        return places._replace(right=turned.right, down=turned.down)
+        rotated = self.placing.places(z, along, -1j * along)
+        return places._replace(right=rotated.right, down=rotated.down)

@@ -37,10 +37,10 @@ class Camera:
             distance: of the camera from the origin.
         """
         cosine, sine = np.cos(np.radians(turn)), np.sin(np.radians(turn))
-        turned = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
+        yaw = np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]])
         cosine, sine = np.cos(np.radians(pitch)), np.sin(np.radians(pitch))
         pitched = np.array([[1, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
-        rotation = pitched @ turned
+        rotation = pitched @ yaw
         return cls(rotation, rotation.T @ np.array([0, 0, distance]), distance)
 
     def depth(self, points: Real) -> Real:
@@ -49,7 +49,9 @@ class Camera:
         return depths
 
     def image(self, points: Real) -> Complex:
-        """Return (…) the images of points (…, 3); those behind the camera have none that means anything."""
-        seen = (points - self.centre) @ self.rotation.T
-        image = self.principal + self.focal * (seen[..., 0] + 1j * seen[..., 1]) / -seen[..., 2]
+        """Return (…) the images of points (…, 3); those of points behind the camera are meaningless."""
+        in_camera = (points - self.centre) @ self.rotation.T
+        image = (
+            self.principal + self.focal * (in_camera[..., 0] + 1j * in_camera[..., 1]) / -in_camera[..., 2]
+        )
         return np.asarray(image, np.complex128)

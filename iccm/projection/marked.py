@@ -195,13 +195,13 @@ def _start(
     axis = (upper[0] + upper[2] - lower[0] - lower[2]) / 2
     upright = axis / abs(axis)
     half_width = (abs(upper[2] - upper[0]) + abs(lower[2] - lower[0])) / 4
-    bent = [((edge[0] + edge[2]) / 2 - edge[1]) / upright for edge in (upper, lower)]
+    bends = [((edge[0] + edge[2]) / 2 - edge[1]) / upright for edge in (upper, lower)]
     scale = abs(axis) / surface.height
     sine = np.clip(half_width / (scale * surface.radius), 0.1, 0.98)
     half = float(np.arcsin(sine))
     if pitch is None:
         depth = scale * surface.radius * (1 - np.cos(half))
-        pitch = float(np.arcsin(np.clip(np.mean(np.real(bent)) / depth, -0.9, 0.9)))
+        pitch = float(np.arcsin(np.clip(np.mean(np.real(bends)) / depth, -0.9, 0.9)))
     roll = float(np.angle(upright / 1j))
     # the axis of the camera's rotation, first about x and then in the picture
     rotation = _vector(_rotation(np.array([0, 0, roll])) @ _rotation(np.array([pitch, 0, 0])))

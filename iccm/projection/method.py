@@ -76,16 +76,16 @@ def solve(source: View, target: View, names: tuple[str, str] = ("source", "targe
         Nothing of the sheet is seen in both pictures.
     """
     views = source, target
-    sizes = [label_size(view, _aspect(other)) for view, other in zip(views, views[::-1])]
-    seen = list[shapely.Geometry]()
+    sizes = [label_size(view, _aspect(partner)) for view, partner in zip(views, views[::-1])]
+    visible = list[shapely.Geometry]()
     for view, size, name in zip(views, sizes, names):
         with naming(name):
-            seen.append(view.visible(size))
+            visible.append(view.visible(size))
     # the mesh is made in the chart of the side that is not flat, in which its triangles have a good shape
     base = 0 if isinstance(target, Canvas | Planar) else 1
-    region, other = seen[base], seen[1 - base]
-    if not other.equals(rectangle(sizes[1 - base])):
-        region = region.intersection(_rescaled(other, sizes[1 - base], sizes[base]))
+    region, partner = visible[base], visible[1 - base]
+    if not partner.equals(rectangle(sizes[1 - base])):
+        region = region.intersection(_rescaled(partner, sizes[1 - base], sizes[base]))
     parts = sorted(
         (part for part in shapely.get_parts(region) if part.geom_type == "Polygon" and part.area > 0),
         key=lambda part: -part.area,

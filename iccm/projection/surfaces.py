@@ -198,10 +198,10 @@ class Ball:
         ring = np.append(ring, 1j * (high - share * high))
         cells = np.asarray((s + 1j * t).ravel()[:, None] + ring, np.complex128)
         points = self.place(cells) @ (centre / away) / self.radius
-        near = cells[(points > np.cos(angle)).any(axis=1)]
-        if not len(near):
+        facing = cells[(points > np.cos(angle)).any(axis=1)]
+        if not len(facing):
             return shapely.Polygon()
-        charted = self._charted(near, centre)
+        charted = self._charted(facing, centre)
         parts = shapely.polygons(np.stack([charted.real, charted.imag], axis=-1))
         region = shapely.union_all(parts, grid_size=CHART_GRID_SHARE * self.radius).intersection(cap)
         if width < self._widest[0]:

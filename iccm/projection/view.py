@@ -100,9 +100,9 @@ class Planar:
         """(3, 3) the homography from the unit square, y down, to the picture (Heckbert, *Fundamentals of texture
         mapping and image warping*, 1989, section 2.2.3)."""
         p = self.corners
-        total, side, other = p[0] - p[1] + p[2] - p[3], p[1] - p[2], p[3] - p[2]
-        across = (side.conjugate() * other).imag
-        g = (total.conjugate() * other).imag / across
+        total, side, opposite = p[0] - p[1] + p[2] - p[3], p[1] - p[2], p[3] - p[2]
+        across = (side.conjugate() * opposite).imag
+        g = (total.conjugate() * opposite).imag / across
         h = (side.conjugate() * total).imag / across
         a, b = p[1] - p[0] + g * p[1], p[3] - p[0] + h * p[3]
         return np.array([[a.real, b.real, p[0].real], [a.imag, b.imag, p[0].imag], [g, h, 1]])

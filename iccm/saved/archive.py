@@ -25,12 +25,12 @@ HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 
 @contextmanager
-def opened(path: str | PathLike, *, other: str, damaged: str) -> Iterator[zipfile.ZipFile]:
+def opened(path: str | PathLike, *, otherwise: str, damaged: str) -> Iterator[zipfile.ZipFile]:
     """Yield an archive, opened for the block.
 
     Args:
         path: the file.
-        other: end of the message if it is not an archive.
+        otherwise: end of the message if it is not an archive.
         damaged: beginning of the message for an error in the block, such as of a damaged array.
 
     Raises:
@@ -46,7 +46,7 @@ def opened(path: str | PathLike, *, other: str, damaged: str) -> Iterator[zipfil
     except OSError as error:
         raise InputError(f"{path}: cannot read this file: {error.strerror or error}") from error
     except zipfile.BadZipFile as error:
-        raise InputError(f"{path}: {other}") from error
+        raise InputError(f"{path}: {otherwise}") from error
     except (
         ValueError,
         KeyError,
@@ -95,11 +95,11 @@ def _read_array(file: Any, size: int) -> Any:
         raise InputError("not an array in NumPy's format 1.0 or 2.0") from error
     if dtype.hasobject or not dtype.itemsize or min(shape, default=0) < 0:
         raise InputError("contains Python objects, or values without a size")
-    left, claimed = size - counted.count, math.prod(shape) * dtype.itemsize
-    if claimed != left:
-        raise InputError(f"its header promises {claimed} bytes, but {left} follow")
-    data = file.read(left)
-    if len(data) != left:
+    available, claimed = size - counted.count, math.prod(shape) * dtype.itemsize
+    if claimed != available:
+        raise InputError(f"its header promises {claimed} bytes, but {available} follow")
+    data = file.read(available)
+    if len(data) != available:
         raise EOFError("truncated")
     array = np.frombuffer(data, dtype).copy()  # frombuffer returns a read-only array
     return array.reshape(shape[::-1]).T if by_columns else array.reshape(shape)

@@ -58,9 +58,9 @@ def _band(map: TriangulatedMap, canvas: Canvas, loops: list[Complex], row: int) 
         area, inside = np.maximum(area - hole, 0), inside & ~within
     z = np.full(area.shape, complex(np.nan, np.nan))
     right, down = (np.full(area.shape, complex(np.nan, np.nan), np.complex64) for _ in range(2))
-    seen = area > 0
+    is_covered = area > 0
     dx, dy = canvas.step
-    z[seen], by_z, by_conj = map.extended_jet(canvas.centres(row, rows)[seen])
-    right[seen], down[seen] = (by_z + by_conj) * dx, -1j * (by_z - by_conj) * dy
-    count = int((seen & inside).sum())
-    return Band(row, area, z, right, down, Diagnostics(count, int(seen.sum()) - count))
+    z[is_covered], by_z, by_conj = map.extended_jet(canvas.centres(row, rows)[is_covered])
+    right[is_covered], down[is_covered] = (by_z + by_conj) * dx, -1j * (by_z - by_conj) * dy
+    count = int((is_covered & inside).sum())
+    return Band(row, area, z, right, down, Diagnostics(count, int(is_covered.sum()) - count))

@@ -153,7 +153,7 @@ def read(path: str | PathLike) -> MapFile:
     """
     with opened(
         path,
-        other="not a saved map (not an archive of arrays); iccm map -o map.npz writes one",
+        otherwise="not a saved map (not an archive of arrays); iccm map -o map.npz writes one",
         damaged="damaged or invalid map",
     ) as archive:
         return _Archive(archive).map_file()
@@ -233,10 +233,10 @@ class _Archive(Archive):
         for name, plane in (("vertices", source), ("images", image)):
             if (triangle_areas(plane[faces]) < 0).any():
                 raise InputError(f"{name}: some triangles are flipped")
-        near = float(self.array("near", "float64", 0))
-        if not 0 <= near <= 1:
-            raise InputError(f"near: {near:g} is not a share of the diagonal")
-        return TriangulatedMap(source, image, faces, loops, near, bulge)
+        margin = float(self.array("near", "float64", 0))
+        if not 0 <= margin <= 1:
+            raise InputError(f"near: {margin:g} is not a share of the diagonal")
+        return TriangulatedMap(source, image, faces, loops, margin, bulge)
 
     def harmonic(self) -> HarmonicMap:
         polygon, phi, psi = (self.array(name, "complex128") for name in ("polygon", "phi", "psi"))

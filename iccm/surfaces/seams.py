@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import Complex, Index, Real
 from ..errors import InputError
 from ..flattening import even_layout, flatten
-from ..meshes.cut import cut_along_path, cut_through, way_through
+from ..meshes.cut import cut_along_path, cut_through, path_through
 from ..meshes.disk_patch import nearest, sound_piece
 from ..meshes.flatten import Flattening
 from ..meshes.geodesics import GeodesicGraph
@@ -121,7 +121,7 @@ def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
     if len(stops) < FEWEST_STOPS or len(target.faces) > COARSE_TRIANGLES:
         return None
     try:
-        path = way_through(target, stops[:, 1].tolist())
+        path = path_through(target, stops[:, 1].tolist())
         opening = with_way(source, same_way(source, target, stops, path))
         if opening is None:
             return None

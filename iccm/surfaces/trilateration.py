@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import Flags, Index, Real
-from ..meshes.cut import way_through
+from ..meshes.cut import path_through
 from ..meshes.geodesics import GeodesicGraph
 from ..meshes.locate import barycentric
 from ..meshes.mesh import Mesh, face_areas
@@ -86,11 +86,11 @@ def same_way(source: Patch, target: Patch, stops: Index, path: list[int]) -> Rea
         np.arange(3 * len(fine_source.faces)).reshape(-1, 3),
     )
     ends = [path.index(stop) for stop in stops[:, 1]]
-    dear = [
+    length_factors = [
         1 + (_off(source_distances, target_distances[path[i : j + 1]]) / ASTRAY_DISTANCE_SHARE) ** 2
         for i, j in pairwise(ends)
     ]
-    points_on_path = points[way_through(whole, stops[:, 0].tolist(), dear)]
+    points_on_path = points[path_through(whole, stops[:, 0].tolist(), length_factors)]
     return points_on_path[_on_edges(source, points_on_path)]
 
 

@@ -153,7 +153,7 @@ def carry_frames(
         drawing.finish()
         ElementTree.ElementTree(drawing.out).write(frame.path, encoding="utf-8", xml_declaration=True)
         notes |= dict(drawing.notes + mapping.notes)
-    return tuple(f"{number} × {what}" for what, number in sorted(notes.items()))
+    return tuple(f"{number} × {note}" for note, number in sorted(notes.items()))
 
 
 def is_drawn(path: Path) -> bool:

@@ -22,7 +22,7 @@ _PLACED |= {"clip-path", "clipPathUnits", "mask", "maskUnits", "maskContentUnits
 _PLACED |= {"version", "baseProfile", "requiredExtensions", "requiredFeatures", "systemLanguage"}
 
 
-def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict[str, str]:
+def remaining_attributes(document: Document, element: Element, tag: str, *, named: bool) -> dict[str, str]:
     """Return the attributes of an element that becomes a `tag`: without position and scripts; an id only if `named`.
 
     Style sheet rules that matched its old tag or id, and no longer match, are added to its own style.
@@ -33,15 +33,15 @@ def kept(document: Document, element: Element, tag: str, *, named: bool) -> dict
         remaining.pop("id", None)
     sheet = document.sheet
     nothing = css.Style()
-    before, after = (
+    full_style, simple_style = (
         (sheet.style(element), sheet.simple_style(tag, remaining)) if sheet else (nothing, nothing)
     )
-    style = before.only(k for k, v in before.items() if after.get(k) != v)
-    style.add({k: attributes.get(k, "inherit") for k in after if k not in before})
+    style = full_style.only(k for k, v in full_style.items() if simple_style.get(k) != v)
+    style.add({k: attributes.get(k, "inherit") for k in simple_style if k not in full_style})
     style.add(css.declarations(remaining.pop("style", "")))
     style = style.only(k for k in style if k not in _PLACED)
-    if "transform" in after:
-        style.add(css.Style({"transform": "none"}, after.important.intersection(["transform"])))
+    if "transform" in simple_style:
+        style.add(css.Style({"transform": "none"}, simple_style.important.intersection(["transform"])))
     remaining |= {k: v for k, v in element.attrib.items() if k in _NAMED}
     return remaining | ({"style": style.text()} if style else {})
 
@@ -52,8 +52,8 @@ def settled(document: Document) -> Document:
     if sheet is None or not sheet.contextual:
         return document
     styles = [(e, sheet.style(e), sheet.simple_style(local(e), e.attrib)) for e in document.top.iter()]
-    for element, before, after in styles:
-        if style := before.only(k for k, v in before.items() if after.get(k) != v):
+    for element, full_style, simple_style in styles:
+        if style := full_style.only(k for k, v in full_style.items() if simple_style.get(k) != v):
             element.set("style", style.add(css.declarations(element.get("style", ""))).text())
         if local(element) == "style":
             element.text = sheet.without_contextual("".join(element.itertext()))

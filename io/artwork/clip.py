@@ -273,8 +273,8 @@ def is_flat(pieces: Sequence[Part]) -> bool:
     """Return whether a subpath stays on a straight line, so that its fill paints nothing."""
     z = np.concatenate([piece.at(np.linspace(0, 1, 17)) for piece in pieces])
     away = z - z[0]
-    far = away[np.argmax(np.abs(away))]
-    return bool(np.abs(cross(far, away)).max() <= FLAT_LENGTH_SHARE * abs(far) ** 2)
+    farthest = away[np.argmax(np.abs(away))]
+    return bool(np.abs(cross(farthest, away)).max() <= FLAT_LENGTH_SHARE * abs(farthest) ** 2)
 
 
 def _point_in(hole: Curve) -> complex:

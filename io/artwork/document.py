@@ -392,7 +392,7 @@ class MappedDocument:
     def _styled(self, node: Node, tag: str) -> dict[str, str]:
         """Return the attributes that a node keeps; without an id if it might occur twice."""
         once = not node.copied_from and not self.copy and tag not in ("clipPath", "mask")
-        return attributes.kept(self.document, node.element, tag, named=once)
+        return attributes.remaining_attributes(self.document, node.element, tag, named=once)
 
     @staticmethod
     def _nested(parent: Element, attributes: dict[str, str]) -> Element:

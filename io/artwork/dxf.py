@@ -153,7 +153,7 @@ def carry(
         document.header["$INSUNITS"], document.header["$MEASUREMENT"] = MILLIMETRES_CODE, 1
         document.audit()
         document.saveas(output)
-    notes = [f"{number} × {what}" for what, number in sorted(drawing.notes.items())]
+    notes = [f"{number} × {note}" for note, number in sorted(drawing.notes.items())]
     if target.millimetres is None:
         notes.append(f"{target.spec}: does not state a unit; one unit is written as 1 mm")
     return (*notes, f"lines are within {within * unit:.3g} mm of their exact images")
@@ -329,35 +329,35 @@ class MappedDxf:
             number += 1
         return blocks.new(f"{name}_{number}")
 
-    def _write_lines(self, drawn: DrawnEntity, layout: Any, base: complex, kept_ids: set[int]) -> Complex:
-        image = self.fitted.of(drawn)
+    def _write_lines(self, item: DrawnEntity, layout: Any, base: complex, kept_ids: set[int]) -> Complex:
+        image = self.fitted.of(item)
         placements = image.fills or image.lines
         if not placements or not np.isfinite(image.w).all():
             self.notes[LOST if placements else OUTSIDE] += 1
             return np.empty(0, complex)
         self.notes[CUT] += image.cut
-        share = CLOSED_TOLERANCE_SHARE if drawn.closed else OPEN_TOLERANCE_SHARE
+        share = CLOSED_TOLERANCE_SHARE if item.closed else OPEN_TOLERANCE_SHARE
         similarity = _similarity(image.z, image.w)
         if not image.cut and similarity.error <= share * self.mapping.tolerance:
-            self._move(drawn.entity, similarity, layout, base, kept_ids)
+            self._move(item.entity, similarity, layout, base, kept_ids)
             return self._numbers(image.w)
-        attributes = drawn.entity.graphic_properties()
-        if drawn.filled:
-            self._add_area(drawn, image, layout, base, attributes, kept_ids)
+        attributes = item.entity.graphic_properties()
+        if item.filled:
+            self._add_area(item, image, layout, base, attributes, kept_ids)
         else:
             for placement, pieces in zip(image.lines, image.line_fits):
                 if image.as_splines:
                     self._add_spline(pieces, layout, base, attributes)
                 else:
                     width = (
-                        _width(drawn.entity) * abs(similarity.alpha) * self.source.scale / self.target.scale
+                        _width(item.entity) * abs(similarity.alpha) * self.source.scale / self.target.scale
                     )
-                    self._add_polyline(drawn, placement, pieces, layout, base, attributes, width)
+                    self._add_polyline(item, placement, pieces, layout, base, attributes, width)
         return self._numbers(image.w)
 
     def _add_polyline(
         self,
-        drawn: DrawnEntity,
+        item: DrawnEntity,
         placement: Placement,
         pieces: Sequence[tuple[Complex, Real]],
         layout: Any,
@@ -367,7 +367,7 @@ class MappedDxf:
     ) -> None:
         """Add the image of lines and arcs: as a line or an arc if it is one, else as a polyline."""
         vertices, bulges = self._polyline(pieces, base)
-        kind = drawn.entity.dxftype()
+        kind = item.entity.dxftype()
         if kind == "LINE" and bulges.size == 1:
             layout.add_line(*([z.real, z.imag] for z in vertices), dxfattribs=attributes)
         elif kind == "ARC" and bulges.size == 1 and bulges[0]:
@@ -398,7 +398,7 @@ class MappedDxf:
 
     def _add_area(
         self,
-        drawn: DrawnEntity,
+        item: DrawnEntity,
         image: _Image,
         layout: Any,
         base: complex,
@@ -406,14 +406,14 @@ class MappedDxf:
         kept_ids: set[int],
     ) -> None:
         """Replace the boundary of a hatch; other filled areas become solid hatches."""
-        if drawn.entity.dxftype() == "HATCH":
-            hatch = drawn.entity
+        if item.entity.dxftype() == "HATCH":
+            hatch = item.entity
             hatch.paths.clear()
             hatch.dxf.associative = 0
             hatch.dxf.elevation, hatch.dxf.extrusion = (0, 0, 0), (0, 0, 1)
             self._keep(hatch, layout, kept_ids)
         elif self.document.dxfversion == R12:
-            self.notes[f"{drawn.entity.dxftype()}, omitted"] += 1
+            self.notes[f"{item.entity.dxftype()}, omitted"] += 1
             return
         else:
             hatch = layout.add_hatch(dxfattribs=attributes)
@@ -459,8 +459,8 @@ class MappedDxf:
     def _matrix(self, similarity: _Similarity, base: complex) -> Any:
         """Return the matrix of ezdxf for a similarity of core planes."""
         factor = similarity.alpha * self.source.scale / self.target.scale
-        moved = similarity.alpha * self.source.foot + similarity.beta
-        move = self._numbers(np.array([moved]))[0] - base
+        origin = similarity.alpha * self.source.foot + similarity.beta
+        move = self._numbers(np.array([origin]))[0] - base
         a, b = factor.real, factor.imag
         rows = [a, b, 0, 0, -b, a, 0, 0, 0, 0, abs(factor), 0, move.real, move.imag, 0, 1]
         return self.ezdxf.math.Matrix44([float(x) for x in rows])
@@ -471,8 +471,8 @@ class MappedDxf:
         for region in self.mapping.regions.all:
             if shapely.contains_xy(region.domain.reach, z.real, z.imag):
                 place = np.array([z])
-                moved, w, alpha, beta = region.jet(place)
-                images = w + alpha * (place - moved) + beta * (place - moved).conj()
+                foot, w, alpha, beta = region.jet(place)
+                images = w + alpha * (place - foot) + beta * (place - foot).conj()
                 if np.isfinite(images[0]) and np.isfinite(alpha[0]) and alpha[0]:
                     factor = alpha[0]
                     return _Similarity(
@@ -587,8 +587,8 @@ def _images(prepared: Prepared, segment: NDArray[np.intp], t: Real) -> tuple[Com
     The outline of the domain is flattened, but that of the drawing is not.
     """
     z = prepared.places(segment, t)
-    moved, w, alpha, beta = prepared.jet(segment, z)
-    away = z - moved
+    foot, w, alpha, beta = prepared.jet(segment, z)
+    away = z - foot
     return z, np.where(away == 0, w, w + alpha * away + beta * away.conj())
 
 

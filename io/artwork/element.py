@@ -61,8 +61,8 @@ class MappedElement:
         """Ends of straight segments and points along the others; they determine its box to about a thousandth."""
         pieces = [piece for run in self.runs for piece in run.pieces]
         straight = [(run.start, *(piece.last() for piece in run.pieces)) for run in self.runs]
-        bent = [piece.at(np.linspace(0, 1, 33)) for piece in pieces if piece.bend()]
-        return np.concatenate([np.concatenate(straight), *bent])
+        curved = [piece.at(np.linspace(0, 1, 33)) for piece in pieces if piece.bend()]
+        return np.concatenate([np.concatenate(straight), *curved])
 
     def write(
         self,

@@ -129,10 +129,10 @@ def size_of(address: str) -> tuple[bytes, int, int] | None:
     try:
         with pillow.opened(content, "embedded picture", pillow.EMBEDDED) as image:
             width, height = image.size
-            turned = image.getexif().get(0x0112, 1) > 4
+            is_sideways = image.getexif().get(0x0112, 1) > 4
     except InputError:
         return None
-    return (content, height, width) if turned else (content, width, height)
+    return (content, height, width) if is_sideways else (content, width, height)
 
 
 def placed(place: Rectangle, size: tuple[float, float], aspect: str) -> tuple[Affine, Rectangle]:
@@ -142,9 +142,9 @@ def placed(place: Rectangle, size: tuple[float, float], aspect: str) -> tuple[Af
         InputError: `aspect` is malformed.
     """
     fit = affine.viewport(place, (0.0, 0.0, *size), aspect or "xMidYMid")
-    corner, far = fit(0j), fit(complex(*size))
+    corner, opposite = fit(0j), fit(complex(*size))
     left, top = max(corner.real, place[0]), max(corner.imag, place[1])
-    right, bottom = min(far.real, place[0] + place[2]), min(far.imag, place[1] + place[3])
+    right, bottom = min(opposite.real, place[0] + place[2]), min(opposite.imag, place[1] + place[3])
     return fit, (left, top, right - left, bottom - top)
 
 
@@ -254,9 +254,9 @@ def _conjugated(map: Affine) -> Affine:
     )
 
 
-def _address(image: Image, before: str) -> str:
+def _address(image: Image, old_address: str) -> str:
     """Return the picture as a data: address; as JPEG if it was one and has no transparency, else as PNG."""
-    lossy = image.alpha < 0 and before[:16].lower().startswith("data:image/jp")
+    lossy = image.alpha < 0 and old_address[:16].lower().startswith("data:image/jp")
     kind, content = ("jpeg", image_files.as_jpeg(image)) if lossy else ("png", image_files.as_png(image))
     return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 

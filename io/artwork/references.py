@@ -55,11 +55,11 @@ def confine(top: Element) -> int:
         if local(element) == "style":
             text = "".join(element.itertext())
             element[:] = []
-            element.text, lost = sheet(text)
-            left_out += lost
+            element.text, removed_count = sheet(text)
+            left_out += removed_count
         for name, value in list(element.attrib.items()):
-            new_value, lost = _attribute(name, value)
-            left_out += lost
+            new_value, removed_count = _attribute(name, value)
+            left_out += removed_count
             if new_value is None:
                 del element.attrib[name]
             else:
@@ -88,9 +88,9 @@ def style(text: str) -> tuple[str, int]:
 def _confined(
     keep: Callable[..., Iterator[Any]], parse: Callable[[str], list[Any]], text: str
 ) -> tuple[str, int]:
-    lost: list[Any] = []
+    removed: list[Any] = []
     try:
-        return tinycss2.serialize(list(keep(parse(text), lost))), len(lost)
+        return tinycss2.serialize(list(keep(parse(text), removed))), len(removed)
     except (ValueError, RecursionError):  # numbers of thousands of digits, deep nesting
         return "", 1
 
@@ -119,29 +119,29 @@ def _attribute(name: str, value: str) -> tuple[str | None, int]:
         return None, 1
 
 
-def _rules(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
+def _rules(nodes: list[Any], removed: list[Any]) -> Iterator[Any]:
     for node in nodes:
         # @import, in any form
         if node.type == "at-rule" and node.lower_at_keyword not in NESTED | HOLDING | INERT:
-            lost.append(node)
+            removed.append(node)
             continue
         if node.type == "qualified-rule":
-            node.content = list(_declarations(tinycss2.parse_blocks_contents(node.content), lost))
+            node.content = list(_declarations(tinycss2.parse_blocks_contents(node.content), removed))
         elif node.type == "at-rule" and node.content is not None:
             if node.lower_at_keyword in NESTED:
-                node.content = list(_rules(tinycss2.parse_rule_list(node.content), lost))
+                node.content = list(_rules(tinycss2.parse_rule_list(node.content), removed))
             else:
-                node.content = list(_declarations(tinycss2.parse_blocks_contents(node.content), lost))
+                node.content = list(_declarations(tinycss2.parse_blocks_contents(node.content), removed))
         elif node.type == "error":
-            lost.append(node)
+            removed.append(node)
             continue
         if node.type in ("qualified-rule", "at-rule") and _leads_out(node.prelude, node.type == "at-rule"):
-            lost.append(node)
+            removed.append(node)
             continue
         yield node
 
 
-def _declarations(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
+def _declarations(nodes: list[Any], removed: list[Any]) -> Iterator[Any]:
     """Yield declarations without external references as text; nested rules and unreadable content are dropped."""
     first = True
     for node in nodes:
@@ -152,7 +152,7 @@ def _declarations(nodes: list[Any], lost: list[Any]) -> Iterator[Any]:
             yield from tinycss2.parse_component_value_list(text if first else f";{text}")
             first = False
         else:
-            lost.append(node)
+            removed.append(node)
 
 
 def _leads_out(values: list[Any], inert: bool = False) -> bool:

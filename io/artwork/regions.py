@@ -52,17 +52,17 @@ class Region:
         """Return points, moved to the outline where they are outside, and what the map's function has there."""
         z = z.copy()
         values = evaluate(z)
-        far = float(np.abs(self.rims[0].z).max())
+        extent = float(np.abs(self.rims[0].z).max())
         for inward in (
             0.0,
-            1e-9 * self.map.diagonal + 8 * np.spacing(far),
+            1e-9 * self.map.diagonal + 8 * np.spacing(extent),
         ):  # retry a little further inside if rounding leaves a point outside
-            lost = np.flatnonzero(np.isnan(values[0]))
-            if not lost.size:
+            outside = np.flatnonzero(np.isnan(values[0]))
+            if not outside.size:
                 break
-            z[lost] = self._on_rim(z[lost], inward)
-            for into, corrected in zip(values, evaluate(z[lost])):
-                into[lost] = corrected
+            z[outside] = self._on_rim(z[outside], inward)
+            for into, corrected in zip(values, evaluate(z[outside])):
+                into[outside] = corrected
         return z, *values
 
     def _on_rim(self, z: Complex, inward: float) -> Complex:

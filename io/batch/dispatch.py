@@ -60,7 +60,7 @@ class _Running:
     attempt: int = 1
     began: float = 0.0
     alone: bool = False  # after its worker, or that of its bundle, has died
-    before: str = ""  # the map of the previous frame
+    previous_map: str = ""  # the map of the previous frame
 
 
 def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True) -> list[Task]:
@@ -123,7 +123,9 @@ def execute(
     # of a sequence waits for the previous frame, by whose number it is found, and becomes pending when that ends.
     pending = deque(_Running(task) for task in tasks if not task.after)
     waiting = {
-        task.after: _Running(task, before=_map_of(tasks[task.after - 1])) for task in tasks if task.after
+        task.after: _Running(task, previous_map=_map_of(tasks[task.after - 1]))
+        for task in tasks
+        if task.after
     }
     running: dict[Future, list[_Running]] = {}
     keys: dict[int, str] = {}  # journal keys of the jobs that have begun, by number
@@ -196,8 +198,8 @@ def _release(
     item = waiting.pop(record["job"], None)
     if item is None:
         return
-    if record["outputs"] and item.before:
-        item.task = item.task.with_job(item.task.job.model_copy(update={"start": item.before}))
+    if record["outputs"] and item.previous_map:
+        item.task = item.task.with_job(item.task.job.model_copy(update={"start": item.previous_map}))
     else:
         warn(
             f"{item.task.place}: {item.task.name}: the previous frame has no map, so this one is "
@@ -214,8 +216,8 @@ def _map_of(task: Task) -> str:
 def _tell(running: dict[Future, list[_Running]], pending: int, count: int) -> None:
     """Report the names of running jobs, and the number of completed ones."""
     names = [item.task.name for items in running.values() for item in items]
-    more = f" and {len(names) - NAMED_JOBS} more" if len(names) > NAMED_JOBS else ""
-    progress.tell(", ".join(names[:NAMED_JOBS]) + more or "jobs", count - pending - len(names), count)
+    others = f" and {len(names) - NAMED_JOBS} more" if len(names) > NAMED_JOBS else ""
+    progress.tell(", ".join(names[:NAMED_JOBS]) + others or "jobs", count - pending - len(names), count)
 
 
 def _capacity(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:
@@ -308,8 +310,8 @@ def _collect(
     """
     if not running:
         return
-    done, _ = wait(running, timeout=patience, return_when=FIRST_COMPLETED)
-    for future in done:
+    finished, _ = wait(running, timeout=patience, return_when=FIRST_COMPLETED)
+    for future in finished:
         yield running.pop(future), _answers(future)
     if policy.timeout is None:
         return

@@ -51,9 +51,9 @@ class Globs:
             return
         names = [first]
         if glob.has_magic(first):
-            seen = [entry.name for entry in self._entries(folder)]
+            entries = [entry.name for entry in self._entries(folder)]
             dotted = first.startswith(".")
-            names = [name for name in fnmatch.filter(seen, first) if dotted or not name.startswith(".")]
+            names = [name for name in fnmatch.filter(entries, first) if dotted or not name.startswith(".")]
         for name in names:
             path = os.path.join(folder, name)
             if deeper:

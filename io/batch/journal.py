@@ -50,12 +50,12 @@ class Journal:
         self._finished: dict[str, int] = {}
         self._begun: set[str] = set()
         self._left: set[str] = set()
-        gone = lru_cache(_has_ended)
+        has_ended = lru_cache(_has_ended)
         for start, line in self._lines():
             if line.get("event") == "begun":
                 outputs = [str(path) for path in _list(line, "outputs")]
                 self._begun.update(outputs)
-                self._left.update(outputs if gone(*_by(line)) else ())
+                self._left.update(outputs if has_ended(*_by(line)) else ())
             elif line.get("event") == "finished" and isinstance(line.get("key"), str):
                 self._finished[line["key"]] = start
 
@@ -66,9 +66,9 @@ class Journal:
         if line is None or line.get("key") != key:
             return None
         result = _result(line.get("result"))
-        named = {self._relative(path) for path in job.outputs}
+        paths = {self._relative(path) for path in job.outputs}
         if result is None or not all(
-            self._is_inside(o["path"]) or o["path"] in named for o in result["outputs"]
+            self._is_inside(o["path"]) or o["path"] in paths for o in result["outputs"]
         ):
             return None
         return result if all(map(self._intact, result["outputs"])) else None
@@ -95,9 +95,9 @@ class Journal:
         Only files of batches that ran on this machine and have ended are removed, and only in the journal's folder or
         beside the given `outputs`.
         """
-        named = {self._relative(path) for path in outputs}
-        left = [path for path in sorted(self._left) if self._is_inside(path) or path in named]
-        return files.sweep(self.path.parent / path for path in left)
+        paths = {self._relative(path) for path in outputs}
+        leftover = [path for path in sorted(self._left) if self._is_inside(path) or path in paths]
+        return files.sweep(self.path.parent / path for path in leftover)
 
     def finish(self, key: str, result: dict[str, Any]) -> None:
         """Record the result of a job, which includes its outputs with their hashes."""

@@ -107,9 +107,9 @@ class Entry:
     @property
     def whole(self) -> dict[str, Any]:
         """All of its values except the command; defaults that only apply to other commands are left out."""
-        others = {key for kind in KINDS.values() for key in kind.rows} - self.kind.rows.keys()
+        foreign_keys = {key for kind in KINDS.values() for key in kind.rows} - self.kind.rows.keys()
         defaults, values = _with_todays_names(self.defaults), _with_todays_names(self.values)
-        merged = {key: value for key, value in defaults.items() if key not in others} | values
+        merged = {key: value for key, value in defaults.items() if key not in foreign_keys} | values
         return {key: value for key, value in merged.items() if key != "command"}
 
     @property
@@ -239,14 +239,14 @@ def _tasks(
             f"{entry.at(old)}: {old}: former name of {new}, which is also given; remove it"
             for old, new in duplicates
         ]
-        before = 0
+        predecessor = 0
         for values in _expand(entry, base, globs, mistakes):
             if len(tasks) >= limits.JOBS:
                 raise ManifestError([f"{name}: contains more than {limits.JOBS} jobs; split the manifest"])
             task = _task(len(tasks) + 1, entry, values, mistakes)
             if task:
-                tasks.append(replace(_place(task, root, outside, mistakes), after=before))
-                before = task.number if entry.whole.get("sequence") else 0
+                tasks.append(replace(_place(task, root, outside, mistakes), after=predecessor))
+                predecessor = task.number if entry.whole.get("sequence") else 0
     _check_distinct(
         tasks, {os.path.realpath(path): description for path, description in _reserved(name, root)}, mistakes
     )
@@ -514,8 +514,8 @@ def _fields(key: str, spec: Any) -> dict[str, str]:
         name = short_name(spec)
         return {f"{key}.stem": name, f"{key}.name": name, f"{key}.id": ""}
     parsed = Spec.of(spec if isinstance(spec, str) else "")
-    chosen = re.sub(r"[^\w.-]", "_", parsed.chosen or "")
-    return {f"{key}.stem": parsed.path.stem, f"{key}.name": parsed.path.name, f"{key}.id": chosen}
+    id_text = re.sub(r"[^\w.-]", "_", parsed.chosen or "")
+    return {f"{key}.stem": parsed.path.stem, f"{key}.name": parsed.path.name, f"{key}.id": id_text}
 
 
 def _default_output(kind: type[Described], values: dict[str, Any]) -> Any:
@@ -559,8 +559,8 @@ def _place(task: Task, root: Path, outside: bool, mistakes: list[str]) -> Task:
             "stdout; name a file"
         )
     real = Path(os.path.realpath(root))
-    moved = {name: os.path.join(root, name) for name in job.outputs}
-    for name, path in moved.items():
+    paths = {name: os.path.join(root, name) for name in job.outputs}
+    for name, path in paths.items():
         if os.path.isdir(path):
             mistakes.append(f"{task.place}: output: {path}: is a folder; name a file in it")
         if not outside and not Path(os.path.realpath(path)).is_relative_to(real):
@@ -568,8 +568,8 @@ def _place(task: Task, root: Path, outside: bool, mistakes: list[str]) -> Task:
                 f"{task.place}: output: {name} lies outside {root}; choose another --root, or allow it "
                 "with --allow-outside"
             )
-    values: dict[str, Any] = {field: moved.get(getattr(job, field) or "") for field in job.written}
-    values["output"] = tuple(moved.get(name, name) for name in job.output)
+    values: dict[str, Any] = {field: paths.get(getattr(job, field) or "") for field in job.written}
+    values["output"] = tuple(paths.get(name, name) for name in job.output)
     return task.with_job(job.model_copy(update=values))
 
 
@@ -595,10 +595,8 @@ def _check_distinct(tasks: list[Task], reserved: dict[str, str], mistakes: list[
                 conflict = (
                     f"{writer.place} writes the same file" if writer is not task else "the job names it twice"
                 )
-                if (same := _name_in(writer, real)) != real:
-                    conflict = (
-                        f"{writer.place} writes {same}, which is the same file on case-insensitive disks"
-                    )
+                if (other_name := _name_in(writer, real)) != real:
+                    conflict = f"{writer.place} writes {other_name}, which is the same file on case-insensitive disks"
                 mistakes.append(
                     f"{task.place}: output: {path}: {conflict}; use a template such as {{source.stem}}"
                 )

@@ -51,8 +51,8 @@ def _figures(figures: dict[str, Any]) -> str:
     seen.
     """
     gap, dilatation = _figure(figures, "boundary", "hausdorff"), _figure(figures, "dilatation", "p95")
-    seen = [(name, _number(figures.get(name))) for name in ("shown", "covered", "cracks")]
-    entries = [("gap", gap), ("dilatation p95", dilatation), *seen]
+    shares = [(name, _number(figures.get(name))) for name in ("shown", "covered", "cracks")]
+    entries = [("gap", gap), ("dilatation p95", dilatation), *shares]
     return ", ".join(f"{name} {value:.3g}" for name, value in entries if value is not None)
 
 

@@ -240,10 +240,10 @@ def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict:
         if key not in a or key not in b:
             verdict.problems.append(f"{key}: {'missing' if key not in a else 'not in the baseline'}")
         elif not _same(a[key], b[key], tolerance):
-            moved = Moved(key, _value(a[key]), _value(b[key]), _limit(a[key], b[key], tolerance))
-            verdict.moved.append(moved)
-            within = f" (allowed difference {moved.limit})" if moved.limit else ""
-            verdict.problems.append(f"{key}: {moved.run} instead of {moved.baseline}{within}")
+            difference = Moved(key, _value(a[key]), _value(b[key]), _limit(a[key], b[key], tolerance))
+            verdict.moved.append(difference)
+            within = f" (allowed difference {difference.limit})" if difference.limit else ""
+            verdict.problems.append(f"{key}: {difference.run} instead of {difference.baseline}{within}")
 
 
 def _leaves(path: Path, folder: Path) -> dict[str, Any]:

@@ -93,8 +93,8 @@ def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list
         raise InputError(f"{run}: contains no files to store as baselines")
     baselines.mkdir(parents=True, exist_ok=True)
     new = chosen(present, only)
-    gone = chosen((name for name in names(baselines) if name not in set(present)), only)
-    if not new and not gone:
+    removed = chosen((name for name in names(baselines) if name not in set(present)), only)
+    if not new and not removed:
         raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
     for name in new:
         check_inside(baselines, baselines / name)
@@ -102,9 +102,9 @@ def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list
         (baselines / name).parent.mkdir(parents=True, exist_ok=True)
         with files.replacing(baselines / name, force=True) as path:
             shutil.copyfile(run / name, path)
-    for name in gone:
+    for name in removed:
         (baselines / name).unlink()
-    return new, gone
+    return new, removed
 
 
 def diff(verdict: Verdict, run: Path, baselines: Path, folder: Path) -> Path | None:
@@ -150,10 +150,10 @@ def junit(verdicts: Iterable[Verdict], seconds: float) -> bytes:
     """Return JUnit XML with one test case per file. Time and date follow SOURCE_DATE_EPOCH."""
     verdicts = list(verdicts)
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    now = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
+    date = datetime.fromtimestamp(int(epoch), UTC) if epoch else datetime.now(UTC)
     counts = {"tests": str(len(verdicts)), "failures": str(sum(not v.ok for v in verdicts)), "errors": "0"}
     time = "0" if epoch else f"{seconds:.3f}"
-    stamp = now.strftime("%Y-%m-%dT%H:%M:%S")
+    stamp = date.strftime("%Y-%m-%dT%H:%M:%S")
     root = ElementTree.Element("testsuites", counts)
     suite = ElementTree.SubElement(
         root, "testsuite", {"name": "iccm check", **counts, "time": time, "timestamp": stamp}

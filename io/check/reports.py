@@ -26,7 +26,7 @@ RAMP = np.array(
 def record(verdict: Verdict) -> dict[str, Any]:
     """Return a verdict as a JSON object."""
     fields = asdict(verdict)
-    fields["moved"] = [moved._asdict() for moved in verdict.moved]
+    fields["moved"] = [difference._asdict() for difference in verdict.moved]
     return {"schema": "iccm.check/1", **fields}
 
 
@@ -34,8 +34,8 @@ def summary(verdicts: list[Verdict]) -> str:
     """Return a summary: how many files match their baselines, are different, new, or missing."""
     counts = Counter("different" if verdict.state == "differs" else verdict.state for verdict in verdicts)
     ways = [f"{counts[state]} {state}" for state in ("different", "new", "missing") if counts[state]]
-    same = sum(verdict.ok for verdict in verdicts)
-    return ", ".join([f"{same} of {len(verdicts)} files match their baselines", *ways])
+    matching = sum(verdict.ok for verdict in verdicts)
+    return ", ".join([f"{matching} of {len(verdicts)} files match their baselines", *ways])
 
 
 def html(verdicts: list[Verdict], run: Path, baselines: Path) -> bytes:
@@ -70,18 +70,18 @@ def _detail(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any]:
 
 def _pair(verdict: Verdict, run: Path, baselines: Path) -> dict[str, Any] | None:
     """Return the two pictures for `page.html`, and their difference if they have the same size."""
-    before, after = (_pixels(folder / verdict.name) for folder in (baselines, run))
-    sample = after if after is not None else before
+    baseline, new = (_pixels(folder / verdict.name) for folder in (baselines, run))
+    sample = new if new is not None else baseline
     if sample is None:
         return None
     height, width = sample.shape[:2]
     column, row = verdict.worst or (width / 2, height / 2)
     pair: dict[str, Any] = {"width": width, "height": height, "x": column / width, "y": row / height}
-    for name, pixels in (("before", before), ("after", after)):
+    for name, pixels in (("before", baseline), ("after", new)):
         if pixels is not None:
             pair[name] = address(np.round(255 * pixels).astype(np.uint8))
-    if before is not None and after is not None and before.shape == after.shape:
-        gap = np.abs(before - after).max(axis=2)
+    if baseline is not None and new is not None and baseline.shape == new.shape:
+        gap = np.abs(baseline - new).max(axis=2)
         largest = float(gap.max())
         pair |= {"heat": address(heat(gap / max(largest, 1e-9))), "largest": f"{largest:.3g}"}
     return pair

@@ -28,7 +28,7 @@ def write(relaid: Relaid, out: Path, *, force: bool) -> list[str]:
     return []
 
 
-def beside(relaid: Relaid) -> list[Path]:
+def companion_files(relaid: Relaid) -> list[Path]:
     """Return all files that may be written beside the mesh."""
     if relaid.dialect == "gltf":
         return []

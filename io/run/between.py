@@ -87,8 +87,8 @@ class MorphPath:
         shape = replace(self.pair[TARGET], curve=Curve(outline), box=box, holes=tuple(holes), extent=None)
         drawings = None
         if painted is not None:
-            moved = Drawing.of_rings(move_rings(maps[painted], self.drawings[painted].rings))
-            drawings = self.drawings[picture], moved
+            moved_drawing = Drawing.of_rings(move_rings(maps[painted], self.drawings[painted].rings))
+            drawings = self.drawings[picture], moved_drawing
         fit = self.fit
         assert fit.target is not None
         layer_fit = replace(

@@ -31,15 +31,15 @@ class Colours:
         white = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1.0
         if alpha >= 0:
             self.empty = self.empty and not pixels[..., alpha].any()
-            seen = pixels[pixels[..., alpha] >= OPAQUE_ALPHA * white]
-            seen = np.delete(seen, alpha, axis=1)
+            colours = pixels[pixels[..., alpha] >= OPAQUE_ALPHA * white]
+            colours = np.delete(colours, alpha, axis=1)
         else:
             self.empty = self.empty and not pixels.size
-            seen = pixels.reshape(-1, pixels.shape[2])
-        seen = seen[np.isfinite(seen).all(axis=1)] if seen.dtype.kind == "f" else seen
-        if not seen.size:
+            colours = pixels.reshape(-1, pixels.shape[2])
+        colours = colours[np.isfinite(colours).all(axis=1)] if colours.dtype.kind == "f" else colours
+        if not colours.size:
             return
-        low, high = seen.min(axis=0).astype(float), seen.max(axis=0).astype(float)
+        low, high = colours.min(axis=0).astype(float), colours.max(axis=0).astype(float)
         self._low = low if self._low is None else np.minimum(low, self._low)
         self._high = high if self._high is None else np.maximum(high, self._high)
         largest = white if pixels.dtype.kind == "u" else np.abs([self._low, self._high]).max()
@@ -55,14 +55,14 @@ class Colours:
         if self.empty:
             if not covered:
                 return "the picture is empty: no part of the target lies in the area that it shows"
-            why, what = "the texture is transparent where the source lies", "the picture is empty"
+            reason, picture = "the texture is transparent where the source lies", "the picture is empty"
         elif self.single:
-            why, what = (
+            reason, picture = (
                 "the texture has only one colour where the source lies",
                 "the picture shows a single colour",
             )
         else:
             return None
-        return f"{what}: {why}" + (
+        return f"{picture}: {reason}" + (
             "; use --texture-box bbox to lay the whole texture on the source" if textured else ""
         )

@@ -40,21 +40,21 @@ def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
     tree.init(points, faces)
     squared, _, nearest = tree.squared_distance(points, faces, np.ascontiguousarray(target.points))
     size = float(np.linalg.norm(np.ptp(target.points, axis=0)))
-    near = np.flatnonzero(np.sqrt(squared) <= NEAR_SHARE * size)
-    if not near.size:
+    close = np.flatnonzero(np.sqrt(squared) <= NEAR_SHARE * size)
+    if not close.size:
         return []
     is_cut = bool(len(source.seam) or len(target.seam))
-    chosen = near[_spread_out(target.points[near], MOST_PINS_OF_CUT if is_cut else MOST_PINS)]
+    vertices = close[_spread_out(target.points[close], MOST_PINS_OF_CUT if is_cut else MOST_PINS)]
     base = as_mesh(run.target).file.mesh.base
-    return [(tuple(nearest[k].tolist()), f"v{target.vertex[k] + base}") for k in chosen]
+    return [(tuple(nearest[k].tolist()), f"v{target.vertex[k] + base}") for k in vertices]
 
 
 def _spread_out(points: Real, most: int) -> Index:
     """Return some of the points (n, 3), each the farthest from those before (farthest point sampling)."""
     middle = points.mean(axis=0)
-    chosen = [int(np.argmax(np.linalg.norm(points - middle, axis=1)))]
-    away = np.linalg.norm(points - points[chosen[0]], axis=1)
-    while len(chosen) < min(most, len(points)) and away.max() > 0:
-        chosen.append(int(np.argmax(away)))
-        away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return np.array(chosen)
+    selection = [int(np.argmax(np.linalg.norm(points - middle, axis=1)))]
+    away = np.linalg.norm(points - points[selection[0]], axis=1)
+    while len(selection) < min(most, len(points)) and away.max() > 0:
+        selection.append(int(np.argmax(away)))
+        away = np.minimum(away, np.linalg.norm(points - points[selection[-1]], axis=1))
+    return np.array(selection)

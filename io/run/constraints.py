@@ -61,10 +61,10 @@ def constrain(
     collected.check_weights()
     typed: list[tuple[complex, complex]] = []
     settings = list(collected.settings)
-    for start, end, *more in job.pin:
+    for start, end, *further_regions in job.pin:
         pairs = constraints.pairs_at(source, target, start, end)
         typed += pairs
-        typed_settings = more[0] if more else {}
+        typed_settings = further_regions[0] if further_regions else {}
         settings += [constraints.in_the_plane(typed_settings, source, target, *pair) for pair in pairs]
     pins = np.concatenate([collected.pins, np.reshape(np.array(typed, dtype=complex), (-1, 2))])
     for side, shape in enumerate((source, target) if job.target else (source,)):
@@ -81,9 +81,11 @@ def constrain(
     if regions:
         from ..shapes.regions import greys, read
 
-        more = listed.rigid if listed else []
-        arguments["rigid"] = read(source, job.rigid, more)
-        arguments |= greys(source, [*job.rigid, *more]) if job.target and not source.is_mesh else {}
+        further_regions = listed.rigid if listed else []
+        arguments["rigid"] = read(source, job.rigid, further_regions)
+        arguments |= (
+            greys(source, [*job.rigid, *further_regions]) if job.target and not source.is_mesh else {}
+        )
     if job.rigid_target:
         from ..shapes.regions import read
 
@@ -110,8 +112,8 @@ def fingerprint(job: Job, pins: Complex, settings: Sequence[dict[str, float]]) -
     values = [getattr(job, name) for name in FINGERPRINTED]
     options = ["" if value in DEFAULT_VALUES else str(value) for value in values]
     placed = sorted(
-        [str(source_point), str(target_point), str(sorted(more.items()))]
-        for (source_point, target_point), more in zip(pins.tolist(), settings)
+        [str(source_point), str(target_point), str(sorted(pin_settings.items()))]
+        for (source_point, target_point), pin_settings in zip(pins.tolist(), settings)
     )
     return sha256(json.dumps([options, placed]).encode()).hexdigest()[: limits.FINGERPRINT_DIGITS]
 
@@ -122,7 +124,7 @@ def as_pins(points: Complex, settings: Sequence[dict[str, float]]) -> Complex | 
         return None
     if not any(settings):
         return points
-    return [Pin(start, end, **more) for (start, end), more in zip(points, settings)]
+    return [Pin(start, end, **pin_settings) for (start, end), pin_settings in zip(points, settings)]
 
 
 def as_strokes(
@@ -188,14 +190,19 @@ def _named(names: list[str], k: int) -> bool:
 
 
 def solve(
-    source: Shape, target: Shape | None, given: dict[str, Any], *, holed: bool, tell: Callable[[str], None]
+    source: Shape,
+    target: Shape | None,
+    arguments: dict[str, Any],
+    *,
+    holed: bool,
+    tell: Callable[[str], None],
 ) -> Fit:
     """Return the map of two shapes, or the deformation of one; `holed` if holes are to be mapped, too.
 
     Args:
         source: the shape that is mapped.
         target: the shape to map onto; None for a deformation.
-        given: options of `iccm.fit` and `iccm.deform`.
+        arguments: options of `iccm.fit` and `iccm.deform`.
         holed: whether holes are mapped onto holes.
         tell: called with notes about holes that are ignored.
     """
@@ -204,20 +211,28 @@ def solve(
     from ..shapes.holes import deform_with_holes, filled, fit_with_holes
 
     if target is None:
-        return deform_with_holes(source, **given) if holed else iccm.deform(source.curve, **given)
+        return deform_with_holes(source, **arguments) if holed else iccm.deform(source.curve, **arguments)
     if holed:
-        return prefer_namesakes(source, target, partial(fit_with_holes, source, target, tell), given, tell)
+        return prefer_namesakes(
+            source, target, partial(fit_with_holes, source, target, tell), arguments, tell
+        )
     if source.drawing is None or target.drawing is None:
-        return prefer_namesakes(source, target, partial(iccm.fit, source.domain, target.domain), given, tell)
+        return prefer_namesakes(
+            source, target, partial(iccm.fit, source.domain, target.domain), arguments, tell
+        )
     # holes are ignored by the map, but still cut out of the picture
     plain = partial(iccm.fit, filled(source).domain, filled(target).domain)
     return replace(
-        prefer_namesakes(source, target, plain, given, tell), drawings=(source.drawing, target.drawing)
+        prefer_namesakes(source, target, plain, arguments, tell), drawings=(source.drawing, target.drawing)
     )
 
 
 def prefer_namesakes(
-    source: Shape, target: Shape, fit: Callable[..., Fit], given: dict[str, Any], tell: Callable[[str], None]
+    source: Shape,
+    target: Shape,
+    fit: Callable[..., Fit],
+    arguments: dict[str, Any],
+    tell: Callable[[str], None],
 ) -> Fit:
     """Return the map of two shapes; use parts with the same name as pins if that helps.
 
@@ -226,32 +241,41 @@ def prefer_namesakes(
     """
     from ...drawings.cost import price
 
-    plain = fit(**given)
-    is_constrained = any(given.get(name) is not None for name in (*CONSTRAINTS, "start"))
+    plain = fit(**arguments)
+    is_constrained = any(arguments.get(name) is not None for name in (*CONSTRAINTS, "start"))
     if is_constrained or plain.place != "fill" or not isinstance(plain.map, TriangulatedMap):
         return plain
     names, places, radii = parts.namesakes(source, target)
     if not names:
         return plain
 
-    def missed(other: Fit) -> Flags:
-        return ~(np.abs(other.map(places[:, 0]) - places[:, 1]) <= radii)
+    def missed(candidate: Fit) -> Flags:
+        return ~(np.abs(candidate.map(places[:, 0]) - places[:, 1]) <= radii)
 
-    before = missed(plain)
-    if not before.any():
+    missed_before = missed(plain)
+    if not missed_before.any():
         return plain
     with suppress(NoMapError, InputError):
-        requested = given.get("fit")
+        requested = arguments.get("fit")
         mode = requested if is_of_drawings(requested) else "whole"
-        pinned = fit(**given | {"pins": places, "fit": mode})
-        pins_fix_turn = given.get("turn") is None and len(names) > 1  # several pins determine the rotation
-        free = fit(**given | {"start": pinned.map, "fit": mode} | ({"turn": "any"} if pins_fix_turn else {}))
+        pinned = fit(**arguments | {"pins": places, "fit": mode})
+        pins_fix_turn = (
+            arguments.get("turn") is None and len(names) > 1
+        )  # several pins determine the rotation
+        free = fit(
+            **arguments | {"start": pinned.map, "fit": mode} | ({"turn": "any"} if pins_fix_turn else {})
+        )
         costs = [
             price(_cost(candidate), (candidate.left_out, candidate.uncovered), 1.0)
             for candidate in (plain, free)
         ]
-        gained = [name for name, lost, is_lost in zip(names, before, missed(free)) if lost and not is_lost]
-        if free.status.ok and missed(free).sum() < before.sum() and costs[1] <= MOST_ENERGY_RATIO * costs[0]:
+        missed_now = missed(free)
+        gained = [name for name, is_gained in zip(names, missed_before & ~missed_now) if is_gained]
+        if (
+            free.status.ok
+            and missed_now.sum() < missed_before.sum()
+            and costs[1] <= MOST_ENERGY_RATIO * costs[0]
+        ):
             tell(
                 f"{target.spec}: the search starts from elements with the same names in both drawings: "
                 f"{', '.join(gained)} (names)"
@@ -285,7 +309,7 @@ def go_on(
     start: Fit,
     source: Shape,
     target: Shape | None,
-    given: dict[str, Any],
+    arguments: dict[str, Any],
     *,
     holed: bool,
     tell: Callable[[str], None],
@@ -294,19 +318,19 @@ def go_on(
 
     A map of exactly the same shapes is returned unchanged.
     """
-    free = not any(given.get(name) is not None for name in CONSTRAINTS)
+    free = not any(arguments.get(name) is not None for name in CONSTRAINTS)
     if target is not None and start.target is not None and free:
-        before = [start.source, *start.source_holes], [start.target, *start.target_holes]
+        earlier = [start.source, *start.source_holes], [start.target, *start.target_holes]
         if all(
             _is_same([shape.curve, *(Curve(shape.holes[k]) for k in shape.mappable_holes if holed)], rings)
-            for shape, rings in zip((source, target), before)
+            for shape, rings in zip((source, target), earlier)
         ):
             return start
     continued = None
     with suppress(NoMapError, InputError):
         if start.filled is None and (not holed or _have_holes(start, source, target)):
-            continued = solve(source, target, given | {"start": start.map}, holed=holed, tell=tell)
-    best = better(start, continued, lambda: solve(source, target, given, holed=holed, tell=tell))
+            continued = solve(source, target, arguments | {"start": start.map}, holed=holed, tell=tell)
+    best = better(start, continued, lambda: solve(source, target, arguments, holed=holed, tell=tell))
     if best is not continued:
         tell(
             f"{(target or source).spec}: the shapes differ too much from those of the earlier map, so a "
@@ -328,11 +352,11 @@ def better(start: Fit, continued: Fit | None, anew: Callable[[], Fit]) -> Fit:
     if continued is None or not continued.status.ok:
         return anew()
     outlines = (start.source, continued.source), (start.target, continued.target)
-    more = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MOST_ENERGY_RATIO
-    if more > 1 and _cost(continued) <= more * _cost(start):
+    ratio = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MOST_ENERGY_RATIO
+    if ratio > 1 and _cost(continued) <= ratio * _cost(start):
         return continued
     new = anew()
-    return new if new.status.ok and _cost(continued) > more * _cost(new) else continued
+    return new if new.status.ok and _cost(continued) > ratio * _cost(new) else continued
 
 
 def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
@@ -343,11 +367,11 @@ def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
     )
 
 
-def _is_same(outlines: list[Curve], others: list[Curve]) -> bool:
+def _is_same(outlines: list[Curve], rings: list[Curve]) -> bool:
     """Return whether outlines are the same up to rounding and the choice of the first vertex, in the same order."""
-    return len(outlines) == len(others) and all(
+    return len(outlines) == len(rings) and all(
         a.z.size == b.z.size and b.distances(a.z).max() <= SAME_OUTLINE_SHARE * a.diagonal
-        for a, b in zip(outlines, others)
+        for a, b in zip(outlines, rings)
     )
 
 
@@ -356,7 +380,7 @@ def _cost(fit: Fit) -> float:
     return fit.energies[-1]["total"] if fit.energies else 1.0
 
 
-def check_inside(shape: Shape, what: str, points: list[complex]) -> None:
+def check_inside(shape: Shape, kind: str, points: list[complex]) -> None:
     """Check that points lie inside a shape; report the first one that does not in the units of its file.
 
     Raises:
@@ -370,4 +394,4 @@ def check_inside(shape: Shape, what: str, points: list[complex]) -> None:
     if outside.size:
         x, y = shape.to_file(z[outside[0]])
         position = f"({x:g}, {y:g}) is {gap[outside[0]]:.3g} outside the shape"
-        raise InputError(f"{shape.spec}: {what} {outside[0] + 1}: {position}; move it inside")
+        raise InputError(f"{shape.spec}: {kind} {outside[0] + 1}: {position}; move it inside")

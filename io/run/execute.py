@@ -91,8 +91,8 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
             report.write(figures, job.report, stack, force=job.force)
     ok, message = report.verdict(run, figures)
     names = [output.name for output in writers] + ([job.report] if job.report else [])
-    others = [name for output_report in output_reports for name in output_report.files or ()]
-    written = (*(name for name in names if name != "-"), *others)
+    companions = [name for output_report in output_reports for name in output_report.files or ()]
+    written = (*(name for name in names if name != "-"), *companions)
     if again:
         earlier.remember(job, written)
     return Outcome(ok, message, figures, written, tuple(run.notes))
@@ -132,16 +132,16 @@ def _matched_by_position(
 
     pinned = run.job.model_copy(update={"pin": tuple(pins)})
     with run.phases.timed("read"):
-        other, outputs_of_other = _read(pinned, threads, tell, run.phases, again)
+        pinned_run, pinned_outputs = _read(pinned, threads, tell, run.phases, again)
     text = (
         f"lies where {run.job.source} does, so {len(pins)} of its vertices are pinned to the nearest points"
     )
-    other.note(f"{run.job.target}: {text} (use --pin for other pins)")
+    pinned_run.note(f"{run.job.target}: {text} (use --pin for other pins)")
     try:
-        solve_pairs(other)
+        solve_pairs(pinned_run)
     except InputError:
         return run, writers
-    return (other, outputs_of_other) if _apart(other) < _apart(run) else (run, writers)
+    return (pinned_run, pinned_outputs) if _apart(pinned_run) < _apart(run) else (run, writers)
 
 
 def _apart(run: Run) -> float:
@@ -169,20 +169,20 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
     """
     check_place(run)
     pair_parts(run)
-    job, count, given = run.job, len(run.pairs), run.constraints | run.job.solver
+    job, count, arguments = run.job, len(run.pairs), run.constraints | run.job.solver
     if job.target and job.exact:
-        given |= {"holes": "keep"} if job.holes == "keep" else {}
+        arguments |= {"holes": "keep"} if job.holes == "keep" else {}
         meshes = any(shape.is_mesh for pair in run.pairs for shape in pair)
-        given |= {"fit": "whole"} if (meshes or job.start) and job.fit is None else {}
-        given |= {"fit": "whole"} if job.handles else {}  # as with the pins that will be read
+        arguments |= {"fit": "whole"} if (meshes or job.start) and job.fit is None else {}
+        arguments |= {"fit": "whole"} if job.handles else {}  # as with the pins that will be read
     solved, failed = Pairs(), list[tuple[Pair, InputError]]()
     with run.phases.timed("solve"):
         for k, pair in enumerate(run.pairs):
             within = progress.within("solve" if count == 1 else f"solve part {k + 1} of {count}")
             try:
                 with within, add_names(run.called):
-                    more, holed = settings_of(pair) if settings_of else ({}, job.holed)
-                    fit = _solved(run, pair, given | more, holed)
+                    pair_arguments, holed = settings_of(pair) if settings_of else ({}, job.holed)
+                    fit = _solved(run, pair, arguments | pair_arguments, holed)
                     run.fits.append(fit)
                     solved.append(_framed(pair, fit))
             except InputError as error:
@@ -263,7 +263,7 @@ def _framed(pair: Pair, fit: Fit) -> Pair:
     return source.framed(fit.source), target.framed(fit.target)
 
 
-def _solved(run: Run, pair: Pair, given: dict[str, Any], holed: bool) -> Fit:
+def _solved(run: Run, pair: Pair, arguments: dict[str, Any], holed: bool) -> Fit:
     (source, target), start = pair, run.start
     if source.view or target.view:
         return projected.solve(pair)
@@ -278,10 +278,10 @@ def _solved(run: Run, pair: Pair, given: dict[str, Any], holed: bool) -> Fit:
     mapped_onto = target if run.job.target else None
     settings: dict[str, Any] = {"holed": holed, "tell": run.note}
     if mapped_onto is not None and source.drawing is not None:
-        given = given | {"opaque": run.opaque, "free_gaps": run.free_gaps}
+        arguments = arguments | {"opaque": run.opaque, "free_gaps": run.free_gaps}
         drawing = mapped_onto.drawing
         if run.job.parts == "elements" and run.job.fit is None and drawing and not drawing.is_one_part:
-            given["fit"] = "frame"  # other fits may hide a small part, such as the dot of an i
+            arguments["fit"] = "frame"  # other fits may hide a small part, such as the dot of an i
     if start:
-        return go_on(start, source, mapped_onto, given, **settings)
-    return solve(source, mapped_onto, given, **settings)
+        return go_on(start, source, mapped_onto, arguments, **settings)
+    return solve(source, mapped_onto, arguments, **settings)

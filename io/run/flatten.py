@@ -93,7 +93,7 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
     with one_thread(), references.outside(job.allow_outside), files.together(), ExitStack() as stack:
         check(job)
         mesh_files.check_size(Spec.of(job.mesh).path, job.max_faces)
-        laid = lay_out(
+        flat_layout = lay_out(
             job.mesh,
             goal_of(job),
             cut=not job.no_cut,
@@ -101,8 +101,8 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
             split=job.subdivide_rim,
             margin=None if job.parts == "largest" else job.margin,
         )
-        results = write_all(laid, job, stack)
-        for remark in results["notes"][len(laid.shape.notes) :]:
+        results = write_all(flat_layout, job, stack)
+        for remark in results["notes"][len(flat_layout.shape.notes) :]:
             note(remark)
     message = doubt(results)
     names = (*job.outputs, *results.get("also_written", []))
@@ -142,7 +142,7 @@ def lay_out(
         whole = None
         if margin is not None:
             whole = mesh_reading.read_whole(mesh, cut=cut, method=method, margin=margin)
-        laid = Layout(whole or mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
+        flat_layout = Layout(whole or mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
     else:
         path = Spec.of(method).path
         if not path.is_file():
@@ -152,45 +152,45 @@ def lay_out(
         if formats.of(path).mesh:
             raise InputError(f"--onto {method}: is a mesh; name a drawing or a picture with an outline")
         outline = planar.read(method)
-        before = mesh_reading.read(mesh, cut=cut)
-        laid = Layout(
-            *onto_outline.lay_onto(before, outline, tell, Options().tolerance if split else None), outline
+        shape = mesh_reading.read(mesh, cut=cut)
+        flat_layout = Layout(
+            *onto_outline.lay_onto(shape, outline, tell, Options().tolerance if split else None), outline
         )
-    for note in laid.shape.notes:
+    for note in flat_layout.shape.notes:
         tell(note)
-    return laid
+    return flat_layout
 
 
-def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
+def figures(flat_layout: Layout, uv: str | None) -> dict[str, Any]:
     """Return the report: conformal error, area distortion, holes and seam of the written coordinates, in mesh units.
 
     Args:
-        laid: the flattened mesh.
+        flat_layout: the flattened mesh.
         uv: the mesh file that the coordinates are written to, and rounded for; None: an OBJ.
     """
-    shape, outline = laid.shape, laid.outline
+    shape, outline = flat_layout.shape, flat_layout.outline
     low, high = shape.box
     rounded = mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj")
     written = replace(shape.flattening, flat=low + longer_side(low, high) * complex_of(rounded))
     entries, patch = written.report(), written.patch
-    turned, bent = layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
+    turned_over, concave_count = layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
     fault = overlap(written)
     loops = list(shape.flattening.outer_loops) if shape.packed else shape.flattening.patch.loops
-    notes = [*shape.notes, *([f"{shape.spec}: {not_convex(bent)}"] if bent else [])]
+    notes = [*shape.notes, *([f"{shape.spec}: {not_convex(concave_count)}"] if concave_count else [])]
     if outline is not None:
         as_map = Written.of(written.flat, written, outline.curve).report()
         entries |= {key: as_map[key] for key in ("stretch", "scale")}
-        entries["boundary"] = laid.figures["boundary"] | as_map["boundary"]
-        notes += missed(entries["boundary"], Options().tolerance, "rim_vertices" in laid.figures)
+        entries["boundary"] = flat_layout.figures["boundary"] | as_map["boundary"]
+        notes += missed(entries["boundary"], Options().tolerance, "rim_vertices" in flat_layout.figures)
     return {
         "schema": SCHEMA,
         "version": __version__,
-        "status": "flipped" if any(turned.values()) else "overlaps" if fault else "done",
+        "status": "flipped" if any(turned_over.values()) else "overlaps" if fault else "done",
         "overlap": fault,
-        **laid.figures,
+        **flat_layout.figures,
         **entries,
-        "uv": turned,
-        "concave_polygons": bent,
+        "uv": turned_over,
+        "concave_polygons": concave_count,
         "box": [low, high],
         "boundary_loops": [len(loop) for loop in loops],
         "notes": notes,
@@ -202,22 +202,22 @@ def figures(laid: Layout, uv: str | None) -> dict[str, Any]:
 
 def doubt(results: dict[str, Any]) -> str | None:
     """Return why the written coordinates are not one-to-one, or None."""
-    turned = results["uv"]
-    if any(turned.values()):
-        return f"{turned['flipped']} triangles are flipped and {turned['degenerate']} have no area"
+    turned_over = results["uv"]
+    if any(turned_over.values()):
+        return f"{turned_over['flipped']} triangles are flipped and {turned_over['degenerate']} have no area"
     return results["overlap"]
 
 
-def write_all(laid: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]:
+def write_all(flat_layout: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]:
     """Write every output, and return the figures; the files appear when the stack is closed."""
     uv, force = job.uv, job.force
-    shape = laid.shape
+    shape = flat_layout.shape
     maps = CarriedMaps(shape.file) if job.carry_maps else None
     if maps:
         maps.check(uv or "--uv")
         for name in maps.companions(uv or "", retextured=False):
             files.check_output(name, force=force)
-    results = figures(laid, uv)
+    results = figures(flat_layout, uv)
     overlay = overlays.read(job.overlay, len(shape.file.mesh.points)) if job.overlay else None
     for name in job.output:
         path = stack.enter_context(files.replacing(name, force=force))

@@ -84,8 +84,8 @@ def texture_turn(job: Job) -> complex:
 
 def placing_options(job: Job) -> list[str]:
     """Return the options that place the texture on the source and were given."""
-    given = {"scale": job.texture_scale, "offset": job.texture_offset, "turn": job.texture_turn}
-    return [f"--texture-{name}" for name, value in given.items() if value]
+    placing = {"scale": job.texture_scale, "offset": job.texture_offset, "turn": job.texture_turn}
+    return [f"--texture-{name}" for name, value in placing.items() if value]
 
 
 def stretch_notes(job: Job, source: Shape, shape: tuple[int, ...]) -> list[str]:

@@ -52,10 +52,10 @@ class Files:
         with references.outside(self.job.allow_outside):
             for name in self.job.inputs:
                 folder = Path(name).parent
-                named = [
+                referenced = [
                     path for path in self._named(Path(name)) if references.may_be_read(Path(path), folder)
                 ]
-                paths += [path for path in expand_tiles(named) if os.path.isfile(path)]
+                paths += [path for path in expand_tiles(referenced) if os.path.isfile(path)]
         return tuple(dict.fromkeys(paths))
 
     def _named(self, path: Path) -> list[str]:
@@ -144,8 +144,8 @@ class Inputs(Files):
         job, pair = self.job, self._cut_pair
         if pair is None:
             return [], None
-        more = [(pin.source, pin.target) for pin in self.listed.all_pins] if self.listed else []
-        pins = [*((start, end) for start, end, *_ in job.pin), *more]
+        listed_pins = [(pin.source, pin.target) for pin in self.listed.all_pins] if self.listed else []
+        pins = [*((start, end) for start, end, *_ in job.pin), *listed_pins]
         flat = any(vertex_of(place) is None and len(place) == 2 for pair in pins for place in pair)
         if flat or len(pins) < 2:
             return [], None
@@ -226,8 +226,10 @@ class Inputs(Files):
             InputError: as in `shape`, or the pieces do not fit into the source.
         """
         job = self.job
-        one = (job.has_pins, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
-        if job.parts == "largest" or any(one) or job.subdivide_rim or source.is_mesh:
+        is_for_one_shape = any(
+            (job.has_pins, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
+        )
+        if job.parts == "largest" or is_for_one_shape or job.subdivide_rim or source.is_mesh:
             return None
         if not self.is_mesh(text) or self.is_layout(text):
             return None
@@ -252,12 +254,12 @@ class Inputs(Files):
         """Return whether rigid regions of the source, or of the target, are given by names in its file."""
         from ..shapes.regions import MARK
 
-        given = (
+        regions = (
             self.job.rigid_target
             if target
             else (*self.job.rigid, *(self.listed.rigid if self.listed else ()))
         )
-        return any(isinstance(region, str) and region.startswith(MARK) for region in given)
+        return any(isinstance(region, str) and region.startswith(MARK) for region in regions)
 
     def piece_count(self, text: str) -> int | None:
         """Return the number of pieces of a mesh with an area; None if its specification selects one.

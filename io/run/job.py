@@ -102,7 +102,7 @@ class Described:
         ]
 
     @classmethod
-    def check(cls, given: dict[str, Any]) -> dict[str, Any]:
+    def check(cls, arguments: dict[str, Any]) -> dict[str, Any]:
         """Validate the given values, and return them as a job stores them.
 
         Raises:
@@ -112,21 +112,21 @@ class Described:
         mistakes = list[tuple[str, str]]()
         required = cls.required()
         for name, (hint, option) in cls.rows.items():
-            if name not in given and name in required:
+            if name not in arguments and name in required:
                 mistakes.append((name, values.MISSING))
-            if name not in given:
+            if name not in arguments:
                 continue
             try:
                 if option:
-                    checked[name] = option.value_of(given[name], hint)
+                    checked[name] = option.value_of(arguments[name], hint)
                 else:
-                    checked[name] = values.convert(given[name], hint)
+                    checked[name] = values.convert(arguments[name], hint)
             except values.WrongValue as error:
                 mistakes.append((name if error.index is None else f"{name}.{error.index}", str(error)))
                 continue
             if checked[name] in ("", ()) and (name in required or option is None):
                 mistakes.append((name, values.MISSING))
-        mistakes += [(name, cls._unknown(name)) for name in given if name not in cls.rows]
+        mistakes += [(name, cls._unknown(name)) for name in arguments if name not in cls.rows]
         if mistakes:
             raise JobError(mistakes)
         return checked
@@ -134,8 +134,8 @@ class Described:
     @classmethod
     def _unknown(cls, name: str) -> str:
         """Return the message about an unknown name, with similar names."""
-        near = suggest(name, {field: option for field, (_, option) in cls.rows.items()})
-        return f"{values.UNKNOWN}; did you mean {' or '.join(near[:2])}?" if near else values.UNKNOWN
+        similar = suggest(name, {field: option for field, (_, option) in cls.rows.items()})
+        return f"{values.UNKNOWN}; did you mean {' or '.join(similar[:2])}?" if similar else values.UNKNOWN
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
@@ -247,10 +247,12 @@ class Job(Textured, JobOptions):
     def __init__(self, **values: Any):
         super().__init__(**values)
         self._name_stmap()
-        for given, missing in (("source", "target"), ("target", "source")):
-            if getattr(self, f"{given}_landmarks") and not getattr(self, f"{missing}_landmarks"):
-                option = f"--{missing}-landmarks"
-                raise JobError([(f"{given}_landmarks", f"needs {option}, the same points on the {missing}")])
+        for side, other_side in (("source", "target"), ("target", "source")):
+            if getattr(self, f"{side}_landmarks") and not getattr(self, f"{other_side}_landmarks"):
+                option = f"--{other_side}-landmarks"
+                raise JobError(
+                    [(f"{side}_landmarks", f"needs {option}, the same points on the {other_side}")]
+                )
         if self.padding_fill != self.defaults()["padding_fill"] and not self.padding:
             raise JobError([("padding_fill", "only works with --padding")])
         if self.texture == CHECKER and not os.path.isfile(CHECKER):
@@ -273,8 +275,8 @@ class Job(Textured, JobOptions):
             raise JobError(
                 [("stmap", "name one file for the STMap: --stmap map.exr, or one -o map.exr with --stmap")]
             )
-        others = tuple(name for name in self.output if name != able[0])
-        vars(self).update(stmap=able[0], output=others)
+        other_outputs = tuple(name for name in self.output if name != able[0])
+        vars(self).update(stmap=able[0], output=other_outputs)
 
     def model_dump(self, **how: Any) -> dict[str, Any]:
         """Return the values by name, as in `Described.model_dump`."""
@@ -415,8 +417,8 @@ def pair_outputs(outputs: Sequence[str], maps: Sequence[tuple[str, str]]) -> tup
     textures, kinds = zip(*maps) if maps else ((), ())
     pictures = [name for name in outputs if is_picture(name)]
     if len(pictures) == 1 and STEM in pictures[0]:
-        named = name_each(pictures, maps)
-        return tuple(output for name in outputs for output in (named if name is pictures[0] else [name]))
+        names = name_each(pictures, maps)
+        return tuple(output for name in outputs for output in (names if name is pictures[0] else [name]))
     alone = not pictures and any(map(is_mesh, outputs))
     if alone and (unshown := {"normal-down", "data"}.intersection(kinds)):
         raise ValueError(

@@ -75,11 +75,11 @@ class Frame:
         if self.ahead is None or self.back is None:
             layer = self.ahead or self.back
             assert layer is not None
-            seen = _seen(layer)
+            blended = _seen(layer)
         else:
-            seen = (1 - self.share) * _seen(self.ahead) + self.share * _seen(self.back)
-        alpha = seen[..., 3:]
-        colours = np.divide(seen[..., :3], alpha, out=np.zeros_like(seen[..., :3]), where=alpha > 0)
+            blended = (1 - self.share) * _seen(self.ahead) + self.share * _seen(self.back)
+        alpha = blended[..., 3:]
+        colours = np.divide(blended[..., :3], alpha, out=np.zeros_like(blended[..., :3]), where=alpha > 0)
         return np.round(255 * np.concatenate([colours, alpha], axis=2)).astype(np.uint8)
 
 
@@ -342,7 +342,7 @@ def _animate_lottie(output: Artwork, frames: Sequence[Frame], fps: float, path: 
 def _animate(frames: list[Frame], fps: float, path: Path, suffix: str) -> None:
     """Write one file that shows all frames in a loop."""
     pictures = [Image.fromarray(frame.pixels()) for frame in frames]
-    more = {"lossless": True} if suffix == ".webp" else {"disposal": 2 if suffix == ".gif" else 1}
+    format_options = {"lossless": True} if suffix == ".webp" else {"disposal": 2 if suffix == ".gif" else 1}
     pictures[0].save(
         path,
         ANIMATED[suffix],
@@ -350,5 +350,5 @@ def _animate(frames: list[Frame], fps: float, path: Path, suffix: str) -> None:
         append_images=pictures[1:],
         duration=round(1000 / fps),
         loop=0,
-        **more,
+        **format_options,
     )

@@ -45,33 +45,33 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
             raise InputError(f"--parts {job.parts}: {option} only works for one shape; choose it with #id")
     if job.parts == "each":
         source = inputs.shape(job.source)
-        targets, more = inputs.shapes(job.target or "", limits.PARTS, target=True, source=source)
-        empty_ones: list[str] = [Doubt(f"{note}; they stay empty") for note in more]
+        targets, more_notes = inputs.shapes(job.target or "", limits.PARTS, target=True, source=source)
+        empty_ones: list[str] = [Doubt(f"{note}; they stay empty") for note in more_notes]
         pairs = [(source, target) for target in targets]
         return _with_overlap(_at_one_scale(pairs) if _is_pattern(job, source) else pairs, empty_ones, {})
     if job.parts == "elements":
         return _onto_elements(job, inputs)
-    (sources, notes), (targets, more) = (
+    (sources, notes), (targets, more_notes) = (
         inputs.shapes(spec, limits.PARTS, target=bool(k))
         for k, spec in enumerate((job.source, job.target or ""))
     )
-    notes += more
+    notes += more_notes
     turn = job.turn if isinstance(job.turn, float | int) else 0.0
     matches = parts.pair(sources, targets, turn)
     if not job.texture:
-        matches, more = _of_one_picture(sources, targets, matches)
-        notes += more
+        matches, more_notes = _of_one_picture(sources, targets, matches)
+        notes += more_notes
     alone = [
-        [shape for number, shape in enumerate(shapes) if number not in taken]
-        for shapes, taken in zip((sources, targets), zip(*matches))
+        [shape for number, shape in enumerate(shapes) if number not in paired]
+        for shapes, paired in zip((sources, targets), zip(*matches))
     ]
     empty = sum(shape.curve.area for shape in alone[1]) / sum(shape.curve.area for shape in targets)
     if alone[0]:
         notes.append(_unpaired(alone[0], targets[0].spec))
     if alone[1]:
         cure = "; use --parts each to map the source onto each" if len(sources) == 1 else ""
-        left = f"they stay empty, {empty:.0%} of the total area{cure}"
-        notes.append(Doubt(f"{_unpaired(alone[1], sources[0].spec)}: {left}"))
+        consequence = f"they stay empty, {empty:.0%} of the total area{cure}"
+        notes.append(Doubt(f"{_unpaired(alone[1], sources[0].spec)}: {consequence}"))
     figures = {
         "source": [shape.part for shape in alone[0]],
         "target": [shape.part for shape in alone[1]],
@@ -89,15 +89,16 @@ def _of_one_picture(
     """
     if not all(shape.is_mesh for shape in (sources[0], targets[0])):
         return matches, []
-    first = min(matches, key=lambda pair: pair[1])
-    picture = sources[first[0]].pictures[:1]
-    others = [pair for pair in matches if sources[pair[0]].pictures[:1] != picture]
-    if not others:
+    largest_pair = min(matches, key=lambda pair: pair[1])
+    picture = sources[largest_pair[0]].pictures[:1]
+    other_pairs = [pair for pair in matches if sources[pair[0]].pictures[:1] != picture]
+    if not other_pairs:
         return matches, []
-    names = ", ".join(_name(sources[i]) for i, _ in others[:LISTED_PARTS])
-    cure = f"than {_name(sources[first[0]])}, so they are left out; map them separately, or name one --texture for all"
-    note = f"{sources[0].spec}: {names} show{'' if len(others) > 1 else 's'} another picture {cure}"
-    return [pair for pair in matches if pair not in others], [Doubt(note)]
+    names = ", ".join(_name(sources[i]) for i, _ in other_pairs[:LISTED_PARTS])
+    largest = _name(sources[largest_pair[0]])
+    cure = f"than {largest}, so they are left out; map them separately, or name one --texture for all"
+    note = f"{sources[0].spec}: {names} show{'' if len(other_pairs) > 1 else 's'} another picture {cure}"
+    return [pair for pair in matches if pair not in other_pairs], [Doubt(note)]
 
 
 def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
@@ -157,11 +158,14 @@ def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]
 
     from ...curve import polygon_of
 
-    def seen(z: Complex, line: float | None) -> Complex:
+    def unreflected(z: Complex, line: float | None) -> Complex:
         return z if line is None else 2 * line - z.conj()
 
     regions = np.array(
-        [polygon_of(*(seen(z, shape.mirror) for z in (shape.curve.z, *shape.holes))) for shape in shapes]
+        [
+            polygon_of(*(unreflected(z, shape.mirror) for z in (shape.curve.z, *shape.holes)))
+            for shape in shapes
+        ]
     )
     first, second = shapely.STRtree(regions).query(regions, "intersects")
     once = first < second
@@ -178,8 +182,8 @@ def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]
 
 
 def _unpaired(alone: Sequence[Shape], others: str) -> str:
-    more = f" and {len(alone) - LISTED_PARTS} more" if len(alone) > LISTED_PARTS else ""
-    return f"{alone[0].spec}: no matching part in {others} for {', '.join(map(_name, alone[:LISTED_PARTS]))}{more}"
+    further = f" and {len(alone) - LISTED_PARTS} more" if len(alone) > LISTED_PARTS else ""
+    return f"{alone[0].spec}: no matching part in {others} for {', '.join(map(_name, alone[:LISTED_PARTS]))}{further}"
 
 
 def _name(shape: Shape) -> str:
@@ -220,10 +224,10 @@ def figures(pairs: Pairs, reports: Sequence[dict[str, Any]]) -> list[dict[str, A
 
 def shares_seen(fits: Sequence[Fit]) -> dict[str, float]:
     """Return how much all parts together show of both drawings, as in `Fit.report`; empty if they are not drawings."""
-    drawn = [(fit, *(drawing.region.area for drawing in fit.drawings)) for fit in fits if fit.drawings]
-    if len(drawn) < len(fits):
+    rows = [(fit, *(drawing.region.area for drawing in fit.drawings)) for fit in fits if fit.drawings]
+    if len(rows) < len(fits):
         return {}
-    sources, targets = (np.array([row[side] for row in drawn]) for side in (1, 2))
+    sources, targets = (np.array([row[side] for row in rows]) for side in (1, 2))
     return {
         "shown": float(np.average([fit.shown or 0.0 for fit in fits], weights=sources)),
         "covered": float(np.average([fit.covered or 0.0 for fit in fits], weights=targets)),

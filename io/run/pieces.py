@@ -36,8 +36,8 @@ def add_landmarks(run: Run, solve: Callable[[Run], None]) -> None:
             solve(trial)
         except InputError:
             continue
-        before, after = run.fits[k].report().get("apart"), trial.fit.report().get("apart")
-        if not trial.fit.status.ok and not (before and after and after["p95"] < before["p95"]):
+        gap, trial_gap = run.fits[k].report().get("apart"), trial.fit.report().get("apart")
+        if not trial.fit.status.ok and not (gap and trial_gap and trial_gap["p95"] < gap["p95"]):
             continue
         run.pairs[k], run.fits[k] = trial.pairs[0], trial.fit
         _update_extents(run)
@@ -72,18 +72,20 @@ def _with_landmarks(run: Run, k: int) -> tuple[Run | None, str]:
     return trial, remark
 
 
-def _is_split(shape: Shape, before: Shape) -> bool:
+def _is_split(shape: Shape, original: Shape) -> bool:
     """Return whether a piece has other triangles than before, because its cut runs through faces."""
-    return as_mesh(shape).file.mesh.corners.size != as_mesh(before).file.mesh.corners.size
+    return as_mesh(shape).file.mesh.corners.size != as_mesh(original).file.mesh.corners.size
 
 
 def _beside(run: Run, side: int, shape: Shape, replaced: Shape) -> Shape:
     """Return a piece that was cut differently, beside all others of its side in their plane."""
     from ..shapes.mesh_parts import move_beside
 
-    moved = move_beside(as_mesh(shape), [piece.curve.box for piece in run.shapes(side)])
-    moved = replace(moved, spec=replaced.spec, part=replaced.part, names=replaced.names, notes=replaced.notes)
-    return moved if _is_split(moved, replaced) else replace(moved, file=as_mesh(replaced).file)
+    shifted = move_beside(as_mesh(shape), [piece.curve.box for piece in run.shapes(side)])
+    shifted = replace(
+        shifted, spec=replaced.spec, part=replaced.part, names=replaced.names, notes=replaced.notes
+    )
+    return shifted if _is_split(shifted, replaced) else replace(shifted, file=as_mesh(replaced).file)
 
 
 def _update_extents(run: Run) -> None:

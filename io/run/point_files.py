@@ -25,21 +25,21 @@ def read_pairs(source: str, target: str) -> LandmarkPairs:
         InputError: a file cannot be read or has no points, a name occurs in one file only, or points without names
             differ in number.
     """
-    first, second = document.read(source), document.read(target)
-    before, after = _named(first, source), _named(second, target)
-    names = [name for name, _ in before]
-    common = {name for name, _ in after} & {*names} - {""}
+    source_file, target_file = document.read(source), document.read(target)
+    source_points, target_points = _named(source_file, source), _named(target_file, target)
+    names = [name for name, _ in source_points]
+    common = {name for name, _ in target_points} & {*names} - {""}
     if common:
-        _check_names(source, names, [name for name, _ in after])
-        _check_names(target, [name for name, _ in after], names)
-        places = dict(after)
-        pairs = [(name, z, places[name]) for name, z in before if name]
-    elif len(before) == len(after):
-        pairs = [("", z, w) for (_, z), (_, w) in zip(before, after)]
+        _check_names(source, names, [name for name, _ in target_points])
+        _check_names(target, [name for name, _ in target_points], names)
+        places = dict(target_points)
+        pairs = [(name, z, places[name]) for name, z in source_points if name]
+    elif len(source_points) == len(target_points):
+        pairs = [("", z, w) for (_, z), (_, w) in zip(source_points, target_points)]
     else:
         raise InputError(
-            f"{target}: has {len(after)} points, but {source} has {len(before)}; give both as many in the same order, "
-            "or name them"
+            f"{target}: has {len(target_points)} points, but {source} has {len(source_points)}; give both as many in "
+            "the same order, or name them"
         )
     # formats that count landmarks keep the numbers of missing ones
     pairs = [(name, z, w) for name, z, w in pairs if not cmath.isnan(z) and not cmath.isnan(w)]
@@ -48,7 +48,7 @@ def read_pairs(source: str, target: str) -> LandmarkPairs:
     if len(pairs) > limits.PAGE_PINS:
         raise InputError(f"{source}: contains more than {limits.PAGE_PINS} points; leave some out")
     return LandmarkPairs(
-        (_axes(first), _axes(second)),
+        (_axes(source_file), _axes(target_file)),
         [name for name, _, _ in pairs],
         [(z.real, z.imag) for _, z, _ in pairs],
         [(w.real, w.imag) for _, _, w in pairs],
@@ -67,13 +67,13 @@ def _named(file: Document, name: str) -> list[tuple[str, complex]]:
     return list(zip(file.geometry.names or [""] * len(points), points))
 
 
-def _check_names(file: str, names: list[str], others: list[str]) -> None:
+def _check_names(file: str, names: list[str], other_names: list[str]) -> None:
     """Refuse names that are missing or repeated in a file.
 
     Raises:
         InputError: there are some.
     """
-    if missing := sorted({*others} - {*names, ""}):
+    if missing := sorted({*other_names} - {*names, ""}):
         raise InputError(f"{file}: has no point named {', '.join(missing[:12])}, which the other file has")
     if repeated := sorted(name for name, count in Counter(names).items() if name and count > 1):
         raise InputError(f"{file}: has more than one point named {', '.join(repeated[:12])}")

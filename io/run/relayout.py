@@ -113,15 +113,13 @@ def _pictures(maps: Sequence[tuple[str, str]], outputs: Sequence[str]) -> list[C
 class _Mesh:
     """The new mesh with the old one's materials, ready to be written; all errors are raised when it is created."""
 
-    def __init__(
-        self, name: str, job: RelayoutJob, before: _Read, after: _Read, settings: BakeSettings
-    ) -> None:
-        material_set = relaid.material_set_of(before, plain=True)
+    def __init__(self, name: str, job: RelayoutJob, old: _Read, new: _Read, settings: BakeSettings) -> None:
+        material_set = relaid.material_set_of(old, plain=True)
         material_set = material_set.instead(relaid.given_maps(job.maps, material_set.dialect))
         self.name, self.force = name, job.force
-        self.relaid = relaid.Relaid(material_set, after, Path(name), settings)
+        self.relaid = relaid.Relaid(material_set, new, Path(name), settings)
         self.relaid.check()
-        for path in written.beside(self.relaid):
+        for path in written.companion_files(self.relaid):
             files.check_output(path, force=job.force)
 
     @property
@@ -147,13 +145,13 @@ class _Pictures:
     def __init__(
         self,
         pictures: Sequence[CarriedPicture],
-        before: _Read,
-        after: _Read,
+        old_files: _Read,
+        new_files: _Read,
         settings: BakeSettings,
         force: bool,
     ) -> None:
-        self.before = relaid.sheet_of(before)
-        self.after = matched(self.before, relaid.sheet_of(after), settings.match)
+        self.before = relaid.sheet_of(old_files)
+        self.after = matched(self.before, relaid.sheet_of(new_files), settings.match)
         self.pictures, self.settings, self.force = pictures, settings, force
         self.read = [
             tiles.read_any(picture.path, lambda: _middles(self.before), max_pixels=settings.max_pixels)
@@ -314,10 +312,10 @@ def _demand_partners(origins: Sequence[Origin], old: str, new: str, settings: Ba
     """
     covered = any(origin.grid.owners.owner.max() >= 0 for origin in origins)
     if covered and not any(origin.reached(settings.limit).any() for origin in origins):
-        tried = {"index": "by index", "topology": "by topology"}
-        tried["position"] = "by position, with and without a similarity"
-        tried["auto"] = "by position, by index, by topology, and by position after a similarity"
-        raise InputError(f"{new}: no part of it matches {old}; tried {tried[settings.match]}")
+        attempts = {"index": "by index", "topology": "by topology"}
+        attempts["position"] = "by position, with and without a similarity"
+        attempts["auto"] = "by position, by index, by topology, and by position after a similarity"
+        raise InputError(f"{new}: no part of it matches {old}; tried {attempts[settings.match]}")
 
 
 def _demand_one_tile(origins: Sequence[Origin], conflicts: Sequence[Conflicts], new: str) -> None:
@@ -392,13 +390,13 @@ def _figures(
     """Return the report; the origins are of one layout, or of several parts of it."""
     partner = np.concatenate(list({id(origin.partner): origin.partner for origin in origins}.values()))
     distance = np.concatenate([origin.distance for origin in origins])
-    far = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
+    far_texels = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
     layout = _layout(origins) | {"conflicting_texels": sum(conflict.texels for conflict in conflicts)}
     return report.as_json(
         {
             "schema": SCHEMA,
             "version": __version__,
-            "status": _status(far, layout),
+            "status": _status(far_texels, layout),
             "size": max((origin.grid.shape[::-1] for origin in origins), key=lambda size: size[0] * size[1]),
             "triangles": partner.size,
             "same_triangles": int((partner >= 0).sum()),
@@ -408,18 +406,18 @@ def _figures(
                 "max": float(distance.max(initial=0.0)) / (diagonal or 1.0),
             },
             "nearest_texels": sum(int(origin.nearest.size) for origin in origins),
-            "far_texels": far,
+            "far_texels": far_texels,
             "layout": layout,
             "inputs": [{"path": name, "sha256": files.sha256(name)} for name in inputs],
         }
     )
 
 
-def _status(far: int, layout: dict[str, int]) -> str:
+def _status(far_texels: int, layout: dict[str, int]) -> str:
     """Return how the run ended; the worst of several faults."""
     if not layout["covered_texels"]:
         return "empty"
-    if far:
+    if far_texels:
         return "far"
     conflicting = layout["conflicting_texels"] > CONFLICTING_SHARE * layout["covered_texels"]
     return "overlapping" if conflicting else "done"
@@ -434,8 +432,8 @@ def _layout(origins: Sequence[Origin]) -> dict[str, int]:
 
 def remarks(figures: dict[str, Any]) -> list[str]:
     """Return a summary of the figures, one sentence each; the first reports how triangles were matched."""
-    same, count = figures["same_triangles"], figures["triangles"]
-    sentences = [f"{same} of {count} triangles match triangles of the old mesh"]
+    matching, count = figures["same_triangles"], figures["triangles"]
+    sentences = [f"{matching} of {count} triangles match triangles of the old mesh"]
     sentences.append("pictures of {}x{} texels".format(*figures["size"]))
     nearest, overlaps = figures["nearest_texels"], figures["layout"]["overlapping_texels"]
     if nearest:

@@ -72,9 +72,18 @@ def by_pieces(job: Job, inputs: Inputs) -> Job:
     Raises:
         InputError: a mesh cannot be read.
     """
-    one = (job.has_pins, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
+    is_for_one_shape = any(
+        (job.has_pins, job.rigid, job.rigid_target, job.importance, job.size_map, job.start)
+    )
     one_map = any(formats.of(name).map for name in job.output if name != "-")
-    if job.parts != "auto" or not job.target or job.plane == "uv" or any(one) or one_map or job.subdivide_rim:
+    if (
+        job.parts != "auto"
+        or not job.target
+        or job.plane == "uv"
+        or is_for_one_shape
+        or one_map
+        or job.subdivide_rim
+    ):
         return job
     specs = job.source, job.target
     if not all(map(inputs.is_mesh, specs)) or any(map(inputs.is_layout, specs)):
@@ -117,18 +126,18 @@ def name_outputs(job: Job, inputs: Inputs) -> Job:
     """
     if job.output or any(getattr(job, field) for field in WRITTEN):
         return job
-    names = [short_name(spec) for spec in (job.source, job.target) if spec]
-    name = "-".join(names if job.target else [*names, "deformed"])
+    stems = [short_name(spec) for spec in (job.source, job.target) if spec]
+    name = "-".join(stems if job.target else [*stems, "deformed"])
     suffix = suffix_for(job, inputs)
     if len(job.maps) > 1:
         name, suffix = f"{name}-{STEM}", ".png"
     try:
-        named = pair_outputs([name + suffix], job.maps)
+        names = pair_outputs([name + suffix], job.maps)
     except ValueError as error:
         raise InputError(str(error)) from None
-    if links := [path for path in named if os.path.islink(path)]:
+    if links := [path for path in names if os.path.islink(path)]:
         raise InputError(f"{links[0]}: is a link; name the output with -o")
-    return job.model_copy(update={"output": named})
+    return job.model_copy(update={"output": names})
 
 
 def suffix_for(job: Job, inputs: Inputs) -> str:

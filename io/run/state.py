@@ -13,7 +13,7 @@ import numpy as np
 from ...arrays import Box, Complex
 from ...errors import InputError
 from ...memory import Memory
-from ...parallel import beside, thread_count
+from ...parallel import in_background, thread_count
 from ...pixels.texture import Wrapped
 from ...plane import bounding_box
 from .. import formats
@@ -135,17 +135,19 @@ class Run:
     ) -> Run:
         """Return a job with these shapes, and with their holes treated as the job requests."""
         notes = list[str]()
-        taken = Pairs()
+        accepted = Pairs()
         for source, target in pairs:
             from_source = _with_holes_as_asked(source, job, notes)
-            taken.append(
+            accepted.append(
                 (from_source, from_source if target is source else _with_holes_as_asked(target, job, notes))
             )
         room = within(job.memory, next(iter(job.outputs), None))
-        run = cls(job, inputs, taken, room, tell, phases, threads, figures=figures or {})
+        run = cls(job, inputs, accepted, room, tell, phases, threads, figures=figures or {})
         if texture.is_own_picture(job, run.source) and run.source.ink is not None:
+            drawn_sources = [as_drawn(source) for source, _ in accepted]
             run.pairs = [
-                (drawn := as_drawn(source), drawn if target is source else target) for source, target in taken
+                (drawn, drawn if target is source else target)
+                for drawn, (source, target) in zip(drawn_sources, accepted)
             ]
         run.note(*notes)
         return run
@@ -236,8 +238,8 @@ class Run:
         from ..shapes.holes import unmapped
 
         if self.job.target is None:
-            left = unmapped(self.source, self.fit.source_holes)
-            return [tuple(self.fit.map(hole) for hole in left)]
+            openings = unmapped(self.source, self.fit.source_holes)
+            return [tuple(self.fit.map(hole) for hole in openings)]
         return [unmapped(target, fit.target_holes) for (_, target), fit in zip(self.pairs, self.fits)]
 
     @property
@@ -343,7 +345,7 @@ class Run:
             return
         if thread_count(self.threads) > 1:
             make = self._early_sampler if part == "sampler" else self._fit_report
-            self._begun[part] = beside(make)
+            self._begun[part] = in_background(make)
 
     @cached_property
     def sampler(self) -> Sampler:

@@ -311,7 +311,7 @@ def sampler_of(
     """
     from ...pixels.sampler import Sampler
 
-    seen = outlines if image.alpha >= 0 and not framing.repeats(job) else ()
+    visible_outlines = outlines if image.alpha >= 0 and not framing.repeats(job) else ()
     turn = framing.texture_turn(job)
 
     def make() -> Sampler:
@@ -320,13 +320,24 @@ def sampler_of(
             from ...pixels import own_edge, paper
 
             # first remove its antialiased edge, which would be a bright line along the target's outline
-            placed = paper.on_paper(own_edge.without_own_edge(placed, seen))
+            placed = paper.on_paper(own_edge.without_own_edge(placed, visible_outlines))
             return Sampler(placed, job.filter, job.kind, job.edge, memory=room, threads=threads)
-        return Sampler(placed, job.filter, job.kind, job.edge, outlines=seen, memory=room, threads=threads)
+        return Sampler(
+            placed, job.filter, job.kind, job.edge, outlines=visible_outlines, memory=room, threads=threads
+        )
 
     key: Any = None
     if not job.memory:
-        key = image, box, turn, job.kind, job.filter, job.edge, on_paper, *(z.tobytes() for z in seen)
+        key = (
+            image,
+            box,
+            turn,
+            job.kind,
+            job.filter,
+            job.edge,
+            on_paper,
+            *(z.tobytes() for z in visible_outlines),
+        )
     return _ready.get(key, lambda sampler: sampler.texture.pixels.size, make)
 
 
@@ -368,10 +379,10 @@ def _numbers(image: Image) -> int:
 def _stamp(name: str) -> tuple[str, int, int] | None:
     """Return path, modification time and size of a file; None if it does not exist."""
     try:
-        seen = os.stat(name)
+        status = os.stat(name)
     except (OSError, ValueError):
         return None
-    return os.path.realpath(name), seen.st_mtime_ns, seen.st_size
+    return os.path.realpath(name), status.st_mtime_ns, status.st_size
 
 
 def _limits(job: Job, room: Memory) -> dict[str, Any]:

@@ -22,7 +22,7 @@ def findings(iccm):
     def run():
         typed = iccm("doctor", "--json")
         found = [json.loads(line) for line in typed.out.splitlines()]
-        return typed.code, {finding["what"]: finding for finding in found}
+        return typed.code, {finding["check"]: finding for finding in found}
 
     return run
 
@@ -47,7 +47,7 @@ def test_what_is_missing_or_too_old_is_said(findings, monkeypatch):
 
     monkeypatch.setattr(metadata, "version", version)
     code, found = findings()
-    said = {name: (found[name]["ok"], found[name]["said"]) for name in found}
+    said = {name: (found[name]["ok"], found[name]["result"]) for name in found}
     assert code == 1 and said["tinycss2"] == (False, "not installed")
     assert said["distributed"] == (None, "not installed; only needed for iccm batch --dask")
     assert said["click"] == (False, "8.1.7; click>=8.1.8 is needed")
@@ -65,11 +65,11 @@ def test_it_runs_without_the_library_that_is_missing(module):
 
 
 def test_a_core_that_is_missing_is_found(findings, monkeypatch, tmp_path):
-    assert findings()[1]["core"]["said"].startswith("core")
+    assert findings()[1]["core"]["result"].startswith("core")
     library.library.cache_clear()
     monkeypatch.setattr(library, "FOLDER", tmp_path / "iccm" / "native" / "lib")
     code, found = findings()
-    assert code == 1 and found["core"]["ok"] is False and str(tmp_path) in found["core"]["said"]
+    assert code == 1 and found["core"]["ok"] is False and str(tmp_path) in found["core"]["result"]
     library.library.cache_clear()
 
 
@@ -79,4 +79,4 @@ def test_without_its_metadata_nothing_is_known(findings, monkeypatch):
 
     monkeypatch.setattr(metadata, "requires", requires)
     code, found = findings()
-    assert code == 1 and found["requirements"]["said"] == "iccm is not installed"
+    assert code == 1 and found["requirements"]["result"] == "iccm is not installed"

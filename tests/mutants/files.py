@@ -651,8 +651,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/batch/manifest.py",
-        "merged = {key: value for key, value in defaults.items() if key not in others} | values",
-        "merged = values | {key: value for key, value in defaults.items() if key not in others}",
+        "merged = {key: value for key, value in defaults.items() if key not in foreign_keys} | values",
+        "merged = values | {key: value for key, value in defaults.items() if key not in foreign_keys}",
         MANIFEST,
         "[defaults] win over the jobs of a manifest",
     ),
@@ -827,8 +827,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/run/blank_picture.py",
-        "seen = pixels[pixels[..., alpha] >= OPAQUE_ALPHA * white]",
-        "seen = pixels[pixels[..., alpha] >= OPAQUE_ALPHA]",
+        "colours = pixels[pixels[..., alpha] >= OPAQUE_ALPHA * white]",
+        "colours = pixels[pixels[..., alpha] >= OPAQUE_ALPHA]",
         "tests/io/run/test_framing.py tests/cli/test_framing.py",
         "pictures of one colour with a soft edge are not noticed",
     ),

@@ -246,8 +246,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/pixels/stmap.py",
-        "np.where(np.isnan(after), before, 0.5 * (before + after))",
-        "np.where(np.isnan(after), before, before + after)",
+        "np.where(np.isnan(forward), backward, 0.5 * (backward + forward))",
+        "np.where(np.isnan(forward), backward, backward + forward)",
         PIXELS + "test_stmap.py",
         "pictures warped through an STMap are blurred twice as much",
     ),
@@ -338,8 +338,8 @@ LIBRARY: list[Mutant] = [
     # drawings
     Mutant(
         "iccm/drawings/cost.py",
-        "share = min(1.0, 0.5 * sum(lost))",
-        "share = min(1.0, sum(lost))",
+        "share = min(1.0, 0.5 * sum(lost_shares))",
+        "share = min(1.0, sum(lost_shares))",
         DRAWINGS,
         "what is lost counts twice in the choice of frames",
     ),
@@ -359,8 +359,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/drawings/seen.py",
-        "weights = 0.5 * before / before.sum() + 0.5 * after / after.sum()",
-        "weights = before / before.sum()",
+        "weights = 0.5 * source_areas / source_areas.sum() + 0.5 * image_areas / image_areas.sum()",
+        "weights = source_areas / source_areas.sum()",
         DRAWINGS,
         "the energy of drawings counts the source's area only",
     ),
@@ -564,8 +564,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/maps/distortion.py",
-        "float(np.sqrt(area.sum() / before.sum())))",
-        "float(area.sum() / before.sum()))",
+        "float(np.sqrt(area.sum() / source_area.sum())))",
+        "float(area.sum() / source_area.sum()))",
         MAPS + "test_distortion.py",
         "the mean scale is one of areas",
     ),
@@ -628,7 +628,7 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/paper/energies.py",
-        "return np.where(far, offset / np.where(far, away, 1.0), curve.normals[edge])",
+        "return np.where(is_apart, offset / np.where(is_apart, away, 1.0), curve.normals[edge])",
         "return curve.normals[edge]",
         PAPER + "test_energies.py",
         "corners pull along the normals of edges",

@@ -61,12 +61,12 @@ def separate(
     """
     inner, along = [], []
     for k, (pair, stuck) in enumerate(zip(strokes, sticks)):
-        drawn = DrawnStroke(k, pair, (bool(stuck[0]), bool(stuck[1])))
-        beside = [_is_along(curve, stroke) for curve, stroke in zip(domains, pair)]
-        if any(beside):
-            along.append(_along(domains, drawn, beside))
+        drawn_stroke = DrawnStroke(k, pair, (bool(stuck[0]), bool(stuck[1])))
+        runs_along = [_is_along(curve, stroke) for curve, stroke in zip(domains, pair)]
+        if any(runs_along):
+            along.append(_along(domains, drawn_stroke, runs_along))
         else:
-            inner.append(_snap_ends(domains, drawn))
+            inner.append(_snap_ends(domains, drawn_stroke))
     return inner, along
 
 
@@ -75,33 +75,33 @@ def _is_along(curve: Curve, stroke: Curve) -> bool:
     return bool(np.all(curve.distances(z) <= ON_OUTLINE_SHARE * curve.diagonal))
 
 
-def _along(domains: tuple[Curve, ...], drawn: DrawnStroke, beside: Sequence[bool]) -> DrawnStroke:
+def _along(domains: tuple[Curve, ...], drawn_stroke: DrawnStroke, runs_along: Sequence[bool]) -> DrawnStroke:
     """Return a stroke along both outlines, with its ends on them.
 
     Raises:
         ConstraintError: it runs along one outline only, or along them in opposite directions.
     """
-    k = drawn.number
+    k = drawn_stroke.number
     if len(domains) < 2:
         raise ConstraintError(
             f"stroke {k + 1}: runs along the outline, which is free to move in a deformation; draw the "
             "stroke inside the shape",
             strokes=[k],
         )
-    if not all(beside):
-        side, other_side = NAMES if beside[0] else NAMES[::-1]
+    if not all(runs_along):
+        side, other_side = NAMES if runs_along[0] else NAMES[::-1]
         raise ConstraintError(
             f"stroke {k + 1}: runs along the outline in the {side} but not in the {other_side}; draw both "
             "along the outline or both inside, since the map takes outline to outline",
             strokes=[k],
         )
-    if len({_goes_round(*pair) for pair in zip(domains, drawn.curves)}) > 1:
+    if len({_goes_round(*pair) for pair in zip(domains, drawn_stroke.curves)}) > 1:
         raise ConstraintError(
             f"stroke {k + 1}: runs along the outlines in opposite directions; reverse it in the source or "
             "in the target",
             strokes=[k],
         )
-    ends = [Curve(c.nearest(s.z[[0, -1]]), closed=False) for c, s in zip(domains, drawn.curves)]
+    ends = [Curve(c.nearest(s.z[[0, -1]]), closed=False) for c, s in zip(domains, drawn_stroke.curves)]
     return DrawnStroke(k, (ends[0], ends[1]), (True, True), (True, True))
 
 
@@ -115,12 +115,12 @@ def _wrapped(steps: np.ndarray, length: float) -> np.ndarray:
     return np.mod(steps + 0.5 * length, length) - 0.5 * length
 
 
-def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
+def _snap_ends(domains: tuple[Curve, ...], drawn_stroke: DrawnStroke) -> DrawnStroke:
     """Return a stroke inside, with ends close to the outlines moved onto them.
 
     An end that is on the outline in the target only is cut off, unless it sticks.
     """
-    k, curves = drawn.number, list(drawn.curves)
+    k, curves = drawn_stroke.number, list(drawn_stroke.curves)
     at_ends = np.array(
         [c.distances(s.z[[0, -1]]) <= ON_OUTLINE_SHARE * c.diagonal for c, s in zip(domains, curves)]
     )
@@ -132,7 +132,7 @@ def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
                 "the outline or both inside, since the map takes outline to outline",
                 strokes=[k],
             )
-        if on_target and not on_source and drawn.sticks[end]:
+        if on_target and not on_source and drawn_stroke.sticks[end]:
             raise ConstraintError(
                 f"stroke {k + 1}: ends on the outline in the target but not in the source; end both on "
                 "the outline, or remove the pin at that end",
@@ -144,7 +144,7 @@ def _snap_ends(domains: tuple[Curve, ...], drawn: DrawnStroke) -> DrawnStroke:
             if at_ends[side, end]:
                 curves[side] = (_on_outline if on[end] else _cut_off)(curve, curves[side], end)
         _refuse_touching(curve, curves[side], on, k, side)
-    sticks = drawn.sticks[0] or on[0], drawn.sticks[1] or on[1]
+    sticks = drawn_stroke.sticks[0] or on[0], drawn_stroke.sticks[1] or on[1]
     return DrawnStroke(k, (curves[0], curves[1]), sticks, on)
 
 
@@ -173,22 +173,26 @@ def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
     elif curve.contains(z[:1])[0]:
         z = np.append(foot, z)
     else:
-        first = 1 + int(np.argmax(np.append(curve.contains(z[1:-1]), True)))
-        way = shapely.LineString(xy_of(z[[first - 1, first]])).intersection(_ring(curve))
-        crossings = complex_of(shapely.get_coordinates(way))
-        foot = crossings[[np.abs(crossings - z[first - 1]).argmin()]] if crossings.size else foot
-        z = np.append(curve.nearest(foot), z[first:])
+        first_inside = 1 + int(np.argmax(np.append(curve.contains(z[1:-1]), True)))
+        intersection = shapely.LineString(xy_of(z[[first_inside - 1, first_inside]])).intersection(
+            _ring(curve)
+        )
+        crossings = complex_of(shapely.get_coordinates(intersection))
+        foot = crossings[[np.abs(crossings - z[first_inside - 1]).argmin()]] if crossings.size else foot
+        z = np.append(curve.nearest(foot), z[first_inside:])
     return Curve(z[::-1] if end else z, closed=False)
 
 
 def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
     """Return the stroke without the part at an end that is close to the outline."""
-    turned = Curve(stroke.z[::-1], closed=False) if end else stroke
-    s = _samples(curve, turned)
-    z = turned.at(s)
+    from_end = Curve(stroke.z[::-1], closed=False) if end else stroke
+    s = _samples(curve, from_end)
+    z = from_end.at(s)
     clear = (curve.distances(z) > SAMPLES_PER_LENGTH * ON_OUTLINE_SHARE * curve.diagonal) & curve.contains(z)
-    first = s[np.argmax(clear)] if clear.any() else 0.0
-    z = np.append(turned.at(np.array([first])), turned.z[turned.knots > first + 1e-12 * turned.length])
+    start = s[np.argmax(clear)] if clear.any() else 0.0
+    z = np.append(
+        from_end.at(np.array([start])), from_end.z[from_end.knots > start + 1e-12 * from_end.length]
+    )
     return Curve(z[::-1] if end else z, closed=False)
 
 
@@ -199,27 +203,27 @@ def refuse_other_sides(
 
     Args:
         domains: source and target, or the source alone.
-        strokes: those inside.
+        strokes: the strokes inside the domains.
         pins: (k, 2) pins inside.
         numbers: (k,) their numbers.
     """
     for stroke in strokes:
         if len(domains) < 2 or not all(stroke.on_outline):
             continue
-        others = [other for other in strokes if other is not stroke]
-        middles = np.array([[c.at(0.5 * c.length) for c in other.curves] for other in others]).reshape(-1, 2)
+        rest_of_strokes = [s for s in strokes if s is not stroke]
+        middles = np.array([[c.at(0.5 * c.length) for c in s.curves] for s in rest_of_strokes]).reshape(-1, 2)
         points = np.concatenate([pins, middles])
-        left = [_left_of(c, s, side) for c, s, side in zip(domains, stroke.curves, points.T)]
-        for k in np.flatnonzero(left[0] != left[1]):
+        is_left = [_left_of(c, s, side) for c, s, side in zip(domains, stroke.curves, points.T)]
+        for k in np.flatnonzero(is_left[0] != is_left[1]):
             is_pin = k < len(pins)
             pin = [int(numbers[k])] if is_pin else []
-            drawn = [] if is_pin else [others[k - len(pins)].number]
-            name = f"pin {pin[0] + 1}" if is_pin else f"stroke {drawn[0] + 1}"
+            stroke_numbers = [] if is_pin else [rest_of_strokes[k - len(pins)].number]
+            name = f"pin {pin[0] + 1}" if is_pin else f"stroke {stroke_numbers[0] + 1}"
             raise ConstraintError(
                 f"{name}: lies on different sides of stroke {stroke.number + 1} in the source and in the "
                 "target; that stroke divides the shape, so move one of the two points",
                 pin,
-                [*drawn, stroke.number],
+                [*stroke_numbers, stroke.number],
             )
 
 

@@ -53,7 +53,7 @@ class PinnedPatches:
         """Return the pins in unit coordinates."""
         sizes = [abs(frame.factor) for frame in frames]
         softness, mirror = self.softness, -1.0 if frames[0].mirrored else 1.0
-        turned = np.angle(frames[1].factor / frames[0].factor)
+        rotation = np.angle(frames[1].factor / frames[0].factor)
         return SoftPins(
             frames[0](self.points[:, 0]),
             frames[1](self.points[:, 1]),
@@ -62,7 +62,7 @@ class PinnedPatches:
             COST_AT_TOLERANCE / (sizes[1] * softness.tolerances) ** 2,
             COST_AT_TOLERANCE / self.derivative_tolerance**2,
             STIFFNESS,
-            mirror * (softness.rotations + turned),
+            mirror * (softness.rotations + rotation),
             softness.scales.copy(),
             tuple(
                 Band(Curve(frames[0](line.z), closed=False), 0.5 * sizes[0] * width)
@@ -80,7 +80,7 @@ def patches_of(
     holes: tuple[Sequence[Curve], Sequence[Curve]],
     pins: Complex,
     softness: Softness,
-    given: Pins,
+    checked_pins: Pins,
     numbers: Index | None = None,
     bands: tuple[tuple[Curve, float], ...] = (),
 ) -> PinnedPatches:
@@ -95,17 +95,17 @@ def patches_of(
         holes: of source and target.
         pins: (k, 2) points of the source, and their places.
         softness: as given.
-        given: the checked pins.
+        checked_pins: the checked pins.
         numbers: (k,) numbers of the pins for messages; consecutive by default.
         bands: of strokes; see `bands_of`.
 
     Raises:
         ConstraintError: an exact pin has a rotation or a size.
     """
-    soft = np.isin(pins[:, 0], given.inner[:, 0]) & (softness.radii != 0)
-    turned = np.flatnonzero(~soft & ~(np.isnan(softness.rotations) & np.isnan(softness.scales)))
-    if turned.size:
-        k = int(turned[0] if numbers is None else numbers[turned[0]])
+    soft = np.isin(pins[:, 0], checked_pins.inner[:, 0]) & (softness.radii != 0)
+    exact_with_rotation = np.flatnonzero(~soft & ~(np.isnan(softness.rotations) & np.isnan(softness.scales)))
+    if exact_with_rotation.size:
+        k = int(exact_with_rotation[0] if numbers is None else numbers[exact_with_rotation[0]])
         raise ConstraintError(
             f"pin {k + 1}: only a pin inside the shape, with a radius above 0, can have a rotation or a size (turn, "
             "scale); move it away from the outline, or leave them out",
@@ -113,18 +113,18 @@ def patches_of(
         )
     if not soft.any():
         return replace(NO_PATCHES, bands=bands)
-    chosen = choose_radii(source, target, holes, pins)[soft]
-    kept = softness.of_pins(soft)
-    radii = np.where(np.isnan(kept.radii), chosen, kept.radii)
+    default_radii = choose_radii(source, target, holes, pins)[soft]
+    requested = softness.of_pins(soft)
+    radii = np.where(np.isnan(requested.radii), default_radii, requested.radii)
     derivative_tolerance = DERIVATIVE_TOLERANCE if target else FREE_DERIVATIVE_TOLERANCE
     if target is None:
         tolerance = FREE_TOLERANCE_SHARE * size_of(source, holes[0])
     else:
         tolerance = TOLERANCE_SHARE * size_of(target, holes[1])
-    tolerances = np.where(np.isnan(kept.tolerances), tolerance, kept.tolerances)
+    tolerances = np.where(np.isnan(requested.tolerances), tolerance, requested.tolerances)
     most = 1.0 if target is None else MOST_TOLERANCES
-    limits = np.where(np.isnan(kept.tolerances), most * tolerance, kept.tolerances)
-    resolved = Softness(radii, tolerances, kept.rotations, kept.scales, limits)
+    limits = np.where(np.isnan(requested.tolerances), most * tolerance, requested.tolerances)
+    resolved = Softness(radii, tolerances, requested.rotations, requested.scales, limits)
     return PinnedPatches(pins[soft], resolved, bands, derivative_tolerance)
 
 

@@ -73,21 +73,23 @@ def inside(
     strokes: tuple[StrokePair, ...], matches: list[Match], spacing: float, pins: Complex
 ) -> InnerConstraints:
     """Return the vertices of strokes, at most `spacing` apart on either side, and those of pins (k, 2)."""
-    last = InnerConstraints.of_pins(pins)
+    pin_constraints = InnerConstraints.of_pins(pins)
     parts = [_chain(stroke, match, spacing) for stroke, match in zip(strokes, matches)]
     sizes = [part[0].size for part in parts]
     links = [np.append(start + 1 + np.arange(n - 1), -1) for start, n in zip(np.cumsum([0, *sizes]), sizes)]
     s, tau, at_source, at_target, stuck = ([part[k] for part in parts] for k in range(5))
     return InnerConstraints(
-        np.concatenate([*(stroke.source.at(x) for stroke, x in zip(strokes, s)), last.z]),
-        np.concatenate([*(stroke.target.at(x) for stroke, x in zip(strokes, tau)), last.goals]),
-        np.concatenate([*s, last.s]),
-        np.concatenate([*tau, last.tau]),
-        np.concatenate([np.repeat(np.arange(len(sizes)), sizes).astype(np.int64), last.stroke_index]),
-        np.concatenate([*links, last.links]),
-        np.concatenate([*at_source, last.at_source]),
-        np.concatenate([*at_target, last.at_target]),
-        np.concatenate([*stuck, last.stuck]),
+        np.concatenate([*(stroke.source.at(x) for stroke, x in zip(strokes, s)), pin_constraints.z]),
+        np.concatenate([*(stroke.target.at(x) for stroke, x in zip(strokes, tau)), pin_constraints.goals]),
+        np.concatenate([*s, pin_constraints.s]),
+        np.concatenate([*tau, pin_constraints.tau]),
+        np.concatenate(
+            [np.repeat(np.arange(len(sizes)), sizes).astype(np.int64), pin_constraints.stroke_index]
+        ),
+        np.concatenate([*links, pin_constraints.links]),
+        np.concatenate([*at_source, pin_constraints.at_source]),
+        np.concatenate([*at_target, pin_constraints.at_target]),
+        np.concatenate([*stuck, pin_constraints.stuck]),
         tuple(stroke.rails for stroke in strokes),
         feet_of(strokes, sizes),
     )
@@ -105,30 +107,30 @@ def feet_of(strokes: tuple[StrokePair, ...], sizes: list[int]) -> tuple[Foot, ..
 
 
 def aim_feet(
-    kept: InnerConstraints, strokes: tuple[StrokePair, ...], u: Complex, even: float
+    inside: InnerConstraints, strokes: tuple[StrokePair, ...], u: Complex, even: float
 ) -> InnerConstraints:
     """Return the constraints with the goals of strokes whose ends slide moved close to their present images.
 
     Args:
-        kept: constraints as returned by `inside`.
+        inside: constraints as returned by `inside`.
         strokes: the strokes.
         u: (k,) present images of the vertices.
         even: share of the former goals that is mixed into the closest points, which may accumulate.
     """
     from scipy.optimize import isotonic_regression  # slow to import, and seldom needed
 
-    goals, tau, at_target = kept.goals.copy(), kept.tau.copy(), kept.at_target.copy()
+    goals, tau, at_target = inside.goals.copy(), inside.tau.copy(), inside.at_target.copy()
     for k, stroke in enumerate(strokes):
         if all(stroke.sticks):
             continue
-        chain = np.flatnonzero(kept.stroke_index == k)
+        chain = np.flatnonzero(inside.stroke_index == k)
         closest = isotonic_regression(stroke.target.closest(u[chain])).x
-        places = (1 - even) * closest + even * kept.tau[chain]
-        share = (kept.tau[chain] - kept.tau[chain[0]]) / np.ptp(kept.tau[chain])
+        places = (1 - even) * closest + even * inside.tau[chain]
+        share = (inside.tau[chain] - inside.tau[chain[0]]) / np.ptp(inside.tau[chain])
         first, last = (tau[chain[end]] - places[end] if stroke.sticks[end] else 0.0 for end in (0, -1))
         tau[chain] = places + (1 - share) * first + share * last
-        goals[chain], at_target[chain] = stroke.target.at(tau[chain]), kept.stuck[chain]
-    return kept._replace(goals=goals, tau=tau, at_target=at_target)
+        goals[chain], at_target[chain] = stroke.target.at(tau[chain]), inside.stuck[chain]
+    return inside._replace(goals=goals, tau=tau, at_target=at_target)
 
 
 def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
@@ -174,17 +176,17 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     return tuple(part[int(first) : part.size - int(last)] for part in chain)
 
 
-def _merge_corners(places: list, near: float) -> list:
+def _merge_corners(places: list, tolerance: float) -> list:
     """Merge neighbours, one a corner of the source and one of the target, into one where both gaps are small."""
-    kept = [places[0]]
+    merged = [places[0]]
     for s, tau, kind in places[1:]:
-        before = kept[-1]
-        close = s - before[0] < near and tau - before[1] < near
-        if close and kind + before[2] == 3 and kind != 3:
-            merged_s = s if kind == 1 else before[0]
-            kept[-1] = (merged_s, before[1] if kind == 1 else tau, 3)
-        elif s - before[0] < 1e-9 or tau - before[1] < 1e-9:
-            kept[-1] = (s, tau, 3) if kind == 3 else before
+        previous = merged[-1]
+        close = s - previous[0] < tolerance and tau - previous[1] < tolerance
+        if close and kind + previous[2] == 3 and kind != 3:
+            merged_s = s if kind == 1 else previous[0]
+            merged[-1] = (merged_s, previous[1] if kind == 1 else tau, 3)
+        elif s - previous[0] < 1e-9 or tau - previous[1] < 1e-9:
+            merged[-1] = (s, tau, 3) if kind == 3 else previous
         else:
-            kept.append((s, tau, kind))
-    return kept
+            merged.append((s, tau, kind))
+    return merged

@@ -244,14 +244,14 @@ def _without_repeats(pins: Complex, unit: float, image_unit: float | None) -> tu
     """
     keep: list[int] = []
     for k, (z, w) in enumerate(pins):
-        same = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT_SHARE * unit]
+        same_source = [j for j in keep if abs(pins[j, 0] - z) <= SAME_POINT_SHARE * unit]
         same_goal = [j for j in keep if abs(pins[j, 1] - w) <= SAME_POINT_SHARE * (image_unit or unit)]
-        if any(j in same_goal for j in same):
+        if any(j in same_goal for j in same_source):
             continue
-        if same:
+        if same_source:
             raise ConstraintError(
-                f"pins {same[0] + 1} and {k + 1}: the same source point has two targets; remove one of the pins",
-                [same[0], k],
+                f"pins {same_source[0] + 1} and {k + 1}: the same source point has two targets; remove one of the pins",
+                [same_source[0], k],
             )
         if same_goal and image_unit is not None:
             raise ConstraintError(
@@ -313,10 +313,10 @@ class OutlinePoints:
         """Return the name of the k-th point in messages."""
         return f"pin {self.pins[k] + 1}" if self.pins[k] >= 0 else f"stroke {self.strokes[k] + 1}"
 
-    def refused(self, message: str, chosen: Sequence[int]) -> ConstraintError:
+    def refused(self, message: str, indices: Sequence[int]) -> ConstraintError:
         """Return an error about some of the points."""
-        pins = [self.pins[k] for k in chosen if self.pins[k] >= 0]
-        return ConstraintError(message, pins, [self.strokes[k] for k in chosen if self.pins[k] < 0])
+        pins = [self.pins[k] for k in indices if self.pins[k] >= 0]
+        return ConstraintError(message, pins, [self.strokes[k] for k in indices if self.pins[k] < 0])
 
     def in_order(self, source: Curve, target: Curve) -> Complex:
         """Return (k, 2) the points moved onto the outlines, in their order around the source, without duplicates.

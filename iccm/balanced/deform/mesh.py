@@ -28,7 +28,7 @@ def mesh_of(
     pins: Pins,
     energy: Energy,
     size: float,
-    drawn: list[Match] | None = None,
+    matches: list[Match] | None = None,
     regions: Sequence[Sequence[Complex]] = (),
 ) -> DiscreteMap:
     """Return the undeformed shape on a mesh.
@@ -39,27 +39,27 @@ def mesh_of(
         pins: in its coordinates.
         energy: the energy that maps minimise.
         size: edge length h of the triangles.
-        drawn: correspondence of each stroke; in proportion to arclength, ends to ends, if None.
+        matches: correspondence of each stroke; in proportion to arclength, ends to ends, if None.
         regions: polygons of rigid regions.
 
     Raises:
         Stuck: no mesh with these constraints was found.
     """
-    drawn = drawn or [stroke.even for stroke in pins.strokes]
-    kept = inside(pins.strokes, drawn, SPACING_MESH_SIZES * size, pins.inner)
+    matches = matches or [stroke.even for stroke in pins.strokes]
+    inner = inside(pins.strokes, matches, SPACING_MESH_SIZES * size, pins.inner)
     spaced = [
-        _spaced(outline, min(SPACING_MESH_SIZES * size, outline.length / FEWEST_RIM_VERTICES), kept.z)
+        _spaced(outline, min(SPACING_MESH_SIZES * size, outline.length / FEWEST_RIM_VERTICES), inner.z)
         for outline in outlines
     ]
     # The triangulation is that of outlines on a coarse grid, so that noise far below the grid spacing does not
     # change it.
     outer, *holes = [rounded for rounded, _ in spaced]
     bones = subdivide_rings(regions, SPACING_MESH_SIZES * size)
-    points, around = kept_by(bones, kept.z)
-    links = np.append(kept.links, np.where(around < 0, -1, kept.z.size + around))
-    points = np.append(kept.z, points)
-    z, faces = triangulate(outer, sizes_at_pins(outer, size, energy), points, links, holes, kept.rays(outer))
-    border = np.concatenate([given for _, given in spaced])
+    points, around = kept_by(bones, inner.z)
+    links = np.append(inner.links, np.where(around < 0, -1, inner.z.size + around))
+    points = np.append(inner.z, points)
+    z, faces = triangulate(outer, sizes_at_pins(outer, size, energy), points, links, holes, inner.rays(outer))
+    border = np.concatenate([target_outline for _, target_outline in spaced])
     restored = np.append(border, z[border.size :])
     if folds(faces, restored):
         border = z[: border.size]
@@ -67,10 +67,10 @@ def mesh_of(
         z = restored
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
     boundary = FreeBoundary((outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1])
-    pattern = system_of(faces, np.append(boundary.following, boundary.size + kept.following), z.size)
+    pattern = system_of(faces, np.append(boundary.following, boundary.size + inner.following), z.size)
     rigid = regions_of(z[faces].mean(axis=1), bones) if bones else None
     state = DiscreteMap(
-        faces, z, z.copy(), boundary=boundary, inside=kept, bound=True, pattern=pattern, rigid=rigid
+        faces, z, z.copy(), boundary=boundary, inside=inner, bound=True, pattern=pattern, rigid=rigid
     )
     return state.with_energy(energy)
 
@@ -88,8 +88,8 @@ def _spaced(outline: Curve, spacing: float, points: Complex) -> tuple[Complex, C
     z = on_grid(outline.z)
     rounded = Curve(z)
     if (rounded.lengths == 0).any() or not rounded.polygon.is_valid:
-        given = space_out(outline, spacing, points)
-        return given, given
+        vertices = space_out(outline, spacing, points)
+        return vertices, vertices
     vertices = space_out(rounded, spacing, points)
     s = rounded.closest(vertices)
     edge = np.clip(np.searchsorted(rounded.knots, s, side="right") - 1, 0, rounded.lengths.size - 1)

@@ -184,9 +184,9 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
     relaxed = state if state.miss == 0 else state.held()
     relaxed = relaxed.forward(q, SETTLING_STEPS, SETTLED)
     for _ in range(DEFORMATION_ROUNDS if state.inside.strokes else 0):
-        before = relaxed.value
+        previous = relaxed.value
         relaxed = relaxed.backward(q, BACKWARD_STEPS, SETTLED).forward(q, FORWARD_STEPS, SETTLED)
-        if before - relaxed.value < ROUND_DECREASE * before:
+        if previous - relaxed.value < ROUND_DECREASE * previous:
             break
     return relaxed if state.miss == 0 else relaxed.with_goals(goals)
 

@@ -36,17 +36,17 @@ class Filled(NamedTuple):
     bays: tuple[Complex, ...]
 
 
-def fill_hull(curve: Curve, kept: Sequence[complex] = ()) -> Filled:
+def fill_hull(curve: Curve, fixed_vertices: Sequence[complex] = ()) -> Filled:
     """Fill the concavities between a shape and its convex hull.
 
     Args:
         curve: outline of the shape, counter-clockwise.
-        kept: vertices that must stay on the outline; concavities with such vertices are not filled.
+        fixed_vertices: vertices that must stay on the outline; concavities with such vertices are not filled.
     """
     ends = np.flatnonzero(_on_hull(curve.z))
     rolled = np.roll(curve.z, -ends[0])
     path, places = np.append(rolled, rolled[0]), np.append(ends - ends[0], curve.z.size)
-    outline, bays = _mouths(curve.polygon, path, places, kept)
+    outline, bays = _mouths(curve.polygon, path, places, fixed_vertices)
     return Filled(Curve(outline[:-1]), bays)
 
 
@@ -82,7 +82,7 @@ def _on_hull(z: Complex) -> Flags:
 
 
 def _mouths(
-    shape: shapely.Polygon, path: Complex, ends: Index, kept: Sequence[complex] = ()
+    shape: shapely.Polygon, path: Complex, ends: Index, fixed_vertices: Sequence[complex] = ()
 ) -> tuple[Complex, tuple[Complex, ...]]:
     """Skip the concavities of an outline between vertices `ends` (k,).
 
@@ -105,7 +105,7 @@ def _mouths(
         if (
             bay.size > 2
             and -polygon_area(bay) > LEAST_BAY_AREA_SHARE
-            and not np.isin(bay[1:-1], kept).any()
+            and not np.isin(bay[1:-1], fixed_vertices).any()
             and not shape.intersects(_within(bay[0], bay[-1]))
         ):
             bays.append(bay)

@@ -42,8 +42,8 @@ def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
     opened = [loop for loop in state.filled if loop.source < 0 <= loop.target]
     weights: Real = np.ones(len(state.faces)) if state.weights is None else state.weights
     bays = bool(np.any(weights == BAY))
-    kept: Flags = weights == 1 if opened else weights != BAY
-    faces = state.faces[kept]
+    is_material: Flags = weights == 1 if opened else weights != BAY
+    faces = state.faces[is_material]
     used = np.unique(faces)
     place = np.full(state.z.size, -1)
     place[used] = np.arange(used.size)

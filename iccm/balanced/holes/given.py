@@ -45,8 +45,8 @@ class Holes:
     ) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
         """Return the holes of both domains without those with the given numbers."""
         source, target = (
-            tuple(hole for k, hole in enumerate(side) if k not in kept)
-            for side, kept in zip(self.sides, numbers)
+            tuple(hole for k, hole in enumerate(side) if k not in selected)
+            for side, selected in zip(self.sides, numbers)
         )
         return source, target
 
@@ -123,16 +123,16 @@ def _refuse_touching(
     name: str, outer: Curve, holes: Sequence[Curve], z: Complex, numbers: Index, strokes: Sequence[Curve]
 ) -> None:
     """Raise InputError if one of the pins z[rest], or a stroke, touches a hole."""
-    near = ON_RIM_SHARE * outer.diagonal
+    tolerance = ON_RIM_SHARE * outer.diagonal
     for hole in holes:
         ring = hole.polygon
         for k in numbers:
-            if ring.distance(shapely.Point(z[k].real, z[k].imag)) < near:
+            if ring.distance(shapely.Point(z[k].real, z[k].imag)) < tolerance:
                 raise InputError(
                     f"pin {k + 1}: is on the outline of a hole in the {name}; move it off the outline"
                 )
         for k, stroke in enumerate(strokes):
-            if ring.distance(shapely.LineString(xy_of(stroke.z))) < near:
+            if ring.distance(shapely.LineString(xy_of(stroke.z))) < tolerance:
                 raise InputError(
                     f"stroke {k + 1}: touches or crosses a hole in the {name}; draw it around the hole"
                 )
@@ -145,29 +145,35 @@ def open_holes(
 
     The others are deformed as if they were filled.
     """
-    near = ON_RIM_SHARE * outer.diagonal
+    tolerance = ON_RIM_SHARE * outer.diagonal
     lines = [shapely.LineString(xy_of(stroke.z)) for stroke in strokes]
-    kept = []
+    open_holes = []
     for hole in holes:
         ring = hole.polygon
         on_rim = hole.distances(z) <= AT_OUTLINE_SHARE * outer.diagonal
-        moved = bool(np.any(hole.contains(z) & ~on_rim)) or any(ring.distance(line) < near for line in lines)
-        if not moved:
-            kept.append(hole)
-    filled = len(holes) - len(kept)
+        is_moved = bool(np.any(hole.contains(z) & ~on_rim)) or any(
+            ring.distance(line) < tolerance for line in lines
+        )
+        if not is_moved:
+            open_holes.append(hole)
+    filled = len(holes) - len(open_holes)
     if not filled:
-        return tuple(kept), []
+        return tuple(open_holes), []
     subject = "A hole contains" if filled == 1 else f"{filled} holes contain"
-    return tuple(kept), [f"{subject} pins or strokes: the shape is deformed as if it were filled there."]
+    return tuple(open_holes), [
+        f"{subject} pins or strokes: the shape is deformed as if it were filled there."
+    ]
 
 
 def unequal(holes: Holes) -> list[str]:
     """Return a note if one domain has more holes than the other."""
     counts = [len(side) for side in holes.sides]
-    more = abs(counts[0] - counts[1])
-    if not more:
+    difference = abs(counts[0] - counts[1])
+    if not difference:
         return []
-    unmatched = f"{more} hole{'s' * (more > 1)} of the {'source' if counts[0] > counts[1] else 'target'}"
+    unmatched = (
+        f"{difference} hole{'s' * (difference > 1)} of the {'source' if counts[0] > counts[1] else 'target'}"
+    )
     ending = "shrunk to a slit" if counts[0] > counts[1] else "opened from a slit"
     return [
         f"The source has {counts[0]} hole{'s' * (counts[0] != 1)} and the target {counts[1]}: {unmatched} {ending}."

@@ -75,8 +75,12 @@ def manageable_holes(
     """
     fineness = FINENESS_OF_TOLERANCE * tolerance * outer.diagonal
     simplified = [
-        simplify(hole, min(fineness / hole.diagonal, FINENESS_OF_TOLERANCE * COARSEST_SHARE_OF_HOLE), kept)
-        for hole, kept in zip(holes, always or [()] * len(holes))
+        simplify(
+            hole,
+            min(fineness / hole.diagonal, FINENESS_OF_TOLERANCE * COARSEST_SHARE_OF_HOLE),
+            fixed_vertices,
+        )
+        for hole, fixed_vertices in zip(holes, always or [()] * len(holes))
     ]
     return simplified if are_disjoint([outer.z, *(hole.z for hole in simplified)]) else list(holes)
 

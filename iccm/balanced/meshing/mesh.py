@@ -93,11 +93,11 @@ def triangulate(
     rims = around.size
     links = np.append(around, np.full(inside.size, -1) if links is None else links + rims * (links >= 0))
     inside = np.concatenate([*holes, inside])
-    border, given = outline.size, outline.size + inside.size
-    room = int(12 * polygon_area(outline) / sizes.areas.mean() + 16 * given + 4000)
+    border, input_count = outline.size, outline.size + inside.size
+    room = int(12 * polygon_area(outline) / sizes.areas.mean() + 16 * input_count + 4000)
     z = np.empty(room, np.complex128)
-    z[:border], z[border:given] = outline, inside
-    all_links = np.full(given, -1)
+    z[:border], z[border:input_count] = outline, inside
+    all_links = np.full(input_count, -1)
     all_links[border:] = np.where(links >= 0, links + border, -1)
     for vertex, place in rays:
         inner = border + rims + place
@@ -111,17 +111,19 @@ def triangulate(
         raise Stuck("the outline is too thin to be triangulated in double precision; make it wider")
     stack = np.zeros(8 * room, np.int64)
     if inside.size:
-        triangles = _insert(z, border, given, faces, across, triangles, all_links, stack, stack.size)
+        triangles = _insert(z, border, input_count, faces, across, triangles, all_links, stack, stack.size)
     if triangles < 0:
         raise Stuck("the mesh cannot follow a stroke or the outline of a hole; move it away from the outline")
     if rims:
-        last = border + rims
-        triangles = _remove_holes(faces, across, triangles, border, last, all_links, given, stack, stack.size)
+        rim_end = border + rims
+        triangles = _remove_holes(
+            faces, across, triangles, border, rim_end, all_links, input_count, stack, stack.size
+        )
         if not triangles:
             raise Stuck("the outline of a hole crosses another outline; remove the crossing")
     count, areas = np.array([triangles]), np.ascontiguousarray(sizes.areas, np.float64)
     vertices = _refine(
-        z, given, room, faces, across, count, all_links, stack, stack.size,
+        z, input_count, room, faces, across, count, all_links, stack, stack.size,
         float(sizes.corner.real), float(sizes.corner.imag), float(sizes.side), areas, *areas.shape,
     )  # fmt: skip
     return z[:vertices].copy(), faces[: count[0]].copy()

@@ -24,8 +24,8 @@ def interpolate(z: Complex, faces: Index, values: Complex, points: Complex) -> C
     a, b, c = z[faces[nearest]].T
     area = cross(b - a, c - a)
     second, third = cross(points - a, c - a) / area, cross(b - a, points - a) / area
-    first, *others = values[faces[nearest]].T
-    return first + second * (others[0] - first) + third * (others[1] - first)
+    first, *corners = values[faces[nearest]].T
+    return first + second * (corners[0] - first) + third * (corners[1] - first)
 
 
 def nearest_triangles(z: Complex, faces: Index, points: Complex) -> Index:

@@ -97,7 +97,7 @@ class SurfaceMap(NamedTuple):
     turns: Real
     on: Index
     points: Real
-    laid: Complex
+    flat_images: Complex
     axes: Real
     slopes: Complex
     blocks: Real
@@ -107,12 +107,12 @@ class SurfaceMap(NamedTuple):
         """Return the data for a mesh's rest triangles in the source's layout."""
         n, m = int(layout.corners.max()) + 1, len(layout.corners)
         light = layout._replace(weights=BARRIER_WEIGHT * layout.weights)
-        laid, slopes = np.empty((2, 3 * m), np.complex128)
+        flat_images, slopes = np.empty((2, 3 * m), np.complex128)
         return cls(
             *(ground, light, Objective.of(theta, 1.0), open, turns),
             on=np.empty(n, np.int64),
             points=np.empty((n, 3)),
-            laid=laid,
+            flat_images=flat_images,
             axes=np.empty((m, 2, 3)),
             slopes=slopes,
             blocks=np.empty((6 * m, 4)),
@@ -128,7 +128,7 @@ class SurfaceMap(NamedTuple):
             self.turns,
             self.on,
             self.points,
-            self.laid,
+            self.flat_images,
             self.axes,
             self.slopes,
             self.blocks,

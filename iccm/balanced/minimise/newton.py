@@ -101,8 +101,8 @@ class Workspace:
         """Return the arrays for a mesh with a number of constrained vertices."""
         matrix, directions = np.empty((pattern.columns.size, 4)), np.empty(constrained, np.complex128)
         gradient, step, way, new_u, turning, answer = np.empty((6, pattern.position.size), np.complex128)
-        given = matrix, Factor.of(pattern), gradient, step, way, new_u, turning, answer, directions
-        return cls(*given, *np.empty((6, constrained)))
+        arrays = matrix, Factor.of(pattern), gradient, step, way, new_u, turning, answer, directions
+        return cls(*arrays, *np.empty((6, constrained)))
 
     @cached_property
     def record(self) -> Record:
@@ -216,12 +216,12 @@ def descend(
     """
     check_time()
     energy, counts = np.empty(1), np.empty(2, np.int64)
-    given = system.record, objective.record()
+    records = system.record, objective.record()
     how = system.factorised, steps, tolerance, energy, counts
     if surface is None:
-        _descend(*given, u, tau, *how)
+        _descend(*records, u, tau, *how)
     else:
-        _descend_in_space(*given, surface.record(), u, tau, *how)
+        _descend_in_space(*records, surface.record(), u, tau, *how)
     system.terms.raise_error()
     return float(energy[0]), int(counts[0]), int(counts[1])
 

@@ -124,9 +124,9 @@ class Border(NamedTuple):
         ones = np.ones(vertices.size)
         return cls(vertices, ones, 0 * ones, ones)
 
-    def then(self, more: "Border") -> "Border":
+    def then(self, following_border: "Border") -> "Border":
         """Return these chains, followed by others of the vertices that follow."""
-        return Border(*(np.append(a, b) for a, b in zip(self, more)))
+        return Border(*(np.append(a, b) for a, b in zip(self, following_border)))
 
     def record(self) -> Record:
         """Return the struct that is passed to the core."""
@@ -151,9 +151,9 @@ class Constraints(NamedTuple):
     @classmethod
     def of_fixed(cls, u: Complex, fixed: Flags) -> "Constraints":
         """Return constraints that hold some vertices (n,) at their positions."""
-        those = np.arange(1 + np.flatnonzero(fixed).max(initial=-1))
-        kinds = np.where(fixed[those], HELD, FREE)
-        return cls(kinds, u[those], Rails.of([NO_RAIL], 0 * those), Border.still(those))
+        vertices = np.arange(1 + np.flatnonzero(fixed).max(initial=-1))
+        kinds = np.where(fixed[vertices], HELD, FREE)
+        return cls(kinds, u[vertices], Rails.of([NO_RAIL], 0 * vertices), Border.still(vertices))
 
     def record(self) -> Record:
         """Return the struct that is passed to the core."""

@@ -46,18 +46,18 @@ def unfold(
     Raises:
         Tangled: folds remain.
     """
-    left = int(np.count_nonzero(triangle_areas(u[faces]) <= 0))
+    fold_count = int(np.count_nonzero(triangle_areas(u[faces]) <= 0))
     for rings in RINGS if folded.any() else ():
-        near = _around(faces, folded, rings, u.size) & ~fixed
-        if rings > RINGS[0] and np.count_nonzero(near) > most * np.count_nonzero(~fixed):
+        movable = _around(faces, folded, rings, u.size) & ~fixed
+        if rings > RINGS[0] and np.count_nonzero(movable) > most * np.count_nonzero(~fixed):
             break
-        new = _move(u, faces, near, gradients, areas, weights)
+        new = _move(u, faces, movable, gradients, areas, weights)
         remaining = triangle_areas(new[faces]) <= 0
         if not remaining.any():
             return new
-        if (count := int(np.count_nonzero(remaining))) < left:
-            u, folded, left = new, remaining, count
-    if left:
+        if (count := int(np.count_nonzero(remaining))) < fold_count:
+            u, folded, fold_count = new, remaining, count
+    if fold_count:
         raise Tangled(u)
     return u
 
@@ -119,11 +119,11 @@ def unfold_on(u: Complex, faces: Index, fixed: Flags, points: Real, least: float
 
 def _around(faces: Index, folded: Flags, rings: int, count: int) -> Flags:
     """Return (n,) which of `count` vertices are within a number of rings around some triangles (m,)."""
-    near = np.zeros(count, bool)
-    near[faces[folded]] = True
+    is_near = np.zeros(count, bool)
+    is_near[faces[folded]] = True
     for _ in range(rings):
-        near[faces[near[faces].any(axis=1)]] = True
-    return near
+        is_near[faces[is_near[faces].any(axis=1)]] = True
+    return is_near
 
 
 def _move(
@@ -144,12 +144,12 @@ def _move(
     order = np.argsort(pattern.position[part], axis=1)
     scale = np.sqrt(np.abs(triangle_areas(u[faces[hit]]).sum()) / areas[hit].sum())
     part_gradients = np.ascontiguousarray(np.take_along_axis(gradients[hit], order, axis=1)) / scale
-    moved, positions = u.copy(), u[vertices]
+    images, positions = u.copy(), u[vertices]
     measure = (areas * weights)[hit]
     rest = RestShapes.of(pattern, part_gradients, measure / measure.sum())
     untangle(pattern, rest, positions, np.arange(positions.size) < border, False, STEPS, POLISHING)
-    moved[vertices] = positions
-    return moved
+    images[vertices] = positions
+    return images
 
 
 def _number(faces: Index, vertices: Index, count: int) -> Index:

@@ -53,13 +53,13 @@ def _pull(pattern: BlockPattern, weights: Real, u: Complex, space: Workspace) ->
         filled[:] = np.bincount(tails, part, u.size) - np.bincount(heads, part, u.size)
 
 
-def _epsilon(least: float, before: float, shrink: float) -> float:
+def _epsilon(least: float, previous: float, shrink: float) -> float:
     """Return the distance by which the smoothed determinant extends below zero."""
     if least > 0:
         return POLISHED
     epsilon = np.sqrt(1e-6 + DEEP * least * least)
-    if before > 0:
-        epsilon = min(epsilon, before * shrink)
+    if previous > 0:
+        epsilon = min(epsilon, previous * shrink)
     return max(epsilon, LEAST_EPSILON)
 
 
@@ -95,15 +95,15 @@ def untangle(
         u[~fixed] = 0
         _pull(pattern, springs(rest.gradients, rest.weights), u, system.workspace)
         quadratic_step(system, u, np.zeros(constraints.kinds.size))
-    epsilon, shrink, kept, best = -1.0, 1.0, u.copy(), 0.0
+    epsilon, shrink, best_images, best = -1.0, 1.0, u.copy(), 0.0
     highest: list[float] = []  # least determinant so far
-    for left in range(steps, 0, -1):
+    for steps_left in range(steps, 0, -1):
         least = least_determinant(rest, u)
         highest.append(max([least, *highest[-1:]]))
-        if len(highest) > PACE and highest[-1] + left * (highest[-1] - highest[-1 - PACE]) / PACE < 0:
+        if len(highest) > PACE and highest[-1] + steps_left * (highest[-1] - highest[-1 - PACE]) / PACE < 0:
             break
         if least > best:  # with the smoothed energy, thin triangles can fold again
-            best, kept = least, u.copy()
+            best, best_images = least, u.copy()
         if least > ENOUGH:
             if polish == 0 or least > POLISHED:
                 return least
@@ -116,5 +116,5 @@ def untangle(
     least = least_determinant(rest, u)
     if least >= best or best == 0:
         return least
-    u[:] = kept
+    u[:] = best_images
     return best

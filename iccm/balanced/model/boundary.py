@@ -222,14 +222,14 @@ class MatchedBoundary:
 
     def _chains(self, forward: bool) -> tuple[Real, Border]:
         """Return arclengths on the side that moves, and the loops as chains."""
-        moving, kept = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
-        spans, laps = np.empty(kept.size), np.zeros(kept.size)
-        spans[:-1] = kept[1:] - kept[:-1]
+        moving, fixed_side = (self.pairs.tau, self.pairs.s) if forward else (self.pairs.s, self.pairs.tau)
+        spans, laps = np.empty(fixed_side.size), np.zeros(fixed_side.size)
+        spans[:-1] = fixed_side[1:] - fixed_side[:-1]
         for loop in self.loops:
             (length, lap), last = loop.lengths if forward else loop.lengths[::-1], loop.vertices.stop - 1
-            spans[last] = kept[loop.vertices.start] + length - kept[last]
+            spans[last] = fixed_side[loop.vertices.start] + length - fixed_side[last]
             laps[last] = lap
-        stiffness = np.full(kept.size, OUTLINE_WEIGHT)
+        stiffness = np.full(fixed_side.size, OUTLINE_WEIGHT)
         if self.axis < np.inf:
             on_axis = np.mod(self.pairs.s, self.source.length) > self.axis - 1e-9 * self.source.length
             stiffness[on_axis] = 0.0
@@ -287,12 +287,12 @@ class FreeBoundary:
 
     def support(self, forward: bool, moving: Complex, corners: bool) -> Support:
         """Return the constraints on the side that moves: pins are held, and in the source all vertices."""
-        those = np.arange(self.size)
-        border, goals = Border.still(those), moving.copy()
+        vertices = np.arange(self.size)
+        border, goals = Border.still(vertices), moving.copy()
         kinds = np.full(self.size, FREE if forward else HELD)
         if forward:
             kinds[self.pinned], goals[self.pinned] = HELD, self.goals
-        return Support(np.zeros(self.size), border, kinds, goals, [NO_RAIL], 0 * those)
+        return Support(np.zeros(self.size), border, kinds, goals, [NO_RAIL], 0 * vertices)
 
     def slid(self, forward: bool, tau: Real, corners: bool) -> "FreeBoundary":
         """Return the boundary unchanged: no vertex slides."""

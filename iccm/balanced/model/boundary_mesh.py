@@ -43,10 +43,10 @@ def mesh_boundary(
     # the vertices of constraints, so at the end all are shifted by the number of those.
     around = closed_links([rim.size for rim in filled])
     soft = np.append(around, linked_on([bay.size - 2 for bay in bays], around.size))
-    kept, around_kept = kept_by(regions, inside.z)
-    soft = np.append(soft, np.where(around_kept < 0, -1, soft.size + around_kept))
+    region_points, region_links = kept_by(regions, inside.z)
+    soft = np.append(soft, np.where(region_links < 0, -1, soft.size + region_links))
     links = np.append(inside.links, np.where(soft < 0, -1, inside.z.size + soft))
-    points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), kept])
+    points = np.concatenate([inside.z, *filled, *(bay[1:-1] for bay in bays), region_points])
     # Edges between the outline and inner vertices: where strokes, and the polylines of concavities, meet it.
     mouths = [mouth_of(outer, bay) for bay in bays]
     rays = np.concatenate([inside.rays(outer), bay_rays(bays, mouths, inside.z.size + around.size)])
@@ -55,8 +55,8 @@ def mesh_boundary(
     # 2. The matrix of Newton's method couples each vertex that slides, on the boundary or on a constraint, to the
     # next one on the same curve (`following`). For all other vertices, which do not slide, `following` is the
     # vertex itself.
-    given = np.arange(points.size)
-    ends = np.where((links >= 0) & (given < inside.z.size), links, given)
+    inner_vertices = np.arange(points.size)
+    ends = np.where((links >= 0) & (inner_vertices < inside.z.size), links, inner_vertices)
     following = np.append(boundary.following, boundary.size + ends)
     u = np.zeros(z.size, np.complex128)
     u[: boundary.size] = boundary.images()

@@ -221,13 +221,13 @@ def _begun_after_widest_gap(s: Real, tau: Real, kind, length: float, goal: float
     return tuple(np.roll(values, -k) for values in (s + length * later, tau + goal * later, kind))
 
 
-def are_distinct(values: Real, others: Real, length: float) -> Flags:
+def are_distinct(values: Real, reference: Real, length: float) -> Flags:
     """Return which arclengths of a closed curve differ from all of the others."""
-    gap = np.mod(values[:, None] - others + 0.5 * length, length) - 0.5 * length
+    gap = np.mod(values[:, None] - reference + 0.5 * length, length) - 0.5 * length
     return np.all(np.abs(gap) > 1e-9 * length, axis=1)
 
 
-def _merge_corners(s: Real, tau: Real, kind, length: float, goal: float, near: float):
+def _merge_corners(s: Real, tau: Real, kind, length: float, goal: float, tolerance: float):
     """Merge neighbours, one a corner of the source and one of the target, into one pair where both gaps are small.
 
     The pair takes its place on each outline from that outline's corner, which widens one neighbouring gap on
@@ -235,26 +235,26 @@ def _merge_corners(s: Real, tau: Real, kind, length: float, goal: float, near: f
     """
     s, tau, kind = s.copy(), tau.copy(), kind.copy()
     count = s.size
-    before, after = (np.arange(count) - 1) % count, (np.arange(count) + 1) % count
+    previous, following = (np.arange(count) - 1) % count, (np.arange(count) + 1) % count
     ds, dt = _gaps(s, length), _gaps(tau, goal)
-    mixed = (kind != kind[after]) & (kind != BOTH) & (kind[after] != BOTH)
-    close = np.flatnonzero(mixed & (ds < near) & (dt < near))
+    mixed = (kind != kind[following]) & (kind != BOTH) & (kind[following] != BOTH)
+    close = np.flatnonzero(mixed & (ds < tolerance) & (dt < tolerance))
     keep = np.ones(count, bool)
     for i in close[np.argsort((ds + dt)[close], kind="stable")]:
-        j = after[i]
+        j = following[i]
         if kind[i] == BOTH or kind[j] == BOTH or not (keep[i] and keep[j]) or j == 0:
             continue
-        p, n = before[i], after[j]
+        p, n = previous[i], following[j]
         ahead, behind = (ds[j], dt[p]) if kind[i] == SOURCE else (dt[j], ds[p])
         widened = (ds[i], dt[i]) if kind[i] == SOURCE else (dt[i], ds[i])
         if widened[0] > ahead or widened[1] > behind:
             continue
         s[i], tau[i] = (s[i], tau[j]) if kind[i] == SOURCE else (s[j], tau[i])
         kind[i], keep[j] = BOTH, False
-        before[n], after[i] = i, n
+        previous[n], following[i] = i, n
         for v in (p, i):
-            ds[v] = s[after[v]] - s[v] + (length if after[v] <= v else 0)
-            dt[v] = tau[after[v]] - tau[v] + (goal if after[v] <= v else 0)
+            ds[v] = s[following[v]] - s[v] + (length if following[v] <= v else 0)
+            dt[v] = tau[following[v]] - tau[v] + (goal if following[v] <= v else 0)
     return s[keep], tau[keep], kind[keep]
 
 

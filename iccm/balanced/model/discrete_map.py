@@ -364,13 +364,13 @@ class DiscreteMap(MeshMap):
             rounds: most rounds.
             backward: most steps on the inverse per round.
         """
-        state, before = self, np.inf  # `value` may be from another q
+        state, previous_value = self, np.inf  # `value` may be from another q
         for _ in range(rounds):
             state = state.forward(q, FORWARD, 0.5 * GOOD_ENOUGH)
             state = state.backward(q, backward, 0.5 * GOOD_ENOUGH)
-            if before - state.value < SETTLED * state.value:
+            if previous_value - state.value < SETTLED * state.value:
                 break
-            before = state.value
+            previous_value = state.value
         return state
 
     def backward(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":

@@ -113,7 +113,7 @@ class Energy:
         z: Complex,
         u: Complex,
         faces: Index,
-        lost: tuple[float, float],
+        lost_shares: tuple[float, float],
         metrics: Metrics = PLANES,
         rotation: float | None = None,
     ) -> float:
@@ -123,13 +123,13 @@ class Energy:
             z: (n,) vertices.
             u: (n,) their images.
             faces: (m, 3) triangles of the covered part.
-            lost: shares of the source and of the target that are not covered; see `drawings.cost.price`.
+            lost_shares: shares of the source and of the target that are not covered; see `drawings.cost.price`.
             metrics: of the surfaces that both planes stand for.
             rotation: radians by which the picture is rotated relative to the requested rotation; None to
                 measure it on z -> u.
         """
         angle = turn_of(z, u, faces, metrics) if rotation is None else rotation
-        return price(self.between(z, u, faces, metrics), lost, self.rotation_cost(angle))
+        return price(self.between(z, u, faces, metrics), lost_shares, self.rotation_cost(angle))
 
 
 WITHOUT_ROTATION = Energy(upright=0.0)

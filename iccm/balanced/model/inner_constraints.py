@@ -164,14 +164,14 @@ class InnerConstraints(NamedTuple):
             forward: whether the image moves, rather than the source.
             first: number of the first inner vertex in the mesh.
         """
-        moving, kept = (self.tau, self.s) if forward else (self.s, self.tau)
+        moving, fixed_side = (self.tau, self.s) if forward else (self.s, self.tau)
         spans = np.ones(self.z.size)
         edges = np.flatnonzero(self.links >= 0)
         for stroke in range(len(self.strokes)):
-            those = edges[self.stroke_index[edges] == stroke]
-            after = self.links[those]
-            scale = (moving[after] - moving[those]).sum() / (kept[after] - kept[those]).sum()
-            spans[those] = scale * (kept[after] - kept[those])
+            tails = edges[self.stroke_index[edges] == stroke]
+            heads = self.links[tails]
+            scale = (moving[heads] - moving[tails]).sum() / (fixed_side[heads] - fixed_side[tails]).sum()
+            spans[tails] = scale * (fixed_side[heads] - fixed_side[tails])
         linked = self.links >= 0
         stiffness, laps = np.where(linked, OUTLINE_WEIGHT, 0.0), np.where(linked, 0.0, 1.0)
         return moving, Border(first + self.following, spans, stiffness, laps)

@@ -56,27 +56,27 @@ def least_dilatations(z: Complex, u: Complex, faces: Index, border: int) -> Real
     tan(α/2)). The bound is the smallest K with which these angles can add up to the image's, found by
     bisection.
     """
-    beside = np.flatnonzero((faces < border).any(axis=1))
-    near = faces[beside]
+    boundary_triangles = np.flatnonzero((faces < border).any(axis=1))
+    corner_indices = faces[boundary_triangles]
 
     def angles(w: Complex) -> Real:
-        corners = w[near]
+        corners = w[corner_indices]
         return np.angle((np.roll(corners, 1, 1) - corners) / (np.roll(corners, -1, 1) - corners))
 
     def around(values: Real) -> Real:
-        return np.bincount(near.ravel(), values.ravel(), z.size)[:border].astype(float)
+        return np.bincount(corner_indices.ravel(), values.ravel(), z.size)[:border].astype(float)
 
     half, angle_sums = np.tan(0.5 * angles(z)), around(angles(u))
     low, high = np.zeros(border), np.full(border, np.log(MOST_DILATED))
     for _ in range(DILATATION_HALVINGS):
         middle = 0.5 * (low + high)
-        k = np.append(np.exp(middle), np.ones(z.size - border))[near]
+        k = np.append(np.exp(middle), np.ones(z.size - border))[corner_indices]
         can = (angle_sums <= around(2 * np.arctan(k * half))) & (
             angle_sums >= around(2 * np.arctan(half / k))
         )
         low, high = np.where(can, low, middle), np.where(can, middle, high)
     least = np.ones(len(faces))
-    least[beside] = np.append(np.exp(low), np.ones(z.size - border))[near].max(axis=1)
+    least[boundary_triangles] = np.append(np.exp(low), np.ones(z.size - border))[corner_indices].max(axis=1)
     return least
 
 

@@ -55,13 +55,13 @@ def finer_at_pins(sizes: Sizes, outline: Complex, pins: Complex, radii: Real) ->
     middles = _middles(sizes)
     limits = np.full(middles.shape, np.inf)
     for pin, radius in zip(pins, radii):
-        near = np.abs(middles - pin) < radius + sizes.side
-        limits[near] = np.minimum(limits[near], 0.5 * (radius / TRIANGLES_A_RADIUS) ** 2)
+        in_patch = np.abs(middles - pin) < radius + sizes.side
+        limits[in_patch] = np.minimum(limits[in_patch], 0.5 * (radius / TRIANGLES_A_RADIUS) ** 2)
     limits = np.clip(limits, sizes.areas / MOST_FINER_AT_PINS, sizes.areas)
     inside = Curve(outline).contains(middles.ravel()).reshape(middles.shape)
-    more = float((sizes.areas[inside] / limits[inside]).mean()) - 1 if inside.any() else 0.0
+    added_share = float((sizes.areas[inside] / limits[inside]).mean()) - 1 if inside.any() else 0.0
     # the number of triangles is the integral of 1 / area; the part that the pins add to it is reduced
-    share = min(1.0, MOST_MORE_AT_PINS / more) if more > 0 else 1.0
+    share = min(1.0, MOST_MORE_AT_PINS / added_share) if added_share > 0 else 1.0
     return sizes._replace(areas=1 / (1 / sizes.areas + share * (1 / limits - 1 / sizes.areas)))
 
 

@@ -79,12 +79,12 @@ class LaidMetric(Metric):
         to_surface = linear(layout.flat[layout.patch.faces], laid_flat(space))
         area = face_areas(space).sum() * abs(frame.factor) ** 2
         scale = 1 / area
-        turned = scale * to_surface.a * to_surface.b.conj() * (abs(frame.factor) / frame.factor) ** 2
+        product = scale * to_surface.a * to_surface.b.conj() * (abs(frame.factor) / frame.factor) ** 2
         return cls(
             Locator.of(layout),
             frame,
             scale * (np.abs(to_surface.a) ** 2 + np.abs(to_surface.b) ** 2),
-            turned.conj() if frame.mirrored else turned,
+            product.conj() if frame.mirrored else product,
         )
 
     def over(self, z: Complex) -> Linear:
@@ -162,9 +162,9 @@ def _places(parts: int) -> Real:
     i, j = np.mgrid[:parts, :parts]
     upright = (i + j < parts).ravel()
     first = np.column_stack([i.ravel() + 1 / 3, j.ravel() + 1 / 3])[upright]
-    turned = (i + j < parts - 1).ravel()
+    is_downward = (i + j < parts - 1).ravel()
     coordinates = (
-        np.concatenate([first, np.column_stack([i.ravel() + 2 / 3, j.ravel() + 2 / 3])[turned]]) / parts
+        np.concatenate([first, np.column_stack([i.ravel() + 2 / 3, j.ravel() + 2 / 3])[is_downward]]) / parts
     )
     return np.column_stack([coordinates, 1 - coordinates.sum(axis=1)])
 
@@ -201,13 +201,13 @@ def rest_geometry(z: Complex, u: Complex, corners: Index, metrics: Metrics) -> t
     gradients, areas = geometry(z, corners)
     if metrics == PLANES:
         return gradients, areas
-    kept, moving = metrics
+    fixed_metric, moving_metric = metrics
     back = IDENTITY
-    if kept is not None:
-        to_surface = kept.over(z[corners])
+    if fixed_metric is not None:
+        to_surface = fixed_metric.over(z[corners])
         back, areas = to_surface.inverse(), areas * np.abs(to_surface.determinant)
-    if moving is not None:
+    if moving_metric is not None:
         jacobian = linear(z[corners], u[corners])
-        back = _through(jacobian, moving.over(u[corners])) @ back
+        back = _through(jacobian, moving_metric.over(u[corners])) @ back
     a, b = back[0][:, None], back[1][:, None]
     return gradients * a + (gradients * b).conj(), areas

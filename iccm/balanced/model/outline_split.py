@@ -136,10 +136,10 @@ def _snap(pairs: Pairs, number: Index, anchored: Flags) -> tuple[Pairs, Index]:
     loose = ~(pairs.at_source | pairs.at_target)[old] & ~anchored[number[old]]
     for k in np.flatnonzero(loose[1:-1]) + 1:
         v = old[k]
-        beside = [w for w in (v - 1, v + 1) if number[w] < 0]
-        gaps = [abs(pairs.s[w] - pairs.s[v]) for w in beside]
+        neighbours = [w for w in (v - 1, v + 1) if number[w] < 0]
+        gaps = [abs(pairs.s[w] - pairs.s[v]) for w in neighbours]
         if gaps and min(gaps) < SNAPPED_EDGE_SHARE * min(widths[k - 1 : k + 1]):
-            number[beside[int(np.argmin(gaps))]], kept[v] = number[v], False
+            number[neighbours[int(np.argmin(gaps))]], kept[v] = number[v], False
     return pairs.of(kept), number[kept]
 
 
@@ -177,10 +177,10 @@ def _bisect(faces: Index, loops: list[slice], old: Index) -> tuple[Index, Index]
     """
     chains: dict[tuple[int, int], range] = {}
     for loop in loops:
-        kept = loop.start + np.flatnonzero(old[loop] >= 0)
-        for a, b in zip(kept, np.append(kept[1:], loop.stop)):
+        old_vertices = loop.start + np.flatnonzero(old[loop] >= 0)
+        for a, b in zip(old_vertices, np.append(old_vertices[1:], loop.stop)):
             if b > a + 1:
-                chains[int(a), int(b if b < loop.stop else kept[0])] = range(a + 1, b)
+                chains[int(a), int(b if b < loop.stop else old_vertices[0])] = range(a + 1, b)
     where = _triangles_at(faces, list(chains))
     count = sum(map(len, chains.values()))
     out = np.concatenate([faces, np.empty((count, 3), faces.dtype)])

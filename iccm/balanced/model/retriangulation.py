@@ -65,7 +65,7 @@ def flip_edges(state: DiscreteMap, q: float) -> DiscreteMap:
     )
     flipped = replace(state, faces=faces).with_pattern()
     if state.energy.terms:  # flips do not take the terms into account
-        before = state.energy.between(state.z, state.u, state.material)
-        after = flipped.energy.between(flipped.z, flipped.u, flipped.material)
-        return flipped if after < before else state
+        energy = state.energy.between(state.z, state.u, state.material)
+        flipped_energy = flipped.energy.between(flipped.z, flipped.u, flipped.material)
+        return flipped if flipped_energy < energy else state
     return flipped

@@ -49,7 +49,7 @@ NO_REGIONS = Regions(())
 
 
 def regions_of(
-    given: Sequence[Complex],
+    vertices: Sequence[Complex],
     source: Curve,
     holes: Sequence[Curve] = (),
     pins: Complex = NO_PINS,
@@ -58,7 +58,7 @@ def regions_of(
     """Return the regions of a domain with holes.
 
     Args:
-        given: (p,) vertices of simple polygons.
+        vertices: (p,) vertices of simple polygons.
         source: the outline.
         holes: outlines of holes.
         pins: (k, 2) points of the source and their places; a region is extended around pins close to its
@@ -72,7 +72,7 @@ def regions_of(
     domain = shapely.Polygon(xy_of(source.z), [xy_of(hole.z) for hole in holes])
     unit = np.sqrt(domain.area)
     room, detail = domain.buffer(-OUTLINE_MARGIN * unit), REGION_DETAIL * unit
-    shapes = [shapely.Polygon(xy_of(z)) for z in given]
+    shapes = [shapely.Polygon(xy_of(z)) for z in vertices]
     for k, shape in enumerate(shapes):
         if not shape.intersects(domain):
             raise InputError(f"rigid region {k + 1}: lies outside the source shape; draw it inside")

@@ -12,16 +12,16 @@ SNUG_SIZE_SHARE = 0.97  # relative to the largest size that fits, if that is sma
 SIZE_HALVINGS = 8  # bisections of the interval of sizes
 
 
-def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[float, complex]:
+def room_for(shape: Complex, domain: shapely.Polygon, desired: complex) -> tuple[float, complex]:
     """Find the largest scale, up to 1, with which a shape fits into a domain without rotation, and where.
 
     Args:
         shape: (n,) a polygon around 0.
         domain: the polygon.
-        near: desired position of 0.
+        desired: desired position of 0.
 
     Returns:
-        The scale, and the position closest to `near` at which the shape fits.
+        The scale, and the position closest to `desired` at which the shape fits.
     """
     low, high = bounding_box(complex_of(shapely.get_coordinates(domain.exterior)))
     cell = longer_side(low, high) / GRID_CELLS_ACROSS
@@ -52,10 +52,10 @@ def room_for(shape: Complex, domain: shapely.Polygon, near: complex) -> tuple[fl
         least, most = (size, most) if fitting.size else (least, size)
         candidates = fitting if fitting.size else candidates
     share = 1.0 if least == 0 else min(1.0, SNUG_SIZE_SHARE * least)
-    candidates = candidates[np.argsort(np.abs(candidates - near), kind="stable")]
+    candidates = candidates[np.argsort(np.abs(candidates - desired), kind="stable")]
     for _ in range(SIZE_HALVINGS):
         for place in candidates:  # it is inside at the points of the grid, but perhaps not between them
             if domain.contains(shapely.Polygon(xy_of(place + share * shape))):
                 return share, complex(place)
         share *= SNUG_SIZE_SHARE
-    return 0.0, near
+    return 0.0, desired

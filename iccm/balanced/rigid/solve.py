@@ -474,14 +474,16 @@ def shortfall(state: DiscreteMap, sizes: Real) -> float:
 
 def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
     """Return the map with regions whose weight is raised until they are rigid or stuck."""
-    weight, before = STIFF * energy, np.inf
+    weight, previous_strain = STIFF * energy, np.inf
     while True:
         aims = rigid.aims_beside(mean_derivatives(state))
         state = replace(state, aims=aims, stiffness=weight).forward(FINE_POWER, WEIGHT_STEPS, WEIGHT_DECREASE)
         strain = strains(state).max()
-        if strain <= UNSEEN_STRAIN or (weight >= SOFTEST * energy and strain > STUCK_STRAIN_RATIO * before):
+        if strain <= UNSEEN_STRAIN or (
+            weight >= SOFTEST * energy and strain > STUCK_STRAIN_RATIO * previous_strain
+        ):
             return state
-        weight, before = STIFFER * weight, strain
+        weight, previous_strain = STIFFER * weight, strain
 
 
 def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:

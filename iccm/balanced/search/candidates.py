@@ -43,26 +43,26 @@ RELEASE_GAIN_SHARE = 3e-3  # relative gain of energy from which there is another
 def screen(states: list[DiscreteMap], starts: int) -> list[DiscreteMap]:
     """Return the best maps after a few steps, best first; `starts` times as many as usual continue."""
     for steps, keep in SCREENING:
-        tried = progress.counted(f"coarse maps, {steps} steps", states)
+        counted = progress.counted(f"coarse maps, {steps} steps", states)
         with suppress(OutOfTime):
-            states = [s.forward(1.0, steps, GOOD_ENOUGH, corners=False) for s in tried]
+            states = [s.forward(1.0, steps, GOOD_ENOUGH, corners=False) for s in counted]
         states = sorted(states, key=lambda s: s.value)[: keep * starts]
     return [s for s in states if s.value <= PROMISING_ENERGY_RATIO * states[0].value]
 
 
 def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
     """Return the maps, best first, without those that are equivalent to a better one."""
-    kept: list[DiscreteMap] = []
+    distinct: list[DiscreteMap] = []
     for state in states:
-        if not any(are_equivalent(state, other) for other in kept):
-            kept.append(state)
-    return kept
+        if not any(are_equivalent(state, earlier) for earlier in distinct):
+            distinct.append(state)
+    return distinct
 
 
-def are_equivalent(one: DiscreteMap, other: DiscreteMap) -> bool:
+def are_equivalent(first: DiscreteMap, second: DiscreteMap) -> bool:
     """Return whether two maps have the same energy and rotation."""
-    turned = np.angle(np.exp(1j * (one.turn - other.turn)))
-    return bool(abs(one.value / other.value - 1) < ALIKE[0] and abs(turned) < ALIKE[1])
+    rotation = np.angle(np.exp(1j * (first.turn - second.turn)))
+    return bool(abs(first.value / second.value - 1) < ALIKE[0] and abs(rotation) < ALIKE[1])
 
 
 def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
@@ -118,8 +118,8 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
             state = state.alternated(1.0, ROUNDS, BACKWARD_STEPS)
         except OutOfTime:
             break
-        before, best = best.value, min(best, state, key=lambda s: s.value)
-        if not best.value < (1 - RELEASE_GAIN_SHARE) * before:
+        previous, best = best.value, min(best, state, key=lambda s: s.value)
+        if not best.value < (1 - RELEASE_GAIN_SHARE) * previous:
             break
     return best
 

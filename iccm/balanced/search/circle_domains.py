@@ -132,13 +132,13 @@ class FilledMap:
         rims = self.rims
         root = np.sqrt(sum(Curve(rim).area for rim in rims))
         holes = tuple(Curve(rim / root) for rim in rims[1:]), goal[1]
-        same = tuple((k, k) for k in range(len(goal[1])))
+        equal_numbers = tuple((k, k) for k in range(len(goal[1])))
         problem = UnitProblem(
             Curve(rims[0] / root),
             goal[0],
             level.problem.energy.without_rotation().without_pins(),
             holes=holes,
-            partners=same,
+            partners=equal_numbers,
         )
         between = Level.of(problem, level.size, 0.0, 0.0, level.steepest)
         state = harmonic_map(between)

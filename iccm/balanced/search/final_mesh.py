@@ -242,19 +242,19 @@ def follow_pins(
         descent: returns the converged map from another one.
         springs: (k,) stiffness that pins have before they miss their limits; None to leave pins that are within them.
     """
-    before = np.inf
+    previous_miss = np.inf
     begun = state.value
     for _ in range(STIFFENINGS):
         pins = state.energy.pins
         if pins is None or not pins.source.size:
             break
         missed = pins.misses(state.z, state.u, state.faces) / pins.limits
-        blocked = missed.max() > BLOCKED_MISS * before and state.value > BLOCKED_ENERGY * begun
+        blocked = missed.max() > BLOCKED_MISS * previous_miss and state.value > BLOCKED_ENERGY * begun
         if missed.max() <= 1:
             break
         if blocked:
             return state
-        before = missed.max()
+        previous_miss = missed.max()
         stiffer = pins.stiffer(np.clip((missed / AIMED_LIMITS) ** 2, 1, MOST_STIFFENED))
         state = descent(state.with_energy(replace(state.energy, pins=stiffer)))
     else:
@@ -283,8 +283,8 @@ def with_present_springs(state: DiscreteMap) -> tuple[DiscreteMap, Real]:
     for _ in range(SPRING_BISECTIONS):
         middle = np.where(stiffened, (low + high) / 2, 0.0)
         trial = state.with_energy(replace(state.energy, pins=pins.stiffer(np.exp(middle))))
-        moved = trial.forward(FINE_POWER, 1, 0.0)
-        is_softer = pins.misses(moved.z, moved.u, moved.faces) > begun
+        step = trial.forward(FINE_POWER, 1, 0.0)
+        is_softer = pins.misses(step.z, step.u, step.faces) > begun
         low, high = np.where(is_softer, middle, low), np.where(is_softer, high, middle)
     factors = np.where(stiffened, np.exp(low), 1.0)
     return state.with_energy(replace(state.energy, pins=pins.stiffer(factors))), factors
@@ -298,7 +298,7 @@ def _narrow(state: DiscreteMap, springs: Real, descent: Callable[[DiscreteMap], 
         springs: (k,) the stiffness before any of them was made stiffer.
         descent: returns the converged map from another one.
     """
-    powers, before = np.full(springs.size, SPRING_POWER), None
+    powers, previous = np.full(springs.size, SPRING_POWER), None
     for _ in range(NARROW_ROUNDS):
         pins = state.energy.pins
         assert pins is not None
@@ -307,14 +307,14 @@ def _narrow(state: DiscreteMap, springs: Real, descent: Callable[[DiscreteMap], 
         away = np.where(stiffness > 1, np.abs(missed - NARROW_AIM), np.maximum(missed - NARROW_AIM, 0))
         if away.max(initial=0.0) <= NARROW_TOLERANCE:
             break
-        if before is not None:
+        if previous is not None:
             # the secant of both rounds, in logarithms
-            change = np.log(stiffness / before[0]), np.log(before[1] / missed)
+            change = np.log(stiffness / previous[0]), np.log(previous[1] / missed)
             has_secant = (np.abs(change[0]) > NARROW_TOLERANCE) & (change[0] * change[1] > 0)
             powers[has_secant] = np.clip(
                 (change[0] / np.where(has_secant, change[1], 1))[has_secant], 1, MOST_SPRING_POWER
             )
-        before = stiffness, missed
+        previous = stiffness, missed
         goal_stiffness = np.maximum(stiffness * (missed / NARROW_AIM) ** powers, 1)
         factors = np.clip(goal_stiffness / stiffness, 1 / MOST_STIFFENED, MOST_STIFFENED)
         state = descent(state.with_energy(replace(state.energy, pins=pins.stiffer(factors))))
@@ -339,14 +339,14 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | N
         decrease: relative decrease that ends the steps; that of `last_decrease` by default.
     """
     decrease = last_decrease(state.energy) if decrease is None else decrease
-    before = np.inf
+    previous = np.inf
     for _ in range(LAST_ROUNDS):
         state = state.forward(q, LAST_STEPS, decrease, corners=True)
-        if before - state.value < decrease * state.value:
+        if previous - state.value < decrease * state.value:
             break
-        before = state.value
+        previous = state.value
         state = state.inside_moved(q, LAST_STEPS, decrease)
-        if state.settled and before - state.value < decrease * before:
+        if state.settled and previous - state.value < decrease * previous:
             break
     journal.energies.append(state.value)
     if not state.settled and UNSETTLED not in journal.notes:

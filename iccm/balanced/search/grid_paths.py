@@ -20,14 +20,14 @@ LEAST_CLEARANCE_CELLS = 0.2  # relative to the cell size
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
-def route(domain: Curve, begin: complex, goal: complex, others: Complex) -> Complex:
+def route(domain: Curve, begin: complex, goal: complex, obstacles: Complex) -> Complex:
     """Return (k,) points on the cheapest path from `begin` to `goal`; cells cost more the smaller their clearance.
 
     Args:
         domain: the path stays inside this curve.
         begin: start, inside.
         goal: end, inside; the last point returned.
-        others: (p,) points that the path avoids, like the outline.
+        obstacles: (p,) points that the path avoids, like the outline.
     """
     from scipy.sparse.csgraph import dijkstra  # slow to import, and seldom needed
 
@@ -37,12 +37,12 @@ def route(domain: Curve, begin: complex, goal: complex, others: Complex) -> Comp
     w = (low + x[None, :] + 1j * y[:, None]).ravel()
     inside = domain.contains(w)
     clearance = domain.distances(w)
-    clearance = np.min([clearance, *(np.abs(w - other) for other in others)], axis=0)
+    clearance = np.min([clearance, *(np.abs(w - obstacle) for obstacle in obstacles)], axis=0)
     cost = 1 + (NARROW_SHARE * domain.diagonal / np.maximum(clearance, LEAST_CLEARANCE_CELLS * cell)) ** 2
     graph = _graph(cost.reshape(y.size, x.size), inside.reshape(y.size, x.size))
     start, end = (int(np.argmin(np.where(inside, np.abs(w - place), np.inf))) for place in (begin, goal))
-    _, before = dijkstra(graph, directed=False, indices=end, return_predecessors=True)
-    points = np.concatenate([[begin], w[walk(before, start)[1:-1]], [goal]])
+    _, predecessors = dijkstra(graph, directed=False, indices=end, return_predecessors=True)
+    points = np.concatenate([[begin], w[walk(predecessors, start)[1:-1]], [goal]])
     line = shapely.LineString(xy_of(points)).simplify(cell)
     return complex_of(shapely.get_coordinates(line))[1:]
 

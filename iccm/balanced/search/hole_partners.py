@@ -64,8 +64,8 @@ class Partners:
     def _match(self, i: int, j: int, turn: float) -> Match:
         key = int(i), int(j), round(turn / ROTATION_STEP_RADIANS)
         if key not in self._matches:
-            if (given := self.prescribed(key[0], key[1])) is not None:
-                return given
+            if (prescribed := self.prescribed(key[0], key[1])) is not None:
+                return prescribed
             source, target = self.holes[0][i], self.holes[1][j]
             unit_source = Curve(frame_of(source)(source.z))
             unit_target = Curve(frame_of(target)(target.z))

@@ -30,8 +30,8 @@ def path_to(start: Complex, goals: Complex) -> Callable[[float], Complex]:
     def position(share: float) -> Complex:
         if share >= 1:
             return goals
-        turned = np.exp(share * np.log(complex(factor))) * (start - middle)
-        return middle + share * (end - middle) + turned + share * deformation
+        rotated = np.exp(share * np.log(complex(factor))) * (start - middle)
+        return middle + share * (end - middle) + rotated + share * deformation
 
     return position
 
@@ -68,13 +68,13 @@ def move_in_stages(state: DiscreteMap) -> DiscreteMap:
     The map is returned as far as that went.
     """
     goals = state.goals
-    way = path_to(state.u[state.aimed], goals)
+    path = path_to(state.u[state.aimed], goals)
     share, step = 0.0, FIRST_SHARE
     while share < 1 and step > LEAST_SHARE:
         new = min(1.0, share + step)
-        tried = move_straight(state.with_goals(way(new)), STAGE_STEPS)
-        if tried.miss > 0:
+        trial = move_straight(state.with_goals(path(new)), STAGE_STEPS)
+        if trial.miss > 0:
             step *= 0.5
             continue
-        state, share, step = tried, new, 1.5 * step
+        state, share, step = trial, new, 1.5 * step
     return state.with_goals(goals)

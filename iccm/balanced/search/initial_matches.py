@@ -64,9 +64,9 @@ def best_scores(gains: Real) -> Real:
     best = np.full((wide, shifts, wide), -np.inf)
     best[LONGEST, :, LONGEST] = 0.0
     places = wide * np.arange(shifts)[:, None] + np.arange(rows)
-    before = ((LONGEST - STEPS) @ [shifts * wide, 1])[:, None, None] + places  # from row i - LONGEST on
+    predecessors = ((LONGEST - STEPS) @ [shifts * wide, 1])[:, None, None] + places  # from row i - LONGEST on
     for i in range(1, rows):
-        best[LONGEST + i, :, LONGEST:] = (best[i:].take(before) + gains[:, i]).max(axis=0)
+        best[LONGEST + i, :, LONGEST:] = (best[i:].take(predecessors) + gains[:, i]).max(axis=0)
     return best
 
 
@@ -79,9 +79,9 @@ def best_path(best: Real, gains: Real) -> tuple[Index, Index]:
     """
     i = j = gains.shape[1] - 1
     path, wide = [(i, j)], len(best)
-    best, before = best.ravel(), (LONGEST - STEPS) @ [wide, 1]
+    best, offsets = best.ravel(), (LONGEST - STEPS) @ [wide, 1]
     while i > 0:
-        step = (best[before + (i * wide + j)] + gains[:, i, j]).argmax()
+        step = (best[offsets + (i * wide + j)] + gains[:, i, j]).argmax()
         i, j = i - int(STEPS[step, 0]), j - int(STEPS[step, 1])
         path.append((i, j))
     rows, columns = np.array(path[::-1]).T

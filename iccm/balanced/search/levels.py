@@ -138,14 +138,14 @@ class Level:
         return max(self.source.length, self.target.length) > MOST_PAIRS * SPACING_MESH_SIZES * self.size
 
     def mapped(
-        self, match: Match, sizes: Sizes | None = None, drawn: list[Match] | None = None
+        self, match: Match, sizes: Sizes | None = None, matches: list[Match] | None = None
     ) -> DiscreteMap:
         """Mesh the source for a match of the outlines; images are given on the boundary only.
 
         Args:
             match: the correspondence of the outlines.
             sizes: limits on the triangles' areas; by default those of the level's mesh size.
-            drawn: the correspondence of each stroke; by default proportional to arclength.
+            matches: the correspondence of each stroke; by default proportional to arclength.
         """
         boundary, spacing, problem = self.boundary(match), SPACING_MESH_SIZES * self.size, self.problem
         sizes = sizes or Sizes.even(0.5 * self.size**2)
@@ -154,15 +154,15 @@ class Level:
         if problem.energy.pins is not None:
             pins = problem.energy.pins
             sizes = finer_at_pins(sizes, self.source.curve.z, pins.pairs[:, 0], pins.radii)
-        drawn = drawn or [stroke.even for stroke in problem.strokes]
-        kept = inside(problem.strokes, drawn, spacing, problem.pins)
+        matches = matches or [stroke.even for stroke in problem.strokes]
+        inner = inside(problem.strokes, matches, spacing, problem.pins)
         alone = self.alone(match.holes)  # holes whose outlines do not slide
         filled = [space_out(self.holes[0][k], spacing, every_vertex=self.smooth) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
         sizes_of_filled += [(-1, -1, bay.size - 2) for bay in self.bays]
-        boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + kept.z.size))
+        boundary = boundary.with_filled(loops_of(sizes_of_filled, boundary.size + inner.z.size))
         state = mesh_boundary(
-            boundary, sizes, kept, filled, self.bays, subdivide_rings(problem.regions, spacing)
+            boundary, sizes, inner, filled, self.bays, subdivide_rings(problem.regions, spacing)
         )
         return replace(state, metrics=problem.metrics).with_energy(problem.energy)
 

@@ -85,7 +85,7 @@ def constrained_map(
     journal: SolveLog,
     start: MeshMap | None = None,
     *,
-    moved: bool = False,
+    remesh: bool = False,
     outlines_moved: bool = False,
 ) -> tuple[MeshMap, bool]:
     """Return the map in unit coordinates that meets pins and strokes, and whether it does.
@@ -98,7 +98,7 @@ def constrained_map(
         settings: options of the map.
         journal: collects energies and notes.
         start: an earlier map to start from.
-        moved: whether to solve on a new mesh in any case.
+        remesh: whether to solve on a new mesh in any case.
         outlines_moved: whether the start was carried from other outlines.
 
     Raises:
@@ -112,9 +112,9 @@ def constrained_map(
     if start is None and not settings.bounded:
         source, target = (with_points(c, side) for c, side in zip((source, target), pins.outer.T))
         source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
-    problem = problem_of(source, target, holes, pins, settings, None if moved else start)
+    problem = problem_of(source, target, holes, pins, settings, None if remesh else start)
     # With other sizes, material has to move past corners.
-    slides = moved and settings.metric is not None
+    slides = remesh and settings.metric is not None
     slides = slides or (outlines_moved and settings.energy.balance <= SLIDING_BALANCE)
     # The target's holes are filled, in the inverse problem.
     if start is not None and len(problem.holes[0]) < len(problem.holes[1]):

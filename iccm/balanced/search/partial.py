@@ -47,9 +47,9 @@ def hole_choices(problem: UnitProblem) -> list[UnitProblem]:
 
 def with_holes_of(problem: UnitProblem, numbers: Numbers) -> UnitProblem:
     """Return the problem with only those of its holes that have the given numbers."""
-    given = Holes(*problem.holes, problem.partners)
-    kept, passed = given.only(numbers), given.others(numbers)
-    return problem._replace(holes=kept.sides, partners=kept.partners, passed=passed, numbers=numbers)
+    holes = Holes(*problem.holes, problem.partners)
+    selected, passed = holes.only(numbers), holes.others(numbers)
+    return problem._replace(holes=selected.sides, partners=selected.partners, passed=passed, numbers=numbers)
 
 
 def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
@@ -59,18 +59,22 @@ def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
     """
     problems: list[UnitProblem] = []
     for side in FITS[settings.fit].fills:
-        given = with_bays(problem if side == "source" else problem.inverse())
-        if given.bays and can_fill(given) and given.source.area <= LARGEST_FILLED_AREA:
-            problems.append(given)
+        with_filled_bays = with_bays(problem if side == "source" else problem.inverse())
+        if (
+            with_filled_bays.bays
+            and can_fill(with_filled_bays)
+            and with_filled_bays.source.area <= LARGEST_FILLED_AREA
+        ):
+            problems.append(with_filled_bays)
     return problems
 
 
-def with_bays_like(problem: UnitProblem, other: UnitProblem) -> UnitProblem | None:
+def with_bays_like(problem: UnitProblem, example: UnitProblem) -> UnitProblem | None:
     """Return the problem with concavities filled on the same side as in another problem; None if that is impossible."""
-    if not other.bays:
+    if not example.bays:
         return problem
-    given = with_bays(problem.inverse() if other.inverted else problem)
-    return given if can_fill(given) else None
+    bay_problem = with_bays(problem.inverse() if example.inverted else problem)
+    return bay_problem if can_fill(bay_problem) else None
 
 
 def can_fill(problem: UnitProblem) -> bool:
@@ -102,8 +106,8 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
         for w, holes in zip((state.z, state.u), problem.passed)
     )
     areas = [np.abs(triangle_areas(w[state.faces])) for w in (state.z, state.u)]
-    kept = areas[0] * ~void
-    hidden = float((kept * target).sum() / kept.sum())
+    visible = areas[0] * ~void
+    hidden = float((visible * target).sum() / visible.sum())
     bare = float((areas[1] * (void | source)).sum() / areas[1].sum())
     return (bare, hidden) if problem.inverted else (hidden, bare)
 
@@ -123,8 +127,8 @@ def cost(problem: UnitProblem, state: DiscreteMap) -> float:
     It is the mean energy at q = 1 over source and target, without the outline's term, with the cost of rotation
     and of uncovered parts.
     """
-    lost = lost_shares(problem, state)
-    return problem.energy.cost(state.z, state.u, state.material, lost, state.metrics, state.turn)
+    shares = lost_shares(problem, state)
+    return problem.energy.cost(state.z, state.u, state.material, shares, state.metrics, state.turn)
 
 
 def is_within(problem: UnitProblem, state: DiscreteMap, settings: Settings) -> bool:

@@ -68,16 +68,16 @@ def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
 def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex) -> DiscreteMap:
     """Move pins straight, on new meshes if they get stuck; return the map as close to the goals as it came."""
     for attempt in range(1 + REMESHES):
-        tried = move_straight(state.with_goals(aims))
-        if tried.miss == 0 or attempt == REMESHES:
+        trial = move_straight(state.with_goals(aims))
+        if trial.miss == 0 or attempt == REMESHES:
             break
-        rested = tried.held().forward(1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
+        rested = trial.held().forward(1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
         try:
             sizes = mesh_sizes.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
             state = refine(level, rested, sizes, only=HELD_STEPS)
         except Stuck:
             break
-    return tried
+    return trial
 
 
 def pin_aligned_matches(level: Level, pins: Complex) -> list[Match]:
@@ -115,12 +115,12 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
     free = min((state.value for state in states), default=np.inf)
     states = [aim_feet(level.problem.strokes, state, BESIDE) for state in states]
     straight = (move_straight(state) for state in progress.counted("pins moved", states))
-    moved = list(zip(states, until_time_is_over(straight)))
-    ends = sorted((end for _, end in moved), key=rank)
+    pairs = list(zip(states, until_time_is_over(straight)))
+    ends = sorted((end for _, end in pairs), key=rank)
     if ends and ends[0].miss > 0:
-        moved = sorted(moved, key=lambda pair: pair[0].value)[:BROUGHT]
-        states = [state for state, _ in moved]
-        staged = (stages_unless_met(*pair) for pair in progress.counted("pins moved in stages", moved))
+        pairs = sorted(pairs, key=lambda pair: pair[0].value)[:BROUGHT]
+        states = [state for state, _ in pairs]
+        staged = (stages_unless_met(*pair) for pair in progress.counted("pins moved in stages", pairs))
         ends = sorted([*until_time_is_over(staged), *ends], key=rank)
     if ends and ends[0].miss > 0 and not level.problem.strokes:
         ways = progress.counted("pins led around each other", states[:LED])
@@ -205,9 +205,9 @@ def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap
     states, free = screen(level, matches)
     if not states:
         raise Stuck("no starting map")
-    met = without_duplicates([state for state in states if state.miss == 0])
-    if met:
-        best = min((settle_pinned(level, s) for s in met), key=lambda s: s.value)
+    exact = without_duplicates([state for state in states if state.miss == 0])
+    if exact:
+        best = min((settle_pinned(level, s) for s in exact), key=lambda s: s.value)
     elif level.problem.strokes:
         best = settle_pinned(level, replace(states[0], bound=False))
     else:

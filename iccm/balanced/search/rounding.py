@@ -42,15 +42,15 @@ def rounded_with_pins(
 
     All are unchanged if a pin would leave its domain or meet another, or if there are strokes.
     """
-    given = source, target, holes, pins
+    arguments = source, target, holes, pins
     source, target, holes = rounded(source, target, holes)
     inner, outer = on_grid(pins.inner), on_grid(pins.outer)
-    if source is given[0] or pins.strokes:
-        return given
+    if source is arguments[0] or pins.strokes:
+        return arguments
     for curve, rims, points in zip((source, target), holes.sides, inner.T):
         inside = curve.contains(points) & ~inside_any(rims, points)
         if not inside.all() or np.unique(points).size < points.size:
-            return given
+            return arguments
     return source, target, holes, replace(pins, inner=inner, outer=outer)
 
 
@@ -76,10 +76,10 @@ def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[
         target: those of the target.
     """
     loops = [state.outer, *(loop.vertices for loop in (*state.loops, *state.filled))]
-    moved = []
+    restored = []
     for z, points in zip((state.z, state.u), (source, target)):
-        z, given = z.copy(), np.concatenate(points)
-        place = dict(zip(on_grid(given).tolist(), given.tolist()))
+        z, vertices = z.copy(), np.concatenate(points)
+        place = dict(zip(on_grid(vertices).tolist(), vertices.tolist()))
         grid = on_grid(z)
         is_given = np.abs(grid - z) < ON_GRID_SHARE
         is_given[is_given] = [key in place for key in grid[is_given].tolist()]
@@ -87,10 +87,12 @@ def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[
         shift[is_given] = [place[key] for key in grid[is_given].tolist()] - z[is_given]
         for loop in loops:
             shift[loop] = _between(z[loop], shift[loop], is_given[loop])
-        moved.append(_without_folds(z, shift, state.faces, np.concatenate([np.r_[loop] for loop in loops])))
-        if folds(state.faces, moved[-1]):
+        restored.append(
+            _without_folds(z, shift, state.faces, np.concatenate([np.r_[loop] for loop in loops]))
+        )
+        if folds(state.faces, restored[-1]):
             return state
-    return replace(state, z=moved[0], u=moved[1])
+    return replace(state, z=restored[0], u=restored[1])
 
 
 def _without_folds(z: Complex, shift: Complex, faces: Index, rims: Index) -> Complex:

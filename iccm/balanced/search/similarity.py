@@ -64,7 +64,7 @@ def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
     return match._replace(holes=holes) if len(holes) == len(partners) and as_wished else None
 
 
-def _same(hole: Curve, others: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:
+def _same(hole: Curve, candidates: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:
     """Find the curve among others that equals this one rotated.
 
     Returns:
@@ -72,9 +72,9 @@ def _same(hole: Curve, others: tuple[Curve, ...], turn: complex) -> tuple[int, M
     """
     ends = np.array([0.0, 1.0])
     w = turn * hole.at(hole.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
-    for number, other in enumerate(others):
-        start = other.closest(w[:1])
-        v = other.at(start + other.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
+    for number, candidate in enumerate(candidates):
+        start = candidate.closest(w[:1])
+        v = candidate.at(start + candidate.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
         if np.abs(w - v).max() < SAME_OUTLINE_SHARE * 10:
-            return number, Match(ends * hole.length, start + ends * other.length)
+            return number, Match(ends * hole.length, start + ends * candidate.length)
     return None

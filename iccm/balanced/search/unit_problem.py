@@ -72,7 +72,7 @@ class UnitProblem(NamedTuple):
     def all_pins(self) -> Complex:
         """(k, 2) pins inside and on the outlines, and points of strokes."""
         shares = np.arange(STROKE_SAMPLES) / (STROKE_SAMPLES - 1)
-        drawn = [
+        stroke_pairs = [
             np.column_stack(
                 [
                     stroke.source.at(shares * stroke.source.length),
@@ -81,7 +81,9 @@ class UnitProblem(NamedTuple):
             )
             for stroke in self.strokes
         ]
-        return np.concatenate([self.pins, np.array(self.anchors, np.complex128).T.reshape(-1, 2), *drawn])
+        return np.concatenate(
+            [self.pins, np.array(self.anchors, np.complex128).T.reshape(-1, 2), *stroke_pairs]
+        )
 
     @property
     def kept(self) -> tuple[tuple[complex, ...], tuple[complex, ...]]:

@@ -107,25 +107,25 @@ def outlines_followed(
     followed: list[list[Curve]] = []
     for side, (w, outer, inner) in enumerate(sides):
         rings = {(loop.source, loop.target)[side]: w[loop.vertices] for loop in start.loops}
-        near = CLOSE_TOLERANCES * tolerance * outer.diagonal
+        tolerance_length = CLOSE_TOLERANCES * tolerance * outer.diagonal
         curves = [
-            _followed(w[start.outer], outer, near),
-            *(_followed(rings[k], rim, near) for k, rim in enumerate(inner) if k in rings),
+            _followed(w[start.outer], outer, tolerance_length),
+            *(_followed(rings[k], rim, tolerance_length) for k, rim in enumerate(inner) if k in rings),
         ]
-        kept = [curve for curve in curves if curve is not None]
-        if len(kept) < 1 + len(inner):
+        outlines = [curve for curve in curves if curve is not None]
+        if len(outlines) < 1 + len(inner):
             return None
-        followed.append(kept)
+        followed.append(outlines)
     (source, *rims), (target, *goals) = followed
     return source, target, Holes(tuple(rims), tuple(goals), holes.partners)
 
 
-def _followed(rim: Complex, given: Curve, near: float) -> Curve | None:
+def _followed(rim: Complex, outline: Curve, tolerance: float) -> Curve | None:
     """Return the polygon of an outline's vertices; None if it is not close to the given one."""
     curve = Curve(rim)
     curve = simplify(curve, SAME_PLACE_SHARE / curve.diagonal)
-    away = max(one.distances(other.z).max() for one, other in permutations((curve, given)))
-    return curve if away <= near else None
+    away = max(a.distances(b.z).max() for a, b in permutations((curve, outline)))
+    return curve if away <= tolerance else None
 
 
 def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
@@ -203,11 +203,11 @@ def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | N
         (n,) vertices; None if a pin has none.
     """
     away = np.abs(start.z[start.border :] - pins[:, None])
-    kept = np.concatenate([start.border + away.argmin(axis=1), *filled])
-    if np.any(away.min(axis=1) > SAME_PLACE_SHARE) or np.unique(kept).size < kept.size:
+    retained = np.concatenate([start.border + away.argmin(axis=1), *filled])
+    if np.any(away.min(axis=1) > SAME_PLACE_SHARE) or np.unique(retained).size < retained.size:
         return None
-    others = np.setdiff1d(np.arange(start.border, start.z.size), kept)
-    return np.concatenate([np.arange(start.border), kept, others])
+    remaining = np.setdiff1d(np.arange(start.border, start.z.size), retained)
+    return np.concatenate([np.arange(start.border), retained, remaining])
 
 
 def _vertices_on(outline: Outline, z: Complex) -> Index | None:

@@ -29,7 +29,7 @@ def evaluate(
         z, w, and the derivatives of z with respect to w and w̄; (p,) each, NaN if there is no triangle.
     """
     count = triangle.size
-    patches, corners = (np.ascontiguousarray(given, np.complex128) for given in (patches, corners))
+    patches, corners = (np.ascontiguousarray(array, np.complex128) for array in (patches, corners))
     triangle, place = np.ascontiguousarray(triangle, np.int64), np.ascontiguousarray(place, np.float64)
     out = np.full((4, count), complex(np.nan, np.nan))
     over_slices(

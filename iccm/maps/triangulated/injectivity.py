@@ -35,11 +35,13 @@ def certify(
     if why:
         return Certificate(False, 0.0, beltrami=np.inf, obstacle=why)
     folded = (_turns(source, faces) <= 0) | (_turns(image, faces) <= 0)
-    bent = ~folded & ~positive(source[faces], bulge[edges.sides])
+    is_curved_fold = ~folded & ~positive(source[faces], bulge[edges.sides])
     late = int(np.sum(np.abs(slides(bulge, source, edges)) >= 0.5 - 1e-9))
     faults = [fault([plane[loop] for loop in loops]) for plane in (source, image)]
     obstacles = [
-        f"{count} {what}" for count, what in _counts(int(folded.sum()), int(bent.sum()), late) if count
+        f"{count} {what}"
+        for count, what in _counts(int(folded.sum()), int(is_curved_fold.sum()), late)
+        if count
     ]
     obstacles += [
         f"the outline of the {name} {what}" for name, what in zip(("source", "image"), faults) if what
@@ -48,7 +50,7 @@ def certify(
     return Certificate(
         not obstacles,
         0.0,
-        int((folded | bent).sum()),
+        int((folded | is_curved_fold).sum()),
         beltrami,
         not faults[1],
         "; ".join(obstacles),
@@ -56,10 +58,10 @@ def certify(
     )
 
 
-def _counts(folded: int, bent: int, late: int) -> list[tuple[int, str]]:
+def _counts(folded: int, curved_folds: int, late: int) -> list[tuple[int, str]]:
     return [
         (folded, "triangles are folded"),
-        (bent, "patches may be folded"),
+        (curved_folds, "patches may be folded"),
         (late, "edges of the outline are reversed"),
     ]
 
@@ -70,12 +72,12 @@ def unfit(source: Complex, image: Complex, faces: Index, loops: tuple[Index, ...
         return "some vertices are not finite numbers"
     n = source.size
     half = np.sort((faces * n + np.roll(faces, -1, axis=1)).ravel())
-    other = np.sort((np.roll(faces, -1, axis=1) * n + faces).ravel())
+    opposite = np.sort((np.roll(faces, -1, axis=1) * n + faces).ravel())
     if (half[1:] == half[:-1]).any():
         return "some edges have more than two triangles"
-    rim = half[other.take(np.searchsorted(other, half), mode="clip") != half]
-    given = np.sort(np.concatenate([loop * n + np.roll(loop, -1) for loop in loops]))
-    return "" if np.array_equal(rim, given) else "the loops are not the triangulation's boundary"
+    rim = half[opposite.take(np.searchsorted(opposite, half), mode="clip") != half]
+    loop_edges = np.sort(np.concatenate([loop * n + np.roll(loop, -1) for loop in loops]))
+    return "" if np.array_equal(rim, loop_edges) else "the loops are not the triangulation's boundary"
 
 
 def _turns(plane: Complex, faces: Index) -> NDArray[np.int8]:

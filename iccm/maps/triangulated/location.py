@@ -69,12 +69,12 @@ class PatchLocator:
         x, y = z.real[:, None], z.imag[:, None]
         low_x, low_y, high_x, high_y = self.boxes.T
         over = (low_x <= x) & (x <= high_x) & (low_y <= y) & (y <= high_y)
-        near = np.flatnonzero(over.any(axis=0))
-        if not near.size:
+        candidates = np.flatnonzero(over.any(axis=0))
+        if not candidates.size:
             return np.full(z.size, -1), np.full((z.size, 3), np.nan)
-        boxes = self.boxes[near]
-        patch, place = self._located(self.control[near], boxes, BucketGrid.of(boxes), z, 1)
-        return np.where(patch < 0, -1, near[patch]), place
+        boxes = self.boxes[candidates]
+        patch, place = self._located(self.control[candidates], boxes, BucketGrid.of(boxes), z, 1)
+        return np.where(patch < 0, -1, candidates[patch]), place
 
     def _located(
         self, control: Complex, boxes: Real, grid: BucketGrid, z: Complex, threads: int | None

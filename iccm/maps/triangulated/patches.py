@@ -96,9 +96,9 @@ def bulges(
     free = 0.25 * ((p[i] - p[j]) * along + (q[i] - q[j]) * along.conj())
     lines = np.flatnonzero(np.isin(keys(edges.ends, image.size), keys(straight, image.size)))
     cut = np.concatenate([edges.rim, lines])
-    given = tangential(free, source, edges, cut)
-    given[edges.sides[linear]] = 0
-    return shrunk(faces, image, source, edges, given, differences(faces, image, source, p, q))
+    bulge = tangential(free, source, edges, cut)
+    bulge[edges.sides[linear]] = 0
+    return shrunk(faces, image, source, edges, bulge, differences(faces, image, source, p, q))
 
 
 def differences(faces: Index, image: Complex, source: Complex, p: Complex, q: Complex) -> Real:
@@ -108,8 +108,8 @@ def differences(faces: Index, image: Complex, source: Complex, p: Complex, q: Co
     """
     own_p, own_q = gradients(faces, image, source)
     own_p, own_q = own_p[:, None], own_q[:, None]
-    before = np.roll(faces, 1, axis=1)
-    dp, dq = p[faces] - p[before], q[faces] - q[before]
+    previous = np.roll(faces, 1, axis=1)
+    dp, dq = p[faces] - p[previous], q[faces] - q[previous]
     size = np.abs(dp * own_p.conj() - dq * own_q.conj()) + np.abs(dq * own_p - dp * own_q)
     with np.errstate(over="ignore"):  # infinite for triangles with almost no area
         return size.max(axis=1) / np.maximum(np.abs(np.abs(own_p) ** 2 - np.abs(own_q) ** 2)[:, 0], 1e-300)

@@ -99,7 +99,7 @@ def check(run: Run, requested: list[Output]) -> list[Output]:
             if getattr(run.job, name):
                 option = f"--{name.replace('_', '-')}"
                 raise InputError(f"{option}: only works when a mesh is written, such as -o out.glb")
-    _check_others(run, [name for output in outputs for name in output.beside(run)])
+    _check_others(run, [name for output in outputs for name in output.companion_files(run)])
     run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
     run.note(*about(run.pairs, keep=run.job.holes != "fill", mapped=run.job.holed))
     return outputs

@@ -33,9 +33,9 @@ class Artwork(Output):
         """Require an SVG or a text in a font as source, and a planar target or a chart of a mesh's layout."""
         if formats.suffix_of(self.name) != ".svg":
             raise InputError(f"{self.name}: artwork is written as .svg; compress it afterwards")
-        drawn = is_drawn(Spec.of(job.source).path)
+        is_drawing = is_drawn(Spec.of(job.source).path)
         flat = not onto_mesh or job.plane == "uv" or names_layout(job.target or "")
-        if not drawn or not flat or job.bake:
+        if not is_drawing or not flat or job.bake:
             raise InputError(
                 f"{self.name}: artwork needs an SVG or a text (font.ttf#text=Hello) as the source, and a "
                 "planar shape or a chart (mesh#uv) as the target; use a picture's suffix"
@@ -57,7 +57,7 @@ class Artwork(Output):
         check(run.source, run.target, len(run.pairs) if run.job.repeated else 1)
         run.note(*framing.remarks(run.job, run.source, run.target))
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the drawing, and note what was cut off or left out."""
         self.write_faded(run, path, 0.0)
         return OutputReport()

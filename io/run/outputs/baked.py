@@ -45,7 +45,7 @@ class Baked(Picture):
         run.room.check(room, BAKED)
         self.check_format(run, image, width, height)
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Bake the whole picture, and write it."""
         options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
         texture_alpha, partial = run.image.alpha, is_partial(run)

@@ -25,8 +25,8 @@ class DxfDrawing(Output):
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """Require a DXF as the source, a planar target, and maps of different parts of the source."""
-        drawn = formats.suffix_of(Spec.of(job.source).path) == ".dxf"
-        if not drawn or onto_mesh or job.bake:
+        is_drawing = formats.suffix_of(Spec.of(job.source).path) == ".dxf"
+        if not is_drawing or onto_mesh or job.bake:
             raise InputError(
                 f"{self.name}: a DXF drawing needs a DXF file as the source, and a planar shape as the target; use "
                 "another suffix"
@@ -44,7 +44,7 @@ class DxfDrawing(Output):
         """
         dxf.check(run.source.path)
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the drawing, and note what was cut off or left out."""
         with run.phases.timed("artwork"):
             parts: list[tuple[Shape, AnyMap]] = [

@@ -70,7 +70,7 @@ class Handles(Output):
                 f"--handles: none of the {rows}x{columns} points lies inside {run.source.spec}; {handles.CURE}"
             )
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the pins of the job with the handles, and the map."""
         from ...shapes import constraints, listing
         from ...shapes.handles import handles_of
@@ -92,14 +92,14 @@ class Handles(Output):
             pins = listed.pins_of(*pair) if listed else []
             pins += listing.typed_pins(run.job.pin)
             pins += handles_of(fit, *pair, *self._size(run), pins)
-            held = constraints.collect(*pair, listing.ConstraintsFile(pins=pins))
-            kept = fingerprint(run.job, held.pins, held.settings)
+            collected = constraints.collect(*pair, listing.ConstraintsFile(pins=pins))
+            fingerprint_of_pins = fingerprint(run.job, collected.pins, collected.settings)
             if len(fit.map.faces) > limits.START_ENTRIES:
                 raise InputError(
                     f"--handles: the map has {len(fit.map.faces)} triangles, and a file of pins holds at most "
                     f"{limits.START_ENTRIES}; simplify the outlines"
                 )
-            start = StartingMap.of(fit.map, *pair, kept=kept)
+            start = StartingMap.of(fit.map, *pair, kept=fingerprint_of_pins)
             start.map(*pair)  # refuses a map that folds when it is rounded
             path.write_text(constraints_text(pair, {"pins": pins}, start), encoding="utf-8")
         return OutputReport()

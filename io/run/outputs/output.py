@@ -53,16 +53,16 @@ class Output(ABC):
             InputError: depends on the kind of output.
         """
 
-    def beside(self, run: Run) -> list[str]:
+    def companion_files(self, run: Run) -> list[str]:
         """Return the names of files that are written beside it."""
         return []
 
     @abstractmethod
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the output to a temporary file with the suffix of its name.
 
         Args:
             run: the job, with its maps solved.
             path: the file.
-            before: the reports of outputs written before it, for a figure that shows them.
+            earlier: the reports of outputs written earlier, for a figure that shows them.
         """

@@ -78,10 +78,10 @@ class Picture(Output):
                 f"--edge transparent: {lacking} has no alpha channel, so beyond the texture's edge it is black"
             )
         as_stored = job.kind != "colour" or job.filter == "nearest"
-        kept = format.hidden or (format.light == "linear" and format.alpha and image.associated)
-        if as_stored and run.image.alpha >= 0 and not kept:
-            lost = f"{suffix} does not keep colours where alpha is 0; use .png or .tif to keep them"
-            run.note(f"{self.name}: {lost}")
+        keeps_hidden = format.hidden or (format.light == "linear" and format.alpha and image.associated)
+        if as_stored and run.image.alpha >= 0 and not keeps_hidden:
+            note = f"{suffix} does not keep colours where alpha is 0; use .png or .tif to keep them"
+            run.note(f"{self.name}: {note}")
         usual = "lin_rec709" if image.pixels.dtype.kind == "f" else "sRGB"
         keeps_name = (
             format.named or format.light != "any" or image.colorspace in (usual, "data", job.colorspace)
@@ -92,7 +92,7 @@ class Picture(Output):
             )
             run.note(f"{self.name}: {warning}")
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write rows as they are computed, or with --padding the whole picture at once."""
         canvas, error = run.canvas_of(self.tile), run.job.max_pixel_error
         work = Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
@@ -142,14 +142,14 @@ def displayed(run: Run, canvas: Canvas) -> NDArray:
     return prepare(run.image.with_pixels(warped.pixels, warped.alpha), formats.picture(".webp")).pixels
 
 
-def _report_pixels(run: Run, colours: Colours, seen: Diagnostics, canvas: Canvas) -> OutputReport:
+def _report_pixels(run: Run, colours: Colours, diagnostics: Diagnostics, canvas: Canvas) -> OutputReport:
     """Report the size of the picture and counts of its pixels, and note if it is blank."""
     textured = bool(run.job.texture) and run.job.texture_box != "bbox" and not run.on_mesh
     # a drawing with a single colour, such as a line drawing, shows that colour
     is_own_colour = colours.single and shows_itself(run.job, run.source)
-    if not is_own_colour and (note := colours.note(bool(seen.inside or seen.edge), textured)):
+    if not is_own_colour and (note := colours.note(bool(diagnostics.inside or diagnostics.edge), textured)):
         run.note(note)
-    pixels: dict[str, Any] = {"width": canvas.width, "height": canvas.height, **seen.as_dict()}
+    pixels: dict[str, Any] = {"width": canvas.width, "height": canvas.height, **diagnostics.as_dict()}
     if not has_texture(run.job, run.source):
         pixels["checkerboard"] = True
     return OutputReport({"pixels": pixels})

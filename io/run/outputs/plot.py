@@ -31,12 +31,12 @@ class Plot(Output):
         """Require a suffix of figures."""
         formats.check(self.name, "plot", "unknown suffix for --plot")
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Draw the figure. matplotlib is imported here because that takes longer than many runs."""
         from .. import plots
 
         with run.phases.timed("plot"):
-            figures = report.map_figures(run, before)
+            figures = report.map_figures(run, earlier)
             report.note_doubts(run, figures)
             if not run.target.is_mesh:
                 if len(run.fits) > 1:
@@ -48,8 +48,8 @@ class Plot(Output):
 
             placed, target = run.image.texture(run.box, kind=run.job.kind), as_mesh(run.target)
             words = in_words(figures | {"notes": run.notes})
-            given: dict[str, Any] = {"map": run.fit.map, "source": run.source, "pins": run.fit.pins}
-            plots.draw(target, path, words, texture=placed, **given)
+            arguments: dict[str, Any] = {"map": run.fit.map, "source": run.source, "pins": run.fit.pins}
+            plots.draw(target, path, words, texture=placed, **arguments)
         return OutputReport()
 
 

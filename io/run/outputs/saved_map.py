@@ -35,7 +35,7 @@ class SavedMap(Output):
             if shape.is_mesh:
                 raise self._refusal(shape.spec)
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the map, with the options of the job that affect pictures made with it."""
         with run.phases.timed("write"):
             job = {name: value for name, value in run.job.solver.items() if _plain(value)}

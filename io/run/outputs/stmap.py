@@ -38,7 +38,7 @@ class STMap(Output):
         width, _ = checks.canvas(run, self.tile)
         run.room.check(stmap_files.band_bytes(width), f"rows of {width} pixels")
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write rows as they are computed, or with --bake the whole picture at once."""
         lying, job = run.flat, run.job
         with run.phases.timed("resample"):

@@ -75,7 +75,7 @@ class TexturedMesh(Output):
         if run.job.carry_maps:
             run.carried_maps.check(self.name)
 
-    def beside(self, run: Run) -> list[str]:
+    def companion_files(self, run: Run) -> list[str]:
         """Return the names of the material library and of pictures."""
         pictures = ShownPictures(_shown_texture(run), _normal_map(run.job))
         names = mesh_files.format_of(self.name).companions(Path(self.name), pictures)
@@ -83,7 +83,7 @@ class TexturedMesh(Output):
             names += run.carried_maps.companions(self.name, retextured=pictures.texture is not None)
         return list(dict.fromkeys(names))
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the mesh, and the files beside it."""
         with run.phases.timed("write"):
             new = new_uvs(

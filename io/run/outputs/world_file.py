@@ -42,7 +42,7 @@ class WorldFile(Output):
                 )
             georeferenced.rasterio(f"{self.name}: writing it")
 
-    def write(self, run: Run, path: Path, before: Sequence[OutputReport] = ()) -> OutputReport:
+    def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the file."""
         place = run.target.georeference
         assert place is not None
