@@ -36,11 +36,11 @@ _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS}
 def together() -> Iterator[None]:
     """Let all files that `write_bytes` writes in the block appear when it succeeds, and none of them when it fails."""
     with ExitStack() as stack:
-        before = _together.set(stack)
+        token = _together.set(stack)
         try:
             yield
         finally:
-            _together.reset(before)
+            _together.reset(token)
 
 
 @contextmanager

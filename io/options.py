@@ -78,18 +78,18 @@ class Option:
     instead: str = ""
     words: str = ""
 
-    def value_of(self, given: Any, hint: Any) -> Any:
+    def value_of(self, raw: Any, hint: Any) -> Any:
         """Return the value of an option in the form that a job stores.
 
         Args:
-            given: text from the command line, or a value from a manifest or Python.
+            raw: text from the command line, or a value from a manifest or Python.
             hint: the type of the option.
 
         Raises:
             WrongValue: the value is invalid.
         """
         try:
-            value = self.parse(given) if self.parse else given
+            value = self.parse(raw) if self.parse else raw
             if self.parse_each and isinstance(value, list | tuple):
                 value = values.each_of(value, self.parse_each)
             value = values.convert(value, hint)
@@ -161,13 +161,17 @@ def size(value: Any) -> Any:
             raise ValueError(f"{value!r} is not a size; write WxH or N, such as 1024x768 or 1024")
         is_single = match is not None and match[1] is not None
         value = [int(parts[0])] if is_single else [int(part or FREE_SIDE) for part in parts]
-        given = [int(part) for part in parts if part]
+        lengths = [int(part) for part in parts if part]
     else:
-        given = [value] if isinstance(value, int) else value
-        if isinstance(given, list | tuple) and len(given) == 2 and list(given) != [FREE_SIDE, FREE_SIDE]:
-            given = [side for side in given if side != FREE_SIDE]
-    if isinstance(given, list | tuple) and any(
-        isinstance(n, int | float) and not 1 <= n <= limits.SIDE for n in given
+        lengths = [value] if isinstance(value, int) else value
+        if (
+            isinstance(lengths, list | tuple)
+            and len(lengths) == 2
+            and list(lengths) != [FREE_SIDE, FREE_SIDE]
+        ):
+            lengths = [side for side in lengths if side != FREE_SIDE]
+    if isinstance(lengths, list | tuple) and any(
+        isinstance(n, int | float) and not 1 <= n <= limits.SIDE for n in lengths
     ):
         raise ValueError(f"each side must be between 1 and {limits.SIDE} pixels")
     sides = [value] if isinstance(value, int) else value
@@ -1332,12 +1336,14 @@ def suggest(name: str, options: Mapping[str, Option | None]) -> list[str]:
         name: the name as typed, without dashes.
         options: the options of the command, by name.
     """
-    named = {key: option for key, option in options.items() if option}
-    if meant := [key for key, option in named.items() if name in option.words.split()]:
+    options_by_key = {key: option for key, option in options.items() if option}
+    if meant := [key for key, option in options_by_key.items() if name in option.words.split()]:
         return meant
     spelt = {key.replace("_", "-"): key for key in options}
-    spelt |= {other: key for key, option in named.items() for other in (*dict(option.aliases), *option.old)}
-    return [spelt[near] for near in get_close_matches(name.replace("_", "-"), spelt, 1, SIMILARITY_RATIO)]
+    spelt |= {
+        alias: key for key, option in options_by_key.items() for alias in (*dict(option.aliases), *option.old)
+    }
+    return [spelt[word] for word in get_close_matches(name.replace("_", "-"), spelt, 1, SIMILARITY_RATIO)]
 
 
 SOLVER = tuple(name for name, (_, option) in options_of().items() if option.solver)

@@ -78,5 +78,5 @@ def short_name(text: str) -> str:
     if is_generated(text):
         return text.partition(":")[0]
     spec = Spec.of(text)
-    chosen = (spec.chosen or "").partition("=")[0] if is_marked(text) else spec.chosen
-    return spec.path.stem + (f"-{chosen.replace('#', '-')}" if chosen else "")
+    selection = (spec.chosen or "").partition("=")[0] if is_marked(text) else spec.chosen
+    return spec.path.stem + (f"-{selection.replace('#', '-')}" if selection else "")

@@ -37,9 +37,9 @@ class GeoJson(TextDocument):
         if _is_geojson(content):
             names = []
             for geometry, feature in geometries(content):
-                before = len(collected.points)
+                old_count = len(collected.points)
                 collected.take(_simple(geometry))
-                count = len(collected.points) - before
+                count = len(collected.points) - old_count
                 names += [_name(feature)] if count == 1 else [""] * count
         else:
             marks = _landmarks(content)
@@ -59,13 +59,13 @@ class GeoJson(TextDocument):
         """Return the document with the coordinates of the images."""
         points = iter(images.points.tolist())
         if _is_geojson(self.content):
-            given = _Given(points, iter(images.lines), iter(images.polygons))
+            images_in_order = _Given(points, iter(images.lines), iter(images.polygons))
             for geometry in _geometries(self.content):
-                given.give(geometry)
+                images_in_order.give(geometry)
             content = self.content if images.keep else _dropped(self.content)
         else:
             content = self.content
-            gone: list[tuple[Any, Any]] = []
+            deleted: list[tuple[Any, Any]] = []
             for holder, key, _ in _landmarks(content):
                 z = next(points)
                 if z == z:
@@ -73,10 +73,10 @@ class GeoJson(TextDocument):
                 elif images.keep:
                     holder[key] = _moved(holder[key], None)
                 else:
-                    gone.append((holder, key))
-            for holder, key in reversed(gone):
+                    deleted.append((holder, key))
+            for holder, key in reversed(deleted):
                 del holder[key]
-            if gone and isinstance(content, dict) and isinstance(content.get("shapes"), list):
+            if deleted and isinstance(content, dict) and isinstance(content.get("shapes"), list):
                 content["shapes"] = [shape for shape in content["shapes"] if shape.get("points") != []]
         return json.dumps(content, ensure_ascii=False, indent=None if len(images.points) > 1000 else 1) + "\n"
 
@@ -134,24 +134,24 @@ class _Given:
     polygons: Iterator[list[list[Complex]]]
 
     def give(self, geometry: dict[str, Any]) -> None:
-        kind, coordinates = geometry["type"], geometry.get("coordinates")
-        if coordinates is None or coordinates == []:
+        kind, old_coordinates = geometry["type"], geometry.get("coordinates")
+        if old_coordinates is None or old_coordinates == []:
             return
-        parts = coordinates if kind.startswith("Multi") else [coordinates]
+        parts = old_coordinates if kind.startswith("Multi") else [old_coordinates]
         if kind.endswith("Point"):
-            moved = [_moved(part, z) for part in parts if (z := next(self.points)) == z]
+            coordinates = [_moved(part, z) for part in parts if (z := next(self.points)) == z]
         elif kind.endswith("LineString"):
-            moved = [_positions(z) for _ in parts for z in next(self.lines) if z.size > 1]
+            coordinates = [_positions(z) for _ in parts for z in next(self.lines) if z.size > 1]
         else:
-            moved = [
+            coordinates = [
                 [_positions(np.append(ring, ring[0])) for ring in rings]
                 for _ in parts
                 for rings in next(self.polygons)
             ]
         single = kind.removeprefix("Multi")
-        many = kind.startswith("Multi") or len(moved) > 1
+        many = kind.startswith("Multi") or len(coordinates) > 1
         geometry["type"] = f"Multi{single}" if many else single
-        geometry["coordinates"] = moved if many else moved[0] if moved else []
+        geometry["coordinates"] = coordinates if many else coordinates[0] if coordinates else []
 
 
 def _is_geojson(content: Any) -> bool:

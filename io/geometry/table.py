@@ -85,10 +85,10 @@ class Table(TextDocument):
         if self.head:
             writer.writerow(self.head)
         i, j = self.columns
-        lost = np.isnan(images.points)
+        is_unmapped = np.isnan(images.points)
         x, y = images.points.real.tolist(), images.points.imag.tolist()
         for k, row in enumerate(self.rows):
-            if not lost[k]:
+            if not is_unmapped[k]:
                 row[i], row[j] = repr(x[k]), repr(y[k])
                 if self.decimal_comma:
                     row[i], row[j] = row[i].replace(".", ","), row[j].replace(".", ",")

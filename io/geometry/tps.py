@@ -36,27 +36,27 @@ class Tps(TextDocument):
         lines = data.decode("utf-8-sig").splitlines()
         places: list[int] = []
         z: list[complex] = []
-        left = 0
+        remaining = 0
         for k, line in enumerate(lines):
             count = _COUNT.fullmatch(line)
-            if left and not count and line.strip():
+            if remaining and not count and line.strip():
                 z.append(_place(line, k + 1))
                 places.append(k)
-                left -= 1
-            elif left and (count or line.strip()):
+                remaining -= 1
+            elif remaining and (count or line.strip()):
                 raise InputError(
-                    f"line {k + 1}: the landmarks before this line are incomplete ({left} missing)"
+                    f"line {k + 1}: the landmarks before this line are incomplete ({remaining} missing)"
                 )
             elif count:
-                left = int(count[2])
+                remaining = int(count[2])
             elif re.match(r"\s*LM3", line, re.IGNORECASE):
                 raise InputError(
                     f"line {k + 1}: landmarks in space (LM3) are not supported; use two coordinates"
                 )
             elif line.strip() and not _KEY.fullmatch(line):
                 raise InputError(f"line {k + 1}: {line.strip()[:40]!r} is not KEY=VALUE")
-        if left:
-            raise InputError(f"the file ends before the last {left} landmarks")
+        if remaining:
+            raise InputError(f"the file ends before the last {remaining} landmarks")
         if not places:
             raise InputError("contains no landmarks (LM=…)")
         scaled = any(re.match(r"\s*SCALE\s*=", line, re.IGNORECASE) for line in lines)

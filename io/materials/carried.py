@@ -285,10 +285,10 @@ class MaterialBaker:
         if source.get("alphaMode") == "MASK":
             top = np.iinfo(image.pixels.dtype).max
             by = factor[3] if len(factor) > 3 else 1.0
-            seen = (
+            is_visible = (
                 by * image.pixels[mask, image.alpha] >= source.get("alphaCutoff", DEFAULT_ALPHA_CUTOFF) * top
             )
-            image.pixels[mask, image.alpha] = np.where(seen, top, 0)
+            image.pixels[mask, image.alpha] = np.where(is_visible, top, 0)
 
 
 def convert_each(pictures: Mapping[str, Image], convert: Callable[[Image], T]) -> dict[str, T]:

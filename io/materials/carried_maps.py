@@ -107,8 +107,10 @@ class CarriedMaps:
         pictures, notes = dict[str, dict[str, bytes]](), list[str]()
         for k, material in enumerate(material_set.materials):
             triangles = np.flatnonzero(material_set.owner == k)
-            same = triangles, np.tile(np.arange(3), (triangles.size, 1))
-            baker = MaterialBaker(material_set, part(sheet, triangles), same, BakeSettings(threads=threads))
+            corners = triangles, np.tile(np.arange(3), (triangles.size, 1))
+            baker = MaterialBaker(
+                material_set, part(sheet, triangles), corners, BakeSettings(threads=threads)
+            )
             slots = [
                 slot
                 for slot in material.maps

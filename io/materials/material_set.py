@@ -111,12 +111,12 @@ class MaterialSet:
         layouts = {id(map.uv): map.uv for map in self.maps if map.uv is not None}
         return {key: replace(self.sheet, uv=uv) for key, uv in layouts.items()}
 
-    def instead(self, given: dict[str, MaterialMap]) -> "MaterialSet":
+    def instead(self, replacements: dict[str, MaterialMap]) -> "MaterialSet":
         """Return the set with the given pictures in place of the materials' own, with the wrap modes of these."""
 
         def with_pictures(material: Material) -> Material:
             maps = material.maps
-            new = {slot: replace(map, wrap=maps.get(slot, map).wrap) for slot, map in given.items()}
+            new = {slot: replace(map, wrap=maps.get(slot, map).wrap) for slot, map in replacements.items()}
             return replace(material, maps=maps | new)
 
         return replace(self, materials=tuple(with_pictures(material) for material in self.materials))

@@ -126,12 +126,14 @@ def _material(
     maps = dict[str, MaterialMap]()
     for line in lines:
         word, arguments = material_library.split(line)
-        word, named = word.lower(), material_library.file_name(arguments)
-        if not word.startswith(material_library.MAPS) or not named or word in ELSEWHERE:
+        word, picture_name = word.lower(), material_library.file_name(arguments)
+        if not word.startswith(material_library.MAPS) or not picture_name or word in ELSEWHERE:
             continue
-        picture = library.folder / named.replace("\\", "/")
+        picture = library.folder / picture_name.replace("\\", "/")
         if not picture.is_file() or is_pattern(picture):
-            notes.append(f"{path}: {word} of {name} is ignored, because its file {named} does not exist")
+            notes.append(
+                f"{path}: {word} of {name} is ignored, because its file {picture_name} does not exist"
+            )
             continue
         if (word, picture) not in kinds:
             kinds[word, picture] = _kind(word, picture, most)

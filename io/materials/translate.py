@@ -51,8 +51,8 @@ def to_gltf(
         rough["baseColorFactor"] = [*rough.get("baseColorFactor", (1.0, 1.0, 1.0))[:3], alpha]
         material["alphaMode"] = "BLEND"
     supported = {*TO_GLTF, *GREYS, COVER}
-    left = [word for word in images if word not in supported and kinds[word] != "normal"]
-    return converted, material, _left_out(left)
+    unsupported = [word for word in images if word not in supported and kinds[word] != "normal"]
+    return converted, material, _left_out(unsupported)
 
 
 def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[str], list[str]]:
@@ -72,8 +72,8 @@ def to_mtl(images: Pictures, source_material: Material) -> tuple[Pictures, list[
     source = source_material.source or {}
     if source.get("alphaMode") == "BLEND" and (alpha := base.get("baseColorFactor", (1, 1, 1, 1))[3]) < 1:
         lines.append(f"d {alpha:g}")
-    left = [slot for slot in images if slot not in TO_MTL and slot != ROUGH]
-    return converted, lines, _left_out([gltf_materials.name_slots([slot]) for slot in left])
+    unsupported = [slot for slot in images if slot not in TO_MTL and slot != ROUGH]
+    return converted, lines, _left_out([gltf_materials.name_slots([slot]) for slot in unsupported])
 
 
 def _left_out(names: Iterable[str]) -> list[str]:
@@ -83,9 +83,9 @@ def _left_out(names: Iterable[str]) -> list[str]:
 
 def _rough(rough: Image | None, metal: Image | None) -> Image:
     """Combine roughness in green and metal in blue; a missing one is white."""
-    given = [image for image in (rough, metal) if image is not None]
-    dtype = max((image.pixels.dtype for image in given), key=lambda d: d.itemsize)
-    out = np.full((*given[0].pixels.shape[:2], 3), np.iinfo(dtype).max, dtype)
+    present = [image for image in (rough, metal) if image is not None]
+    dtype = max((image.pixels.dtype for image in present), key=lambda d: d.itemsize)
+    out = np.full((*present[0].pixels.shape[:2], 3), np.iinfo(dtype).max, dtype)
     for k, image in enumerate((rough, metal), 1):
         if image is not None:
             out[..., k] = _as(image.pixels[..., 0], dtype)
@@ -103,8 +103,8 @@ def _covered(base: Image) -> Pictures:
     """Split a picture into colours and, if it is not opaque, its alpha as a separate picture."""
     pixels, alpha = base.pixels, base.pixels[..., base.alpha, None]
     colours = Image(np.ascontiguousarray(pixels[..., : base.alpha]))
-    seen = (alpha < np.iinfo(alpha.dtype).max).any()
-    return {"map_kd": colours} | ({COVER: Image(np.ascontiguousarray(alpha))} if seen else {})
+    is_transparent = (alpha < np.iinfo(alpha.dtype).max).any()
+    return {"map_kd": colours} | ({COVER: Image(np.ascontiguousarray(alpha))} if is_transparent else {})
 
 
 def _as(pixels: NDArray, dtype: np.dtype) -> NDArray:

@@ -105,10 +105,10 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
         new_name = rename[old.name if old.name in rename else None]  # a name may be empty
         body = [f"newmtl {new_name}", *(line for line in lines if _stays(line, set(images)))]
         statements[new_name] = material_library.with_maps(body, names)
-    others = [
+    unchanged = [
         line for name, lines in materials.materials().items() if name not in statements for line in lines
     ]
-    text = material_library.bind(Library(tuple(others), materials.folder), {}, plain, {}, library)
+    text = material_library.bind(Library(tuple(unchanged), materials.folder), {}, plain, {}, library)
     text += "".join(f"{line}\n" for lines in statements.values() for line in lines)
     contents[library] = text.lstrip("\n").encode("utf-8", "surrogateescape")
     binding = obj_write.Binding(library.name, rename, plain)

@@ -150,8 +150,8 @@ def _surface_of(patch: Path) -> Path:
     """
     side = patch.name.partition(".")[0]
     for name in WHOLE_SURFACES:
-        if (beside := patch.with_name(f"{side}.{name}")).is_file():
-            return beside
+        if (surface := patch.with_name(f"{side}.{name}")).is_file():
+            return surface
     raise InputError(
         f"{patch}: a patch has no triangles, and the surface that it is a part of is not beside it; put {side}.white "
         "there"

@@ -338,10 +338,10 @@ def glb(tree: dict[str, Any], views: list[bytes]) -> bytes:
     return b"".join(parts)
 
 
-def _unique(name: str, taken: dict) -> str:
+def _unique(name: str, used: dict) -> str:
     """Return the name, or else the first of `name_1`, `name_2`, … that is not taken (like trimesh)."""
     number, candidate = 0, name
-    while candidate in taken:
+    while candidate in used:
         number += 1
         candidate = f"{name}_{number}"
     return candidate

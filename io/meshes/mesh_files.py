@@ -94,8 +94,8 @@ def _unite(file: MeshFile, opened: MeshFormat) -> MeshFile:
     content = type(file.content).join([part.content for part in parts], str(file.path))
     whole = MeshFile.whole(file.path, content)
     notes = [*parts[0].notes[:-1]]  # without the note on other geometries
-    if left := len(opened.names) - len(parts):
-        notes.append(f"ignored {left} geometr{'ies' if left > 1 else 'y'} of other meshes")
+    if ignored := len(opened.names) - len(parts):
+        notes.append(f"ignored {ignored} geometr{'ies' if ignored > 1 else 'y'} of other meshes")
     if len({part.picture for part in parts}) > 1:
         notes.append("its materials have different textures; choose one with --texture")
     return replace(

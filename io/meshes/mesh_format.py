@@ -298,14 +298,12 @@ class MeshFormat(ABC):
             raise InputError(f"{path}#{part}: there is no geometry '{part}'; the file has {available}")
         if not geometries:
             raise InputError(f"{path}: contains no faces; a point cloud cannot be mapped")
-        chosen = part or max(geometries, key=self._areas.__getitem__)
-        file, notes = geometries[chosen], list[str]()
-        if left := len(geometries) - 1:
-            others = f"ignored {left} other geometr{'ies' if left > 1 else 'y'}"
-            cure = (
-                f": {chosen!r} is the largest; {path}#name selects one, --parts all or each uses all of them"
-            )
-            notes.append(others + ("" if part else cure))
+        name = part or max(geometries, key=self._areas.__getitem__)
+        file, notes = geometries[name], list[str]()
+        if other_count := len(geometries) - 1:
+            note = f"ignored {other_count} other geometr{'ies' if other_count > 1 else 'y'}"
+            cure = f": {name!r} is the largest; {path}#name selects one, --parts all or each uses all of them"
+            notes.append(note + ("" if part else cure))
         mesh = replace(file.mesh, name=str(path) + (f"#{part}" if part else ""))
         total = sum(geometry.faces.size for geometry in geometries.values())
         return replace(file, mesh=mesh, notes=(*file.notes, *notes), total=total)

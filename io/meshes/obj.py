@@ -137,8 +137,8 @@ class Obj(Elements):
             used |= {
                 (keyword, name) for k in np.flatnonzero(np.diff(first)) for name in _names_of(statements[k])
             }
-        named = ((s.keyword, name) for s in self.statements for name in _names_of(s))
-        return list(dict.fromkeys(name for keyword, name in named if (keyword, name) in used))
+        keyed_names = ((s.keyword, name) for s in self.statements for name in _names_of(s))
+        return list(dict.fromkeys(name for keyword, name in keyed_names if (keyword, name) in used))
 
     def names_at(self, faces: Index) -> set[str]:
         """Return the names of objects, groups and materials that faces (k,) belong to."""

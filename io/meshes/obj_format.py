@@ -93,12 +93,12 @@ class ObjFormat(MeshFormat):
     def files_named(self) -> list[str]:
         """List the material libraries that may be read, and the pictures that these refer to."""
         folder = self.path.parent
-        named = list[str]()
+        files = list[str]()
         for line in self._scan.libraries:
             name = line.strip().replace(b"\0", b"").decode("utf-8", "surrogateescape")
             if references.may_be_read(folder / name, folder):
-                named += [str(folder / name), *_pictures_named(folder / name)]
-        return named
+                files += [str(folder / name), *_pictures_named(folder / name)]
+        return files
 
     @cached_property
     def sha256(self) -> str:

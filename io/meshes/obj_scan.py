@@ -111,8 +111,8 @@ def scan(data: Bytes) -> Scan:
     arrays = [getattr(elements, field.name) for field in fields(elements)]  # in the order of the core
     fault = _fill(data, data.size, *arrays, statement_at, *unconverted, counters)
     *counts, fault_at = counters.tolist()
-    left = [rows[:count] for rows, count in zip(unconverted, counts)]
-    return Scan(elements, statement_at, left, fault, fault_at)
+    remaining_rows = [rows[:count] for rows, count in zip(unconverted, counts)]
+    return Scan(elements, statement_at, remaining_rows, fault, fault_at)
 
 
 def rewrite(data: Bytes, start: int, stop: int, corner_at: Index, new_vt: Index, out: Bytes) -> int:

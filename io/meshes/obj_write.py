@@ -80,8 +80,8 @@ def _runs_of_lines(obj: Obj) -> list[Edit]:
         return []
     ends = np.append(obj.line_ends, len(obj.data) - 1)
     stop = ends[np.searchsorted(ends, obj.vt_at)] + 1
-    while (more := _continues(obj.data, stop)).any():
-        stop[more] = ends[np.searchsorted(ends, stop[more])] + 1
+    while (continues := _continues(obj.data, stop)).any():
+        stop[continues] = ends[np.searchsorted(ends, stop[continues])] + 1
     begins = np.flatnonzero(np.append(True, obj.vt_at[1:] != stop[:-1]))
     last = np.append(begins[1:], len(stop)) - 1
     return [(int(a), int(b), b"") for a, b in zip(obj.vt_at[begins], stop[last])]
@@ -90,8 +90,8 @@ def _runs_of_lines(obj: Obj) -> list[Edit]:
 def _continues(data: bytes, stop: Index) -> NDArray[np.bool_]:
     """Return whether the line that ends before each byte continues after a backslash."""
     raw = np.frombuffer(b"  " + data, np.uint8)
-    before = np.where(raw[stop] == 13, raw[stop - 1], raw[stop])  # raw is shifted by two
-    return (before == 92) & (stop < len(data))
+    last_byte = np.where(raw[stop] == 13, raw[stop - 1], raw[stop])  # raw is shifted by two
+    return (last_byte == 92) & (stop < len(data))
 
 
 def vt_text(uv: Real, newline: str) -> str:
@@ -108,16 +108,16 @@ def _new_indices(
     """
     old = obj.corners[:, 1]
     index = old.copy()
-    before = int(np.searchsorted(obj.vt_at, insertion))
+    first_new = int(np.searchsorted(obj.vt_at, insertion))
     if keep_old:
-        index[old >= before] += added
-        index[corner_changes] = before + uv_corners
+        index[old >= first_new] += added
+        index[corner_changes] = first_new + uv_corners
         after = np.repeat(obj.face_at >= insertion, np.diff(obj.starts))
-        moved = np.where(obj.relative, after != (old >= before), old >= before) & (old >= 0)
+        is_renumbered = np.where(obj.relative, after != (old >= first_new), old >= first_new) & (old >= 0)
     else:
         index[corner_changes] = uv_corners
-        moved = np.zeros(old.size, bool)
-    changed = np.flatnonzero(corner_changes | moved)
+        is_renumbered = np.zeros(old.size, bool)
+    changed = np.flatnonzero(corner_changes | is_renumbered)
     return changed, index[changed]
 
 
@@ -183,11 +183,11 @@ def subdivided(obj: Obj, plan: Subdivision) -> bytes:
             places.append(len(lines))
         lines.append((kind, line, list(counts_so_far) if kind in ELEMENTS else []))
     first = places[int(np.flatnonzero(is_replaced)[0])]
-    before = lines[first][2]
+    first_counts = lines[first][2]
     added = [len(mixture.parents) for mixture in mixed]
     new_indices = [
-        _moved(mixture.number, start, count, more)
-        for mixture, start, count, more in zip(mixed, before, counts, added)
+        _moved(mixture.number, start, count, added_count)
+        for mixture, start, count, added_count in zip(mixed, first_counts, counts, added)
     ]
     rows = np.searchsorted(plan.faces, np.arange(len(is_replaced) + 1))
     out = list[bytes]()
@@ -201,7 +201,7 @@ def subdivided(obj: Obj, plan: Subdivision) -> bytes:
             ]
         else:
             text = (
-                _renumbered(line, preceding, before, added, after=number > first)
+                _renumbered(line, preceding, first_counts, added, after=number > first)
                 if kind in ELEMENTS
                 else line
             )
@@ -210,13 +210,13 @@ def subdivided(obj: Obj, plan: Subdivision) -> bytes:
     return newline.join(out)
 
 
-def _moved(number: Index, before: int, count: int, added: int) -> Index:
-    """Return indices in the new file, from 1, of old and new items; the new ones come after `before` old ones.
+def _moved(number: Index, first: int, count: int, added: int) -> Index:
+    """Return indices in the new file, from 1, of old and new items; the new ones come after `first` old ones.
 
     0 stands for none.
     """
-    old = np.where(number >= before, number + added, number)
-    return np.where(number < 0, -1, np.where(number >= count, number - count + before, old)) + 1
+    old = np.where(number >= first, number + added, number)
+    return np.where(number < 0, -1, np.where(number >= count, number - count + first, old)) + 1
 
 
 def _new_lines(obj: Obj, mixed: list[Mixtures], elements: list[list[list[float]]]) -> list[bytes]:
@@ -243,14 +243,14 @@ def _face(corners: list[Index]) -> bytes:
 
 
 def _renumbered(
-    line: bytes, preceding: list[int], before: list[int], added: list[int], *, after: bool
+    line: bytes, preceding: list[int], first_counts: list[int], added: list[int], *, after: bool
 ) -> bytes:
     """Return the line of an element with its indices in the new file; unchanged if they are the same.
 
     Args:
         line: the line.
         preceding: numbers of vertices, coordinates and normals before it.
-        before: the same before the new ones.
+        first_counts: the same before the new ones.
         added: numbers of new vertices, coordinates and normals.
         after: whether the line is after these.
     """
@@ -261,7 +261,7 @@ def _renumbered(
         for k, part in enumerate(parts):
             number = int(part or 0)
             place = number - 1 if number > 0 else preceding[k] + number
-            later = place >= before[k]
+            later = place >= first_counts[k]
             if number and added[k] and (later if number > 0 else later != after):
                 parts[k] = b"%d" % (place + 1 + later * added[k])
         out.append(b"/".join(parts))

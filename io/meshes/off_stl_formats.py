@@ -80,9 +80,9 @@ def _by_trimesh(path: Path, data: bytes) -> dict[str, MeshFile]:
         warnings.simplefilter("ignore")
         scene = trimesh.load_scene(BytesIO(data), file_type=path.suffix[1:].lower(), process=False)
     geometries = dict[str, MeshFile]()
-    for given, piece in scene.geometry.items():
+    for geometry_name, piece in scene.geometry.items():
         if isinstance(piece, trimesh.Trimesh) and len(piece.faces):
-            name = path.name if given == "geometry_0" else given
+            name = path.name if geometry_name == "geometry_0" else geometry_name
             mesh = Mesh.triangles(str(path), piece.vertices, piece.faces)
             geometries[name] = MeshFile.whole(path, MeshContent(mesh))
     return geometries

@@ -218,9 +218,9 @@ def _elements(words: list[list[str]], order: str) -> list[tuple[str, int, tuple[
         if line[:1] == ["element"]:
             elements.append((line[1], int(line[2]), ()))
         elif line[:1] == ["property"]:
-            name, count, before = elements.pop()
+            name, count, properties = elements.pop()
             types = [order + TYPES[word] for word in (line[2:4] if line[1] == "list" else line[1:2])]
-            elements.append((name, count, (*before, Property(line[-1], types[-1], "".join(types[:-1])))))
+            elements.append((name, count, (*properties, Property(line[-1], types[-1], "".join(types[:-1])))))
     return elements
 
 

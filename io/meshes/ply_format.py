@@ -67,12 +67,12 @@ class PlyFormat(MeshFormat):
         force: bool,
     ) -> Written:
         """Write a mesh with other texture coordinates; if it was read from a PLY file, all else is kept."""
-        kept = file.content.ply if isinstance(file.content, PlyContent) else None
-        whole = kept or ply_write.plain(file.mesh, name)
-        faces = file.faces if kept else np.ones(file.mesh.sizes.size, bool)
+        original = file.content.ply if isinstance(file.content, PlyContent) else None
+        whole = original or ply_write.plain(file.mesh, name)
+        faces = file.faces if original else np.ones(file.mesh.sizes.size, bool)
         texture = pictures.texture
-        named = material_library.relative(texture, name.parent) if isinstance(texture, Path) else None
-        encoded, notes = ply_write.with_coordinates(whole, faces, new.uv, new.corners, named)
+        picture = material_library.relative(texture, name.parent) if isinstance(texture, Path) else None
+        encoded, notes = ply_write.with_coordinates(whole, faces, new.uv, new.corners, picture)
         if isinstance(texture, bytes):
             notes.append("a PLY file contains no texture, only texture coordinates for it")
         elif texture is None and whole.texture is not None:

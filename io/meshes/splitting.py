@@ -67,11 +67,11 @@ def with_triangles(
         The new values, and where the new polygons begin.
     """
     sizes, times = np.diff(starts), plan.sizes(np.diff(starts))
-    kept = ~replaced(plan, sizes.size)
-    length = np.repeat(np.where(kept, sizes, 3), times)
-    old = np.repeat(kept, times)
+    is_unchanged = ~replaced(plan, sizes.size)
+    length = np.repeat(np.where(is_unchanged, sizes, 3), times)
+    old = np.repeat(is_unchanged, times)
     out = np.empty((int(length.sum()), *values.shape[1:]), np.result_type(values, new))
-    out[np.repeat(old, length)] = values[np.repeat(kept, sizes)]
+    out[np.repeat(old, length)] = values[np.repeat(is_unchanged, sizes)]
     out[np.repeat(~old, length)] = new.reshape(-1, *values.shape[1:])
     return out, np.concatenate([[0], np.cumsum(length)])
 

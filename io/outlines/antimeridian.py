@@ -25,11 +25,11 @@ def joined(polygons: Sequence[Rings]) -> Sequence[Rings]:
     turns = _turns(unwrapped)
     if not any(turns) and all(outline[0] is rings[0] for outline, rings in zip(unwrapped, polygons)):
         return polygons
-    moved = [[_snapped(ring + 360 * turn) for ring in rings] for rings, turn in zip(unwrapped, turns)]
+    shifted = [[_snapped(ring + 360 * turn) for ring in rings] for rings, turn in zip(unwrapped, turns)]
     union = unite(
         [
             shapely.Polygon(xy_of(outline), [xy_of(hole) for hole in holes]).buffer(0)
-            for outline, *holes in moved
+            for outline, *holes in shifted
         ]
     )
     return [
@@ -50,8 +50,8 @@ def _turns(polygons: Sequence[Rings]) -> list[int]:
     gaps = np.append(begin[1:], begin[0] + 360) - reach
     first = int((np.argmax(gaps) + 1) % len(begin))
     start = begin[first] if begin[first] < 180 else begin[first] - 360
-    moved = (low - start) % 360 + start
-    return np.rint((moved - low) / 360).astype(int).tolist()
+    shifted = (low - start) % 360 + start
+    return np.rint((shifted - low) / 360).astype(int).tolist()
 
 
 def _is_in_degrees(ring: Complex) -> bool:

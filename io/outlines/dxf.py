@@ -176,7 +176,7 @@ def _without_fonts() -> Iterator[None]:
     ezdxf reads such a list from the cache folder if there is one; this provides an empty list in a temporary folder.
     Lines need no fonts.
     """
-    before = os.environ.get("XDG_CACHE_HOME")
+    old_value = os.environ.get("XDG_CACHE_HOME")
     with files.scratch() as folder:
         (folder / "ezdxf").mkdir()
         (folder / "ezdxf" / "font_manager_cache.json").write_text(json.dumps(NO_FONTS))
@@ -185,8 +185,8 @@ def _without_fonts() -> Iterator[None]:
             yield
         finally:
             os.environ.pop("XDG_CACHE_HOME")
-            if before is not None:
-                os.environ["XDG_CACHE_HOME"] = before
+            if old_value is not None:
+                os.environ["XDG_CACHE_HOME"] = old_value
 
 
 def _add(drawing: DrawingContent, layer: str, curves: list[_Curve], joining_distance: float) -> None:

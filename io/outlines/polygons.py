@@ -194,8 +194,8 @@ def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[NamedRings]:
     if ignored:
         notes.append("left out " + ", ".join(f"{count} {kind}" for kind, count in ignored.items()))
     if joined:
-        more = f" and {len(joined) - NAMED_FEATURES} more" if len(joined) > NAMED_FEATURES else ""
-        notes.append(f"{', '.join(joined[:NAMED_FEATURES])}{more}: joined across the 180° meridian")
+        further = f" and {len(joined) - NAMED_FEATURES} more" if len(joined) > NAMED_FEATURES else ""
+        notes.append(f"{', '.join(joined[:NAMED_FEATURES])}{further}: joined across the 180° meridian")
 
 
 def _labelme(content: dict[str, Any]) -> Iterator[NamedRings]:

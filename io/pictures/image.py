@@ -110,7 +110,7 @@ def usual_of(space: str) -> str | None:
 
 def prepare(image: Image, format: PictureFormat) -> Image:
     """Convert the picture to what a format can store: encoding, alpha association, channels and depth."""
-    before, encoded = image.colorspace, transfer_of(image.colorspace)
+    original, encoded = image.colorspace, transfer_of(image.colorspace)
     not_stated = not format.named and encoded != "srgb" and image.colorspace != "data"
     display, linear = format.light == "display", format.light == "linear"
     if display:
@@ -127,7 +127,7 @@ def prepare(image: Image, format: PictureFormat) -> Image:
         image = _convert(image, "lin_rec709" if deep else "sRGB", np.dtype(np.float32 if deep else np.uint16))
     elif not_stated and format.light == "any" and image.pixels.dtype.kind != "f":
         image = _convert(image, "sRGB", np.dtype(np.uint16))
-    if image.colorspace != before:
+    if image.colorspace != original:
         image = replace(image, metadata=_without(image, "ICCProfile", "CICP"))
     if image.alpha >= 0 and (linear or not format.alpha):
         image = _associate(image, keep=format.alpha)

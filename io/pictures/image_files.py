@@ -165,9 +165,9 @@ def proportions(picture: str | Path | bytes) -> float | None:
             return None
         spec = file.spec()
         file.close()
-    turned = spec.get_int_attribute("Orientation", 1) > 4
+    is_sideways = spec.get_int_attribute("Orientation", 1) > 4
     width, height = spec.full_width, spec.full_height
-    width, height = (height, width) if turned else (width, height)
+    width, height = (height, width) if is_sideways else (width, height)
     return width / height if height else None
 
 

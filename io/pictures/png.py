@@ -46,11 +46,11 @@ class PngOutput:
             self.output.open(name, first_row_spec) and self.output.write_image(row) and self.output.close()
         ):
             return False
-        before = _until_pixels(path.read_bytes(), spec.height)
+        head = _until_pixels(path.read_bytes(), spec.height)
         self.stream = isal_zlib.compressobj(COMPRESSION_LEVEL)
         self.above = np.zeros(row.size * row.itemsize, np.uint8)
         self.file = path.open("wb", buffering=0)
-        return self._append(before)
+        return self._append(head)
 
     def write_scanlines(self, first: int, end: int, z: int, rows: NDArray) -> bool:
         """Write rows like `ImageOutput.write_scanlines`: (rows, w, c) uint8 or uint16, in order."""

@@ -47,8 +47,8 @@ def write(
         InputError: the suffix's format does not support floats, or the file cannot be written.
     """
     check(path)
-    bytes_per_band, what = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
-    threads = (room or Memory()).threads(threads, bytes_per_band, what)
+    bytes_per_band, purpose = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
+    threads = (room or Memory()).threads(threads, bytes_per_band, purpose)
     rows = stmap.stmap(map, box, canvas, placing=placing, threads=threads)
     image_files.write_bands(path, _like(), canvas.height, canvas.width, rows)
 

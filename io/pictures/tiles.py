@@ -60,19 +60,19 @@ def all_of(uv: Real) -> list[complex]:
 def files_of(pattern: str | Path) -> list[str]:
     """Return the existing files of a pattern, ordered by tile."""
     path = Path(pattern)
-    before, _, after = path.name.partition(MARK)
+    prefix, _, suffix = path.name.partition(MARK)
     if not path.parent.is_dir():
         return []
-    names = [entry.name for entry in path.parent.iterdir() if entry.name.startswith(before)]
-    middle = [name[len(before) : len(name) - len(after)] for name in names if name.endswith(after)]
+    names = [entry.name for entry in path.parent.iterdir() if entry.name.startswith(prefix)]
+    middle = [name[len(prefix) : len(name) - len(suffix)] for name in names if name.endswith(suffix)]
     numbers = sorted({int(word) for word in middle if word.isdecimal() and 1001 <= int(word) <= limits.TILE})
-    return [str(path.with_name(before + str(number) + after)) for number in numbers]
+    return [str(path.with_name(prefix + str(number) + suffix)) for number in numbers]
 
 
 def number_in(pattern: str, name: str) -> int:
     """Return the tile number in the name of a pattern's file."""
-    before, _, after = Path(pattern).name.partition(MARK)
-    return int(Path(name).name[len(before) :].removesuffix(after))
+    prefix, _, suffix = Path(pattern).name.partition(MARK)
+    return int(Path(name).name[len(prefix) :].removesuffix(suffix))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,9 +135,9 @@ def read(
     notes = [note for image in images.values() for note in image.notes]
     if lacking := [tile for tile in corners if tile not in present]:
         names = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking[:8])
-        more = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
+        further = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
         colour = "black" if first.alpha < 0 else "transparent"
-        notes.append(f"{pattern}: no file for the tiles {names}{more}; the mesh is {colour} there")
+        notes.append(f"{pattern}: no file for the tiles {names}{further}; the mesh is {colour} there")
     holes = sum(image.holes for image in images.values())
     return TiledImage(replace(first, pixels=pixels, notes=tuple(notes), holes=holes), (low, high))
 

@@ -74,11 +74,11 @@ def handles_of(
             f"handles: none of the {rows}x{columns} points lies inside, away from outlines; {CURE}"
         )
     tolerance = TOLERANCE_SHARE * size_of(fit.target, fit.target_holes) / target.unit_at(w[usable][0])
-    taken = {pin.name for pin in pins or []}
+    used_names = {pin.name for pin in pins or []}
     weight = pins[0].weight if pins else 1.0
     return [
         Pin(
-            name=_unused(names[k], taken),
+            name=_unused(names[k], used_names),
             weight=weight,
             source=_place(source, z[k]),
             target=_place(target, w[k]),
@@ -97,8 +97,8 @@ def _is_inside(outlines: list[Curve], points: Complex) -> Flags:
     return inside
 
 
-def _unused(name: str, taken: set[str]) -> str:
-    while name in taken:
+def _unused(name: str, used_names: set[str]) -> str:
+    while name in used_names:
         name += "'"
     return name
 

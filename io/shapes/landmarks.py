@@ -69,9 +69,9 @@ class LandmarkPairs:
                 f"{target.spec}: is in {target_crs}, but the ground control points are in {self.crs}; reproject one of "
                 "them"
             )
-        before, after = self.axes
+        source_axes, target_axes = self.axes
         return [
-            (name, _from_axes(before, a, source), _from_axes(after, b, target))
+            (name, _from_axes(source_axes, a, source), _from_axes(target_axes, b, target))
             for name, a, b in zip(self.names, self.source, self.target)
         ]
 

@@ -27,15 +27,15 @@ def side_by_side(shapes: list[MeshShape]) -> list[MeshShape]:
     width = max(
         max(size.real for size in sizes), np.sqrt(sum((s.real + gap) * (s.imag + gap) for s in sizes))
     )
-    moved: dict[int, MeshShape] = {}
+    placed: dict[int, MeshShape] = {}
     x = y = tallest = 0.0
     for k in sorted(range(len(shapes)), key=lambda k: -sizes[k].imag):
         if x > 0 and x + sizes[k].real > width:
             x, y, tallest = 0.0, y - tallest - gap, 0.0
         tallest = max(tallest, sizes[k].imag)
-        moved[k] = _move(shapes[k], complex(x, y - sizes[k].imag) - shapes[k].curve.box[0])
+        placed[k] = _move(shapes[k], complex(x, y - sizes[k].imag) - shapes[k].curve.box[0])
         x += sizes[k].real + gap
-    return [moved[k] for k in range(len(shapes))]
+    return [placed[k] for k in range(len(shapes))]
 
 
 def move_beside(shape: MeshShape, boxes: Sequence[Box]) -> MeshShape:
@@ -61,8 +61,8 @@ def join(shapes: Sequence[MeshShape]) -> MeshShape:
     united = replace(united, notes=tuple(dict.fromkeys(note for patch in patches for note in patch.notes)))
     flat = np.concatenate([shape.flattening.flat for shape in shapes])
     first = shapes[0]
-    laid = Flattening(united, flat, first.flattening.loop, first.flattening.method)
-    return replace(first, file=replace(first.file, mesh=mesh, faces=faces), flattening=laid)
+    flattening = Flattening(united, flat, first.flattening.loop, first.flattening.method)
+    return replace(first, file=replace(first.file, mesh=mesh, faces=faces), flattening=flattening)
 
 
 def _unite(files: Sequence[MeshFile]) -> tuple[Mesh, Flags, list[Index]]:

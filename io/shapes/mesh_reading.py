@@ -89,13 +89,13 @@ def read(
     if file.chart or (layout and not file.piece):
         atlas = Atlas.of(file.mesh)
         return read_chart(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
-    through = np.array([point_of(file, spec, place) for place in pins]) if pins else None
+    seam_points = np.array([point_of(file, spec, place) for place in pins]) if pins else None
     if opening is not None:
-        file, through = replace(file, mesh=opening.mesh), opening.points
-    elif through is not None and split:
-        file = split_at(file, through)
-    piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=through)
-    grow = cut and through is None  # lengthened seams would differ between two meshes
+        file, seam_points = replace(file, mesh=opening.mesh), opening.points
+    elif seam_points is not None and split:
+        file = split_at(file, seam_points)
+    piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=seam_points)
+    grow = cut and seam_points is None  # lengthened seams would differ between two meshes
     grow &= cut_open or len(piece.seam) > 0
     how: dict[str, Any] = {
         "chart": chart,
@@ -103,7 +103,7 @@ def read(
         "seam_extensions": seam_extensions,
         "hidden": hidden,
     }
-    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, through), **how)
+    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, seam_points), **how)
 
 
 def read_whole(
@@ -138,17 +138,17 @@ def read_whole(
     pieces, corners, faults = list[Patch](), list[Index](), list[str]()
     first = 0
     for file in files:
-        sound, more = _sound_pieces(file)
+        sound, further_faults = _sound_pieces(file)
         pieces += sound
         corners += [piece.corner + first for piece in sound]
-        faults += more
+        faults += further_faults
         first += file.mesh.corners.size
     if not pieces:
         raise InputError(faults[0])
-    tried = flatten_each(pieces, grow=cut, method=method)
-    faults += [str(flattened) for flattened in tried if isinstance(flattened, InputError)]
-    corners = [corner for corner, flattened in zip(corners, tried) if isinstance(flattened, Flattening)]
-    layouts = [flattened for flattened in tried if isinstance(flattened, Flattening)]
+    results = flatten_each(pieces, grow=cut, method=method)
+    faults += [str(flattened) for flattened in results if isinstance(flattened, InputError)]
+    corners = [corner for corner, flattened in zip(corners, results) if isinstance(flattened, Flattening)]
+    layouts = [flattened for flattened in results if isinstance(flattened, Flattening)]
     if not layouts:
         raise InputError(faults[0])
     every = np.logical_or.reduce([file.faces for file in files])
@@ -225,10 +225,10 @@ def flatten_patch(
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
     loops, loops_left = len(piece.loops), len(flat.patch.loops)
     if loops > 1:
-        others = "the others are holes"
+        fate_of_others = "the others are holes"
         if loops_left != loops:
-            others = f"the cut joins {loops - loops_left} of the others to it"
-        notes.append(f"boundary {file.loop} of {loops} is the outline, {others}")
+            fate_of_others = f"the cut joins {loops - loops_left} of the others to it"
+        notes.append(f"boundary {file.loop} of {loops} is the outline, {fate_of_others}")
     return _lay_out(spec, file, flat, curve, curve.box, notes, start=start)
 
 
@@ -239,9 +239,9 @@ def _lay_out(
     curve: Curve,
     box: Box,
     notes: list[str],
-    **more: Any,
+    **fields: Any,
 ) -> MeshShape:
-    """Return the shape of a layout, without drawn constraints; `more` are further fields of a `MeshShape`."""
+    """Return the shape of a layout, without drawn constraints; `fields` are further fields of a `MeshShape`."""
     return MeshShape(
         spec=spec,
         path=file.path,
@@ -253,7 +253,7 @@ def _lay_out(
         notes=tuple(notes),
         file=file,
         flattening=flat,
-        **more,
+        **fields,
         **_holes(file, flat),
     )
 
@@ -277,14 +277,14 @@ def point_of(file: MeshFile, spec: str, place: Place) -> Real:
     return np.array(place) if number is None else file.mesh.points[row_of(file, spec, number)]
 
 
-def _start_of(piece: Patch, through: Real | None) -> int:
+def _start_of(piece: Patch, seam_points: Real | None) -> int:
     """Return the vertex of a patch at which the seam through points (k, 3) starts; -1 if there is no such seam."""
-    if through is None or not len(piece.seam):
+    if seam_points is None or not len(piece.seam):
         return -1
     outline = piece.loops[0]
-    first = outline[np.argmin(((piece.points[outline] - through[0]) ** 2).sum(axis=1))]
+    first = outline[np.argmin(((piece.points[outline] - seam_points[0]) ** 2).sum(axis=1))]
     is_single = np.count_nonzero(piece.vertex == piece.vertex[first]) == 1
-    nearest_point = np.argmin(((piece.points - through[0]) ** 2).sum(axis=1))
+    nearest_point = np.argmin(((piece.points - seam_points[0]) ** 2).sum(axis=1))
     return int(first) if is_single and piece.vertex[nearest_point] == piece.vertex[first] else -1
 
 
@@ -300,8 +300,8 @@ def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: flo
     low = complex(chart.tile.real * aspect, chart.tile.imag)
     notes = [*file.notes, *atlas.notes]
     if atlas.count > 1:
-        others = f"ignored {atlas.count - 1} other chart{'s' if atlas.count > 2 else ''} of its texture coordinates"
-        notes.append(f"{others}; #uv-{2 if number == 1 else 1} selects another, --parts all maps all of them")
+        note = f"ignored {atlas.count - 1} other chart{'s' if atlas.count > 2 else ''} of its texture coordinates"
+        notes.append(f"{note}; #uv-{2 if number == 1 else 1} selects another, --parts all maps all of them")
     if shared := atlas.shared(number):
         notes.append(f"other charts overlap {shared:.0%} of chart {number} and show the same there")
     box = low, low + complex(aspect, 1)

@@ -168,8 +168,8 @@ class MeshShape(Shape):
         stops = [self.flattening.patch.flat_vertex(n - self.file.mesh.base) for n in numbers]
         if len(set(stops)) < 2:
             raise InputError(f"{self.spec}: a stroke needs at least 2 different vertices")
-        way = vertex_path(self.flattening.patch, stops)
-        return Curve.stroke(self.flattening.flat[way], f"{self.spec}: stroke")
+        path = vertex_path(self.flattening.patch, stops)
+        return Curve.stroke(self.flattening.flat[path], f"{self.spec}: stroke")
 
     @property
     def around(self) -> tuple[str, ...]:
@@ -276,12 +276,12 @@ class MeshShape(Shape):
         if (missing | broken).any():
             triangle, corner = np.argwhere(missing | broken)[0]
             face = np.searchsorted(mesh.starts, self.flattening.patch.corner[triangle, 0], side="right") - 1
-            what = (
+            fault = (
                 "has no texture coordinates"
                 if missing[triangle, corner]
                 else f"its texture coordinates are not finite, or larger than {layout.MOST_COORDINATE:g}"
             )
-            raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: {what}")
+            raise InputError(f"{self.spec}: {mesh.face_name(int(face))}: {fault}")
         return faces
 
     @property

@@ -43,9 +43,11 @@ def lay_onto(
         images = [fit.map(mesh.flattening.flat)]
         (mesh,), rims, rim_notes = subdivide_rims([mesh], images, [back], tolerance, [lay_out])
         figures, notes_of_fit = figures | rims, notes_of_fit + rim_notes
-    before, flat = mesh.flattening, lay_out(mesh.flattening)
-    curve = Curve(flat[before.loop])
-    holes = tuple(flat[loop] for loop in before.patch.loops if not (loop[0] == before.loop).any())
-    laid = replace(before, flat=flat, method=outline.path.name, notes=())
+    flattening, flat = mesh.flattening, lay_out(mesh.flattening)
+    curve = Curve(flat[flattening.loop])
+    holes = tuple(flat[loop] for loop in flattening.patch.loops if not (loop[0] == flattening.loop).any())
+    new_flattening = replace(flattening, flat=flat, method=outline.path.name, notes=())
     notes = (*mesh.notes, *notes_of_fit)
-    return replace(mesh, curve=curve, box=curve.box, flattening=laid, holes=holes, notes=notes), figures
+    return replace(
+        mesh, curve=curve, box=curve.box, flattening=new_flattening, holes=holes, notes=notes
+    ), figures

@@ -237,11 +237,11 @@ def _surface(colours: Float) -> tuple[Float, float]:
 def _most(powers: NDArray, values: NDArray) -> NDArray:
     """Return the surface closest to more than half of the values: the least median of squares (Rousseeuw 1984)."""
     rng, (count, terms) = np.random.default_rng(0), powers.shape
-    tried = [np.linalg.lstsq(powers, values, rcond=None)[0]]
+    candidates = [np.linalg.lstsq(powers, values, rcond=None)[0]]
     for _ in range(BORDER_DRAWS):
-        chosen = rng.choice(count, min(count, 2 * terms), replace=False)
-        tried.append(np.linalg.lstsq(powers[chosen], values[chosen], rcond=None)[0])
-    return min(tried, key=lambda fitted: float(np.median(np.abs(values - powers @ fitted).max(axis=1))))
+        sample = rng.choice(count, min(count, 2 * terms), replace=False)
+        candidates.append(np.linalg.lstsq(powers[sample], values[sample], rcond=None)[0])
+    return min(candidates, key=lambda fitted: float(np.median(np.abs(values - powers @ fitted).max(axis=1))))
 
 
 def _powers(x: NDArray, y: NDArray) -> NDArray:

@@ -94,10 +94,12 @@ def seam_order(
     if any(np.unique(side).size < side.size for side in stops.T):
         return as_given, None
     orders = agreed_orders(source, target, stops)
-    tried = ((order, same_seam(source, target, stops[order])) for order in orders[:MAPS_TRIED])
-    best = next(tried)
+    candidates = ((order, same_seam(source, target, stops[order])) for order in orders[:MAPS_TRIED])
+    best = next(candidates)
     if len(orders) > 1 and max(len(source.faces), len(target.faces)) <= COARSE_TRIANGLES:
-        fine = (seam for seam in chain([best], tried) if not _twists(source, target, stops[seam[0]], seam[1]))
+        fine = (
+            seam for seam in chain([best], candidates) if not _twists(source, target, stops[seam[0]], seam[1])
+        )
         best = next(fine, best)
     return best[0].tolist(), best[1]
 

@@ -637,8 +637,8 @@ def _listed(names: Iterable[str], most: int = 12) -> str:
     ids = list(names)
     if not ids:
         return "no names"
-    more = f" and {len(ids) - most} more" if len(ids) > most else ""
-    return ", ".join(ids[:most]) + more
+    further = f" and {len(ids) - most} more" if len(ids) > most else ""
+    return ", ".join(ids[:most]) + further
 
 
 def _box(drawing: DrawingContent, extent: Box) -> Box:

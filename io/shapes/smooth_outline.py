@@ -83,21 +83,28 @@ def _fit_edges(z: Complex, corners: Complex, tolerance: float) -> tuple[Complex,
     first = _places(corners, z)
     count = _points_of_edges(first, z.size)
     lines = [_line(np.take(z, np.arange(a, a + n + 1), mode="wrap")) for a, n in zip(first, count)]
-    moved = np.array([_meeting(lines[k - 1], lines[k], corner) for k, corner in enumerate(corners)])
-    is_kept = np.ones(moved.size, dtype=bool)
-    length = np.abs(np.roll(moved, -1) - moved)
+    vertices = np.array([_meeting(lines[k - 1], lines[k], corner) for k, corner in enumerate(corners)])
+    is_kept = np.ones(vertices.size, dtype=bool)
+    length = np.abs(np.roll(vertices, -1) - vertices)
     for k in np.flatnonzero(length < CUT_EDGE_PIXELS).tolist():
         # a short edge between long ones cuts a corner, which is at their intersection
-        before, after = k - 1, (k + 1) % moved.size
-        is_cut = 2 * length[k] < min(length[before], length[after]) and is_kept[before] and is_kept[after]
+        previous, following = k - 1, (k + 1) % vertices.size
+        is_cut = (
+            2 * length[k] < min(length[previous], length[following])
+            and is_kept[previous]
+            and is_kept[following]
+        )
         if is_cut and is_kept.sum() > 3:
-            point = _intersection(lines[before], lines[after])
-            if point is not None and max(abs(point - moved[k]), abs(point - moved[after])) <= CUT_EDGE_PIXELS:
-                moved[after], is_kept[k] = point, False
-    moved, first = moved[is_kept], first[is_kept]
-    straightened = shapely.simplify(shapely.Polygon(xy_of(moved)), ALMOST_STRAIGHT_TOLERANCES * tolerance)
-    number = _places(complex_of(shapely.get_coordinates(straightened.exterior)[:-1]), moved)
-    return moved[number], first[number]
+            point = _intersection(lines[previous], lines[following])
+            if (
+                point is not None
+                and max(abs(point - vertices[k]), abs(point - vertices[following])) <= CUT_EDGE_PIXELS
+            ):
+                vertices[following], is_kept[k] = point, False
+    vertices, first = vertices[is_kept], first[is_kept]
+    straightened = shapely.simplify(shapely.Polygon(xy_of(vertices)), ALMOST_STRAIGHT_TOLERANCES * tolerance)
+    number = _places(complex_of(shapely.get_coordinates(straightened.exterior)[:-1]), vertices)
+    return vertices[number], first[number]
 
 
 def _places(some: Complex, z: Complex) -> NDArray[np.intp]:
@@ -123,19 +130,19 @@ def _line(z: Complex) -> Line:
     return middle, (direction / abs(direction) if direction else complex(z[-1] - z[0]) / abs(z[-1] - z[0]))
 
 
-def _intersection(before: Line, after: Line) -> complex | None:
+def _intersection(first: Line, second: Line) -> complex | None:
     """Return the intersection of two lines; None if they are almost parallel."""
-    (a, d), (b, e) = before, after
+    (a, d), (b, e) = first, second
     sine = cross(d, e)
     return a + d * cross(b - a, e) / sine if abs(sine) > 0.05 else None
 
 
-def _meeting(before: Line, after: Line, corner: complex) -> complex:
+def _meeting(first: Line, second: Line, corner: complex) -> complex:
     """Return the intersection of two lines if it is near the corner, else the mean of the corner's projections."""
-    point = _intersection(before, after)
+    point = _intersection(first, second)
     if point is not None and abs(point - corner) <= REACH_PIXELS:
         return point
-    feet = [p + u * ((corner - p) * u.conjugate()).real for p, u in (before, after)]
+    feet = [p + u * ((corner - p) * u.conjugate()).real for p, u in (first, second)]
     return sum(feet) / 2 if max(abs(foot - corner) for foot in feet) <= REACH_PIXELS else corner
 
 
@@ -165,8 +172,8 @@ def _fit_curve(
     for _ in range(FITTING_ROUNDS):
         feet = _project(points, edge, _sections(basis, vertices))
         best = _solve(points, feet, basis, vertices, fairness)
-        moved = best - start
-        vertices = start + moved * np.minimum(1, REACH_PIXELS / np.maximum(np.abs(moved), REACH_PIXELS))
+        shift = best - start
+        vertices = start + shift * np.minimum(1, REACH_PIXELS / np.maximum(np.abs(shift), REACH_PIXELS))
     sections = _sections(basis, vertices)
     distance = _project(points, edge, sections).distance
     return sections[:, :-1].ravel(), float(distance.max(initial=0.0))
@@ -174,9 +181,9 @@ def _fit_curve(
 
 def _is_corner(polygon: Complex, tolerance: float) -> NDArray[np.bool_]:
     """Mark (n,) the vertices that are corners, as in Potrace (Selinger 2003): far above their edges' midpoints."""
-    before, after = (np.roll(polygon, 1) + polygon) / 2, (np.roll(polygon, -1) + polygon) / 2
-    chord = after - before
-    height = np.abs(cross(chord, polygon - before)) / np.maximum(np.abs(chord), 1e-12)
+    previous, following = (np.roll(polygon, 1) + polygon) / 2, (np.roll(polygon, -1) + polygon) / 2
+    chord = following - previous
+    height = np.abs(cross(chord, polygon - previous)) / np.maximum(np.abs(chord), 1e-12)
     return height > CORNER_TOLERANCES * tolerance
 
 
@@ -282,15 +289,17 @@ def _curvature_changes(polygon: Complex, sharp: NDArray[np.bool_], length: float
     They are weighted to smooth details shorter than a length in least squares.
     """
     n = polygon.size
-    after = np.maximum(np.abs(np.roll(polygon, -1) - polygon), 0.5)
-    before = np.roll(after, 1)
-    spacing = (after + before) / 2
+    following = np.maximum(np.abs(np.roll(polygon, -1) - polygon), 0.5)
+    previous = np.roll(following, 1)
+    spacing = (following + previous) / 2
     number = np.arange(n)
     columns = (number[:, None] + [-1, 0, 1]) % n
-    second = np.stack([1 / before, -(1 / before + 1 / after), 1 / after], axis=1) / spacing[:, None]
+    second = (
+        np.stack([1 / previous, -(1 / previous + 1 / following), 1 / following], axis=1) / spacing[:, None]
+    )
     curvature = sparse.csr_array((second.ravel(), (np.repeat(number, 3), columns.ravel())), shape=(n, n))
     smooth = ~(sharp | np.roll(sharp, -1))
-    weight = np.where(smooth, length**3 / np.sqrt(after), 0)
+    weight = np.where(smooth, length**3 / np.sqrt(following), 0)
     return sparse.diags_array(weight) @ (curvature[(number + 1) % n] - curvature)
 
 

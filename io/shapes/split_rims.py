@@ -58,18 +58,20 @@ def subdivide_rims(
         The parts, numbers for the report, and notes.
     """
     splits = RimSplits.of([part.flattening for part in parts], images, maps, tolerance)
-    split_parts, before, edge_count = list(parts), None, splits.edges
+    split_parts, heights_before, edge_count = list(parts), None, splits.edges
     while splits.edges:
         layouts = splits.layouts_split()
         split_parts = _subdivided(parts, layouts)
-        before = before or [_heights(part, place) for part, place in zip(parts, layout_functions)]
-        turned = [
-            _turned(heights, _heights(part, place), split.surface.original)
-            for heights, part, place, split in zip(before, split_parts, layout_functions, layouts)
+        heights_before = heights_before or [
+            _heights(part, place) for part, place in zip(parts, layout_functions)
         ]
-        if not any(triangles.size for triangles in turned):
+        flipped = [
+            _turned(heights, _heights(part, place), split.surface.original)
+            for heights, part, place, split in zip(heights_before, split_parts, layout_functions, layouts)
+        ]
+        if not any(triangles.size for triangles in flipped):
             break
-        split_parts, splits = list(parts), splits.without(turned)
+        split_parts, splits = list(parts), splits.without(flipped)
     added = sum(len(part.flattening.flat) - len(old.flattening.flat) for part, old in zip(split_parts, parts))
     edges_left = edge_count - splits.edges
     notes = [LEFT.format(edges_left)] if edges_left else []
@@ -80,9 +82,9 @@ def _heights(part: MeshShape, lay_out: Callable[[Flattening], Complex]) -> Real:
     return least_heights(part.flattening, lay_out(part.flattening))
 
 
-def _turned(before: Real, after: Real, parents: Index) -> Index:
+def _turned(old_heights: Real, new_heights: Real, parents: Index) -> Index:
     """Return the triangles that were not flipped before, and have flipped parts."""
-    return np.unique(parents[(before[parents] > 0) & (after <= 0)])
+    return np.unique(parents[(old_heights[parents] > 0) & (new_heights <= 0)])
 
 
 def _subdivided(parts: Sequence[MeshShape], splits: Sequence[SplitLayout]) -> list[MeshShape]:
@@ -109,8 +111,8 @@ def _with(
     part: MeshShape, split: SplitLayout, how: tuple[Subdivision, Index, Index], file: MeshFile
 ) -> MeshShape:
     """Return the part with its split layout on the mesh of the new file."""
-    before, surface = part.flattening, split.surface
-    patch = before.patch
+    old_flattening, surface = part.flattening, split.surface
+    patch = old_flattening.patch
     corner = _corners(patch, split, how, file.mesh)
     vertex = np.empty(surface.count, np.int64)
     vertex[surface.faces] = file.mesh.corners[corner]
@@ -126,15 +128,17 @@ def _with(
         new_numbers[patch.seam],
         patch.notes,
     )
-    loop = next(loop for loop in new_patch.loops if before.loop[0] in loop)
+    loop = next(loop for loop in new_patch.loops if old_flattening.loop[0] in loop)
     return replace(
-        part, file=file, flattening=Flattening(new_patch, split.flat, loop, before.method, before.notes)
+        part,
+        file=file,
+        flattening=Flattening(new_patch, split.flat, loop, old_flattening.method, old_flattening.notes),
     )
 
 
 def _corners(patch: Patch, split: SplitLayout, how: tuple[Subdivision, Index, Index], mesh: Mesh) -> Index:
     """Return (m, 3) corners of all triangles in the mesh in which triangles replace polygons."""
-    plan, rows, turned = how
+    plan, rows, is_reversed = how
     parents = split.surface.original
     face = patch.polygon
     firsts = np.concatenate([[0], np.cumsum(plan.sizes(patch.mesh.sizes))])
@@ -142,5 +146,5 @@ def _corners(patch: Patch, split: SplitLayout, how: tuple[Subdivision, Index, In
     corner = patch.corner[parents] + shift[face[parents]][:, None]
     rank = np.arange(rows.size) - np.searchsorted(plan.faces, plan.faces)
     new = mesh.starts[firsts[plan.faces] + rank]
-    corner[rows] = new[:, None] + np.where(turned[:, None], [2, 1, 0], [0, 1, 2])
+    corner[rows] = new[:, None] + np.where(is_reversed[:, None], [2, 1, 0], [0, 1, 2])
     return corner

@@ -51,15 +51,15 @@ class LandmarkFiles:
         InputError: the file or folder does not exist, or cannot be read.
     """
 
-    def __init__(self, given: str | None, pictures: Sequence[Path]):
-        self._given, self._pictures = given, pictures
+    def __init__(self, name: str | None, pictures: Sequence[Path]):
+        self._given, self._pictures = name, pictures
         self._listed: dict[str, list[str]] = {}
         self._all: dict[str, Landmarks] | list[Landmarks] | None = None
-        if given is not None and STEM not in given and not os.path.isdir(given):
-            self._all = _all_of(given)
+        if name is not None and STEM not in name and not os.path.isdir(name):
+            self._all = _all_of(name)
             if isinstance(self._all, list) and len(self._all) != len(pictures):
                 raise InputError(
-                    f"{given}: has {len(self._all)} specimens without names, but there are {len(pictures)} pictures; "
+                    f"{name}: has {len(self._all)} specimens without names, but there are {len(pictures)} pictures; "
                     "name the pictures in IMAGE= lines"
                 )
 

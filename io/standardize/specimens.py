@@ -83,7 +83,7 @@ class Specimen:
         )
 
 
-def specs_of(given: Sequence[str]) -> list[str]:
+def specs_of(names: Sequence[str]) -> list[str]:
     """Return the specimens that files, patterns and folders stand for, each once, by name.
 
     Raises:
@@ -91,7 +91,7 @@ def specs_of(given: Sequence[str]) -> list[str]:
     """
     globs = Globs(None)
     specs = list[str]()
-    for text in given:
+    for text in names:
         if os.path.isdir(text):
             suffixes = formats.holding("picture")
             listed = sorted(name for name in os.listdir(text) if not name.startswith("."))
@@ -127,7 +127,7 @@ def read(text: str, landmarks: Landmarks, outline: str | None = None) -> Specime
     """
     spec = Spec.of(text)
     source = outline if outline is not None else text
-    drawn = shape.read(source)
+    outline_shape = shape.read(source)
     missing = [name for name, z in zip(landmarks.names, landmarks.points) if np.isnan(z)]
     if missing:
         raise InputError(
@@ -137,7 +137,7 @@ def read(text: str, landmarks: Landmarks, outline: str | None = None) -> Specime
     repeated = [name for name, count in Counter(landmarks.names).items() if count > 1]
     if repeated:
         raise InputError(f"{landmarks.path}: has more than one landmark named {', '.join(repeated[:8])}")
-    low, high = drawn.box
+    low, high = outline_shape.box
     scale = 1.0
     if outline is not None:
         height, width = image_files.read(spec.path).pixels.shape[:2]
@@ -153,9 +153,11 @@ def read(text: str, landmarks: Landmarks, outline: str | None = None) -> Specime
     elif outline is not None or _is_picture(str(spec.path)):
         points = complex(low.real, high.imag) + scale * landmarks.points.conj()
     else:
-        points = drawn.to_core(np.column_stack([landmarks.points.real, landmarks.points.imag]))
+        points = outline_shape.to_core(np.column_stack([landmarks.points.real, landmarks.points.imag]))
     read_from = dict.fromkeys((str(spec.path), str(Spec.of(source).path), landmarks.path))
-    return Specimen(spec.path.stem, source, str(spec.path), drawn, points, landmarks.names, tuple(read_from))
+    return Specimen(
+        spec.path.stem, source, str(spec.path), outline_shape, points, landmarks.names, tuple(read_from)
+    )
 
 
 def _is_picture(path: str) -> bool:

@@ -163,8 +163,10 @@ def _with_same_landmarks(specimens: Sequence[Specimen], refused: dict[str, str])
             alike.append(replace(specimen, landmarks=specimen.landmarks[indices], names=order))
             continue
         missing = [name for name in order if name not in specimen.names]
-        more = [name for name in specimen.names if name not in usual]
-        differs = f"lacks landmark {', '.join(missing[:8])}" if missing else f"also has {', '.join(more[:8])}"
+        additional = [name for name in specimen.names if name not in usual]
+        differs = (
+            f"lacks landmark {', '.join(missing[:8])}" if missing else f"also has {', '.join(additional[:8])}"
+        )
         refused[specimen.name] = f"{specimen.source}: {differs}, unlike most specimens"
     _check_count(alike, refused)
     if len(order) < 2:
@@ -209,30 +211,30 @@ def _anchored(specimens: Sequence[Specimen], refused: dict[str, str]) -> tuple[l
         [specimen.curve.distances(specimen.landmarks) / specimen.curve.diagonal for specimen in specimens]
     )
     anchors = np.flatnonzero(np.median(distances, axis=0) <= ON_OUTLINE_SHARE)
-    near = list[Specimen]()
+    accepted = list[Specimen]()
     for specimen, away in zip(specimens, distances[:, anchors]):
-        far = [names[k] for k in anchors[away > FAR_FROM_OUTLINE_SHARE].tolist()]
-        if far:
+        distant = [names[k] for k in anchors[away > FAR_FROM_OUTLINE_SHARE].tolist()]
+        if distant:
             refused[specimen.name] = (
-                f"{specimen.source}: landmark {', '.join(far[:8])} is far from the outline, on which it lies in most "
-                "specimens; check the landmarks, and what `iccm info --plot` shows as the outline"
+                f"{specimen.source}: landmark {', '.join(distant[:8])} is far from the outline, on which it lies in "
+                "most specimens; check the landmarks, and what `iccm info --plot` shows as the outline"
             )
         else:
-            near.append(specimen)
-    _check_count(near, refused)
+            accepted.append(specimen)
+    _check_count(accepted, refused)
     if not anchors.size:
-        return near, anchors
-    orders = [tuple(anchors[_order(specimen, anchors)].tolist()) for specimen in near]
+        return accepted, anchors
+    orders = [tuple(anchors[_order(specimen, anchors)].tolist()) for specimen in accepted]
     counts = Counter(orders)
     usual = max(counts, key=lambda order: (counts[order], order))
     alike = list[Specimen]()
-    for specimen, order in zip(near, orders):
+    for specimen, order in zip(accepted, orders):
         if order == usual:
             alike.append(specimen)
             continue
-        other = next(b for a, b in zip(usual, order) if a != b)
+        misplaced = next(b for a, b in zip(usual, order) if a != b)
         refused[specimen.name] = (
-            f"{specimen.source}: landmark {names[other]} comes at another place along the outline than in most "
+            f"{specimen.source}: landmark {names[misplaced]} comes at another place along the outline than in most "
             "specimens; check the landmarks, or use --reflect if the specimen is a mirror image"
         )
     _check_count(alike, refused)
@@ -277,12 +279,12 @@ def _of_reference(
     Raises:
         InputError: it is not among the specimens.
     """
-    chosen = next((specimen for specimen in specimens if specimen.name == name), None)
-    if chosen is None:
+    reference = next((specimen for specimen in specimens if specimen.name == name), None)
+    if reference is None:
         raise InputError(refused.get(name, f"--reference {name}: is not the name of a specimen"))
-    landmarks = chosen.landmarks.copy()
-    landmarks[anchors] = chosen.curve.nearest(landmarks[anchors])
-    return chosen.curve.z, landmarks
+    landmarks = reference.landmarks.copy()
+    landmarks[anchors] = reference.curve.nearest(landmarks[anchors])
+    return reference.curve.z, landmarks
 
 
 def _on_canvas(

@@ -66,8 +66,8 @@ class Statistics:
     @property
     def counted(self) -> NDArray[np.bool_]:
         """(h, w) where at least one picture counts."""
-        shown: NDArray[np.bool_] = self.count > 0
-        return shown
+        is_counted: NDArray[np.bool_] = self.count > 0
+        return is_counted
 
     @property
     def overall(self) -> Real:

@@ -107,10 +107,10 @@ def bezier(points: list[complex]) -> Bezier:
 
 
 def arc(
-    start: complex, rx: float, ry: float, turned: float, large: float, sweep: float, end: complex
+    start: complex, rx: float, ry: float, rotation: float, large: float, sweep: float, end: complex
 ) -> Piece:
     """Return SVG's elliptical arc (SVG 2, appendix B.2): radii too small are enlarged, zero radii give a line."""
-    rx, ry, turn = abs(rx), abs(ry), cmath.exp(1j * math.radians(turned % 360))
+    rx, ry, turn = abs(rx), abs(ry), cmath.exp(1j * math.radians(rotation % 360))
     half = (start - end) / 2 * turn.conjugate()
     # half the chord, with the ellipse scaled to the unit circle
     a = complex(half.real / rx, half.imag / ry) if rx and ry else 0j
@@ -144,9 +144,9 @@ def thinned(z: Complex, tolerance: float, *, closed: bool) -> Complex:
         missing[vertices[removable] - 1] = worst[removable]
         keep = np.ones(z.size, dtype=bool)
         keep[vertices[removable]] = False
-        before = z.size
+        old_size = z.size
         z, missing = z[keep], missing[keep]
-        if z.size > WORTHWHILE_KEPT_SHARE * before and parity:
+        if z.size > WORTHWHILE_KEPT_SHARE * old_size and parity:
             break
         parity = 1 - parity
     return z[:-1] if closed and z[0] == z[-1] else z

@@ -50,10 +50,10 @@ def _direct_brackets(text: str, ways: list[str]) -> None:
             opened.append(k)
         elif opened and letter == _BRACKETS[text[opened[-1]]]:
             begin = opened.pop()
-            before = next((way for way in ways[:begin][::-1] if way != "N"), "L")
+            preceding = next((direction for direction in ways[:begin][::-1] if direction != "N"), "L")
             inside = set(ways[begin:k])
             if inside & {"L", "R"}:
-                ways[begin] = ways[k] = "L" if "L" in inside else before
+                ways[begin] = ways[k] = "L" if "L" in inside else preceding
 
 
 def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:

@@ -251,9 +251,9 @@ def _flat(rings: Sequence[Complex]) -> np.ndarray:
     w = z - np.repeat(z[starts], sizes)
     away = np.abs(w)
     farthest = np.flatnonzero(away == np.repeat(np.maximum.reduceat(away, starts), sizes))
-    far = w[farthest[np.searchsorted(farthest, starts)]]
-    off = np.maximum.reduceat(np.abs(cross(np.repeat(far, sizes), w)), starts)
-    return off <= FLAT_SHARE * np.abs(far) ** 2
+    farthest_points = w[farthest[np.searchsorted(farthest, starts)]]
+    off = np.maximum.reduceat(np.abs(cross(np.repeat(farthest_points, sizes), w)), starts)
+    return off <= FLAT_SHARE * np.abs(farthest_points) ** 2
 
 
 def _place(polygon: shapely.Polygon) -> str:

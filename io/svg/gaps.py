@@ -78,8 +78,8 @@ def _ends(node: Node, z: Complex) -> list[_End]:
     cap = width / 2 if node.properties.get("stroke-linecap", "") in CAPS else 0.0
     ends = []
     for line in (z, z[::-1]):
-        far = np.abs(line - line[0]) >= width
-        back = line[far.argmax()] if far.any() else line[-1]
+        is_far = np.abs(line - line[0]) >= width
+        back = line[is_far.argmax()] if is_far.any() else line[-1]
         away = line[0] - back
         if away:
             ends.append(_End(complex(line[0]), complex(away / abs(away)), width, cap))

@@ -70,8 +70,8 @@ def painted_areas(
 def _without_gaps(lines: shapely.Geometry, shapes: Sequence[Seen], extent: float) -> shapely.Geometry:
     """Return the area of lines with small gaps closed, if they enclose more area that way."""
     closed = unite([lines, *bridges(shapes, extent)])
-    holes, before = (shapely.area(fill_holes(area)) - area.area for area in (closed, lines))
-    return closed if holes > before else lines
+    closed_holes, open_holes = (shapely.area(fill_holes(area)) - area.area for area in (closed, lines))
+    return closed if closed_holes > open_holes else lines
 
 
 def _thinned(area: shapely.Geometry, extent: float) -> shapely.Geometry:

@@ -246,8 +246,8 @@ class _Pen:
         self.control = points[-2] if len(points) > 1 else self.position
         if kind != "A":
             return bezier([start, *points])
-        rx, ry, turned, large, sweep = values[:5]
-        return arc(start, rx, ry, turned, large, sweep, self.position)
+        rx, ry, rotation, large, sweep = values[:5]
+        return arc(start, rx, ry, rotation, large, sweep, self.position)
 
 
 def subpaths(d: str, affine: Affine, flatness: float, budget: Budget | None = None) -> list[Subpath]:

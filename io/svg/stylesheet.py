@@ -81,10 +81,10 @@ class Stylesheet:
         """
         matches, style = self._simple_matches(local(element), element.attrib)
         wrapper = self._wrappers.get(id(element)) if self.contextual else None
-        if wrapper is None or not (more := self._contextual.match(wrapper)):
+        if wrapper is None or not (contextual := self._contextual.match(wrapper)):
             return style
         self._tests.spend(len(matches))
-        return _cascade(sorted(matches + more))
+        return _cascade(sorted(matches + contextual))
 
     def simple_style(self, tag: str, attributes: Mapping[str, str]) -> css.Style:
         """Return the declarations of selectors by tag, classes and id, which apply wherever the element is."""
@@ -203,7 +203,7 @@ def _attributes(tokens: Sequence[Any]) -> Iterator[str]:
 
 def _is_bounded(tokens: Sequence[Any]) -> bool:
     """Return whether all pseudo-classes in a selector are supported."""
-    for before, token in pairwise([None, *tokens]):
+    for previous, token in pairwise([None, *tokens]):
         if token.type == "function" and token.lower_name in _LOGICAL:
             if not _is_bounded(token.arguments):
                 return False
@@ -211,7 +211,7 @@ def _is_bounded(tokens: Sequence[Any]) -> bool:
             words = (argument.lower_value for argument in token.arguments if argument.type == "ident")
             if token.lower_name not in _COUNTED or "of" in words:
                 return False
-        elif before == ":" and (token.type != "ident" or token.lower_value not in _STRUCTURAL):
+        elif previous == ":" and (token.type != "ident" or token.lower_value not in _STRUCTURAL):
             return False
     return True
 

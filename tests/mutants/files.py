@@ -79,8 +79,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/pictures/image_files.py",
-        'turned = spec.get_int_attribute("Orientation", 1) > 4',
-        'turned = spec.get_int_attribute("Orientation", 1) > 5',
+        'is_sideways = spec.get_int_attribute("Orientation", 1) > 4',
+        'is_sideways = spec.get_int_attribute("Orientation", 1) > 5',
         IMAGES,
         "proportions of photographs in portrait are those of landscape",
     ),
@@ -319,8 +319,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/svg/curves.py",
-        "cmath.exp(1j * math.radians(turned % 360))",
-        "cmath.exp(1j * (turned % 360))",
+        "cmath.exp(1j * math.radians(rotation % 360))",
+        "cmath.exp(1j * (rotation % 360))",
         SVG + " tests/io/svg/test_path_data.py",
         "the rotation of elliptical arcs is taken in radians",
     ),
@@ -466,8 +466,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/svg/stylesheet.py",
-        "return _cascade(sorted(matches + more))",
-        "return _cascade(matches + more)",
+        "return _cascade(sorted(matches + contextual))",
+        "return _cascade(matches + contextual)",
         SVG,
         "of style rules the later wins over the more specific",
     ),
