@@ -47,24 +47,24 @@ class Line:
     """The status line, with the latest report of progress."""
 
     def __init__(self) -> None:
-        self._start, self._said = time.monotonic(), ("start", 0, 0)
+        self._start, self._latest = time.monotonic(), ("start", 0, 0)
         self._began = self._start, 0  # time when the counted step began, and its number then
         self._hidden, self._over = False, threading.Event()
         self._bar: Any = None  # tqdm's
 
     def __call__(self, what: str, done: int, of: int) -> None:
         """Receive a report, as `iccm.progress.Listener`. An empty name removes the line at once."""
-        _, previous_count, previous_total = self._said
+        _, previous_count, previous_total = self._latest
         if what:
             if of != previous_total or done < previous_count:
                 self._began = time.monotonic(), done
-            self._said = what, done, of
+            self._latest = what, done, of
         self._hidden = not what
         if not what and self._bar is not None:
             self._bar.clear()
 
     def __str__(self) -> str:
-        what, done, of = self._said
+        what, done, of = self._latest
         time_now, (began, first_count) = time.monotonic(), self._began
         what = printable(what)
         if not of:

@@ -180,10 +180,10 @@ class Saved:
         carrier = Carrier(self.function, self.fit.map.rims, OUTSIDE_DISTANCE_SHARE * self.near, reach)
 
         def core(z: Complex) -> Complex:
-            return z + _foot(source) if upward else source.turned(z)
+            return z + _foot(source) if upward else source.flip(z)
 
         def back(w: Complex) -> Complex:
-            return w - _foot(target) if upward else target.turned(w)
+            return w - _foot(target) if upward else target.flip(w)
 
         points = back(carrier.points(core(geometry.points)))
         lines = [

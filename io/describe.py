@@ -58,7 +58,7 @@ def describe(name: str | Path, *, max_faces: int = limits.FACES) -> dict[str, An
 
 
 def _shape(spec: Spec | Path) -> dict[str, Any]:
-    drawing = shapes.drawn(spec if isinstance(spec, Spec) else Spec(spec))
+    drawing = shapes.read_drawing(spec if isinstance(spec, Spec) else Spec(spec))
     return {
         "kind": "shapes",
         "canvas": None if drawing.rectangle is None else [float(value) for value in drawing.rectangle],

@@ -52,7 +52,7 @@ def draw(path: Path, to: Path, *, max_faces: int = limits.FACES) -> None:
     if opened is not None and opened.is_mesh():
         figure = _mesh(mesh_files.read(str(path), opened).mesh)
     else:
-        figure = _outlines(shapes.drawn(Spec(path)))
+        figure = _outlines(shapes.read_drawing(Spec(path)))
     figure.suptitle(path.name, fontsize=11, color=INK)
     save(figure, to)
 

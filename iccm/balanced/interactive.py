@@ -137,7 +137,7 @@ class _Pair:
                 sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
             new = satisfy_constraints(refine(level, state, sizes))
             if new.miss > 0 and not given.strokes:  # other triangles may be less in the way of the pins
-                anew = move_on_new_meshes(level, new.held(), new.inside.goals)
+                anew = move_on_new_meshes(level, new.hold_in_place(), new.inside.goals)
                 new = min(anew, new, key=lambda each: each.miss)
             return _relax(new if coarse else _towards(new))
         except Stuck as error:

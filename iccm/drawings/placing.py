@@ -75,7 +75,7 @@ def largest_copy(
     (0.5, (11+1.5j))
     """
     centre = complex_of(shapely.get_coordinates(shapely.centroid(inner)))[0]
-    centred = moved(inner, Similarity(1.0, -centre))
+    centred = transform_region(inner, Similarity(1.0, -centre))
     search = _Search.of(centred, outer)
     angles = [rotation] if rotation is not None else _angles()
     starts = list(_starts(search, angles))  # sorted by the amount of rotation
@@ -111,7 +111,7 @@ def largest_copy_about(
     rotation
         Rotation of the copy in radians.
     """
-    centred = moved(inner, Similarity(1.0, -point))
+    centred = transform_region(inner, Similarity(1.0, -point))
     shapely.prepare(outer)
     turn = complex(np.exp(1j * rotation))
     scale = float(np.sqrt(outer.area / inner.area))
@@ -197,7 +197,7 @@ def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
 
 def _scale_bound(search: _Search, turn: complex) -> float:
     """Return an upper bound on the scale of a copy, from the bounding boxes and the areas."""
-    copy = moved(search.inner, Similarity(turn, 0.0))
+    copy = transform_region(search.inner, Similarity(turn, 0.0))
     widths = np.diff(np.reshape(np.array([copy.bounds, search.outer.bounds]), (2, 2, 2)), axis=1)[:, 0]
     return float(min(*(widths[1] / widths[0]), np.sqrt(search.outer.area / copy.area)))
 
@@ -212,7 +212,7 @@ def _places(
     from scipy import ndimage, signal  # slow to import, and few maps place anything
 
     step = canvas.step[0]
-    copy = moved(search.inner, Similarity(factor, 0.0))
+    copy = transform_region(search.inner, Similarity(factor, 0.0))
     left, low, right, high = copy.bounds
     width, height = int(np.ceil((right - left) / step)), int(np.ceil((high - low) / step))
     if height > outside.shape[0] or width > outside.shape[1]:
@@ -347,9 +347,9 @@ def _enlarge(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarity)
 
 
 def _is_inside(inner: shapely.Geometry, outer: shapely.Geometry, copy: Similarity) -> bool:
-    return bool(shapely.covers(outer, moved(inner, copy)))
+    return bool(shapely.covers(outer, transform_region(inner, copy)))
 
 
-def moved(region: shapely.Geometry, similarity: Similarity) -> shapely.Geometry:
+def transform_region(region: shapely.Geometry, similarity: Similarity) -> shapely.Geometry:
     """Return the image of a region under a similarity."""
     return shapely.transform(region, lambda xy: xy_of(similarity(complex_of(xy))))

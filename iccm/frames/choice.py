@@ -64,7 +64,7 @@ class Choice:
 
     Attributes:
         frames: the frames of source and target.
-        way: "whole" maps the frames' outlines onto each other; "cover" and "contain" fill concavities of one of them.
+        fit: "whole" maps the frames' outlines onto each other; "cover" and "contain" fill concavities of one of them.
         holed: whether drawings of one part are mapped with their holes.
         cost: of a coarse map, see `drawings.cost`.
         seen: energy and losses of that map.
@@ -72,7 +72,7 @@ class Choice:
     """
 
     frames: tuple[Frame, Frame]
-    way: str = "whole"
+    fit: str = "whole"
     holed: bool = False
     cost: float = np.inf
     seen: Seen = NOTHING_SEEN
@@ -162,11 +162,11 @@ class _Judge:
         self.least_cost = np.inf
 
     def choice(
-        self, frames: tuple[Frame, Frame], way: str, coarse: CoarseMap, *, holed: bool = False
+        self, frames: tuple[Frame, Frame], fit: str, coarse: CoarseMap, *, holed: bool = False
     ) -> Choice:
         """Return the choice for a coarse map, with its cost and losses."""
         visible = self._seen(coarse)
-        choice = Choice(frames, way, holed, visible.cost(coarse.turning), visible)
+        choice = Choice(frames, fit, holed, visible.cost(coarse.turning), visible)
         self.least_cost = min(self.least_cost, choice.cost)
         if (
             max(visible.hidden, visible.bare) <= GOOD_LOST_SHARE

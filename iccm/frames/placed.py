@@ -18,7 +18,7 @@ from ..balanced.search.multilevel import SIMILAR
 from ..curve import Curve
 from ..drawings.cost import price
 from ..drawings.drawing import Drawing
-from ..drawings.placing import largest_copy, largest_copy_about, moved
+from ..drawings.placing import largest_copy, largest_copy_about, transform_region
 from ..errors import InputError
 from ..options import Options
 from ..plane import Similarity
@@ -192,7 +192,9 @@ def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
 def _cost(placement: Placement, source: Drawing, target: Drawing, place: str, *, opaque: bool) -> float:
     """Return the cost (see `drawings.cost`) of a placement without bending."""
     domain = placement.source.polygon
-    seen_through = shapely.intersection(domain, moved(target.painted, placement.similarity.inverse()))
+    seen_through = shapely.intersection(
+        domain, transform_region(target.painted, placement.similarity.inverse())
+    )
     seen_area = float(shapely.intersection(seen_through, source.painted).area)
     covered = (seen_through.area if opaque else seen_area) * abs(placement.similarity.factor) ** 2
     hidden, bare = 1 - seen_area / source.region.area, 1 - covered / target.region.area

@@ -105,7 +105,7 @@ def solve_choice(choice: Choice, source: Drawing, target: Drawing, options: Opti
     """
     outlines = choice.frames[0].outline, choice.frames[1].outline
     if options.is_balanced:
-        options = replace(options, fit=choice.way)
+        options = replace(options, fit=choice.fit)
     holes = (source.mappable_holes, target.mappable_holes) if choice.holed else ([], [])
     fit = solver(*outlines, *holes, options)
     notes = [*without_outline_losses(fit), *_parts_left_out(choice)]

@@ -113,7 +113,7 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
     ends = whole.points[whole.triangles.tail], whole.points[whole.triangles.head]
     edge = np.linalg.norm(ends[0] - ends[1], axis=1).mean()
     graph = GeodesicGraph.of(whole.points, whole.triangles)
-    away = cKDTree(graph.way(start, end)).query(whole.points)[0] / edge
+    away = cKDTree(graph.path(start, end)).query(whole.points)[0] / edge
     corridor = whole.faces[(away < CORRIDOR_EDGES)[whole.faces].any(axis=1)]
     narrow = GeodesicGraph.of(whole.points, Triangles(corridor, whole.triangles.count), PARTS_OF_EDGE)
     from_start, from_end = narrow.distances(np.array([start, end]))[:, : whole.triangles.count]

@@ -71,7 +71,7 @@ class Flattening:
         return stretches(corners, self.flat[self.patch.faces])
 
     @property
-    def turned(self) -> Index:
+    def flipped(self) -> Index:
         """Triangles that are flipped in the plane, or have no area there."""
         return np.flatnonzero(self.stretch[1] <= 0)
 
@@ -119,7 +119,7 @@ class Flattening:
             "holes": len(self.patch.loops) - len(self.outer_loops),
             "seam_edges": len(self.patch.seam),
             "seam_length": self.patch.seam_length,
-            "turned": int(self.turned.size),
+            "turned": int(self.flipped.size),
             "dilatation": dict(zip(("median", "p95", "max"), percentiles)),
             "log10_area": dict(zip(("p05", "median", "p95"), spread)),
             "notes": [*self.patch.notes, *self.notes],
@@ -130,8 +130,8 @@ def overlap(result: Flattening) -> str | None:
     """Return the reason why the flattening is not one-to-one, or None."""
     if not np.isfinite(result.flat).all():
         return "no finite positions"
-    if result.turned.size:
-        return f"{result.turned.size} flipped triangles"
+    if result.flipped.size:
+        return f"{result.flipped.size} flipped triangles"
     if result.outlines:
         return _overlap_of_charts(result)
     return _overlap_inside(

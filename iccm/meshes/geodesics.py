@@ -84,7 +84,7 @@ class GeodesicGraph:
         """Return (k, p) distances from vertices (k,) to all points; infinite if there is no path."""
         return dijkstra(self._graph, directed=False, indices=stops)
 
-    def way(self, start: int, end: int) -> Real:
+    def path(self, start: int, end: int) -> Real:
         """Return (p, 3) closely spaced points along the shortest path between two vertices."""
         predecessors = dijkstra(self._graph, directed=False, indices=start, return_predecessors=True)[1]
         ends = self.points[walk(predecessors, end)]

@@ -70,7 +70,7 @@ class Plane:
         """Create the plane of an outline given as an array: y up, with its bounding box as the canvas."""
         return cls(outline, bounding_box(outline), holes=[hole.z for hole in holes])
 
-    def turned(self, z: Complex) -> Complex:
+    def flip(self, z: Complex) -> Complex:
         """Convert points x + iy between the file's coordinates and those of the plane, in either direction."""
         return z.conj() if self.down else z
 

@@ -30,7 +30,7 @@ class PackedFit(Fit):
         layout = self.layouts[1]
         assert layout is not None
         fault = overlap(layout) or ""
-        folded = int(layout.turned.size)
+        folded = int(layout.flipped.size)
         return Certificate(not fault, 0.0, folded, 0.0, not fault, fault, float(not fault))
 
     @property

@@ -22,7 +22,7 @@ from ..files import similar_name
 from ..spec import Spec
 from . import silhouette
 from .mesh_shape import MeshShape
-from .shape import Shape, drawn, suggested
+from .shape import Shape, read_drawing, suggested
 
 if TYPE_CHECKING:
     from ..point_syntax import Place
@@ -115,7 +115,9 @@ def _refuse_missing(shape: Shape, name: str, option: str) -> None:
 
     if Path(name).exists():
         return
-    ids = drawn(Spec(shape.path)).ids if not isinstance(shape, MeshShape) and _is_drawing(shape) else ()
+    ids = (
+        read_drawing(Spec(shape.path)).ids if not isinstance(shape, MeshShape) and _is_drawing(shape) else ()
+    )
     similar = get_close_matches(name, ids, 1)
     if similar:
         cure = f"; for the element of {shape.path} write '{MARK}{similar[0]}'"
@@ -135,7 +137,7 @@ def _element(shape: Shape, name: str, option: str) -> list[Complex]:
         raise InputError(
             f"{option} {name}: names an element of a drawing, and {shape.path} is not a drawing; use a mask"
         )
-    drawing = drawn(spec)
+    drawing = read_drawing(spec)
     if spec.part not in drawing.ids:
         ids = sorted(drawing.ids)
         raise InputError(

@@ -129,7 +129,7 @@ class Shape:
         if not self.is_mesh and READERS.get(formats.suffix_of(self.path)) is svg.read:
             with suppress(InputError):
                 outlines = self.outlines
-                for outline in drawn(Spec(self.path)).outlines if outlines is None else outlines:
+                for outline in read_drawing(Spec(self.path)).outlines if outlines is None else outlines:
                     for name in set(outline.names) - set(self.names):
                         polygons_by_name.setdefault(name, []).append(polygon_of(_core(outline.z, self.flip)))
         discs = {}
@@ -312,7 +312,9 @@ def read(
         InputError: the file does not contain a valid domain; the message has file, place, problem and remedy.
     """
     spec = Spec.of(text)
-    drawing = drawn(spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)
+    drawing = read_drawing(
+        spec, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace
+    )
     chosen = spec.among(drawing.ids)
     outline, notes = _choose(drawing, text, chosen, warn=not whole)
     if whole and chosen.number is None and vertices is None:
@@ -404,7 +406,7 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
         InputError: there is none, or as for `read`.
     """
     spec = Spec.of(text)
-    drawing = drawn(spec, flatness=flatness, trace=trace)
+    drawing = read_drawing(spec, flatness=flatness, trace=trace)
     chosen = spec.among(drawing.ids)
     if chosen.number is not None or not drawing.outlines:
         return [read(text, flatness=flatness, trace=trace)]
@@ -468,7 +470,7 @@ def supported_suffix(path: Path) -> str:
     return suffix
 
 
-def drawn(
+def read_drawing(
     spec: Spec,
     *,
     flatness: float = 1e-4,
@@ -486,7 +488,9 @@ def drawn(
     path, suffix = spec.path, supported_suffix(spec.path)
     if spec.part is not None and spec.number is None and without_box(path, spec.part) != spec.part:
         inner = Spec.of(f"{path}#{without_box(path, spec.part)}".removesuffix("#"))
-        drawing = drawn(inner, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace)
+        drawing = read_drawing(
+            inner, flatness=flatness, max_bytes=max_bytes, max_segments=max_segments, trace=trace
+        )
         if spec.part not in drawing.ids:  # no element has this name
             return _boxed(drawing, inner, spec.part)
     reader: Callable[..., DrawingContent] = READERS.get(suffix, silhouette.read)

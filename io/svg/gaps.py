@@ -29,13 +29,13 @@ class _End:
 
     Attributes:
         place: where the line ends, in the root's units.
-        way: unit direction in which it ends.
+        direction: unit direction in which it ends.
         width: of the stroke.
         cap: distance by which the stroke extends beyond the end.
     """
 
     place: complex
-    way: complex
+    direction: complex
     width: float
     cap: float
 
@@ -92,4 +92,6 @@ def _continue_each_other(first: _End, second: _End, extent: float) -> bool:
     if abs(gap) - first.cap - second.cap > max(GAP_SIDE_SHARE * extent, min(first.width, second.width)):
         return False
     least = math.cos(math.radians(MOST_ANGLE_DEGREES)) * abs(gap)
-    return (gap * first.way.conjugate()).real >= least and (-gap * second.way.conjugate()).real >= least
+    return (gap * first.direction.conjugate()).real >= least and (
+        -gap * second.direction.conjugate()
+    ).real >= least

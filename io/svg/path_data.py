@@ -39,13 +39,13 @@ LONG_CHARACTERS = 1 << 20  # characters of path data above which numbers are cou
 class Subpath:
     """One flattened subpath.
 
-    `z` (n,) has its vertices in the file's directions, `closed` is whether it ends with Z, and `before` is the number
-    of vertices before simplification, 0 if it was not simplified.
+    `z` (n,) has its vertices in the file's directions, `closed` is whether it ends with Z, and `original_size` is the
+    number of vertices before simplification, 0 if it was not simplified.
     """
 
     z: Complex
     closed: bool
-    before: int = 0
+    original_size: int = 0
 
 
 def commands(d: str, faults: list[str] | None = None) -> Iterator[tuple[str, list[float]]]:

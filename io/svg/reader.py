@@ -263,10 +263,10 @@ def _candidate(node: Node, chosen: str | None, drawing: DrawingContent, detail: 
     rings: list[Complex] = []
     notes = [f"{node.name}: its {name} is ignored" for name in _unsupported_clips(node)]
     notes += [
-        f"{node.name}: simplified from {run.before} to {run.z.size} points, within "
+        f"{node.name}: simplified from {run.original_size} to {run.z.size} points, within "
         f"{THINNED_TOLERANCE_SHARE * detail.flatness:g} of its size"
         for run in runs
-        if run.before
+        if run.original_size
     ]
     for run, ring in zip(runs, detail.rings(node)):
         try:

@@ -181,7 +181,7 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
     Constraints that have not met their goals stay where they are, and vertices of strokes slide.
     """
     goals = state.goals
-    relaxed = state if state.miss == 0 else state.held()
+    relaxed = state if state.miss == 0 else state.hold_in_place()
     relaxed = relaxed.forward(q, SETTLING_STEPS, SETTLED)
     for _ in range(DEFORMATION_ROUNDS if state.inside.strokes else 0):
         previous = relaxed.value
@@ -204,7 +204,7 @@ def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
     mapped = replace(state, u=u)
     if not folds(mapped.faces, mapped.u):
         return mapped
-    return mapped.held().unfolded(harmonic=False).with_goals(mapped.goals)
+    return mapped.hold_in_place().unfolded(harmonic=False).with_goals(mapped.goals)
 
 
 def _sorted(faces: Index) -> Index:

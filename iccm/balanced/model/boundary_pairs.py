@@ -119,7 +119,7 @@ class Pairs(NamedTuple):
         )
 
 
-def through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
+def pass_through(match: Match, anchors: Match | None, even: float = 0.0) -> Match:
     """Return the match changed so that it passes through the anchors, affinely between neighbours.
 
     Args:

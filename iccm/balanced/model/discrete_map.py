@@ -181,7 +181,7 @@ class DiscreteMap(MeshMap):
         inside = self.inside._replace(goals=goals[p:])
         return replace(self, boundary=self.boundary.with_goals(goals[:p]), inside=inside)
 
-    def held(self) -> "DiscreteMap":
+    def hold_in_place(self) -> "DiscreteMap":
         """Return the map with its constraints in force, and with the current images as goals."""
         return replace(self.with_goals(self.u[self.aimed]), bound=True)
 
@@ -197,7 +197,7 @@ class DiscreteMap(MeshMap):
         return self.z if self.flat is None else self.flat
 
     @property
-    def kept(self) -> Index:
+    def rigid_vertices(self) -> Index:
         """(k,) the vertices of rigid regions with aims."""
         if self.rigid is None or not self.aims.size:
             return np.empty(0, np.int64)

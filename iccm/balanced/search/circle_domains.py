@@ -29,7 +29,7 @@ from . import initial_matches
 from .hole_partners import Partners, middle_of
 from .levels import Level, refine
 from .unit_problem import UnitProblem
-from .via_disc import CORNER_FINENESS, DISC_CORNERS, DISC_STEPS, disc, through
+from .via_disc import CORNER_FINENESS, DISC_CORNERS, DISC_STEPS, compose_matches, disc
 
 HOLE_RADIUS_FACTOR = (
     # Radius of the holes of a circle domain, relative to the disc's, times the root of (their number + 1).
@@ -80,12 +80,12 @@ class FilledMap:
     Attributes:
         state: the map; its filled holes have the same weight as the rest.
         material: (m, 3) the triangles that are not in holes.
-        turned: a complex number of modulus one, by which the disc is rotated.
+        rotation: a complex number of modulus one, by which the disc is rotated.
     """
 
     state: DiscreteMap
     material: Index
-    turned: complex = 1.0
+    rotation: complex = 1.0
 
     @classmethod
     def of(cls, outer: Outline, holes: Sequence[Outline], level: Level) -> "FilledMap":
@@ -111,7 +111,7 @@ class FilledMap:
     @property
     def u(self) -> Complex:
         """(n,) the images of the vertices in the disc."""
-        return self.turned * self.state.u
+        return self.rotation * self.state.u
 
     @property
     def rims(self) -> list[Complex]:
@@ -156,7 +156,7 @@ def through_circles(level: Level, pairs: Sequence[tuple[int, int]]) -> DiscreteM
     sides = [[side[pair[k]] for pair in pairs] for k, side in enumerate(level.holes)]
     outlines = list(zip((level.source, level.target), sides))
     filled = [FilledMap.of(outer, holes, level) for outer, holes in outlines]
-    filled[0] = replace(filled[0], turned=rotation(filled[0].middles, filled[1].middles))
+    filled[0] = replace(filled[0], rotation=rotation(filled[0].middles, filled[1].middles))
     goal = circle_domain(0.5 * (filled[0].middles + filled[1].middles))
     source_map, target_map = (
         onto_circles(filled_map, outer.curve, [hole.curve for hole in holes], goal, level)
@@ -256,10 +256,10 @@ def _compose(
     """
     matches_back = {hole.target: hole.match for hole in target_map.match.holes}
     holes = tuple(
-        HoleMatch(*pairs[hole.target], through(hole.match, matches_back[hole.target], 0.0))
+        HoleMatch(*pairs[hole.target], compose_matches(hole.match, matches_back[hole.target], 0.0))
         for hole in source_map.match.holes
     )
-    match = through(source_map.match, target_map.match, 0.0)._replace(holes=holes)
+    match = compose_matches(source_map.match, target_map.match, 0.0)._replace(holes=holes)
 
     def images(middle: Complex) -> Complex:
         return interpolate(target_map.u, target_map.faces, target_map.z, middle)

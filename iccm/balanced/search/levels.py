@@ -28,8 +28,8 @@ from ..model.boundary_pairs import (
     boundary_pairs,
     limit_slope,
     loops_of,
+    pass_through,
     subdivide,
-    through,
 )
 from ..model.discrete_map import DiscreteMap
 from ..model.mesh_map import MeshMap
@@ -115,7 +115,9 @@ class Level:
         spacing = SPACING_MESH_SIZES * size if smooth else np.inf
         (source, *rims), (target, *goals) = (
             outlines_of(curve, holes, fineness, corner_fineness, always, spacing)
-            for curve, holes, always in zip((problem.source, problem.target), problem.holes, problem.kept)
+            for curve, holes, always in zip(
+                (problem.source, problem.target), problem.holes, problem.fixed_vertices
+            )
         )
         anchors = None
         if problem.anchors[0]:
@@ -168,7 +170,7 @@ class Level:
 
     def boundary(self, match: Match, fewest: int = FEWEST_RIM_VERTICES) -> MatchedBoundary:
         """Return the boundary of a mesh for a match of the outlines, with at least `fewest` vertices on each hole."""
-        outer = through(
+        outer = pass_through(
             limit_slope(match, self.steepest), self.anchors, 0.0 if self.problem.halved else SPREAD_SHARE
         )
         spacing = SPACING_MESH_SIZES * self.size

@@ -53,7 +53,7 @@ def lead_one_by_one(level: Level, state: DiscreteMap) -> DiscreteMap:
     If a pin gets stuck, the map is returned as far as that went.
     """
     goals = state.inside.goals
-    state = state.held()
+    state = state.hold_in_place()
     for pin in np.argsort(np.abs(goals - state.inside.goals), kind="stable"):
         positions = state.inside.goals
         for place in route(level.target.curve, positions[pin], goals[pin], np.delete(positions, pin)):
@@ -71,7 +71,7 @@ def move_on_new_meshes(level: Level, state: DiscreteMap, aims: Complex) -> Discr
         trial = move_straight(state.with_goals(aims))
         if trial.miss == 0 or attempt == REMESHES:
             break
-        rested = trial.held().forward(1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
+        rested = trial.hold_in_place().forward(1.0, FIRST_STEPS, MOVING_DECREASE, corners=True)
         try:
             sizes = mesh_sizes.graded(rested.z, rested.u, rested.faces, 0.5 * level.size**2)
             state = refine(level, rested, sizes, only=HELD_STEPS)
@@ -211,7 +211,7 @@ def coarse(level: Level, matches: list[Match], journal: SolveLog) -> DiscreteMap
     elif level.problem.strokes:
         best = settle_pinned(level, replace(states[0], bound=False))
     else:
-        best = settle_pinned(level, states[0].held())
+        best = settle_pinned(level, states[0].hold_in_place())
     earlier = [note for note in journal.notes if note != STRETCHED]  # an abandoned attempt may have noted it
     journal.notes = [*earlier, STRETCHED] if best.value > STRONG * free else earlier
     journal.energies.append(best.value)

@@ -86,7 +86,7 @@ class UnitProblem(NamedTuple):
         )
 
     @property
-    def kept(self) -> tuple[tuple[complex, ...], tuple[complex, ...]]:
+    def fixed_vertices(self) -> tuple[tuple[complex, ...], tuple[complex, ...]]:
         """The vertices of both outlines that are in every level."""
         ends = dict.fromkeys(complex(end) for bay in self.bays for end in (bay[0], bay[-1]))
         return (*self.anchors[0], *ends), self.anchors[1]

@@ -61,7 +61,7 @@ def through_disc(level: Level) -> list[DiscreteMap]:
     return maps
 
 
-def through(forward: Match, backward: Match, lap: float) -> Match:
+def compose_matches(forward: Match, backward: Match, lap: float) -> Match:
     """Compose a match to a curve with the inverse of another match.
 
     The former is shifted by a share `lap` of the curve's length.
@@ -72,7 +72,7 @@ def through(forward: Match, backward: Match, lap: float) -> Match:
 
 def _compose(level: Level, source_map: DiscreteMap, target_map: DiscreteMap, lap: float) -> DiscreteMap:
     """Compose a map to the disc, a rotation by a share of a full turn, and the inverse of another map."""
-    new = level.mapped(through(source_map.match, target_map.match, lap))
+    new = level.mapped(compose_matches(source_map.match, target_map.match, lap))
     middle = interpolate(source_map.z, source_map.faces, source_map.u, new.z) * np.exp(2j * np.pi * lap)
     u = interpolate(target_map.u, target_map.faces, target_map.z, middle)
     return new.moved_to_border(u).unfolded(harmonic=False)

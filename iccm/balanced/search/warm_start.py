@@ -92,7 +92,7 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
     new = new if new.miss == 0 or strokes else lead_one_by_one(level, new)
     if new.miss == 0:
         return new
-    return replace(state, bound=False) if strokes else new.held()
+    return replace(state, bound=False) if strokes else new.hold_in_place()
 
 
 def outlines_followed(

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iccm.balanced.model.boundary_pairs import Match, boundary_pairs, limit_slope, through
+from iccm.balanced.model.boundary_pairs import Match, boundary_pairs, limit_slope, pass_through
 from iccm.balanced.model.outline import Outline, manageable
 from iccm.balanced.search.initial_matches import (
     STEPS,
@@ -61,7 +61,7 @@ def test_a_match_is_bent_through_its_anchors(at, goal, shift):
     length, target = 3.0, 5.0
     match = Match(np.array([0.0, 1.0, length]), shift + np.array([0.0, 2.5, target]))
     anchors = Match(np.array([0.0, at * length]), np.array([0.0, goal * target]))
-    bent = through(match, anchors)
+    bent = pass_through(match, anchors)
     assert np.allclose(bent.at(anchors.s), anchors.tau, atol=1e-9)
     assert bent.tau[-1] - bent.tau[0] == pytest.approx(target)
     assert (np.diff(bent.tau) >= 0).all() and (np.diff(bent.s) > 0).all()

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 import iccm
-from iccm.drawings.placing import largest_copy, largest_copy_about, moved
+from iccm.drawings.placing import largest_copy, largest_copy_about, transform_region
 from iccm.errors import InputError
 
 SIGN = shapely.box(0, 0, 5, 3)
@@ -26,10 +26,10 @@ def is_similar(fit, inner):
     [
         (SIGN, shapely.box(10, 20, 20, 23), 1.0),  # as high as the other
         (SIGN, shapely.box(10, 20, 20, 90), 2.0),  # as wide
-        (SHIELD, moved(SHIELD, iccm.plane.Similarity(3.0, 7 - 2j)), 3.0),
+        (SHIELD, transform_region(SHIELD, iccm.plane.Similarity(3.0, 7 - 2j)), 3.0),
         (
             HOOK,
-            moved(HOOK, iccm.plane.Similarity(0.5, -9j)),
+            transform_region(HOOK, iccm.plane.Similarity(0.5, -9j)),
             0.5,
         ),  # not convex: no smaller copy contains a given point
         (shapely.Point(0, 0).buffer(1, 64), SHIELD, shapely.maximum_inscribed_circle(SHIELD, 1e-3).length),
@@ -37,7 +37,7 @@ def is_similar(fit, inner):
 )
 def test_the_largest_copy_lies_inside(inner, outer, scale):
     found = largest_copy(inner, outer)
-    assert outer.covers(moved(inner, found))
+    assert outer.covers(transform_region(inner, found))
     assert found.factor == pytest.approx(scale, rel=2e-3)
 
 
@@ -45,13 +45,13 @@ def test_no_other_place_and_no_other_rotation_is_larger():
     rng = np.random.default_rng(5)
     for rotation in (0.0, None):
         found = largest_copy(SIGN, SHIELD, rotation)
-        assert SHIELD.covers(moved(SIGN, found))
+        assert SHIELD.covers(transform_region(SIGN, found))
         for _ in range(3000):
             turn = np.exp(1j * rng.uniform(-np.pi, np.pi)) if rotation is None else 1.0
             place = complex(rng.uniform(0, 8), rng.uniform(0, 10))
             factor = 1.03 * abs(found.factor) * turn
             other = iccm.plane.Similarity(factor, place - factor * (2.5 + 1.5j))
-            assert not SHIELD.covers(moved(SIGN, other))
+            assert not SHIELD.covers(transform_region(SIGN, other))
 
 
 def test_a_copy_that_has_room_lies_in_its_middle():
@@ -63,7 +63,7 @@ def test_a_copy_avoids_holes_and_other_parts():
     ring = shapely.Point(0, 0).buffer(9).difference(shapely.Point(1, 0).buffer(5))
     far = shapely.union(ring, shapely.box(20, 20, 24, 23))
     found = largest_copy(SIGN, far)
-    assert far.covers(moved(SIGN, found)) and abs(found.factor) > 0.6
+    assert far.covers(transform_region(SIGN, found)) and abs(found.factor) > 0.6
 
 
 def test_there_is_a_copy_in_thin_lines_too():
@@ -71,7 +71,7 @@ def test_there_is_a_copy_in_thin_lines_too():
         0.05
     )
     found = largest_copy(SHIELD, lines)
-    assert lines.covers(moved(SHIELD, found)) and abs(found.factor) * 8 > 0.06
+    assert lines.covers(transform_region(SHIELD, found)) and abs(found.factor) * 8 > 0.06
 
 
 def test_inside_a_ring_nothing_is_hidden():
@@ -85,9 +85,9 @@ def test_inside_a_ring_nothing_is_hidden():
 def test_a_point_says_where_the_copy_lies():
     found = largest_copy_about(SIGN, SHIELD, 1 + 1j, 4 + 6j)
     assert found(1 + 1j) == pytest.approx(4 + 6j)
-    assert SHIELD.covers(moved(SIGN, found))
+    assert SHIELD.covers(transform_region(SIGN, found))
     larger = iccm.plane.Similarity(1.001 * found.factor, 4 + 6j - 1.001 * found.factor * (1 + 1j))
-    assert not SHIELD.covers(moved(SIGN, larger))
+    assert not SHIELD.covers(transform_region(SIGN, larger))
     assert largest_copy_about(SIGN, SHIELD, 1 + 1j, -1 + 6j) is None
 
 
@@ -95,7 +95,7 @@ def test_inside_all_is_shown_and_keeps_its_proportions():
     fit = iccm.fit(WORD, SHIELD, place="inside")
     report = fit.report()
     assert is_similar(fit, WORD) and fit.status.ok and report["injective"]["share"] == pytest.approx(1)
-    copy = moved(WORD, largest_copy(fit.drawings[0].tightest.outline.polygon, SHIELD))
+    copy = transform_region(WORD, largest_copy(fit.drawings[0].tightest.outline.polygon, SHIELD))
     assert report["shown"] == pytest.approx(1, abs=1e-3)
     assert fit.covered == pytest.approx(shapely.convex_hull(copy).area / SHIELD.area, abs=0.1)
     assert not any("bare" in note for note in report["notes"])  # as requested

@@ -46,7 +46,7 @@ def test_charts_are_numbered_by_their_area_and_a_mirrored_one_is_seen_from_the_f
     for chart, area in zip((large, small), atlas.areas):
         flat = chart.flattening
         assert flat.boundary.area == pytest.approx(area)
-        assert flat.turned.size == 0
+        assert flat.flipped.size == 0
         assert len(flat.patch.points) == 25
     x, _, _ = large.flattening.patch.points.T
     assert np.allclose(large.flattening.flat.real, 0.1 + 0.4 * (x - 2))  # 1 - u
@@ -87,7 +87,7 @@ def test_a_sliver_that_is_folded_back_is_turned_and_a_larger_fold_is_not():
         assert (atlas.count > 1) == (count > 1)
         if count == 1:
             assert "flipped" in atlas.notes[0]
-            assert atlas.chart(1).flattening.turned.size == 0
+            assert atlas.chart(1).flattening.flipped.size == 0
 
 
 def test_a_chart_that_overlaps_itself_is_refused():

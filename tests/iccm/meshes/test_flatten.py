@@ -190,7 +190,7 @@ def test_a_hole_turned_inside_out_is_an_overlap():
     outline = max(piece.loops, key=lambda loop: np.abs(z[loop]).max())
     assert overlap(Flattening(piece, z, outline, "itself")) is None
     twice = Flattening(piece, z + 1 / z, outline, "Joukowski")
-    assert not twice.turned.size
+    assert not twice.flipped.size
     assert overlap(twice) == "an inverted hole"
 
 
