@@ -22,8 +22,8 @@ from ...plane import cross
 from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
 
-CORNER_RADIANS = 0.2  # radians: an arc of the boundary is split at corners that turn by more
-MOST_PIECE_VERTICES = 4096  # vertices of one segment's polyline
+CORNER_RADIANS = 0.2  # an arc of the boundary is split at corners that turn by more
+MOST_PIECE_VERTICES = 4096  # largest number of vertices of one segment's polyline
 OFF_MIDDLE_RADIUS_SHARE = 0.217
 """Of the inscribed radius: an arbitrary number that drawings are unlikely to use."""
 FLAT_LENGTH_SHARE = 1e-6  # of a subpath's length: one that stays closer to a line encloses nothing
@@ -34,7 +34,11 @@ TAIL_DISTANCES = 20  # times the distance that counts as inside: the longest lin
 class Span:
     """The part of a segment between two parameters, or of a closed curve between two arclengths.
 
-    It is parametrized over [0, 1], and reversed if the second is less.
+    It is parametrized over [0, 1], and reversed if `stop` is less than `start`.
+
+    Attributes:
+        whole: the segment or curve.
+        start, stop: parameters of the segment, from 0 to 1, or arclengths of the curve.
     """
 
     whole: Piece | Curve
@@ -154,6 +158,8 @@ class Domain:
             seams: whether lines must not continue across the start of a closed subpath.
             filled: whether the chords that close open subpaths belong to the shape.
         """
+        # 1. Is anything cut? Not if no line leaves the domain, nor the chord that closes a filled line, and if no
+        # subpath winds around a hole, which it would paint over.
         split = [self._stretches(run.pieces, run.closed and not seams) for run in runs]
         away = any(stretch.away for stretches in split for stretch in stretches)
         if filled and not away:
@@ -163,25 +169,31 @@ class Domain:
             return Clipped([(list(run.pieces), run.closed) for run in runs])
         ends = self._within(np.array([runs[0].start, runs[-1].pieces[-1].last()]))
         out = Clipped([], cut=True, begins=bool(ends[0]), ends=bool(ends[1]))
-        laps = [0] * len(self.holes)
+        laps = [0] * len(self.holes)  # how often all subpaths together wind around each hole
         for run, stretches in zip(runs, split):
+            # 2. The line: its stretches inside, with their ends trimmed to the boundary itself.
             is_complete = len(stretches) == 1 and run.closed
             inner = [s if is_complete else self._landed(run.pieces, s) for s in stretches if not s.away]
             spans = [_spans(run.pieces, stretch) for stretch in inner]
             out.line.extend((parts, is_complete) for parts in spans if parts)
             if is_flat(run.pieces):
                 continue
+            # 3. The fill, of the closed subpath: stretches inside stay, those outside become arcs of the boundary. A
+            # subpath that stays outside only matters by how often it winds around the domain.
             pieces = _closed(run)
             stretches = self._stretches(pieces, True)
-            if stretches[0].away and len(stretches) == 1 and self._hole_of(stretches[0].z) is not None:
-                continue  # it winds around no point inside
+            is_outside = stretches[0].away and len(stretches) == 1
+            if is_outside and self._hole_of(stretches[0].z) is not None:
+                continue  # it lies in a hole, and winds around no point of the domain
             laps = [a + b for a, b in zip(laps, self._turns(stretches))]
-            if stretches[0].away and len(stretches) == 1:
+            if is_outside:
                 out.turns.append(round(_angle(stretches[0].z - self.inner) / (2 * math.pi)))
             else:
                 around = [self._detour(s) if s.away else _spans(pieces, s) for s in stretches]
                 out.fill.append([part for parts in around for part in parts])
-        for (hole, _), turns in zip(self.holes, laps):  # so that nothing is painted in a hole
+        # 4. Outlines of holes are clockwise: a hole's outline, run as often as the subpaths wind around the hole, makes
+        # the winding number in the hole zero, so that nothing is painted there.
+        for (hole, _), turns in zip(self.holes, laps):
             out.fill.extend([self._arcs(hole, 0.0, turns * hole.length)] if turns else [])
         return out
 
@@ -226,6 +238,9 @@ class Domain:
         cuts = self.ring.crossings(stretch.place, stretch.z)
         if not cuts.size:
             return stretch
+        # Each end moves to the first or last crossing of the boundary, if that is near. Rounding may leave the crossing
+        # itself outside, so points a little further inward are tried, at doubling distances; the first one inside is
+        # taken, or else the end stays.
         ends = []
         for end, cut, inward in ((0, cuts[0], 1), (-1, cuts[-1], -1)):
             steps = inward * self.margin * np.concatenate([[0.0], 0.05 * 2.0 ** np.arange(8)])
@@ -248,6 +263,8 @@ class Domain:
         """
         hole = self._hole_of(stretch.z)
         rim, point = (self.rim, self.inner) if hole is None else self.holes[hole]
+        # the arc from a to b in the boundary's direction; it sweeps another angle than the excursion by full turns,
+        # which are added as laps
         a, b = (float(s) for s in rim.closest(stretch.z[[0, -1]]))
         forth = (b - a) % rim.length
         inner = np.concatenate([rim.knots, rim.knots + rim.length])

@@ -67,7 +67,7 @@ class Workspace:
         factor: its Cholesky factor.
         gradient: (n,) of the energy.
         step: (n,) the step, which lowers the energy.
-        way: (n,) displacements of held vertices to their goals.
+        to_goals: (n,) displacements of held vertices to their goals.
         new_u: (n,) trial positions.
         turning: (n,) the gradient of the mean rotation.
         answer: (n,) the solution of the linear system with it.
@@ -84,7 +84,7 @@ class Workspace:
     factor: Factor
     gradient: Complex
     step: Complex
-    way: Complex
+    to_goals: Complex
     new_u: Complex
     turning: Complex
     answer: Complex
@@ -100,8 +100,8 @@ class Workspace:
     def of(cls, pattern: BlockPattern, constrained: int) -> "Workspace":
         """Return the arrays for a mesh with a number of constrained vertices."""
         matrix, directions = np.empty((pattern.columns.size, 4)), np.empty(constrained, np.complex128)
-        gradient, step, way, new_u, turning, answer = np.empty((6, pattern.position.size), np.complex128)
-        arrays = matrix, Factor.of(pattern), gradient, step, way, new_u, turning, answer, directions
+        gradient, step, to_goals, new_u, turning, answer = np.empty((6, pattern.position.size), np.complex128)
+        arrays = matrix, Factor.of(pattern), gradient, step, to_goals, new_u, turning, answer, directions
         return cls(*arrays, *np.empty((6, constrained)))
 
     @cached_property
@@ -112,7 +112,7 @@ class Workspace:
             self.factor.record,
             self.gradient,
             self.step,
-            self.way,
+            self.to_goals,
             self.new_u,
             self.turning,
             self.answer,

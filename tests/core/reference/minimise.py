@@ -687,9 +687,9 @@ def constrain(pattern, constraints, u, tau, space):
     border_derivatives(border, tau, slope, space.curvature)
     choose_directions(rails, tau, kinds, gradient, slope, directions, space.low, space.high)
     # the whole displacement of fixed vertices is imposed: the others' gradient is that at its end, g + H way
-    moving = _remaining(kinds, constraints.goals, u, space.way)
+    moving = _remaining(kinds, constraints.goals, u, space.to_goals)
     if moving:
-        add_product(pattern, matrix, space.way, gradient)
+        add_product(pattern, matrix, space.to_goals, gradient)
     restrict(pattern, kinds, directions, matrix)
     stiffen(pattern, border, directions, space.curvature, matrix)
     along_directions(kinds, directions, gradient)
@@ -713,7 +713,7 @@ def release(constraints, space):
             slide[v] = max(slide[v], 0.0)
         if space.high[v] == 0:
             slide[v] = min(slide[v], 0.0)
-        step[v] = slide[v] * space.directions[v] + space.way[v]
+        step[v] = slide[v] * space.directions[v] + space.to_goals[v]
 
 
 def gap_limit(border, tau, slide, most):
