@@ -129,7 +129,8 @@ def configure(verbosity: int, form: str) -> None:
     handler.setFormatter(_Json() if form == "json" else _Text())
     log.handlers[:] = [handler]
     log.propagate = False
-    log.setLevel(POOR_LEVEL if verbosity < 0 else logging.DEBUG if verbosity > 0 else logging.INFO)
+    levels = {-1: POOR_LEVEL, 0: logging.INFO, 1: logging.DEBUG}
+    log.setLevel(levels[max(-1, min(verbosity, 1))])
 
 
 def is_verbose() -> bool:

@@ -236,7 +236,7 @@ def of(command: str, *passed_on: str) -> Decorator:
 
 def _unset(option: Option) -> Any:
     """Return an empty default for an option that is passed on, so that only given values are passed."""
-    return () if option.default == () else False if option.default is False else None
+    return option.default if option.default in ((), False) else None
 
 
 def _click(command: str, name: str, hint: Any, option: Option) -> Decorator:

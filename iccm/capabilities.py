@@ -132,5 +132,5 @@ def refuse(names: Collection[str], method: str, kind: Kind, fit: str) -> None:
                 raise InputError(
                     f"{name}: {why}" if excluded != "rigid_target" else f"{name}, {excluded}: {why}"
                 )
-        if FITS[fit].is_partial and not row.partial:
+        if FITS[fit].leaves_out_parts and not row.partial:
             raise InputError(f"{name}: cannot be combined with fit {fit}; use whole or auto")

@@ -37,7 +37,7 @@ class FitMode:
     of_drawings: bool = False
 
     @property
-    def is_partial(self) -> bool:
+    def leaves_out_parts(self) -> bool:
         """Whether parts of a shape are left out in any case."""
         return bool(self.fills) and not self.compares
 
@@ -49,7 +49,7 @@ class FitMode:
     @property
     def leaves_bare(self) -> bool:
         """Whether parts of the target stay bare in any case."""
-        return self.is_partial and "source" in self.fills
+        return self.leaves_out_parts and "source" in self.fills
 
 
 FITS: dict[str, FitMode] = {
@@ -82,9 +82,9 @@ FITS: dict[str, FitMode] = {
 assert set(FITS) == set(get_args(FitName))
 
 
-def is_partial(name: str | None) -> bool:
+def leaves_out_parts(name: str | None) -> bool:
     """Return whether a value of `fit` leaves out parts of a shape in any case; None is the default, which does not."""
-    return name is not None and FITS[name].is_partial
+    return name is not None and FITS[name].leaves_out_parts
 
 
 def leaves_bare(name: str | None) -> bool:

@@ -154,8 +154,9 @@ class Options:
             fits inside the target; "slice", it keeps its proportions and covers the target, and the rest is cut off.
         holes: "keep", all are mapped onto each other or shrink to slits; "auto", partial maps may ignore some, if that
             costs less.
-        max_left_out: largest share of the source's area that may be hidden.
-        max_uncovered: largest share of the target's area that may stay bare.
+        max_left_out: largest share of the source that may be hidden, relative to the area inside its outline without
+            holes; for drawings, relative to the area that they paint.
+        max_uncovered: largest share of the target that may stay bare, measured alike.
         effort: factor for the number of correspondences of the outlines that are tried, 1 to 16.
         max_dilatation: upper bound for s1/s2 (balanced).
         max_stretch: upper bound for max(s1, 1/s2), relative to the mean scale (balanced).

@@ -99,7 +99,9 @@ def tell(what: str, done: int = 0, of: int = 0) -> None:
 
 def counted(what: str, items: Iterable[Item], of: int | None = None) -> Iterator[Item]:
     """Yield the items, and report before each how many are done."""
-    total = of if of is not None else len(items) if isinstance(items, Sized) else 0
+    total = of or 0
+    if of is None and isinstance(items, Sized):
+        total = len(items)
     for done, item in enumerate(items):
         tell(what, done, total)
         yield item

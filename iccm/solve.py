@@ -415,7 +415,7 @@ def _solve(
         from .surfaces import method as surfaces
         from .surfaces import partial
 
-        if fits.is_partial(settings.fit):
+        if fits.leaves_out_parts(settings.fit):
             result = partial.solve(problem, settings, layouts)
             if result is not None:
                 return result
@@ -458,7 +458,9 @@ def _constraint_names(problem: Problem, start: TriangulatedMap | None) -> set[st
 
 def _method_of(settings: Options) -> str:
     """Return the name of the method that solves."""
-    return "balanced" if settings.is_balanced else "paper" if settings.method == "paper" else "conformal"
+    if settings.is_balanced:
+        return "balanced"
+    return "paper" if settings.method == "paper" else "conformal"
 
 
 def _kind_of(layouts: tuple[Flattening | None, Flattening | None]) -> capabilities.Kind:

@@ -122,12 +122,15 @@ def _picture(path: Path) -> dict[str, Any]:
 
     image = image_files.read(path)
     height, width, channels = image.pixels.shape
+    alpha = None
+    if image.alpha >= 0:
+        alpha = "associated" if image.associated else "straight"
     facts = {
         "kind": "picture",
         "size": [width, height],
         "channels": channels,
         "type": str(image.pixels.dtype),
-        "alpha": None if image.alpha < 0 else "associated" if image.associated else "straight",
+        "alpha": alpha,
         "colorspace": image.colorspace,
     }
     if stmap_files.is_own(image):
@@ -300,11 +303,10 @@ def _text(key: str, value: Any) -> str:
     sides = np.array(value[-(len(value) // 2) :])
     extent = np.abs(sides if key == "canvas" else sides - value[: len(value) // 2]).max()
     decimals = int(np.clip(DIGITS - 1 - np.floor(np.log10(extent or 1.0)), 0, 12))
-    is_large = max(map(abs, value)) >= 1e15
-    return " ".join(
-        f"{v:.6g}" if is_large else f"{v:.{decimals}f}".rstrip("0").rstrip(".") if decimals else f"{v:.0f}"
-        for v in value
-    )
+    if max(map(abs, value)) >= 1e15:
+        return " ".join(f"{v:.6g}" for v in value)
+    texts = [f"{v:.{decimals}f}" for v in value]
+    return " ".join(text.rstrip("0").rstrip(".") if "." in text else text for text in texts)
 
 
 def _plain(value: Any) -> str:

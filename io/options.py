@@ -230,13 +230,9 @@ def scale(value: Any) -> Any:
 def _numbers(value: Any, counts: tuple[int, ...], what: str) -> Any:
     """Parse numbers separated by commas; their number must be in `counts`. Other values are returned unchanged."""
     try:
-        parts = (
-            value.split(",")
-            if isinstance(value, str)
-            else value
-            if isinstance(value, list | tuple)
-            else [value]
-        )
+        parts = value.split(",") if isinstance(value, str) else value
+        if not isinstance(parts, list | tuple):
+            parts = [parts]
         numbers = tuple(map(float, parts)) if value is not None else None
     except (TypeError, ValueError):
         numbers = ()
@@ -293,7 +289,9 @@ def share(value: Any) -> Any:
 
 def many(value: Any) -> Any:
     """Return a value as a sequence, for options that accept several."""
-    return () if value is None else (value,) if isinstance(value, str | Path) else value
+    if value is None:
+        return ()
+    return (value,) if isinstance(value, str | Path) else value
 
 
 MESHES = " ".join(formats.holding("uv"))

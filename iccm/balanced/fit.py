@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
 from ..errors import InputError
-from ..fits import FITS, is_partial, with_constraints
+from ..fits import FITS, leaves_out_parts, with_constraints
 from ..maps import bounds
 from ..maps.approximation import triangulated
 from ..maps.distortion import Distortion
@@ -120,7 +120,7 @@ def solve_once(
         NoMapError: no map without folds was found.
         InputError: no one-to-one map meets the pins or strokes.
     """
-    if start is None and options.balance > EVEN_BALANCE and not is_partial(options.fit):
+    if start is None and options.balance > EVEN_BALANCE and not leaves_out_parts(options.fit):
         options = replace(options, fit="whole")
         attempt = _attempt(problem, options, _map_of_less_balance(problem, options), remesh=True)
     else:
@@ -469,12 +469,16 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     map = straighten_lines(map, solution.lines, in_regions(map, regions.polygons))
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     bounded = solution.reached and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
-    ended = Status.BOUNDS if not bounded else Status.MET if solution.simple else Status.OVERLAP
     constraints_met = solution.met and bool(near_places(map, patches.points, patches.softness.limits).all())
     rigid = [Region.of(map, rings) for rings in regions.polygons]
-    status = (
-        Status.PINS if not constraints_met else ended if all(bone.is_rigid for bone in rigid) else Status.BENT
-    )
+    if not constraints_met:
+        status = Status.PINS
+    elif not all(bone.is_rigid for bone in rigid):
+        status = Status.BENT
+    elif not bounded:
+        status = Status.BOUNDS
+    else:
+        status = Status.MET if solution.simple else Status.OVERLAP
     notes.extend(soft_pin_notes(map, patches.points))
     energies = [{"total": energy} for energy in solution.energies]
     return Fit(

@@ -90,7 +90,7 @@ def paired_parts(
 
 def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:
     """Return the choice of the tightest frames that contain all of both drawings, mapped as the options request."""
-    fit = options.fit if FITS[options.fit].is_partial else "whole"
+    fit = options.fit if FITS[options.fit].leaves_out_parts else "whole"
     holed = source.is_one_part and target.is_one_part and not FITS[options.fit].of_drawings
     return Choice((source.tightest, target.tightest), fit, holed)
 

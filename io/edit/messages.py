@@ -50,7 +50,7 @@ class Scene(_Message):
         other, so that maps can continue from each other.
         """
         mode = FITS[self.fit]
-        return not mode.is_partial and (self.constrained or not mode.is_searched)
+        return not mode.leaves_out_parts and (self.constrained or not mode.is_searched)
 
     @property
     def key(self) -> str:

@@ -151,7 +151,9 @@ class _Given:
         single = kind.removeprefix("Multi")
         many = kind.startswith("Multi") or len(coordinates) > 1
         geometry["type"] = f"Multi{single}" if many else single
-        geometry["coordinates"] = coordinates if many else coordinates[0] if coordinates else []
+        geometry["coordinates"] = coordinates
+        if not many and coordinates:
+            geometry["coordinates"] = coordinates[0]
 
 
 def _is_geojson(content: Any) -> bool:

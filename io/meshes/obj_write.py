@@ -65,7 +65,9 @@ def rebind(obj: Obj, faces: NDArray[np.bool_], binding: Binding) -> bytes:
 
 def _newline(obj: Obj) -> bytes:
     head = obj.data[:4096]
-    return b"\r\n" if b"\r\n" in head else b"\r" if b"\r" in head and b"\n" not in obj.data else b"\n"
+    if b"\r\n" in head:
+        return b"\r\n"
+    return b"\r" if b"\r" in head and b"\n" not in obj.data else b"\n"
 
 
 def _line_of_first_change(obj: Obj, faces: NDArray[np.bool_], keep_old: bool) -> int:
@@ -237,8 +239,12 @@ def _face(corners: list[Index]) -> bytes:
     """Return the line of a triangle, given indices (3,) of vertices, coordinates and normals, 0 for none."""
     words = []
     for v, vt, vn in zip(*(indices.tolist() for indices in corners)):
-        text = b"%d" % v + (b"/%d" % vt if vt else b"/" if vn else b"") + (b"/%d" % vn if vn else b"")
-        words.append(text)
+        word = b"%d" % v
+        if vt or vn:
+            word += b"/%d" % vt if vt else b"/"
+        if vn:
+            word += b"/%d" % vn
+        words.append(word)
     return b"f " + b" ".join(words)
 
 

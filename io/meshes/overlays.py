@@ -11,15 +11,14 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real
 from ...errors import InputError
-from .. import files, limits
-from ..formats import suffix_of
+from .. import files, formats, limits
 from ..spec import Spec
-from .brain_formats import gifti, nibabel
+from .brain_formats import GiftiFormat, gifti, nibabel
+from .mesh_files import format_of
 from .mesh_format import reason_of
 from .vtk_format import VtkFormat
 
 TABLES = (".txt", ".csv", ".1d")
-VTK = (".vtk", ".vtp", ".vtu")
 MGH = (".mgh", ".mgz")
 LABEL_INTENT = 1002  # GIFTI's intent of labels
 
@@ -58,12 +57,13 @@ def read(name: str | Path, count: int) -> Overlay:
 
 
 def _read(spec: Spec) -> Overlay:
-    path, suffix = spec.path, suffix_of(spec.path)
-    if suffix in VTK:
+    path, suffix = spec.path, formats.suffix_of(spec.path)
+    mesh_format = format_of(path) if formats.of(path).mesh else None
+    if mesh_format is VtkFormat:
         return Overlay(VtkFormat(path).numbers_at_points(spec.chosen))
     if spec.chosen:
         raise InputError(f"{path}#{spec.chosen}: only arrays of VTK files have names")
-    if suffix in (".gii", ".gii.gz"):
+    if mesh_format is GiftiFormat:
         return _gifti(path)
     if suffix in TABLES:
         return Overlay(np.loadtxt(path, delimiter="," if suffix == ".csv" else None, ndmin=1))

@@ -193,7 +193,7 @@ def parse(data: bytes, path: Path) -> Ply:
         ValueError, IndexError, KeyError: they do not have this format.
     """
     end = data.index(b"end_header")
-    newline = "\r\n" if b"\r\n" in data[:end] else "\n" if b"\n" in data[:end] else "\r"
+    newline = next((mark for mark in ("\r\n", "\n") if mark.encode() in data[:end]), "\r")
     lines = data[:end].decode("utf-8", "surrogateescape").split(newline)[:-1]
     words = [line.split() for line in lines]
     if words[0][:1] != ["ply"]:
@@ -224,15 +224,20 @@ def _elements(words: list[list[str]], order: str) -> list[tuple[str, int, tuple[
     return elements
 
 
+def _cells(dtype: str, is_text: bool) -> int:
+    """Return the number of cells that a number takes."""
+    return 1 if is_text else np.dtype(dtype).itemsize
+
+
 def _rows(cells: NDArray, count: int, properties: tuple[Property, ...]) -> Index:
     """Return (n + 1, p + 1) the first cell of each property of each row, and of a row after the last.
 
     Raises:
         ValueError: there are fewer cells than needed.
     """
-    text = cells.dtype.kind == "S"
-    sizes = [0 if p.count else 1 if text else np.dtype(p.dtype).itemsize for p in properties]
-    heads = [0 if not p.count else 1 if text else np.dtype(p.count).itemsize for p in properties]
+    is_text = cells.dtype.kind == "S"  # a number is one cell of text, or as many cells as it has bytes
+    sizes = [0 if p.count else _cells(p.dtype, is_text) for p in properties]
+    heads = [_cells(p.count, is_text) if p.count else 0 for p in properties]
     least = max(1, sum(sizes) + sum(heads))
     if not 0 <= count * least <= cells.size:
         raise ValueError(f"there is not enough data for {count} rows; is the file truncated?")
@@ -252,7 +257,7 @@ def _alike(cells: NDArray, starts: Index, prop: Property) -> bool:
 
 def _walk(cells: NDArray, count: int, properties, sizes: list[int], heads: list[int]) -> Index:
     """Compute the result of `_rows` row by row, for lists of different lengths."""
-    wide = [1 if cells.dtype.kind == "S" else np.dtype(p.dtype).itemsize for p in properties]
+    wide = [_cells(p.dtype, cells.dtype.kind == "S") for p in properties]
     counted = [_counter(cells, p) if p.count else None for p in properties]
     starts, position = np.empty((count + 1, len(properties) + 1), np.int64), 0
     for row in range(count):

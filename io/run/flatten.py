@@ -182,10 +182,13 @@ def figures(flat_layout: Layout, uv: str | None) -> dict[str, Any]:
         entries |= {key: as_map[key] for key in ("stretch", "scale")}
         entries["boundary"] = flat_layout.figures["boundary"] | as_map["boundary"]
         notes += missed(entries["boundary"], Options().tolerance, "rim_vertices" in flat_layout.figures)
+    status = "overlaps" if fault else "done"
+    if any(turned_over.values()):
+        status = "flipped"
     return {
         "schema": SCHEMA,
         "version": __version__,
-        "status": "flipped" if any(turned_over.values()) else "overlaps" if fault else "done",
+        "status": status,
         "overlap": fault,
         **flat_layout.figures,
         **entries,

@@ -13,7 +13,7 @@ from PIL import Image
 from ... import progress
 from ...arrays import Box, Real
 from ...errors import InputError
-from ...fits import FITS, is_of_drawings, is_partial
+from ...fits import FITS, is_of_drawings, leaves_out_parts
 from ...plane import bounding_box
 from ...progress import Listener
 from .. import files, formats, references
@@ -103,8 +103,8 @@ def run(
     written = [frame_name for group in names.values() for frame_name in group]
     if twice := [name for name in names if job.output.count(name) > 1]:
         raise InputError(f"{twice[0]}: is used for two outputs; give each a separate name")
-    if is_partial(job.fit):
-        able = ", ".join(name for name, mode in FITS.items() if not mode.is_partial)
+    if leaves_out_parts(job.fit):
+        able = ", ".join(name for name, mode in FITS.items() if not mode.leaves_out_parts)
         raise InputError(
             f"--fit {job.fit}: hides parts of a shape, but a morph shows all of it; use one of {able}"
         )

@@ -62,8 +62,8 @@ def test_what_a_fit_becomes_elsewhere_is_a_fit():
 
 
 def test_properties_of_fits():
-    assert fits.is_partial("contain") and fits.is_partial("cover")
-    assert not any(map(fits.is_partial, ("whole", "frame", "auto", None)))
+    assert fits.leaves_out_parts("contain") and fits.leaves_out_parts("cover")
+    assert not any(map(fits.leaves_out_parts, ("whole", "frame", "auto", None)))
     assert fits.leaves_bare("contain") and not any(map(fits.leaves_bare, ("cover", "auto", None)))
     assert fits.FITS["auto"].is_searched and fits.FITS["frame"].is_searched
     assert not fits.FITS["whole"].is_searched and not fits.FITS["cover"].is_searched
@@ -80,7 +80,7 @@ def test_a_constraint_is_refused_where_its_row_does_not_list_it(name):
                 with pytest.raises(iccm.InputError, match=f"^{name}: "):
                     capabilities.refuse({name}, method, kind, "whole")
     for fit, mode in fits.FITS.items():
-        if row.partial or not mode.is_partial:
+        if row.partial or not mode.leaves_out_parts:
             capabilities.refuse({name}, "balanced", row.kinds[0], fit)
         else:
             with pytest.raises(iccm.InputError, match=f"^{name}: .*fit"):
@@ -112,7 +112,7 @@ def test_the_solver_refuses_what_the_table_does_not_list():
             iccm.fit(SQUARE, 2 * SQUARE, method="conformal", **constraint)
 
 
-@pytest.mark.parametrize("name", [name for name, mode in fits.FITS.items() if mode.is_partial])
+@pytest.mark.parametrize("name", [name for name, mode in fits.FITS.items() if mode.leaves_out_parts])
 def test_a_partial_fit_reaches_the_maps_of_drawings(name):
     drawings = [Drawing(shapely.box(0, 0, *size)) for size in ((3, 1), (2, 1.5))]
     asked = []

@@ -21,8 +21,8 @@ COMMANDS: list[Mutant] = [
     ),
     Mutant(
         "cli/logs.py",
-        "log.setLevel(POOR_LEVEL if verbosity < 0 else",
-        "log.setLevel(logging.ERROR if verbosity < 0 else",
+        "levels = {-1: POOR_LEVEL",
+        "levels = {-1: logging.ERROR",
         "tests/cli/test_streams.py",
         "--quiet hides that a result is doubtful",
     ),
