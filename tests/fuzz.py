@@ -316,8 +316,8 @@ def gltf() -> bytes:
     data = glb()
     (size,) = struct.unpack_from("<I", data, 12)
     scene = json.loads(data[20 : 20 + size])
-    held = base64.b64encode(data[28 + size :]).decode()
-    scene["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{held}"
+    payload = base64.b64encode(data[28 + size :]).decode()
+    scene["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{payload}"
     scene["meshes"][0]["primitives"][0]["material"] = 0
     scene["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
     scene |= {"textures": [{"source": 0}], "images": [{"uri": "a b.png"}]}
@@ -328,19 +328,21 @@ def shown_glb() -> bytes:
     """Two triangles with a material whose embedded picture is placed by a transform, in nodes that scale and rotate."""
     data, picture = glb(), png()
     (size,) = struct.unpack_from("<I", data, 12)
-    scene, held = json.loads(data[20 : 20 + size]), data[28 + size :]
-    scene["bufferViews"].append({"buffer": 0, "byteOffset": len(held), "byteLength": len(picture)})
+    scene, payload = json.loads(data[20 : 20 + size]), data[28 + size :]
+    scene["bufferViews"].append({"buffer": 0, "byteOffset": len(payload), "byteLength": len(picture)})
     scene["meshes"][0]["primitives"][0]["material"] = 0
     transform = {"KHR_texture_transform": {"offset": [0.1, 0.2], "scale": [1.5, 1.0], "rotation": 0.3}}
-    shown = {"index": 0, "texCoord": 0, "extensions": transform}
-    scene["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": shown, "roughnessFactor": 0.5}}]
+    texture_info = {"index": 0, "texCoord": 0, "extensions": transform}
+    scene["materials"] = [
+        {"pbrMetallicRoughness": {"baseColorTexture": texture_info, "roughnessFactor": 0.5}}
+    ]
     scene |= {"textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 33071, "wrapT": 10497}]}
     scene["images"] = [{"bufferView": len(scene["bufferViews"]) - 1, "mimeType": "image/png"}]
     scene["nodes"] = [
         {"children": [1], "scale": [1.0, 2.0, 1.5]},
         {"mesh": 0, "rotation": [0.0, 0.6, 0.0, 0.8], "translation": [1.0, 0.0, -2.0]},
     ]
-    return packed_glb(scene, held + picture)
+    return packed_glb(scene, payload + picture)
 
 
 def packed_glb(scene: dict, data: bytes) -> bytes:
@@ -368,9 +370,9 @@ def npz() -> bytes:
     about = {"ended": "REACHED", "notes": ["a note"], "energies": [{"total": 1.5}], "rigid": []}
     about |= {"rigid_of_target": False, "job": {"method": "balanced", "holes": "auto", "target_box": None}}
     arrays = {"pins": np.array([[1 + 1j, 1 + 1j]]), "hole_partners": np.empty((0, 2))}
-    made = MapFile(map, (planes[0], planes[1]), arrays, dict.fromkeys(RINGS, ()), about)
+    map_file = MapFile(map, (planes[0], planes[1]), arrays, dict.fromkeys(RINGS, ()), about)
     with tempfile.TemporaryDirectory() as folder:
-        made.write(f"{folder}/m.npz")
+        map_file.write(f"{folder}/m.npz")
         return Path(folder, "m.npz").read_bytes()
 
 
@@ -610,30 +612,30 @@ def changed_npz(rng: random.Random, data: bytes) -> bytes:
         members[name] = out.getvalue()
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w") as archive:
-        for each, content in members.items():
-            archive.writestr(each, content)
+        for member, content in members.items():
+            archive.writestr(member, content)
     return out.getvalue()
 
 
 def changed_glb(rng: random.Random, data: bytes) -> bytes:
     """Change one number in the JSON of a GLB, or of its vertices."""
     (size,) = struct.unpack_from("<I", data, 12)
-    scene, held = json.loads(data[20 : 20 + size]), bytearray(data[28 + size :])
+    scene, payload = json.loads(data[20 : 20 + size]), bytearray(data[28 + size :])
     if rng.random() < 0.5:
-        struct.pack_into("<f", held, 4 * rng.randrange(min(20, len(held) // 4)), rng.choice(FLOATS))
+        struct.pack_into("<f", payload, 4 * rng.randrange(min(20, len(payload) // 4)), rng.choice(FLOATS))
     else:
         scene = odd(rng, scene)
-    return packed_glb(scene, bytes(held))
+    return packed_glb(scene, bytes(payload))
 
 
 def swap(rng: random.Random, data: bytearray, places: bytes, words: list, inside: bytes = b"") -> None:
     """Put another word in one of the places that patterns match, or inside one of them."""
-    found = [match.span() for match in re.finditer(places, data)]
-    if found and inside:
-        low, high = rng.choice(found)
-        found = [match.span() for match in re.compile(inside).finditer(data, low, high)]
-    if found:
-        low, high = rng.choice(found)
+    spans = [match.span() for match in re.finditer(places, data)]
+    if spans and inside:
+        low, high = rng.choice(spans)
+        spans = [match.span() for match in re.compile(inside).finditer(data, low, high)]
+    if spans:
+        low, high = rng.choice(spans)
         word = rng.choice(words)
         data[low:high] = word if isinstance(word, bytes) else word.encode()
 
@@ -755,8 +757,8 @@ def through_map(folder: Path) -> None:
     before = {path for path in folder.rglob("*")}
     command("info", "x.npz", folder=inner)
     command("apply", "x.npz", "t.png", "-o", "o.png", "--size", "24", folder=inner)
-    if made := {path for path in folder.rglob("*")} - before - {inner / "o.png"}:
-        raise AssertionError(f"{sorted(made)} was written")
+    if extra_files := {path for path in folder.rglob("*")} - before - {inner / "o.png"}:
+        raise AssertionError(f"{sorted(extra_files)} was written")
 
 
 @functools.cache
@@ -779,15 +781,15 @@ def converse(folder: Path, data: bytes) -> None:
     from iccm.io.edit.link import _Link
 
     try:
-        said = json.loads(data)
+        received = json.loads(data)
     except ValueError:
-        said = [data.decode("utf-8", "replace")]
+        received = [data.decode("utf-8", "replace")]
     with contextlib.chdir(folder):
         session = edited()
         link = _Link(session, None, {}, lambda scene: None)
-        for each in said if isinstance(said, list) else [said]:
+        for part in received if isinstance(received, list) else [received]:
             with contextlib.suppress(InputError):
-                message = messages.read(json.dumps(each))
+                message = messages.read(json.dumps(part))
                 if isinstance(message, messages.Solve):
                     session.solve(message.scene)
                 elif isinstance(message, messages.Follow):
@@ -812,19 +814,19 @@ def relayout(folder: Path, name: str, data: bytes) -> None:
     for old in inner.glob("o*"):
         old.unlink()
     command("relayout", *pair, "-o", out, "--size", "16", folder=inner)
-    for made in inner.glob("o*"):
-        if b"hunter2" in made.read_bytes():
-            raise AssertionError(f"{made.name} holds what stands in ../canary")
+    for output in inner.glob("o*"):
+        if b"hunter2" in output.read_bytes():
+            raise AssertionError(f"{output.name} holds what stands in ../canary")
 
 
 def command(*typed: str, folder: Path) -> None:
     """Run a command as a user would: it must end with a valid exit code, and report errors in one line."""
     from iccm import cli  # in this process, for speed
 
-    said = io.StringIO()
+    output = io.StringIO()
     with (
         contextlib.chdir(folder),
-        contextlib.redirect_stderr(said),
+        contextlib.redirect_stderr(output),
         contextlib.redirect_stdout(io.StringIO()),
     ):
         code = cli.run(
@@ -834,7 +836,7 @@ def command(*typed: str, folder: Path) -> None:
             if typed[0] != "info"
             else [*typed]
         )
-    lines = said.getvalue().splitlines()
+    lines = output.getvalue().splitlines()
     if code not in (0, 1, 2) or (
         code == 2 and [line[:7] for line in lines if line[:6] != "note: "] != ["error: "]
     ):
@@ -902,7 +904,7 @@ def child(kind: str, first: int, count: int) -> None:
 
 def hunt(kind: str, first: int, count: int) -> list[str]:
     """Return what went wrong for `count` seeds of a kind, one line each."""
-    found, last = [], first + count
+    troubles, last = [], first + count
     while first < last:
         command = [
             sys.executable,
@@ -916,18 +918,20 @@ def hunt(kind: str, first: int, count: int) -> list[str]:
             str(last - first),
         ]
         done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[1])
-        found += [f"{kind} {first}…: a library says {line[:200]!r}" for line in done.stderr.splitlines()[:3]]
-        told = [json.loads(line) for line in done.stdout.splitlines()]
-        found += [f"{kind} {line['seed']}: {line['wrong']}" for line in told if "wrong" in line]
-        if told and told[-1].get("end"):
+        troubles += [
+            f"{kind} {first}…: a library says {line[:200]!r}" for line in done.stderr.splitlines()[:3]
+        ]
+        records = [json.loads(line) for line in done.stdout.splitlines()]
+        troubles += [f"{kind} {line['seed']}: {line['wrong']}" for line in records if "wrong" in line]
+        if records and records[-1].get("end"):
             break
-        tried = [line["try"] for line in told if "try" in line]
-        if not tried:
-            return [*found, f"{kind}: the child did not start: {done.stderr[-500:]}"]
+        attempts = [line["try"] for line in records if "try" in line]
+        if not attempts:
+            return [*troubles, f"{kind}: the child did not start: {done.stderr[-500:]}"]
         how = "hung" if done.returncode == -signal.SIGPROF else f"died with {done.returncode}"
-        found.append(f"{kind} {tried[-1]}: {how}")
-        first = tried[-1] + 1
-    return found
+        troubles.append(f"{kind} {attempts[-1]}: {how}")
+        first = attempts[-1] + 1
+    return troubles
 
 
 def main() -> int:
@@ -952,10 +956,10 @@ def main() -> int:
             read(kinds[0], Path(folder), data)
         return 0
     shares = {kind: 1 / SLOW.get(kind, 1) for kind in kinds}
-    each = {kind: round(given.count * share / sum(shares.values())) for kind, share in shares.items()}
-    found = [line for kind in kinds for line in hunt(kind, given.first, each[kind])]
-    print("\n".join(found) or f"{given.count} inputs: none made trouble")
-    return 1 if found else 0
+    counts = {kind: round(given.count * share / sum(shares.values())) for kind, share in shares.items()}
+    troubles = [line for kind in kinds for line in hunt(kind, given.first, counts[kind])]
+    print("\n".join(troubles) or f"{given.count} inputs: none made trouble")
+    return 1 if troubles else 0
 
 
 if __name__ == "__main__":

@@ -45,8 +45,8 @@ def test_every_rival_reproduces_a_similarity(mesh, name):
     from tests.bench import rivals
 
     z = similarity(mesh.nodes)
-    found = getattr(rivals, name)(mesh, z[mesh.rim])
-    assert np.abs(found - z).max() < RIVALS[name]
+    images = getattr(rivals, name)(mesh, z[mesh.rim])
+    assert np.abs(images - z).max() < RIVALS[name]
 
 
 def test_distortion_of_a_stretch_is_its_ratio(mesh):
@@ -116,20 +116,20 @@ def test_a_bench_that_hangs_is_given_up_and_every_goal_is_listed(tmp_path, monke
     from tests.bench import __main__ as bench
     from tests.bench.goals import GOALS
 
-    here = tmp_path / "tests" / "bench"
-    here.mkdir(parents=True)
-    (here / "hangs.py").write_text(
+    folder = tmp_path / "tests" / "bench"
+    folder.mkdir(parents=True)
+    (folder / "hangs.py").write_text(
         "import subprocess, sys\nprint('GOAL met     the first run, x: 1 of at most 8')\n"
         "subprocess.run([sys.executable, '-c', 'import time; time.sleep(600)'])"
     )
-    (here / "ends.py").write_text("print('GOAL NOT MET imports beyond numpy: 1 of at most 0.35')")
-    monkeypatch.setattr(bench, "HERE", here)
+    (folder / "ends.py").write_text("print('GOAL NOT MET imports beyond numpy: 1 of at most 0.35')")
+    monkeypatch.setattr(bench, "HERE", folder)
     monkeypatch.setattr(bench, "ORDER", ("hangs", "ends"))
     monkeypatch.setattr(bench, "LONGEST", 5)
     assert bench.main([]) == 1
-    said = capsys.readouterr().out
-    assert "given up after 5 s" in said
-    first, second, *others, count = said[said.rindex(" goals") :].splitlines()[1:]
+    output = capsys.readouterr().out
+    assert "given up after 5 s" in output
+    first, second, *others, count = output[output.rindex(" goals") :].splitlines()[1:]
     assert first.startswith("GOAL met     the first run, x") and second.startswith("GOAL NOT MET imports")
     assert len(others) == len(GOALS) - 2 and all("not measured in this run" in line for line in others)
     assert count == f"1 of {len(GOALS)} met"
@@ -165,14 +165,14 @@ def test_figures_of_reports_are_those_of_the_files(tmp_path):
     """For a bent sheet with a custom layout, computed by independent code."""
     from tests.bench.figures import checked, differing
 
-    x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9)))
+    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9)))
     rows = [f"v {a} {b} {0.4 * np.sin(3 * a) * b}" for a, b in zip(x, y)]
     rows += [f"vt {0.1 + 0.8 * a} {0.1 + 0.6 * b + 0.2 * a * a}" for a, b in zip(x, y)]
     at = [9 * j + i + 1 for j in range(8) for i in range(8)]
     rows += ["f " + " ".join(f"{v}/{v}" for v in (k, k + 1, k + 10, k + 9)) for k in at]
     (tmp_path / "sheet.obj").write_text("\n".join(rows))
-    found = list(checked(tmp_path / "sheet.obj", tmp_path))
-    assert [mode for mode, *_ in found] == [
+    results = list(checked(tmp_path / "sheet.obj", tmp_path))
+    assert [mode for mode, *_ in results] == [
         "map (quads)",
         "flatten (quads)",
         "map",
@@ -180,7 +180,7 @@ def test_figures_of_reports_are_those_of_the_files(tmp_path):
         "bake",
         "relayout",
     ]
-    for mode, _, report, figures in found:
+    for mode, _, report, figures in results:
         assert figures and not differing(report, figures), mode
 
 
@@ -202,10 +202,10 @@ def test_a_slit_is_a_crack_up_to_twice_the_radius(width, is_crack):
     result = bar.copy()
     result[120:400, 90 : 90 + width] = False
     area = 280 * width / bar.sum()
-    found = coverage.seen(bar, result)
-    assert found.covered == pytest.approx(1 - area)
+    shares = coverage.seen(bar, result)
+    assert shares.covered == pytest.approx(1 - area)
     # for a wider hole, the closing rounds the corners, each by less than a pixel's width times its radius
-    assert found.cracks == pytest.approx(area if is_crack else 0, abs=4 * 9 / bar.sum())
+    assert shares.cracks == pytest.approx(area if is_crack else 0, abs=4 * 9 / bar.sum())
 
 
 def test_gaps_that_the_target_has_are_no_cracks():

@@ -134,7 +134,7 @@ def environment(folder):
     return kept | named | {"MPLCONFIGDIR": f"{home}/matplotlib", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
-def check(told, folder, written):
+def check(events, folder, written):
     """Compare what was done with what is allowed."""
     python = {Path(p).resolve() for p in (sys.prefix, sys.base_prefix, sysconfig.get_path("purelib"), ROOT)}
     readable = [
@@ -152,9 +152,9 @@ def check(told, folder, written):
     outputs = {folder / name for name in written.split()}
     folders = {path.parent for path in outputs}  # they are created unless they exist
     stems = {path.stem.lstrip(".") for path in outputs}
-    for kind, name in told:
+    for kind, name in events:
         path = Path(name)
-        own = path.is_relative_to(folder / "home")
+        is_home = path.is_relative_to(folder / "home")
         scratch = path.is_relative_to(tempfile.gettempdir()) and not path.is_relative_to(folder.parent)
         name_of_ours = r"\.?({})?(\..*)?".format("|".join(map(re.escape, sorted(stems))))
         beside = path.parent in folders and bool(re.fullmatch(name_of_ours, path.name))
@@ -164,13 +164,13 @@ def check(told, folder, written):
         elif kind == "connect":
             raise AssertionError(f"connects to {name}")
         elif kind == "write":
-            made = path in outputs | folders or name == os.devnull
-            assert own or scratch or beside or made, f"writes {name}"
+            is_output = path in outputs | folders or name == os.devnull
+            assert is_home or scratch or beside or is_output, f"writes {name}"
         else:
             assert not path.name.startswith(("canary", ".netrc")), f"reads {name}"
             inner = path.is_relative_to(folder) or path == folder
-            allowed = own or scratch or beside or path in inputs | outputs
-            allowed |= not inner and any(path.is_relative_to(each) for each in readable)
+            allowed = is_home or scratch or beside or path in inputs | outputs
+            allowed |= not inner and any(path.is_relative_to(root) for root in readable)
             allowed |= inner and path.is_dir()
             assert allowed or not path.exists() or not inner, f"reads {name}"
 
@@ -188,9 +188,9 @@ def test_no_command_goes_beyond_the_inventory(folder, name, tmp_path_factory):
         command, env=environment(folder) | more, capture_output=True, text=True, timeout=200
     )
     assert done.returncode == (0 if written or name == "info" else 2), done.stderr
-    told = {tuple(json.loads(line)) for line in (spy / "told").read_text().splitlines()}
-    assert any(kind == "read" and typed.split()[1] in path for kind, path in told)
-    check([(kind, path) for kind, path in told if not path.startswith(str(spy))], folder, written)
+    events = {tuple(json.loads(line)) for line in (spy / "told").read_text().splitlines()}
+    assert any(kind == "read" and typed.split()[1] in path for kind, path in events)
+    check([(kind, path) for kind, path in events if not path.startswith(str(spy))], folder, written)
     after = {
         path for path in folder.rglob("*") if path.is_file() and not path.is_relative_to(folder / "home")
     }
@@ -239,14 +239,16 @@ def test_nor_does_what_libraries_do_by_themselves(folder, name):
     if "ptrace" in done.stderr or not Path("home/trace").exists():
         pytest.skip("strace may not trace here")
     assert done.returncode == (0 if written else 2), done.stderr
-    told = []
+    events = []
     for each in Path("home/trace").read_text(errors="replace").splitlines()[1:]:
         if "connect(" in each and "AF_UNIX" not in each:
-            told.append(("connect", each))
-        elif (found := TRACED.search(each)) and " = -1 " not in each:
-            call, path, rest = found.groups()
-            changes = call not in ("open", "openat", "execve") or re.search("O_WRONLY|O_RDWR|O_CREAT", rest)
+            events.append(("connect", each))
+        elif (match := TRACED.search(each)) and " = -1 " not in each:
+            call, path, arguments = match.groups()
+            changes = call not in ("open", "openat", "execve") or re.search(
+                "O_WRONLY|O_RDWR|O_CREAT", arguments
+            )
             kind = "start" if call == "execve" else "write" if changes else "read"
-            told.append((kind, os.path.abspath(path)))
-    assert len(told) > 20
-    check([(kind, path) for kind, path in told if path != str(folder / "home/trace")], folder, written)
+            events.append((kind, os.path.abspath(path)))
+    assert len(events) > 20
+    check([(kind, path) for kind, path in events if path != str(folder / "home/trace")], folder, written)

@@ -132,9 +132,9 @@ def run(*words: object, folder: Path) -> str:
 def download(source: Source, folder: Path) -> Path:
     """Return the file of a package, which is downloaded if it is not there."""
     folder.mkdir(parents=True, exist_ok=True)
-    known = sorted(path for path in folder.iterdir() if path.suffix in (".tgz", ".whl", ".deb"))
-    if known:
-        return known[0]
+    archives = sorted(path for path in folder.iterdir() if path.suffix in (".tgz", ".whl", ".deb"))
+    if archives:
+        return archives[0]
     package, version = source.package, source.version
     if source.registry == "npm":
         run("npm", "pack", "--silent", f"{package}@{version}", folder=folder)
@@ -168,8 +168,8 @@ def as_glb(path: Path, out: Path) -> None:
     if path.suffix == ".glb":
         shutil.copy(path, out)
     elif path.suffix == ".js":
-        held = re.search(r"base64,([A-Za-z0-9+/=]+)", path.read_text())
-        out.write_bytes(base64.b64decode(held[1] if held else ""))
+        match = re.search(r"base64,([A-Za-z0-9+/=]+)", path.read_text())
+        out.write_bytes(base64.b64decode(match[1] if match else ""))
     elif path.suffix.lower() in (".obj", ".gltf"):
         by_trimesh(path, path.parent, out)
     else:
@@ -198,13 +198,13 @@ def by_trimesh(path: Path, pictures: Path, out: Path) -> None:
         def get(self, name: str) -> bytes:
             if (path.parent / name.strip()).is_file():
                 return (path.parent / name.strip()).read_bytes()
-            wanted = Path(name.strip().replace("\\", "/"))
+            name_wanted = Path(name.strip().replace("\\", "/"))
             for folder in (pictures, *pictures.parents[:8]):
-                for known in ((folder / wanted).parent, folder):
-                    for found in sorted(known.iterdir()) if known.is_dir() else ():
+                for place in ((folder / name_wanted).parent, folder):
+                    for found in sorted(place.iterdir()) if place.is_dir() else ():
                         if (
                             found.is_file()
-                            and found.stem.lower() == wanted.stem.lower()
+                            and found.stem.lower() == name_wanted.stem.lower()
                             and is_picture(found)
                         ):
                             return found.read_bytes()
@@ -221,23 +221,23 @@ def is_picture(path: Path) -> bool:
 
 def fetch(name: str, folder: Path) -> list[Path]:
     """Return the GLB files of a source, downloaded and converted if they are not there."""
-    source, own = SOURCES[name], folder / name
+    source, asset_folder = SOURCES[name], folder / name
     unpack(download(source, folder / "downloads" / name), folder / "downloads" / name / "unpacked")
-    own.mkdir(exist_ok=True)
-    found = []
+    asset_folder.mkdir(exist_ok=True)
+    outputs = []
     below = folder / "downloads" / name / "unpacked"
     for path in sorted({path for pattern in source.patterns for path in below.glob(pattern)}):
         if path.stat().st_size > MOST_BYTES:
             continue
-        out = own / ("-".join(path.relative_to(below).parts[-3:]).split(".")[0] + ".glb")
+        out = asset_folder / ("-".join(path.relative_to(below).parts[-3:]).split(".")[0] + ".glb")
         try:
             if not out.exists():
                 as_glb(path, out)
-            found.append(out)
+            outputs.append(out)
         except Exception as error:  # files that are broken on purpose, other programs' formats
             out.unlink(missing_ok=True)
             print(f"{path.name}: not converted: {type(error).__name__}: {error}", file=sys.stderr)
-    return found
+    return outputs
 
 
 def main() -> None:

@@ -55,16 +55,16 @@ class File:
 
     def values(self, number: int) -> NDArray:
         """Return (n, k) the values of an accessor; normalized integers are converted to 0 … 1."""
-        said = self.tree.accessors[number]
+        accessor = self.tree.accessors[number]
         view, kind, width = (
-            self.tree.bufferViews[said.bufferView],
-            TYPES[said.componentType],
-            WIDTHS[said.type],
+            self.tree.bufferViews[accessor.bufferView],
+            TYPES[accessor.componentType],
+            WIDTHS[accessor.type],
         )
-        at, size = (view.byteOffset or 0) + (said.byteOffset or 0), np.dtype(kind).itemsize
+        offset, size = (view.byteOffset or 0) + (accessor.byteOffset or 0), np.dtype(kind).itemsize
         strides = (view.byteStride or size * width, size)
-        found = np.ndarray((said.count, width), kind, self.blob, at, strides)
-        return found / np.iinfo(kind).max if said.normalized else found.copy()
+        values = np.ndarray((accessor.count, width), kind, self.blob, offset, strides)
+        return values / np.iinfo(kind).max if accessor.normalized else values.copy()
 
     @property
     def primitives(self) -> list[gl.Primitive]:
@@ -92,16 +92,16 @@ class File:
         if not physical:
             return np.full((which.size, 3), 1.0)
         factor = np.array(physical.baseColorFactor or (1, 1, 1, 1))[:3]
-        shown = physical.baseColorTexture
+        texture_info = physical.baseColorTexture
         texels = np.full((which.size, 3), 1.0)
-        if shown is not None:
-            texels = self._texels(primitive, shown, which, weights)
+        if texture_info is not None:
+            texels = self._texels(primitive, texture_info, which, weights)
         return texels * factor
 
     def _texels(
-        self, primitive: gl.Primitive, shown: gl.TextureInfo, which: NDArray, weights: NDArray
+        self, primitive: gl.Primitive, texture_info: gl.TextureInfo, which: NDArray, weights: NDArray
     ) -> NDArray:
-        texture = self.tree.textures[shown.index]
+        texture = self.tree.textures[texture_info.index]
         sampler = None if texture.sampler is None else self.tree.samplers[texture.sampler]
         view = self.tree.bufferViews[self.tree.images[texture.source].bufferView]
         data = self.blob[view.byteOffset or 0 :][: view.byteLength]
@@ -109,17 +109,19 @@ class File:
         mode = self.tree.materials[primitive.material].alphaMode
         # composited over black
         pixels = _linear(pixels[..., :3]) * (1.0 if mode in (None, "OPAQUE") else pixels[..., 3:])
-        uv = self.values(getattr(primitive.attributes, f"TEXCOORD_{shown.texCoord or 0}"))
+        uv = self.values(getattr(primitive.attributes, f"TEXCOORD_{texture_info.texCoord or 0}"))
         at = np.einsum("pk,pkc->pc", weights, uv[self.faces(primitive)[which]])
-        said = (shown.extensions or {}).get("KHR_texture_transform", {})
-        c, s = np.cos(said.get("rotation", 0)), np.sin(said.get("rotation", 0))
-        at = (at * said.get("scale", (1, 1))) @ np.array([[c, -s], [s, c]]) + said.get("offset", (0, 0))
+        transform = (texture_info.extensions or {}).get("KHR_texture_transform", {})
+        c, s = np.cos(transform.get("rotation", 0)), np.sin(transform.get("rotation", 0))
+        at = (at * transform.get("scale", (1, 1))) @ np.array([[c, -s], [s, c]]) + transform.get(
+            "offset", (0, 0)
+        )
         return _bilinear(pixels, at, [getattr(sampler, name, None) or 10497 for name in ("wrapS", "wrapT")])
 
 
 def _bilinear(pixels: NDArray, uv: NDArray, wraps: list[int]) -> NDArray:
     height, width, _ = pixels.shape
-    found = np.zeros((len(uv), 3))
+    colours = np.zeros((len(uv), 3))
     x, y = uv[:, 0] * width - 0.5, uv[:, 1] * height - 0.5
     for dx in (0, 1):
         for dy in (0, 1):
@@ -132,8 +134,8 @@ def _bilinear(pixels: NDArray, uv: NDArray, wraps: list[int]) -> NDArray:
                 np.minimum((v * height).astype(int), height - 1),
                 np.minimum((u * width).astype(int), width - 1),
             )
-            found += weight[:, None] * pixels[texel]
-    return found
+            colours += weight[:, None] * pixels[texel]
+    return colours
 
 
 def _linear(values: NDArray) -> NDArray:
@@ -175,24 +177,28 @@ def unwrapped(path: Path, out: Path) -> None:
     """Write a copy of the file with a layout of all its parts by xatlas, without textures."""
     import xatlas
 
-    file, made, blob = File(path), gl.GLTF2(), bytearray()
+    file, document, blob = File(path), gl.GLTF2(), bytearray()
     atlas, parts = xatlas.Atlas(), file.primitives
     for part in parts:
         points = file.values(part.attributes.POSITION).astype(np.float32)
         size = max(float(np.ptp(points, axis=0).max()), 1e-30)  # xatlas considers small triangles degenerate
         atlas.add_mesh(1000 / size * points, file.faces(part).astype(np.uint32))
     atlas.generate()
-    made.buffers, made.scenes, made.scene = [gl.Buffer()], [gl.Scene(nodes=list(range(len(parts))))], 0
+    document.buffers, document.scenes, document.scene = (
+        [gl.Buffer()],
+        [gl.Scene(nodes=list(range(len(parts))))],
+        0,
+    )
 
     def put(values: NDArray, kind: str, component: int) -> int:
-        made.bufferViews.append(gl.BufferView(buffer=0, byteOffset=len(blob), byteLength=values.nbytes))
+        document.bufferViews.append(gl.BufferView(buffer=0, byteOffset=len(blob), byteLength=values.nbytes))
         blob.extend(values.tobytes() + bytes(-values.nbytes % 4))
         extent = {"min": values.min(0).tolist(), "max": values.max(0).tolist()} if kind == "VEC3" else {}
-        view = len(made.bufferViews) - 1
-        made.accessors.append(
+        view = len(document.bufferViews) - 1
+        document.accessors.append(
             gl.Accessor(bufferView=view, componentType=component, count=len(values), type=kind, **extent)
         )
-        return len(made.accessors) - 1
+        return len(document.accessors) - 1
 
     owners = {id(p): mesh for mesh in range(len(file.tree.meshes)) for p in file.tree.meshes[mesh].primitives}
     places = _places(file.tree)
@@ -206,42 +212,42 @@ def unwrapped(path: Path, out: Path) -> None:
         )
         flat = faces.astype("<u4").reshape(-1, 1)
         primitive = gl.Primitive(attributes=attributes, indices=put(flat, "SCALAR", 5125))
-        made.meshes.append(gl.Mesh(primitives=[primitive], name=f"part {k}"))
-        made.nodes.append(gl.Node(mesh=k))
-    made.buffers[0].byteLength = len(blob)
-    made.set_binary_blob(bytes(blob))
-    made.save_binary(str(out))
+        document.meshes.append(gl.Mesh(primitives=[primitive], name=f"part {k}"))
+        document.nodes.append(gl.Node(mesh=k))
+    document.buffers[0].byteLength = len(blob)
+    document.set_binary_blob(bytes(blob))
+    document.save_binary(str(out))
 
 
 def _places(tree: gl.GLTF2) -> dict[int, NDArray]:
     """Return the transform (4, 4) of the first node with each mesh."""
-    found: dict[int, NDArray] = {}
+    places: dict[int, NDArray] = {}
     waiting = [(root, np.eye(4)) for root in reversed(tree.scenes[tree.scene or 0].nodes)]
     while waiting:
         number, above = waiting.pop()
         node = tree.nodes[number]
         if node.matrix:
-            own = np.array(node.matrix).reshape(4, 4).T
+            local = np.array(node.matrix).reshape(4, 4).T
         else:
             x, y, z, w = node.rotation or (0, 0, 0, 1)
-            own = np.eye(4)
-            own[:3, :3] = [
+            local = np.eye(4)
+            local[:3, :3] = [
                 [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
                 [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
                 [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
             ]
-            own[:3, :3] *= np.array(node.scale or (1, 1, 1))
-            own[:3, 3] = node.translation or (0, 0, 0)
+            local[:3, :3] *= np.array(node.scale or (1, 1, 1))
+            local[:3, 3] = node.translation or (0, 0, 0)
         if node.mesh is not None:
-            found.setdefault(node.mesh, above @ own)
-        waiting += [(child, above @ own) for child in reversed(node.children or [])]
-    return found
+            places.setdefault(node.mesh, above @ local)
+        waiting += [(child, above @ local) for child in reversed(node.children or [])]
+    return places
 
 
 def differences(old: Path, new: Path) -> NDArray:
     """Return (p,) differences of colours at the same points of all parts, whose triangles are in the same order."""
     before, after = File(old), File(new)
-    rng, found = np.random.default_rng(0), []
+    rng, distances = np.random.default_rng(0), []
     for a, b in zip(before.primitives, after.primitives, strict=True):
         corners = before.values(a.attributes.POSITION).astype(float)[before.faces(a)]
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
@@ -249,10 +255,10 @@ def differences(old: Path, new: Path) -> NDArray:
             continue
         which = rng.choice(len(area), PLACES // len(before.primitives) + 1, p=area / area.sum())
         weights = rng.dirichlet((1, 1, 1), which.size)
-        found.append(
+        distances.append(
             np.abs(before.colours(a, which, weights) - after.colours(b, which, weights)).mean(axis=1)
         )
-    return np.concatenate(found)
+    return np.concatenate(distances)
 
 
 def mapped(path: Path, folder: Path) -> dict[str, Any]:
@@ -261,14 +267,14 @@ def mapped(path: Path, folder: Path) -> dict[str, Any]:
     out, report = folder / "out.glb", folder / "report.json"
     report.unlink(missing_ok=True)
     mapping = command("map", folder / "drawing.svg", path, "-o", out, "--report", report, "--force")
-    found = json.loads(report.read_text()) if report.exists() else {}
-    share, flips = found.get("mapped", 0.0), sum(found.get("uv", {}).values())
+    figures = json.loads(report.read_text()) if report.exists() else {}
+    share, flips = figures.get("mapped", 0.0), sum(figures.get("uv", {}).values())
     return {
         "map": mapping,
         "share": share,
         "covers": mapping.code == 0 and share >= SHARE,
-        "dilatation": found["dilatation"]["p95"] if found else np.inf,
-        "within2": found["scale"]["within2"] if found else 0.0,
+        "dilatation": figures["dilatation"]["p95"] if figures else np.inf,
+        "within2": figures["scale"]["within2"] if figures else 0.0,
         "untold": flips > 0 and mapping.code == 0,
     }
 
@@ -323,22 +329,22 @@ def main() -> None:
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for path in filter(textured, paths):
-            found = [make(path, Path(folder)) for name, make in PARTS.items() if given.only in (None, name)]
-            rows.append(row := {key: value for each in found for key, value in each.items()})
+            parts = [make(path, Path(folder)) for name, make in PARTS.items() if given.only in (None, name)]
+            rows.append(row := {key: value for part in parts for key, value in part.items()})
             line = [f"{path.parent.name[:12]:12} {path.name[:50]:50}"]
-            made = Path(folder) / "out.glb"
+            output = Path(folder) / "out.glb"
             row["invalid"] = []
             if "map" in row and row["map"].code < 2:
-                if package is not None and (errors := validator_errors(made, package)):
+                if package is not None and (errors := validator_errors(output, package)):
                     # what is wrong with the input stays wrong
                     row["invalid"] = sorted(set(errors) - set(validator_errors(path, package)))
                 if kept is not None:
-                    shutil.copy(made, kept / f"{path.parent.name}-{path.name}")
+                    shutil.copy(output, kept / f"{path.parent.name}-{path.name}")
             if "map" in row:
-                said = " FLIPS UNTOLD" if row["untold"] else ""
+                flag = " FLIPS UNTOLD" if row["untold"] else ""
                 line.append(
                     f"map {row['map'].code} {row['share']:6.1%} K95 {row['dilatation']:6.2f} within 2x "
-                    f"{row['within2']:4.2f}{said} {row['map'].seconds:6.1f} CPU-s {' '.join(row['invalid'])}"
+                    f"{row['within2']:4.2f}{flag} {row['map'].seconds:6.1f} CPU-s {' '.join(row['invalid'])}"
                 )
             if "relayout" in row:
                 line.append(

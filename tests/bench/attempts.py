@@ -206,10 +206,10 @@ def verdict(attempt: Attempt, folder: Path, result: "subprocess.CompletedProcess
         return "fails"
     promised = all(any(folder.glob(pattern)) for pattern in attempt.files)
     promised &= not attempt.files or _has_new_file(attempt, folder)
-    shown = not attempt.shows or re.search(
+    is_shown = not attempt.shows or re.search(
         attempt.shows, result.stdout if attempt.python else output, re.MULTILINE
     )
-    if result.returncode == attempt.code and promised and shown and (attempt.files or attempt.shows):
+    if result.returncode == attempt.code and promised and is_shown and (attempt.files or attempt.shows):
         return "works"
     lines = result.stderr.strip().splitlines()
     errors = lines[-1:] if attempt.python else [line for line in lines if line.startswith("error:")]

@@ -53,11 +53,11 @@ def measured(source: Shape, target: Shape, fit: str) -> tuple[Row | None, iccm.F
         source, target = (without_holes(shape, lambda note: None) for shape in (source, target))
     start = time.process_time()
     try:
-        found = fit_with_holes(source, target, lambda note: None, fit=fit)
+        fit_found = fit_with_holes(source, target, lambda note: None, fit=fit)
     except InputError:
         return None, None, time.process_time() - start
     seconds = time.process_time() - start
-    r = found.report()
+    r = fit_found.report()
     row = Row(
         r["stretch"]["p95"],
         r["dilatation"]["p95"],
@@ -68,7 +68,7 @@ def measured(source: Shape, target: Shape, fit: str) -> tuple[Row | None, iccm.F
         r["injective"]["certified"],
         seconds,
     )
-    return row, found, seconds
+    return row, fit_found, seconds
 
 
 def wild_pairs(count: int, seed: int, refusals: list[str]) -> list[tuple[Shape, Shape]]:
@@ -88,7 +88,7 @@ def share(rows: list[Row | None], holds) -> float:
 def goals(rows: dict[str, list[Row | None]], seconds: dict[str, list[float]]) -> None:
     """Print the goals of `auto`, with the share of `whole` for comparison."""
     print("\ngoals of auto: share of the pairs, asked for; whole")
-    asked = [
+    targets = [
         ("has a map", 1.0, lambda r: True),
         ("certified one-to-one", 1.0, lambda r: r.certified),
         ("p95 stretch at most 3", 0.85, lambda r: r.p95 <= 3),
@@ -99,11 +99,10 @@ def goals(rows: dict[str, list[Row | None]], seconds: dict[str, list[float]]) ->
         ("turn at most 20°", 0.80, lambda r: abs(r.turn) <= 20),
         ("gap at most 5e-4", 0.98, lambda r: r.gap <= 5e-4),
     ]
-    for name, least, holds in asked:
-        found, before = (share(rows[fit], holds) for fit in ("auto", "whole"))
-        print(
-            f"  {'holds' if found >= least - 1e-9 else 'FAILS'}  {name:24} {found:7.1%} {least:5.0%} {before:7.1%}"
-        )
+    for name, least, holds in targets:
+        auto_share, whole_share = (share(rows[fit], holds) for fit in ("auto", "whole"))
+        verdict = "holds" if auto_share >= least - 1e-9 else "FAILS"
+        print(f"  {verdict}  {name:24} {auto_share:7.1%} {least:5.0%} {whole_share:7.1%}")
     ratio = np.median(np.array(seconds["auto"]) / np.array(seconds["whole"]))
     print(f"  {'holds' if ratio <= 2 else 'FAILS'}  CPU of auto by whole's, median: {ratio:.2f} of at most 2")
     slowest = max(seconds["auto"])
@@ -112,29 +111,29 @@ def goals(rows: dict[str, list[Row | None]], seconds: dict[str, list[float]]) ->
 
 def quantiles(rows: list[Row | None]) -> None:
     """Print a line for each figure."""
-    found = [row for row in rows if row is not None]
+    measured_rows = [row for row in rows if row is not None]
     for name in ("p95", "K95", "left_out", "uncovered", "gap", "seconds"):
-        values = [getattr(row, name) for row in found]
+        values = [getattr(row, name) for row in measured_rows]
         cells = " ".join(f"{np.quantile(values, q, method='inverted_cdf'):9.3g}" for q in (0.5, 0.9, 1.0))
         print(f"  {name:10} {cells}")
 
 
-def sheet(found: list[tuple[tuple[Shape, Shape], list[iccm.Fit | None]]], path: Path) -> None:
+def sheet(results: list[tuple[tuple[Shape, Shape], list[iccm.Fit | None]]], path: Path) -> None:
     """Draw a contact sheet: source, whole, auto; three pairs in a row."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    rows = -(-len(found) // 3)
+    rows = -(-len(results) // 3)
     figure = Figure(figsize=(18, 2.1 * rows), dpi=80)
     FigureCanvasAgg(figure)
     axes = figure.subplots(rows, 9, squeeze=False)
     for axis in axes.flat:
         axis.set_axis_off()
-    for k, ((source, target), fits) in enumerate(found):
+    for k, ((source, target), fits) in enumerate(results):
         cells = axes[k // 3, 3 * (k % 3) : 3 * (k % 3) + 3]
         texture = pictures.board(source.curve)
-        own = iccm.fit(source.curve, source.curve)
-        for cell, fit, around in zip(cells, (own, *fits), (source, target, target)):
+        identity = iccm.fit(source.curve, source.curve)
+        for cell, fit, around in zip(cells, (identity, *fits), (source, target, target)):
             if fit is not None:
                 pictures.textured(cell, fit, texture, pictures.around(around.curve), 260)
         for cell, title in zip(cells, (shapes.label(source), f"{shapes.label(target)}, whole", "auto")):
@@ -161,24 +160,24 @@ def main(words: list[str] | None = None) -> None:
         measured(*pairs[0], fit)  # compiles and imports
     rows: dict[str, list[Row | None]] = {fit: [] for fit in FITS}
     seconds: dict[str, list[float]] = {fit: [] for fit in FITS}
-    found = []
+    results = []
     for k, (source, target) in enumerate(pairs, 1):
         fits = []
         for fit in FITS:
-            row, made, taken = measured(source, target, fit)
+            row, result, taken = measured(source, target, fit)
             rows[fit].append(row)
             seconds[fit].append(taken)
-            fits.append(made)
+            fits.append(result)
             name = f"{k} {shapes.label(source)[:25]} → {shapes.label(target)[:25]}"
             print(f"{name:56} {fit:5} {row or f'NO MAP {taken:.2f}'}", flush=True)
         if k <= SHOWN:
-            found.append(((source, target), fits))
+            results.append(((source, target), fits))
     for fit in FITS:
         print(f"\n{fit}: quantiles (50 %, 90 %, 100 %)")
         quantiles(rows[fit])
     goals(rows, seconds)
     if given.sheet:
-        sheet(found, given.sheet)
+        sheet(results, given.sheet)
 
 
 if __name__ == "__main__":

@@ -147,8 +147,8 @@ def watch(pid: int, memory: list[float]) -> None:
 def held(process: psutil.Process) -> float:
     """Return the memory of a process in MiB."""
     with contextlib.suppress(psutil.Error):
-        found = process.memory_full_info()
-        return getattr(found, "pss", found.uss) / 2**20
+        memory = process.memory_full_info()
+        return getattr(memory, "pss", memory.uss) / 2**20
     return 0.0
 
 
@@ -162,22 +162,22 @@ def two_workers() -> Iterator[Any]:
         yield cluster
 
 
-def beside(made: Callable[[Path, int], Path], count: int, chunks: int, what: str) -> float:
+def beside(make_manifest: Callable[[Path, int], Path], count: int, chunks: int, what: str) -> float:
     """Return the time of a Dask cluster of two workers relative to `-j 2`: the median of alternating runs."""
     with tempfile.TemporaryDirectory() as name, two_workers() as cluster:
         ways = {"-j": ("-j", "2"), "dask": ("--dask", cluster.scheduler_address)}
-        run(made(Path(name), 8), *ways["dask"], cluster=cluster)  # lets the workers import
-        manifest = made(Path(name), count // chunks)
+        run(make_manifest(Path(name), 8), *ways["dask"], cluster=cluster)  # lets the workers import
+        manifest = make_manifest(Path(name), count // chunks)
         rounds = []
         for number in range(chunks):
             names = list(ways)[:: 1 if number % 2 else -1]
             rounds.append({name: run(manifest, *ways[name], cluster=cluster) for name in names})
-    ratios = [found["dask"].steady / found["-j"].steady for found in rounds]
+    ratios = [round["dask"].steady / round["-j"].steady for round in rounds]
     print(f"{what}, by turns, milliseconds a job between the first result and the last; processor time a job")
     for name, label in (("-j", "-j 2"), ("dask", "Dask, two workers")):
         wall, used = (np.array([getattr(r[name], key) for r in rounds]) * 1e3 for key in ("steady", "used"))
-        each = " ".join(f"{value:.1f}" for value in wall)
-        print(f"  {label:18} {np.median(wall):7.1f} ({each}); {np.median(used):7.1f}")
+        seconds = " ".join(f"{value:.1f}" for value in wall)
+        print(f"  {label:18} {np.median(wall):7.1f} ({seconds}); {np.median(used):7.1f}")
     print(f"  Dask by -j 2, run by run: {' '.join(f'{ratio:.3f}' for ratio in ratios)}", flush=True)
     return float(np.median(ratios))
 
@@ -240,10 +240,12 @@ def alone(manifest: Path) -> float:
 def memory(given: argparse.Namespace) -> None:
     """Measure the memory of all processes over many small jobs: it should not grow."""
     with tempfile.TemporaryDirectory() as name:
-        found = run(small(Path(name), min(given.small, 2000)), "-j", "2")
-    tenths = [max(part) for part in np.array_split(found.memory[len(found.memory) // 10 :], 9) if len(part)]
+        batch_run = run(small(Path(name), min(given.small, 2000)), "-j", "2")
+    tenths = [
+        max(part) for part in np.array_split(batch_run.memory[len(batch_run.memory) // 10 :], 9) if len(part)
+    ]
     print(
-        f"{min(given.small, 2000)} small jobs in {found.seconds:.0f} s; MiB of all processes, from a tenth on:"
+        f"{min(given.small, 2000)} small jobs in {batch_run.seconds:.0f} s; MiB of all processes, from a tenth on:"
     )
     print("  " + " ".join(f"{value:.0f}" for value in tenths), flush=True)
 

@@ -39,9 +39,13 @@ def balances(count: int, seed: int) -> None:
     rows = []
     for (one, source), (two, target) in shapes.pairs(count, seed):
         for balance in BALANCES:
-            found = iccm.fit(source, target, fit="whole", balance=balance).distortion
-            low, high = (found.quantile(2 * np.log10(found.scales), share) for share in (0.05, 0.95))
-            rows.append((balance, high - low, found.quantile(found.dilatations, 0.95), found.turn))
+            distortion = iccm.fit(source, target, fit="whole", balance=balance).distortion
+            low, high = (
+                distortion.quantile(2 * np.log10(distortion.scales), share) for share in (0.05, 0.95)
+            )
+            rows.append(
+                (balance, high - low, distortion.quantile(distortion.dilatations, 0.95), distortion.turn)
+            )
             print(
                 f"{one} to {two}, balance {balance:g}: {rows[-1][1]:.3f}, {rows[-1][2]:.3g}, {rows[-1][3]:.0f}°",
                 flush=True,
@@ -67,12 +71,12 @@ def bounds(count: int, seed: int) -> None:
             for share in SHARES:
                 bound = max(1.0, share * float(usual.max()))
                 fit = iccm.fit(source, target, fit="whole", **{f"max_{name}": bound})
-                here, least = getattr(fit.distortion, values), angle_ratio(fit.map) ** root
-                over = fit.distortion.area @ (here > bound * (1 + 1e-9)) / fit.distortion.area.sum()
-                p95 = fit.distortion.quantile(here, 0.95) / free.quantile(usual, 0.95)
+                attained, least = getattr(fit.distortion, values), angle_ratio(fit.map) ** root
+                over = fit.distortion.area @ (attained > bound * (1 + 1e-9)) / fit.distortion.area.sum()
+                p95 = fit.distortion.quantile(attained, 0.95) / free.quantile(usual, 0.95)
                 cost = energy(fit.distortion) / energy(free)
                 print(
-                    f"{one} to {two}, {name} {share:g}: {bound:.3g}, {least:.3g}, {here.max():.3g}, "
+                    f"{one} to {two}, {name} {share:g}: {bound:.3g}, {least:.3g}, {attained.max():.3g}, "
                     f"{over:.3%}, {p95:.3f}, {cost:.3f}",
                     flush=True,
                 )
@@ -86,14 +90,14 @@ def bounds(count: int, seed: int) -> None:
             f"exceeded on a median of {np.median(over):.3%}; p95 × {np.median(p95):.3f}, energy × {np.median(cost):.3f}"
         )
     for kind in KINDS:
-        met = [ok for each, ok in kinds if each == kind]
+        met = [ok for bounded_kind, ok in kinds if bounded_kind == kind]
         print(f"{kind}: {sum(met)} of {len(met)} met")
 
 
-def energy(found) -> float:
+def energy(distortion) -> float:
     """Return the mean energy over the target."""
-    values, inner = found.energies()["total"], found.area > 0
-    return float(np.average(values[inner], weights=found.area[inner]))
+    values, inner = distortion.energies()["total"], distortion.area > 0
+    return float(np.average(values[inner], weights=distortion.area[inner]))
 
 
 if __name__ == "__main__":

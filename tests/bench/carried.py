@@ -71,9 +71,9 @@ def drawn(path: Path, box: tuple[float, float, float, float], longer: int) -> ND
 
 def premultiplied(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Return colours times alpha, and alpha."""
-    found = pixels.astype(np.float32)
-    found[..., :3] *= found[..., 3:] / 255
-    return found
+    colours = pixels.astype(np.float32)
+    colours[..., :3] *= colours[..., 3:] / 255
+    return colours
 
 
 def different(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> float:
@@ -110,18 +110,18 @@ def carried(path: Path, folder: Path) -> tuple[float, float, str]:
 def chosen(count: int, seed: int) -> list[Path]:
     """Return random drawings, equally many from each package."""
     choice = random.Random(seed)
-    found: list[Path] = []
+    files_chosen: list[Path] = []
     sets = []
     for spec, (pattern, _) in PACKAGES.items():
         folder = shapes.fetched(f"carried/{spec.rpartition('@')[0].strip('@').replace('/', '-')}", spec)
         files = [file for file in sorted(folder.glob(pattern)) if file.stat().st_size <= LARGEST_BYTES]
         choice.shuffle(files)
         sets.append(files)
-    while len(found) < count and any(sets):
+    while len(files_chosen) < count and any(sets):
         for files in sets:
-            if files and len(found) < count:
-                found.append(files.pop())
-    return found
+            if files and len(files_chosen) < count:
+                files_chosen.append(files.pop())
+    return files_chosen
 
 
 def main() -> None:

@@ -84,16 +84,16 @@ def measure(count: int = COUNT, seed: int = 16) -> dict[str, float]:
     for _ in range(count):
         f = drawn(rng)
         start = time.perf_counter()
-        found = certify(f)
+        certificate = certify(f)
         seconds.append(time.perf_counter() - start)
         fold = fold_depth(f)
-        false += found.certified and folded(f, found.depth)
+        false += certificate.certified and folded(f, certificate.depth)
         good = moved_in(
             f.polygon, DEPTHS[np.searchsorted(DEPTHS, fold, side="right")] if fold < 0.9 else 1.0
         )[1]
         if good >= ENOUGH:
             injective += 1
-            rejected += found.share < ENOUGH
+            rejected += certificate.share < ENOUGH
     return {
         "maps": count,
         "false certificates": false,

@@ -65,7 +65,7 @@ def compare(source: Curve, target: Curve, pins: np.ndarray, strokes: list) -> tu
     all.
     """
     mesh = Mesh.of(source)
-    wanted = rivals.paired(mesh, target)
+    targets = rivals.paired(mesh, target)
     out = []
     for name, options in OURS.items():
         if "quasi" in options and not (pins.size or strokes):
@@ -77,7 +77,7 @@ def compare(source: Curve, target: Curve, pins: np.ndarray, strokes: list) -> tu
         out.append(judged(name, mesh, images, target, pins, seconds, fit))
     for name, method in RIVALS.items():
         start = time.perf_counter()
-        images = method(mesh, wanted)
+        images = method(mesh, targets)
         out.append(judged(name, mesh, images, target, pins, time.perf_counter() - start))
     return mesh, out
 
@@ -138,17 +138,17 @@ def picture(mesh: Mesh, results: list[Result], source: Curve, target: Curve, nam
     low, high = target.box
     figure, panels = pictures.sheet(5, 2, 2.1, 0.35 if (high - low).imag > 0.75 * (high - low).real else -0.5)
     texture, home, away = pictures.board(source), pictures.around(source), pictures.around(target)
-    first, *rest = panels.ravel()
+    first, *other_panels = panels.ravel()
     pictures.original(first, source, texture, home, 300)
     pictures.title(first, "source", "squares of a numbered board")
-    for axes, r in zip(rest, results):
+    for axes, r in zip(other_panels, results):
         if r.fit:
             pictures.textured(axes, r.fit, texture, away, 300)
         else:
             pictures.painted(axes, mesh, r.images, texture, away, 300)
         pictures.outline(axes, target.z, pictures.INK, 0.9)
         pictures.title(axes, r.name, f"gap {r.gap:.0e}, K {r.conformal[1]:.2g}, folds {r.folds:.1%}")
-    for axes in rest[len(results) :]:
+    for axes in other_panels[len(results) :]:
         axes.set_axis_off()
     pictures.save(figure, name)
 

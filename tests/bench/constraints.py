@@ -216,19 +216,19 @@ KINDS: dict[str, tuple[int, float, Callable]] = {
 
 def free_fits(count: int, seed: int) -> list[Case]:
     """Return random pairs with their maps without constraints."""
-    found = []
+    cases = []
     for source, target in shapes.drawn_pairs(count, seed, []):
         name = f"{shapes.label(source)[:22]} → {shapes.label(target)[:22]}"
         try:
-            iccm.fit(source.curve, target.curve) if not found else None  # for compilation
+            iccm.fit(source.curve, target.curve) if not cases else None  # for compilation
             start = time.process_time()
             free = iccm.fit(source.curve, target.curve)
         except InputError as error:
             print(f"{name}: no map without constraints: {error}", flush=True)
             continue
         seconds = time.process_time() - start
-        found.append(Case(name, source.curve, target.curve, free, seconds))
-    return found
+        cases.append(Case(name, source.curve, target.curve, free, seconds))
+    return cases
 
 
 def off_line(fit: iccm.Fit) -> float:
@@ -274,9 +274,9 @@ def drawn_for(rng, cases: list[Case], make: Callable, k: int) -> tuple | None:
     for pair in range(k, k + len(cases)):
         case = cases[pair % len(cases)]
         for _ in range(REDRAWN):
-            asked = make(rng, case.free, k // len(cases) + k)
-            if asked is not None and asked[0] is not None and None not in asked[1]:
-                return case, *asked
+            request = make(rng, case.free, k // len(cases) + k)
+            if request is not None and request[0] is not None and None not in request[1]:
+                return case, *request
     return None
 
 
@@ -297,11 +297,11 @@ def run(kind: str, cases: list[Case], seed: int, share: float) -> list[Row]:
         drawn = drawn_for(rng, cases, make, k)
         if drawn is None:
             continue
-        case, *asked = drawn
+        case, *request = drawn
         made += 1
-        name = f"{kind:8} {case.name:48} {len(asked[0])}"
+        name = f"{kind:8} {case.name:48} {len(request[0])}"
         try:
-            row = measured(case, *asked)
+            row = measured(case, *request)
         except InputError as error:
             print(f"{name} NO MAP: {error}", flush=True)
             failed += 1

@@ -149,11 +149,11 @@ def component_boxes(mask: Mask) -> list[tuple[float, float, float, float]]:
     sides.
     """
     labels, _ = ndimage.label(mask, np.ones((3, 3)))
-    found = [ndimage.find_objects(mask.astype(int)), ndimage.find_objects(labels)]
+    slices_of_mask = [ndimage.find_objects(mask.astype(int)), ndimage.find_objects(labels)]
     high, wide = mask.shape
     boxes = [
         (x.start / wide, y.start / high, (x.stop - x.start) / wide, (y.stop - y.start) / high)
-        for slices in found
+        for slices in slices_of_mask
         for y, x in slices
     ]
     return sorted(boxes, key=lambda box: -box[2] * box[3])[:MOST_BOXES]

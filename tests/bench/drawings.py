@@ -61,7 +61,7 @@ class Row:
         visible: share of the source's painted area that the picture shows, if an STMap was requested.
         reading, covered, cracks, spilled, extra_holes: as in `coverage.Seen`.
         placed: whether the box of the target's plane that the picture shows is known.
-        said: output on stderr.
+        message: output on stderr.
     """
 
     code: int
@@ -79,11 +79,11 @@ class Row:
     spilled: float = 0.0
     extra_holes: int = 0
     placed: bool = False
-    said: str = ""
+    message: str = ""
 
     def __str__(self) -> str:
         if not self.picture:
-            lines = [line for line in self.said.splitlines() if line.startswith("error")]
+            lines = [line for line in self.message.splitlines() if line.startswith("error")]
             return f"{self.code:4} NO PICTURE {self.seconds:6.2f} {' '.join(lines)[:100]}"
         ours = "" if self.ours is None else f"{self.ours:5.2f}"
         ours += "" if self.visible is None else f" shows {self.visible:.2f}"
@@ -118,8 +118,8 @@ class Arm:
         if not kept.exists():
             self.folder.mkdir(parents=True, exist_ok=True)
             picture.unlink(missing_ok=True)
-            code, seconds, said, report = self._command(source, target, picture)
-            row = Row(code, seconds, picture.exists(), said=said)
+            code, seconds, message, report = self._command(source, target, picture)
+            row = Row(code, seconds, picture.exists(), message=message)
             kept.write_text(json.dumps(asdict(with_report(row, report)), indent=1))
         row = Row(**json.loads(kept.read_text()))
         if row.picture:
@@ -147,9 +147,9 @@ class Arm:
             _, status, usage = os.wait4(process.pid, 0)
             process.returncode = code = os.waitstatus_to_exitcode(status)
             output.seek(0)
-            said = output.read()
-        found = json.loads(report.read_text()) if report.exists() else {}
-        return 124 if code < 0 else code, usage.ru_utime + usage.ru_stime, said, found
+            message = output.read()
+        report_values = json.loads(report.read_text()) if report.exists() else {}
+        return 124 if code < 0 else code, usage.ru_utime + usage.ru_stime, message, report_values
 
 
 def with_report(row: Row, report: dict) -> Row:
@@ -175,8 +175,8 @@ def with_picture(row: Row, path: Path, target: Drawing) -> Row:
     whole, all_of_it = fine(target)
     scale = width * height / (box[2] * box[3])
     outside = whole.mean() * all_of_it[2] * all_of_it[3] * scale - area.sum() if box != all_of_it else 0
-    found = coverage.seen(area, result, max(0.0, float(outside)))
-    return replace(row, placed=placed, **asdict(found))
+    shares = coverage.seen(area, result, max(0.0, float(outside)))
+    return replace(row, placed=placed, **asdict(shares))
 
 
 def visible_share(places: Path, picture: Path, source: Drawing) -> float:
@@ -236,7 +236,7 @@ def share(rows: Sequence[Row], holds: Callable[[Row], bool]) -> float:
 
 def goals(arms: dict[str, list[Row]]) -> None:
     """Print the goals of the first arm, with the second for comparison."""
-    asked: list[tuple[str, float, Callable[[Row], bool]]] = [
+    requirements: list[tuple[str, float, Callable[[Row], bool]]] = [
         ("has a picture", 1, lambda r: r.picture),
         ("covered at least .85", 0.92, lambda r: r.covered >= 0.85),
         ("covered at least .70", 0.98, lambda r: r.covered >= 0.70),
@@ -250,11 +250,13 @@ def goals(arms: dict[str, list[Row]]) -> None:
     ]
     first, *others = arms
     print(f"\ngoals: share of the pairs in {first}, asked for{''.join(f', {name}' for name in others)}")
-    for name, least, holds in asked:
+    for name, least, holds in requirements:
         shares = {arm: share(rows, holds) for arm, rows in arms.items()}
         verdict = "      " if not least else "holds " if shares[first] >= least - 1e-9 else "FAILS "
-        rest = " ".join(f"{shares[arm]:7.1%}" for arm in others)
-        print(f"  {verdict} {name:24} {shares[first]:7.1%} {f'{least:.0%}' if least else '':>5} {rest}")
+        other_shares = " ".join(f"{shares[arm]:7.1%}" for arm in others)
+        print(
+            f"  {verdict} {name:24} {shares[first]:7.1%} {f'{least:.0%}' if least else '':>5} {other_shares}"
+        )
     for arm, rows in arms.items():
         both = [row for row in rows if row.picture and row.ours is not None]
         if both:
@@ -270,8 +272,8 @@ def quantiles(arms: dict[str, list[Row]]) -> None:
         for rows in arms.values():
             values = [getattr(row, name) for row in rows if row.picture and getattr(row, name) is not None]
             levels = (0.5, 0.1, 0.0) if name in ("covered", "visible") else (0.5, 0.9, 1.0)
-            found = np.nanquantile(values, levels, method="inverted_cdf") if values else [np.nan] * 3
-            cells.append("".join(f"{value:10.3g}" for value in found))
+            values_found = np.nanquantile(values, levels, method="inverted_cdf") if values else [np.nan] * 3
+            cells.append("".join(f"{value:10.3g}" for value in values_found))
         print(f"  {name:30}" + "".join(cells))
 
 
@@ -318,11 +320,11 @@ def sheet(lines: list[tuple[str, list[NDArray | None], list[str]]], path: Path) 
     page.save(path)
 
 
-def line_of(number: int, source: Drawing, target: Drawing, found: list[tuple[Row, Path]]) -> tuple:
+def line_of(number: int, source: Drawing, target: Drawing, arm_results: list[tuple[Row, Path]]) -> tuple:
     """Return the entry of a pair on the sheet."""
     pictures: list[NDArray | None] = [look(source), look(target)]
     captions = ["", ""]
-    for row, path in found:
+    for row, path in arm_results:
         pictures.append(np.asarray(Image.open(path).convert("RGBA")) if row.picture else None)
         captions.append(f"cov {row.covered:.2f} cr {100 * row.cracks:.1f} p{row.p95:.1f} K{row.K95:.1f}")
     return f"{number}. {source.label} > {target.label}", pictures, captions
@@ -337,11 +339,11 @@ def look(drawing: Drawing) -> NDArray:
 
 def numbers(text: str) -> set[int]:
     """Return the numbers in a list such as 3,7,20-30."""
-    found: set[int] = set()
+    selection: set[int] = set()
     for word in text.split(","):
         first, _, last = word.partition("-")
-        found.update(range(int(first), int(last or first) + 1))
-    return found
+        selection.update(range(int(first), int(last or first) + 1))
+    return selection
 
 
 def arm(name: str, command: str, label: str | None, scratch: Path, stmap: bool) -> Arm:
@@ -401,13 +403,13 @@ def main(words: list[str] | None = None) -> None:
         lines = []
         for k in chosen:
             source, target = pairs[k - 1]
-            found = [each.run(source, target) for each in arms]
-            for each, (row, _) in zip(arms, found, strict=True):
+            arm_results = [each.run(source, target) for each in arms]
+            for each, (row, _) in zip(arms, arm_results, strict=True):
                 rows[each.name].append(row)
                 name = f"{k} {source.label[:18]} > {target.label[:18]}"
                 print(f"{name:42} {each.name:4} {row}", flush=True)
             if len(lines) < given.sheet_pairs:
-                lines.append(line_of(k, source, target, found))
+                lines.append(line_of(k, source, target, arm_results))
         if given.sheet:
             sheets(lines, given.sheet)
     by_kind(rows, [pairs[k - 1][1].kind for k in chosen])

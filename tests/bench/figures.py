@@ -60,10 +60,10 @@ class Written(NamedTuple):
     def fans(self) -> tuple[NDArray, NDArray]:
         """Return (m, 3) vertices and coordinates of triangles."""
         both = [
-            [each[0], each[k], each[k + 1]]
+            [corners[0], corners[k], corners[k + 1]]
             for part in (0, 1)
-            for each in (face[part] for face in self.faces)
-            for k in range(1, len(each) - 1)
+            for corners in (face[part] for face in self.faces)
+            for k in range(1, len(corners) - 1)
         ]
         return np.array(both[: len(both) // 2]), np.array(both[len(both) // 2 :])
 
@@ -72,14 +72,14 @@ def read(path: Path) -> Written:
     """Read an OBJ file."""
     points, uv, exact, faces = [], [], [], []
     for line in path.read_text().splitlines():
-        word, *rest = line.split() or [""]
+        word, *arguments = line.split() or [""]
         if word == "v":
-            points.append([float(each) for each in rest[:3]])
+            points.append([float(each) for each in arguments[:3]])
         elif word == "vt":
-            uv.append([float(each) for each in rest[:2]])
-            exact.append((Fraction(rest[0]), Fraction(rest[1])))
+            uv.append([float(each) for each in arguments[:2]])
+            exact.append((Fraction(arguments[0]), Fraction(arguments[1])))
         elif word == "f":
-            corners = [each.split("/") for each in rest]
+            corners = [each.split("/") for each in arguments]
             if all(len(each) > 1 and each[1] for each in corners):
                 faces.append(([int(each[0]) - 1 for each in corners], [int(each[1]) - 1 for each in corners]))
     return Written(np.array(points), np.array(uv), exact, faces)
@@ -109,16 +109,16 @@ def sign(a: tuple, b: tuple, c: tuple) -> int:
 
 def signs(file: Written) -> Figures:
     """Count the orientations of triangles; for polygons, those that are not convex."""
-    found: Figures = {}
+    figures: Figures = {}
     turns = [
         [sign(*(file.exact[uv[(k + j) % len(uv)]] for j in range(3))) for k in range(len(uv))]
         for _, uv in file.faces
     ]
     if file.triangular:
-        found["uv flipped"] = sum(each[0] < 0 for each in turns)
-        found["uv degenerate"] = sum(each[0] == 0 for each in turns)
-    found["concave_polygons"] = sum(len(each) > 3 and min(each) <= 0 for each in turns)
-    return found
+        figures["uv flipped"] = sum(face_turns[0] < 0 for face_turns in turns)
+        figures["uv degenerate"] = sum(face_turns[0] == 0 for face_turns in turns)
+    figures["concave_polygons"] = sum(len(face_turns) > 3 and min(face_turns) <= 0 for face_turns in turns)
+    return figures
 
 
 def quantile(values: NDArray, weights: NDArray, share: float) -> float:
@@ -132,9 +132,9 @@ def stretches(planar: NDArray, space: NDArray) -> tuple[NDArray, NDArray]:
     """Return (m, 2) singular values of the linear maps from triangles (m, 3, 2) to (m, 3, 3), and their orientation."""
     e, d = (np.stack([at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=-1) for at in (space, planar))
     upright = np.linalg.det(d) > 0
-    found = np.full((len(d), 2), np.nan)
-    found[upright] = np.linalg.svd(e[upright] @ np.linalg.inv(d[upright]), compute_uv=False)
-    return found, upright
+    singular_values = np.full((len(d), 2), np.nan)
+    singular_values[upright] = np.linalg.svd(e[upright] @ np.linalg.inv(d[upright]), compute_uv=False)
+    return singular_values, upright
 
 
 def spreads(planar: NDArray, space: NDArray, *, surface: bool) -> Figures:
@@ -147,17 +147,17 @@ def spreads(planar: NDArray, space: NDArray, *, surface: bool) -> Figures:
     most, least = singular.T
     dilatation = np.where(upright, most / least, np.inf)
     stretch = np.where(upright, np.maximum(most / scale, scale / least), np.inf)
-    found = {
+    figures = {
         f"dilatation {name}": quantile(dilatation, after, SHARES[name]) for name in ("median", "p95", "max")
     }
-    found |= {f"stretch {name}": quantile(stretch, after, SHARES[name]) for name in ("p50", "p95", "max")}
+    figures |= {f"stretch {name}": quantile(stretch, after, SHARES[name]) for name in ("p50", "p95", "max")}
     size = np.sqrt(most * least) / scale
     for k in (2, 4):
-        found[f"scale within{k}"] = float(after[(size < k) & (size > 1 / k)].sum() / after.sum())
+        figures[f"scale within{k}"] = float(after[(size < k) & (size > 1 / k)].sum() / after.sum())
     areas, weights = (before / after * scale**2, after) if surface else (after / before, before)
     for name in ("p05", "median", "p95"):
-        found[f"log10_area {name}"] = quantile(np.log10(areas), weights, SHARES[name])
-    return found
+        figures[f"log10_area {name}"] = quantile(np.log10(areas), weights, SHARES[name])
+    return figures
 
 
 def rim(file: Written, plane: NDArray) -> Figures:
@@ -178,7 +178,7 @@ def rim(file: Written, plane: NDArray) -> Figures:
     square = np.average(shapely.distance(shapely.points(middles), rings[1]) ** 2, weights=lengths)
     diagonal = float(np.linalg.norm(np.ptp(DISK, axis=0)))
     return {
-        "boundary hausdorff": float(max(each.max() for each in away)) / diagonal,
+        "boundary hausdorff": float(max(distances.max() for distances in away)) / diagonal,
         "boundary rms": float(np.sqrt(square)) / diagonal,
     }
 
@@ -193,8 +193,8 @@ def layout(file: Written, size: int) -> Figures:
         return k
 
     for _, uv in file.faces:
-        for each in uv[1:]:
-            parent[root(each)] = root(uv[0])
+        for vertex in uv[1:]:
+            parent[root(vertex)] = root(uv[0])
     _, fans = file.fans
     turns = np.array([sign(*(exact[k] for k in fan)) for fan in fans])
     at = file.uv[fans]
@@ -226,10 +226,10 @@ def baked(file: Written, picture: Path) -> Figures:
 
     values = oiio.ImageBuf(str(picture)).get_pixels(oiio.FLOAT)[::-1].astype(float)
     size, corners = len(values), file.fans
-    space, at = file.points[corners[0]], file.uv[corners[1]] * size - 0.5
+    space, places = file.points[corners[0]], file.uv[corners[1]] * size - 0.5
     areas = np.linalg.norm(np.cross(space[:, 1] - space[:, 0], space[:, 2] - space[:, 0]), axis=1) / 2
     owner = np.full((size, size), -1)
-    for k, z in enumerate(at):
+    for k, z in enumerate(places):
         low, high = np.ceil(z.min(axis=0)).astype(int), np.floor(z.max(axis=0)).astype(int)
         x, y = np.meshgrid(*(np.arange(a, b + 1) for a, b in zip(low, high)))
         if x.size:
@@ -241,25 +241,28 @@ def baked(file: Written, picture: Path) -> Figures:
     good = inner >= 0
     for dy, dx in ((0, 1), (2, 1), (1, 0), (1, 2)):
         good &= owner[dy : dy + size - 2, dx : dx + size - 2] >= 0
-    rows, columns = (each + 1 for each in np.nonzero(good))
-    own = owner[rows, columns]
+    rows, columns = (rows_of + 1 for rows_of in np.nonzero(good))
+    owners = owner[rows, columns]
     across, up = (
         (values[rows + dy, columns + dx, :2] - values[rows - dy, columns - dx, :2]) / 2
         for dy, dx in ((0, 1), (1, 0))
     )
     to_space, to_layout = (
-        np.stack([each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]], axis=-1) for each in (space, at)
+        np.stack([rows_of[:, 1] - rows_of[:, 0], rows_of[:, 2] - rows_of[:, 0]], axis=-1)
+        for rows_of in (space, places)
     )
     linear = to_space @ np.linalg.inv(to_layout)
-    found = np.linalg.svd(linear[own] @ np.linalg.inv(np.stack([across, up], axis=-1)), compute_uv=False)
-    weights = areas[own] / np.bincount(own)[own]
+    singular_values = np.linalg.svd(
+        linear[owners] @ np.linalg.inv(np.stack([across, up], axis=-1)), compute_uv=False
+    )
+    weights = areas[owners] / np.bincount(owners)[owners]
     return {
-        f"dilatation {name}": quantile(found[:, 0] / found[:, 1], weights, SHARES[name])
+        f"dilatation {name}": quantile(singular_values[:, 0] / singular_values[:, 1], weights, SHARES[name])
         for name in ("median", "p95")
     }
 
 
-def said(report: dict[str, Any], name: str) -> float:
+def value_in(report: dict[str, Any], name: str) -> float:
     """Return a figure of a report by its name; null is infinite."""
     value: Any = report
     for word in name.split():
@@ -267,23 +270,23 @@ def said(report: dict[str, Any], name: str) -> float:
     return np.inf if value is None else value
 
 
-def off(name: str, found: float, told: float) -> bool:
+def off(name: str, measured: float, reported: float) -> bool:
     """Return whether a figure is off by more than a hundredth; for logarithms, of the original value."""
-    if found == told:
+    if measured == reported:
         return False
     if name.startswith("log10"):
-        return not abs(found - told) <= np.log10(1 + CLOSE)
+        return not abs(measured - reported) <= np.log10(1 + CLOSE)
     least = {"boundary": 1e-5, "covered_texels": 100, "overlapping_texels": 100}.get(name.split()[0], 0)
-    return not abs(found - told) <= max(CLOSE * max(abs(found), abs(told)), least)
+    return not abs(measured - reported) <= max(CLOSE * max(abs(measured), abs(reported)), least)
 
 
 def differing(report: dict[str, Any], figures: Figures) -> list[str]:
     """Return the figures that differ in a report."""
-    told = {name: said(report, name) for name in figures}
+    reported = {name: value_in(report, name) for name in figures}
     return [
-        f"{name}: {found:.5g}, said {told[name]:.5g}"
-        for name, found in figures.items()
-        if off(name, found, told[name])
+        f"{name}: {measured:.5g}, said {reported[name]:.5g}"
+        for name, measured in figures.items()
+        if off(name, measured, reported[name])
     ]
 
 
@@ -297,21 +300,30 @@ def checked(path: Path, folder: Path) -> Iterator[tuple[str, int, dict[str, Any]
     disk, out, flat = folder / "disk.svg", folder / "out.obj", folder / "flat.obj"
     disk.write_text(DRAWING)
     _write_places(folder / "places.png")
-    report, asked = folder / "report.json", ("--report", folder / "report.json", "--force")
+    report, report_options = folder / "report.json", ("--report", folder / "report.json", "--force")
 
-    def result(name: str, words: tuple[object, ...], *made: Any) -> Iterator[tuple[str, int, dict, Figures]]:
+    def result(
+        name: str, words: tuple[object, ...], *measures: Any
+    ) -> Iterator[tuple[str, int, dict, Figures]]:
         report.unlink(missing_ok=True)
-        code = command(*words, *asked)
+        code = command(*words, *report_options)
         whole = json.loads(report.read_text()) if report.exists() else {}
-        yield name, code, whole, dict(chain.from_iterable(each(whole).items() for each in made if whole))
+        yield (
+            name,
+            code,
+            whole,
+            dict(chain.from_iterable(measure(whole).items() for measure in measures if whole)),
+        )
 
     def onto(place: Any) -> tuple[Any, ...]:
         def figures(whole: dict[str, Any]) -> Figures:
             file = read(out)
             plane = place(file.uv, whole)
             vertices, uv = file.fans
-            own = spreads(plane[uv], file.points[vertices], surface="box" in whole) if file.triangular else {}
-            return signs(file) | rim(file, plane) | own
+            inner = (
+                spreads(plane[uv], file.points[vertices], surface="box" in whole) if file.triangular else {}
+            )
+            return signs(file) | rim(file, plane) | inner
 
         return (figures,)
 

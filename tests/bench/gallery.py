@@ -64,7 +64,7 @@ def figures(fit: Fit) -> dict[str, float]:
     }
 
 
-def said(fit: Fit, *names: str) -> str:
+def caption(fit: Fit, *names: str) -> str:
     """Return some of the figures as text."""
     values = figures(fit)
     words = {
@@ -81,28 +81,28 @@ def convergence() -> list[Row]:
     source, target = (shapes.sample(f"raster/{name}.svg").curve for name in ("whale", "fish"))
     figure, panels = sheet(5, 2, 2.1, -0.45)
     box, rows = around(target, margin=0.08), []
-    first, *rest = panels.ravel()
+    first, *other_panels = panels.ravel()
     pictures.original(first, source, board(source), around(source))
     title(first, "source")
-    for axes, steps in zip(rest, (1, 4, 16, 100, 400)):
+    for axes, steps in zip(other_panels, (1, 4, 16, 100, 400)):
         fit = iccm.fit(source, target, method="paper", max_iterations=steps, decrease=0)
         textured(axes, fit, board(source), box)
         outline(axes, target.z)
-        title(axes, f"paper, {steps} step{'s' * (steps > 1)}", said(fit, "gap"))
+        title(axes, f"paper, {steps} step{'s' * (steps > 1)}", caption(fit, "gap"))
         rows.append(
             (
                 f"paper, {steps} step{'s' * (steps > 1)}",
-                f"energy {fit.energies[-1]['total']:.1e}, {said(fit, 'gap', 'area')}",
+                f"energy {fit.energies[-1]['total']:.1e}, {caption(fit, 'gap', 'area')}",
             )
         )
-    energy(rest[5], {"paper": fit}, "energy of the paper's method")
-    for axes, name in zip(rest[6:], ("conformal", "balanced")):
+    energy(other_panels[5], {"paper": fit}, "energy of the paper's method")
+    for axes, name in zip(other_panels[6:], ("conformal", "balanced")):
         fit = iccm.fit(source, target, method=name)
         textured(axes, fit, board(source), box)
         outline(axes, target.z)
-        title(axes, name, said(fit, "gap"))
-        rows.append((name, said(fit, "gap", "area", "K")))
-    rest[8].set_axis_off()
+        title(axes, name, caption(fit, "gap"))
+        rows.append((name, caption(fit, "gap", "area", "K")))
+    other_panels[8].set_axis_off()
     pictures.save(figure, "convergence")
     return rows
 
@@ -136,22 +136,28 @@ def pins() -> list[Row]:
     """Fig. 3: conformal maps with no, one, two and four pins, and a balanced one with four."""
     source, target, pairs = face()
     figure, panels = sheet(6, 1, 1.9)
-    first, *rest = panels.ravel()
+    first, *other_panels = panels.ravel()
     pictures.original(first, source, board(source), around(source, margin=0.08))
     outline(first, source.z, SOFT)
     dots(first, pairs[:, 0])
     title(first, "source", "eyes, nose, mouth")
     rows = []
     all_four = [0, 1, 2, 3]
-    held = {"no pin": [], "nose": [2], "eyes": [0, 1], "all four": all_four, "all four, balanced": all_four}
-    for axes, (name, kept) in zip(rest, held.items()):
+    pin_choices = {
+        "no pin": [],
+        "nose": [2],
+        "eyes": [0, 1],
+        "all four": all_four,
+        "all four, balanced": all_four,
+    }
+    for axes, (name, kept) in zip(other_panels, pin_choices.items()):
         method = "balanced" if "balanced" in name else "conformal"
         fit = iccm.fit(source, target, method=method, pins=pairs[kept])
         textured(axes, fit, board(source), around(target, margin=0.08))
         outline(axes, target.z)
         dots(axes, fit.map(pairs[kept, 0]), pairs[kept, 1])
-        title(axes, name, said(fit, "gap", "pins") if kept else said(fit, "gap"))
-        rows.append((name, said(fit, *(("gap", "pins", "area") if kept else ("gap", "area")))))
+        title(axes, name, caption(fit, "gap", "pins") if kept else caption(fit, "gap"))
+        rows.append((name, caption(fit, *(("gap", "pins", "area") if kept else ("gap", "area")))))
     pictures.save(figure, "pins")
     return rows
 
@@ -172,9 +178,9 @@ def quasiconformal() -> list[Row]:
         textured(line[0], fit, board(source), around(target, margin=0.08))
         outline(line[0], target.z)
         dots(line[0], fit.map(pairs[:, 0]), pairs[:, 1])
-        title(line[0], name, said(fit, "pins", "gap"))
+        title(line[0], name, caption(fit, "pins", "gap"))
         distortions(figure, line[1:], fit)
-        rows.append((name, said(fit, "gap", "pins", "area", "K")))
+        rows.append((name, caption(fit, "gap", "pins", "area", "K")))
     pictures.save(figure, "quasiconformal")
     return rows
 
@@ -201,11 +207,11 @@ def first_order() -> list[Row]:
         fit = iccm.fit(source, target, method="paper", order=order, max_iterations=10, decrease=0)
         textured(axes, fit, board(source), around(target))
         outline(axes, target.z)
-        title(axes, f"order {order}, 10 steps", said(fit, "gap"))
+        title(axes, f"order {order}, 10 steps", caption(fit, "gap"))
         rows.append(
             (
                 f"square → France, order {order}, 10 steps",
-                f"energy {fit.energies[-1]['total']:.1e}, {said(fit, 'gap')}",
+                f"energy {fit.energies[-1]['total']:.1e}, {caption(fit, 'gap')}",
             )
         )
     pairs = [
@@ -225,7 +231,7 @@ def first_order() -> list[Row]:
         ]
         fits |= both
     fit = iccm.fit(source, target, method="balanced")
-    rows.append(("square → France, balanced", said(fit, "gap", "area", "K")))
+    rows.append(("square → France, balanced", caption(fit, "gap", "area", "K")))
     pictures.save(figure, "orders")
     return rows
 
@@ -280,8 +286,8 @@ def strokes() -> list[Row]:
     ]
     points = np.concatenate([np.column_stack(pair) for pair in even])
     figure, panels = sheet(2 * len(FREE) + 1, 2, 1.6)
-    rows, held = [], {"strokes": {"strokes": sketch}, "pins": {"pins": points}}
-    for line, (kind, given) in zip(panels, held.items()):
+    rows, constraint_kinds = [], {"strokes": {"strokes": sketch}, "pins": {"pins": points}}
+    for line, (kind, given) in zip(panels, constraint_kinds.items()):
         pictures.original(line[0], man.curve, board(man.curve), man.box)
         outline(line[0], man.curve.z)
         _marked(line[0], [a for a, _ in sketch], points[:, 0], kind)
@@ -291,10 +297,10 @@ def strokes() -> list[Row]:
             textured(line[2 * k + 1], fit, board(man.curve), man.box)
             outline(line[2 * k + 1], fit.image)
             _marked(line[2 * k + 1], [b for _, b in sketch], points[:, 1], kind)
-            title(line[2 * k + 1], name, said(fit, kind))
+            title(line[2 * k + 1], name, caption(fit, kind))
             _, picture = areas(line[2 * k + 2], fit)
-            title(line[2 * k + 2], "area", said(fit, "area"))
-            rows.append((f"{kind}, {name}", said(fit, kind, "area", "K", "depth")))
+            title(line[2 * k + 2], "area", caption(fit, "area"))
+            rows.append((f"{kind}, {name}", caption(fit, kind, "area", "K", "depth")))
     bar = figure.colorbar(picture, ax=panels, shrink=0.5, pad=0.01)
     bar.ax.tick_params(labelsize=7)
     pictures.save(figure, "strokes")
@@ -325,19 +331,19 @@ def sketches() -> list[Row]:
     quills = constraints.pair(source, target)[1][0]
     pairs = np.column_stack([quill.at(share * quill.length) for quill, share in zip(quills, TWO.T)])
     figure, panels = sheet(4, 1, 2.4)
-    first, *rest = panels.ravel()
+    first, *other_panels = panels.ravel()
     pictures.original(first, source.curve, board(source.curve), around(source.curve))
     outline(first, source.curve.z, SOFT)
     dots(first, pairs[:, 0])
     title(first, "source", "two points of the quill")
     rows = []
-    for axes, (name, options) in zip(rest, KINDS.items()):
+    for axes, (name, options) in zip(other_panels, KINDS.items()):
         fit = iccm.fit(source.curve, target.curve, pins=pairs, **options)
         textured(axes, fit, board(source.curve), around(target.curve, margin=0.06))
         outline(axes, target.curve.z)
         dots(axes, fit.map(pairs[:, 0]), pairs[:, 1])
-        title(axes, name, said(fit, "gap", "pins"))
-        rows.append((name, said(fit, "gap", "pins", "area", "K", "depth")))
+        title(axes, name, caption(fit, "gap", "pins"))
+        rows.append((name, caption(fit, "gap", "pins", "area", "K", "depth")))
     pictures.save(figure, "sketches")
     return rows
 
@@ -348,15 +354,15 @@ def rose() -> list[Row]:
     petals = image_files.read(str(shapes.ROOT / "samples" / "rose-leaf" / "petals.jpg"))
     texture, box, rows = petals.texture(source.box), around(target.curve), []
     figure, panels = sheet(4, 1, 2.4)
-    first, *rest = panels.ravel()
+    first, *other_panels = panels.ravel()
     pictures.original(first, source.curve, texture, around(source.curve))
     title(first, "source")
-    for axes, name in zip(rest, methods.METHODS):
+    for axes, name in zip(other_panels, methods.METHODS):
         fit = iccm.fit(source.curve, target.curve, method=name)
         textured(axes, fit, texture, box)
         outline(axes, target.curve.z)
-        title(axes, name, said(fit, "gap"))
-        rows.append((name, said(fit, "gap", "area", "K", "depth")))
+        title(axes, name, caption(fit, "gap"))
+        rows.append((name, caption(fit, "gap", "area", "K", "depth")))
     pictures.save(figure, "rose")
     return rows
 
@@ -390,9 +396,9 @@ def surfaces(name: str, sample: str, kinds: dict[str, list[str]]) -> list[Row]:
             report = json.loads(Path(scratch, "report.json").read_text(encoding="utf-8"))
         spread = report["log10_area"]["p95"] - report["log10_area"]["p05"]
         pins = [pin["error"] for pin in report["pins"]]
-        held = f"pin error {np.sqrt(np.mean(np.square(pins))):.2g}, " if pins else ""
-        shown = f"K {report['dilatation']['p95']:.2f}, log area spread {spread:.2f}"
-        rows.append((kind, f"gap {report['boundary']['hausdorff']:.2g}, {held}{shown}"))
+        error_text = f"pin error {np.sqrt(np.mean(np.square(pins))):.2g}, " if pins else ""
+        distortion_text = f"K {report['dilatation']['p95']:.2f}, log area spread {spread:.2f}"
+        rows.append((kind, f"gap {report['boundary']['hausdorff']:.2g}, {error_text}{distortion_text}"))
     figure, panels = sheet(1, len(plots), 5.0, -2.4)
     for axes, (kind, _), plot in zip(panels.ravel(), rows, plots):
         axes.imshow(plot, interpolation="antialiased")
@@ -421,8 +427,8 @@ def sticker() -> list[Row]:
     outlines = {"left in": [], "taken off": [source.z]}
     figure, panels = sheet(2, 1, 3.6)
     for axes, (name, loops) in zip(panels.ravel(), outlines.items()):
-        made = Warp(fit.map, Sampler(Texture(pixels, box, 3), outlines=loops), canvas)
-        warped = whole(made)
+        warp = Warp(fit.map, Sampler(Texture(pixels, box, 3), outlines=loops), canvas)
+        warped = whole(warp)
         pictures.shown(axes, warped.pixels, target.box)
         title(axes, name)
         share = (warped.pixels[..., 3] == 255).sum() / (target.area / abs(canvas.step[0]) ** 2)
@@ -448,10 +454,10 @@ def ringing() -> list[Row]:
     samplers = {name: Sampler(Texture(pixels, box), name) for name in ("cubic", "linear")}
     unclamped = Sampler(Texture(pixels, box), "cubic")
     unclamped.clamped = False
-    made = {
+    maps = {
         "before: cubic, unbounded": unclamped, "cubic (the default)": samplers["cubic"], "linear": samplers["linear"],
     }  # fmt: skip
-    found = {name: whole(Warp(same, sampler, canvas)).pixels for name, sampler in made.items()}
+    found = {name: whole(Warp(same, sampler, canvas)).pixels for name, sampler in maps.items()}
     found["OpenCV, cubic"] = cv2.resize(pixels, (size, size), interpolation=cv2.INTER_CUBIC)
     figure, panels = sheet(4, 1, 2.6)
     rows, near = list[Row](), (slice(150, 270), slice(130, 250))
@@ -545,7 +551,7 @@ def table(name: str, rows: list[Row], before: str = "") -> list[str]:
         lines += [written, ""]
     for stem in PICTURES.get(name, (name,)):
         lines += [f"![{stem}]({stem}.png)", ""]
-    return [*lines, "| map | figures |", "|---|---|", *(f"| {what} | {found} |" for what, found in rows)]
+    return [*lines, "| map | figures |", "|---|---|", *(f"| {what} | {values} |" for what, values in rows)]
 
 
 def main(names: list[str]) -> int:
@@ -555,11 +561,13 @@ def main(names: list[str]) -> int:
         print(f"no figure {unknown[0]!r}; there is {', '.join(FIGURES)}", file=sys.stderr)
         return 2
     page = pictures.FOLDER / "README.md"
-    made = sections(page.read_text(encoding="utf-8") if page.exists() else "")
+    sections_by_name = sections(page.read_text(encoding="utf-8") if page.exists() else "")
     for name in names or FIGURES:
-        made[name] = "\n".join(table(name, FIGURES[name](), made.get(name, "")))
-        print(made[name], flush=True)
-        text = "\n\n".join([HEAD, *(made[figure] for figure in FIGURES if figure in made)])
+        sections_by_name[name] = "\n".join(table(name, FIGURES[name](), sections_by_name.get(name, "")))
+        print(sections_by_name[name], flush=True)
+        text = "\n\n".join(
+            [HEAD, *(sections_by_name[figure] for figure in FIGURES if figure in sections_by_name)]
+        )
         page.write_text(text + "\n", encoding="utf-8")
     return 0
 
@@ -572,8 +580,8 @@ def written_in(section: str) -> str:
 def sections(page: str) -> dict[str, str]:
     """Return the sections of the present page, by the figure whose picture comes first in them."""
     parts = [f"## {part.strip()}" for part in page.split("\n## ")[1:]]
-    shown = {name: f"![{PICTURES.get(name, (name,))[0]}]" for name in FIGURES}
-    return {name: part for name, first in shown.items() for part in parts if first in part}
+    images = {name: f"![{PICTURES.get(name, (name,))[0]}]" for name in FIGURES}
+    return {name: part for name, first in images.items() for part in parts if first in part}
 
 
 if __name__ == "__main__":

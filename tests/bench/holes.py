@@ -66,7 +66,7 @@ def glyphs(font: str) -> dict[str, Path]:
     chosen, drawn = opened.getBestCmap(), opened.getGlyphSet()
     folder = shapes.CACHE / "glyphs" / font
     folder.mkdir(parents=True, exist_ok=True)
-    found = {}
+    paths = {}
     for letter in LETTERS:
         glyph = chosen[ord(letter)]
         bounds, path = BoundsPen(drawn), SVGPathPen(drawn)
@@ -74,21 +74,21 @@ def glyphs(font: str) -> dict[str, Path]:
         drawn[glyph].draw(path)
         low, bottom, high, top = bounds.bounds
         body = f'{path.getCommands()}" transform="scale(1 -1)'  # a font's y axis points up
-        found[glyph] = folder / f"{glyph}.svg"
-        found[glyph].write_text(PAGE.format(low, -top, high - low, top - bottom, "nonzero", body))
-    return found
+        paths[glyph] = folder / f"{glyph}.svg"
+        paths[glyph].write_text(PAGE.format(low, -top, high - low, top - bottom, "nonzero", body))
+    return paths
 
 
 def drawing(name: str) -> Path:
     """Return a glyph (`font/glyph`) or drawing (`drawn/name`) as a file; other names are files already."""
     if os.path.isabs(name):
         return Path(name)
-    kind, _, own = name.partition("/")
+    kind, _, glyph = name.partition("/")
     if kind != "drawn":
-        return glyphs(kind)[own]
-    path = shapes.CACHE / "glyphs" / f"{own}.svg"
+        return glyphs(kind)[glyph]
+    path = shapes.CACHE / "glyphs" / f"{glyph}.svg"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(PAGE.format(0, 0, 100, 100, "evenodd", DRAWN[own]))
+    path.write_text(PAGE.format(0, 0, 100, 100, "evenodd", DRAWN[glyph]))
     return path
 
 
@@ -103,13 +103,13 @@ def pairs(count: int, seed: int, *, equal: bool = True) -> list[tuple[str, str]]
         for name, path in glyphs(font).items()
     }
     sides = [[name for name, holes in counters.items() if name.startswith(font) and holes] for font in FONTS]
-    found: list[tuple[str, str]] = []
-    while len(found) < count:
+    glyph_pairs: list[tuple[str, str]] = []
+    while len(glyph_pairs) < count:
         source, target = (choice.choice(side) for side in sides)
         pair = (source, target) if choice.random() < 0.5 else (target, source)
-        if (counters[source] == counters[target]) == equal and pair not in found:
-            found.append(pair)
-    return found
+        if (counters[source] == counters[target]) == equal and pair not in glyph_pairs:
+            glyph_pairs.append(pair)
+    return glyph_pairs
 
 
 def mapped(source: Path, target: Path, picture: Path) -> tuple[int, dict, float]:
@@ -143,7 +143,7 @@ def refusals(count: int, seed: int) -> None:
 
 def rows(kind: str, chosen: list[tuple[str, str]]) -> Iterator[Path]:
     """Map each pair and print a line for it; yield the pictures."""
-    held = 0
+    good_count = 0
     for source, target in chosen:
         name = " → ".join(map(short, (source, target)))
         picture = shapes.CACHE / "glyphs" / f"{name}.png".replace("/", "-")
@@ -153,10 +153,10 @@ def rows(kind: str, chosen: list[tuple[str, str]]) -> Iterator[Path]:
             continue
         sure, gap = report["injective"]["certified"], report["boundary"]["hausdorff"]
         met = len(report.get("holes", [])) == max(
-            len(files.read(str(drawing(each))).holes) for each in (source, target)
+            len(files.read(str(drawing(drawing_name))).holes) for drawing_name in (source, target)
         )
         good = code == 0 and sure and met and gap <= 1e-3
-        held += good
+        good_count += good
         print(
             f"{name:42} {'ok' if good else 'NO'} gap {gap:.0e} loops {len(report.get('holes', []))} "
             f"p50 {report['stretch']['p50']:.2f} p95 {report['stretch']['p95']:.2f} "
@@ -164,15 +164,18 @@ def rows(kind: str, chosen: list[tuple[str, str]]) -> Iterator[Path]:
             flush=True,
         )
         yield picture
-    print(f"{kind}: {held} of {len(chosen)} certified one-to-one with every gap at most 1e-3\n", flush=True)
+    print(
+        f"{kind}: {good_count} of {len(chosen)} certified one-to-one with every gap at most 1e-3\n",
+        flush=True,
+    )
 
 
-def sheet(found: list[Path], path: Path, columns: int = 8, size: int = 200) -> None:
+def sheet(pictures: list[Path], path: Path, columns: int = 8, size: int = 200) -> None:
     """Draw the pictures side by side."""
     from PIL import Image
 
-    page = Image.new("RGB", (columns * size, -(-len(found) // columns) * size), "white")
-    for k, name in enumerate(found):
+    page = Image.new("RGB", (columns * size, -(-len(pictures) // columns) * size), "white")
+    for k, name in enumerate(pictures):
         picture = Image.open(name).convert("RGBA")
         picture.thumbnail((size - 8, size - 8))
         page.paste(picture, (k % columns * size + 4, k // columns * size + 4), picture)
@@ -190,14 +193,14 @@ def main() -> None:
     parser.add_argument("--sheet", type=Path)
     given = parser.parse_args()
     print(f"seed {given.seed}")
-    found = [*rows("listed", list(LISTED))]
-    found += rows("as many counters", pairs(given.letters, given.seed))
-    found += rows("not as many", pairs(given.unequal, given.seed, equal=False))
+    pictures = [*rows("listed", list(LISTED))]
+    pictures += rows("as many counters", pairs(given.letters, given.seed))
+    pictures += rows("not as many", pairs(given.unequal, given.seed, equal=False))
     refusals(given.read, given.seed)
     drawn = shapes.drawn_pairs(given.drawings, given.seed, [])
-    found += rows("drawings", [(a.spec, b.spec) for a, b in drawn])
+    pictures += rows("drawings", [(a.spec, b.spec) for a, b in drawn])
     if given.sheet:
-        sheet(found, given.sheet)
+        sheet(pictures, given.sheet)
 
 
 if __name__ == "__main__":

@@ -59,11 +59,11 @@ def path_of(name: str) -> Path:
 
 def far_apart(points: np.ndarray, count: int) -> list[int]:
     """Return points by farthest point sampling."""
-    found = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
-    while len(found) < count:
-        away = np.linalg.norm(points[:, None] - points[found], axis=2).min(axis=1)
-        found.append(int(np.argmax(away)))
-    return found
+    vertices = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
+    while len(vertices) < count:
+        away = np.linalg.norm(points[:, None] - points[vertices], axis=2).min(axis=1)
+        vertices.append(int(np.argmax(away)))
+    return vertices
 
 
 def onto(names: list[str]) -> None:
@@ -79,11 +79,11 @@ def onto(names: list[str]) -> None:
             image = fit.map(Curve(fit.map.polygon).pulled_in(layout.flat))
             image = lift(image, patch.faces, layout.loop, outline.diagonal)
             folds = int((stretches(patch.points[patch.faces], image[patch.faces])[1] <= 0).sum())
-            found = on_surfaces(samples_of(fit.map), (layout, None)).report()
+            figures = on_surfaces(samples_of(fit.map), (layout, None)).report()
             print(
-                f"{name:8} {len(patch.faces):6} triangles  {way:21} stretch p50 {found['stretch']['p50']:.2f} "
-                f"p95 {found['stretch']['p95']:.2f}  K95 {found['dilatation']['p95']:.2f}  "
-                f"within 2x {found['scale']['within2']:.1%}  folds {folds}  {seconds:.1f} s"
+                f"{name:8} {len(patch.faces):6} triangles  {way:21} stretch p50 {figures['stretch']['p50']:.2f} "
+                f"p95 {figures['stretch']['p95']:.2f}  K95 {figures['dilatation']['p95']:.2f}  "
+                f"within 2x {figures['scale']['within2']:.1%}  folds {folds}  {seconds:.1f} s"
             )
 
 
@@ -96,11 +96,11 @@ def copies(names: list[str]) -> None:
             job, count = _written(name, Path(folder))
             start = time.process_time()
             inputs = Inputs(job)
-            here, there = inputs.shape(job.source), inputs.shape(str(job.target), target=True)
-            pins = constraints.collect(here, there, inputs.listed).pins
+            source, target = inputs.shape(job.source), inputs.shape(str(job.target), target=True)
+            pins = constraints.collect(source, target, inputs.listed).pins
             read = time.process_time() - start
             try:
-                fit = iccm.fit(here.domain, there.domain, pins=pins)
+                fit = iccm.fit(source.domain, target.domain, pins=pins)
             except InputError as error:
                 print(f"{name:8} {error}")
                 continue
@@ -126,10 +126,12 @@ def _written(name: str, folder: Path) -> tuple[Job, tuple[int, int]]:
     other, other_faces = _halved(whole.points, faces)
     _write(folder / "copy.obj", other, other_faces)
     _write(folder / "mesh.obj", whole.points, faces)
-    here = {mark: whole.points[v].tolist() for mark, v in marks.items()}
-    there = {mark: f"v{v + 1}" for mark, v in marks.items()}
-    (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": here, "target": there}}))
-    source, target, listed = (str(folder / each) for each in ("copy.obj", "mesh.obj", "marks.json"))
+    source_places = {mark: whole.points[v].tolist() for mark, v in marks.items()}
+    target_places = {mark: f"v{v + 1}" for mark, v in marks.items()}
+    (folder / "marks.json").write_text(
+        json.dumps({"landmarks": {"source": source_places, "target": target_places}})
+    )
+    source, target, listed = (str(folder / file_name) for file_name in ("copy.obj", "mesh.obj", "marks.json"))
     return Job(source=source, target=target, constraints=listed, cut=True), (len(other_faces), len(faces))
 
 
@@ -139,18 +141,20 @@ def _write(path: Path, points: np.ndarray, faces: np.ndarray) -> None:
 
 
 def _halved(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    found = [each for each in igl.qslim(points, faces, len(faces) // 2) if isinstance(each, np.ndarray)]
-    return found[0], found[1]
+    arrays = [
+        result for result in igl.qslim(points, faces, len(faces) // 2) if isinstance(result, np.ndarray)
+    ]
+    return arrays[0], arrays[1]
 
 
-def distances(fit: iccm.Fit, here: Flattening, there: Flattening) -> np.ndarray:
+def distances(fit: iccm.Fit, source: Flattening, target: Flattening) -> np.ndarray:
     """Return the distances of the target's vertices from their preimages, relative to the diagonal."""
-    z = fit.inverse(there.flat)
-    face, weights = Locator(here)(np.where(np.isfinite(z), z, 0), 1)
-    found = np.einsum("pk,pkc->pc", weights, here.patch.points[here.patch.faces[face]])
-    found[~np.isfinite(z)] = np.inf
-    size = np.linalg.norm(np.ptp(there.patch.points, axis=0))
-    return np.linalg.norm(found - there.patch.points, axis=1) / size
+    z = fit.inverse(target.flat)
+    face, weights = Locator(source)(np.where(np.isfinite(z), z, 0), 1)
+    carried = np.einsum("pk,pkc->pc", weights, source.patch.points[source.patch.faces[face]])
+    carried[~np.isfinite(z)] = np.inf
+    size = np.linalg.norm(np.ptp(target.patch.points, axis=0))
+    return np.linalg.norm(carried - target.patch.points, axis=1) / size
 
 
 if __name__ == "__main__":

@@ -72,12 +72,12 @@ def peak() -> float:
 def hand_out(name: str, resume: bool) -> None:
     """Run a manifest as `iccm batch` does, and print the time of each part."""
     root, clock = Path(name).parent / "out", [time.process_time()]
-    said: dict[str, float] = {"MiB at first": peak()}
+    figures: dict[str, float] = {"MiB at first": peak()}
 
     def took(what: str) -> None:
         clock.append(time.process_time())
-        said[f"s {what}"] = clock[-1] - clock[-2]
-        said[f"MiB {what}"] = peak()
+        figures[f"s {what}"] = clock[-1] - clock[-2]
+        figures[f"MiB {what}"] = peak()
 
     tasks = manifest.read(manifest.load(name), name, root=root)
     took("manifest")
@@ -89,17 +89,17 @@ def hand_out(name: str, resume: bool) -> None:
     for result in dispatch.execute(tasks, Trivial(), book, dispatch.Policy(), resume=resume):
         json.dumps(as_json(result), ensure_ascii=False)
     took("jobs")
-    print(json.dumps(said))
+    print(json.dumps(figures))
 
 
 def table(rows: list[tuple[int, dict[str, float]]], what: str) -> None:
     """Print seconds and memory against the number of jobs."""
     print(f"{what}: CPU-s for manifest, journal, outputs, jobs (ms a job); most MiB after each")
-    for count, said in rows:
+    for count, figures in rows:
         parts = ("manifest", "journal", "outputs", "jobs")
-        seconds = " ".join(f"{said[f's {part}']:8.2f}" for part in parts)
-        memory = " ".join(f"{said[f'MiB {part}']:6.0f}" for part in parts)
-        print(f"{count:8} {seconds} ({1000 * said['s jobs'] / count:.2f})   {memory}", flush=True)
+        seconds = " ".join(f"{figures[f's {part}']:8.2f}" for part in parts)
+        memory = " ".join(f"{figures[f'MiB {part}']:6.0f}" for part in parts)
+        print(f"{count:8} {seconds} ({1000 * figures['s jobs'] / count:.2f})   {memory}", flush=True)
 
 
 def main() -> None:
@@ -130,14 +130,14 @@ def measured(path: Path, resume: bool) -> dict[str, float]:
 def goals(rows: list[tuple[int, dict[str, float]]], journal: float) -> None:
     """Print the ratio for ten times as many jobs, since a million is ten times more."""
     (few, some), (count, all_of_them) = rows
-    spent = [sum(v for k, v in said.items() if k.startswith("s ")) for said in (some, all_of_them)]
+    spent = [sum(v for k, v in figures.items() if k.startswith("s ")) for figures in (some, all_of_them)]
     grown = np.log(spent[1] / spent[0]) / np.log(count / few)
-    held = (all_of_them["MiB jobs"] - some["MiB jobs"]) * 1024 / (count - few)
+    kib_per_job = (all_of_them["MiB jobs"] - some["MiB jobs"]) * 1024 / (count - few)
     print(
-        f"for each job more {held:.2f} KiB in the process, {1e3 * spent[1] / count:.2f} ms of processor time"
+        f"for each job more {kib_per_job:.2f} KiB in the process, {1e3 * spent[1] / count:.2f} ms of processor time"
     )
     goal(f"many jobs, time, exponent from {few:,} to {count:,}", grown, 1.05)
-    goal("many jobs, memory of the process, a job", held, 2, "KiB")
+    goal("many jobs, memory of the process, a job", kib_per_job, 2, "KiB")
     goal("many jobs, journal, a job", journal / 1024, 1, "KiB")
     goal("many jobs, manifest read, a job", 1e3 * all_of_them["s manifest"] / count, 0.5, "CPU-ms")
 

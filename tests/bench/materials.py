@@ -57,13 +57,13 @@ def turned(source: Path, out: Path) -> None:
     file = gl.GLTF2().load_binary(str(source))
     blob = bytearray(file.binary_blob())
     numbers = {p.attributes.TEXCOORD_0 for mesh in file.meshes for p in mesh.primitives} - {None}
-    for said in (file.accessors[number] for number in numbers):
-        view = file.bufferViews[said.bufferView]
-        at, stride = (view.byteOffset or 0) + (said.byteOffset or 0), view.byteStride or 8
-        uv = np.ndarray((said.count, 2), "<f4", blob, at, (stride, 4))
+    for accessor in (file.accessors[number] for number in numbers):
+        view = file.bufferViews[accessor.bufferView]
+        at, stride = (view.byteOffset or 0) + (accessor.byteOffset or 0), view.byteStride or 8
+        uv = np.ndarray((accessor.count, 2), "<f4", blob, at, (stride, 4))
         uv[:] = np.stack([1 - uv[:, 1], uv[:, 0]], axis=-1)
-        if said.min or said.max:
-            said.min, said.max = uv.min(axis=0).tolist(), uv.max(axis=0).tolist()
+        if accessor.min or accessor.max:
+            accessor.min, accessor.max = uv.min(axis=0).tolist(), uv.max(axis=0).tolist()
     file.set_binary_blob(bytes(blob))
     file.save_binary(str(out))
 
@@ -80,13 +80,13 @@ def pixels(part: gltf.Primitive, info: dict) -> NDArray[np.int64]:
 def off(old: gltf.Primitive, new: gltf.Primitive, slot: str) -> float:
     """Return the share of texels in charts that are off; for normals, which are rotated, it is not measured."""
     infos = [dict(gltf_materials.slots(part.material))[slot] for part in (old, new)]
-    wanted, made = np.rot90(pixels(old, infos[0]), -1), pixels(new, infos[1])
+    expected, actual = np.rot90(pixels(old, infos[0]), -1), pixels(new, infos[1])
     uv = new.uv(infos[1])
     assert uv is not None
     corners = uv[new.faces] * [1, -1] + [0, 1]
-    corners = (corners - np.floor(corners.mean(axis=1, keepdims=True))) * made.shape[1::-1]
-    inside = rasterise(corners, made.shape[1], made.shape[0]).centre
-    return float((np.abs(made - wanted)[inside] > LEVELS).any(axis=-1).mean())
+    corners = (corners - np.floor(corners.mean(axis=1, keepdims=True))) * actual.shape[1::-1]
+    inside = rasterise(corners, actual.shape[1], actual.shape[0]).centre
+    return float((np.abs(actual - expected)[inside] > LEVELS).any(axis=-1).mean())
 
 
 def measured(name: str, folder: Path) -> bool:

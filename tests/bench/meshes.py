@@ -88,20 +88,20 @@ def flattening() -> None:
     solve, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
 
     def everything() -> None:
-        found = laid_out(disk_patch(mesh))
-        found.report()
-        assert found.boundary.z.size
+        layout = laid_out(disk_patch(mesh))
+        layout.report()
+        assert layout.boundary.z.size
 
     total, *_ = best(everything, 1)
-    rest = total - solve
+    others = total - solve
     print(
-        f"patch, {len(mesh.points)} vertices  checks {checks:.2f} s   LSCM {solve:.2f} s   all else {rest:.2f} s"
+        f"patch, {len(mesh.points)} vertices  checks {checks:.2f} s   LSCM {solve:.2f} s   all else {others:.2f} s"
     )
 
 
 def large() -> None:
     """Run the command on four times the triangles; processor seconds hardly depend on other load of the machine."""
-    found = {}
+    figures_by_size = {}
     with tempfile.TemporaryDirectory() as folder:
         for n in (370, 740):
             mesh, path = triangles(n), Path(folder) / f"{n}.obj"
@@ -118,11 +118,11 @@ def large() -> None:
                 str(path),
             ]
             runs = [used([COMMAND, *words]) for _ in range(2)]
-            found[n] = [min(values) for values in zip(*runs)]
-            wall, user, system, peak = found[n]
+            figures_by_size[n] = [min(values) for values in zip(*runs)]
+            wall, user, system, peak = figures_by_size[n]
             used_up = f"{wall:.1f} s, {user:.1f} + {system:.1f} s of processor, {peak:.2f} GB"
             print(f"flatten --method lscm, {2 * n * n} triangles   {used_up}")
-    small, big = found.values()
+    small, big = figures_by_size.values()
     goal("large meshes: processor time of four times the triangles", sum(big[1:3]) / sum(small[1:3]), 4, "x")
     goal("large meshes: memory of a million triangles", big[3], 3, "GB")
 
@@ -146,10 +146,10 @@ def repair() -> None:
     piece = disk_patch(Mesh("ramp", points, quads, 4 * np.arange(quads.size // 4 + 1)))
     lscm, *_ = best(lambda: flatten.lscm(piece, piece.loops[0]), 1)
     start = time.perf_counter()
-    found = laid_out(piece)
+    layout = laid_out(piece)
     print(
-        f"ramp, {len(points)} vertices   LSCM {lscm:.2f} s, flattened and repaired by {found.method!r} "
-        f"{time.perf_counter() - start:.2f} s, p95 of dilatation {found.report()['dilatation']['p95']:.4f}"
+        f"ramp, {len(points)} vertices   LSCM {lscm:.2f} s, flattened and repaired by {layout.method!r} "
+        f"{time.perf_counter() - start:.2f} s, p95 of dilatation {layout.report()['dilatation']['p95']:.4f}"
     )
 
 
@@ -184,12 +184,12 @@ def angles() -> None:
             z, quads = surfaces.square_grid(n) if name != "face" else surfaces.polar_grid(n, 2 * n)
             corners = np.concatenate([np.array(f) for f in quads])
             starts = np.concatenate([[0], np.cumsum([len(f) for f in quads])])
-            found = laid_out(disk_patch(Mesh(name, getattr(surfaces, name)(z), corners, starts)))
-            errors.append(found.report()["dilatation"]["p95"] - 1)
+            layout = laid_out(disk_patch(Mesh(name, getattr(surfaces, name)(z), corners, starts)))
+            errors.append(layout.report()["dilatation"]["p95"] - 1)
         rates = np.log2(np.array(errors[:-1]) / errors[1:])
-        shown = ", ".join(f"{e:.4f}" for e in errors)
+        error_text = ", ".join(f"{e:.4f}" for e in errors)
         print(
-            f"angles, {name:5}           p95 of dilatation - 1: {shown}   order {rates[0]:.2f}, {rates[1]:.2f}"
+            f"angles, {name:5}           p95 of dilatation - 1: {error_text}   order {rates[0]:.2f}, {rates[1]:.2f}"
         )
 
 
@@ -199,9 +199,9 @@ def rebake(mesh: str, picture: str) -> None:
     same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
     sampler = Sampler(image.texture(shape.box))
-    made, report = baked.bake([(shape, same, shape)], sampler, (width, height), padding=0)
-    reached = made.any(axis=2)
-    error = np.abs(made.astype(float) - image.pixels)[reached]
+    baked_picture, report = baked.bake([(shape, same, shape)], sampler, (width, height), padding=0)
+    reached = baked_picture.any(axis=2)
+    error = np.abs(baked_picture.astype(float) - image.pixels)[reached]
     print(
         f"{mesh} into its own {report['charts']} charts, {reached.sum()} texels: "
         f"error {error.mean():.4f} in the mean, {error.max():.0f} at most"

@@ -42,16 +42,16 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sheet")
     parser.add_argument("--cartograms", action="store_true")
-    asked = parser.parse_args(words)
-    if asked.cartograms:
-        cartograms(asked.pairs, asked.seed)
+    options = parser.parse_args(words)
+    if options.cartograms:
+        cartograms(options.pairs, options.seed)
         return
-    choice, rows, cells = random.Random(asked.seed), [], []
-    pairs = shapes.drawn_pairs(asked.pairs, asked.seed, [], tuple(shapes.WILD))
+    choice, rows, cells = random.Random(options.seed), [], []
+    pairs = shapes.drawn_pairs(options.pairs, options.seed, [], tuple(shapes.WILD))
     # for compilation
     iccm.fit(pairs[0][0].curve, pairs[0][1].curve, rigid=[placed(pairs[0][0].curve, choice)[1]])
     print(
-        f"seed {asked.seed}; pair, region, share: status, K95, size, p95 of the stretch elsewhere and CPU by without"
+        f"seed {options.seed}; pair, region, share: status, K95, size, p95 of the stretch elsewhere and CPU by without"
     )
     for source, target in pairs:
         kind, region = placed(source.curve, choice)
@@ -60,8 +60,8 @@ def main(words: list[str] | None = None) -> None:
         rows.append(row)
         cells.append((name, fit, region))
     summary(rows)
-    if asked.sheet:
-        draw(cells, asked.sheet)
+    if options.sheet:
+        draw(cells, options.sheet)
 
 
 def placed(curve: iccm.Curve, choice: random.Random) -> tuple[str, np.ndarray]:
@@ -75,8 +75,8 @@ def placed(curve: iccm.Curve, choice: random.Random) -> tuple[str, np.ndarray]:
         shape = affinity.scale(KINDS[kind], size, size, origin=(0, 0))
         for _ in range(TRIES):
             at = choice.uniform(left, right), choice.uniform(low, high)
-            if room.contains(found := affinity.translate(shape, *at)):
-                return kind, complex_of(shapely.get_coordinates(found.exterior)[:-1])
+            if room.contains(moved_shape := affinity.translate(shape, *at)):
+                return kind, complex_of(shapely.get_coordinates(moved_shape.exterior)[:-1])
         share *= 0.9
 
 
@@ -93,19 +93,19 @@ def measured(
         print(f"{name}: {error}", flush=True)
         return (False, False, False, np.nan, np.nan, np.nan), None
     ended = time.process_time()
-    (found,) = fit.rigid
-    rest = np.flatnonzero(~iccm.Curve(region).contains(fit.map.source[fit.map.faces].mean(axis=1)))
-    stretch = p95(of_triangles(fit.map, rest)) / p95(plain.distortion)
+    (rigid,) = fit.rigid
+    outside_region = np.flatnonzero(~iccm.Curve(region).contains(fit.map.source[fit.map.faces].mean(axis=1)))
+    stretch = p95(of_triangles(fit.map, outside_region)) / p95(plain.distortion)
     cpu = (ended - between) / (between - started)
     sound = fit.certificate.report()["certified"] and fit.boundary["hausdorff"] <= 1e-3
     share = abs(iccm.Curve(region).area) / source.area
-    sizes = "–".join(f"{found.sizes[k]:.3f}" for k in (0, 2))
+    sizes = "–".join(f"{rigid.sizes[k]:.3f}" for k in (0, 2))
     print(
-        f"{name}, {share:.1%}: {fit.status.name.lower()}, {found.dilatation:.4f}, {sizes}, {stretch:.2f}, {cpu:.2f}"
+        f"{name}, {share:.1%}: {fit.status.name.lower()}, {rigid.dilatation:.4f}, {sizes}, {stretch:.2f}, {cpu:.2f}"
         + ("" if sound else ", NOT CERTIFIED or off the outline"),
         flush=True,
     )
-    return (fit.status.ok, found.is_rigid, sound, found.scale, stretch, cpu), fit
+    return (fit.status.ok, rigid.is_rigid, sound, rigid.scale, stretch, cpu), fit
 
 
 def cartograms(count: int, seed: int) -> None:
@@ -125,9 +125,9 @@ def cartograms(count: int, seed: int) -> None:
         fit = iccm.fit(curve, curve, size_map=sizes, balance=8)
         cpu = time.process_time() - started
         places = fit.map.source[fit.map.faces] @ PLACES.T
-        own = nearest(seats, places).ravel()
+        owner = nearest(seats, places).ravel()
         before, after = (
-            np.bincount(own, np.repeat(np.abs(triangle_areas(w[fit.map.faces])), places.shape[1]), PARTS)
+            np.bincount(owner, np.repeat(np.abs(triangle_areas(w[fit.map.faces])), places.shape[1]), PARTS)
             for w in (fit.map.source, fit.map.image)
         )
         off = np.abs(after / after.sum() / (people * before / (people * before).sum()) - 1).max()
@@ -148,14 +148,14 @@ def seats_in(curve: iccm.Curve, count: int, choice: np.random.Generator) -> np.n
     z = z[curve.contains(z)]
     seats = z[:count]
     for _ in range(6):
-        own = nearest(seats, z)
-        seats = np.array([z[own == k].mean() for k in range(count)])
+        owner = nearest(seats, z)
+        seats = np.array([z[owner == k].mean() for k in range(count)])
     return seats
 
 
-def p95(found: Distortion) -> float:
+def p95(distortion: Distortion) -> float:
     """Return the 95 % quantile of the stretch."""
-    return found.quantile(found.stretches, 0.95)
+    return distortion.quantile(distortion.stretches, 0.95)
 
 
 def summary(rows: list[tuple]) -> None:
@@ -174,19 +174,19 @@ def draw(cells: list[tuple], path: str, columns: int = 8) -> None:
     """Draw targets with a checkerboard and the outlines of the regions' images."""
     from matplotlib.figure import Figure
 
-    made = Figure(figsize=(2.4 * columns, 2.6 * -(-len(cells) // columns)), layout="constrained")
+    figure = Figure(figsize=(2.4 * columns, 2.6 * -(-len(cells) // columns)), layout="constrained")
     for place, (name, fit, region) in enumerate(cells):
-        axes = made.add_subplot(-(-len(cells) // columns), columns, place + 1)
+        axes = figure.add_subplot(-(-len(cells) // columns), columns, place + 1)
         axes.set_axis_off()
         axes.set_title(name.replace(" to ", "\n"), fontsize=5)
         if fit is None:
             continue
-        shown = iccm.warp(fit, iccm.checkerboard(512), size=400)
-        low, high = shown.box
-        axes.imshow(shown.pixels, extent=(low.real, high.real, low.imag, high.imag))
+        picture = iccm.warp(fit, iccm.checkerboard(512), size=400)
+        low, high = picture.box
+        axes.imshow(picture.pixels, extent=(low.real, high.real, low.imag, high.imag))
         ring = fit.map(np.append(region, region[0]))
         axes.plot(ring.real, ring.imag, "k", lw=1.2)
-    made.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110)
 
 
 if __name__ == "__main__":

@@ -195,24 +195,24 @@ def compared(map, g, texels, pixels, samples):
     inner = cv2.erode((cover == 1).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     scale = texels / 2.8
     x, y = (np.where(inner, v, 0) for v in ((z.real + 1.4) * scale - 0.5, (1.4 - z.imag) * scale - 0.5))
-    made = {}
+    pictures = {}
     for name, flag in (
         ("linear", cv2.INTER_LINEAR),
         ("cubic", cv2.INTER_CUBIC),
         ("lanczos4", cv2.INTER_LANCZOS4),
     ):
-        made[f"cv2 {name}"] = cv2.remap(
+        pictures[f"cv2 {name}"] = cv2.remap(
             texture, x.astype(np.float32), y.astype(np.float32), flag, borderMode=cv2.BORDER_REPLICATE
         )
     for order in (1, 3, 5):
-        made[f"skimage {order}"] = skimage_warp(
+        pictures[f"skimage {order}"] = skimage_warp(
             texture.astype(float), np.array([y, x]), order=order, mode="edge"
         )
-    made["TextureSystem"] = texture_system(texture, z, right, down, inner)
+    pictures["TextureSystem"] = texture_system(texture, z, right, down, inner)
     for name in ("cubic", "lanczos", "spline"):
         placed = Texture(texture[..., None], BOX, transfer="linear")
-        made[f"iccm {name}"] = warp(map, placed, canvas, filter=name).pixels[..., 0]
-    return {name: -10 * np.log10(np.mean((v[inner] - truth[inner]) ** 2)) for name, v in made.items()}
+        pictures[f"iccm {name}"] = warp(map, placed, canvas, filter=name).pixels[..., 0]
+    return {name: -10 * np.log10(np.mean((v[inner] - truth[inner]) ** 2)) for name, v in pictures.items()}
 
 
 def texture_system(texture, z, right, down, inner):
@@ -249,9 +249,9 @@ def scaling(sizes=(1024, 2048, 4096, 8192, 16384)):
             text=True,
             check=True,
         )
-        found = json.loads(done.stdout)
+        figures = json.loads(done.stdout)
         print(
-            f"{size:6}² {found['seconds']:18.2f} {found['seconds'] / size**2 * 1e9:16.0f} {found['peak']:12.2f}"
+            f"{size:6}² {figures['seconds']:18.2f} {figures['seconds'] / size**2 * 1e9:16.0f} {figures['peak']:12.2f}"
         )
     print()
 
@@ -288,9 +288,9 @@ def large(size=16384):
         name = f"{folder}/texture.tif"
         image_files.write_bands(name, image_files.Image(np.zeros((1, 1, 4), np.uint8), 3), size, size, strips)
         line = [sys.executable, "-m", "tests.bench.resampling", "one", str(size), name]
-        found = json.loads(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
+        figures = json.loads(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
     print(
-        f"## {size}² RGBA texture to {size}² RGBA picture: {found['seconds']:.0f} s, peak {found['peak']:.2f} GB\n"
+        f"## {size}² RGBA texture to {size}² RGBA picture: {figures['seconds']:.0f} s, peak {figures['peak']:.2f} GB\n"
     )
 
 
@@ -332,12 +332,12 @@ def inputs(path, targets=(0.2,)):
     image_files.write(path / "t.png", image_files.Image(noise))
     drawn(path / "a.svg", shape(400))
     z = 360 * shape(200)
-    found = []
+    point_pairs = []
     for k, by in enumerate(targets):
         drawn(path / f"b{k}.svg", bent(shape(400), by))
         w = 360 * bent(shape(200), by)
-        found.append([(512 + a.real, 512 - a.imag, 512 + b.real, 512 - b.imag) for a, b in zip(z, w)])
-    return found
+        point_pairs.append([(512 + a.real, 512 - a.imag, 512 + b.real, 512 - b.imag) for a, b in zip(z, w)])
+    return point_pairs
 
 
 def commands(size):
@@ -362,8 +362,8 @@ def batch(count=30, few=2, rounds=2):
         points = inputs(path, np.linspace(0.02, 0.2, count))
         lines = {f"iccm batch of {n}": batched(path, n) for n in (count, few)}
         for k, pairs in enumerate(points):
-            if made := gdal(path, pairs, 1024, f"g{k}"):
-                (path / f"g{k}.sh").write_text(" ".join(made["gdalwarp -tps default"]))
+            if scripts := gdal(path, pairs, 1024, f"g{k}"):
+                (path / f"g{k}.sh").write_text(" ".join(scripts["gdalwarp -tps default"]))
                 lines["gdalwarp"] = ["sh", "-c", f"ls {path}/g*.sh | xargs -P 2 -n 1 sh"]
         took = side_by_side(lines, rounds)
     ours = np.subtract(*(took[f"iccm batch of {n}"] for n in (count, few))) / (count - few)
@@ -402,9 +402,9 @@ def memory(size=16384):
             f"{path}/b0.svg",
         ]
         line += ["--texture", f"{path}/t.png", "-o", f"{path}/o.png", "--size", f"{size}x{size}", "-q"]
-        found = float(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
-    print(f"## iccm map --size {size}: {found:.2f} GB at most")
-    goal(f"memory of {size}², GB", found, 1)
+        gigabytes = float(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
+    print(f"## iccm map --size {size}: {gigabytes:.2f} GB at most")
+    goal(f"memory of {size}², GB", gigabytes, 1)
     print()
 
 
@@ -471,18 +471,18 @@ def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024e-9
 
 
-def main(asked):
+def main(arguments):
     """Run the named parts, or all."""
     parts = {"coordinates": coordinates, "quality": quality, "scaling": scaling, "command": command}
     parts |= {"batch": batch, "memory": memory}
-    if asked[:1] == ["one"]:
-        return one(int(asked[1]), *asked[2:])
-    if asked[:1] == ["peak"]:
+    if arguments[:1] == ["one"]:
+        return one(int(arguments[1]), *arguments[2:])
+    if arguments[:1] == ["peak"]:
         from iccm import cli
 
-        cli.run(asked[1:])
+        cli.run(arguments[1:])
         return print(peak())
-    for name in asked or parts:
+    for name in arguments or parts:
         if cv2 is None and name in ("coordinates", "quality"):
             print(f"{name}: left out, cv2 is not installed")
             continue

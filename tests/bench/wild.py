@@ -56,9 +56,9 @@ def judged(path: Path, before: Path | None = None) -> Figures:
     if before and before.suffix.lower() == ".obj":
         _, old, same = _read(before)
         kept = [[old[t : t + 1] for _, t in polygon] for polygon in same]
-        shown = [[texts[t : t + 1] for _, t in polygon] for polygon in polygons]
-        whole = [each and a != b for each, a, b in zip(whole, shown, kept, strict=True)]
-    polygons = [polygon for polygon, each in zip(polygons, whole) if each]
+        corner_texts = [[texts[t : t + 1] for _, t in polygon] for polygon in polygons]
+        whole = [is_complete and a != b for is_complete, a, b in zip(whole, corner_texts, kept, strict=True)]
+    polygons = [polygon for polygon, is_complete in zip(polygons, whole) if is_complete]
     space, plane = np.array(points), np.array(texts, float)
     owner, cuts, fan = [], [], []
     for number, polygon in enumerate(polygons):
@@ -66,10 +66,12 @@ def judged(path: Path, before: Path | None = None) -> Figures:
         fan += [(polygon[0], polygon[k], polygon[k + 1]) for k in range(1, n - 1)]
         # for others, it depends on the triangulation that a program chooses
         if n <= 4 or _convex(space[[v for v, _ in polygon]]):
-            own = [(polygon[k - 1], polygon[k], polygon[(k + 1) % n]) for k in range(n)]
-            own = [cut for cut in own if len({tuple(points[v]) for v, _ in cut}) == 3]  # others have no area
-            cuts += own
-            owner += [number] * len(own)
+            ears = [(polygon[k - 1], polygon[k], polygon[(k + 1) % n]) for k in range(n)]
+            ears = [
+                cut for cut in ears if len({tuple(points[v]) for v, _ in cut}) == 3
+            ]  # others have no area
+            cuts += ears
+            owner += [number] * len(ears)
     signs = _signs(plane, texts, np.array(cuts, np.int64).reshape(-1, 3, 2)[:, :, 1])
     common = 1 if signs.sum() > 0 else -1
     turned = len(set(np.array(owner, np.int64)[signs != common].tolist()))
@@ -108,13 +110,13 @@ def _signs(plane: NDArray, texts: list[list[str]], triangles: NDArray) -> NDArra
     """Return -1, 0 or 1 for each triangle, by rational numbers where rounding could matter."""
     a, b, c = (plane[triangles[:, k]] for k in range(3))
     p, q = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]), (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    found = np.sign(p - q)
+    sign = np.sign(p - q)
     unsure = np.abs(p - q) <= 1e-12 * (np.abs(plane).max() ** 2 + np.abs(p) + np.abs(q))
     for number in np.flatnonzero(unsure):
         (ax, ay), (bx, by), (cx, cy) = ([Fraction(word) for word in texts[v]] for v in triangles[number])
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        found[number] = (area > 0) - (area < 0)
-    return found
+        sign[number] = (area > 0) - (area < 0)
+    return sign
 
 
 def _sizes(space: NDArray, plane: NDArray) -> tuple[tuple[float, float], float]:
@@ -141,24 +143,24 @@ class Done(NamedTuple):
     """The result of a command: exit code (124 if it took too long), output, processor seconds, peak GB."""
 
     code: int
-    said: list[str]
+    lines: list[str]
     seconds: float
     memory: float
 
 
 def command(*words: object) -> Done:
     """Run iccm."""
-    with tempfile.TemporaryFile("w+", errors="replace") as said:
+    with tempfile.TemporaryFile("w+", errors="replace") as output:
         process = subprocess.Popen(
             [COMMAND, *map(str, words)],
-            stdout=said,
-            stderr=said,
+            stdout=output,
+            stderr=output,
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
         )
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = code = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        lines = said.read().splitlines()
+        output.seek(0)
+        lines = output.read().splitlines()
     return Done(124 if code == -9 else code, lines, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e6)
 
 
@@ -168,22 +170,20 @@ def row(path: Path, folder: Path) -> tuple[str, bool, bool]:
     drawing.write_text(HEART)
     out.unlink(missing_ok=True)
     done = command("map", drawing, path, "--cut", "-o", out, "--force")
-    told = next((line for line in done.said if line.startswith("error")), "")
+    message = next((line for line in done.lines if line.startswith("error")), "")
     start = f"{path.name[:32]:32} {done.code:3} {done.seconds:6.1f} CPU-s {done.memory:5.2f} GB"
     if not out.exists():
-        return f"{start}  {(told or ' '.join(done.said[-1:]))[:150]}", False, done.code == 2
+        return f"{start}  {(message or ' '.join(done.lines[-1:]))[:150]}", False, done.code == 2
     try:
-        found = judged(out, path)
+        verdict = judged(out, path)
     except (IndexError, ValueError) as error:
         return f"{start}  not judged: {error!r}", True, False
-    told = told or next((line for line in done.said if "convex" in line), "")
-    reversed_ones = sum(int(n) for line in done.said for n in REVERSED.findall(line))
-    good = done.code == 0 and found.turned <= reversed_ones and done.seconds <= SLOW
-    untold = "  UNTOLD" if found.turned > reversed_ones and not told else ""
-    figures = (
-        f"turned {found.turned:4}  2x {found.within[0]:6.1%}  4x {found.within[1]:6.1%}  K95 {found.k95:6.2f}"
-    )
-    return f"{start}  {figures}{untold}  {told[-90:]}", True, good
+    message = message or next((line for line in done.lines if "convex" in line), "")
+    reversed_ones = sum(int(n) for line in done.lines for n in REVERSED.findall(line))
+    good = done.code == 0 and verdict.turned <= reversed_ones and done.seconds <= SLOW
+    untold = "  UNTOLD" if verdict.turned > reversed_ones and not message else ""
+    figures = f"turned {verdict.turned:4}  2x {verdict.within[0]:6.1%}  4x {verdict.within[1]:6.1%}  K95 {verdict.k95:6.2f}"
+    return f"{start}  {figures}{untold}  {message[-90:]}", True, good
 
 
 def main() -> None:
