@@ -52,9 +52,9 @@ def reports_are_valid(monkeypatch):
 
     def checked(make, schema):
         def made(*given, **named):
-            found = make(*given, **named)
-            validator(schema).validate(report.as_json(found))
-            return found
+            result = make(*given, **named)
+            validator(schema).validate(report.as_json(result))
+            return result
 
         return made
 

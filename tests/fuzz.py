@@ -580,27 +580,27 @@ def changed_npz(rng: random.Random, data: bytes) -> bytes:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     name = rng.choice(["about.npy"] * 8 + sorted(members))
-    held, way = bytearray(members.pop(name)), rng.randrange(5)
+    member_bytes, way = bytearray(members.pop(name)), rng.randrange(5)
     if name == "about.npy":
-        about = odd(rng, json.loads(str(np.load(io.BytesIO(held)))))
-        held = io.BytesIO()
-        np.save(held, np.array(json.dumps(about, ensure_ascii=rng.random() < 0.9)))
-        members[name] = held.getvalue()
+        about = odd(rng, json.loads(str(np.load(io.BytesIO(member_bytes)))))
+        member_bytes = io.BytesIO()
+        np.save(member_bytes, np.array(json.dumps(about, ensure_ascii=rng.random() < 0.9)))
+        members[name] = member_bytes.getvalue()
     elif way == 0:
-        members[rng.choice([name[:-4], "x.npy", name.upper()])] = bytes(held)
+        members[rng.choice([name[:-4], "x.npy", name.upper()])] = bytes(member_bytes)
     elif way == 1:
         swap(
             rng,
-            held,
+            member_bytes,
             rb"\d+(?=[,)])|(?<=')[|<][a-zA-Z]\d*(?=')",
             [*INDICES, b"<f4", b"|O", b"<U9", b"|V8", b">c16"],
         )
-        members[name] = bytes(held)
+        members[name] = bytes(member_bytes)
     elif way == 2:
-        mutate(rng, held)
-        members[name] = bytes(held)
+        mutate(rng, member_bytes)
+        members[name] = bytes(member_bytes)
     else:
-        values = np.load(io.BytesIO(held)).copy()
+        values = np.load(io.BytesIO(member_bytes)).copy()
         if values.size and values.dtype.kind in "cfi":
             at = rng.randrange(values.size)
             choices = [*FLOATS, 1e99, 1e101] if values.dtype.kind in "cf" else [-2, -1, 0, 1, 7, 2**31 - 1]

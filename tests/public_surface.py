@@ -33,11 +33,11 @@ MODULES = ("iccm", "iccm.io.run")
 
 def entries() -> list[str]:
     """Return the public surface of the code, sorted."""
-    found = {*of_commands(), *of_settings(), *of_exit_codes(), *of_schemas(), *of_saved_maps()}
+    names = {*of_commands(), *of_settings(), *of_exit_codes(), *of_schemas(), *of_saved_maps()}
     for module in MODULES:
-        found.update(of_module(module))
-    found.update((*of_jobs(), *of_solver()))
-    return sorted(found)
+        names.update(of_module(module))
+    names.update((*of_jobs(), *of_solver()))
+    return sorted(names)
 
 
 def of_commands() -> Iterator[str]:
@@ -75,12 +75,12 @@ def of_option(path: str, names: list[str], kind: object) -> Iterator[str]:
 @cache
 def literals() -> dict[str, object]:
     """Return the types of the options that take one of a few words."""
-    found = {}
+    values = {}
     for table in vars(options).values():
         for name, hint in getattr(table, "__annotations__", {}).items():
             if get_origin(hint) is Annotated and get_origin(get_args(hint)[0]) is Literal:
-                found[name] = get_args(hint)[0]
-    return found
+                values[name] = get_args(hint)[0]
+    return values
 
 
 def of_settings() -> Iterator[str]:
@@ -210,15 +210,15 @@ def main() -> None:
     parser.add_argument("--record", action="store_true", help="write the additions since the last release")
     parser.add_argument("--release", action="store_true", help="make the list that of a release")
     given = parser.parse_args()
-    found = entries()
+    current = entries()
     if given.release:
-        write(RELEASED, f"Public in iccm {iccm.__version__}.", found)
+        write(RELEASED, f"Public in iccm {iccm.__version__}.", current)
         write(UNRELEASED, "Public since then.", [])
     elif given.record:
         released = set(read(RELEASED))
-        write(UNRELEASED, "Public since then.", [entry for entry in found if entry not in released])
+        write(UNRELEASED, "Public since then.", [entry for entry in current if entry not in released])
     else:
-        print(*found, sep="\n")
+        print(*current, sep="\n")
 
 
 if __name__ == "__main__":

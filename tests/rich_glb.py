@@ -11,9 +11,9 @@ WIDTH = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 
 
 def png(colour, size=16):
-    made = io.BytesIO()
-    Image.new("RGB", (size, size), colour).save(made, "PNG")
-    return made.getvalue()
+    stream = io.BytesIO()
+    Image.new("RGB", (size, size), colour).save(stream, "PNG")
+    return stream.getvalue()
 
 
 class Builder:
@@ -22,10 +22,10 @@ class Builder:
     def __init__(self):
         self.file, self.data = gl.GLTF2(asset=gl.Asset(version="2.0", generator="a test")), b""
 
-    def view(self, data, **said):
+    def view(self, data, **fields):
         self.data += bytes(-len(self.data) % 4)
         self.file.bufferViews.append(
-            gl.BufferView(buffer=0, byteOffset=len(self.data), byteLength=len(data), **said)
+            gl.BufferView(buffer=0, byteOffset=len(self.data), byteLength=len(data), **fields)
         )
         self.data += data
         return len(self.file.bufferViews) - 1
@@ -50,10 +50,10 @@ class Builder:
         )
         return len(self.file.accessors) - 1
 
-    def texture(self, content, **said):
+    def texture(self, content, **fields):
         view = self.view(content)
         self.file.images.append(gl.Image(bufferView=view, mimeType="image/png", name=f"picture {view}"))
-        self.file.textures.append(gl.Texture(source=len(self.file.images) - 1, **said))
+        self.file.textures.append(gl.Texture(source=len(self.file.images) - 1, **fields))
         return len(self.file.textures) - 1
 
     def bytes(self):
@@ -103,8 +103,8 @@ def rich(points, normal, uv, faces, bump=None, **more):
     file = make.file
     file.samplers.append(gl.Sampler(magFilter=9728, minFilter=9984, wrapS=33071, wrapT=33648))
     plain = {"colour": png((200, 90, 40)), "bump": bump or png((128, 128, 255)), "rough": png((0, 180, 20))}
-    held = {name: make.texture(content, sampler=0) for name, content in (plain | more).items()}
-    colour, bump, rough = (held[name] for name in plain)
+    textures = {name: make.texture(content, sampler=0) for name, content in (plain | more).items()}
+    colour, bump, rough = (textures[name] for name in plain)
     look = gl.PbrMetallicRoughness(
         baseColorFactor=[0.9, 0.8, 0.7, 1.0],
         baseColorTexture=gl.TextureInfo(index=colour),
@@ -113,10 +113,10 @@ def rich(points, normal, uv, faces, bump=None, **more):
     skin = gl.Material(
         name="skin", pbrMetallicRoughness=look, normalTexture=gl.NormalMaterialTexture(index=bump, scale=0.7)
     )
-    if "occlusion" in held:
-        skin.occlusionTexture = gl.OcclusionTextureInfo(index=held["occlusion"], strength=0.8)
-    if "light" in held:
-        skin.emissiveTexture, skin.emissiveFactor = gl.TextureInfo(index=held["light"]), [1.0, 0.5, 0.5]
+    if "occlusion" in textures:
+        skin.occlusionTexture = gl.OcclusionTextureInfo(index=textures["occlusion"], strength=0.8)
+    if "light" in textures:
+        skin.emissiveTexture, skin.emissiveFactor = gl.TextureInfo(index=textures["light"]), [1.0, 0.5, 0.5]
     file.materials += [skin, gl.Material(name="other", extras={"by": "hand"})]
     body = gl.Primitive(
         attributes=attributes_of(make, points, normal, uv, rng),
@@ -163,13 +163,13 @@ def rich(points, normal, uv, faces, bump=None, **more):
 
 def values(file, number):
     """Return (n, k) the values of an accessor in a file read by pygltflib."""
-    said = file.accessors[number]
-    view, width = file.bufferViews[said.bufferView], WIDTH[said.type]
-    dtype = np.dtype(DTYPES[said.componentType])
+    accessor = file.accessors[number]
+    view, width = file.bufferViews[accessor.bufferView], WIDTH[accessor.type]
+    dtype = np.dtype(DTYPES[accessor.componentType])
     stride = view.byteStride or width * dtype.itemsize
-    offset = (view.byteOffset or 0) + (said.byteOffset or 0)
+    offset = (view.byteOffset or 0) + (accessor.byteOffset or 0)
     blob = file.binary_blob()
-    return np.ndarray((said.count, width), dtype, blob, offset, (stride, dtype.itemsize)).copy()
+    return np.ndarray((accessor.count, width), dtype, blob, offset, (stride, dtype.itemsize)).copy()
 
 
 def picture(file, texture):

@@ -34,18 +34,18 @@ def outline() -> shapely.Polygon:
 def colours(z: np.ndarray, eye: float = 0.075, band: float = 0.09) -> np.ndarray:
     """The pattern (…, 3) at points: brown with veins, an orange band with a wavy edge, and an eye spot."""
     x, y = z.real, z.imag
-    found = np.empty((*z.shape, 3))
-    found[:] = np.array([0.33, 0.2, 0.13])
-    found += (0.12 * x - 0.1 * y)[..., None]
+    rgb = np.empty((*z.shape, 3))
+    rgb[:] = np.array([0.33, 0.2, 0.13])
+    rgb += (0.12 * x - 0.1 * y)[..., None]
     wave = 0.02 * np.sin(25 * y)
-    found[np.abs(x - 0.45 - 0.3 * y + wave) < band / 2] = (0.93, 0.55, 0.13)
+    rgb[np.abs(x - 0.45 - 0.3 * y + wave) < band / 2] = (0.93, 0.55, 0.13)
     for slope in (-0.12, 0.12, 0.4):
-        found[np.abs(y - 0.2 - slope * (x - 0.4)) < 0.006 * (x > 0.4)] = (0.16, 0.1, 0.08)
+        rgb[np.abs(y - 0.2 - slope * (x - 0.4)) < 0.006 * (x > 0.4)] = (0.16, 0.1, 0.08)
     away = np.abs(z - LANDMARKS[4])
-    found[away < eye] = (0.95, 0.9, 0.75)
-    found[away < 0.65 * eye] = (0.08, 0.1, 0.3)
-    found[np.abs(z - LANDMARKS[4] - (-0.25 + 0.2j) * eye) < 0.2 * eye] = (1, 1, 1)
-    return found
+    rgb[away < eye] = (0.95, 0.9, 0.75)
+    rgb[away < 0.65 * eye] = (0.08, 0.1, 0.3)
+    rgb[np.abs(z - LANDMARKS[4] - (-0.25 + 0.2j) * eye) < 0.2 * eye] = (1, 1, 1)
+    return rgb
 
 
 class Wing:
@@ -74,12 +74,12 @@ class Wing:
 
     def pixels_of(self, z: np.ndarray) -> np.ndarray:
         """The inverse of `on_pattern`, by a fixed-point iteration."""
-        found = np.full(z.shape, (self.width + 1j * self.height) / 2)
+        places = np.full(z.shape, (self.width + 1j * self.height) / 2)
         for _ in range(60):
-            step = (z - self.on_pattern(found)) * self._factor
-            found = found + 0.7 * (-step if self.mirrored else step.conj())
-        assert np.abs(self.on_pattern(found) - z).max() < 1e-6
-        return found
+            step = (z - self.on_pattern(places)) * self._factor
+            places = places + 0.7 * (-step if self.mirrored else step.conj())
+        assert np.abs(self.on_pattern(places) - z).max() < 1e-6
+        return places
 
     @property
     def landmarks(self) -> np.ndarray:
@@ -93,10 +93,10 @@ class Wing:
         z = self.on_pattern(x[None, :] + 1j * y[:, None])
         shape = outline()
         shapely.prepare(shape)
-        shown = np.where(
+        large = np.where(
             shapely.contains_xy(shape, z.real, z.imag)[..., None], colours(z, **self._pattern), 0.87
         )
-        small = shown.reshape(self.height, samples, self.width, samples, 3).mean(axis=(1, 3))
+        small = large.reshape(self.height, samples, self.width, samples, 3).mean(axis=(1, 3))
         small += self._grain.normal(0, 0.006, small.shape[:2])[..., None]
         return Image.fromarray(np.rint(255 * np.clip(small, 0, 1)).astype(np.uint8))
 

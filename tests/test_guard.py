@@ -11,23 +11,23 @@ from tests.bench import guard, guarded
 class Version:
     """A version whose tasks take given seconds, one after another, and which notes when it was asked."""
 
-    def __init__(self, name, asked, **seconds):
-        self.name, self.asked, self._seconds = name, asked, seconds
+    def __init__(self, name, calls, **seconds):
+        self.name, self.calls, self._seconds = name, calls, seconds
 
     @property
     def tasks(self):
         return list(self._seconds)
 
     def seconds(self, task):
-        self.asked.append(self.name)
+        self.calls.append(self.name)
         return self._seconds[task].pop(0)
 
 
 def test_versions_are_asked_by_turns():
-    asked = []
-    new, old = Version("new", asked, solve=[3.0, 6.0]), Version("old", asked, solve=[2.0, 3.0], other=[1.0])
+    calls = []
+    new, old = Version("new", calls, solve=[3.0, 6.0]), Version("old", calls, solve=[2.0, 3.0], other=[1.0])
     assert guard.compare(new, old, 2) == {"solve": [1.5, 2.0]}
-    assert asked == ["new", "old", "old", "new"]
+    assert calls == ["new", "old", "old", "new"]
 
 
 def test_only_the_median_counts(capsys):

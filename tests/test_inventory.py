@@ -240,10 +240,10 @@ def test_nor_does_what_libraries_do_by_themselves(folder, name):
         pytest.skip("strace may not trace here")
     assert done.returncode == (0 if written else 2), done.stderr
     events = []
-    for each in Path("home/trace").read_text(errors="replace").splitlines()[1:]:
-        if "connect(" in each and "AF_UNIX" not in each:
-            events.append(("connect", each))
-        elif (match := TRACED.search(each)) and " = -1 " not in each:
+    for trace_line in Path("home/trace").read_text(errors="replace").splitlines()[1:]:
+        if "connect(" in trace_line and "AF_UNIX" not in trace_line:
+            events.append(("connect", trace_line))
+        elif (match := TRACED.search(trace_line)) and " = -1 " not in trace_line:
             call, path, arguments = match.groups()
             changes = call not in ("open", "openat", "execve") or re.search(
                 "O_WRONLY|O_RDWR|O_CREAT", arguments

@@ -89,20 +89,22 @@ def targets(module: str, package: bool, node: ast.AST, modules=FILES) -> set[str
     if isinstance(node, ast.Import):
         dotted = [alias.name for alias in node.names]
     elif isinstance(node, ast.ImportFrom):
-        here = ["iccm", *(part for part in module.split(".") if part)]
-        base = here[: len(here) - node.level + package] if node.level else []
+        package_path = ["iccm", *(part for part in module.split(".") if part)]
+        base = package_path[: len(package_path) - node.level + package] if node.level else []
         dotted = [".".join([*base, *filter(None, [node.module]), alias.name]) for alias in node.names]
     else:
         return set()
-    found = {name.removeprefix("iccm").lstrip(".") for name in dotted if name.split(".")[0] == "iccm"}
-    return {name if name in modules else name.rpartition(".")[0] for name in found}
+    relative_names = {
+        name.removeprefix("iccm").lstrip(".") for name in dotted if name.split(".")[0] == "iccm"
+    }
+    return {name if name in modules else name.rpartition(".")[0] for name in relative_names}
 
 
 def imports(module: str) -> set[str]:
     path = FILES[module]
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    found = (targets(module, path.name == "__init__.py", node) for node in ast.walk(tree))
-    return set().union(*found) - {module}
+    all_targets = (targets(module, path.name == "__init__.py", node) for node in ast.walk(tree))
+    return set().union(*all_targets) - {module}
 
 
 @functools.cache
@@ -159,8 +161,8 @@ def parts_of(folder: str) -> dict[str, set[str]]:
 
     graph: dict[str, set[str]] = {}
     for module, reached in graph_of_iccm().items():
-        if own := part(module):
-            graph.setdefault(own, set()).update({p for p in map(part, reached) if p} - {own})
+        if module_part := part(module):
+            graph.setdefault(module_part, set()).update({p for p in map(part, reached) if p} - {module_part})
     return graph
 
 
@@ -174,8 +176,8 @@ FOLDERS = sorted(name for name, path in FILES.items() if path.name == "__init__.
 
 def listed(docstring: str) -> list[str]:
     """The modules and folders (`name/`) listed in a docstring: names, two or more spaces, and a description."""
-    found = re.findall(r"^(\w+/?(?:, \w+/?)*) {2,}\S", docstring, re.MULTILINE)
-    return [name for names in found for name in names.split(", ")]
+    rows = re.findall(r"^(\w+/?(?:, \w+/?)*) {2,}\S", docstring, re.MULTILINE)
+    return [name for names in rows for name in names.split(", ")]
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
@@ -200,7 +202,7 @@ def test_a_new_module_is_added_to_the_list_and_a_removed_one_leaves_it(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("module", "code", "found"),
+    ("module", "code", "expected"),
     [
         ("maps.inverse", "from ..io import files", {"io.files"}),
         ("solve", "from . import cli", {"cli"}),
@@ -214,8 +216,8 @@ def test_a_new_module_is_added_to_the_list_and_a_removed_one_leaves_it(tmp_path)
         ),
     ],
 )
-def test_the_scan_sees_an_import(module, code, found):
-    assert set().union(*(targets(module, False, node) for node in ast.walk(ast.parse(code)))) == found
+def test_the_scan_sees_an_import(module, code, expected):
+    assert set().union(*(targets(module, False, node) for node in ast.walk(ast.parse(code)))) == expected
 
 
 def test_the_scan_sees_arrows_that_run_back_and_circles():

@@ -19,8 +19,8 @@ def test_a_stale_row_says_what_to_do(tmp_path):
     row = Mutant("setup.py", "no such text", "", "tests/test_mutants.py", "nothing")
     assert row.mutate("some text") is None and row.mutate("no such text, no such text") is None
     assert row.mutate("a no such text b") == "a  b"
-    for each in (row, row._replace(file="moved/away.py")):
-        (line,) = stale([each])
-        assert each.file in line and "update or remove the row" in line
+    for mutant in (row, row._replace(file="moved/away.py")):
+        (line,) = stale([mutant])
+        assert mutant.file in line and "update or remove the row" in line
     (line,) = stale([row._replace(old="ROOT = ", new="ROOT = = ")])
     assert "correct the row" in line

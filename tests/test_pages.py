@@ -39,9 +39,9 @@ def marked(page):
 @pytest.mark.parametrize("page", [marked(page) for page in RECIPES.pages()])
 def test_the_commands_of_a_page_make_its_pictures(page, tmp_path):
     RECIPES.run(page, tmp_path)
-    made = RECIPES.made(page, tmp_path)
-    assert sorted(made) == RECIPES.expected(page)
-    for name, path in made.items():
+    pictures = RECIPES.made(page, tmp_path)
+    assert sorted(pictures) == RECIPES.expected(page)
+    for name, path in pictures.items():
         kept = RECIPES.PICTURES / name
         if kept.suffix == ".webp":
             assert path.stat().st_size == pytest.approx(kept.stat().st_size, rel=0.1)
@@ -55,8 +55,8 @@ def test_the_commands_of_a_page_make_its_pictures(page, tmp_path):
 
 
 def test_every_picture_kept_is_shown():
-    shown = {name for page in PAGES for name in RECIPES.shown(page)}
-    assert shown == {path.name for path in RECIPES.PICTURES.iterdir()}
+    shown_names = {name for page in PAGES for name in RECIPES.shown(page)}
+    assert shown_names == {path.name for path in RECIPES.PICTURES.iterdir()}
     assert all(path.stat().st_size <= 150_000 for path in RECIPES.PICTURES.iterdir())
 
 
@@ -152,14 +152,14 @@ def test_every_command_and_option_shown_exists():
         calls = [
             call for block in BLOCK.findall(page.read_text(encoding="utf-8")) for call in CALL.findall(block)
         ]
-        for command, rest in calls:
+        for command, arguments in calls:
             assert command in COMMANDS, (name_of(page), command)
             if command in ("plugins", "completion"):  # their options are not in the table
                 continue
             names = {*of_command(command), *(of_command("map") if command == "batch" else ())}
-            known = {name.replace("_", "-") for name in names} | general
-            used = set(re.findall(r" --([a-z][\w-]*)", re.sub(r"'[^']*'", "", rest)))
-            assert used <= known, (name_of(page), command, used - known)
+            existing = {name.replace("_", "-") for name in names} | general
+            used = set(re.findall(r" --([a-z][\w-]*)", re.sub(r"'[^']*'", "", arguments)))
+            assert used <= existing, (name_of(page), command, used - existing)
             checked += len(used)
     assert checked > 200
 
@@ -206,8 +206,8 @@ def test_tables_of_options_have_every_option_once():
 
     for command in ("map", "apply", "batch"):
         names = re.findall(r"^\| <code>(?:-\w, )?--([\w-]+)", SITE.options_of(command), re.MULTILINE)
-        shown = [name for name, (_, option) in of_command(command).items() if command not in option.hidden]
-        assert sorted(names) == sorted(name.replace("_", "-") for name in shown)
+        visible = [name for name, (_, option) in of_command(command).items() if command not in option.hidden]
+        assert sorted(names) == sorted(name.replace("_", "-") for name in visible)
 
 
 def test_every_option_of_a_job_has_a_topic_of_help():

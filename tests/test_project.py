@@ -99,14 +99,14 @@ def test_a_users_type_checker_sees_the_signatures(tmp_path):
         capture_output=True,
         text=True,
     )
-    said = {}
+    messages = {}
     for line in done.stdout.splitlines()[:-1]:
         _, number, text = line.split(":", 2)
-        said[lines[int(number) - 1]] = said.get(lines[int(number) - 1], "") + text
-    assert said.keys() == {*MISTAKES, "reveal_type(iccm.fit)"}, done.stdout
-    assert all(text in said[line] for line, text in MISTAKES.items()), done.stdout
-    shown = said["reveal_type(iccm.fit)"]
-    assert "def (source:" in shown and shown.endswith('-> iccm.result.Fit"')
+        messages[lines[int(number) - 1]] = messages.get(lines[int(number) - 1], "") + text
+    assert messages.keys() == {*MISTAKES, "reveal_type(iccm.fit)"}, done.stdout
+    assert all(text in messages[line] for line, text in MISTAKES.items()), done.stdout
+    revealed = messages["reveal_type(iccm.fit)"]
+    assert "def (source:" in revealed and revealed.endswith('-> iccm.result.Fit"')
 
 
 @pytest.mark.parametrize("module", [iccm, iccm.io.run])
@@ -139,11 +139,11 @@ def test_the_lint_target_checks_the_staged_tree():
 def test_every_folder_of_code_is_a_package(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "core"))
     finder = importlib.import_module("package_folders")
-    found = finder.package_folders(ROOT)
+    packages = finder.package_folders(ROOT)
     code = [path for folder in ("iccm", "io", "cli") for path in (ROOT / folder).rglob("*.py")]
     folders = {path.parent.relative_to(ROOT).as_posix() for path in code}
-    assert {folder for name, folder in found.items() if name not in finder.DATA} == folders
-    for name, folder in found.items():
+    assert {folder for name, folder in packages.items() if name not in finder.DATA} == folders
+    for name, folder in packages.items():
         assert (ROOT / folder).is_dir()
         if name not in finder.DATA:
             module = __import__(name, fromlist=["x"])

@@ -60,8 +60,8 @@ def test_the_pages_know_every_command_and_option():
     detail = "".join(
         page.read_text(encoding="utf-8") for page in (DOCS / "reference").iterdir() if page.is_file()
     )
-    shown = {name for name, (_, option) in options_of().items() if not option.hidden}
-    for field in shown - {"output"}:
+    visible = {name for name, (_, option) in options_of().items() if not option.hidden}
+    for field in visible - {"output"}:
         assert f"--{field.replace('_', '-')}" in detail, field
 
 

@@ -54,10 +54,10 @@ def test_a_sample_makes_its_picture(name, tmp_path):
     for command in RUN.commands(folder):
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-    made, kept = image_files.read(folder / "out/picture.png").pixels, baseline(name)
+    picture, stored = image_files.read(folder / "out/picture.png").pixels, baseline(name)
     if name in FREE:
-        made, kept = made[..., 3:], kept[..., 3:]
-    assert difference(made, kept) < LIMIT
+        picture, stored = picture[..., 3:], stored[..., 3:]
+    assert difference(picture, stored) < LIMIT
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -95,5 +95,5 @@ def test_a_sample_that_fails_is_told(monkeypatch, tmp_path, capsys):
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad/command.txt").write_text("iccm map none.svg none.svg -o out/picture.png\n")
     assert RUN.main([]) == 1
-    told = capsys.readouterr()
-    assert "bad" in told.out and "exit code 2" in told.out and "none.svg" in told.err
+    output = capsys.readouterr()
+    assert "bad" in output.out and "exit code 2" in output.out and "none.svg" in output.err

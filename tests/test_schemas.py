@@ -13,19 +13,21 @@ NAMES = sorted(path.stem.removeprefix("iccm.") for path in SCHEMAS.iterdir())
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_schema_is_one(name):
-    found = validator(name)
-    found.check_schema(found.schema)
+    schema_validator = validator(name)
+    schema_validator.check_schema(schema_validator.schema)
     kind, _, version = name.rpartition("-")
-    assert found.schema["properties"]["schema"]["const"] == f"iccm.{kind}/{version}"
+    assert schema_validator.schema["properties"]["schema"]["const"] == f"iccm.{kind}/{version}"
 
 
 def described(value, schema, root):
     """The keys of a value that its schema does not describe."""
     schema = root["$defs"][schema["$ref"].rpartition("/")[2]] if "$ref" in schema else schema
     if isinstance(value, dict) and "properties" in schema:
-        known = schema["properties"]
-        inside = (key for name, item in value.items() for key in described(item, known.get(name, {}), root))
-        return [*(key for key in value if key not in known), *inside]
+        properties = schema["properties"]
+        inside = (
+            key for name, item in value.items() for key in described(item, properties.get(name, {}), root)
+        )
+        return [*(key for key in value if key not in properties), *inside]
     if isinstance(value, list) and "items" in schema:
         return [key for item in value for key in described(item, schema["items"], root)]
     return []
@@ -42,9 +44,9 @@ def described(value, schema, root):
 )
 def test_a_report_has_no_key_that_its_schema_lacks(shapes, iccm, arguments):
     typed = iccm(*arguments, "--report", "-", "-o", "out.png", "--size", "32", "-q")
-    found = json.loads(typed.out)
+    result = json.loads(typed.out)
     schema = validator("report-1").schema
-    assert described(found, schema, schema) == []
+    assert described(result, schema, schema) == []
 
 
 SAMPLES = SCHEMAS.parents[2] / "samples"
@@ -67,11 +69,11 @@ def test_layouts_are_as_their_schemas(shapes, iccm):
     iccm("flatten", mesh, "--uv", "old.obj")
     out = ("--texture", texture, "-o", "out.png", "--size", "32", "--report", "-", "-q")
     relaid = json.loads(iccm("relayout", "old.obj", "disk.obj", *out).out)
-    for name, found in (("flatten-1", flat), ("relayout-1", relaid)):
+    for name, result in (("flatten-1", flat), ("relayout-1", relaid)):
         schema = validator(name).schema
-        validator(name).validate(found)
-        assert described(found, schema, schema) == []
-        assert not validator(name).is_valid(found | {"status": "wrong"})
+        validator(name).validate(result)
+        assert described(result, schema, schema) == []
+        assert not validator(name).is_valid(result | {"status": "wrong"})
 
 
 def test_results_and_verdicts_are_as_their_schemas(shapes, iccm):
@@ -87,15 +89,15 @@ def test_results_and_verdicts_are_as_their_schemas(shapes, iccm):
     (shapes / "out" / "square.svg.json").write_text("{}")
     verdicts = [json.loads(line) for line in iccm("check", "out", "base", "--json").out.splitlines()]
     assert {verdict["state"] for verdict in verdicts} == {"same", "differs"}
-    for name, found in (("result-1", results), ("check-1", verdicts)):
+    for name, lines in (("result-1", results), ("check-1", verdicts)):
         schema = validator(name).schema
-        for one in found:
+        for one in lines:
             validator(name).validate(one)
             assert described(one, schema, schema) == []
 
 
 def test_a_wrong_report_is_refused(shapes, iccm):
     typed = iccm("map", "square.svg", "disk.svg", "--report", "-", "-o", "out.png", "--size", "32", "-q")
-    found = json.loads(typed.out)
+    result = json.loads(typed.out)
     for change in ({"schema": "iccm.report/2"}, {"boundary": {"rms": "0"}}, {"pins": None}):
-        assert not validator("report-1").is_valid(found | change)
+        assert not validator("report-1").is_valid(result | change)

@@ -36,16 +36,16 @@ def strings(source):
 
 def comments(source):
     """Comments with their lines; adjacent ones are joined, so that a term may span lines."""
-    found, last = [], 0
+    texts, last = [], 0
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
             text = token.string.lstrip("# ")
-            if found and token.start[0] == last + 1:
-                found[-1] = (found[-1][0], f"{found[-1][1]} {text}")
+            if texts and token.start[0] == last + 1:
+                texts[-1] = (texts[-1][0], f"{texts[-1][1]} {text}")
             else:
-                found.append((token.start[0], text))
+                texts.append((token.start[0], text))
             last = token.start[0]
-    return found
+    return texts
 
 
 def avoidable(source):
@@ -56,9 +56,9 @@ def avoidable(source):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_a_module_does_not_use_terms_to_avoid(path):
-    found = avoidable(path.read_text(encoding="utf-8"))
-    assert not found, "docs/glossary.md lists other words: " + ", ".join(
-        f"line {line}: {term}" for line, term in sorted(found)
+    terms = avoidable(path.read_text(encoding="utf-8"))
+    assert not terms, "docs/glossary.md lists other words: " + ", ".join(
+        f"line {line}: {term}" for line, term in sorted(terms)
     )
 
 

@@ -171,16 +171,16 @@ def kin_pairs() -> list[tuple[Drawing, Drawing]]:
         (bold, "Hello", serif, "Hello"),
     ]
     fonts = {serif: "playfair", bold: "bangers", script: "vibes"}
-    found = [
+    drawing_pairs = [
         tuple(
             Drawing(f"{font}#text={text}", *word_svg(font, text), fonts[font]) for font, text in (one, other)
         )
         for one, other in (((a, b), (c, d)) for a, b, c, d in letters)
     ]
-    found += [(_named(a), _named(b)) for a, b in KIN]
+    drawing_pairs += [(_named(a), _named(b)) for a, b in KIN]
     samples = shapes.ROOT / "samples" / "rose-leaf"
     rose, leaf = (_file(samples / f"{name}.svg", "game") for name in ("rose", "leaf"))
-    return [*found, (rose, leaf)]
+    return [*drawing_pairs, (rose, leaf)]
 
 
 def _named(label: str) -> Drawing:
@@ -240,9 +240,9 @@ def set_files(name: str) -> list[Path]:
 @cache
 def collection(path: Path, keep: str) -> list[tuple[str, str]]:
     """Return names and SVG texts of the icons of an Iconify collection that are not hidden."""
-    found = json.loads(path.read_text(encoding="utf-8"))
-    shown = {key for key, icon in found["icons"].items() if not icon.get("hidden")}
-    return [(key, svg) for key, svg in shapes.emoji(path) if key in shown and re.search(keep, key)]
+    icon_set = json.loads(path.read_text(encoding="utf-8"))
+    visible_keys = {key for key, icon in icon_set["icons"].items() if not icon.get("hidden")}
+    return [(key, svg) for key, svg in shapes.emoji(path) if key in visible_keys and re.search(keep, key)]
 
 
 def written(name: str, key: str, svg: str, suffix: str) -> Path:

@@ -392,22 +392,22 @@ def main(words: list[str] | None = None) -> None:
         arms = [arm("new", given.command, given.label, Path(scratch), given.shown)]
         if given.beside:
             arms.append(arm("old", given.beside, given.beside_label, Path(scratch), given.shown))
-        for each in arms:
-            print(f"{each.name}: {shlex.join(each.words)}")
-            if not each.folder.exists():
-                replace(each, folder=Path(scratch) / "first").run(*pairs[0])  # for compilation
+        for one_arm in arms:
+            print(f"{one_arm.name}: {shlex.join(one_arm.words)}")
+            if not one_arm.folder.exists():
+                replace(one_arm, folder=Path(scratch) / "first").run(*pairs[0])  # for compilation
                 for file in (Path(scratch) / "first").glob("*"):
                     file.unlink()
         print(HEAD)
-        rows: dict[str, list[Row]] = {each.name: [] for each in arms}
+        rows: dict[str, list[Row]] = {one_arm.name: [] for one_arm in arms}
         lines = []
         for k in chosen:
             source, target = pairs[k - 1]
-            arm_results = [each.run(source, target) for each in arms]
-            for each, (row, _) in zip(arms, arm_results, strict=True):
-                rows[each.name].append(row)
+            arm_results = [one_arm.run(source, target) for one_arm in arms]
+            for one_arm, (row, _) in zip(arms, arm_results, strict=True):
+                rows[one_arm.name].append(row)
                 name = f"{k} {source.label[:18]} > {target.label[:18]}"
-                print(f"{name:42} {each.name:4} {row}", flush=True)
+                print(f"{name:42} {one_arm.name:4} {row}", flush=True)
             if len(lines) < given.sheet_pairs:
                 lines.append(line_of(k, source, target, arm_results))
         if given.sheet:

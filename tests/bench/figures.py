@@ -74,14 +74,14 @@ def read(path: Path) -> Written:
     for line in path.read_text().splitlines():
         word, *arguments = line.split() or [""]
         if word == "v":
-            points.append([float(each) for each in arguments[:3]])
+            points.append([float(item) for item in arguments[:3]])
         elif word == "vt":
-            uv.append([float(each) for each in arguments[:2]])
+            uv.append([float(item) for item in arguments[:2]])
             exact.append((Fraction(arguments[0]), Fraction(arguments[1])))
         elif word == "f":
-            corners = [each.split("/") for each in arguments]
-            if all(len(each) > 1 and each[1] for each in corners):
-                faces.append(([int(each[0]) - 1 for each in corners], [int(each[1]) - 1 for each in corners]))
+            corners = [item.split("/") for item in arguments]
+            if all(len(item) > 1 and item[1] for item in corners):
+                faces.append(([int(item[0]) - 1 for item in corners], [int(item[1]) - 1 for item in corners]))
     return Written(np.array(points), np.array(uv), exact, faces)
 
 

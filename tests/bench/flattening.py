@@ -72,13 +72,13 @@ def fetched(name: str) -> Path:
     return next(path for path in home.rglob("*") if str(path).endswith(source.folder))
 
 
-def line(found: Flattening, seconds: float) -> str:
+def line(flattening: Flattening, seconds: float) -> str:
     """Return the figures of a layout as text."""
-    report = found.report()
+    report = flattening.report()
     area = report["log10_area"]["p95"] - report["log10_area"]["p05"]
     fault = (
         "one-to-one"
-        if overlap(found) is None
+        if overlap(flattening) is None
         else f"{report['turned']} turned"
         if report["turned"]
         else "overlaps"
@@ -93,19 +93,19 @@ def measured(package: str, name: str) -> bool:
     """Print a mesh's line; return whether its layout is as it should be."""
     mesh = mesh_files.read(str(fetched(package) / name)).mesh
     patch = disk_patch(mesh, cut=True)
-    lines, found = [], None
+    lines, flattening = [], None
     for method in ("lscm", "conformal"):
         start = time.process_time()
         try:
-            found = flatten(patch, grow=method == "conformal", method=method, chart=True)
-            lines.append(line(found, time.process_time() - start))
+            flattening = flatten(patch, grow=method == "conformal", method=method, chart=True)
+            lines.append(line(flattening, time.process_time() - start))
         except InputError as error:
             lines.append(f"{str(error).partition(': ')[2]:46.46}")
-    assert found is not None
-    good = overlap(found) is None and (found.report()["dilatation"]["p95"] <= GOOD or name in HARD)
-    said = f"   {HARD[name]}" if name in HARD else "" if good else "   NOT GOOD"
+    assert flattening is not None
+    good = overlap(flattening) is None and (flattening.report()["dilatation"]["p95"] <= GOOD or name in HARD)
+    remark = f"   {HARD[name]}" if name in HARD else "" if good else "   NOT GOOD"
     print(
-        f"{package + '/' + name:47}{len(patch.faces):7}   LSCM {lines[0]}   conformal {lines[1]}{said}",
+        f"{package + '/' + name:47}{len(patch.faces):7}   LSCM {lines[0]}   conformal {lines[1]}{remark}",
         flush=True,
     )
     return good

@@ -429,7 +429,7 @@ def sticker() -> list[Row]:
     for axes, (name, loops) in zip(panels.ravel(), outlines.items()):
         warp = Warp(fit.map, Sampler(Texture(pixels, box, 3), outlines=loops), canvas)
         warped = whole(warp)
-        pictures.shown(axes, warped.pixels, target.box)
+        pictures.show_picture(axes, warped.pixels, target.box)
         title(axes, name)
         share = (warped.pixels[..., 3] == 255).sum() / (target.area / abs(canvas.step[0]) ** 2)
         rows.append((name, f"{share:.1%} of the leaf opaque"))
@@ -457,12 +457,12 @@ def ringing() -> list[Row]:
     maps = {
         "before: cubic, unbounded": unclamped, "cubic (the default)": samplers["cubic"], "linear": samplers["linear"],
     }  # fmt: skip
-    found = {name: whole(Warp(same, sampler, canvas)).pixels for name, sampler in maps.items()}
-    found["OpenCV, cubic"] = cv2.resize(pixels, (size, size), interpolation=cv2.INTER_CUBIC)
+    images = {name: whole(Warp(same, sampler, canvas)).pixels for name, sampler in maps.items()}
+    images["OpenCV, cubic"] = cv2.resize(pixels, (size, size), interpolation=cv2.INTER_CUBIC)
     figure, panels = sheet(4, 1, 2.6)
     rows, near = list[Row](), (slice(150, 270), slice(130, 250))
-    for axes, (name, image) in zip(panels.ravel(), found.items()):
-        pictures.shown(axes, image[near][..., :3], box)
+    for axes, (name, image) in zip(panels.ravel(), images.items()):
+        pictures.show_picture(axes, image[near][..., :3], box)
         title(axes, name)
         colours = image[..., :3]
         darker = (colours < pixels.min(axis=(0, 1))).all(axis=2)

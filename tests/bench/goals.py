@@ -32,10 +32,10 @@ GOALS = (  # beginnings of the lines, in the order in which they are listed
 )
 
 
-def goal(name: str, found: float, most: float, unit: str = "") -> None:
+def goal(name: str, value: float, most: float, unit: str = "") -> None:
     """Print whether a figure is at most its goal."""
-    met = "met    " if found <= most else "NOT MET"
-    print(f"{MARK} {met} {name}: {found:.3g} of at most {most:.3g}{unit and ' ' + unit}", flush=True)
+    met = "met    " if value <= most else "NOT MET"
+    print(f"{MARK} {met} {name}: {value:.3g} of at most {most:.3g}{unit and ' ' + unit}", flush=True)
 
 
 def unmeasured(name: str, why: str) -> None:
@@ -43,12 +43,12 @@ def unmeasured(name: str, why: str) -> None:
     print(f"{MARK} ?       {name}: {why}", flush=True)
 
 
-def listed(said: list[str]) -> Iterator[str]:
+def listed(output_lines: list[str]) -> Iterator[str]:
     """Yield every goal with the lines printed for it, or that there were none, and the number of goals met."""
-    lines, all_of_them = [line.rstrip("\n") for line in said], []
+    lines, all_of_them = [line.rstrip("\n") for line in output_lines], []
     for name in GOALS:
-        own = [line for line in lines if _named(line, name)]
-        all_of_them += own or [f"{MARK} ?       {name}: not measured in this run"]
+        goal_lines = [line for line in lines if _named(line, name)]
+        all_of_them += goal_lines or [f"{MARK} ?       {name}: not measured in this run"]
     all_of_them += [line for line in lines if not any(_named(line, name) for name in GOALS)]
     yield from all_of_them
     yield f"{sum(line.startswith(f'{MARK} met') for line in all_of_them)} of {len(all_of_them)} met"

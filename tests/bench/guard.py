@@ -91,21 +91,21 @@ def compare(new: Version, old: Version, rounds: int) -> dict[str, list[float]]:
     """Return the ratios of processor times of each task that both versions can do; above 1 the new one is slower."""
     ratios: dict[str, list[float]] = {task: [] for task in new.tasks if task in old.tasks}
     for number in range(rounds):
-        for task, found in ratios.items():
+        for task, task_ratios in ratios.items():
             if number % 2:  # whichever comes second finds the machine as the first one left it
                 before = old.seconds(task)
-                found.append(new.seconds(task) / before)
+                task_ratios.append(new.seconds(task) / before)
             else:
                 after = new.seconds(task)
-                found.append(after / old.seconds(task))
+                task_ratios.append(after / old.seconds(task))
     return ratios
 
 
 def report(ratios: dict[str, list[float]], limit: float) -> list[str]:
     """Print a line for each task, and return the tasks above the limit."""
     slower = []
-    for task, found in ratios.items():
-        low, median, high = statistics.quantiles(found, n=4)
+    for task, task_ratios in ratios.items():
+        low, median, high = statistics.quantiles(task_ratios, n=4)
         too_slow = median > limit
         slower += [task] if too_slow else []
         print(f"{task:8} {median:.3f} ({low:.3f} to {high:.3f}){f', above {limit:g}' if too_slow else ''}")

@@ -46,25 +46,25 @@ def tasks():
     points = star[random.integers(0, VERTICES, POINTS)] * np.sqrt(random.uniform(0, 0.9, POINTS))
     texture = iccm.checkerboard()
     vertices, faces = surface()
-    found = {
+    functions = {
         "solve": lambda: iccm.fit(star, dented),
         "map": lambda: fit.inverse(fit.map(points)),
         "warp": lambda: iccm.warp(fit, texture, size=PIXELS, threads=1),
     }
     if hasattr(iccm, "flatten"):
-        found["flatten"] = lambda: iccm.flatten(vertices, faces, method="balanced")
-    return found
+        functions["flatten"] = lambda: iccm.flatten(vertices, faces, method="balanced")
+    return functions
 
 
 def main():
     """Answer requests until there are no more."""
-    found = tasks()
-    for task in found.values():  # what is compiled, loaded or cached at the first call is not measured
+    functions = tasks()
+    for task in functions.values():  # what is compiled, loaded or cached at the first call is not measured
         task()
-    print("ready", iccm.__version__, *found, flush=True)
+    print("ready", iccm.__version__, *functions, flush=True)
     for line in sys.stdin:
         start = time.process_time()
-        found[line.strip()]()
+        functions[line.strip()]()
         print(time.process_time() - start, flush=True)
 
 

@@ -88,11 +88,11 @@ def joined(path: Path) -> Mesh:
     places = _places(file.tree)
     owners = {id(p): k for k, mesh in enumerate(file.tree.meshes) for p in mesh.primitives}
     for part in file.primitives:
-        own = file.values(part.attributes.POSITION).astype(float)
+        part_points = file.values(part.attributes.POSITION).astype(float)
         matrix = places.get(owners[id(part)], np.eye(4))
-        points.append(own @ matrix[:3, :3].T + matrix[:3, 3])
+        points.append(part_points @ matrix[:3, :3].T + matrix[:3, 3])
         faces.append(file.faces(part) + count)
-        count += len(own)
+        count += len(part_points)
     every, triangles = np.concatenate(points), np.concatenate(faces)
     step = MERGED_RELATIVE * np.ptp(every, axis=0).max()
     _, first, number = np.unique(np.round(every / step), axis=0, return_index=True, return_inverse=True)
@@ -213,13 +213,13 @@ def by_blender(python: Path, way: str, mesh: Mesh, uv: NDArray, folder: Path) ->
 
 def seams_of(mesh: Mesh, uv: NDArray) -> NDArray:
     """Return (s, 2) edges, the smaller vertex first, that have different coordinates on their two sides."""
-    found: dict[tuple[int, int], tuple] = {}
+    places_of_edges: dict[tuple[int, int], tuple] = {}
     apart = set()
     for face, places in zip(mesh.faces.tolist(), np.round(uv, 7).tolist()):
         for k in range(3):
             ends = sorted([(face[k], tuple(places[k])), (face[k - 2], tuple(places[k - 2]))])
             key, value = (ends[0][0], ends[1][0]), (ends[0][1], ends[1][1])
-            if found.setdefault(key, value) != value:
+            if places_of_edges.setdefault(key, value) != value:
                 apart.add(key)
     return np.array(sorted(apart), np.int64).reshape(-1, 2)
 
@@ -254,12 +254,12 @@ def main() -> None:
                 uv, seconds = by_iccm(mesh, folder)
                 row["iccm"] = measured(mesh, np.nan_to_num(uv), seconds)
                 row["xatlas"] = measured(mesh, *by_xatlas(mesh))
-                known = np.isfinite(uv).all(axis=(1, 2))
-                own = Mesh(mesh.points, mesh.faces[known])
-                row["iccm, packed by xatlas"] = measured(own, *packed_by_xatlas(uv[known]))
+                has_uv = np.isfinite(uv).all(axis=(1, 2))
+                charted_mesh = Mesh(mesh.points, mesh.faces[has_uv])
+                row["iccm, packed by xatlas"] = measured(charted_mesh, *packed_by_xatlas(uv[has_uv]))
                 for way in ("smart", "minimum stretch") if given.blender else ():
-                    found = by_blender(given.blender, way, mesh, uv, folder)
-                    row[f"Blender, {way}"] = measured(mesh, *found)
+                    layout = by_blender(given.blender, way, mesh, uv, folder)
+                    row[f"Blender, {way}"] = measured(mesh, *layout)
             except (subprocess.SubprocessError, RuntimeError) as error:
                 print(f"{path.name}: {error}", file=sys.stderr, flush=True)
         for method, figures in row.items():

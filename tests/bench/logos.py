@@ -44,14 +44,14 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("sheet")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args(words)
-    choice = random.Random(asked.seed)
+    options = parser.parse_args(words)
+    choice = random.Random(options.seed)
     print(
-        f"seed {asked.seed}; what, onto: status, K95 and size of the region, p95 of the stretch, CPU seconds"
+        f"seed {options.seed}; what, onto: status, K95 and size of the region, p95 of the stretch, CPU seconds"
     )
-    figure, panels = pictures.sheet(5, -(-asked.count // 5), 2.6, 0.3)
+    figure, panels = pictures.sheet(5, -(-options.count // 5), 2.6, 0.3)
     for k, axes in enumerate(panels.ravel()):
-        if k >= asked.count:
+        if k >= options.count:
             axes.set_axis_off()
             continue
         name, source, texture, region = (logo, face, word)[k % 3](choice)
@@ -62,7 +62,7 @@ def main(words: list[str] | None = None) -> None:
             fit = iccm.fit(source, target.curve, rigid=[region])
         except iccm.IccmError as error:
             print(f"{label}: {error}", flush=True)
-            pictures.shown(axes, np.full((2, 2, 3), 255, np.uint8), area)
+            pictures.show_picture(axes, np.full((2, 2, 3), 255, np.uint8), area)
             figures = "none"
         else:
             cpu = time.process_time() - started
@@ -73,7 +73,7 @@ def main(words: list[str] | None = None) -> None:
             pictures.textured(axes, fit, texture, area, 400)
         pictures.outline(axes, target.curve.z, pictures.INK, 0.9)
         pictures.title(axes, f"{k + 1} {name}", figures)
-    figure.savefig(asked.sheet, dpi=110)
+    figure.savefig(options.sheet, dpi=110)
 
 
 def logo(choice: random.Random) -> tuple[str, iccm.Curve, Texture, np.ndarray]:

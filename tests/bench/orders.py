@@ -40,16 +40,16 @@ def energies(source: Curve, target: Curve, order: int, tangential: float = 0.1) 
 
 def needed(zeroth: np.ndarray, first: np.ndarray) -> int | None:
     """Return the iterations of the first order to the final energy of the zeroth order; None if it is not reached."""
-    there = np.flatnonzero(first <= zeroth[-1])
-    return int(there[0]) if there.size else None
+    resolved = np.flatnonzero(first <= zeroth[-1])
+    return int(resolved[0]) if resolved.size else None
 
 
 def chosen(others: int, seed: int) -> list[tuple[str, str]]:
     """Return the samples' pairs in both directions, and others drawn from all of their shapes."""
     both = [pair for a, b in PAIRS for pair in ((a, b), (b, a))]
     names = sorted({name for pair in PAIRS for name in pair})
-    rest = [pair for pair in itertools.permutations(names, 2) if pair not in both]
-    return both + random.Random(seed).sample(rest, others)
+    remaining = [pair for pair in itertools.permutations(names, 2) if pair not in both]
+    return both + random.Random(seed).sample(remaining, others)
 
 
 def compare(pairs: Sequence[tuple[str, str]], lambdas: Sequence[float] = LAMBDAS) -> dict[float, float]:
@@ -72,7 +72,7 @@ def compare(pairs: Sequence[tuple[str, str]], lambdas: Sequence[float] = LAMBDAS
             f"{'':13}" + "  ".join(cells),
             flush=True,
         )
-    shares = {value: float(np.mean(found)) for value, found in good.items()}
+    shares = {value: float(np.mean(outcomes)) for value, outcomes in good.items()}
     print(
         "at most a third of the iterations on: " + ", ".join(f"λ {v:g}: {s:.0%}" for v, s in shares.items())
     )

@@ -53,7 +53,7 @@ def canvas(box: Box, pixels: int) -> Canvas:
 
 def textured(axes: Axes, fit: Fit, texture: Texture, box: Box, pixels: int = 360) -> None:
     """Draw the texture through a fit."""
-    shown(axes, warp(fit.map, texture, canvas(box, pixels)).pixels, box)
+    show_picture(axes, warp(fit.map, texture, canvas(box, pixels)).pixels, box)
 
 
 def painted(
@@ -79,11 +79,11 @@ def painted(
     x = (place.real - texture.box[0].real) / size.real * wide - 0.5
     y = (texture.box[1].imag - place.imag) / size.imag * high - 0.5
     small = cv2.GaussianBlur(texture.pixels[..., :3], (0, 0), 0.8)
-    wanted = np.zeros((2, raster.height, raster.width), np.float32)
-    wanted[:, row, column] = x, y
-    colour = cv2.remap(small, *wanted, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    coordinates = np.zeros((2, raster.height, raster.width), np.float32)
+    coordinates[:, row, column] = x, y
+    colour = cv2.remap(small, *coordinates, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     picture = np.where(owner[..., None] >= 0, colour, np.uint8(255))
-    shown(axes, cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), box)
+    show_picture(axes, cv2.resize(picture, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), box)
 
 
 def original(axes: Axes, curve: Curve, texture: Texture, box: Box, pixels: int = 360) -> None:
@@ -91,10 +91,10 @@ def original(axes: Axes, curve: Curve, texture: Texture, box: Box, pixels: int =
     from iccm import HarmonicMap
 
     still = HarmonicMap(curve.z, curve.z, np.zeros_like(curve.z))
-    shown(axes, warp(still, texture, canvas(box, pixels)).pixels, box)
+    show_picture(axes, warp(still, texture, canvas(box, pixels)).pixels, box)
 
 
-def shown(axes: Axes, pixels: np.ndarray, box: Box) -> None:
+def show_picture(axes: Axes, pixels: np.ndarray, box: Box) -> None:
     """Draw a picture at its place in the plane."""
     extent = (box[0].real, box[1].real, box[0].imag, box[1].imag)
     axes.imshow(pixels, extent=extent, interpolation="antialiased")

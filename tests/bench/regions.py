@@ -161,7 +161,7 @@ def p95(distortion: Distortion) -> float:
 def summary(rows: list[tuple]) -> None:
     """Print the figures of all pairs."""
     ok, rigid, sound, scale, stretch, cpu = (np.array(column) for column in zip(*rows))
-    ok, rigid, sound = (each.astype(bool) for each in (ok, rigid, sound))
+    ok, rigid, sound = (values.astype(bool) for values in (ok, rigid, sound))
     print(
         f"{ok.sum()} of {ok.size} end well, {np.sum(ok & rigid)} of these rigid; "
         f"certified and on the outline: {sound.sum()}; at the mean scale {np.sum(scale >= 0.98)}, "

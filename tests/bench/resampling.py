@@ -68,14 +68,14 @@ def coordinates(size=4096):
     for name, map in maps().items():
         canvas = Canvas(size, size, BOX)
         texel = 2.8 / size
-        found = np.zeros((size, size), dtype=np.complex64)
+        places = np.zeros((size, size), dtype=np.complex64)
 
-        def ours(map=map, canvas=canvas, texel=texel, found=found):
+        def ours(map=map, canvas=canvas, texel=texel, places=places):
             fresh = HarmonicMap(map.polygon, map.phi, map.psi)  # its mesh is not known yet
             raster = preimages.of(fresh, canvas, 0.05 * texel, slopes=False)
             seen = Diagnostics()
             for band in in_order(raster, range(0, canvas.height, BAND_ROWS)):
-                found[band.row : band.row + len(band.z)] = band.z
+                places[band.row : band.row + len(band.z)] = band.z
                 seen.add(band.diagnostics)
             return raster, seen
 
@@ -416,7 +416,7 @@ def side_by_side(lines, rounds=5):
     for _ in range(rounds):
         for name in list(took):
             try:
-                now = timed(lines[name])
+                latest = timed(lines[name])
             except subprocess.CalledProcessError as error:
                 if name.startswith("iccm"):
                     raise
@@ -425,7 +425,7 @@ def side_by_side(lines, rounds=5):
                 )
                 del took[name]
                 continue
-            took[name] = min(took[name][0], now[0]), min(took[name][1], now[1])
+            took[name] = min(took[name][0], latest[0]), min(took[name][1], latest[1])
     return took
 
 

@@ -62,11 +62,11 @@ def paired(mesh: Mesh, target: Curve) -> np.ndarray:
     share = mesh.curve.knots[:-1] / mesh.curve.length
     weight = mesh.curve.lengths + np.roll(mesh.curve.lengths, 1)
     z = mesh.curve.z - np.average(mesh.curve.z, weights=weight)
-    found = []
+    candidates = []
     for shift in np.arange(SHIFTS) / SHIFTS:
         w = target.at((share + shift) * target.length)
-        found.append((np.sum(weight * z.conj() * (w - np.average(w, weights=weight))).real, shift))
-    return target.at((share + max(found)[1]) * target.length)
+        candidates.append((np.sum(weight * z.conj() * (w - np.average(w, weights=weight))).real, shift))
+    return target.at((share + max(candidates)[1]) * target.length)
 
 
 def aligned(mesh: Mesh, images: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -84,8 +84,8 @@ def polygon_harmonic(mesh: Mesh, images: np.ndarray) -> np.ndarray:
     corners = np.exp(2j * np.pi * np.arange(mesh.boundary) / mesh.boundary)
     rim = Curve.domain(images)
     goal = meshed(rim, inner_points(rim, rim.knots[:-1]))
-    here, there = harmonic(mesh, corners), harmonic(goal, corners)
-    return interpolated(Mesh(rim, there, goal.triangles, goal.boundary), goal.nodes, here)
+    source_images, target_images = harmonic(mesh, corners), harmonic(goal, corners)
+    return interpolated(Mesh(rim, target_images, goal.triangles, goal.boundary), goal.nodes, source_images)
 
 
 def interpolated(mesh: Mesh, images: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -158,8 +158,8 @@ def angles(mesh: Mesh, images: np.ndarray) -> np.ndarray:
     keep = 1e-2 * consistency(basis, np.ones(mesh.boundary), 1.0).matrix
     rows = np.vstack([np.hstack([at.imag, at.real]), real_form(keep)])
     right = np.concatenate([turn, np.zeros(2 * mesh.boundary)])
-    found = np.linalg.lstsq(rows, right, rcond=1e-10)[0]
-    f = integrated(mesh, lambda z: np.exp(basis.positions(z) @ _complex(found.reshape(2, -1).T)))
+    coefficients = np.linalg.lstsq(rows, right, rcond=1e-10)[0]
+    f = integrated(mesh, lambda z: np.exp(basis.positions(z) @ _complex(coefficients.reshape(2, -1).T)))
     scale, shift = np.polyfit(f[mesh.rim], images, 1)
     return scale * f + shift
 

@@ -81,11 +81,11 @@ def maps(source, frames, *, follow):
         if not (follow and fits):
             fits.append(iccm.fit(source, frame, fit="whole"))
             continue
-        found = None
+        continued = None
         with suppress(iccm.IccmError):
-            found = iccm.fit(source, frame, start=fits[-1], fit="whole")
-        fits.append(better(fits[-1], found, lambda frame=frame: iccm.fit(source, frame, fit="whole")))
-        anew += fits[-1] is not found
+            continued = iccm.fit(source, frame, start=fits[-1], fit="whole")
+        fits.append(better(fits[-1], continued, lambda frame=frame: iccm.fit(source, frame, fit="whole")))
+        anew += fits[-1] is not continued
     return fits, anew
 
 

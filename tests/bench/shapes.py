@@ -101,8 +101,10 @@ def countries(scale: str = "110m") -> dict[str, Curve]:
         scale: "110m", "50m" or "10m": the resolution of the atlas.
     """
     text = (package("atlas") / f"countries-{scale}.json").read_text(encoding="utf-8")
-    found = {name: max(rings, key=lambda r: abs(Curve(r).area)) for name, rings in rings_of(json.loads(text))}
-    return {name: curve for name, ring in found.items() if (curve := _projected(ring)) is not None}
+    largest_rings = {
+        name: max(rings, key=lambda r: abs(Curve(r).area)) for name, rings in rings_of(json.loads(text))
+    }
+    return {name: curve for name, ring in largest_rings.items() if (curve := _projected(ring)) is not None}
 
 
 def rings_of(topology: dict) -> list[tuple[str, list[np.ndarray]]]:
@@ -179,10 +181,10 @@ def wild_drawings(name: str) -> list[str]:
         return [str(path) for path in files]
     folder = CACHE / name / "drawn"
     if not folder.exists():
-        made = {".ttf": glyphs, ".json": emoji}[files[0].suffix] if "atlas" not in WILD[name][0] else on_maps
+        make = {".ttf": glyphs, ".json": emoji}[files[0].suffix] if "atlas" not in WILD[name][0] else on_maps
         partial = folder.with_name("partial")
         partial.mkdir(exist_ok=True)
-        for key, text in made(files[0]):
+        for key, text in make(files[0]):
             (partial / f"{key}.svg").write_text(text, encoding="utf-8")
         partial.rename(folder)
     return [str(path) for path in sorted(folder.glob("*.svg"))]
@@ -208,16 +210,16 @@ def glyphs(font: Path) -> Iterator[tuple[str, str]]:
 
 def emoji(collection: Path) -> Iterator[tuple[str, str]]:
     """Yield names and silhouettes of an Iconify collection."""
-    found = json.loads(collection.read_text(encoding="utf-8"))
-    for key, icon in found["icons"].items():
-        width, height = (icon.get(side, found.get(side, 16)) for side in ("width", "height"))
+    icon_set = json.loads(collection.read_text(encoding="utf-8"))
+    for key, icon in icon_set["icons"].items():
+        width, height = (icon.get(side, icon_set.get(side, 16)) for side in ("width", "height"))
         yield key, _svg(f'viewBox="0 0 {width} {height}"', icon["body"])
 
 
 def on_maps(atlas: Path) -> Iterator[tuple[str, str]]:
     """Yield the largest outline of each country or state."""
-    found = rings_of(json.loads(atlas.read_text(encoding="utf-8")))
-    for key, rings in found:
+    regions = rings_of(json.loads(atlas.read_text(encoding="utf-8")))
+    for key, rings in regions:
         curve = _projected(max(rings, key=lambda r: abs(Curve(r).area)))
         if curve is not None:
             low, high = curve.box

@@ -92,20 +92,21 @@ def summary(rows: dict[str, list[Row]]) -> None:
     print("\nquantiles (50 %, 90 %, 100 %)")
     for name in ("gap", "rms", "spread", "vertices", "iterations", "seconds"):
         cells = [
-            " ".join(f"{quantile(found, name, q):9.2g}" for q in (0.5, 0.9, 1.0)) for found in rows.values()
+            " ".join(f"{quantile(method_rows, name, q):9.2g}" for q in (0.5, 0.9, 1.0))
+            for method_rows in rows.values()
         ]
         print(f"  {name:11}" + "   ".join(f"{m:7}{c}" for m, c in zip(rows, cells)))
-    shares = ", ".join(f"{method} {share_certified(found):.0%}" for method, found in rows.items())
+    shares = ", ".join(f"{method} {share_certified(method_rows):.0%}" for method, method_rows in rows.items())
     print(f"  certified injective at a depth of {DEPTH:g} or less: {shares} of the pairs")
     conformal = rows["conformal"]
-    wanted = [
+    goals_to_meet = [
         ("median gap at most 1e-3", quantile(conformal, "gap", 0.5), 1e-3),
         ("90 % gap at most 5e-3", quantile(conformal, "gap", 0.9), 5e-3),
         ("not certified on at most 10 %", 1 - share_certified(conformal), 0.1),
         ("median seconds at most 1", quantile(conformal, "seconds", 0.5), 1.0),
         ("90 % seconds at most 3", quantile(conformal, "seconds", 0.9), 3.0),
     ]
-    for what, value, bound in wanted:
+    for what, value, bound in goals_to_meet:
         print(f"  {'holds   ' if value <= bound else 'FAILS   '} {what}: {value:.2g}")
 
 
@@ -138,17 +139,17 @@ def scaling(largest: int) -> float:
 
 def accuracy(largest: int) -> None:
     """Print errors against known conformal maps, and the order of convergence from row to row."""
-    known = {
+    errors_of = {
         "disc → w + 0.2 w²": lambda n: exact.smooth_error(0.2, n),
         "disc → w + 0.45 w²": lambda n: exact.smooth_error(0.45, n),
         "square → disc": exact.square_error,
         "L → square": exact.ell_error,
     }
     print("\n## Largest error inside against known maps, relative to the disc's radius (order)")
-    print("vertices  " + "  ".join(f"{name:20}" for name in known))
+    print("vertices  " + "  ".join(f"{name:20}" for name in errors_of))
     before: list[float] = []
     for size in [n for n in (60, 120, 240, 480, 960) if n <= largest]:
-        errors = [error(size)[0] for error in known.values()]
+        errors = [error(size)[0] for error in errors_of.values()]
         gained = [np.log2(a / b) for a, b in zip(before, errors)] or [np.nan] * len(errors)
         cells = [f"{e:.1e} ({g:4.1f})" for e, g in zip(errors, gained)]
         print(f"{size:8d}  " + "  ".join(f"{cell:20}" for cell in cells), flush=True)

@@ -109,10 +109,10 @@ def growth() -> None:
     # asymmetric: otherwise only one half would be solved
     uneven = Curve(star(400) + 0.2 * np.exp(1j) * star(400) ** 2)
     rows = []
-    for wanted in (2000, 6000, 20_000, 60_000, 200_000):
+    for triangles in (2000, 6000, 20_000, 60_000, 200_000):
         start = time.process_time()
-        found = method.solve(uneven, Curve(star(400, 3)), Settings(triangles=wanted))
-        rows.append((len(found.map.faces), time.process_time() - start))
+        solution = method.solve(uneven, Curve(star(400, 3)), Settings(triangles=triangles))
+        rows.append((len(solution.map.faces), time.process_time() - start))
     table(rows)
     coarse = rows[0][1]
     grown = exponent(*[(count, seconds - coarse) for count, seconds in rows[-2:]])
@@ -201,8 +201,8 @@ def whole(size: int = 4096) -> None:
             image_files.write_bands(f"{folder}/c.png", like, size, size, bands)
 
         rounds = [[both(work) for work in (ours, theirs)] for _ in range(3)]
-        made = image_files.read(f"{folder}/a.png").pixels
-        encode = np.min([both(lambda: encoded(made)) for _ in range(3)], axis=0)
+        pixels = image_files.read(f"{folder}/a.png").pixels
+        encode = np.min([both(lambda: encoded(pixels)) for _ in range(3)], axis=0)
     mine, other = np.min(rounds, axis=0)
     print(
         f"ours                 {mine[0]:.2f} s, {mine[1]:.2f} CPU-s, encoding alone {encode[0]:.2f}, {encode[1]:.2f}"
@@ -219,10 +219,10 @@ def without_opencv(*names: str) -> None:
         unmeasured(name, "cv2 is not installed: pip install opencv-python-headless")
 
 
-def main(asked: list[str]) -> None:
+def main(names: list[str]) -> None:
     """Run the named parts, or all."""
     parts = {"first": first, "imports": imports, "growth": growth, "pixels": pixels, "whole": whole}
-    for name in asked or parts:
+    for name in names or parts:
         parts[name]()
 
 

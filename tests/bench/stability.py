@@ -56,8 +56,8 @@ def onto_themselves() -> None:
             )
         )
     worst = np.max(rows, axis=0)
-    for name, found, most in zip(("p95", "largest", "gap"), worst, (1.01, 1.05, 1e-4)):
-        goal(f"discs and ellipses onto themselves, {name}", found, most)
+    for name, value, most in zip(("p95", "largest", "gap"), worst, (1.01, 1.05, 1e-4)):
+        goal(f"discs and ellipses onto themselves, {name}", value, most)
 
 
 def roughness(fit: iccm.Fit) -> float:

@@ -51,14 +51,16 @@ def coordinates(at: Real) -> Real:
 
 def compared(name: str, points: Real, faces: Index, normals: Real) -> None:
     """Print the angles between both."""
-    at, own = points[faces], np.arange(faces.size).reshape(-1, 3)
+    at, corner_faces = points[faces], np.arange(faces.size).reshape(-1, 3)
     uv = coordinates(at)
-    sheet = Charted(name, points, faces, uv.reshape(-1, 2), own, normals.reshape(-1, 3), own)
+    sheet = Charted(
+        name, points, faces, uv.reshape(-1, 2), corner_faces, normals.reshape(-1, 3), corner_faces
+    )
     tangents, reference = sheet.frames[1], theirs(at, normals, uv)
     angle = np.degrees(np.arccos(np.clip(np.sum(tangents * reference[..., :3], axis=-1), -1, 1)))
     same = (np.sign(reference[..., 3]) == sheet.mirrored[:, None]).mean()
-    found = f"median {np.median(angle):.4f}°   worst {angle.max():.3f}°   hands {same:.0%}"
-    print(f"{name:22} {len(faces):6} triangles   {found}")
+    summary = f"median {np.median(angle):.4f}°   worst {angle.max():.3f}°   hands {same:.0%}"
+    print(f"{name:22} {len(faces):6} triangles   {summary}")
 
 
 def main() -> None:

@@ -90,9 +90,9 @@ def carried(axes: Axes, folder: str, **job) -> Outcome:
     """Draw the result of `iccm map` for a job on white."""
     path = Path(folder) / "carried.png"
     done = run(Job(output=(str(path),), size=(SIZE,), force=True, **job))
-    made = Image.open(path).convert("RGBA")
-    shown = np.asarray(Image.alpha_composite(Image.new("RGBA", made.size, "white"), made))
-    pictures.shown(axes, shown, (0j, complex(*made.size)))
+    picture = Image.open(path).convert("RGBA")
+    on_white = np.asarray(Image.alpha_composite(Image.new("RGBA", picture.size, "white"), picture))
+    pictures.show_picture(axes, on_white, (0j, complex(*picture.size)))
     return done
 
 

@@ -182,7 +182,8 @@ def row(path: Path, folder: Path) -> tuple[str, bool, bool]:
     reversed_ones = sum(int(n) for line in done.lines for n in REVERSED.findall(line))
     good = done.code == 0 and verdict.turned <= reversed_ones and done.seconds <= SLOW
     untold = "  UNTOLD" if verdict.turned > reversed_ones and not message else ""
-    figures = f"turned {verdict.turned:4}  2x {verdict.within[0]:6.1%}  4x {verdict.within[1]:6.1%}  K95 {verdict.k95:6.2f}"
+    twice, four_times = verdict.within
+    figures = f"turned {verdict.turned:4}  2x {twice:6.1%}  4x {four_times:6.1%}  K95 {verdict.k95:6.2f}"
     return f"{start}  {figures}{untold}  {message[-90:]}", True, good
 
 
