@@ -90,7 +90,7 @@ class Atlas:
         vertex, uv_index = mesh.corners[corner].ravel(), mesh.uv_corners[corner].ravel()
         _, first, pair = np.unique(vertex * len(mesh.uv) + uv_index, return_index=True, return_inverse=True)
         rows = np.column_stack([mesh.points[vertex[first]], mesh.uv[uv_index[first]]])
-        kept, joined = distinct_rows(rows)
+        distinct, joined = distinct_rows(rows)
         faces = joined[pair.ravel()].reshape(-1, 3)
         whole = proper(faces)
         if not whole.any():
@@ -98,14 +98,14 @@ class Atlas:
                 f"{mesh.name}: no face has an area in texture coordinates; create new ones "
                 "with iccm flatten --uv"
             )
-        shape = Triangles(faces[whole], kept.size)
-        uv, turned = _turn_slips(shape, rows[kept, 3:])
+        shape = Triangles(faces[whole], distinct.size)
+        uv, flipped = _turn_slips(shape, rows[distinct, 3:])
         notes += (
-            [f"{turned} triangles that fold over by less than rounding in the layout are flipped"]
-            if turned
+            [f"{flipped} triangles that fold over by less than rounding in the layout are flipped"]
+            if flipped
             else []
         )
-        return cls(mesh, shape, vertex[first][kept], uv, corner[whole], tuple(notes))
+        return cls(mesh, shape, vertex[first][distinct], uv, corner[whole], tuple(notes))
 
     @cached_property
     def turn(self) -> Real:
@@ -186,9 +186,9 @@ class Atlas:
         triangles, tile, mirrored = self.triangles(number), self.tile(number), self.mirrored(number)
         mirror = (tile.real + 0.5) * aspect if mirrored else None
         front = (self.turn[triangles] < 0) == mirrored
-        turned = ~front[:, None]
-        faces = np.where(turned, self.shape.faces[triangles][:, ::-1], self.shape.faces[triangles])
-        corner = np.where(turned, self.corner[triangles][:, ::-1], self.corner[triangles])
+        is_reversed = ~front[:, None]
+        faces = np.where(is_reversed, self.shape.faces[triangles][:, ::-1], self.shape.faces[triangles])
+        corner = np.where(is_reversed, self.corner[triangles][:, ::-1], self.corner[triangles])
         used, local = np.unique(faces, return_inverse=True)
         shape, pair = split_non_manifold(Triangles(local.reshape(-1, 3), used.size), used, [])
         vertex = self.vertex[pair]
@@ -202,29 +202,29 @@ class Atlas:
                 "closed; unwrap it again, or leave out uv to flatten it"
             )
         outline = max(patch.loops, key=lambda loop: polygon_area(flat[loop]))
-        laid = Flattening(patch, flat, outline, "uv")
-        if fault := overlap(laid):
+        flattening = Flattening(patch, flat, outline, "uv")
+        if fault := overlap(flattening):
             raise InputError(
                 f"{name}: chart {number} of its texture coordinates overlaps itself ({fault}); repair the "
                 "layout, or leave out uv to flatten it"
             )
-        return LaidOut(laid, tile, mirror)
+        return LaidOut(flattening, tile, mirror)
 
 
 def _unfolded(shape: Triangles, turn: Real) -> Index:
     """Label the pieces (m,) of a layout: triangles on both sides of an edge where it does not fold belong together."""
-    one, two = _across(shape, turn)[0].T
-    return labels(one, two, len(shape.faces))
+    first, second = _across(shape, turn)[0].T
+    return labels(first, second, len(shape.faces))
 
 
 def _across(shape: Triangles, turn: Real) -> tuple[Index, Index]:
     """Return pairs of triangles that share an edge: (e, 2) where the layout does not fold, and (f, 2) where it does."""
     half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
-    other = shape.twin[half]
-    alike = (turn[half // 3] > 0) == (turn[other // 3] > 0)
-    against = shape.tail[half] == shape.tail[other]  # wound in opposite directions
+    opposite = shape.twin[half]
+    alike = (turn[half // 3] > 0) == (turn[opposite // 3] > 0)
+    against = shape.tail[half] == shape.tail[opposite]  # wound in opposite directions
     joined = alike != against
-    ends = np.column_stack([half // 3, other // 3])
+    ends = np.column_stack([half // 3, opposite // 3])
     return ends[joined], ends[~joined & ~against]
 
 
@@ -238,8 +238,8 @@ def _turn_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
     joined, folds = _across(shape, turn)
     if not folds.size:
         return uv, 0
-    one, two = joined.T
-    piece = labels(one, two, len(shape.faces))
+    first, second = joined.T
+    piece = labels(first, second, len(shape.faces))
     area = np.bincount(piece, np.abs(turn))
     directed = np.concatenate([folds, folds[:, ::-1]])
     small = directed[area[piece[directed[:, 0]]] < SLIP_AREA_SHARE * area[piece[directed[:, 1]]]]
@@ -249,21 +249,21 @@ def _turn_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
     slips = np.flatnonzero(signs != np.sign(turn))
     if not 0 < slips.size <= MOST_SLIPS:
         return uv, 0
-    near = np.flatnonzero(np.isin(shape.faces, shape.faces[slips]).any(axis=1))
-    moved = _kaczmarz(shape.faces[near], signs[near], uv)
-    far = np.linalg.norm(np.ptp(uv, axis=0))
-    good = (np.sign(turns(moved[shape.faces])) == signs).all() and np.abs(
-        moved - uv
-    ).max() < MOST_MOVED_SHARE * far
-    return (moved, int(slips.size)) if good else (uv, 0)
+    nearby = np.flatnonzero(np.isin(shape.faces, shape.faces[slips]).any(axis=1))
+    new_uv = _kaczmarz(shape.faces[nearby], signs[nearby], uv)
+    size = np.linalg.norm(np.ptp(uv, axis=0))
+    good = (np.sign(turns(new_uv[shape.faces])) == signs).all() and np.abs(
+        new_uv - uv
+    ).max() < MOST_MOVED_SHARE * size
+    return (new_uv, int(slips.size)) if good else (uv, 0)
 
 
 def _kaczmarz(faces: Index, signs: Real, uv: Real) -> Real:
     """Move vertices, one triangle at a time, until each triangle has the wanted sign and a height (Kaczmarz)."""
-    z, far = complex_of(uv), np.linalg.norm(np.ptp(uv, axis=0))
+    z, size = complex_of(uv), np.linalg.norm(np.ptp(uv, axis=0))
     corner = z[faces]
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
-    least = SLIP_HEIGHT_SHARE * far * longest
+    least = SLIP_HEIGHT_SHARE * size * longest
     least = np.where(signs * turns(uv[faces]) > 0, np.minimum(least, signs * turns(uv[faces]) / 2), least)
     for _ in range(SLIP_ROUNDS):
         short = False
@@ -292,13 +292,13 @@ def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
     height = 2 * np.abs(triangle_areas(corner)) / longest
     into, room = np.zeros(flat.size, complex), np.full(flat.size, np.inf)
-    way = middle - corner.ravel()
-    np.add.at(into, shape.faces[touching].ravel(), way / np.abs(way))
+    outward = middle - corner.ravel()
+    np.add.at(into, shape.faces[touching].ravel(), outward / np.abs(outward))
     np.minimum.at(room, shape.faces[touching].ravel(), np.repeat(height, 3))
-    moved = flat.copy()
+    separated = flat.copy()
     length = np.minimum(DRAWN_IN_SHARE * diagonal(flat), room[twice] / 10)
-    moved[twice] += length * into[twice] / np.maximum(np.abs(into[twice]), 1e-300)
-    return moved
+    separated[twice] += length * into[twice] / np.maximum(np.abs(into[twice]), 1e-300)
+    return separated
 
 
 def _has_coordinates(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:
@@ -310,5 +310,5 @@ def _has_coordinates(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> 
     return np.logical_and.reduce((faces >= 0) & good[faces], axis=1)
 
 
-def _left_out(count: int, what: str) -> list[str]:
-    return [f"ignored {count} triangles without {what}"] if count else []
+def _left_out(count: int, lacking: str) -> list[str]:
+    return [f"ignored {count} triangles without {lacking}"] if count else []

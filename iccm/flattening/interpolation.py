@@ -89,14 +89,14 @@ def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> I
         size = np.sqrt(triangle_areas(shapes).sum())
         sheet = sheet.with_shapes(shapes / size)
         start = u / np.sqrt(triangle_areas(u[map.faces]).sum())
-        laid = sheet.relaxed(start, 1.0, NEWTON_STEPS, LEAST_DECREASE)
-        if fault([laid[loop] for loop in map.loops]):
-            laid = relax_with_scaffold(
+        relaxed = sheet.relaxed(start, 1.0, NEWTON_STEPS, LEAST_DECREASE)
+        if fault([relaxed[loop] for loop in map.loops]):
+            relaxed = relax_with_scaffold(
                 sheet, start, list(map.loops), 1.0, range(SCAFFOLD_STEPS), LEAST_DECREASE
             )
         goal = _blend(begin, map.image, share, turn)
-        laid = (laid - laid.mean()) * size * np.exp(1j * turn_of(laid, goal, map.faces))
-        u = laid + (1 - share) * begin.mean() + share * map.image.mean()
+        relaxed = (relaxed - relaxed.mean()) * size * np.exp(1j * turn_of(relaxed, goal, map.faces))
+        u = relaxed + (1 - share) * begin.mean() + share * map.image.mean()
         yield replace(map, image=u, bulge=None)
 
 

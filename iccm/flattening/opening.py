@@ -36,21 +36,21 @@ def open_up(flat: Complex, patch: Patch, fixed: Index) -> Complex:
     down = np.flatnonzero(triangle_areas(flat[faces]) <= 0)
     if not down.size:
         return flat
-    moved, free = flat.copy(), np.ones(flat.size, bool)
+    opened, free = flat.copy(), np.ones(flat.size, bool)
     free[fixed] = False
     order, starts = grouped(faces.ravel(), flat.size)
     for corners in faces[down]:
-        if triangle_areas(moved[corners]) > 0:  # an earlier move flipped it
+        if triangle_areas(opened[corners]) > 0:  # an earlier move flipped it
             continue
         rooms = []
         for vertex in corners[free[corners]]:
             face, first = np.divmod(order[starts[vertex] : starts[vertex + 1]], 3)
-            heads, tails = (moved[faces[face, (first + k) % 3]] for k in (1, 2))
-            places = (_room(moved[vertex], heads, tails, height) for height in HEIGHT_SHARES)
-            rooms += [(abs(z - moved[vertex]), vertex, z) for z in places if z is not None][:1]
+            heads, tails = (opened[faces[face, (first + k) % 3]] for k in (1, 2))
+            places = (_room(opened[vertex], heads, tails, height) for height in HEIGHT_SHARES)
+            rooms += [(abs(z - opened[vertex]), vertex, z) for z in places if z is not None][:1]
         if rooms:
-            _, vertex, moved[vertex] = min(rooms)
-    return moved
+            _, vertex, opened[vertex] = min(rooms)
+    return opened
 
 
 def tuck_in(flat: Complex, patch: Patch, room: float, least: float = 0.0) -> Complex:
@@ -77,7 +77,7 @@ def tuck_in(flat: Complex, patch: Patch, room: float, least: float = 0.0) -> Com
     chord = (shape.twin >= 0) & rim[shape.tail] & rim[shape.head]
     on = np.flatnonzero((shape.twin >= 0) & ~chord)
     label = labels(on // 3, shape.twin[on] // 3, len(faces))
-    moved, tucked, largest = flat.copy(), {int(np.bincount(label).argmax())}, -1
+    opened, tucked, largest = flat.copy(), {int(np.bincount(label).argmax())}, -1
     while largest != len(tucked):  # a part behind another one is treated after it
         largest = len(tucked)
         sides = np.flatnonzero(chord)
@@ -85,19 +85,19 @@ def tuck_in(flat: Complex, patch: Patch, room: float, least: float = 0.0) -> Com
         for side in sides[np.isin(inward, list(tucked)) & ~np.isin(label[sides // 3], list(tucked))]:
             part = faces[label == label[side // 3]]
             tucked.add(int(label[side // 3]))
-            if (triangle_heights(moved[part]) <= least).any():
-                _tuck(moved, flat, part, int(shape.tail[side]), int(shape.head[side]), rim, room, least)
-    return moved
+            if (triangle_heights(opened[part]) <= least).any():
+                _tuck(opened, flat, part, int(shape.tail[side]), int(shape.head[side]), rim, room, least)
+    return opened
 
 
 def _tuck(
-    moved: Complex, flat: Complex, part: Index, tail: int, head: int, rim: Flags, room: float, least: float
+    opened: Complex, flat: Complex, part: Index, tail: int, head: int, rim: Flags, room: float, least: float
 ) -> None:
-    """Move the vertices of triangles (m, 3) to the left of an edge from tail to head; changes `moved`."""
+    """Move the vertices of triangles (m, 3) to the left of an edge from tail to head; changes `opened`."""
     vertices, local = np.unique(part, return_inverse=True)
-    local, z = local.reshape(-1, 3), moved[vertices]
-    base = moved[head] - moved[tail]
-    place = (z - moved[tail]) / base
+    local, z = local.reshape(-1, 3), opened[vertices]
+    base = opened[head] - opened[tail]
+    place = (z - opened[tail]) / base
     arc = rim[vertices] & (vertices != tail) & (vertices != head)
     inner = np.flatnonzero(~rim[vertices])
     for height in (0.0, *reversed(HEIGHT_SHARES)):
@@ -109,8 +109,8 @@ def _tuck(
             return
         placed = settled(Triangles(local, vertices.size), new, inner) if inner.size else new
         lowest = triangle_heights(placed[local]).min()
-        if lowest > max(0, triangle_heights(moved[part]).min()):
-            moved[vertices] = placed
+        if lowest > max(0, triangle_heights(opened[part]).min()):
+            opened[vertices] = placed
         if lowest > least:
             return
 

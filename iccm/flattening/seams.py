@@ -38,9 +38,12 @@ class Ways(NamedTuple):
     def summed(self, values: Real) -> Real:
         """Return (n,) sums of values (n,) along each path, including its end but not its source."""
         start = self.before < 0
-        total, before = np.where(start, 0.0, values), np.where(start, np.arange(start.size), self.before)
-        while not start[before].all():
-            total, before = total + total[before], before[before]
+        total, predecessors = (
+            np.where(start, 0.0, values),
+            np.where(start, np.arange(start.size), self.before),
+        )
+        while not start[predecessors].all():
+            total, predecessors = total + total[predecessors], predecessors[predecessors]
         return total
 
 
@@ -88,8 +91,8 @@ def sharper(result: Flattening) -> Patch:
     for _ in range(PATHS_AT_ONCE):
         path = _worthwhile(patch, np.flatnonzero(reached), dilated, convex)
         reached[path] = True
-        beside = np.unique(patch.faces[np.isin(patch.faces, path).any(axis=1)])
-        dilated[beside] *= RELIEVED_SHARE
+        neighbours = np.unique(patch.faces[np.isin(patch.faces, path).any(axis=1)])
+        dilated[neighbours] *= RELIEVED_SHARE
         dilated[path] = 0
         paths.append(path)
     return cut_along(patch, paths)

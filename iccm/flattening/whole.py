@@ -55,15 +55,15 @@ def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Fl
 
 def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
     """Return the flattening of a piece transferred to a copy of it, which is cut in the same way."""
-    before = np.empty(flat.flat.size, np.int64)  # the piece's vertex behind each vertex of the cut piece
-    before[flat.patch.faces] = piece.faces
+    originals = np.empty(flat.flat.size, np.int64)  # the piece's vertex behind each vertex of the cut piece
+    originals[flat.patch.faces] = piece.faces
     number = np.zeros(int(piece.vertex.max()) + 1, np.int64)
     number[piece.vertex] = copy.vertex
     patch = replace(
         flat.patch,
         mesh=copy.mesh,
-        points=copy.points[before],
-        vertex=copy.vertex[before],
+        points=copy.points[originals],
+        vertex=copy.vertex[originals],
         corner=copy.corner,
         seam=number[flat.patch.seam],
         notes=copy.notes,
@@ -76,8 +76,8 @@ def _key(piece: Patch) -> bytes:
     corners = piece.points[piece.faces]
     lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     unit = SAME_LENGTH_SHARE * max(float(lengths.max()), 1e-300)
-    drawn = np.packbits(piece.drawn).tobytes()
-    return piece.faces.tobytes() + np.rint(lengths / unit).astype(np.int64).tobytes() + drawn
+    polygon_edges = np.packbits(piece.drawn).tobytes()
+    return piece.faces.tobytes() + np.rint(lengths / unit).astype(np.int64).tobytes() + polygon_edges
 
 
 def pack_all(

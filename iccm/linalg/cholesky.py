@@ -156,14 +156,18 @@ def system_of(faces: Index, following: Index, count: int, stencils: Sequence[Ind
         count: number of vertices.
         stencils: (k, s) further sets of vertices for all pairs of which there are blocks.
     """
-    more = _pairs_of(stencils)
-    cliques = np.concatenate([faces, np.column_stack([more, more[:, 1]])]) if len(more) else faces
+    stencil_pairs = _pairs_of(stencils)
+    cliques = (
+        np.concatenate([faces, np.column_stack([stencil_pairs, stencil_pairs[:, 1]])])
+        if len(stencil_pairs)
+        else faces
+    )
     order, fronts = fronts_of(minimum_degree(cliques, count))
     position = np.empty(count, np.int64)
     position[order] = np.arange(count)
     places = np.sort(position[faces], axis=1)
     corners = order[places]
-    ends, every = np.sort(position[more], axis=1), np.arange(count)
+    ends, every = np.sort(position[stencil_pairs], axis=1), np.arange(count)
     rows = np.concatenate([places[:, 0], places[:, 0], places[:, 1], every, ends[:, 0]])
     columns = np.concatenate([places[:, 1], places[:, 2], places[:, 2], every, ends[:, 1]])
     by_entry = counting_order_of_pairs(rows, columns, count)

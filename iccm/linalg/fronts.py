@@ -91,6 +91,6 @@ def fronts_of(elimination: Elimination) -> tuple[Index, Fronts]:
 def _waiting(wide: Index, parents: Index) -> int:
     """Return the largest number of entries that wait for parents, including those of the current front."""
     squares = (2 * wide + 1) ** 2
-    taken = np.bincount(parents, squares, wide.size + 1)[:-1].astype(np.int64)
-    before = np.append(0, np.cumsum(squares - taken))[:-1]
-    return int((before + squares).max())
+    used = np.bincount(parents, squares, wide.size + 1)[:-1].astype(np.int64)
+    waiting = np.append(0, np.cumsum(squares - used))[:-1]
+    return int((waiting + squares).max())

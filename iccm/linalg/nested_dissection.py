@@ -54,14 +54,14 @@ def _bisect(ends: Numbers, xyz: Real, vertices: Numbers, side: np.ndarray) -> li
     half = np.argpartition(coordinates[np.argmax(np.ptp(coordinates, axis=1))], vertices.size // 2)
     side[vertices] = OTHER
     side[vertices[half[: vertices.size // 2]]] = ONE
-    one, other = side.take(ends)
-    crossing = ends.take(np.flatnonzero(one != other), axis=1)
+    tail_side, head_side = side.take(ends)
+    crossing = ends.take(np.flatnonzero(tail_side != head_side), axis=1)
     side[crossing[side[crossing] == ONE]] = BETWEEN
-    (one, other), side_of = side.take(ends), side.take(vertices)
+    (tail_side, head_side), side_of = side.take(ends), side.take(vertices)
     return [
         (
             vertices.take(np.flatnonzero(side_of == part)),
-            ends.take(np.flatnonzero((one == part) & (other == part)), axis=1),
+            ends.take(np.flatnonzero((tail_side == part) & (head_side == part)), axis=1),
         )
         for part in (ONE, OTHER, BETWEEN)
     ]

@@ -90,12 +90,12 @@ def _by_quotient_graph(faces: Index, count: int) -> Elimination:
         members = np.append(corners, np.zeros(room, np.int64))
         elements = around.copy()
         element_count = degree.copy()
-        near = np.minimum(degree, count)  # overlapping triangles can outnumber the vertices
-        after, before = rings.copy(), rings.copy()
-        left = size.copy()
+        approximate_degree = np.minimum(degree, count)  # overlapping triangles can outnumber the vertices
+        next_in_ring, previous_in_ring = rings.copy(), rings.copy()
+        remaining = size.copy()
         if _minimum_degree(
-            starts, elements, element_count, near, after, before, members, members.size,
-            first, left, marked, order, count, m,
+            starts, elements, element_count, approximate_degree, next_in_ring, previous_in_ring, members, members.size,
+            first, remaining, marked, order, count, m,
         ):  # fmt: skip
             return Elimination(order, first[m:] - first[m], members[first[m] : first[-1]])
         room *= 2

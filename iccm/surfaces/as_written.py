@@ -51,11 +51,11 @@ class Written:
         Charts that are packed inside the picture do not have to reach the outline.
         """
         corners, space = z[layout.patch.faces], layout.patch.points[layout.patch.faces]
-        before, after = np.abs(triangle_areas(corners)), face_areas(space)
+        layout_areas, space_areas = np.abs(triangle_areas(corners)), face_areas(space)
         return cls(
-            _distortion(corners, space, float(np.sqrt(after.sum() / before.sum()))),
+            _distortion(corners, space, float(np.sqrt(space_areas.sum() / layout_areas.sum()))),
             {"rms": 0.0, "hausdorff": 0.0} if layout.outlines else _boundary(z[layout.loop], outline),
-            _scales(before, after),
+            _scales(layout_areas, space_areas),
             bool(layout.outlines),
             _is_one_to_one(z, layout),
         )
@@ -106,10 +106,10 @@ def _area_wound(loop: Complex) -> float:
     return float(sum(region.area for region, turns in zip(regions, winding) if turns > 1))
 
 
-def _scales(before: Real, after: Real) -> dict[str, float]:
-    scales = np.log10(np.maximum(after, 1e-300) / np.maximum(before, 1e-300))
+def _scales(layout_areas: Real, space_areas: Real) -> dict[str, float]:
+    scales = np.log10(np.maximum(space_areas, 1e-300) / np.maximum(layout_areas, 1e-300))
     shares = {"p05": 0.05, "median": 0.5, "p95": 0.95}
-    return {name: weighted_quantile(scales, before, share) for name, share in shares.items()}
+    return {name: weighted_quantile(scales, layout_areas, share) for name, share in shares.items()}
 
 
 def _distortion(corners: Complex, space: Real, scale: float) -> Distortion:

@@ -57,17 +57,17 @@ def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
     ways = _gaps(place[faces], loop.size)
     tip = np.argmax(ways, axis=1)  # opposite the side beyond which most of the surface lies
     tips, heads, tails = (np.take_along_axis(faces, ((tip + k) % 3)[:, None], 1)[:, 0] for k in range(3))
-    moved = flat.copy()
+    lifted = flat.copy()
     for _ in range(LIFTING_ROUNDS):
-        base = moved[tails] - moved[heads]
-        height = cross(base, moved[tips] - moved[heads]) / np.maximum(np.abs(base), 1e-300)
+        base = lifted[tails] - lifted[heads]
+        height = cross(base, lifted[tips] - lifted[heads]) / np.maximum(np.abs(base), 1e-300)
         short = np.maximum(HEIGHT_SHARE * np.abs(base), LEAST_HEIGHT_SHARE * diagonal) - height
         low = np.flatnonzero(short > 0)
         if not low.size:
             break
-        moved[tips[low]] += 1j * (base / np.abs(base))[low] * (1.01 * short[low])
-    far = np.abs(moved - flat) > MOST_MOVED_SHARE * diagonal
-    return np.where(far, flat, moved)
+        lifted[tips[low]] += 1j * (base / np.abs(base))[low] * (1.01 * short[low])
+    is_far = np.abs(lifted - flat) > MOST_MOVED_SHARE * diagonal
+    return np.where(is_far, flat, lifted)
 
 
 def _gaps(places: Index, length: int) -> Index:

@@ -54,50 +54,50 @@ def started_coarsely(
     fixed[: state.constrained] = True
     stay = np.unique(state.faces[fixed[state.faces].any(axis=1)])
     coarse, removed = coarser(points, state.faces, state.u, state.u.size // COARSER_FACTOR, stay)
-    kept = np.unique(coarse)
-    if 2 * kept.size > state.u.size:
+    coarse_vertices = np.unique(coarse)
+    if 2 * coarse_vertices.size > state.u.size:
         return state, False
-    small = _on_coarser(state, points, kept, np.searchsorted(kept, coarse))
-    small = descent(started_coarsely(small, points[kept], descent)[0])
-    return _carried(state, points, small, kept, removed)
+    small = _on_coarser(state, points, coarse_vertices, np.searchsorted(coarse_vertices, coarse))
+    small = descent(started_coarsely(small, points[coarse_vertices], descent)[0])
+    return _carried(state, points, small, coarse_vertices, removed)
 
 
-def _on_coarser(state: DiscreteMap, points: Real, kept: Index, faces: Index) -> DiscreteMap:
-    """Return the map on triangles (k, 3) between the vertices `kept`, the first of which are the constrained ones.
+def _on_coarser(state: DiscreteMap, points: Real, vertices: Index, faces: Index) -> DiscreteMap:
+    """Return the map on triangles (k, 3) between the vertices `vertices`, the first of which are the constrained ones.
 
     The images take the place of the layout, in which coarser triangles may fold: only their shapes in space count.
     """
-    u = state.u[kept]
-    space = laid_flat(points[kept][faces]) / np.sqrt(face_areas(points[state.faces]).sum())
+    u = state.u[vertices]
+    space = laid_flat(points[vertices][faces]) / np.sqrt(face_areas(points[state.faces]).sum())
     metric = OwnMetric(linear(u[faces], space), np.ones(len(faces), bool))
     return replace(state, faces=faces, z=u, u=u.copy(), metrics=(metric, None)).with_pattern()
 
 
 def _carried(
-    state: DiscreteMap, points: Real, small: DiscreteMap, kept: Index, removed: Removed
+    state: DiscreteMap, points: Real, small: DiscreteMap, coarse_vertices: Index, removed: Removed
 ) -> tuple[DiscreteMap, bool]:
     """Return the map with the images found on the coarser triangulation, if it has less energy then.
 
     Also returns whether it needs no Newton steps.
     """
-    moved = state.u.copy()
-    moved[kept] = small.u
+    u = state.u.copy()
+    u[coarse_vertices] = small.u
     unit = points / np.sqrt(face_areas(points[state.faces]).sum())
     how = {"q": FINE_POWER, "share": state.boundary.area_share(True)}
-    if not put_back(removed, unit, state.energy.balance, moved, **how) or folds(state.faces, moved):
+    if not put_back(removed, unit, state.energy.balance, u, **how) or folds(state.faces, u):
         return state, False
-    value, settled = _energy(state, moved), False
-    fixed = np.arange(moved.size) < state.constrained
+    value, settled = _energy(state, u), False
+    fixed = np.arange(u.size) < state.constrained
     for _ in range(MOST_SWEEPS // SWEEPS_AT_ONCE):
-        smooth(state.faces, unit, fixed, SWEEPS_AT_ONCE, state.energy.balance, moved, **how)
-        before, value = value, _energy(state, moved)
-        settled = before - value < LAST_DECREASE * value
+        smooth(state.faces, unit, fixed, SWEEPS_AT_ONCE, state.energy.balance, u, **how)
+        previous, value = value, _energy(state, u)
+        settled = previous - value < LAST_DECREASE * value
         if settled:
             break
-    if folds(state.faces, moved) or not value < _energy(state, state.u):
+    if folds(state.faces, u) or not value < _energy(state, state.u):
         return state, False
-    better = replace(state, u=moved, boundary=small.boundary, inside=small.inside)
-    return better.with_value(FINE_POWER), settled and moved.size >= DIRECT_VERTEX_COUNT
+    better = replace(state, u=u, boundary=small.boundary, inside=small.inside)
+    return better.with_value(FINE_POWER), settled and u.size >= DIRECT_VERTEX_COUNT
 
 
 def _energy(state: DiscreteMap, u: Complex) -> float:

@@ -29,25 +29,25 @@ def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
     """
     if problem.strokes or len(problem.holes[0]) != len(problem.holes[1]):
         return None
-    near = similarity(problem)
-    if near is None:
+    placing = similarity(problem)
+    if placing is None:
         return None
-    pairs = _partners(problem, near)
+    pairs = _partners(problem, placing)
     outlines = [problem.source, *(problem.holes[0][i] for i, _ in pairs)]
     loops = loops_of([(i, j, OUTLINE_SAMPLES) for i, j in pairs], OUTLINE_SAMPLES)
     z = np.concatenate([*(curve.at(curve.length * SHARES) for curve in outlines), FAR])
     first = OUTLINE_SAMPLES * len(outlines)
     faces = first + np.array([[0, 1, 2], [0, 2, 3]])
-    return MeshMap.plain(z, near(z), faces, first, loops=loops, metrics=problem.metrics)
+    return MeshMap.plain(z, placing(z), faces, first, loops=loops, metrics=problem.metrics)
 
 
-def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
+def _partners(problem: UnitProblem, placing: Similarity) -> list[tuple[int, int]]:
     """Return pairs (source hole, target hole): given partners first, the others assigned by distance of centroids."""
     from scipy.optimize import linear_sum_assignment
 
     sources = np.array([hole.z.mean() for hole in problem.holes[0]], complex)
     targets = np.array([hole.z.mean() for hole in problem.holes[1]], complex)
-    away = np.abs(near(sources)[:, None] - targets)
+    away = np.abs(placing(sources)[:, None] - targets)
     for i, j in problem.partners:
         away[i, j] = -FARTHEST_UNITS
     return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(away))]
@@ -56,8 +56,8 @@ def _partners(problem: UnitProblem, near: Similarity) -> list[tuple[int, int]]:
 def similarity(problem: UnitProblem) -> Similarity | None:
     """Return the similarity that maps the source closest to the target; None if the best one is not close."""
     fits = [_icp(problem, match) for match in _matches(problem)]
-    away, near = min(fits, key=lambda fit: fit[0])
-    return near if away < CLOSE_RMS else None
+    away, best = min(fits, key=lambda fit: fit[0])
+    return best if away < CLOSE_RMS else None
 
 
 def unlikeness(source: Curve, target: Curve, source_points: Complex, target_points: Complex) -> float:
@@ -103,9 +103,9 @@ def _icp(problem: UnitProblem, match: Match) -> tuple[float, Similarity]:
     z, w = problem.source.at(s), problem.target.at(match.at(s))
     weight = np.append(np.ones(OUTLINE_SAMPLES), np.full(pins.size, OUTLINE_SAMPLES / max(pins.size, 1)))
     for _ in range(CLOSEST_POINT_ROUNDS):
-        near = Similarity.fit(np.append(z, pins), np.append(w, goals), weight)
+        placing = Similarity.fit(np.append(z, pins), np.append(w, goals), weight)
         if problem.anchors[0]:
             break
-        w = problem.target.nearest(near(z))
-    away = near(np.append(z, pins)) - np.append(w, goals)
-    return float(np.sqrt(weight @ np.abs(away) ** 2 / weight.sum())), near
+        w = problem.target.nearest(placing(z))
+    away = placing(np.append(z, pins)) - np.append(w, goals)
+    return float(np.sqrt(weight @ np.abs(away) ** 2 / weight.sum())), placing

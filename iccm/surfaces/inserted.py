@@ -38,16 +38,16 @@ def with_way(whole: Patch, points: Real) -> Opening | None:
     Returns None where the path crosses itself or does not arrive.
     """
     refined, stops = _at_points(whole, points)
-    way = stops[:1]
+    path = stops[:1]
     for stop in stops[1:]:
-        if stop != way[-1]:
-            refined, crossed = _insert_line(refined, whole.mesh.points, way[-1], stop)
-            way += crossed
+        if stop != path[-1]:
+            refined, crossed = _insert_line(refined, whole.mesh.points, path[-1], stop)
+            path += crossed
     joined = {(a, b) for face in refined.faces.tolist() for a, b in pairwise([*face, face[0]])}
-    if len(set(way)) < len(way) or not joined.issuperset(pairwise(way)):
+    if len(set(path)) < len(path) or not joined.issuperset(pairwise(path)):
         return None
     mesh = _as_mesh(whole, refined)
-    return Opening(mesh, mesh.points[way])
+    return Opening(mesh, mesh.points[path])
 
 
 def _at_points(whole: Patch, points: Real) -> tuple[RefinedSurface, list[int]]:
@@ -109,24 +109,24 @@ def _crossing(fan: Real, end: Real) -> tuple[int, float] | None:
     sides = fan[:, 1:] - fan[:, :1]
     normal = np.cross(sides[:, 0], sides[:, 1]).sum(axis=0)
     ahead = end - fan[0, 0]
-    beside = sides @ np.cross(normal, ahead)
-    gap = beside[:, 0] - beside[:, 1]
-    share = np.divide(beside[:, 0], gap, out=np.full(len(fan), -1.0), where=gap != 0)
-    far = (sides[:, 0] + share[:, None] * (sides[:, 1] - sides[:, 0])) @ ahead
-    far[(share < 0) | (share > 1)] = 0
-    t = int(np.argmax(far))
-    if far[t] <= 0:
+    offsets = sides @ np.cross(normal, ahead)
+    gap = offsets[:, 0] - offsets[:, 1]
+    share = np.divide(offsets[:, 0], gap, out=np.full(len(fan), -1.0), where=gap != 0)
+    distances = (sides[:, 0] + share[:, None] * (sides[:, 1] - sides[:, 0])) @ ahead
+    distances[(share < 0) | (share > 1)] = 0
+    t = int(np.argmax(distances))
+    if distances[t] <= 0:
         return None
-    near = np.array([0.0, 1.0])[np.abs(share[t] - [0, 1]) < NEAR_BARYCENTRIC]
-    return t, float(near[0] if near.size else share[t])
+    ends_nearby = np.array([0.0, 1.0])[np.abs(share[t] - [0, 1]) < NEAR_BARYCENTRIC]
+    return t, float(ends_nearby[0] if ends_nearby.size else share[t])
 
 
 def _as_mesh(whole: Patch, refined: RefinedSurface) -> Mesh:
     mesh, faces = whole.mesh, whole.vertex[whole.faces]
     space = refined.carried(mesh.points)
-    more: dict[str, Any] = {"base": mesh.base, "whole": mesh.whole}
+    attributes: dict[str, Any] = {"base": mesh.base, "whole": mesh.whole}
     if mesh.uv is None or mesh.uv_corners is None:
-        return Mesh.triangles(mesh.name, space, refined.faces, **more)
+        return Mesh.triangles(mesh.name, space, refined.faces, **attributes)
     corners = mesh.uv_corners[whole.corner][refined.original]
     split = np.flatnonzero(np.any(refined.faces != faces[refined.original], axis=1))
     originals = np.repeat(refined.original[split], 3)
@@ -135,8 +135,8 @@ def _as_mesh(whole: Patch, refined: RefinedSurface) -> Mesh:
     has_uv = corners[split].min(axis=1, keepdims=True) >= 0
     numbers = len(mesh.uv) + np.arange(len(uv)).reshape(-1, 3)
     corners[split] = np.where(has_uv, numbers, -1)
-    more |= {"uv": np.concatenate([mesh.uv, uv]), "uv_corners": corners.ravel()}
-    return Mesh.triangles(mesh.name, space, refined.faces, **more)
+    attributes |= {"uv": np.concatenate([mesh.uv, uv]), "uv_corners": corners.ravel()}
+    return Mesh.triangles(mesh.name, space, refined.faces, **attributes)
 
 
 def _nearest(points: Real, faces: Index, point: Real) -> tuple[int, Real]:

@@ -235,11 +235,11 @@ class _Fit:
     def of(self, points: Real) -> Real:
         """Return points (…, 3) mapped by the best similarity."""
         covariance, _ = self._moments
-        left, values, right = np.linalg.svd(covariance)
-        signs = np.array([1, 1, np.sign(np.linalg.det(left @ right)) or 1.0])
+        left_vectors, values, right_vectors = np.linalg.svd(covariance)
+        signs = np.array([1, 1, np.sign(np.linalg.det(left_vectors @ right_vectors)) or 1.0])
         a, b = self.sums / self.count
         scale = (values * signs).sum() / max(self.squares[0] - self.count * (a @ a), 1e-300)
-        return scale * (points - a) @ (left * signs) @ right + b
+        return scale * (points - a) @ (left_vectors * signs) @ right_vectors + b
 
     @property
     def upright_residual(self) -> float:

@@ -31,12 +31,15 @@ def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
     """
     partner = partners(old, new)[0] if match in ("auto", "position") else np.full(len(new.faces), -1)
     coinciding = np.flatnonzero(partner >= 0)
-    same, ordered = coinciding.size / max(partner.size, 1), np.array_equal(partner[coinciding], coinciding)
-    if match != "position" and (same < 0.5 or (same < 1 and ordered)):
+    coinciding_share, is_ordered = (
+        coinciding.size / max(partner.size, 1),
+        np.array_equal(partner[coinciding], coinciding),
+    )
+    if match != "position" and (coinciding_share < 0.5 or (coinciding_share < 1 and is_ordered)):
         corner = None
         if match != "topology" and _by_index(old.points, old.faces.ravel(), new.points, new.faces.ravel()):
             corner = np.arange(new.faces.size)
-        elif match != "index" and same < 0.5:
+        elif match != "index" and coinciding_share < 0.5:
             corner = isomorphism(
                 Polygons.triangles(old.points, old.faces), Polygons.triangles(new.points, new.faces)
             )
@@ -52,8 +55,8 @@ def matched(old: Charted, new: Charted, match: str = "auto") -> Charted:
                 f"{new.name}: its faces are connected differently from those of {old.name}; --match "
                 "topology needs the same connectivity"
             )
-    if same == 0 and (moved := _by_similarity(old, new)) is not None:
-        return moved
+    if coinciding_share == 0 and (aligned := _by_similarity(old, new)) is not None:
+        return aligned
     return new
 
 
@@ -66,9 +69,9 @@ def _laid_on(old: Charted, new: Charted, corner: Index) -> Charted:
 
 def _moved(points: Real, corners: Index, new_points: Real, new_corners: Index) -> Real:
     """Return (n, 3) positions of the new mesh's vertices: those of the old corners that correspond to their corners."""
-    moved = np.zeros_like(new_points)
-    moved[new_corners] = points[corners]
-    return moved
+    positions = np.zeros_like(new_points)
+    positions[new_corners] = points[corners]
+    return positions
 
 
 def cut_alike(old: Mesh, new: Mesh) -> Mesh:
@@ -99,10 +102,10 @@ def _by_index(points: Real, corners: Index, new_points: Real, new_corners: Index
         return False
     place = distinct_rows(points)[1][corners]
     new_place = distinct_rows(new_points)[1][new_corners]
-    for one, other in ((place, new_place), (new_place, place)):
-        partner = np.zeros(int(one.max()) + 1, np.int64)
-        partner[one] = other
-        if (partner[one] != other).any():
+    for first, second in ((place, new_place), (new_place, place)):
+        partner = np.zeros(int(first.max()) + 1, np.int64)
+        partner[first] = second
+        if (partner[first] != second).any():
             return False
     return True
 

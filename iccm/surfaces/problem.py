@@ -67,8 +67,8 @@ class SurfaceProblem:
             InputError: pins or strokes that no one-to-one map satisfies; a surface without an even layout.
         """
         source, target = problem.outlines
-        given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
-        holes, points, numbers = named_partners(given, source, target, problem.pins, problem.strokes)
+        holes_given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
+        holes, points, numbers = named_partners(holes_given, source, target, problem.pins, problem.strokes)
         pins = check(source, target, points, problem.strokes, numbers)
         sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
         journal = SolveLog(notes=[*unequal(holes), *pins.notes])

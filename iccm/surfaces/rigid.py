@@ -76,9 +76,9 @@ def keep_rigid(
     size = settings.rigid_size
     aims, is_prescribed, centroids = aims_by(count, holding[state.inner], pins, size or 1.0)
     rigid = Rigid((), aims, ~is_prescribed, ~is_prescribed & (size is None), centroids)
-    kept = keep_on_mesh(replace(state, rigid=labels, flat=flat), rigid, settings)
-    journal.energies.append(kept.value)
-    return replace(own_map, state=kept, energy=kept.value)
+    rigid_state = keep_on_mesh(replace(state, rigid=labels, flat=flat), rigid, settings)
+    journal.energies.append(rigid_state.value)
+    return replace(own_map, state=rigid_state, energy=rigid_state.value)
 
 
 def laid_by_themselves(
@@ -110,14 +110,14 @@ def labels_of(faces: Index, z: Complex, on_outline: Flags, regions: Sequence[Com
     """
     inside = inside_any(map(Curve, regions), z[faces].mean(axis=1))
     touching = inside & on_outline[faces].any(axis=1)
-    labels, kept = np.full(len(faces), -1), np.flatnonzero(inside & ~touching)
-    if kept.size:
-        _, corners = np.unique(faces[kept], return_inverse=True)
+    labels, labelled = np.full(len(faces), -1), np.flatnonzero(inside & ~touching)
+    if labelled.size:
+        _, corners = np.unique(faces[labelled], return_inverse=True)
         a, b, c = corners.reshape(-1, 3).T
         component = topology.labels(np.append(a, a), np.append(b, c), int(corners.max()) + 1)
-        labels[kept] = component[a]
+        labels[labelled] = component[a]
     areas = triangle_areas(z[faces])
-    return labels, float(areas[touching].sum() / areas[inside].sum()) if kept.size else 1.0
+    return labels, float(areas[touching].sum() / areas[inside].sum()) if labelled.size else 1.0
 
 
 def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> Complex:
@@ -139,7 +139,7 @@ def flat_by_itself(z: Complex, faces: Index, shapes: Complex, labels: Index) -> 
         size = np.sqrt(triangle_areas(shapes[inside]).sum())
         start = positions / np.sqrt(np.abs(triangle_areas(positions[corners])).sum())
         sheet = Elastic.of(corners, shapes[inside] / size)
-        laid = size * sheet.relaxed(start, 1.0, NEWTON_STEPS, LEAST_DECREASE)
-        turn = Similarity.fit(laid, positions).factor
-        flat[vertices] = turn / abs(turn) * laid
+        relaxed = size * sheet.relaxed(start, 1.0, NEWTON_STEPS, LEAST_DECREASE)
+        turn = Similarity.fit(relaxed, positions).factor
+        flat[vertices] = turn / abs(turn) * relaxed
     return flat

@@ -94,17 +94,17 @@ def agreed_orders(source: Patch, target: Patch, stops: Index) -> list[Index]:
         target: as above.
         stops: (k, 2) vertices of both.
     """
-    given = np.arange(len(stops))
+    given_order = np.arange(len(stops))
     large = max(len(source.faces), len(target.faces)) > MOST_TRIANGLES
     if len(stops) < 3 or large:
-        return [given]
+        return [given_order]
     rated = []
     for order in _orders(_cost(source, target, stops)):
         rated.append((_unlikeness(source, target, stops[order]), order))
         if rated[-1][0] < CLEAR_UNLIKENESS:
             return [order]
     rated.sort(key=lambda pair: pair[0])
-    return [order for unlike, order in rated if unlike < np.inf] or [given]
+    return [order for unlike, order in rated if unlike < np.inf] or [given_order]
 
 
 def same_seam(source: Patch, target: Patch, stops: Index) -> Opening | None:
@@ -140,8 +140,8 @@ def _orders(cost: Real) -> Iterator[Index]:
         np.put_along_axis(further, ways, np.inf, axis=1)
         cheapest = np.argsort(further, axis=None, kind="stable")[:BEAM_WIDTH]
         cheapest = cheapest[further.ravel()[cheapest] < np.inf]
-        before, last = np.divmod(cheapest, len(cost))
-        ways, total = np.column_stack([ways[before], last]), further.ravel()[cheapest]
+        predecessors, last = np.divmod(cheapest, len(cost))
+        ways, total = np.column_stack([ways[predecessors], last]), further.ravel()[cheapest]
     yield from ways[ways[:, 0] < ways[:, -1]][:ORDERS_TRIED]
 
 
@@ -170,10 +170,10 @@ def _cost(source: Patch, target: Patch, stops: Index) -> Real:
     source_lengths, source_angles = _geodesics(source, stops[:, 0])
     target_lengths, target_angles = _geodesics(target, stops[:, 1])
     away = _wrapped(target_angles - source_angles)
-    for row, others in zip(away, ~np.eye(len(away), dtype=bool)):
-        turns = row[others]
+    for row, is_other in zip(away, ~np.eye(len(away), dtype=bool)):
+        turns = row[is_other]
         turn = turns[np.abs(_wrapped(turns - turns[:, None])).sum(axis=1).argmin()]
-        row[others] = _wrapped(turns - turn)
+        row[is_other] = _wrapped(turns - turn)
     ratio = np.log(np.maximum(source_lengths, 1e-300) / np.maximum(target_lengths, 1e-300))
     astray = (away**2 + away.T**2) / ASTRAY_RADIANS**2 + (ratio / LONGER_LOG_RATIO) ** 2
     return 0.5 * (source_lengths + target_lengths) * (1 + astray)

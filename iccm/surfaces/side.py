@@ -146,6 +146,6 @@ def _transfer(locator: Locator, layout: Flattening, loop: Index, z: Complex, on:
 
 def _loop_of(layout: Flattening, outline: Curve) -> Index:
     """Return the boundary loop of a layout that coincides with an outline, in the outline's direction."""
-    near = [np.abs(layout.flat[loop] - outline.z[0]).min() for loop in layout.patch.loops]
-    loop = layout.patch.loops[int(np.argmin(near))]
+    distances = [np.abs(layout.flat[loop] - outline.z[0]).min() for loop in layout.patch.loops]
+    loop = layout.patch.loops[int(np.argmin(distances))]
     return loop if (Curve(layout.flat[loop]).area > 0) == (outline.area > 0) else loop[::-1]

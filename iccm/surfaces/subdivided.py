@@ -45,11 +45,11 @@ class Subdivision:
         side = 2**halvings
         i, j = (indices.ravel() for indices in np.mgrid[:side, :side])
         upright = [(i, j), (i + 1, j), (i, j + 1)]
-        turned = [(i + 1, j + 1), (i, j + 1), (i + 1, j)]
+        downward = [(i + 1, j + 1), (i, j + 1), (i + 1, j)]
         first = np.concatenate([i + j < side, i + j < side - 1])
         along, across = (
             np.concatenate(
-                [np.stack([corner[k] for corner in corners_of], axis=1) for corners_of in (upright, turned)]
+                [np.stack([corner[k] for corner in corners_of], axis=1) for corners_of in (upright, downward)]
             )
             for k in (0, 1)
         )
@@ -91,9 +91,9 @@ class Subdivision:
         number[new] = count + place
         return Mixtures(np.maximum(rows[0][first], 0), rows[1][first], number)
 
-    def sizes(self, before: Index) -> Index:
-        """Return (f,) how many faces replace each of the faces, whose sizes were `before` (f,); 1 if unchanged."""
-        count = np.bincount(self.faces, minlength=before.size)
+    def sizes(self, old_sizes: Index) -> Index:
+        """Return (f,) how many faces replace each of the faces, whose sizes were `old_sizes` (f,); 1 if unchanged."""
+        count = np.bincount(self.faces, minlength=old_sizes.size)
         return np.where(count > 0, count, 1)
 
 
@@ -345,6 +345,6 @@ def subdivision(layout: Flattening, surface: RefinedSurface) -> tuple[Subdivisio
     weights = (
         (parent_vertices[:, :, :, None] == original_corners[:, None, None, :]) * parent_weights[..., None]
     ).sum(axis=2)
-    turned = (np.roll(patch.corner[triangles], -1, axis=1) < patch.corner[triangles]).sum(axis=1) == 2
-    weights = np.where(turned[:, None, None], weights[:, ::-1], weights)
-    return Subdivision(face[rows], patch.corner[triangles], weights), rows, turned
+    is_reversed = (np.roll(patch.corner[triangles], -1, axis=1) < patch.corner[triangles]).sum(axis=1) == 2
+    weights = np.where(is_reversed[:, None, None], weights[:, ::-1], weights)
+    return Subdivision(face[rows], patch.corner[triangles], weights), rows, is_reversed

@@ -54,9 +54,9 @@ class OwnMap:
     def near(self, hit: Flags) -> Flags:
         """Mark (n,) the mesh's vertices in triangles that share a vertex with the map's triangles `hit` (m,)."""
         faces = self.state.faces
-        beside = np.isin(faces, faces[hit]).any(axis=1)
+        is_adjacent = np.isin(faces, faces[hit]).any(axis=1)
         marks = np.zeros(self.mesh.count, bool)
-        marks[self.order[faces[beside]]] = True
+        marks[self.order[faces[is_adjacent]]] = True
         return marks
 
     def of_layout(self, flat: Complex) -> Complex:
@@ -336,7 +336,7 @@ def _to_surface(mesh: RefinedSurface, side: Side, material: Flags, z: Complex, *
     Triangles in holes are not on the surface; their rest shapes are those in the user's plane.
     """
     space, flat = mesh.carried(side.given.patch.points), mesh.carried(side.given.flat)
-    rest = flat[mesh.faces]
-    rest[material] = laid_flat(space[mesh.faces[material]])
+    rest_corners = flat[mesh.faces]
+    rest_corners[material] = laid_flat(space[mesh.faces[material]])
     scale = 1 / np.sqrt(face_areas(space[mesh.faces[material]]).sum())
-    return linear(z, scale * (rest.conj() if mirrored else rest))
+    return linear(z, scale * (rest_corners.conj() if mirrored else rest_corners))

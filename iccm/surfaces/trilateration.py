@@ -96,8 +96,8 @@ def same_way(source: Patch, target: Patch, stops: Index, path: list[int]) -> Rea
 
 def _detour(source: Real, target: Real) -> Real:
     """Return (k,) median ratios of distances (k, k) between landmarks, on the target relative to the source."""
-    others = ~np.eye(len(source), dtype=bool)
-    return np.array([np.median(b[on] / a[on]) for a, b, on in zip(source.T, target.T, others)])
+    is_other = ~np.eye(len(source), dtype=bool)
+    return np.array([np.median(b[on] / a[on]) for a, b, on in zip(source.T, target.T, is_other)])
 
 
 def _off(values: Real, goals: Real) -> Real:

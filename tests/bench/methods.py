@@ -33,12 +33,12 @@ def methods() -> list[tuple[str, str]]:
             pictures.textured(axes, fit, texture, box, 260)
             pictures.outline(axes, target.curve.z)
             pictures.title(axes, method)
-            rows.append((f"{source.path.stem} → {target.path.stem}, {method}", said(fit)))
+            rows.append((f"{source.path.stem} → {target.path.stem}, {method}", caption(fit)))
     pictures.save(figure, "methods", dpi=70)
     return rows
 
 
-def said(fit: Fit) -> str:
+def caption(fit: Fit) -> str:
     """Return a fit's figures as text."""
     r = fit.report()
     proof = "certified" if r["injective"]["certified"] else "not certified"
@@ -74,4 +74,4 @@ def _pair(left, right, source: Shape, target: Shape) -> str:
     except InputError as error:
         return str(error)
     pictures.textured(right, fit, texture, pictures.around(target.curve), 130)
-    return said(fit)
+    return caption(fit)

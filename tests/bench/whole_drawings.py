@@ -44,7 +44,7 @@ def teaser() -> list[tuple[str, str]]:
             done = carried(line[2], folder, source=str(source), target=str(target))
             for axes, head in zip(line, (name, "a shape", "the result")):
                 pictures.title(axes, head)
-            rows.append((f"{name}: {source.stem} → {target.stem}", said(done)))
+            rows.append((f"{name}: {source.stem} → {target.stem}", caption(done)))
     pictures.save(figure, "teaser")
     return rows
 
@@ -67,7 +67,7 @@ def fits() -> list[tuple[str, str]]:
         names = " → ".join(shapes.label(each) for each in pair)
         for axes, head in zip(line, (shapes.label(pair[0]), "largest, whole", "auto")):
             pictures.title(axes, head)
-        rows += [(f"{names}, largest outlines", said(largest)), (f"{names}, auto", said(whole))]
+        rows += [(f"{names}, largest outlines", caption(largest)), (f"{names}, auto", caption(whole))]
     pictures.save(figure, "fits", dpi=70)
     return rows
 
@@ -127,7 +127,7 @@ def spelt(word: str) -> str:
     return f'<svg {space} viewBox="-5 -5 {across + 10:.0f} 120">{"".join(letters)}</svg>'
 
 
-def said(done: Outcome) -> str:
+def caption(done: Outcome) -> str:
     """Return the figures of a run as text."""
     report = done.report
     seen = [f"{name} {report[name]:.0%}" for name in ("shown", "covered") if name in report]

@@ -770,8 +770,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/flattening/interpolation.py",
-        "u = laid + (1 - share) * begin.mean() + share * map.image.mean()",
-        "u = laid + begin.mean()",
+        "u = relaxed + (1 - share) * begin.mean() + share * map.image.mean()",
+        "u = relaxed + begin.mean()",
         "tests/iccm/flattening/test_interpolation.py",
         "shapes between stay where the source is, and jump at the end",
     ),
