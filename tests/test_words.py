@@ -66,10 +66,10 @@ def test_a_module_does_not_use_terms_to_avoid(path):
 def test_the_pages_of_iccm_do_not_use_terms_to_avoid(path):
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".html":
-        shown = re.findall(r">([^<>{}]+)<|(?:title|aria-label)=\"([^\"]+)\"", text.partition("<script>")[0])
+        matches = re.findall(r">([^<>{}]+)<|(?:title|aria-label)=\"([^\"]+)\"", text.partition("<script>")[0])
     else:
-        shown = re.findall(r"'([^'\n]* [^'\n]*)'|`([^`]* [^`]*)`", re.sub(r"(?s:/\*.*?\*/)|//.*", "", text))
-    assert not uses(" . ".join(" ".join(found) for found in shown), TERMS)
+        matches = re.findall(r"'([^'\n]* [^'\n]*)'|`([^`]* [^`]*)`", re.sub(r"(?s:/\*.*?\*/)|//.*", "", text))
+    assert not uses(" . ".join(" ".join(found) for found in matches), TERMS)
 
 
 def test_terms_to_avoid_are_found_in_code():

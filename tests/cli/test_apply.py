@@ -197,15 +197,15 @@ def test_geojson_keeps_what_it_says(saved, shapes, iccm):
             "note: g.geojson: 2 points outside" in typed.lines
             and "note: g.geojson: 1 lines cut" in typed.lines
         )
-        made = json.loads((shapes / "h.geojson").read_text(encoding="utf-8"))
-        assert made["name"] == "Grüße" and "bbox" not in made
-        assert [feature["properties"]["n"] for feature in made["features"]] == list(numbers)
-    point, polygon, line, lost = (feature["geometry"] for feature in made["features"][:4])
+        data = json.loads((shapes / "h.geojson").read_text(encoding="utf-8"))
+        assert data["name"] == "Grüße" and "bbox" not in data
+        assert [feature["properties"]["n"] for feature in data["features"]] == list(numbers)
+    point, polygon, line, lost = (feature["geometry"] for feature in data["features"][:4])
     assert point == {"type": "Point", "coordinates": [*there([(50, 40)])[0].tolist(), 7]}
     rings = polygon["coordinates"]
     assert len(rings) == 2 and all(ring[0] == ring[-1] for ring in rings) and len(rings[0]) > 8
     assert line["type"] == "LineString" and lost == {"type": "Point", "coordinates": []}
-    assert made["features"][4]["geometry"]["geometries"][0]["coordinates"] == there([(50, 40)]).tolist()
+    assert data["features"][4]["geometry"]["geometries"][0]["coordinates"] == there([(50, 40)]).tolist()
 
 
 def test_features_that_are_null_are_dropped(saved, shapes, iccm):
@@ -259,7 +259,7 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "options", "said"),
+    ("name", "content", "options", "message"),
     [
         ("a.csv", "x,y\n1,2\n3,four\n", (), "row 3: 'four' is not a coordinate"),
         ("a.csv", "x,y\n1,inf\n", (), "are not finite numbers"),
@@ -292,11 +292,11 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
         ("a.txt", "hello", (), "a.txt: "),
     ],
 )
-def test_bad_files_get_one_line(saved, shapes, iccm, name, content, options, said):
+def test_bad_files_get_one_line(saved, shapes, iccm, name, content, options, message):
     (shapes / name).write_text(content, encoding="utf-8")
     typed = iccm("apply", "map.npz", name, "-o", f"out{name[1:]}", *options)
     errors = [line for line in typed.lines if line.startswith("error: ")]
-    assert typed.code == 2 and len(errors) == 1 and said in errors[0], typed.err
+    assert typed.code == 2 and len(errors) == 1 and message in errors[0], typed.err
     assert not (shapes / f"out{name[1:]}").exists()
 
 

@@ -116,8 +116,8 @@ def test_pins_on_a_chart_are_coordinates_or_vertices(sheets, iccm):
     ]
     done = iccm("map", "square.svg", "pair.obj#uv", "-o", "o.png", *pinned)
     assert done.code == 0, done.err
-    found = json.loads((sheets / "r.json").read_text())
-    assert [pin["error"] < 1e-6 for pin in found["pins"]] == [True, True]
+    data = json.loads((sheets / "r.json").read_text())
+    assert [pin["error"] < 1e-6 for pin in data["pins"]] == [True, True]
     done = iccm("map", "square.svg", "pair.obj#uv", "-o", "p.png", "--pin", "50,50:0.1,0.1")
     assert done.code == 2 and "pair.obj#uv: pin 1: (0.1, 0.1) is " in done.lines[-1]
 
@@ -310,9 +310,9 @@ def test_all_pieces_of_two_meshes_are_mapped_in_pairs(sheets, shapes, iccm):
     write_sheets(shapes / "other.obj", {"right": ((0, 0), (1, 1)), "left": ((0, 0), (1, 1))}, n=7)
     done = iccm("map", "pair.obj", "other.obj", "-o", "o.obj", "--report", "r.json")
     assert done.code == 0, done.err
-    found = bounds_of(shapes / "o.obj")
-    assert np.allclose(found["left"], [(0.05, 0.1), (0.3, 0.35)], atol=2e-3)
-    assert np.allclose(found["right"], [(0.4, 0.4), (0.9, 0.9)], atol=2e-3)
+    bounds = bounds_of(shapes / "o.obj")
+    assert np.allclose(bounds["left"], [(0.05, 0.1), (0.3, 0.35)], atol=2e-3)
+    assert np.allclose(bounds["right"], [(0.4, 0.4), (0.9, 0.9)], atol=2e-3)
     report = json.loads((shapes / "r.json").read_text())
     assert len(report["parts"]) == 2 and report["mapped"] == 1 and "unpaired" not in report
 

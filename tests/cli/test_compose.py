@@ -108,8 +108,8 @@ def write_geometry(path):
 def places(path):
     """The coordinates in a GeoJSON file, by type."""
     return {
-        each["geometry"]["type"]: np.array(each["geometry"]["coordinates"], float)
-        for each in json.loads(Path(path).read_text())["features"]
+        feature["geometry"]["type"]: np.array(feature["geometry"]["coordinates"], float)
+        for feature in json.loads(Path(path).read_text())["features"]
     }
 
 

@@ -21,8 +21,8 @@ def findings(iccm):
 
     def run():
         typed = iccm("doctor", "--json")
-        found = [json.loads(line) for line in typed.out.splitlines()]
-        return typed.code, {finding["check"]: finding for finding in found}
+        records = [json.loads(line) for line in typed.out.splitlines()]
+        return typed.code, {finding["check"]: finding for finding in records}
 
     return run
 

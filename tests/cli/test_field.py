@@ -75,9 +75,9 @@ def ours(iccm, size=TARGET):
         "--force",
     )
     assert done.code == 0, done.err
-    found = pixels("ours.png")
-    full = (found[..., 3] == 255).astype(np.uint8)
-    return found[..., :3], cv2.erode(full, np.ones((3, 3), np.uint8)) > 0
+    picture = pixels("ours.png")
+    full = (picture[..., 3] == 255).astype(np.uint8)
+    return picture[..., :3], cv2.erode(full, np.ones((3, 3), np.uint8)) > 0
 
 
 def close(found, wanted, inside):
@@ -96,8 +96,8 @@ def test_simpleitk_resamples_to_the_same_picture(here, iccm, suffix):
     assert field.GetSize() == TARGET and field.GetNumberOfComponentsPerPixel() == 2
     fixed = itk.Image(*TARGET, itk.sitkUInt8)
     moving = itk.ReadImage("leaf.png")
-    found = itk.Resample(moving, fixed, itk.DisplacementFieldTransform(field), itk.sitkLinear)
-    assert close(itk.GetArrayFromImage(found), *ours(iccm))
+    resampled = itk.Resample(moving, fixed, itk.DisplacementFieldTransform(field), itk.sitkLinear)
+    assert close(itk.GetArrayFromImage(resampled), *ours(iccm))
 
 
 def test_the_places_and_axes_of_pictures_in_space_are_kept(here, iccm):
@@ -115,18 +115,18 @@ def test_the_places_and_axes_of_pictures_in_space_are_kept(here, iccm):
     assert done.code == 0, done.err
     field = itk.ReadImage("field.nrrd")
     assert field.GetSpacing() == pytest.approx((0.1, 0.3)) and field.GetOrigin() == (200, -40)
-    found = itk.Resample(moving, fixed, itk.DisplacementFieldTransform(field), itk.sitkLinear)
-    assert close(itk.GetArrayFromImage(found), *ours(iccm, tuple(2 * side for side in TARGET)))
+    resampled = itk.Resample(moving, fixed, itk.DisplacementFieldTransform(field), itk.sitkLinear)
+    assert close(itk.GetArrayFromImage(resampled), *ours(iccm, tuple(2 * side for side in TARGET)))
 
 
 def test_opencv_remaps_to_the_same_picture(here, iccm):
     assert iccm("field", "map.npz", "-o", "remap.npz").code == 0
     with np.load("remap.npz") as held:
         x, y, mask = held["map_x"], held["map_y"], held["mask"]
-    found = cv2.remap(pixels("leaf.png")[..., :3].astype(np.float32), x, y, cv2.INTER_LINEAR)
+    remapped = cv2.remap(pixels("leaf.png")[..., :3].astype(np.float32), x, y, cv2.INTER_LINEAR)
     wanted, inside = ours(iccm)
-    assert close(found, wanted, inside)
-    assert (found[mask == 0] == 0).all() and mask[inside].min() == 1 and (mask == 0).any()
+    assert close(remapped, wanted, inside)
+    assert (remapped[mask == 0] == 0).all() and mask[inside].min() == 1 and (mask == 0).any()
 
 
 def test_pixel_vectors_lead_to_the_source(here, iccm):

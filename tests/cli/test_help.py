@@ -34,8 +34,8 @@ def test_help_of_all_topics_is_grouped_and_whole(iccm):
 def test_the_short_help_has_what_most_need(iccm):
     text = iccm("map", "--help").out
     wanted = ["texture", "output", "size", "fit", "parts", "pin", "rigid", "turn", "holes", "force", "help"]
-    shown = [name for name in [*of_command("map"), "help"] if rows_in(text, name)]
-    assert set(wanted) <= set(shown) and len(shown) <= 14
+    names = [name for name in [*of_command("map"), "help"] if rows_in(text, name)]
+    assert set(wanted) <= set(names) and len(names) <= 14
     assert len(re.findall(r"^  iccm map ", text, re.MULTILINE)) == 5
     assert all(re.search(rf"^  {word} ", text, re.MULTILINE) for word in (*TOPICS, "all"))
     assert len(text.splitlines()) <= 65 and max(map(len, text.splitlines())) <= 80
@@ -170,7 +170,7 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         (("map", "folder", "disk.svg"), "folder: is a folder"),
         (("map", "square.xyz", "disk.svg"), ".glb"),
@@ -185,13 +185,13 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
         (("apply", "none.exr", "none.png", "-o", "old.png"), "none.png: no such file"),
     ],
 )
-def test_a_wrong_file_is_called_what_it_is(shapes, iccm, given, said):
+def test_a_wrong_file_is_called_what_it_is(shapes, iccm, given, message):
     (shapes / "folder").mkdir()
     for name in ("old.svg", "old.png"):
         (shapes / name).touch()
     shutil.copy("square.svg", "square.xyz")
     typed = iccm(*given)
-    assert typed.code == 2 and said in typed.err and "OpenImageIO" not in typed.err
+    assert typed.code == 2 and message in typed.err and "OpenImageIO" not in typed.err
 
 
 def test_info_knows_reports(shapes, iccm):

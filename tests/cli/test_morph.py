@@ -168,7 +168,9 @@ DISC = '<circle cx="52" cy="47" r="40"/>'
 
 def paths_of(text):
     """The path data of an SVG in order, without those of animations."""
-    return [each.get("d") for each in ElementTree.fromstring(text).iter() if each.tag.endswith("}path")]
+    return [
+        element.get("d") for element in ElementTree.fromstring(text).iter() if element.tag.endswith("}path")
+    ]
 
 
 def test_paths_have_the_same_commands_in_all_frames(shapes, iccm):

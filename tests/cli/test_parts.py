@@ -234,11 +234,11 @@ ICON = (
 def test_lines_beside_fills_are_parts_of_their_own(shapes, iccm):
     (shapes / "icon.svg").write_text(ICON)
     facts = json.loads(iccm("info", "icon.svg", "--json").out)
-    assert [round(each["area"], -2) for each in facts["outlines"]] == [700, 400, 200]
+    assert [round(outline["area"], -2) for outline in facts["outlines"]] == [700, 400, 200]
     done = iccm("map", "square.svg", "icon.svg", "--parts", "each", "--size", "100", "-o", "each.png")
     assert done.code == 0, done.err
     alpha = np.asarray(Image.open("each.png"))[..., 3]
-    assert alpha.sum() / 255 == pytest.approx(sum(each["area"] for each in facts["outlines"]), rel=0.03)
+    assert alpha.sum() / 255 == pytest.approx(sum(outline["area"] for outline in facts["outlines"]), rel=0.03)
     assert iccm("map", "square.svg", "icon.svg#2", "--size", "100", "-o", "second.png").code == 0
     rows = np.flatnonzero(np.asarray(Image.open("second.png"))[..., 3].any(axis=1))
     assert rows.size and rows.min() > 0
@@ -308,7 +308,7 @@ def test_letters_of_a_font_are_elements(drawings, iccm):
     font = Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
     (drawings / "tile.svg").write_text(SVG.format('<path d="M0 0h100v90H0z"/>'))
     whole = shape.read(f"{font}#text=i\u00e4!", whole=True)
-    assert sorted(len(each.drawing.parts) for each in whole.by_element()) == [2, 2, 3]
+    assert sorted(len(element.drawing.parts) for element in whole.by_element()) == [2, 2, 3]
     assert len(whole.drawing.parts) == 7
     (drawings / "two.obj").write_text("v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n")
     mesh = iccm("map", "tile.svg", "two.obj", "--parts", "elements", "-o", "o.obj")

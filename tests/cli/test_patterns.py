@@ -90,7 +90,7 @@ def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):
 
 
 @pytest.mark.parametrize(
-    "command, said",
+    "command, message",
     [
         ("map mesh.obj square.svg --texture tile.png --texture-scale .5 -o o.png", "--texture-scale does not apply"),
         ("map mesh.obj square.svg --texture tile.png --edge mirror -o o.png", "--edge mirror does not apply"),
@@ -103,9 +103,9 @@ def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):
         ("map square.svg blob.svg --texture-turn nan -o o.png", "--texture-turn"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_placed_is_refused_in_a_line(tile, iccm, command, said):
+def test_what_cannot_be_placed_is_refused_in_a_line(tile, iccm, command, message):
     done = iccm(*command.split())
-    assert done.code == 2 and said in done.err and len(done.lines) == 1
+    assert done.code == 2 and message in done.err and len(done.lines) == 1
 
 
 def test_the_options_stand_in_the_report(tile, iccm):

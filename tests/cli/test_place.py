@@ -57,7 +57,7 @@ def test_a_circle_stays_one_inside_and_when_sliced(drawings, iccm):
     shield = disc("slice.png")[-1]
     assert shield == pytest.approx(disc("fill.png")[-1], abs=2e-3)
     assert 0.3 < report["slice"]["shown"] < 0.6
-    assert all(each["injective"]["share"] > 0.999 for each in report.values())
+    assert all(value["injective"]["share"] > 0.999 for value in report.values())
     assert report["inside"]["job"]["place"] == "inside"
 
 

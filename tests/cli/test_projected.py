@@ -27,7 +27,7 @@ def test_a_photo_of_a_page_is_rectified_as_by_scikit_image(here, iccm):
         iccm("map", f"page.png#plane={CORNERS}", "sheet:300x50", "-o", "flat.png", "--size", "300x50").code
         == 0
     )
-    corners = np.array([[float(x) for x in each.split(",")] for each in CORNERS.split(":")])
+    corners = np.array([[float(x) for x in word.split(",")] for word in CORNERS.split(":")])
     # pixels are counted from the centre of the first one there
     flat = np.array([[0, 0], [300, 0], [300, 50], [0, 50]])
     known = transform.ProjectiveTransform.from_estimate(flat - 0.5, corners - 0.5)

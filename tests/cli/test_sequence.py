@@ -88,7 +88,7 @@ def test_a_frame_that_differs_too_much_starts_anew_and_says_so(frames, iccm):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("square.svg", "none/*.svg", "--sequence"), "no file matches"),
         (("square.svg", "frames/*.svg", "--texture", "t.png", "--sequence", "-o", "x.png"), "output: "),
@@ -103,7 +103,7 @@ def test_a_frame_that_differs_too_much_starts_anew_and_says_so(frames, iccm):
         (("square.svg", "blob.svg", "--start", "paper.npz", "--method", "paper"), "add --method balanced"),
     ],
 )
-def test_what_makes_no_sequence_is_refused(frames, iccm, arguments, said):
+def test_what_makes_no_sequence_is_refused(frames, iccm, arguments, message):
     image_files.write("t.png", image_files.Image(np.zeros((2, 2, 3), np.uint8)))
     if "paper.npz" in arguments:
         core.fit([0, 1, 1 + 1j, 1j], [0, 2, 2 + 1j, 1j], method="paper", order=0, vertices=20).save(
@@ -111,7 +111,7 @@ def test_what_makes_no_sequence_is_refused(frames, iccm, arguments, said):
         )
     typed = iccm("map", *arguments)
     errors = [line for line in typed.lines if line.startswith("error: ")]
-    assert typed.code == 2 and errors and said in errors[0], typed.err
+    assert typed.code == 2 and errors and message in errors[0], typed.err
     assert not list(Path(".").glob("*.png")) or {path.name for path in Path(".").glob("*.png")} == {"t.png"}
 
 

@@ -112,5 +112,5 @@ def test_doubts_are_warnings_to_machines(capsys):
         logs.tell("nothing of that is in doubt")
     finally:
         logs.reset()
-    said = json.loads(capsys.readouterr().err)
-    assert said == {"level": "warning", "message": "the picture overlaps itself"}
+    data = json.loads(capsys.readouterr().err)
+    assert data == {"level": "warning", "message": "the picture overlaps itself"}

@@ -88,22 +88,22 @@ def test_all_geometries_of_a_glb_are_divided_in_one_document(iccm, box):
     assert report["mapped"] == 1 and report["uv"] == {"flipped": 0, "degenerate": 0}
     made = trimesh.load_scene("out.glb")
     assert len(made.geometry) == 2
-    assert all(len(each.faces) == 48 and is_closed(each) for each in made.geometry.values())
+    assert all(len(value.faces) == 48 and is_closed(value) for value in made.geometry.values())
     assert np.allclose(made.bounds, scene.bounds)
     assert made.area == pytest.approx(scene.area)
 
 
 @pytest.mark.parametrize(
-    ("target", "more", "said"),
+    ("target", "more", "message"),
     [
         ("drawing.svg", (), ["--subdivide", "mesh"]),
         ("box.obj", ("--pin", "50,50:v3"), ["--subdivide", "--pin", "position"]),
         ("box.obj", ("--max-faces", "100"), ["--subdivide", "--max-faces"]),
     ],
 )
-def test_what_cannot_be_divided_is_refused(iccm, box, target, more, said):
+def test_what_cannot_be_divided_is_refused(iccm, box, target, more, message):
     """The message names the option and the cure."""
     out = "o.obj" if target == "box.obj" else "o.svg"
     done = iccm("map", "drawing.svg", target, "-o", out, "--subdivide", "3", *more)
-    assert done.code == 2 and all(word in done.err for word in said), done.err
+    assert done.code == 2 and all(word in done.err for word in message), done.err
     assert not Path(out).exists()

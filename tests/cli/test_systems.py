@@ -99,7 +99,7 @@ def typed_in_bash(line, wanted):
 
 @pytest.mark.skipif(sys.platform == "win32" or not shutil.which("bash"), reason="a shell in a terminal")
 @pytest.mark.parametrize(
-    ("typed", "wanted"),
+    ("typed", "expected"),
     [
         ("iccm map --texture astro\t", "--texture astronaut.png"),
         ("iccm batch jo\t", "batch jobs.toml"),
@@ -107,11 +107,11 @@ def typed_in_bash(line, wanted):
         ("iccm map --max-fa\t", "--max-faces"),
     ],
 )
-def test_bash_completes(shapes, typed, wanted):
+def test_bash_completes(shapes, typed, expected):
     for name in ("astronaut.png", "jobs.toml"):
         (shapes / name).touch()
     (shapes / "folder").mkdir()
-    assert wanted in typed_in_bash(typed, wanted)
+    assert expected in typed_in_bash(typed, expected)
 
 
 @pytest.mark.slow

@@ -112,9 +112,9 @@ def test_vertices_that_repeat_go_from_many_rings_at_once_as_from_each(rings):
 def test_a_similarity_is_found_again(z, factor, shift, weighted):
     assume(np.ptp(z.real) > 1e-3)
     weights = np.arange(1.0, 1 + z.size) if weighted else None
-    found = Similarity.fit(z, factor * z + shift, weights)
-    assert found.factor == pytest.approx(factor, abs=1e-7)
-    assert found(z) == pytest.approx(factor * z + shift, abs=1e-9)
+    similarity = Similarity.fit(z, factor * z + shift, weights)
+    assert similarity.factor == pytest.approx(factor, abs=1e-7)
+    assert similarity(z) == pytest.approx(factor * z + shift, abs=1e-9)
 
 
 @given(POINTS, POINTS)

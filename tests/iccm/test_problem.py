@@ -53,9 +53,9 @@ def test_what_the_others_do_is_refused_by_the_balanced_method():
 def test_type_checkers_see_the_options_and_the_arguments_of_fit():
     assert get_type_hints(OptionValues) == get_type_hints(Options)
     named = [
-        each.name
-        for each in inspect.signature(iccm.fit).parameters.values()
-        if each.kind is each.KEYWORD_ONLY
+        value.name
+        for value in inspect.signature(iccm.fit).parameters.values()
+        if value.kind is value.KEYWORD_ONLY
     ]
     assert {*named, *get_type_hints(OptionValues)} == set(get_type_hints(FitOptions))
 

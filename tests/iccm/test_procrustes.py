@@ -22,20 +22,20 @@ def varied(count, spread=0.15, seed=4):
 
 def test_similar_shapes_are_superimposed_exactly_by_the_known_similarity():
     factor, shift = 2.5 * np.exp(0.4j), 7 - 3j
-    found = superimpose(np.array([SHAPE, factor * SHAPE + shift]))
-    assert found.distances == pytest.approx([0, 0], abs=1e-12)
-    first, second = found.placed
+    superimposed = superimpose(np.array([SHAPE, factor * SHAPE + shift]))
+    assert superimposed.distances == pytest.approx([0, 0], abs=1e-12)
+    first, second = superimposed.placed
     assert first.factor / second.factor == pytest.approx(factor)
-    assert second(factor * SHAPE + shift) == pytest.approx(found.mean)
-    assert found.sizes[1] / found.sizes[0] == pytest.approx(2.5)
+    assert second(factor * SHAPE + shift) == pytest.approx(superimposed.mean)
+    assert superimposed.sizes[1] / superimposed.sizes[0] == pytest.approx(2.5)
     # the mean is rotated by half of the rotation between the two
     assert np.angle(first.factor) == pytest.approx(0.2)
 
 
 def test_the_mean_of_copies_is_the_shape():
-    found = superimpose(np.array([SHAPE] * 4))
+    superimposed = superimpose(np.array([SHAPE] * 4))
     centred = SHAPE - SHAPE.mean()
-    assert found.mean == pytest.approx(centred / np.linalg.norm(centred))
+    assert superimposed.mean == pytest.approx(centred / np.linalg.norm(centred))
 
 
 def test_the_order_of_specimens_does_not_matter():
@@ -51,16 +51,16 @@ def test_two_shapes_have_the_distance_of_scipy():
     _, _, disparity = procrustes(
         xy_of(a), xy_of(b)
     )  # of full Procrustes analysis, with scale: sin² of the angle
-    found = superimpose(np.array([a, b]))
+    superimposed = superimpose(np.array([a, b]))
     angle = np.arcsin(np.sqrt(disparity))
-    assert found.distances == pytest.approx(
+    assert superimposed.distances == pytest.approx(
         [2 * np.sin(angle / 4)] * 2
     )  # each is half the angle from the mean
 
 
 def test_no_other_rotations_have_a_smaller_sum_of_squares():
     shapes = varied(5, spread=0.5)
-    found = superimpose(shapes)
+    superimposed = superimpose(shapes)
     unit = shapes - shapes.mean(axis=1, keepdims=True)
     unit /= np.linalg.norm(unit, axis=1, keepdims=True)
 
@@ -68,7 +68,7 @@ def test_no_other_rotations_have_a_smaller_sum_of_squares():
         turned = np.exp(1j * angles)[:, None] * unit
         return np.sum(np.abs(turned - turned.mean(axis=0)) ** 2)
 
-    angles = np.array([np.angle(place.factor) for place in found.placed])
+    angles = np.array([np.angle(place.factor) for place in superimposed.placed])
     best = min(minimize(scatter, angles + shake).fun for shake in ([0, 0.5, -0.4, 0.1, 1], [1, 0, 2, -1, 0]))
     assert scatter(angles) <= best * (1 + 1e-9)
 
@@ -76,10 +76,10 @@ def test_no_other_rotations_have_a_smaller_sum_of_squares():
 def test_mirror_images_are_reflected_only_if_allowed():
     shapes = varied(6)
     shapes[[1, 4]] = shapes[[1, 4]].conj()
-    found = superimpose(shapes, reflect=True)
-    assert found.mirrored.tolist() == [False, True, False, False, True, False]
-    assert found.placed[1](shapes[1]) == pytest.approx(found.mean, abs=0.15)
-    assert found.distances.max() < 0.2 < superimpose(shapes).distances.max()
+    superimposed = superimpose(shapes, reflect=True)
+    assert superimposed.mirrored.tolist() == [False, True, False, False, True, False]
+    assert superimposed.placed[1](shapes[1]) == pytest.approx(superimposed.mean, abs=0.15)
+    assert superimposed.distances.max() < 0.2 < superimpose(shapes).distances.max()
     assert superimpose(shapes[[1, 4, 2]], reflect=True).mirrored.tolist() == [False, False, True]
 
 

@@ -39,21 +39,21 @@ def test_a_similarity_gives_the_texture_back(dtype, channels):
     full = 1 if texture.dtype.kind == "f" else np.iinfo(dtype).max
     if channels in (2, 4):
         texture[..., -1] = full
-    found = iccm.transfer(texture, SQUARE, DOUBLED, size=64, filter="nearest")
+    transfer = iccm.transfer(texture, SQUARE, DOUBLED, size=64, filter="nearest")
     colours = texture[..., : channels - (channels in (2, 4))]
-    assert found.pixels.dtype == dtype
-    assert np.array_equal(found.pixels[..., :-1], colours)
-    assert (found.pixels[..., -1] == full).all()
-    assert found.box == (3 - 1j, 5 + 1j)
-    assert found.fit.status.ok
-    assert found.diagnostics.inside == 64 * 64
+    assert transfer.pixels.dtype == dtype
+    assert np.array_equal(transfer.pixels[..., :-1], colours)
+    assert (transfer.pixels[..., -1] == full).all()
+    assert transfer.box == (3 - 1j, 5 + 1j)
+    assert transfer.fit.status.ok
+    assert transfer.diagnostics.inside == 64 * 64
 
 
 def test_grey_and_float64_are_taken():
     grey = noise((32, 32), np.float64)
-    found = iccm.transfer(grey, SQUARE, DOUBLED, size=32, filter="nearest")
-    assert found.pixels.shape == (32, 32, 2)
-    assert np.array_equal(found.pixels[..., 0], grey.astype(np.float32))
+    transfer = iccm.transfer(grey, SQUARE, DOUBLED, size=32, filter="nearest")
+    assert transfer.pixels.shape == (32, 32, 2)
+    assert np.array_equal(transfer.pixels[..., 0], grey.astype(np.float32))
 
 
 @pytest.mark.parametrize(
@@ -65,9 +65,9 @@ def test_other_types_become_the_smallest_that_holds_them(given, dtype, factor):
     texture = np.random.default_rng(0).integers(0, top, (6, 9)).astype(given)
     texture[0, 0], texture[5, 8] = 0, top - 1
     oblong = 3 * SQUARE.real + 2j * SQUARE.imag
-    found = iccm.transfer(texture, oblong, oblong, size=(9, 6), filter="nearest")
-    assert found.pixels.dtype == dtype
-    assert np.array_equal(found.pixels[..., 0], factor * texture.astype(int))
+    transfer = iccm.transfer(texture, oblong, oblong, size=(9, 6), filter="nearest")
+    assert transfer.pixels.dtype == dtype
+    assert np.array_equal(transfer.pixels[..., 0], factor * texture.astype(int))
 
 
 @pytest.mark.parametrize(("dtype", "grey"), [(np.uint8, 188), (np.float32, 0.5)])
@@ -104,8 +104,8 @@ def test_the_command_makes_the_same_picture(tmp_path):
         "output": (str(tmp_path / "o.png"),),
     }
     run(Job(texture=str(tmp_path / "t.png"), size=(96,), **names, **boxes))
-    found = iccm.transfer(texture, 3 * SQUARE, ELLIPSE, size=96)
-    assert np.array_equal(image_files.read(str(tmp_path / "o.png")).pixels, found.pixels)
+    transfer = iccm.transfer(texture, 3 * SQUARE, ELLIPSE, size=96)
+    assert np.array_equal(image_files.read(str(tmp_path / "o.png")).pixels, transfer.pixels)
 
 
 def test_one_map_carries_many_textures():
@@ -124,11 +124,11 @@ def test_one_map_carries_many_textures():
 
 def test_a_deformed_shape_shows_all_of_itself():
     fit = iccm.deform(SQUARE, pins=[(0.2 + 0.2j, 0.2 + 0.2j), (0.8 + 0.8j, 2 + 2j)])
-    found = iccm.warp(fit, iccm.checkerboard(64), size=50)
+    picture = iccm.warp(fit, iccm.checkerboard(64), size=50)
     image = fit.image
-    assert found.box[0].real <= image.real.min() + 1e-12
-    assert found.box[1].imag >= image.imag.max() - 1e-12
-    cover = found.pixels[..., 3] > 0
+    assert picture.box[0].real <= image.real.min() + 1e-12
+    assert picture.box[1].imag >= image.imag.max() - 1e-12
+    cover = picture.pixels[..., 3] > 0
     assert cover.any(0).all()
     assert cover.any(1).all()
 
@@ -136,7 +136,7 @@ def test_a_deformed_shape_shows_all_of_itself():
 def test_boxes_are_kept_to():
     texture = noise((20, 20, 3), np.uint8)
     box = (0.25 + 0.25j, 0.75 + 0.75j)
-    found = iccm.transfer(
+    transfer = iccm.transfer(
         texture,
         SQUARE,
         DOUBLED,
@@ -146,14 +146,14 @@ def test_boxes_are_kept_to():
         filter="nearest",
         edge="transparent",
     )
-    assert np.array_equal(found.pixels[..., :3], texture)
+    assert np.array_equal(transfer.pixels[..., :3], texture)
     wide = iccm.transfer(texture, SQUARE, DOUBLED, size=(40, 20))
     assert wide.box == (2 - 1j, 6 + 1j)
     assert not wide.pixels[:, :9, 3].any()
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"texture": np.full((2, 2, 3), -1)}, "int64"),
         ({"texture": np.zeros((2, 2, 3, 1), np.uint8)}, r"\(2, 2, 3, 1\)"),
@@ -175,9 +175,9 @@ def test_boxes_are_kept_to():
         ({"method": "none"}, "method"),
     ],
 )
-def test_mistakes_are_input_errors(change, said):
+def test_mistakes_are_input_errors(change, message):
     given = {"texture": np.zeros((2, 2, 3), np.uint8), "source": SQUARE, "target": ELLIPSE} | change
-    with pytest.raises(iccm.InputError, match=said):
+    with pytest.raises(iccm.InputError, match=message):
         iccm.transfer(**given)
 
 
@@ -192,7 +192,7 @@ def test_whole_drawings_are_cut_to_what_the_target_paints():
 
 
 @pytest.mark.parametrize(
-    ("pixels", "options", "said"),
+    ("pixels", "options", "message"),
     [
         (np.zeros((4, 6), complex), {}, "complex128"),
         (np.zeros((4, 6), np.uint8), {"filter": "sharp"}, "filter"),
@@ -201,12 +201,12 @@ def test_whole_drawings_are_cut_to_what_the_target_paints():
     ],
 )
 def test_a_texture_that_cannot_be_carried_is_refused_before_drawings_are_mapped(
-    monkeypatch, pixels, options, said
+    monkeypatch, pixels, options, message
 ):
     def solved(*given, **more):
         raise AssertionError("the map was solved for")
 
     monkeypatch.setattr("iccm.solve.fit", solved)
     two_parts = shapely.MultiPolygon([shapely.box(0, 0, 2, 1), shapely.box(3, 0, 4, 1)])
-    with pytest.raises(iccm.InputError, match=said):
+    with pytest.raises(iccm.InputError, match=message):
         iccm.transfer(pixels, two_parts, shapely.box(0, 0, 1, 3), **options)

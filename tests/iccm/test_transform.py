@@ -68,7 +68,7 @@ def test_energies_by_term_of_each_triangle():
     assert np.allclose(terms["angle"], (k + 1 / k) / 2)
     assert np.allclose(terms["area"], (sheet.scales**2 + sheet.scales**-2) / 2)
     assert np.allclose(terms["total"], terms["angle"] * terms["area"] ** 3)
-    assert min(each.min() for each in terms.values()) >= 1 - 1e-12
+    assert min(value.min() for value in terms.values()) >= 1 - 1e-12
     same = iccm.fit(pear(), 3 * pear(), method="paper").triangles.energies()["total"]
     assert np.median(same) == pytest.approx(1, abs=1e-5)
 

@@ -92,12 +92,12 @@ def test_a_mesh_as_source_shows_no_picture_from_outside(meshes, iccm):
     (meshes / "x.obj").write_text("mtllib x.mtl\n" + CORNERS + FACES)
     line = ["map", "x.obj", "new.obj", "--bake", "--size", "16", "--report", "o.json", "--force"]
     done = iccm(*line, "-o", "o.png")
-    hashed = [each["path"] for each in json.loads((meshes / "o.json").read_text())["inputs"]]
+    hashed = [input["path"] for input in json.loads((meshes / "o.json").read_text())["inputs"]]
     assert (
         done.code == 0 and "--allow-outside" in done.err and not [name for name in hashed if "canary" in name]
     )
     done = iccm(*line, "-o", "o.png", "--allow-outside")
-    hashed = [each["path"] for each in json.loads((meshes / "o.json").read_text())["inputs"]]
+    hashed = [input["path"] for input in json.loads((meshes / "o.json").read_text())["inputs"]]
     assert (
         done.code == 0 and "--allow-outside" not in done.err and [name for name in hashed if "canary" in name]
     )
@@ -127,8 +127,8 @@ def test_ply_takes_no_picture_from_outside(meshes, iccm):
     text += "".join(f"property float {name}\n" for name in "xyzst")
     text += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
     (meshes / "x.ply").write_text(text + "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n3 0 1 2\n")
-    told = iccm("info", "x.ply").out
-    assert "../canary/secret.png" in told and "--allow-outside" in told
+    output = iccm("info", "x.ply").out
+    assert "../canary/secret.png" in output and "--allow-outside" in output
     done = iccm("flatten", "x.ply", "--uv", "o.glb", "--carry-maps")
     assert "--allow-outside" in done.err and not written(meshes)
 

@@ -64,7 +64,7 @@ DISC = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><circle id
 
 def test_islands_are_fitted_into_a_drawing_and_undone(blender):
     Path("disc.svg").write_text(DISC)
-    found = blender("""
+    result = blender("""
 grid("a", 12, turned(.4, .2, .1, .5)); select(lambda face: True)
 undo_point("before")
 found["before"] = coordinates()
@@ -74,8 +74,8 @@ undo_point("after")
 bpy.ops.ed.undo()
 found["undone"] = coordinates()
 """)
-    before, after = (np.array(found[name]) for name in ("before", "after"))
-    assert found["said"] == ["FINISHED"] and found["undone"] == found["before"]
+    before, after = (np.array(result[name]) for name in ("before", "after"))
+    assert result["said"] == ["FINISHED"] and result["undone"] == result["before"]
     assert (areas(after) > 0).all()
     assert np.allclose(np.hypot(*(border(after) - [0.5, 0.6]).T), 0.3, atol=2e-3)
     turn = [np.angle((faces[-1].mean(0) - faces[0].mean(0)) @ [1, 1j]) for faces in (before, after)]
@@ -84,20 +84,20 @@ found["undone"] = coordinates()
 
 def test_islands_stay_as_mirrored_as_they_are(blender):
     Path("disc.svg").write_text(DISC)
-    found = blender("""
+    result = blender("""
 grid("a", 8, lambda x, y: (.9 - .4 * x, .1 + .4 * y), lambda x, y: (.1 + .3 * x, .6 + .3 * y))
 select(lambda face: True)
 found["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
 found["after"] = coordinates()
 """)
-    mirrored, plain = np.split(np.array(found["after"]), 2)
+    mirrored, plain = np.split(np.array(result["after"]), 2)
     assert (areas(mirrored) < 0).all() and (areas(plain) > 0).all()
     assert mirrored[0].mean(axis=0)[0] > 0.6 and plain[0].mean(axis=0)[0] < 0.4
 
 
 def test_several_islands_share_an_outline_side_by_side(blender):
     Path("disc.svg").write_text(DISC)
-    found = blender("""
+    result = blender("""
 grid("a", 8, lambda x, y: (.1 + .3 * x, .1 + .4 * y), lambda x, y: (.5 + .4 * x, .6 + .3 * y))
 select(lambda face: True)
 found["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
@@ -107,9 +107,9 @@ addon = sys.modules["bl_ext.user_default.iccm"]
 found["options"] = sorted(addon.ICCM_OT_fit_island.bl_options)
 found["readable"] = addon.readable("islands.svg: folds; outline.obj#uv: is open")
 """)
-    assert ".svg" not in found["readable"] and ".obj" not in found["readable"]
-    one, other = np.split(np.array(found["after"]), 2)
-    assert found["said"] == ["FINISHED"] and found["options"] == ["REGISTER", "UNDO"]
+    assert ".svg" not in result["readable"] and ".obj" not in result["readable"]
+    one, other = np.split(np.array(result["after"]), 2)
+    assert result["said"] == ["FINISHED"] and result["options"] == ["REGISTER", "UNDO"]
     assert (areas(one) > 0).all() and (areas(other) > 0).all()
     away = np.hypot(*(np.reshape([one, other], (-1, 2)) - [0.5, 0.6]).T)
     assert away.max() < 0.3 + 2e-3 and away.max() > 0.29
@@ -118,28 +118,28 @@ found["readable"] = addon.readable("islands.svg: folds; outline.obj#uv: is open"
 
 
 def test_an_island_is_fitted_into_a_like_one_by_the_similarity(blender):
-    found = blender("""
+    result = blender("""
 grid("a", 6, lambda x, y: (.5 * x, .3 * y), lambda x, y: (.6 + .25 * x, .5 + .15 * y), lambda x, y: (.9 + .1 * x, y))
 select(lambda face: face.index < 72, active=40)
 found["said"] = operator("fit_island", outline="island", fit="whole", parts="each")
 found["after"] = coordinates()
 """)
-    faces = np.array(found["after"])
-    assert found["said"] == ["FINISHED"]
+    faces = np.array(result["after"])
+    assert result["said"] == ["FINISHED"]
     assert np.allclose(faces[:36], faces[36:72], atol=1e-4)
     assert np.allclose(faces[36:72].reshape(-1, 2).min(axis=0), [0.6, 0.5])
     assert np.allclose(faces[72:].reshape(-1, 2).min(axis=0), [0.9, 0])
 
 
 def test_islands_are_fitted_into_a_curve(blender):
-    found = blender("""
+    result = blender("""
 bpy.ops.curve.primitive_bezier_circle_add(radius=3, location=(4, 5, 6)); bpy.context.object.name = "round"
 grid("a", 8, lambda x, y: (.4 * x, .4 * y), lambda x, y: (.5 + .4 * x, .5 + .4 * y)); select(lambda face: True)
 found["said"] = operator("fit_island", outline="curve", curve="round", parts="each")
 found["after"] = coordinates()
 """)
-    assert found["said"] == ["FINISHED"]
-    for faces in np.split(np.array(found["after"]), 2):
+    assert result["said"] == ["FINISHED"]
+    for faces in np.split(np.array(result["after"]), 2):
         assert (areas(faces) > 0).all()
         assert np.allclose(np.hypot(*(border(faces) - 0.5).T), 0.5, atol=4e-3)
 
@@ -149,7 +149,7 @@ QUARTERS = {(0.25, 0.25): "red", (0.75, 0.25): "green", (0.25, 0.75): "blue", (0
 
 @pytest.mark.parametrize("base", [True, False])
 def test_a_picture_is_carried_onto_selected_faces_and_undone(blender, base):
-    found = blender(f"""
+    result = blender(f"""
 quarters = picture("quarters", 64, 64, QUARTERS)
 grid("a", 8, lambda x, y: (.25 + .5 * x, .25 + .5 * y), lambda x, y: (.05 + .1 * x, .05 + .1 * y))
 select(lambda face: face.index < 64, synced={base})
@@ -166,14 +166,14 @@ undo_point("after")
 bpy.ops.ed.undo()
 found["undone"] = [node.image.name for node in nodes()]
 """)
-    assert found["said"] == ["FINISHED"] and found["packed"] and found["size"] == [128, 128]
-    assert np.allclose(found["at"], [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 1, 1]], atol=0.01)
-    assert np.allclose(found["aside"][3 - 3 * base :], [0, 0.5, 0.5, 1] if base else [0], atol=0.01)
-    assert found["undone"] == (["base"] if base else [])
+    assert result["said"] == ["FINISHED"] and result["packed"] and result["size"] == [128, 128]
+    assert np.allclose(result["at"], [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 1, 1]], atol=0.01)
+    assert np.allclose(result["aside"][3 - 3 * base :], [0, 0.5, 0.5, 1] if base else [0], atol=0.01)
+    assert result["undone"] == (["base"] if base else [])
 
 
 def test_textures_follow_to_the_active_uv_map(blender):
-    found = blender("""
+    result = blender("""
 grid("a", 8, lambda x, y: (x, y), maps={"new": turned(1.2, .5, .1, .4)})
 quarters, rough = picture("quarters", 64, 64, QUARTERS), picture("rough", 64, 64, GREYS, data=True)
 bent = picture("bent", 64, 64, dict.fromkeys(QUARTERS, (.7, .5, .9582576, 1)), data=True)
@@ -205,20 +205,20 @@ bpy.ops.ed.undo()
 found["undone"] = [node.image.name for node in nodes()]
 found["again"] = operator("relayout")
 """)
-    assert found["said"] == ["FINISHED"] and found["rendered"] == ["new"]
-    assert found["names"] == ["quarters new", "rough new", "bent new", "other new"]
-    assert found["spaces"] == ["sRGB", "Non-Color", "Non-Color", "sRGB"]
-    assert found["far"] < 0.02 and np.allclose(found["other"], [[1, 0, 0, 1]], atol=0.01)
+    assert result["said"] == ["FINISHED"] and result["rendered"] == ["new"]
+    assert result["names"] == ["quarters new", "rough new", "bent new", "other new"]
+    assert result["spaces"] == ["sRGB", "Non-Color", "Non-Color", "sRGB"]
+    assert result["far"] < 0.02 and np.allclose(result["other"], [[1, 0, 0, 1]], atol=0.01)
     turned = (
-        np.mean(found["normals"], axis=0)[:2] * 2 - 1
+        np.mean(result["normals"], axis=0)[:2] * 2 - 1
     )  # by as much as the layout is, on a nearly flat grid
     assert np.allclose(turned, 0.4 * np.array([np.cos(1.2), np.sin(1.2)]), atol=0.03)
-    assert found["twin"] == found["undone"] == ["quarters", "rough", "bent", "other"]
-    assert found["again"] == ["FINISHED"]
+    assert result["twin"] == result["undone"] == ["quarters", "rough", "bent", "other"]
+    assert result["again"] == ["FINISHED"]
 
 
 def test_what_cannot_be_done_is_said_and_nothing_changes(blender):
-    found = blender("""
+    result = blender("""
 grid("a", 4, lambda x, y: (x, y)); select(lambda face: True)
 picture("quarters", 64, 64, QUARTERS)
 before = coordinates()
@@ -249,13 +249,13 @@ found["same"] = before == coordinates() and len(bpy.data.images) == 1
         "select faces",
         "/nowhere/python",
     ]
-    assert found["same"] and len(found["said"]) == len(parts)
-    for said, part in zip(found["said"], parts):
+    assert result["same"] and len(result["said"]) == len(parts)
+    for said, part in zip(result["said"], parts):
         assert part in said and "Traceback" not in said, said
 
 
 def test_escape_ends_the_process_and_changes_nothing(blender):
-    found = blender(
+    result = blender(
         """
 import sys, time, types
 addon = sys.modules["bl_ext.user_default.iccm"]
@@ -295,15 +295,15 @@ while (state := job.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
 found["finished"], found["moved"] = list(state), before != coordinates()
 """.replace("DISC", repr(DISC))
     )
-    assert found["begun"] == found["waiting"] == ["RUNNING_MODAL"] and found["there"]
-    assert found["text"].startswith("iccm: Fit, ") and found["text"].endswith("Esc to cancel")
-    assert found["ended"] == ["CANCELLED"] and found["same"]
-    assert found["left"] == [False, False, ["timer", None], ["iccm was cancelled; the scene is unchanged"]]
-    assert found["finished"] == ["FINISHED"] and found["moved"]
+    assert result["begun"] == result["waiting"] == ["RUNNING_MODAL"] and result["there"]
+    assert result["text"].startswith("iccm: Fit, ") and result["text"].endswith("Esc to cancel")
+    assert result["ended"] == ["CANCELLED"] and result["same"]
+    assert result["left"] == [False, False, ["timer", None], ["iccm was cancelled; the scene is unchanged"]]
+    assert result["finished"] == ["FINISHED"] and result["moved"]
 
 
 def test_panels_and_dialogs_show_what_there_is(blender):
-    found = blender("""
+    result = blender("""
 import sys, types
 addon = sys.modules["bl_ext.user_default.iccm"]
 
@@ -326,17 +326,17 @@ found["poll"] = [bpy.ops.iccm.fit_island.poll()]
 grid("a", 2, lambda x, y: (x, y))
 found["poll"] += [bpy.ops.iccm.fit_island.poll()]
 """)
-    assert found["panel"] == ["iccm.fit_island", "iccm.relayout", "iccm.transfer"]
-    assert found["ICCM_OT_fit_island"] == found["ICCM_OT_transfer"] == []
-    assert found["preferences"] == ["python"] and found["poll"] == [False, True]
+    assert result["panel"] == ["iccm.fit_island", "iccm.relayout", "iccm.transfer"]
+    assert result["ICCM_OT_fit_island"] == result["ICCM_OT_transfer"] == []
+    assert result["preferences"] == ["python"] and result["poll"] == [False, True]
 
 
 def test_an_installed_folder_is_switched_on(blender):
     """As written by `iccm plugins install blender`, beside the add-on installed from the archive."""
     plugins.uninstall("blender")
     assert [each.name for each in plugins.install("blender")] == ["iccm"]
-    found = blender("""
+    result = blender("""
 import addon_utils
 found["on"] = addon_utils.enable("bl_ext.user_default.iccm") is not None and hasattr(bpy.types, "ICCM_PT_texture")
 """)
-    assert found["on"]
+    assert result["on"]

@@ -110,7 +110,7 @@ def differing(a, b):
 
 
 def names(document):
-    return [each.get("id") for each in ElementTree.fromstring(document).iter() if each.get("id")]
+    return [element.get("id") for element in ElementTree.fromstring(document).iter() if element.get("id")]
 
 
 def expected(extra=""):
@@ -120,11 +120,13 @@ def expected(extra=""):
 
 def test_artwork_is_carried_through_all_transforms(profile):
     made = act(page(), [f"{FIT}.noprefs"], ["art", "target"])
-    shown = rendered(made)
-    assert differing(shown, rendered(expected())) < 1e-3 < differing(shown, rendered(page()))
+    picture = rendered(made)
+    assert differing(picture, rendered(expected())) < 1e-3 < differing(picture, rendered(page()))
     assert len(names(made)) == len(set(names(made)))
     group = next(
-        each for each in ElementTree.fromstring(made).iter(f"{SVG}g") if each.get(LABEL) == "face in target"
+        element
+        for element in ElementTree.fromstring(made).iter(f"{SVG}g")
+        if element.get(LABEL) == "face in target"
     )
     assert not list(group.iter(f"{SVG}image")) and len(list(group.iter(f"{SVG}path"))) == 5
 
@@ -153,9 +155,9 @@ def mark(name, x, y, number):
 def eyes(document):
     """The centres of elements of the class `eye`, in the coordinates of their layer."""
     found = []
-    for each in ElementTree.fromstring(document).iter(f"{SVG}path"):
-        if "eye" in each.get("class", ""):
-            numbers = np.array(re.findall(r"-?[\d.]+(?:e-?\d+)?", each.get("d")), float).reshape(-1, 2)
+    for element in ElementTree.fromstring(document).iter(f"{SVG}path"):
+        if "eye" in element.get("class", ""):
+            numbers = np.array(re.findall(r"-?[\d.]+(?:e-?\d+)?", element.get("d")), float).reshape(-1, 2)
             found.append((numbers.min(axis=0) + numbers.max(axis=0)) / 2)
     return found
 
@@ -222,11 +224,11 @@ def test_each_letter_gets_the_artwork_and_removed_originals_stay_for_their_clone
     assert (said, code) == ("", 0)
     (left, _), (right, _) = sorted(map(tuple, eyes(made)))
     assert 90 < left < 120 and 130 < right < 170
-    shown = rendered(made)
-    scale = shown.shape[1] / 210
-    assert (shown[int(45 * scale), int(50 * scale)] > 0.99).all()  # the artwork is gone, its clone is not
+    picture = rendered(made)
+    scale = picture.shape[1] / 210
+    assert (picture[int(45 * scale), int(50 * scale)] > 0.99).all()  # the artwork is gone, its clone is not
     assert np.allclose(
-        shown[int(115 * scale), int(50 * scale)], [0xDD / 255, 0xDD / 255, 0x88 / 255], atol=0.01
+        picture[int(115 * scale), int(50 * scale)], [0xDD / 255, 0xDD / 255, 0x88 / 255], atol=0.01
     )
 
 

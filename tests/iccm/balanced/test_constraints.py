@@ -208,7 +208,7 @@ def test_a_stroke_with_pins():
 
 
 @pytest.mark.parametrize(
-    ("pins", "said"),
+    ("pins", "message"),
     [
         ([(0.5 + 0.5j, 0.4 + 0.5j), (0.5 + 0.5j, 0.6 + 0.5j)], "pins 1 and 2: the same source point"),
         ([(0.4 + 0.5j, 0.5 + 0.5j), (0.6 + 0.5j, 0.5 + 0.5j)], "pins 1 and 2: two source points"),
@@ -217,13 +217,13 @@ def test_a_stroke_with_pins():
         ([(0.5, 0.5), (1 + 0.5j, 0.5j), (0.5 + 1j, 0.5 + 1j), (0.5j, 1 + 0.5j)], "out of order: "),
     ],
 )
-def test_pins_that_no_map_can_meet_are_named(pins, said):
-    with pytest.raises(InputError, match=said):
+def test_pins_that_no_map_can_meet_are_named(pins, message):
+    with pytest.raises(InputError, match=message):
         iccm.fit(SQUARE, SQUARE, pins=pins)
 
 
 @pytest.mark.parametrize(
-    ("strokes", "said"),
+    ("strokes", "message"),
     [
         (
             [([0.2 + 0.2j, 0.8 + 0.8j], [0.2 + 0.2j, 0.8 + 0.8j])] * 2,
@@ -253,8 +253,8 @@ def test_pins_that_no_map_can_meet_are_named(pins, said):
         ),
     ],
 )
-def test_strokes_that_no_map_can_meet_are_named(strokes, said):
-    with pytest.raises(InputError, match=said):
+def test_strokes_that_no_map_can_meet_are_named(strokes, message):
+    with pytest.raises(InputError, match=message):
         iccm.fit(SQUARE, SQUARE, strokes=strokes)
 
 
@@ -318,7 +318,7 @@ ACROSS = ([0.5, 0.5 + 1j], [0.5, 0.5 + 1j])
 
 
 @pytest.mark.parametrize(
-    ("strokes", "pins", "said"),
+    ("strokes", "pins", "message"),
     [
         (
             [([0.5, 0.5 + 0.5j], [0.5 + 0.1j, 0.5 + 0.5j])],
@@ -343,8 +343,8 @@ ACROSS = ([0.5, 0.5 + 1j], [0.5, 0.5 + 1j])
         ),
     ],
 )
-def test_strokes_at_the_outline_that_no_map_can_meet_are_named(strokes, pins, said):
-    with pytest.raises(InputError, match=said):
+def test_strokes_at_the_outline_that_no_map_can_meet_are_named(strokes, pins, message):
+    with pytest.raises(InputError, match=message):
         iccm.fit(SQUARE, SQUARE, strokes=strokes, pins=pins)
 
 

@@ -199,7 +199,7 @@ def test_what_cannot_be_met_is_told_with_its_distance():
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"pins": [(0.5 + 0.5j, 1), (0.5 + 0.5j, 2)]}, "pins 1 and 2: the same source point"),
         ({"pins": [(9, 9)]}, "pin 1: .* outside the source shape"),
@@ -210,8 +210,8 @@ def test_what_cannot_be_met_is_told_with_its_distance():
         ({"pins": [(1 + 1j, 1)], "method": "paper", "start": object()}, "start: .* balanced"),
     ],
 )
-def test_mistakes_are_named(options, said):
-    with pytest.raises(InputError, match=said):
+def test_mistakes_are_named(options, message):
+    with pytest.raises(InputError, match=message):
         iccm.deform(SQUARE, **options)
 
 

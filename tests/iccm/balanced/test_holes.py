@@ -224,7 +224,7 @@ def test_pins_in_holes_name_partners_and_others_are_met():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ({"source_holes": [2 * STEPS]}, "source hole 1: crosses or touches the outline, or lies outside"),
         ({"source_holes": [0.2 * STEPS, 0.1 * STEPS]}, "source hole 2: .* hole 1"),
@@ -245,8 +245,8 @@ def test_pins_in_holes_name_partners_and_others_are_met():
         ),
     ],
 )
-def test_holes_that_cannot_be_are_told(wrong, said):
-    with pytest.raises(iccm.InputError, match=said):
+def test_holes_that_cannot_be_are_told(wrong, message):
+    with pytest.raises(iccm.InputError, match=message):
         iccm.fit(STEPS, box(), **wrong)
 
 

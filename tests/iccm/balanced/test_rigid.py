@@ -36,9 +36,9 @@ INSIDE = np.array([-0.3 - 0.7j, 0.7 - 0.7j, -0.2 + 0.7j, -0.2 - 0.2j, 0.3 - 0.65
 def similarity_of(fit, z=INSIDE):
     """The similarity that the map is on points, to 1 % of their extent."""
     w = fit.map(z)
-    found = Similarity.fit(z, w)
-    assert np.abs(found(z) - w).max() <= 0.01 * abs(found.factor) * np.abs(z - z.mean()).max()
-    return found
+    similarity = Similarity.fit(z, w)
+    assert np.abs(similarity(z) - w).max() <= 0.01 * abs(similarity.factor) * np.abs(z - z.mean()).max()
+    return similarity
 
 
 @pytest.fixture(scope="module")
@@ -109,9 +109,9 @@ def test_what_finds_no_room_is_smaller_and_told():
 def test_what_reaches_the_outline_is_kept_off_it():
     domain = shapely.Polygon(xy_of(SQUARE))
     corner = np.array([1 + 1j, 2 + 1j, 2 + 2j, 1 + 2j])
-    found = regions_of([corner], Curve(SQUARE))
-    polygon = shapely.Polygon(xy_of(found.polygons[0][0]))
-    assert domain.exterior.distance(polygon) == pytest.approx(0.01 * 4, rel=1e-6) and found.notes
+    regions = regions_of([corner], Curve(SQUARE))
+    polygon = shapely.Polygon(xy_of(regions.polygons[0][0]))
+    assert domain.exterior.distance(polygon) == pytest.approx(0.01 * 4, rel=1e-6) and regions.notes
     assert polygon.area > 0.85
 
 
@@ -129,8 +129,8 @@ def test_a_region_that_touches_the_outline_stays_where_it_is_in_a_similar_shape(
 
 def test_regions_that_meet_are_one_and_what_they_surround_moves_along():
     boxes = [np.array([0, 1, 1 + 1j, 1j]) + shift for shift in (0, 0.8, -1.5 - 1.5j)]
-    found = regions_of(boxes, Curve(SQUARE))
-    areas = sorted(abs(Curve(rings[0]).area) for rings in found.polygons)
+    regions = regions_of(boxes, Curve(SQUARE))
+    areas = sorted(abs(Curve(rings[0]).area) for rings in regions.polygons)
     assert areas == pytest.approx([1, 1.8], rel=0.01)
     frame = [np.array([-1 - 1j, 1 - 1j, 1 - 0.8j, -1 - 0.8j]) * turn for turn in (1, 1j, -1, -1j)]
     assert [len(rings) for rings in regions_of(frame, Curve(SQUARE)).polygons] == [1]

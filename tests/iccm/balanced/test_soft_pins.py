@@ -359,11 +359,11 @@ def test_wide_strokes_bend_a_shape_without_a_target():
 
 
 @pytest.mark.parametrize(
-    ("width", "options", "said"),
+    ("width", "options", "message"),
     [(-1.0, {}, "width"), (np.nan, {}, "width"), (0.3, {"method": "conformal"}, "balanced")],
 )
-def test_widths_that_cannot_be_are_refused(width, options, said):
-    with pytest.raises(iccm.InputError, match=said):
+def test_widths_that_cannot_be_are_refused(width, options, message):
+    with pytest.raises(iccm.InputError, match=message):
         iccm.fit(shapes.pear(), shapes.pear(), strokes=[iccm.Stroke(LINE, LINE, width=width)], **options)
 
 

@@ -185,10 +185,10 @@ def test_the_turn_asked_for_is_made():
 def test_a_turn_asked_for_is_kept_or_told(fit, turn):
     """A flag onto itself, rotated by a right angle, in whole or in part."""
     found = iccm.fit(FLAG, 1j * FLAG.z, turn=turn, fit=fit)
-    told = [note for note in found.notes if "rotated by" in note]
+    notes = [note for note in found.notes if "rotated by" in note]
     away = abs(found.distortion.turn - turn)
-    assert bool(told) == (away > 20) and all(
-        f"instead of {turn}" in note and "(turn)" in note for note in told
+    assert bool(notes) == (away > 20) and all(
+        f"instead of {turn}" in note and "(turn)" in note for note in notes
     )
     assert turn < 90 or away < 1e-3
 
@@ -200,8 +200,8 @@ def test_pins_that_turn_a_picture_otherwise_than_asked_are_told(asked):
     turned = np.exp(1j * np.radians(40))
     found = iccm.fit(FLAG, FLAG.z * turned, pins=np.stack([pins, pins * turned], axis=1), turn=asked)
     assert found.distortion.turn == pytest.approx(40, abs=5)
-    told = [note for note in found.notes if "(turn)" in note]
-    assert bool(told) == (asked in (0, 90)) and all(f"instead of {asked}" in note for note in told)
+    notes = [note for note in found.notes if "(turn)" in note]
+    assert bool(notes) == (asked in (0, 90)) and all(f"instead of {asked}" in note for note in notes)
 
 
 def test_a_finer_tolerance_is_met():

@@ -134,20 +134,26 @@ def test_what_is_seen_by_counting_areas():
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = 3 * z + 1j
     source, target = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 1, 9, 7))
-    found = seen(z, u, faces, source, target, covering=None, subdivision=40)
-    assert found.energy == pytest.approx(1, abs=1e-12)  # a similarity, whatever part of it is visible
-    assert found.hidden == pytest.approx(1 / 4, abs=0.01) and found.bare == pytest.approx(0, abs=0.01)
+    visible_shares = seen(z, u, faces, source, target, covering=None, subdivision=40)
+    assert visible_shares.energy == pytest.approx(
+        1, abs=1e-12
+    )  # a similarity, whatever part of it is visible
+    assert visible_shares.hidden == pytest.approx(1 / 4, abs=0.01) and visible_shares.bare == pytest.approx(
+        0, abs=0.01
+    )
     left = Region(shapely.box(0, 0, 1, 2))
-    found = seen(z, u, faces, left, target, covering=left, subdivision=40)
-    assert found.hidden == pytest.approx(0, abs=0.02) and found.bare == pytest.approx(2 / 3, abs=0.01)
+    visible_shares = seen(z, u, faces, left, target, covering=left, subdivision=40)
+    assert visible_shares.hidden == pytest.approx(0, abs=0.02) and visible_shares.bare == pytest.approx(
+        2 / 3, abs=0.01
+    )
 
 
 def test_the_energy_of_what_is_seen_is_that_of_a_stretch():
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = 3 * z.real + 1j * z.imag
     regions = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 0, 12, 2))
-    found = seen(z, u, faces, *regions, covering=None)
-    assert found.energy == pytest.approx((3 + 1 / 3) / 2)  # areas are uniform: (K + 1/K) / 2
+    visible_shares = seen(z, u, faces, *regions, covering=None)
+    assert visible_shares.energy == pytest.approx((3 + 1 / 3) / 2)  # areas are uniform: (K + 1/K) / 2
 
 
 def test_the_energy_weighs_both_drawings_areas_alike():
@@ -155,16 +161,19 @@ def test_the_energy_weighs_both_drawings_areas_alike():
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = np.array([0, 4, 4 + 2j, 6j])
     quadrangle = shapely.Polygon([(0, 0), (4, 0), (4, 2), (0, 6)])
-    found = seen(z, u, faces, Region(shapely.box(0, 0, 4, 2)), Region(quadrangle), covering=None)
+    visible_shares = seen(z, u, faces, Region(shapely.box(0, 0, 4, 2)), Region(quadrangle), covering=None)
     large, small = np.linalg.svd([[1, 0], [-1, 3]], compute_uv=False)
     energies = [
         1.25,
         (large / small + small / large) / 2 * (1.5 + 1 / 1.5) / 2,
     ]  # the mean scale of areas is 2
-    assert found.energy == pytest.approx(
+    assert visible_shares.energy == pytest.approx(
         np.average(energies, weights=[0.5 / 2 + 0.25 / 2, 0.5 / 2 + 0.75 / 2])
     )
-    assert (found.hidden, found.bare) == (pytest.approx(0, abs=1e-9), pytest.approx(0, abs=1e-9))
+    assert (visible_shares.hidden, visible_shares.bare) == (
+        pytest.approx(0, abs=1e-9),
+        pytest.approx(0, abs=1e-9),
+    )
 
 
 def test_the_price_lies_between_the_energy_and_that_of_a_lost_point():

@@ -30,10 +30,10 @@ def test_a_quad_that_a_vertex_makes_concave_is_opened_and_counts_until_then():
     assert (((b - a).conj() * (c - a)).imag > 0).all()
     as_uv = lambda z: np.column_stack([z.real, z.imag])  # noqa: E731
     assert concave(as_uv(flat), patch) == 1
-    found = open_up(flat, patch, np.concatenate(patch.loops))
-    assert concave(as_uv(found), patch) == 0
-    assert np.flatnonzero(found != flat).size == 1
-    place = dict(zip(patch.vertex, found))
+    opened = open_up(flat, patch, np.concatenate(patch.loops))
+    assert concave(as_uv(opened), patch) == 0
+    assert np.flatnonzero(opened != flat).size == 1
+    place = dict(zip(patch.vertex, opened))
     for quad in QUADS:  # by hand: all triples of corners have the orientation of the whole
         for p, q, r in combinations([place[k] for k in quad], 3):
             assert ((q - p).conj() * (r - p)).imag > 0

@@ -30,8 +30,8 @@ def system(n, seed):
 def test_the_solution_is_that_of_the_dense_matrix(n):
     matrix, dense, points = system(n, n)
     right = np.exp(1j * np.arange(n))
-    found = hermitian.solve(matrix, points, right)
-    assert found == pytest.approx(np.linalg.solve(dense, right), abs=1e-12)
+    solution = hermitian.solve(matrix, points, right)
+    assert solution == pytest.approx(np.linalg.solve(dense, right), abs=1e-12)
 
 
 def test_parts_that_nothing_couples_are_solved_each():
@@ -40,9 +40,9 @@ def test_parts_that_nothing_couples_are_solved_each():
         np.tile(matrix.diagonal, 2), np.hstack([matrix.ends, matrix.ends + 300]), np.tile(matrix.values, 2)
     )
     right = np.exp(1j * np.arange(600))
-    found = hermitian.solve(twice, np.vstack([points, 9 + points]), right)
+    solution = hermitian.solve(twice, np.vstack([points, 9 + points]), right)
     expected = [np.linalg.solve(dense, half) for half in (right[:300], right[300:])]
-    assert found == pytest.approx(np.concatenate(expected), abs=1e-12)
+    assert solution == pytest.approx(np.concatenate(expected), abs=1e-12)
 
 
 def test_entries_in_one_place_add_up():

@@ -54,9 +54,9 @@ def test_solutions_are_scipys(count, seed, large, monkeypatch):
     monkeypatch.setattr(ordering, "LARGE_VERTEX_COUNT", large)  # for more, SuperLU finds the order
     points, faces, matrix = mesh(count, seed)
     right = np.exp(1j * np.arange(count)) * np.arange(1, count + 1)
-    wanted = expected(matrix, right)
-    assert solve(matrix, points, right) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
-    assert by_blocks(faces, matrix, right) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
+    expected_values = expected(matrix, right)
+    assert solve(matrix, points, right) == pytest.approx(expected_values, rel=1e-9, abs=1e-9)
+    assert by_blocks(faces, matrix, right) == pytest.approx(expected_values, rel=1e-9, abs=1e-9)
 
 
 def test_parts_of_a_mesh_that_nothing_joins():
@@ -65,6 +65,8 @@ def test_parts_of_a_mesh_that_nothing_joins():
         np.tile(matrix.diagonal, 2), np.hstack([matrix.ends, matrix.ends + shift]), np.tile(matrix.values, 2)
     )
     right = np.arange(180.0) + 1j
-    wanted = expected(both, right)
-    assert by_blocks(np.vstack([faces, faces + shift]), both, right) == pytest.approx(wanted, rel=1e-9)
-    assert solve(both, np.vstack([points, points + 7]), right) == pytest.approx(wanted, rel=1e-9)
+    expected_values = expected(both, right)
+    assert by_blocks(np.vstack([faces, faces + shift]), both, right) == pytest.approx(
+        expected_values, rel=1e-9
+    )
+    assert solve(both, np.vstack([points, points + 7]), right) == pytest.approx(expected_values, rel=1e-9)

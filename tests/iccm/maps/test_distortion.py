@@ -90,10 +90,10 @@ def test_what_is_not_reached_is_not_painted():
 
 
 def test_folds_are_infinite_and_do_not_spoil_the_rest():
-    found = Distortion(np.array([1.0, 3.0]), np.array([0.5, 1j]), np.array([1.0, 0j]), 1.0)
-    assert found.report()["stretch"] == {"p50": 1, "p95": np.inf, "max": np.inf}
-    assert found.quantile(found.dilatations, 0.75) == 1
-    assert found.turn == pytest.approx(np.degrees(np.arctan2(3, 1)))
+    distortion = Distortion(np.array([1.0, 3.0]), np.array([0.5, 1j]), np.array([1.0, 0j]), 1.0)
+    assert distortion.report()["stretch"] == {"p50": 1, "p95": np.inf, "max": np.inf}
+    assert distortion.quantile(distortion.dilatations, 0.75) == 1
+    assert distortion.turn == pytest.approx(np.degrees(np.arctan2(3, 1)))
 
 
 @pytest.mark.parametrize("side", ["source", "target"])
@@ -102,7 +102,9 @@ def test_what_all_but_folds_counts_on_the_side_that_it_is_large_on(side):
     singular = np.array([[1, 1e-3], [1, 1]]) if side == "source" else np.array([[1e3, 1], [1, 1]])
     determinant, area = singular.prod(axis=1), np.array([1.0, 9.0])
     area = area * determinant if side == "source" else area
-    found = Distortion(area, singular.sum(axis=1) / 2 + 0j, (singular[:, 0] - singular[:, 1]) / 2 + 0j, 1.0)
-    assert found.dilatations == pytest.approx([1000, 1])
-    assert found.squeezed == pytest.approx(0.1)
-    assert replace(found, area=found.area * [0, 1]).squeezed == 0
+    distortion = Distortion(
+        area, singular.sum(axis=1) / 2 + 0j, (singular[:, 0] - singular[:, 1]) / 2 + 0j, 1.0
+    )
+    assert distortion.dilatations == pytest.approx([1000, 1])
+    assert distortion.squeezed == pytest.approx(0.1)
+    assert replace(distortion, area=distortion.area * [0, 1]).squeezed == 0

@@ -43,9 +43,11 @@ FOLDED = {
 
 @pytest.mark.parametrize("name", INJECTIVE)
 def test_maps_known_to_be_injective_are_accepted(name):
-    found = certify(map_of(*INJECTIVE[name]))
-    assert found.certified and found.simple and found.zeros == 0 and found.beltrami < 1
-    assert found.depth <= 3e-4 and found.share > 0.999
+    certificate = certify(map_of(*INJECTIVE[name]))
+    assert (
+        certificate.certified and certificate.simple and certificate.zeros == 0 and certificate.beltrami < 1
+    )
+    assert certificate.depth <= 3e-4 and certificate.share > 0.999
 
 
 @pytest.mark.parametrize("name", FOLDED)
@@ -59,8 +61,8 @@ def test_maps_known_to_fold_are_rejected(name):
 
 @pytest.mark.parametrize("power", [2, 3, 5])
 def test_zeros_of_the_derivative_are_counted(power):
-    found = at_depth(map_of(circle(200), lambda z: z**power), 0.01)
-    assert found.zeros == power - 1 and not found.simple
+    certificate = at_depth(map_of(circle(200), lambda z: z**power), 0.01)
+    assert certificate.zeros == power - 1 and not certificate.simple
 
 
 def test_zeros_close_to_the_boundary_are_counted_where_they_are():
@@ -70,9 +72,9 @@ def test_zeros_close_to_the_boundary_are_counted_where_they_are():
     f = map_of(circle(800), lambda z: z + 0.52 * z**2)
     assert at_depth(f, 0.03).zeros == 1 and at_depth(f, 0.15).zeros == 0
     assert not at_depth(f, 0.03).certified and at_depth(f, 0.15).certified
-    found = certify(f)
-    assert found.certified and 0.03 < found.depth < 0.05
-    assert found.share == pytest.approx((1 - found.depth) ** 2, abs=1e-3)
+    certificate = certify(f)
+    assert certificate.certified and 0.03 < certificate.depth < 0.05
+    assert certificate.share == pytest.approx((1 - certificate.depth) ** 2, abs=1e-3)
 
 
 def test_a_fold_between_coarse_samples_is_seen():
@@ -92,8 +94,11 @@ def test_beltrami_is_the_largest_quotient():
 
 
 def test_without_an_inside_nothing_is_certified():
-    found = at_depth(map_of(square(4), lambda z: z), 1.1)
-    assert not found.certified and found.obstacle == "at depth 1.1e+00: no part of the source lies deeper"
+    certificate = at_depth(map_of(square(4), lambda z: z), 1.1)
+    assert (
+        not certificate.certified
+        and certificate.obstacle == "at depth 1.1e+00: no part of the source lies deeper"
+    )
     thin = map_of(np.array([0, 1, 1 + 1e-3j, 1e-3j]), lambda z: z)
     assert certify(thin).share > 0.999  # depths are relative to the inradius, whatever the proportions
 
@@ -105,8 +110,8 @@ def test_parts_that_fall_apart_must_not_overlap():
     apart = map_of(dumbbell, lambda z: z)
     onto = map_of(dumbbell, lambda z: z**2)
     assert at_depth(apart, 0.13).certified
-    found = at_depth(onto, 0.13)
-    assert found.zeros == 0 and not found.simple and not found.certified
+    certificate = at_depth(onto, 0.13)
+    assert certificate.zeros == 0 and not certificate.simple and not certificate.certified
 
 
 def test_an_accepted_map_has_no_two_points_with_one_image():
@@ -169,17 +174,17 @@ def inner_rings(polygon, depth):
 @pytest.mark.parametrize("seed", range(12))
 def test_no_random_map_is_certified_where_dense_samples_find_a_fold(seed):
     f = random_map(seed, strength=0.02 + 0.004 * seed)
-    found = certify(f)
-    assert not found.certified or not folds(f, found.depth)
+    certificate = certify(f)
+    assert not certificate.certified or not folds(f, certificate.depth)
 
 
 def test_a_fold_between_samples_of_a_harmonic_map_is_seen():
     """It was once certified: |f_z̄/f_z| is up to 1.27 between samples at which it is 0.9."""
     data = np.load(Path(__file__).parent / "folded-between.npz")
     f = HarmonicMap(data["P"], data["phi"], data["psi"])
-    found = certify(f)
+    certificate = certify(f)
     assert folds(f, 0.005) and not at_depth(f, 0.005).certified
-    assert found.certified and not folds(f, found.depth)
+    assert certificate.certified and not folds(f, certificate.depth)
 
 
 @pytest.mark.parametrize("name", ["harmonic", "exp", "moebius"])

@@ -67,27 +67,27 @@ def test_every_texel_of_a_triangulated_rectangle_belongs_to_exactly_one_triangle
     points = np.unique(np.vstack([corners, inner]), axis=0)
     faces = Delaunay(points).simplices
     turned = np.where(rng.random(len(faces))[:, None] < 0.5, faces, faces[:, ::-1])
-    found = rasterise(points[turned], 32, 20)
-    assert found.overlaps == 0
-    assert (found.owner >= 0).all()
+    ownership = rasterise(points[turned], 32, 20)
+    assert ownership.overlaps == 0
+    assert (ownership.owner >= 0).all()
 
 
 def test_a_texel_belongs_to_the_triangle_that_holds_its_centre():
     rng = np.random.default_rng(1)
     corners = rng.uniform(0, 16, size=(1, 3, 2))
-    found = rasterise(corners, 16, 16)
+    ownership = rasterise(corners, 16, 16)
     y, x = np.mgrid[:16, :16] + 0.5
     weights = np.linalg.solve(
         np.vstack([corners[0].T, np.ones(3)]), np.stack([x.ravel(), y.ravel(), np.ones(256)])
     )
-    assert ((found.owner.ravel() >= 0) == (weights > 0).all(axis=0)).all()
+    assert ((ownership.owner.ravel() >= 0) == (weights > 0).all(axis=0)).all()
 
 
 def test_overlaps_are_counted():
     one = np.array([[0, 0], [8, 0], [0, 8]], float)
-    found = rasterise(np.stack([one, one + 20, one + 2]), 16, 16)
+    ownership = rasterise(np.stack([one, one + 20, one + 2]), 16, 16)
     shared = sum((x + 0.5) + (y + 0.5) < 8 for x in range(2, 8) for y in range(2, 8))
-    assert found.overlaps == shared
+    assert ownership.overlaps == shared
     covered = sum(x + y + 1 < 8 for x in range(8) for y in range(8))
     assert rasterise(np.stack([one, one, one]), 16, 16).overlaps == covered
 
@@ -101,10 +101,10 @@ def test_what_lies_outside_is_cut_off_or_comes_in_on_the_other_side():
 
 def test_texels_that_a_border_touches_go_to_it():
     corners = np.array([[[4.2, 4.2], [4.4, 4.2], [4.2, 4.4]]])  # smaller than a texel, off its centre
-    found = rasterise(corners, 8, 8, border=np.array([True]))
-    assert found.owner[4, 4] == 0
-    assert not found.centre.any()
-    assert (found.owner >= 0).sum() == 1
+    ownership = rasterise(corners, 8, 8, border=np.array([True]))
+    assert ownership.owner[4, 4] == 0
+    assert not ownership.centre.any()
+    assert (ownership.owner >= 0).sum() == 1
 
 
 def test_the_affine_interpolation_of_corners():

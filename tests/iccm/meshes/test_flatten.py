@@ -68,9 +68,9 @@ def test_lscm_keeps_angles_within_the_discretisation_error(make):
     errors = []
     for rings in (6, 12, 24):
         _, piece = surface(make, rings)
-        found = flatten(piece)
-        assert found.method == "lscm"
-        errors.append(found.report()["dilatation"]["p95"] - 1)
+        layout = flatten(piece)
+        assert layout.method == "lscm"
+        errors.append(layout.report()["dilatation"]["p95"] - 1)
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     assert errors[-1] < 1 / 24  # the edge length
     assert rates.min() > 0.8, (errors, rates)
@@ -99,12 +99,12 @@ def torus(n=24, m=12):
 
 def test_a_plane_mesh_stays_as_it_is_up_to_its_centre():
     mesh = grid_mesh(7, 5, lambda x, y: (2 * x, y, 0 * x))
-    found = flatten(disk_patch(mesh))
+    layout = flatten(disk_patch(mesh))
     expected = mesh.points[:, 0] + 1j * mesh.points[:, 1]
-    moved = found.flat - expected[found.patch.vertex]
+    moved = layout.flat - expected[layout.patch.vertex]
     assert np.abs(moved - moved[0]).max() < 1e-9
-    assert found.report()["dilatation"]["max"] == pytest.approx(1, abs=1e-9)
-    assert found.boundary.area == pytest.approx(2)
+    assert layout.report()["dilatation"]["max"] == pytest.approx(1, abs=1e-9)
+    assert layout.boundary.area == pytest.approx(2)
 
 
 @pytest.mark.parametrize(
@@ -116,9 +116,9 @@ def test_a_plane_mesh_stays_as_it_is_up_to_its_centre():
     ],
 )
 def test_a_wall_or_floor_is_seen_from_outside_and_upright(place):
-    found = flatten(disk_patch(grid_mesh(4, 4, place)))
-    number = np.argsort(found.patch.vertex)
-    corners = found.flat[number][[0, 12, 15, 3]]  # (0,0) (1,0) (1,1) (0,1)
+    layout = flatten(disk_patch(grid_mesh(4, 4, place)))
+    number = np.argsort(layout.patch.vertex)
+    corners = layout.flat[number][[0, 12, 15, 3]]  # (0,0) (1,0) (1,1) (0,1)
     assert np.allclose(corners - corners[0], [0, 1, 1 + 1j, 1j], atol=1e-8)
 
 
@@ -128,10 +128,10 @@ def test_holes_stay_holes_and_the_longest_loop_is_the_outline():
     keep[[22, 23, 77]] = False
     piece = disk_patch(mesh.part(keep, "holes"))
     assert [len(loop) for loop in piece.loops] == [40, 6, 4]
-    found = flatten(piece)
-    assert found.report()["holes"] == 2
-    assert found.loop.size == 40
-    assert overlap(found) is None
+    layout = flatten(piece)
+    assert layout.report()["holes"] == 2
+    assert layout.loop.size == 40
+    assert overlap(layout) is None
 
 
 @pytest.mark.parametrize("loop", [0, 4])
@@ -160,11 +160,11 @@ def test_a_flattening_that_overlaps_is_repaired_and_said_so():
     piece = disk_patch(ramp())
     plain = Flattening(piece, upright(piece, lscm(piece, piece.loops[0])), piece.loops[0], "lscm")
     assert overlap(plain) is not None
-    found = flatten(piece)
-    assert found.method == "conformal"
-    assert overlap(found) is None
-    assert "crosses itself" in found.notes[0]
-    assert found.report()["dilatation"]["p95"] < 1.05
+    layout = flatten(piece)
+    assert layout.method == "conformal"
+    assert overlap(layout) is None
+    assert "crosses itself" in layout.notes[0]
+    assert layout.report()["dilatation"]["p95"] < 1.05
 
 
 def test_tuttes_map_is_one_to_one_even_with_a_hole():
@@ -209,9 +209,9 @@ def test_a_torus_is_cut_along_edges_of_the_file_into_one_disk(holed):
     assert len(piece.seam) == 24 + 12
     border = piece.triangles.twin < 0
     assert piece.drawn[border].all()
-    found = flatten(piece, grow=True)
-    assert found.report()["seam_edges"] >= 36
-    assert overlap(found) is None
+    layout = flatten(piece, grow=True)
+    assert layout.report()["seam_edges"] >= 36
+    assert overlap(layout) is None
 
 
 def test_a_closed_surface_is_refused_with_advice_and_cut_on_demand():
@@ -312,10 +312,10 @@ def test_random_meshes_are_flattened_without_overlap_or_refused_in_one_line(seed
         mesh = mesh.part(rng.random(mesh.sizes.size) < rng.choice([0.6, 0.95, 1]), "noise")
     for cut in (False, True):
         try:
-            found = flatten(disk_patch(mesh, cut=cut), grow=cut)
+            layout = flatten(disk_patch(mesh, cut=cut), grow=cut)
         except InputError as error:
             assert str(error).startswith("noise: ")
             assert "\n" not in str(error)
         else:
-            assert overlap(found) is None
-            assert found.boundary.area > 0
+            assert overlap(layout) is None
+            assert layout.boundary.area > 0

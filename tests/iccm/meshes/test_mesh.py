@@ -149,7 +149,7 @@ def ball(n=8):
     a, b, c, d = k[:-1], np.roll(k[:-1], -1, 1), np.roll(k[1:], -1, 1), k[1:]
     low, high = (np.full(2 * n, len(points) + side) for side in (0, 1))
     faces = [(a, b, c), (a, c, d), (np.roll(k[0], -1), k[0], low), (k[-1], np.roll(k[-1], -1), high)]
-    faces = np.concatenate([np.stack(each, -1).reshape(-1, 3) for each in faces])
+    faces = np.concatenate([np.stack(face, -1).reshape(-1, 3) for face in faces])
     return np.concatenate([points, [[0, 0, -1], [0, 0, 1]]]), faces
 
 

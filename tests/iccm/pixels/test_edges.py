@@ -72,8 +72,8 @@ def test_a_spline_through_a_tile_is_that_through_all_around_it(edge, mode):
     many = pyramid.pyramid(np.pad(tile, [(40, 40), (40, 40), (0, 0)], mode=mode), pyramid.CLAMP, spline=True)
     xy = np.random.default_rng(3).uniform(-3, [29, 23], (300, 2))
     near = np.tile([0.3, 0.1, -0.1, 0.3], (300, 1))
-    found = filters.read(one, xy, near, filters.SPLINE)
-    assert found == pytest.approx(filters.read(many, xy + 40, near, filters.SPLINE), abs=1e-4)
+    effect = filters.read(one, xy, near, filters.SPLINE)
+    assert effect == pytest.approx(filters.read(many, xy + 40, near, filters.SPLINE), abs=1e-4)
 
 
 @pytest.mark.parametrize(("edge", "mode"), [("repeat", "wrap"), ("mirror", "symmetric")])
@@ -83,8 +83,8 @@ def test_reductions_of_a_tile_are_those_of_all_around_it(edge, mode):
     many = pyramid.pyramid(np.pad(tile, [(64, 64), (64, 64), (0, 0)], mode=mode), pyramid.CLAMP)
     xy = np.random.default_rng(3).uniform(-4, [52, 68], (300, 2))
     wide = np.tile([3.0, 0.5, -0.4, 2.6], (300, 1))
-    found = filters.read(one, xy, wide, filters.LINEAR)
-    assert found == pytest.approx(filters.read(many, xy + 64, wide, filters.LINEAR), abs=1e-5)
+    effect = filters.read(one, xy, wide, filters.LINEAR)
+    assert effect == pytest.approx(filters.read(many, xy + 64, wide, filters.LINEAR), abs=1e-5)
 
 
 def test_rows_that_are_reduced_strip_by_strip_are_those_reduced_at_once(monkeypatch):

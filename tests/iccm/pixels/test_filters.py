@@ -57,8 +57,8 @@ def test_a_filter_is_what_it_is_defined_to_be(name, channels, edge, shape):
     turn = rng.normal(0, 1, (60, 4)) * 10 ** rng.uniform(-1, 1.5, (60, 1))
     xy[0], turn[0] = np.round(xy[0]) + 0.5, (1, 0, 0, 1)
     turn[1], turn[2] = np.nan, 0
-    found = filters.read(tex, xy, turn, filters.FILTERS[name])
-    for place, each, value in zip(xy, turn, found):
+    effect = filters.read(tex, xy, turn, filters.FILTERS[name])
+    for place, each, value in zip(xy, turn, effect):
         stretch = axes(each)
         short = np.linalg.eigvalsh(stretch).min()
         level = int(np.flatnonzero(tex.size <= short * (1 + 1e-12)).max())

@@ -105,9 +105,9 @@ def test_what_is_transparent_up_to_the_outline_lends_no_colour():
 
 
 def test_a_sticker_enlarged_is_opaque_up_to_the_targets_own_edge():
-    made = iccm.transfer(sticker(), DISK, DISK * 2, size=400, texture_box=BOX)
+    transfer = iccm.transfer(sticker(), DISK, DISK * 2, size=400, texture_box=BOX)
     plain = iccm.transfer(sticker()[..., :3], DISK, DISK * 2, size=400, texture_box=BOX)
-    assert np.array_equal(made.pixels[..., 3], plain.pixels[..., 3])
+    assert np.array_equal(transfer.pixels[..., 3], plain.pixels[..., 3])
 
 
 def test_what_is_seen_of_it_is_the_same_by_rows_and_by_kernel(shapes, iccm):

@@ -16,19 +16,19 @@ def mask(seed, shape, share):
 )
 def test_the_nearest_pixel_is_the_nearest(shape, share):
     known = mask(3, shape, share)
-    found = raster.nearest(known)
+    nearest_pixels = raster.nearest(known)
     rows, columns = np.nonzero(known)
     y, x = np.mgrid[: shape[0], : shape[1]]
     away = np.hypot(y[..., None] - rows, x[..., None] - columns)
-    np.testing.assert_allclose(found.distances, away.min(axis=-1), rtol=1e-6)
-    at = np.divmod(found.numbers, shape[1])
+    np.testing.assert_allclose(nearest_pixels.distances, away.min(axis=-1), rtol=1e-6)
+    at = np.divmod(nearest_pixels.numbers, shape[1])
     np.testing.assert_allclose(np.hypot(at[0] - y, at[1] - x), away.min(axis=-1), rtol=1e-12)
     assert known[at].all()
 
 
 def test_nothing_is_near_where_nothing_is_known():
-    found = raster.nearest(np.zeros((5, 7), bool))
-    assert (found.numbers == -1).all() and np.isinf(found.distances).all()
+    nearest_pixels = raster.nearest(np.zeros((5, 7), bool))
+    assert (nearest_pixels.numbers == -1).all() and np.isinf(nearest_pixels.distances).all()
     assert np.isinf(raster.depths(np.ones((5, 7), bool))).all()
 
 
@@ -92,23 +92,23 @@ def test_gaussians_are_those_of_opencv(sigma, most):
 @pytest.mark.parametrize("diagonally", [False, True])
 def test_pieces_are_those_of_opencv(diagonally):
     inside = mask(9, (40, 61), 0.35)
-    found = raster.pieces(inside, diagonally=diagonally)
+    pieces = raster.pieces(inside, diagonally=diagonally)
     connectivity = 8 if diagonally else 4
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(
         inside.astype(np.uint8), connectivity=connectivity
     )
-    assert found.count == count - 1 > 20
-    for k in range(found.count):
-        here = found.labels == k + 1
+    assert pieces.count == count - 1 > 20
+    for k in range(pieces.count):
+        here = pieces.labels == k + 1
         (other,) = set(labels[here].tolist())
         left, top, width, height, area = boxes[other]
-        assert area == found.sizes[k] == here.sum()
-        assert found.boxes[k].tolist() == [top, left, top + height, left + width]
-        assert found.extents[k].tolist() == [height, width]
-    large = found.sizes > 5
-    np.testing.assert_array_equal(found.where(large), np.isin(found.labels, 1 + np.flatnonzero(large)))
+        assert area == pieces.sizes[k] == here.sum()
+        assert pieces.boxes[k].tolist() == [top, left, top + height, left + width]
+        assert pieces.extents[k].tolist() == [height, width]
+    large = pieces.sizes > 5
+    np.testing.assert_array_equal(pieces.where(large), np.isin(pieces.labels, 1 + np.flatnonzero(large)))
 
 
 def test_a_mask_without_pieces_has_none():
-    found = raster.pieces(np.zeros((4, 6), bool), diagonally=True)
-    assert found.count == 0 and found.boxes.shape == (0, 4) and not found.where(np.zeros(0, bool)).any()
+    pieces = raster.pieces(np.zeros((4, 6), bool), diagonally=True)
+    assert pieces.count == 0 and pieces.boxes.shape == (0, 4) and not pieces.where(np.zeros(0, bool)).any()

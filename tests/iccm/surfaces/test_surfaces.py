@@ -231,10 +231,10 @@ def test_what_a_corner_of_the_outline_cuts_off_is_given_room(seed):
     fit = iccm.fit(layout, np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j]))
     faces = layout.patch.faces
     image = lift(fit.map(layout.flat), faces, layout.loop, 2 * 2**0.5)
-    found = open_up(image, layout.patch, layout.loop)
-    assert (up(image, faces) <= 0).any() and (up(found, faces) > 0).all()
-    assert (found[layout.loop] == image[layout.loop]).all()
-    assert np.isin(np.flatnonzero(found != image), faces[up(image, faces) <= 0]).all()
+    opened = open_up(image, layout.patch, layout.loop)
+    assert (up(image, faces) <= 0).any() and (up(opened, faces) > 0).all()
+    assert (opened[layout.loop] == image[layout.loop]).all()
+    assert np.isin(np.flatnonzero(opened != image), faces[up(image, faces) <= 0]).all()
 
 
 def up(z, faces):

@@ -207,9 +207,11 @@ def test_gradients_in_user_space_go_with_the_shape(tmp_path):
     style = css.declarations(found["a"].get("style"))
     gradient = found[style["fill"][5:-1]]
     assert gradient.get("{http://www.w3.org/1999/xlink}href") == "#g"
-    made = affine.parse(gradient.get("gradientTransform"))
+    parsed = affine.parse(gradient.get("gradientTransform"))
     z = np.array([0, 1, 1j])
-    assert np.abs(made(z) - (-0.5j * (2 * 2 * z) + 3)).max() < 1e-6  # y points down: the rotation is reversed
+    assert (
+        np.abs(parsed(z) - (-0.5j * (2 * 2 * z) + 3)).max() < 1e-6
+    )  # y points down: the rotation is reversed
 
 
 SQUARE = '<path id="shape" d="M-90 -90H90V90H-90Z" fill="tan"/>'
@@ -392,8 +394,8 @@ def test_markers_stay_at_the_vertices_of_the_shape(tmp_path):
     z = np.array([-50, 0, 50])
     assert np.abs(at - (0.5 * z + 0.0005 * z**2)).max() < 0.02
     assert len(path_data.runs(line.get("d"))[0].pieces) > 2
-    made = referred(found, dots, "marker-mid")
-    assert made.get("viewBox") == "0 0 6 4" and abs(float(made.get("markerWidth")) - 3) < 0.1
+    references = referred(found, dots, "marker-mid")
+    assert references.get("viewBox") == "0 0 6 4" and abs(float(references.get("markerWidth")) - 3) < 0.1
     assert style_of(found["b"])["marker-end"] == "none" and style_of(found["b"])["marker-start"] != "none"
     assert style_of(found["c"])["marker-start"] == "none"
 
@@ -411,9 +413,9 @@ def test_gradients_in_units_of_the_box_turn_with_the_shape(tmp_path):
     <rect id="a" x="10" y="20" width="40" height="30" fill="url(#g)"/>
     <path id="b" d="M0 0H20" stroke="url(#g)"/>"""
     found, _ = body(tmp_path, drawing, lambda z: 1j * z)
-    made = referred(found, found["a"], "fill")
-    assert [made.get(name) for name in ("x1", "y1", "x2", "y2")] == ["0", "0", "1", "0"]
-    place = affine.parse(made.get("gradientTransform"))
+    references = referred(found, found["a"], "fill")
+    assert [references.get(name) for name in ("x1", "y1", "x2", "y2")] == ["0", "0", "1", "0"]
+    place = affine.parse(references.get("gradientTransform"))
     corners = np.array([0, 1, 1j])
     assert np.abs(place(corners) - (-1j) * np.array([10 + 20j, 50 + 20j, 10 + 50j])).max() < 1e-5
     assert found["b"].get("stroke") == "url(#g)"  # a box without area: SVG paints nothing
@@ -423,8 +425,14 @@ def test_percentages_of_a_gradient_refer_to_the_source(tmp_path):
     drawing = """<radialGradient id="g" gradientUnits="userSpaceOnUse" cx="75%" fx="10"/>
     <rect id="a" width="40" height="30" fill="url(#g)"/>"""
     found, _ = body(tmp_path, drawing)
-    made = referred(found, found["a"], "fill")
-    assert [made.get(name) for name in ("cx", "cy", "r", "fx", "fy")] == ["150", "100", "100", "10", None]
+    references = referred(found, found["a"], "fill")
+    assert [references.get(name) for name in ("cx", "cy", "r", "fx", "fy")] == [
+        "150",
+        "100",
+        "100",
+        "10",
+        None,
+    ]
 
 
 def test_patterns_follow_the_shape(tmp_path):
@@ -456,12 +464,12 @@ def test_a_filter_grows_and_turns_with_what_casts_it(tmp_path):
     <g id="a" filter="url(#f)"><rect width="40" height="20"/></g>
     <g transform="scale(3)"><rect id="b" width="9" height="6" style="filter:url(#f)"/></g>"""
     found, notes = body(tmp_path, drawing, lambda z: -1j * z / 2)  # y points down: 1j / 2 there
-    made = referred(found, found["a"], "filter")
-    offset, blur, noise, light, sun = made
+    references = referred(found, found["a"], "filter")
+    offset, blur, noise, light, sun = references
     assert (offset.get("dx"), offset.get("dy"), blur.get("stdDeviation")) == ("-0.5", "1.5", "0.5 1")
     assert noise.get("baseFrequency") == "0.2" and sun.get("azimuth") == "120"
     assert np.allclose([float(light.get(k)) for k in "xyz"], [0, 2.5, 3.5], atol=1e-4)
-    box = [float(made.get(name)) for name in ("x", "y", "width", "height")]
+    box = [float(references.get(name)) for name in ("x", "y", "width", "height")]
     assert np.allclose(box, [-15, -5, 20, 30], atol=0.05)  # a margin of 10 in each direction, halved
     assert referred(found, found["b"], "filter")[0].get("dy") == "4.5"
     assert not notes and "f" not in found

@@ -109,7 +109,7 @@ def test_no_attribute_holds_what_is_no_number(value):
 
 
 @pytest.mark.parametrize(
-    ("address", "said"),
+    ("address", "message"),
     [
         ("data:;base64,iVBORw0KGgoAAA", "data:image/png;base64,iVBORw0KGgoAAA"),
         ("data:;base64,\n/9j/4AAQ", "data:image/jpeg;base64,/9j/4AAQ"),
@@ -118,5 +118,5 @@ def test_no_attribute_holds_what_is_no_number(value):
         (AWAY, AWAY),
     ],
 )
-def test_pictures_of_old_drawings_get_their_kind(address, said):
-    assert references.typed(address) == said
+def test_pictures_of_old_drawings_get_their_kind(address, message):
+    assert references.typed(address) == message

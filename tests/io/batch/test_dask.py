@@ -205,9 +205,9 @@ def test_a_batch_that_was_killed_goes_on_and_repeats_nothing_that_ended(shapes, 
     lines = (shapes / "far" / ".iccm-journal.jsonl").read_text().splitlines()
     finished = sum('"finished"' in line for line in lines)
     again = batch(scheduler, "--resume")
-    said = [json.loads(line) for line in again.stdout]
-    assert again.wait(100) == 0 and all_done(said, 60)
-    assert 20 <= finished < 60 and sum(row["resumed"] for row in said) == finished
+    records = [json.loads(line) for line in again.stdout]
+    assert again.wait(100) == 0 and all_done(records, 60)
+    assert 20 <= finished < 60 and sum(row["resumed"] for row in records) == finished
 
 
 KILLER = """

@@ -113,7 +113,7 @@ def test_every_mistake_is_listed_with_its_place(folder):
     [[job]]
     target = "c.svg"
     """
-    found = mistakes(text, folder=folder)
+    errors = mistakes(text, folder=folder)
     for place, what in (
         ("jobs.toml: colour", "unknown key"),
         ("jobs.toml: job 1", "none.svg: no such file"),
@@ -124,15 +124,15 @@ def test_every_mistake_is_listed_with_its_place(folder):
         ("jobs.toml: job 4: output", "{sauce.stem}; use one of"),
         ("jobs.toml: job 5: source", "is missing"),
     ):
-        assert any(line.startswith(place) and what in line for line in found), (place, found)
-    assert len(found) == 8
+        assert any(line.startswith(place) and what in line for line in errors), (place, errors)
+    assert len(errors) == 8
 
 
 def test_syntax_errors_have_line_and_column(folder):
     assert "line 2, column" in mistakes("[[job]]\nsource = = 3", folder=folder)[0]
-    found = mistakes('{"source": "a.svg", "target": "b.svg"}\n{"source": \n[1]\n', "jobs.jsonl", folder)
-    assert found[0].startswith("jobs.jsonl: line 2: column")
-    assert found[1].startswith("jobs.jsonl: line 3:") and "JSON object" in found[1]
+    errors = mistakes('{"source": "a.svg", "target": "b.svg"}\n{"source": \n[1]\n', "jobs.jsonl", folder)
+    assert errors[0].startswith("jobs.jsonl: line 2: column")
+    assert errors[1].startswith("jobs.jsonl: line 3:") and "JSON object" in errors[1]
 
 
 @pytest.mark.parametrize("text", ["", "[defaults]\nsize = 3\n"])
@@ -158,8 +158,8 @@ def test_a_number_without_end_is_a_mistake(folder, text, name):
 
 
 def test_two_jobs_may_not_write_one_file(folder):
-    found = mistakes('[[job]]\nsource = "*.svg"\ntarget = "a.svg"\noutput = "o.png"', folder=folder)
-    assert len(found) == 1 and "writes the same file" in found[0]  # one mistake for all files
+    errors = mistakes('[[job]]\nsource = "*.svg"\ntarget = "a.svg"\noutput = "o.png"', folder=folder)
+    assert len(errors) == 1 and "writes the same file" in errors[0]  # one mistake for all files
 
 
 def test_an_output_may_not_be_an_input_of_another_job(folder):
@@ -234,13 +234,13 @@ def test_what_will_fail_is_found_before_anything_runs(shapes, what):
     (shapes / "folder.png").mkdir()
     (shapes / "notes.txt").touch()
     values, message = WILL_FAIL[what]
-    found = listed(shapes, {**JOB, **values})
-    assert len(found) == 1 and found[0].startswith("line 1: ") and message in found[0], found
+    errors = listed(shapes, {**JOB, **values})
+    assert len(errors) == 1 and errors[0].startswith("line 1: ") and message in errors[0], errors
 
 
 def test_an_output_may_not_be_a_folder_of_another(shapes):
-    found = listed(shapes, {**JOB, "output": "o.png/x.png"}, {**JOB, "output": "O.png"})
-    assert len(found) == 1 and found[0].startswith("line 1: output: ") and "cannot be a folder" in found[0]
+    errors = listed(shapes, {**JOB, "output": "o.png/x.png"}, {**JOB, "output": "O.png"})
+    assert len(errors) == 1 and errors[0].startswith("line 1: output: ") and "cannot be a folder" in errors[0]
 
 
 def test_the_check_finds_outputs_that_cannot_be_written_and_makes_no_folder(shapes, iccm):
@@ -269,19 +269,19 @@ def test_keys_that_are_there_twice_are_told(shapes):
 @pytest.mark.parametrize("other", ["A.PNG", "é.png", "\u212b.png"])
 def test_names_that_are_one_file_on_many_disks_are_told(shapes, other):
     pairs = {"A.PNG": "a.png", "é.png": "e\u0301.png", "\u212b.png": "å.png"}
-    found = listed(shapes, {**JOB, "output": pairs[other]}, {**JOB, "output": other})
-    assert len(found) == 1 and "the same file on case-insensitive disks" in found[0]
+    errors = listed(shapes, {**JOB, "output": pairs[other]}, {**JOB, "output": other})
+    assert len(errors) == 1 and "the same file on case-insensitive disks" in errors[0]
 
 
 def test_a_mistake_in_the_defaults_is_told_once_and_there(shapes):
-    found = listed(shapes, {"defaults": {"size": -3, "output": "{nonsense}.png"}}, JOB, JOB)
-    assert len(found) == 2 and all(line.startswith("line 1: [defaults]: ") for line in found)
-    found = listed(
+    errors = listed(shapes, {"defaults": {"size": -3, "output": "{nonsense}.png"}}, JOB, JOB)
+    assert len(errors) == 2 and all(line.startswith("line 1: [defaults]: ") for line in errors)
+    errors = listed(
         shapes,
         '[defaults]\nquasi = -1\n[[job]]\nsource = "square.svg"\n[[job]]\nsource = "no.svg"',
         name="j.toml",
     )
-    (about_quasi,) = [line for line in found if "quasi" in line]
+    (about_quasi,) = [line for line in errors if "quasi" in line]
     assert about_quasi.startswith("[defaults]: quasi: ") and about_quasi.endswith("greater than 0")
 
 

@@ -87,7 +87,7 @@ def one_pixel(pixels):
 
 
 @pytest.mark.parametrize(
-    ("plant", "said"),
+    ("plant", "message"),
     [
         (shifted, "rms difference"),
         (hue, "max difference"),
@@ -99,11 +99,11 @@ def one_pixel(pixels):
         (lambda p: np.dstack([p[..., :3], 255 - p[..., 3]]), "max difference"),
     ],
 )
-def test_a_changed_picture_is_caught(folders, iccm, plant, said):
+def test_a_changed_picture_is_caught(folders, iccm, plant, message):
     run, base = folders
     save(run / "a.png", plant(scene()))
     typed = iccm("check", run, base, "--diff", "diff", "--junit", "j.xml")
-    assert typed.code == 1 and said in typed.err and "a.png" in typed.err
+    assert typed.code == 1 and message in typed.err and "a.png" in typed.err
     assert image_files.read("diff/a.png.diff.png").pixels.std() > 10
     suite = ElementTree.parse("j.xml").getroot()[0]
     assert suite.get("tests") == "4" and suite.get("failures") == "1"
@@ -112,7 +112,7 @@ def test_a_changed_picture_is_caught(folders, iccm, plant, said):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (
             lambda r: r["energies"][1].update(total=1.1e-5),
@@ -126,11 +126,11 @@ def test_a_changed_picture_is_caught(folders, iccm, plant, said):
         (lambda r: r["boundary"].update(hausdorff=True), "boundary.hausdorff: true"),
     ],
 )
-def test_a_changed_report_is_caught(folders, iccm, change, said):
+def test_a_changed_report_is_caught(folders, iccm, change, message):
     run, base = folders
     (run / "r.json").write_text(report_with(change))
     typed = iccm("check", run, base)
-    assert typed.code == 1 and said in typed.err
+    assert typed.code == 1 and message in typed.err
 
 
 def test_missing_additional_and_other_files_are_caught(folders, iccm):

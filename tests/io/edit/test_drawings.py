@@ -42,7 +42,7 @@ def session(source, target=None):
 
 
 @pytest.mark.parametrize(
-    ("pair", "wanted"),
+    ("pair", "expected"),
     [
         (("bars.svg", "panes.svg"), scene()),
         # parts mapped separately
@@ -52,21 +52,21 @@ def session(source, target=None):
         (("square.svg", "bars.svg"), scene(fit="contain")),
     ],
 )
-def test_what_is_shown_is_what_the_command_writes(drawings, iccm, pair, wanted):
+def test_what_is_shown_is_what_the_command_writes(drawings, iccm, pair, expected):
     edited = session(*pair)
-    shown = edited.solve(wanted)
-    assert shown.kind == "full", shown.message
-    assert saving.export(edited, wanted, "page.png", 120, replace=False).ok == shown.ok
-    if wanted.constrained:
-        saving.save(edited, wanted, saving.constraints_file(edited), replace=False)
-    words = shlex.split(saving.command(edited, wanted))[1:]
+    update = edited.solve(expected)
+    assert update.kind == "full", update.message
+    assert saving.export(edited, expected, "page.png", 120, replace=False).ok == update.ok
+    if expected.constrained:
+        saving.save(edited, expected, saving.constraints_file(edited), replace=False)
+    words = shlex.split(saving.command(edited, expected))[1:]
     done = iccm(*words[:-1], "typed.png", "--size", "120", "--report", "report.json")
     assert done.code in (0, 1), done.err
     assert (drawings / "typed.png").read_bytes() == (drawings / "page.png").read_bytes()
     report = json.loads((drawings / "report.json").read_text())
     for name in ("status", "stretch", "shown", "covered", "left_out"):
-        assert shown.figures.get(name) == report.get(name), name
-    assert ("--fit" in words) == (wanted.fit != "auto")
+        assert update.figures.get(name) == report.get(name), name
+    assert ("--fit" in words) == (expected.fit != "auto")
 
 
 def test_the_page_knows_all_parts_and_the_frame_around_them(drawings):
@@ -99,10 +99,10 @@ def test_a_pin_between_parts_is_met_and_followed(drawings):
         moved = scene({**GAP, "target": (start + share * ((64.0, 45.0) - start)).tolist()})
         coarse = edited.follow(moved)
     assert (coarse.kind, coarse.ok) == ("coarse", True), coarse.message
-    shown = edited.solve(moved)
-    assert shown.ok
+    update = edited.solve(moved)
+    assert update.ok
     [there] = placing.transfer(edited, "source", [GAP["source"]])
-    assert np.hypot(there[0] - 64, there[1] - 45) < 3 * shown.patches[0]["tolerance"]
+    assert np.hypot(there[0] - 64, there[1] - 45) < 3 * update.patches[0]["tolerance"]
     stroke = {"source": [[20.0, 80.0], [80.0, 80.0]], "target": [[20.0, 70.0], [75.0, 75.0]]}
     assert edited.solve(scene(strokes=[stroke])).ok
 
@@ -124,9 +124,9 @@ def test_parts_that_are_mapped_one_by_one_each_take_points(drawings):
 def test_all_parts_of_a_drawing_are_deformed(drawings):
     edited = session("bars.svg")
     pins = [{"source": [20, 80], "target": [20, 80]}, {"source": [80, 80], "target": [84, 70]}]
-    shown = edited.solve(scene(*pins))
-    assert shown.ok and len(shown.outlines) == 4  # the frame, and each bar after the deformation
-    before, after = edited.describe()["target"]["painted"], shown.outlines[1:]
+    update = edited.solve(scene(*pins))
+    assert update.ok and len(update.outlines) == 4  # the frame, and each bar after the deformation
+    before, after = edited.describe()["target"]["painted"], update.outlines[1:]
     far = [np.abs(np.mean(a, axis=0) - np.mean(b, axis=0)).max() for a, b in zip(before, after)]
     assert max(far) > 0.05 and min(far) < 0.05
 

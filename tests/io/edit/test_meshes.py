@@ -52,11 +52,11 @@ def test_the_triangles_come_as_they_are(onto):
 
 
 def test_what_is_drawn_is_what_is_written(onto, shapes):
-    shown = onto.solve(scene())
+    fit = onto.solve(scene())
     outcome = saving.export(onto, scene(), "hill-new.obj", 64, replace=False)
     assert outcome.ok and "hill-new.obj" in outcome.written
     written = mesh_reading.read("hill-new.obj")
-    seen = _core(shown.drawn, onto.view.halves[0])
+    seen = _core(fit.drawn, onto.view.halves[0])
     low, high = onto.pair.source.box
     for corner, vertex in zip(written.uv_faces.ravel(), written.flattening.patch.faces.ravel()):
         at = written.flattening.patch.points[vertex]
@@ -102,13 +102,13 @@ def test_pins_on_a_mesh_are_saved_and_repeat_the_map(onto, shapes, shell):
     onto.solve(scene())
     [place] = placing.transfer(onto, "source", [[40, 45]])
     [again] = placing.transfer(onto, "target", ["v61"])
-    wanted = scene([[40, 45], [place[0] + 4, place[1] - 3, place[2]]], [again, "v61"])
+    expected_scene = scene([[40, 45], [place[0] + 4, place[1] - 3, place[2]]], [again, "v61"])
     onto.solve(scene([[40, 45], place], [again, "v61"]))
-    onto.follow(wanted)
-    assert onto.solve(wanted).ok
-    saving.save(onto, wanted, "square-hill.json", replace=False)
-    saving.export(onto, wanted, "shown.obj", 64, replace=False)
-    line = saving.command(onto, wanted)
+    onto.follow(expected_scene)
+    assert onto.solve(expected_scene).ok
+    saving.save(onto, expected_scene, "square-hill.json", replace=False)
+    saving.export(onto, expected_scene, "shown.obj", 64, replace=False)
+    line = saving.command(onto, expected_scene)
     assert line.endswith("-o square-hill.obj")
     done = shell(line)
     assert done.returncode == 0, done.stderr
@@ -116,7 +116,7 @@ def test_pins_on_a_mesh_are_saved_and_repeat_the_map(onto, shapes, shell):
             for name in ("shown.obj", "square-hill.obj")]  # fmt: skip
     assert rows[0] == rows[1]
     opened = Session(make({"source": "square.svg", "target": "hill.obj", "constraints": "square-hill.json"}))
-    assert opened.pair.first.pins == wanted.pins
+    assert opened.pair.first.pins == expected_scene.pins
 
 
 def test_places_of_the_plane_become_places_of_the_surface(shapes):

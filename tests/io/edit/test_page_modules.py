@@ -50,6 +50,6 @@ def test_the_page_loads_only_modules_that_are_there():
     texts = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.js")}
     for name, text in texts.items():
         for names, module in re.findall(r"^import \{([^}]*)\} from '\./([^']+)';", text, re.MULTILINE):
-            for each in names.split(","):
-                exported = rf"^export (?:async )?(?:const|function|class) {each.strip()}\b"
-                assert re.search(exported, texts[module], re.MULTILINE), (name, module, each)
+            for word in names.split(","):
+                exported = rf"^export (?:async )?(?:const|function|class) {word.strip()}\b"
+                assert re.search(exported, texts[module], re.MULTILINE), (name, module, word)

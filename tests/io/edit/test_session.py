@@ -48,8 +48,8 @@ def test_the_map_at_rest_is_whole_and_a_dragged_one_follows(shapes):
 
 def test_patches_are_the_map(shapes):
     edited = session()
-    found = edited.solve(scene(PIN))
-    corners, control = found.drawn[:, :6].reshape(-1, 3, 2), found.drawn[:, 6:].reshape(-1, 6, 2)
+    update = edited.solve(scene(PIN))
+    corners, control = update.drawn[:, :6].reshape(-1, 3, 2), update.drawn[:, 6:].reshape(-1, 6, 2)
     middle = control[:, :3].mean(axis=1) + 2 / 9 * control[:, 3:].sum(axis=1)
     source, target = edited.view.halves
     z = edited._map.inverse(_core(corners.mean(axis=1), target))
@@ -119,20 +119,20 @@ def test_holes_are_carried_and_take_pins_that_name_partners(shapes):
 
 @pytest.mark.parametrize("how", ["solve", "follow"])
 @pytest.mark.parametrize(
-    ("pins", "wrong", "said"),
+    ("pins", "wrong", "message"),
     [
         ([PIN, {**PIN, "target": [60, 60]}], [0, 1], "pins 1 and 2"),
         ([PIN, {**OTHER, "target": [1, 1]}], [1], "outside"),
         ([PIN, {**OTHER, "source": [10, 50]}], [1], "outline"),
     ],
 )
-def test_what_cannot_be_is_told_and_the_map_stays(shapes, how, pins, wrong, said):
+def test_what_cannot_be_is_told_and_the_map_stays(shapes, how, pins, wrong, message):
     edited = session()
     edited.solve(scene())
     before = edited._map
     found = getattr(edited, how)(scene(*pins))
     assert (found.kind, found.ok, found.drawn) == ("error", False, None)
-    assert found.wrong["pins"] == wrong and said in found.message and edited._map is before
+    assert found.wrong["pins"] == wrong and message in found.message and edited._map is before
     assert edited.follow(scene(PIN)).ok
 
 
@@ -144,28 +144,28 @@ def test_what_is_not_met_is_told_and_the_map_stays(shapes):
     places = ((30, 46), (50, 46), (70, 46), (50, 54))
     pins = [{"source": [x, y], "target": [x, y], "radius": 0} for x, y in places]
     stroke = {"source": [[26, 50], [74, 50]], "target": [[26, 58], [74, 58]]}
-    found = edited.solve(scene(*pins, strokes=[stroke]))
-    assert (found.kind, found.ok, found.drawn) == ("error", False, None) and edited._map is before
-    assert found.wrong["strokes"] == [0] and "could be met" in found.message
+    update = edited.solve(scene(*pins, strokes=[stroke]))
+    assert (update.kind, update.ok, update.drawn) == ("error", False, None) and edited._map is before
+    assert update.wrong["strokes"] == [0] and "could be met" in update.message
 
 
 @pytest.mark.slow
 def test_saved_constraints_repeat_the_map(shapes, shell):
     edited = session(balance=1.5)
-    wanted = scene(PIN, OTHER, strokes=[STROKE], balance=2.0, turn=10.0)
-    assert edited.solve(wanted).ok
-    name = saving.save(edited, wanted, "square-blob.json", replace=False)
-    assert saving.export(edited, wanted, "shown.png", 200, replace=False).ok
-    line = saving.command(edited, wanted)
+    expected_scene = scene(PIN, OTHER, strokes=[STROKE], balance=2.0, turn=10.0)
+    assert edited.solve(expected_scene).ok
+    name = saving.save(edited, expected_scene, "square-blob.json", replace=False)
+    assert saving.export(edited, expected_scene, "shown.png", 200, replace=False).ok
+    line = saving.command(edited, expected_scene)
     options = f"--constraints {name} --balance 2.0 --turn 10.0 -o square-blob.png"
     assert sorted(shlex.split(line)) == sorted(f"iccm map square.svg blob.svg {options}".split())
     done = shell(f"{line} --size 200")
     assert done.returncode == 0, done.stderr
     assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
     again = session(constraints=name).pair.first
-    assert (again.pins, again.strokes) == (wanted.pins, wanted.strokes)
-    found = json.loads((shapes / name).read_text())
-    assert found["files"]["source"] == {"file": "square.svg", "size": [100.0, 100.0]}
+    assert (again.pins, again.strokes) == (expected_scene.pins, expected_scene.strokes)
+    data = json.loads((shapes / name).read_text())
+    assert data["files"]["source"] == {"file": "square.svg", "size": [100.0, 100.0]}
 
 
 def test_constraints_of_other_sizes_are_refused(shapes, iccm):
@@ -181,11 +181,11 @@ def test_constraints_of_other_sizes_are_refused(shapes, iccm):
 @pytest.mark.slow
 def test_copies_repeat_the_map_too(shapes, shell):
     edited = session()
-    wanted = scene(PIN, OTHER, strokes=[STROKE])
-    fields = saving.copies(edited, wanted, saving.copy_names(edited, "-pins"), replace=False)
+    expected_scene = scene(PIN, OTHER, strokes=[STROKE])
+    fields = saving.copies(edited, expected_scene, saving.copy_names(edited, "-pins"), replace=False)
     assert fields == {"source": "square-pins.svg", "target": "blob-pins.svg"}
-    saving.export(edited, wanted, "shown.png", 150, replace=False)
-    done = shell(f"{saving.command(edited, wanted, fields)} --size 150")
+    saving.export(edited, expected_scene, "shown.png", 150, replace=False)
+    done = shell(f"{saving.command(edited, expected_scene, fields)} --size 150")
     assert done.returncode == 0, done.stderr
     assert (shapes / "shown.png").read_bytes() == (shapes / "square-blob.png").read_bytes()
 
@@ -255,7 +255,7 @@ def test_a_large_texture_is_made_smaller_for_the_browser(shapes):
 
 
 @pytest.mark.parametrize(
-    ("job", "said"),
+    ("job", "message"),
     [
         ({"target": "no.svg"}, "no such file"),
         ({"texture": "no.png"}, "no such file"),
@@ -264,8 +264,8 @@ def test_a_large_texture_is_made_smaller_for_the_browser(shapes):
         ({"balance": 0}, "balance"),
     ],
 )
-def test_wrong_inputs_are_told_at_once(shapes, job, said):
-    with pytest.raises(InputError, match=said):
+def test_wrong_inputs_are_told_at_once(shapes, job, message):
+    with pytest.raises(InputError, match=message):
         session(**job)
 
 
@@ -308,11 +308,11 @@ def test_parts_may_be_left_out_and_the_command_says_so(shapes, shell, fit, pair,
     """A block with a long protrusion between concavities, and a square."""
     (shapes / "limb.svg").write_text(LIMB)
     edited = session(source=f"{pair[0]}.svg", target=f"{pair[1]}.svg")
-    wanted = scene(fit=fit)
-    full = edited.solve(wanted)
+    expected_scene = scene(fit=fit)
+    full = edited.solve(expected_scene)
     assert full.kind == "full" and {key for key in LOST if full.figures.get(key, 0) > 1e-3} == lost
-    saving.export(edited, wanted, "shown.png", 100, replace=False)
-    done = shell(f"{saving.command(edited, wanted)} --size 100")
+    saving.export(edited, expected_scene, "shown.png", 100, replace=False)
+    done = shell(f"{saving.command(edited, expected_scene)} --size 100")
     assert (shapes / "shown.png").read_bytes() == (shapes / f"{pair[0]}-{pair[1]}.png").read_bytes(), (
         done.stderr
     )
@@ -378,9 +378,9 @@ def test_corners_and_what_both_drawings_name_are_suggested(tmp_path, monkeypatch
 def test_rigid_regions_are_shown_saved_and_taken_up_again(shapes):
     (shapes / "c.json").write_text(json.dumps({"rigid": [REGION]}))
     edited = session(constraints="c.json")
-    shown = edited.solve(edited.scene)
-    (region,) = shown.figures["regions"]
-    assert shown.ok and region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02)
+    update = edited.solve(edited.scene)
+    (region,) = update.figures["regions"]
+    assert update.ok and region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02)
     assert len(region["source"]) == len(region["target"]) > 3
     more = scene(rigid=[REGION, "mask.png"])
     refused = edited.solve(more)
@@ -427,11 +427,11 @@ def test_a_pin_turns_a_shape_without_a_target_and_is_saved_so(shapes, iccm):
     core = edited.pair.placed(scene(free)).pins[0, 0]
     around = 3 * np.exp(2j * np.pi * np.arange(6) / 6)
     for pin, angle in ((free, 0), (turned, 40)):
-        shown = edited.solve(scene(held, pin))
-        assert shown.ok and edited._map.injectivity.certified
+        update = edited.solve(scene(held, pin))
+        assert update.ok and edited._map.injectivity.certified
         found = np.mean(edited._map(core + around) / around) - core * np.mean(1 / around)
         assert abs(np.degrees(np.angle(found)) - angle) < 3
-        assert abs(edited._map(np.array([core]))[0] - core) < shown.patches[1]["tolerance"]
+        assert abs(edited._map(np.array([core]))[0] - core) < update.patches[1]["tolerance"]
     seen = edited._map.image
     name = saving.save(edited, scene(held, turned), "turned.json", replace=False)
     again = Session(make({"source": "square.svg", "constraints": name}))
@@ -444,6 +444,6 @@ def test_a_pin_turns_a_shape_without_a_target_and_is_saved_so(shapes, iccm):
 def test_a_pin_on_the_outline_turns_nothing(shapes):
     edited = Session(make({"source": "square.svg"}))
     corner = edited.pair.source.to_file(edited.pair.source.curve.z[:1])[0].tolist()
-    shown = edited.solve(scene({"source": corner, "target": corner, "turn": 10}))
-    assert shown.kind == "error" and shown.wrong["pins"] == [0]
-    assert shown.message.startswith("pin 1:") and "outline" in shown.message
+    update = edited.solve(scene({"source": corner, "target": corner, "turn": 10}))
+    assert update.kind == "error" and update.wrong["pins"] == [0]
+    assert update.message.startswith("pin 1:") and "outline" in update.message

@@ -80,9 +80,11 @@ def test_pictures_of_several_materials_are_where_they_were(painted, iccm):
             np.einsum("k,mkc->mc", weights, vt[f[name][..., 1]]) for vt, f in ((old, before), (new, after))
         )
         there = there * scale
-        wanted = shade(np.column_stack([there[:, 0], 1 - there[:, 1]]), 1)
+        expected_shade = shade(np.column_stack([there[:, 0], 1 - there[:, 1]]), 1)
         assert (
-            np.quantile(np.abs(looked_up(painted / picture_name.replace("Kd", "kd"), here) - wanted), 0.99)
+            np.quantile(
+                np.abs(looked_up(painted / picture_name.replace("Kd", "kd"), here) - expected_shade), 0.99
+            )
             < 8
         )
     lines = (painted / "o.mtl").read_text().splitlines()

@@ -37,10 +37,10 @@ def texels():
 
 
 def picture(seed, channels=3):
-    made = io.BytesIO()
+    stream = io.BytesIO()
     pixels = shade(texels(), seed).round().astype(np.uint8)
-    Image.fromarray(pixels if channels == 3 else pixels[..., 0]).save(made, "PNG")
-    return made.getvalue()
+    Image.fromarray(pixels if channels == 3 else pixels[..., 0]).save(stream, "PNG")
+    return stream.getvalue()
 
 
 def wanted(uv, seed):
@@ -282,10 +282,10 @@ def clear(there):
     made, clear = io.BytesIO(), np.where(texels()[..., 0] < 0.5, 100, 150)
     rgba = np.dstack([shade(texels(), 1).round(), clear]).astype(np.uint8)
     Image.fromarray(rgba).save(made, "PNG")
-    shown = gl.TextureInfo(index=make.texture(made.getvalue()))
+    texture_info = gl.TextureInfo(index=make.texture(made.getvalue()))
     for k, (name, mode) in enumerate((("wall", "OPAQUE"), ("leaf", "MASK"))):
         cutoff = 0.5 if mode == "MASK" else None
-        look = gl.PbrMetallicRoughness(baseColorTexture=shown)
+        look = gl.PbrMetallicRoughness(baseColorTexture=texture_info)
         file.materials[k] = gl.Material(
             name=name, alphaMode=mode, alphaCutoff=cutoff, pbrMetallicRoughness=look
         )
@@ -354,12 +354,12 @@ def test_materials_whose_normals_are_scaled_differently_stay_apart(there, iccm):
 
 def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(there, iccm):
     make, file, _ = in_halves(there)
-    made = io.BytesIO()
+    stream = io.BytesIO()
     rgba = np.dstack([shade(texels(), 1).round(), np.zeros((N, N))]).astype(np.uint8)
-    Image.fromarray(rgba).save(made, "PNG")
+    Image.fromarray(rgba).save(stream, "PNG")
     file.materials[0] = gl.Material(
         pbrMetallicRoughness=gl.PbrMetallicRoughness(
-            baseColorTexture=gl.TextureInfo(index=make.texture(made.getvalue()))
+            baseColorTexture=gl.TextureInfo(index=make.texture(stream.getvalue()))
         )
     )
     file.buffers.clear()

@@ -100,9 +100,9 @@ def test_alpha_of_vertices_shows_where_the_material_does(there, iccm):
 
 
 def plain(colour):
-    made = io.BytesIO()
-    Image.fromarray(np.tile(np.array(colour, np.uint8), (8, 8, 1))).save(made, "PNG")
-    return made.getvalue()
+    stream = io.BytesIO()
+    Image.fromarray(np.tile(np.array(colour, np.uint8), (8, 8, 1))).save(stream, "PNG")
+    return stream.getvalue()
 
 
 def test_they_multiply_the_texture_where_the_new_mesh_has_none(there, iccm):

@@ -35,9 +35,9 @@ def texels(n):
 
 
 def texture(n=N):
-    made = io.BytesIO()
-    Image.fromarray(shade(*texels(n)).round().astype(np.uint8)).save(made, "PNG")
-    return made.getvalue()
+    stream = io.BytesIO()
+    Image.fromarray(shade(*texels(n)).round().astype(np.uint8)).save(stream, "PNG")
+    return stream.getvalue()
 
 
 def glb(path, uv, across="repeat", down="repeat", picture=None):
@@ -46,9 +46,9 @@ def glb(path, uv, across="repeat", down="repeat", picture=None):
     primitive = gl.Primitive(attributes=attributes, indices=made.accessor(FACES, "SCALAR"))
     if picture:
         made.file.samplers.append(gl.Sampler(wrapS=WRAPS[across], wrapT=WRAPS[down]))
-        shown = gl.TextureInfo(index=made.texture(picture, sampler=0))
+        texture_info = gl.TextureInfo(index=made.texture(picture, sampler=0))
         made.file.materials.append(
-            gl.Material(pbrMetallicRoughness=gl.PbrMetallicRoughness(baseColorTexture=shown))
+            gl.Material(pbrMetallicRoughness=gl.PbrMetallicRoughness(baseColorTexture=texture_info))
         )
         primitive.material = 0
     made.file.meshes.append(gl.Mesh(primitives=[primitive], name="sheet"))
@@ -67,9 +67,9 @@ def check(pixels, across, down):
     x, y = texels(len(pixels))
     u, v = OLD[0, 0] + 2 * x, OLD[0, 1] + 2 * y  # the square's y points up, and so does the new layout's v
     clear = (np.abs(u - np.round(u)) > 2 / N) & (np.abs(v - np.round(v)) > 2 / N)
-    wanted = shade(FOLDED[across](u), FOLDED[down](v))
+    expected_shade = shade(FOLDED[across](u), FOLDED[down](v))
     assert clear.mean() > 0.7
-    assert np.abs(pixels[..., :3].astype(float) - wanted)[clear].max() < 8
+    assert np.abs(pixels[..., :3].astype(float) - expected_shade)[clear].max() < 8
 
 
 @pytest.mark.parametrize(
@@ -86,9 +86,9 @@ def test_gltf(iccm, tmp_path, monkeypatch, across, down):
     glb(tmp_path / "old.glb", OLD, across, down, texture())
     glb(tmp_path / "new.glb", SQUARE[:, :2])
     assert iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", 2 * N).code == 0
-    made = gl.GLTF2().load("out.glb")
-    view = made.bufferViews[made.images[0].bufferView]
-    content = made.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
+    document = gl.GLTF2().load("out.glb")
+    view = document.bufferViews[document.images[0].bufferView]
+    content = document.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
     check(np.asarray(Image.open(io.BytesIO(content))), across, down)
     assert iccm("map", "old.glb", "new.glb", "--bake", "-o", "baked.png", "--size", 2 * N).code == 0
     check(np.asarray(Image.open("baked.png")), across, down)
@@ -109,12 +109,12 @@ def test_a_picture_that_repeats_often_across_a_triangle(iccm, tmp_path, monkeypa
     assert np.abs(made[..., :3] - wanted)[inside].max() < 8
 
 
-@pytest.mark.parametrize(("said", "wrap"), [slow("", "repeat"), ("-clamp on ", "clamp")])
-def test_obj(iccm, tmp_path, monkeypatch, said, wrap):
+@pytest.mark.parametrize(("message", "wrap"), [slow("", "repeat"), ("-clamp on ", "clamp")])
+def test_obj(iccm, tmp_path, monkeypatch, message, wrap):
     """`-clamp` of a material library."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "kd.png").write_bytes(texture())
-    (tmp_path / "old.mtl").write_text(f"newmtl cloth\nmap_Kd {said}kd.png\n")
+    (tmp_path / "old.mtl").write_text(f"newmtl cloth\nmap_Kd {message}kd.png\n")
     obj(tmp_path / "old.obj", OLD, "mtllib old.mtl")
     obj(tmp_path / "new.obj", SQUARE[:, :2])
     assert iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", 2 * N).code == 0
@@ -135,9 +135,9 @@ def test_a_picture_that_repeats_more_often_than_pictures_can_show(iccm, tmp_path
     relaid = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb")
     for done, name in ((flattened, "flat.glb"), (relaid, "out.glb")):
         assert f"{N}×{N}" in done.out + done.err and "2000 times" in done.out + done.err
-        made = gl.GLTF2().load(name)
-        view = made.bufferViews[made.images[0].bufferView]
-        content = made.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
+        document = gl.GLTF2().load(name)
+        view = document.bufferViews[document.images[0].bufferView]
+        content = document.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
         assert max(Image.open(io.BytesIO(content)).size) <= 256
 
 
@@ -147,8 +147,8 @@ def test_pictures_of_small_textures_have_room_for_many_repetitions(iccm, tmp_pat
     monkeypatch.chdir(tmp_path)
     glb(tmp_path / "old.glb", 30 * SQUARE[:, :2], picture=texture(n))
     done = iccm("flatten", "old.glb", "--uv", "flat.glb", "--carry-maps")
-    made = gl.GLTF2().load("flat.glb")
-    view = made.bufferViews[made.images[0].bufferView]
-    content = made.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
+    document = gl.GLTF2().load("flat.glb")
+    view = document.bufferViews[document.images[0].bufferView]
+    content = document.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
     assert Image.open(io.BytesIO(content)).size == (32 * n, 32 * n)
     assert "repeats" not in done.out + done.err and "detail" not in done.out + done.err

@@ -158,9 +158,9 @@ def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
     )
     turned = np.column_stack([1 - points[:, 1], points[:, 0] + 1, points[:, 2]])  # about the hip at (0, 1, 0)
     wanted = share * points + (1 - share) * turned
-    found = mesh_files.read(f"{path}#body").mesh
-    assert found.points == pytest.approx(wanted, abs=1e-6)
-    assert np.linalg.norm(found.normals, axis=1) == pytest.approx(1)
+    mesh = mesh_files.read(f"{path}#body").mesh
+    assert mesh.points == pytest.approx(wanted, abs=1e-6)
+    assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(1)
 
 
 def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
@@ -191,5 +191,5 @@ def test_a_mesh_with_instances_is_where_it_is_whatever_the_order_of_nodes(pair, 
         file.save(name)
     done = iccm("relayout", "one.glb", "other.glb", "-o", "out.glb", "--report", "r.json")
     assert done.code == 0, done.err
-    found = json.loads((pair / "r.json").read_text())
-    assert found["same_triangles"] == found["triangles"] == 64
+    data = json.loads((pair / "r.json").read_text())
+    assert data["same_triangles"] == data["triangles"] == 64

@@ -82,8 +82,8 @@ def test_skins_morph_targets_and_instances_survive_new_coordinates(there, iccm):
     for words in (("flatten", "old.glb#body", "--uv", "new.glb"),):
         done = iccm(*words)
         assert done.code == 0, done.err
-    found = through_blender("old.glb", "new.glb")
-    old, new = found["old.glb"], found["new.glb"]
+    result = through_blender("old.glb", "new.glb")
+    old, new = result["old.glb"], result["new.glb"]
     assert set(old) == set(new) == {"person", "on top", "beside"}
     for name in old:
         assert np.abs(in_order(old[name]["corners"]) - in_order(new[name]["corners"])).max() < 2e-4
@@ -102,8 +102,8 @@ def test_what_blender_writes_again_gets_the_materials_of_the_old_file(there, icc
     assert done.code == 0, done.err
     report = json.loads(Path("r.json").read_text())
     assert report["same_triangles"] == report["triangles"] > 0
-    found = through_blender("new-back.glb", "out.glb")
-    back, out = found["new-back.glb"], found["out.glb"]
+    result = through_blender("new-back.glb", "out.glb")
+    back, out = result["new-back.glb"], result["out.glb"]
     for name in back:
         assert np.abs(in_order(back[name]["corners"]) - in_order(out[name]["corners"])).max() < 2e-4
     file = rich_glb.read("out.glb")

@@ -28,9 +28,9 @@ def test_16_bits_become_the_nearest_of_8_and_white_stays_white():
     )
     pixels = near.astype(np.uint16).reshape(3, 6, 1)
     for suffix in (".webp", ".jpg"):
-        made = prepared(Image(pixels), suffix)
-        assert made.dtype == np.uint8
-        assert np.array_equal(made[..., 0], [levels] * 3)
+        prepared_texture = prepared(Image(pixels), suffix)
+        assert prepared_texture.dtype == np.uint8
+        assert np.array_equal(prepared_texture[..., 0], [levels] * 3)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
@@ -47,9 +47,9 @@ def test_floats_become_16_bits_where_a_format_has_them():
     values = np.linspace(0, 1, 12, dtype=np.float32).reshape(1, 4, 3)
     image = Image(values, colorspace="lin_rec709")
     for suffix, top in ((".png", 65535), (".webp", 255)):
-        made = prepared(image, suffix)
-        assert made.dtype == (np.uint16 if top > 255 else np.uint8)
-        assert made == pytest.approx(np.rint(srgb_from_linear(values) * top), abs=1)
+        prepared_texture = prepared(image, suffix)
+        assert prepared_texture.dtype == (np.uint16 if top > 255 else np.uint8)
+        assert prepared_texture == pytest.approx(np.rint(srgb_from_linear(values) * top), abs=1)
 
 
 @pytest.mark.parametrize("associated", [False, True])
@@ -57,9 +57,9 @@ def test_paper_is_white_and_mixed_in_linear_light(associated):
     straight, alpha = np.array([200, 40, 90]), 102  # 0.4
     stored = np.rint(straight * alpha / 255) if associated else straight
     pixels = np.full((2, 3, 4), [*stored, alpha], np.uint8)
-    made = prepared(Image(pixels, 3, associated), ".jpg")
+    prepared_texture = prepared(Image(pixels, 3, associated), ".jpg")
     expected = 255 * srgb_from_linear(0.4 * linear_from_srgb(straight / 255) + 0.6)
-    assert made.shape == (2, 3, 3) and made[0, 0] == pytest.approx(expected, abs=1)
+    assert prepared_texture.shape == (2, 3, 3) and prepared_texture[0, 0] == pytest.approx(expected, abs=1)
 
 
 def test_association_is_kept_through_other_colour_spaces():

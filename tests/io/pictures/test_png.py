@@ -99,6 +99,6 @@ except InputError as error:
 @pytest.mark.skipif(sys.platform == "win32", reason="no limits on files there")
 def test_a_full_disk_is_told(tmp_path):
     line = [sys.executable, "-c", FULL, str(tmp_path / "a.png")]
-    said = subprocess.run(line, capture_output=True, text=True, check=True)
-    assert said.stdout.startswith(f"{tmp_path / 'a.png'}: cannot write this picture: ")
-    assert not said.stderr
+    process = subprocess.run(line, capture_output=True, text=True, check=True)
+    assert process.stdout.startswith(f"{tmp_path / 'a.png'}: cannot write this picture: ")
+    assert not process.stderr

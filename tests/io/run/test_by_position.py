@@ -31,9 +31,9 @@ def test_meshes_in_the_same_place_are_matched_by_position(eggs, shapes, iccm):
     done = iccm("map", *eggs, "-o", "o.obj", "--report", "r.json")
     assert done.code == 0, done.err
     assert "pinned to the nearest points" in done.err and "--pin" in done.err
-    found = json.loads((shapes / "r.json").read_text())
-    assert found["status"] == "reached" and found["apart"]["p95"] < 0.03
-    assert len(found["pins"]) >= 2
+    data = json.loads((shapes / "r.json").read_text())
+    assert data["status"] == "reached" and data["apart"]["p95"] < 0.03
+    assert len(data["pins"]) >= 2
 
 
 @pytest.mark.slow

@@ -58,13 +58,13 @@ def test_a_texture_is_rotated_by_degrees():
 
 
 @pytest.mark.parametrize(
-    ("size", "found"),
+    ("size", "expected"),
     [((100,), (100, 33)), ((FREE_SIDE, 50), (150, 50)), ((90, FREE_SIDE), (90, 30)), ((7, 9), (7, 9))],
 )
-def test_a_side_that_is_free_has_the_proportions_of_what_is_shown(size, found):
-    assert framing.size_within(size, 3 + 1j, 10_000) == found
+def test_a_side_that_is_free_has_the_proportions_of_what_is_shown(size, expected):
+    assert framing.size_within(size, 3 + 1j, 10_000) == expected
     with pytest.raises(InputError, match="max-pixels"):
-        framing.size_within(size, 3 + 1j, found[0] * found[1] - 1)
+        framing.size_within(size, 3 + 1j, expected[0] * expected[1] - 1)
 
 
 def test_textures_of_other_proportions_than_their_canvas_are_told(oblong):

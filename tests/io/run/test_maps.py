@@ -105,7 +105,7 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
 
 
 @pytest.mark.parametrize(
-    ("more", "said"),
+    ("more", "message"),
     [
         (["-o", "x.ply"], "PLY cannot contain a normal map"),
         (["-o", "x.glb", "--data", "data.tif"], "add a picture for data"),
@@ -113,10 +113,10 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
         (["-o", "x.obj", "--carry-maps"], "leave one of the two out"),
     ],
 )
-def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, said):
+def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, message):
     given = ["--texture", "texture.png", "--normal", "normal.png"]
     done = iccm("map", "square.svg", "tiles.obj#left", *given, *more)
-    assert done.code == 2 and said in done.err and not (material / more[1]).exists()
+    assert done.code == 2 and message in done.err and not (material / more[1]).exists()
 
 
 @pytest.mark.parametrize(

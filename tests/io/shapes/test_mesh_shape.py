@@ -361,13 +361,13 @@ def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
     pins = [{"source": [30, 40], "target": "v13"}, {"source": [50, 50], "target": [0.26, 0.01, 0]}]
     strokes = [{"source": [[20, 20], [80, 20]], "target": [1, 5, 25]}]
     (tmp_path / "c.json").write_text(json.dumps({"pins": pins, "strokes": strokes}))
-    found = constraints.collect(plane, mesh, listing.read(tmp_path / "c.json"))
-    assert found.pins[:, 0].tolist() == [30 - 40j, 50 - 50j]
-    assert found.pins[0, 1] == mesh.vertex(13)
+    collected = constraints.collect(plane, mesh, listing.read(tmp_path / "c.json"))
+    assert collected.pins[:, 0].tolist() == [30 - 40j, 50 - 50j]
+    assert collected.pins[0, 1] == mesh.vertex(13)
     assert (
-        abs(found.pins[1, 1] - mesh.vertex(6)) < 0.05
+        abs(collected.pins[1, 1] - mesh.vertex(6)) < 0.05
     )  # the nearest point of the surface, not of its vertices
-    assert found.strokes[0][1].z.tolist() == mesh.along(["v1", "v5", "v25"], "a").z.tolist()
+    assert collected.strokes[0][1].z.tolist() == mesh.along(["v1", "v5", "v25"], "a").z.tolist()
     with pytest.raises(InputError, match=r"square\.svg: v13 is a point on a mesh"):
         constraints.collect(plane, plane, listing.read(tmp_path / "c.json"))
 
@@ -526,9 +526,9 @@ def test_padding_of_a_meshs_texture_on_a_planar_target(tmp_path, monkeypatch, ic
     words = ["--method", "paper", "--vertices", "60", "--size", "32", "--padding", "-1", "-o", "o.png"]
     done = iccm("map", "a.obj", "b.svg", "--texture", "c.png", *words)
     assert done.code in (0, 1), done.err
-    made = image_files.read("o.png").pixels
-    assert (made[..., 3] == 0).any()
-    assert (made[..., :3] == 200).all()
+    pixels = image_files.read("o.png").pixels
+    assert (pixels[..., 3] == 0).any()
+    assert (pixels[..., :3] == 200).all()
 
 
 def test_a_mesh_without_a_texture_is_noted(tmp_path, monkeypatch, iccm):

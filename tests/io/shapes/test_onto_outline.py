@@ -100,14 +100,14 @@ def test_landmarks_open_closed_meshes_alike(folder):
     listed = listing.read(folder / "marks.json")
     places = [pin.source for pin in listed.all_pins]
     one, other = (mesh_reading.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
-    found = constraints.collect(one, other, listed)
-    assert len(found.pins) == 10  # both ends of the cut once, the others on both of its sides
-    assert found.names[0] == ["m0", *np.repeat(["m1", "m2", "m3", "m4"], 2), "m5"]
-    for shape, pins in ((one, found.pins[:, 0]), (other, found.pins[:, 1])):
+    collected = constraints.collect(one, other, listed)
+    assert len(collected.pins) == 10  # both ends of the cut once, the others on both of its sides
+    assert collected.names[0] == ["m0", *np.repeat(["m1", "m2", "m3", "m4"], 2), "m5"]
+    for shape, pins in ((one, collected.pins[:, 0]), (other, collected.pins[:, 1])):
         assert shape.curve.distances(pins).max() < 1e-9
     import iccm
 
-    fit = iccm.fit(one.domain, other.domain, pins=found.pins)
+    fit = iccm.fit(one.domain, other.domain, pins=collected.pins)
     assert fit.status.ok
     flat, patch = other.flattening.flat, other.flattening.patch
     face, weight = one.locator(fit.inverse(flat), 1)
@@ -133,9 +133,9 @@ def test_landmarks_in_any_order_are_met_in_the_midst_of_faces(folder):
     job = Job(source="coarse.obj", target="fine.obj", constraints="marks.json", cut=True)
     inputs = Inputs(job)
     one, other = inputs.shape(job.source), inputs.shape(job.target, target=True)
-    found = constraints.collect(one, other, inputs.listed)
-    assert len(found.pins) == 10
-    for at, there in zip(one.to_space(found.pins[:, 0]), other.to_space(found.pins[:, 1])):
+    collected = constraints.collect(one, other, inputs.listed)
+    assert len(collected.pins) == 10
+    for at, there in zip(one.to_space(collected.pins[:, 0]), other.to_space(collected.pins[:, 1])):
         assert (
             np.linalg.norm(at - there) < 0.03
         )  # the coarse one is that far inside, and its edges are 0.25 long

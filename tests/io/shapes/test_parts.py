@@ -21,26 +21,26 @@ def drawn(tmp_path):
 
 
 def test_all_shapes_are_read_and_know_how_they_are_named(drawn):
-    found = drawn(f'<g id="face">{FACE}</g><path id="brow" d="M30 20h20v3h-20z"/>')
-    assert [each.part for each in found] == ["1", "2", "3", "4"]
-    assert [each.names for each in found] == [("face",)] * 3 + [("brow",)]
-    assert np.allclose([each.bounds for each in found], (10 - 90j, 90 - 10j), atol=0.01)
-    assert found[3].curve.box[0] == 30 - 23j
-    picked = shape.read(f"{found[3].spec}#{found[3].part}")
-    assert np.array_equal(picked.curve.z, found[3].curve.z)
-    within = shape.read_all(found[0].spec + "#face")
+    drawing = drawn(f'<g id="face">{FACE}</g><path id="brow" d="M30 20h20v3h-20z"/>')
+    assert [each.part for each in drawing] == ["1", "2", "3", "4"]
+    assert [each.names for each in drawing] == [("face",)] * 3 + [("brow",)]
+    assert np.allclose([each.bounds for each in drawing], (10 - 90j, 90 - 10j), atol=0.01)
+    assert drawing[3].curve.box[0] == 30 - 23j
+    picked = shape.read(f"{drawing[3].spec}#{drawing[3].part}")
+    assert np.array_equal(picked.curve.z, drawing[3].curve.z)
+    within = shape.read_all(drawing[0].spec + "#face")
     assert [each.part for each in within] == ["face#1", "face#2", "face#3"]
-    assert shape.read_all(found[0].spec + "#2")[0].curve.area == found[1].curve.area
+    assert shape.read_all(drawing[0].spec + "#2")[0].curve.area == drawing[1].curve.area
     with pytest.raises(InputError, match="no 'nose' in the file"):
-        shape.read_all(found[0].spec + "#nose")
+        shape.read_all(drawing[0].spec + "#nose")
 
 
 def test_what_no_map_can_have_is_said(drawn):
     bow = '<path d="M80 80L95 95V80L80 95z"/>'
-    found = drawn(FACE + bow + '<circle id="pin-a" cx="50" cy="50" r="1"/>')
-    assert len(found) == 5
-    assert any("crosses itself" in note for note in found[0].notes)
-    assert any("pins and strokes" in note for note in found[0].notes)
+    drawing = drawn(FACE + bow + '<circle id="pin-a" cx="50" cy="50" r="1"/>')
+    assert len(drawing) == 5
+    assert any("crosses itself" in note for note in drawing[0].notes)
+    assert any("pins and strokes" in note for note in drawing[0].notes)
 
 
 def test_partners_have_the_same_place_and_size(drawn):

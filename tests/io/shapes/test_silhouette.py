@@ -417,7 +417,7 @@ def test_a_photograph_is_decoded_once(tmp_path, monkeypatch, iccm):
         assert done.code == 0 and decoded.count("photo.png") == times, done.err
         decoded.clear()
         pixels.append(read("o.png").pixels)
-    assert all(np.array_equal(each, pixels[0]) for each in pixels)
+    assert all(np.array_equal(picture, pixels[0]) for picture in pixels)
     assert iccm("map", "photo.png", "leaf.svg", "-o", "o.npz").code == 0
     decoders.write("photo.png", decoders.Image(255 - photo[:, ::-1]))
     decoded.clear()

@@ -57,11 +57,11 @@ def test_copies_are_flattened_alike(machine):
 def test_flatten_and_map_take_all_faces_in_one_command(machine, shapes, iccm):
     flat = iccm("flatten", machine, "--uv", "flat.obj", "-o", "flat.svg", "--report", "flat.json")
     assert flat.code == 0, flat.err
-    found = json.loads((shapes / "flat.json").read_text())
-    assert found["charts"] == 5 and found["holes"] == 0 and found["overlap"] is None
-    spread = found["log10_area"]["p95"] - found["log10_area"]["p05"]
+    data = json.loads((shapes / "flat.json").read_text())
+    assert data["charts"] == 5 and data["holes"] == 0 and data["overlap"] is None
+    spread = data["log10_area"]["p95"] - data["log10_area"]["p05"]
     # the bag alone would span decades if it were not cut
-    assert spread < 0.5 and found["dilatation"]["p95"] < 3
+    assert spread < 0.5 and data["dilatation"]["p95"] < 3
     assert (shapes / "flat.svg").read_text().count("<path") == 5
     done = iccm("map", "square.svg", machine, "-o", "out.obj", "--report", "r.json")
     assert done.code == 0, done.err

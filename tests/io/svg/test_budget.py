@@ -162,13 +162,13 @@ def nested(depth):
 @pytest.mark.usefixtures("fewer_rules")
 def test_steps_of_a_selector_are_counted(selector):
     top, _ = nested(150)
-    for each in list(top.iter("g")):
-        each[:] = [*each, *(Element("g") for _ in range(20))]
+    for element in list(top.iter("g")):
+        element[:] = [*element, *(Element("g") for _ in range(20))]
     sheet = Stylesheet(f"{selector}{{x:1}}", top)
     began = time.process_time()
     with pytest.raises(InputError, match="combinations of rules and elements"):
-        for each in top.iter():
-            sheet.style(each)
+        for element in top.iter():
+            sheet.style(element)
     assert time.process_time() - began < 2 * SECONDS
 
 

@@ -37,9 +37,9 @@ def fonts(tmp_path, monkeypatch):
 
 def drawn(tmp_path, body):
     (tmp_path / "a.svg").write_text(SVG.format(body), encoding="utf-8")
-    found = shape.read_all(str(tmp_path / "a.svg"))
-    low, high = found[0].extent
-    return found, [low.real, low.imag, high.real, high.imag]
+    shapes = shape.read_all(str(tmp_path / "a.svg"))
+    low, high = shapes[0].extent
+    return shapes, [low.real, low.imag, high.real, high.imag]
 
 
 def box_of(text, x, **more):
@@ -221,13 +221,13 @@ PLACED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "more", "wanted"), PLACED)
-def test_spans_are_where_chromium_has_them(tmp_path, text, more, wanted):
+@pytest.mark.parametrize(("text", "more", "expected"), PLACED)
+def test_spans_are_where_chromium_has_them(tmp_path, text, more, expected):
     body = '<text x="10" y="100" font-size="30" font-family="DejaVu Sans" {}>{}</text>'
     body = body.replace('x="10"', more.lower() or 'x="10"')
     whole = boxes(tmp_path, body.format("", text))
     alone = []
-    for letter in wanted.split(", "):
+    for letter in expected.split(", "):
         letter, x, y, *size = letter.split()
         style = f'x="{x}" y="{y}" font-size="{(size or [30])[0]}" font-family="DejaVu Sans"'
         alone += boxes(tmp_path, f"<text {style}>{letter}</text>")
