@@ -64,7 +64,7 @@ def test_the_energy_and_its_derivatives(mapped):
         matrix, gradient = np.empty((pattern.columns.size, 4)), np.empty(u.size, complex)
         energy = assemble(rest, surface, u, objective, matrix, gradient)
         found.append(
-            (energy, matrix, gradient, surface.points.copy(), surface.laid.copy(), surface.on.copy())
+            (energy, matrix, gradient, surface.points.copy(), surface.flat_images.copy(), surface.on.copy())
         )
     for one, other in zip(*found):
         assert np.array_equal(one, other)

@@ -40,7 +40,7 @@ def _land(surface, u):
 
 def _lay(surface, u):
     """Compute the images of triangles in their own plane, with the first corner at 0 and the second on the x axis."""
-    corners, points, laid = surface.layout.corners, surface.points, surface.laid
+    corners, points, laid = surface.layout.corners, surface.points, surface.flat_images
     for t in range(corners.shape[0]):
         a, b, c = corners[t, 0], corners[t, 1], corners[t, 2]
         if surface.open[t]:
@@ -66,7 +66,7 @@ def total_in_space(rest, surface, u, objective):
         return energy
     _land(surface, u)
     _lay(surface, u)
-    return energy + total(rest, surface.laid, objective)
+    return energy + total(rest, surface.flat_images, objective)
 
 
 def _fill_jacobians(surface, t, jacobians):
@@ -90,7 +90,7 @@ def assemble_in_space(rest, surface, u, objective, matrix, gradient):
     _land(surface, u)
     _lay(surface, u)
     energy = assemble(surface.layout, u, surface.barrier, matrix, gradient)
-    energy += assemble(rest, surface.laid, objective, surface.blocks, surface.slopes)
+    energy += assemble(rest, surface.flat_images, objective, surface.blocks, surface.slopes)
     corners, slots = surface.layout.corners, surface.layout.slots
     jacobians = np.empty((3, 2, 2))
     for t in range(corners.shape[0]):

@@ -128,7 +128,7 @@ def test_letters_are_where_the_shape_has_them(tmp_path):
     path = tmp_path / "a.svg"
     text = '<text x="2" y="15" font-family="DejaVu Sans" font-size="16" transform="translate(1 0)" fill="red">Hf</text>'
     path.write_text(SVG.format(CANVAS, f"<g fill='blue'>{text}</g>"))
-    painted = shapes.drawn(shapes.Spec(path)).painted
+    painted = shapes.read_drawing(shapes.Spec(path)).painted
     if painted.is_empty:
         pytest.skip("no such font")
     pixels = rendering.render(path, WHOLE, (400, 200)).pixels
@@ -208,7 +208,7 @@ def test_what_takes_forever_is_stopped(tmp_path, monkeypatch, name):
 def test_drawings_with_colours_of_their_own(tmp_path, body, coloured):
     path = tmp_path / "a.svg"
     path.write_text(SVG.format(CANVAS, body))
-    assert shapes.drawn(shapes.Spec(path)).coloured == coloured
+    assert shapes.read_drawing(shapes.Spec(path)).coloured == coloured
 
 
 SOURCE = (

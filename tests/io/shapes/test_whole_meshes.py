@@ -32,7 +32,7 @@ def test_every_piece_is_flattened_without_overlap_at_one_scale(machine):
     whole = mesh_reading.read_whole(machine, cut=True)
     layout = whole.flattening
     assert len(layout.outlines) == 5 and overlap(layout) is None
-    assert whole.file.faces.all() and not layout.turned.size
+    assert whole.file.faces.all() and not layout.flipped.size
     piece = layout.patch.triangles.components()
     flat = np.abs(stretches(layout.patch.points[layout.patch.faces], layout.flat[layout.patch.faces])).prod(0)
     scales = np.bincount(piece, flat * layout.patch.areas) / np.bincount(piece, layout.patch.areas)

@@ -429,7 +429,7 @@ def test_a_fill_that_encloses_nothing_is_the_reason_only_where_nothing_else_is_t
 def drawn(tmp_path, body, attributes='viewBox="0 0 100 100"'):
     path = tmp_path / "a.svg"
     path.write_text(SVG.format(attributes, body))
-    return shapes.drawn(shapes.Spec(path))
+    return shapes.read_drawing(shapes.Spec(path))
 
 
 def test_what_a_drawing_paints_is_all_of_its_fills_and_strokes(tmp_path):
