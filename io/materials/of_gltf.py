@@ -42,9 +42,9 @@ def material_set(
     coloured = plain and any(VERTEX_COLOURS in part.attributes for part in parts)
     laid_out, every = list(parts) if coloured else with_layout(name, parts), len(parts)
     parts = parts if plain else laid_out
-    left = every - len(parts)
+    ignored = every - len(parts)
     notes = (
-        f"{name}: {left} of its {every} geometries are ignored, because they have no texture coordinates",
+        f"{name}: {ignored} of its {every} geometries are ignored, because they have no texture coordinates",
     )
     alike: dict[tuple[str, bool], list[Primitive]] = {}
     for part in parts:
@@ -54,7 +54,7 @@ def material_set(
     materials = [_material(name, parts, group) for group in alike.values()]
     whole, colours = sheet(name, parts, bare), _vertex_colours(parts)
     corners = None if colours is None else colours[whole.faces]
-    return MaterialSet(whole, tuple(materials), owner, "gltf", notes if left else (), corners)
+    return MaterialSet(whole, tuple(materials), owner, "gltf", notes if ignored else (), corners)
 
 
 def with_layout(name: str, parts: Sequence[Primitive]) -> list[Primitive]:
@@ -75,9 +75,9 @@ def sheet(name: str, parts: Sequence[Primitive], bare: bool) -> Charted:
     first = np.cumsum([0, *map(len, points)])
     faces = np.concatenate([part.faces + offset for part, offset in zip(parts, first)])
     normals = [part.normals for part in parts]
-    given = [values for values in normals if values is not None]
-    stated = len(given) == len(parts)
-    normal: Real | None = np.concatenate(given) if stated else None
+    present = [values for values in normals if values is not None]
+    stated = len(present) == len(parts)
+    normal: Real | None = np.concatenate(present) if stated else None
     tangents = _join([part.tangents for part in parts], points, 4)
     uv = _join([_layout(part, bare) for part in parts], points, 2)
     if uv is None:  # there are only vertex colors
@@ -170,20 +170,22 @@ def unpictured(material: dict[str, Any]) -> dict[str, Any]:
 
     These are transparency, sides, extensions and scales of normals. A baked material has a single value of each.
     """
-    left = deepcopy(material)
+    remaining = deepcopy(material)
     scales = {
         f"{slot} {key}": info[key]
         for slot, info in gltf_materials.slots(material)
         for key in ("scale", "strength")
         if info.get(key, 1) != 1
     }
-    gltf_materials.bare(left, set())
-    left = {key: value for key, value in left.items() if key not in PICTURED and value not in ({}, False)}
+    gltf_materials.bare(remaining, set())
+    remaining = {
+        key: value for key, value in remaining.items() if key not in PICTURED and value not in ({}, False)
+    }
     mode, cutoff = (
-        left.pop("alphaMode", "OPAQUE"),
-        left.pop("alphaCutoff", gltf_materials.DEFAULT_ALPHA_CUTOFF),
+        remaining.pop("alphaMode", "OPAQUE"),
+        remaining.pop("alphaCutoff", gltf_materials.DEFAULT_ALPHA_CUTOFF),
     )
-    return left | scales | {"alphaMode": mode} | ({"alphaCutoff": cutoff} if mode == "MASK" else {})
+    return remaining | scales | {"alphaMode": mode} | ({"alphaCutoff": cutoff} if mode == "MASK" else {})
 
 
 def multiplied_slots(material: dict[str, Any], slots: set[str]) -> None:

@@ -108,8 +108,8 @@ class GltfFormat(MeshFormat):
             names = [item["uri"] for item in items if "uri" in item]
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
             return []
-        beside = [name for name in names if isinstance(name, str) and not name.startswith("data:")]
-        return [str(self.path.parent / name) for name in beside]
+        file_names = [name for name in names if isinstance(name, str) and not name.startswith("data:")]
+        return [str(self.path.parent / name) for name in file_names]
 
     def read(self) -> dict[str, MeshFile]:
         """Read each primitive that has triangles."""
@@ -146,8 +146,8 @@ class GltfFormat(MeshFormat):
         force: bool,
     ) -> Written:
         """Write a mesh with other texture coordinates as GLB; if it was read from a glTF file, all else is kept."""
-        given = {gltf_materials.BASE: pictures.texture, gltf_materials.NORMALS: pictures.normals}
-        common = {slot: picture_file(picture) for slot, picture in given.items() if picture is not None}
+        by_slot = {gltf_materials.BASE: pictures.texture, gltf_materials.NORMALS: pictures.normals}
+        common = {slot: picture_file(picture) for slot, picture in by_slot.items() if picture is not None}
         keys = {part.key for part in primitives_of(file)} or {""}
         pictures_by_key = {key: common | dict(pictures.pictures.get(key, {})) for key in keys}
         glb, notes = _with_coordinates(file, new, pictures_by_key, untinted=pictures.texture is not None)
@@ -175,10 +175,10 @@ class GltfFormat(MeshFormat):
             raise
         except Exception as error:  # whatever exception a parser raises, the file is at fault
             raise InputError(f"{path}: cannot read this GLB file: {error}") from None
-        named = [p["attributes"] for mesh in file.tree.get("meshes", []) for p in mesh["primitives"]]
+        attribute_sets = [p["attributes"] for mesh in file.tree.get("meshes", []) for p in mesh["primitives"]]
         uv_accessors = {
             number
-            for attributes in named
+            for attributes in attribute_sets
             for name, number in attributes.items()
             if name.startswith("TEXCOORD_")
         }
@@ -190,8 +190,10 @@ class GltfFormat(MeshFormat):
         uv = np.concatenate([file.floats(n)[:, :2] for n in alone] or [np.zeros((0, 2))])
         for number in alone:
             views[accessors[number]["bufferView"]] = b""
-            kept = {key: value for key, value in accessors[number].items() if key not in ("min", "max")}
-            accessors[number] = kept
+            new_accessor = {
+                key: value for key, value in accessors[number].items() if key not in ("min", "max")
+            }
+            accessors[number] = new_accessor
         return uv, (file.tree, views)
 
 

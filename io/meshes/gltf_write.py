@@ -74,10 +74,12 @@ class GltfEditor:
         old = {} if like is None else textures[like]
         alone = like is not None and list(_textures_named(self.tree)).count(like) == uses
         number = like if like is not None and alone else len(textures)
-        before = self.source.source_of(like) if like is not None and alone else None
+        previous_image = self.source.source_of(like) if like is not None and alone else None
         textures[number : number + 1] = [{k: old[k] for k in ("name", "sampler", "extras") if k in old}]
         sources = list(_named(textures, "source"))
-        place = before if before is not None and before not in sources else len(images)
+        place = (
+            previous_image if previous_image is not None and previous_image not in sources else len(images)
+        )
         name = {"name": images[place]["name"]} if place < len(images) and "name" in images[place] else {}
         self._textures[content, like] = number
         return self._put(number, place, content, name)
@@ -116,10 +118,10 @@ class GltfEditor:
 
     def _free_images(self) -> set[int]:
         """Return the images that textures used in the original file, and no longer use."""
-        before, now = (
+        used_before, used_now = (
             set(_named(tree.get("textures", []), "source")) for tree in (self.source.tree, self.tree)
         )
-        return before - now
+        return used_before - used_now
 
     def forget(self) -> None:
         """Remove unused textures, images and views at the end of their lists, so that no index changes."""
@@ -236,15 +238,23 @@ def _change(
 ) -> list[str]:
     """Give triangles (m,) of a primitive new coordinates; return notes. Arguments as for `with_coordinates`."""
     primitive = _alone(editor, part, faces)
-    attributes, before = primitive["attributes"], dict(part.attributes)
+    attributes, old_attributes = primitive["attributes"], dict(part.attributes)
     count = editor.tree["accessors"][attributes["POSITION"]]["count"]
     split = Split.of(part.faces[faces].ravel(), uv_corners, count)
-    staying = _staying(editor, primitive, set(pictures)) if "TEXCOORD_0" in before else []
-    kept_set = next(k for k in range(len(before) + 2) if f"TEXCOORD_{k}" not in before) if staying else None
+    staying = _staying(editor, primitive, set(pictures)) if "TEXCOORD_0" in old_attributes else []
+    kept_set = (
+        next(k for k in range(len(old_attributes) + 2) if f"TEXCOORD_{k}" not in old_attributes)
+        if staying
+        else None
+    )
     if kept_set is not None:
         attributes[f"TEXCOORD_{kept_set}"] = attributes.pop("TEXCOORD_0")
     _copy(editor, primitive, split, {"TEXCOORD_0"})
-    old = part.document.floats(before["TEXCOORD_0"]) if "TEXCOORD_0" in before else np.zeros((count, 2))
+    old = (
+        part.document.floats(old_attributes["TEXCOORD_0"])
+        if "TEXCOORD_0" in old_attributes
+        else np.zeros((count, 2))
+    )
     values = split.values(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), old).astype("<f4")
     attributes["TEXCOORD_0"] = editor.accessor(values, COORDINATES, ATTRIBUTE, attributes.get("TEXCOORD_0"))
     if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES_MODE) != TRIANGLES_MODE:
@@ -311,10 +321,10 @@ def _subdivide(editor: GltfEditor, part: Primitive, plan: Subdivision) -> None:
     mixed = plan.mixtures(faces.ravel(), count)
     corners, _ = with_triangles(3 * np.arange(len(faces) + 1), faces.ravel(), plan, mixed.number)
     for attributes in (primitive["attributes"], *primitive.get("targets", [])):
-        before = dict(attributes)
-        for name, number in before.items():
+        old_attributes = dict(attributes)
+        for name, number in old_attributes.items():
             values = _mixed(
-                editor.source, before, name, mixed, target=attributes is not primitive["attributes"]
+                editor.source, old_attributes, name, mixed, target=attributes is not primitive["attributes"]
             )
             stored = np.concatenate([editor.source.values(number), values])
             attributes[name] = editor.accessor(
@@ -482,9 +492,9 @@ def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], 
         material = editor.tree["materials"][holder["material"]]
         new = pictures if holder is primitive else {}
         slots = _shown(material, set(new))
-        before = {slot: info["index"] for slot, info in gltf_materials.slots(material)}
+        old_textures = {slot: info["index"] for slot, info in gltf_materials.slots(material)}
         contents = {
-            slot: (new.get(slot, new.get(gltf_materials.BASE, b"")), before.get(slot)) for slot in slots
+            slot: (new.get(slot, new.get(gltf_materials.BASE, b"")), old_textures.get(slot)) for slot in slots
         }
         uses = Counter(contents.values())
         for slot, (content, old) in sorted(contents.items()):

@@ -140,10 +140,10 @@ def bind(
         untinted: whether the new pictures are to be seen as they are: the diffuse colours (Kd) of their materials
             become white, because many programs multiply both.
     """
-    moved = [_move(line, library.folder, out.parent) for line in library.lines]
-    materials = Library(tuple(moved), out.parent).materials()
+    moved_lines = [_move(line, library.folder, out.parent) for line in library.lines]
+    materials = Library(tuple(moved_lines), out.parent).materials()
     text: list[str] = []
-    for line in moved:  # lines before the first material
+    for line in moved_lines:  # lines before the first material
         if split(line)[0] == "newmtl":
             break
         text.append(line)
@@ -195,10 +195,10 @@ def with_maps(lines: list[str], names: Mapping[str, str], *, untinted: bool = Fa
     if untinted and "map_kd" in names:
         lines = [WHITE if split(line)[0].lower() == "kd" else line for line in lines]
     old_lines = {split(line)[0].lower(): line for line in lines}
-    others = [line for line in lines if split(line)[0].lower() not in names]
-    last = max((k for k, line in enumerate(others) if line.strip()), default=-1)
+    remaining = [line for line in lines if split(line)[0].lower() not in names]
+    last = max((k for k, line in enumerate(remaining) if line.strip()), default=-1)
     new = [_naming(old_lines.get(word, SPELT.get(word, word)), name) for word, name in names.items()]
-    return [*others[: last + 1], *new, *others[last + 1 :]]
+    return [*remaining[: last + 1], *new, *remaining[last + 1 :]]
 
 
 def _naming(line: str, name: str) -> str:

@@ -63,12 +63,12 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
         names[k] for k in np.unique(use_at[faces])
     )  # in the order in which they are written
     outside = {names[k] for k in np.unique(use_at[~faces])}
-    taken = {n for n in names if n}
+    used = {n for n in names if n}
 
     def fresh(name: str) -> str:
-        while name in taken:
+        while name in used:
             name += "_"
-        taken.add(name)
+        used.add(name)
         return name
 
     renames = {m: fresh(f"{m}_{NEW}" if m else NEW) if not m or m in outside else m for m in inside}
@@ -124,7 +124,7 @@ def write(
     if normals is not None:
         bound[NORMALS] = normals
     renames, plain = rename(whole, faces)
-    named = dict[str | None, dict[str, str]]()
+    pictures_of_material = dict[str | None, dict[str, str]]()
     for material in renames:
         material_pictures, several = by_material.get(material or "", {}), len(by_material) > 1
         paths = {
@@ -132,10 +132,12 @@ def write(
             for word in material_pictures
         }
         contents |= {paths[word]: material_pictures[word] for word in material_pictures}
-        named[material] = {
+        pictures_of_material[material] = {
             word: material_library.name_of(path, library.parent) for word, path in (bound | paths).items()
         }
-    text = material_library.bind(materials, renames, plain, named, library, untinted=texture is not None)
+    text = material_library.bind(
+        materials, renames, plain, pictures_of_material, library, untinted=texture is not None
+    )
     binding = obj_write.Binding(library.name, renames, plain)
     out.write_bytes(obj_write.retexture(whole, faces, new.uv, new.corners, binding))
     contents = {library: text.encode("utf-8", "surrogateescape")} | contents
