@@ -1,6 +1,6 @@
 """Exceptions for wrong input."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 
@@ -11,6 +11,16 @@ def printable(text: str) -> str:
     'a\\nb \\x1b[31m.svg'
     """
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
+def first_names(names: Sequence[str], most: int) -> str:
+    """Return the first of some names, separated by commas, and the number of the others.
+
+    >>> first_names(["a", "b", "c"], 2)
+    'a, b and 1 more'
+    """
+    others = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + others
 
 
 class IccmError(Exception):

@@ -16,7 +16,7 @@ import shapely
 
 from ..arrays import Real
 from ..cartograms.method import Cartogram, cartogram, digits_for
-from ..errors import InputError, naming
+from ..errors import InputError, first_names, naming
 from . import files, formats, limits
 from .outlines import topology
 from .outlines.polygons import POLYGONS, geometries
@@ -280,9 +280,9 @@ def _name(feature: dict[str, Any]) -> str:
 
 
 def _listed(features: Sequence[dict[str, Any]], is_listed: Any) -> str:
+    """Return the names of some of the features (r,) for a message."""
     names = [_name(feature) for feature, is_named in zip(features, is_listed) if is_named]
-    others = f" and {len(names) - NAMED_REGIONS} more" if len(names) > NAMED_REGIONS else ""
-    return ", ".join(names[:NAMED_REGIONS]) + others
+    return first_names(names, NAMED_REGIONS)
 
 
 def _report(

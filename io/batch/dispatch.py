@@ -12,7 +12,7 @@ from itertools import chain
 from typing import Any
 
 from ... import deadline, progress
-from ...errors import InputError
+from ...errors import InputError, first_names
 from .. import files, formats
 from . import journal
 from .journal import Journal
@@ -216,8 +216,7 @@ def _map_of(task: Task) -> str:
 def _tell(running: dict[Future, list[_Running]], pending: int, count: int) -> None:
     """Report the names of running jobs, and the number of completed ones."""
     names = [item.task.name for items in running.values() for item in items]
-    others = f" and {len(names) - NAMED_JOBS} more" if len(names) > NAMED_JOBS else ""
-    progress.tell(", ".join(names[:NAMED_JOBS]) + others or "jobs", count - pending - len(names), count)
+    progress.tell(first_names(names, NAMED_JOBS) or "jobs", count - pending - len(names), count)
 
 
 def _capacity(pool: Pool, running: dict[Future, list[_Running]], pending: deque[_Running]) -> int:

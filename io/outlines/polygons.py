@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Complex, complex_of
-from ...errors import InputError
+from ...errors import InputError, first_names
 from ...saved.georeference import Georeference
 from .. import files, limits
 from ..svg.drawing_content import DrawingContent
@@ -194,8 +194,7 @@ def _geojson(content: dict[str, Any], notes: list[str]) -> Iterator[NamedRings]:
     if ignored:
         notes.append("left out " + ", ".join(f"{count} {kind}" for kind, count in ignored.items()))
     if joined:
-        further = f" and {len(joined) - NAMED_FEATURES} more" if len(joined) > NAMED_FEATURES else ""
-        notes.append(f"{', '.join(joined[:NAMED_FEATURES])}{further}: joined across the 180° meridian")
+        notes.append(f"{first_names(joined, NAMED_FEATURES)}: joined across the 180° meridian")
 
 
 def _labelme(content: dict[str, Any]) -> Iterator[NamedRings]:

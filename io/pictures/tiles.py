@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Box, Real
-from ...errors import InputError
+from ...errors import InputError, first_names
 from ...memory import Memory
 from .. import limits
 from . import image_files
@@ -134,10 +134,9 @@ def read(
         pixels[y : y + height, x : x + width] = _alike(present[tile], image, first, width, height)
     notes = [note for image in images.values() for note in image.notes]
     if lacking := [tile for tile in corners if tile not in present]:
-        names = ", ".join(str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking[:8])
-        further = f" and {len(lacking) - 8} more" if len(lacking) > 8 else ""
+        names = [str(number_of(tile) or f"({tile.real:g}, {tile.imag:g})") for tile in lacking]
         colour = "black" if first.alpha < 0 else "transparent"
-        notes.append(f"{pattern}: no file for the tiles {names}{further}; the mesh is {colour} there")
+        notes.append(f"{pattern}: no file for the tiles {first_names(names, 8)}; the mesh is {colour} there")
     holes = sum(image.holes for image in images.values())
     return TiledImage(replace(first, pixels=pixels, notes=tuple(notes), holes=holes), (low, high))
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...arrays import Complex
-from ...errors import InputError
+from ...errors import InputError, first_names
 from .. import formats, limits
 from . import framing
 from .job import Job
@@ -182,8 +182,8 @@ def _overlaps(shapes: Sequence[Shape]) -> tuple[float, list[tuple[Shape, Shape]]
 
 
 def _unpaired(alone: Sequence[Shape], others: str) -> str:
-    further = f" and {len(alone) - LISTED_PARTS} more" if len(alone) > LISTED_PARTS else ""
-    return f"{alone[0].spec}: no matching part in {others} for {', '.join(map(_name, alone[:LISTED_PARTS]))}{further}"
+    names = first_names([_name(shape) for shape in alone], LISTED_PARTS)
+    return f"{alone[0].spec}: no matching part in {others} for {names}"
 
 
 def _name(shape: Shape) -> str:

@@ -19,7 +19,7 @@ from ...curve import Curve, polygon_of
 from ...drawings.drawing import Drawing
 from ...drawings.frame import close_hairlines
 from ...drawings.mappable_holes import mappable
-from ...errors import InputError
+from ...errors import InputError, first_names
 from ...pixels.texture import REPEAT, Wrap
 from ...plane import bounding_box
 from ...polygons import unite
@@ -638,11 +638,7 @@ def suggested(name: str, ids: Iterable[str]) -> str:
 
 
 def _listed(names: Iterable[str], most: int = 12) -> str:
-    ids = list(names)
-    if not ids:
-        return "no names"
-    further = f" and {len(ids) - most} more" if len(ids) > most else ""
-    return ", ".join(ids[:most]) + further
+    return first_names(list(names), most) or "no names"
 
 
 def _box(drawing: DrawingContent, extent: Box) -> Box:

@@ -82,7 +82,7 @@ class Handles(Output):
                 "--handles: the map closes a hole without a partner to a slit, which pins do not keep; use "
                 "--holes cut or --holes fill"
             )
-        if not isinstance(fit.map, TriangulatedMap) or not _is_whole(fit, pair):
+        if not isinstance(fit.map, TriangulatedMap) or not _maps_whole_outlines(fit, pair):
             raise InputError(
                 f"--handles: {run.job.start or 'the map'} does not map the whole outlines; make it again with "
                 "--fit whole"
@@ -114,7 +114,7 @@ class Handles(Output):
         return InputError(f"--handles: only works for planar shapes, and {spec} is not one")
 
 
-def _is_whole(fit: Fit, pair: tuple[Shape, Shape]) -> bool:
+def _maps_whole_outlines(fit: Fit, pair: tuple[Shape, Shape]) -> bool:
     """Return whether a map is between the whole outlines, or the tightest frames, as maps with pins are."""
     assert fit.target is not None
     frames = [shape.drawing.tightest.outline if shape.drawing else shape.curve for shape in pair]
