@@ -74,8 +74,10 @@ def move_vertices(
         (n,) vertices; the same array if they are on these outlines already.
     """
     rims = [Curve(w[loop]) for loop in loops]
-    if _is_on(rims[0].z, outer) and (
-        len(rims) != 1 + len(holes) or all(any(_is_on(rim.z, hole) for hole in holes) for rim in rims[1:])
+    near = NEAR_SHARE * outer.diagonal  # also for holes, which are simplified relative to it
+    if _is_on(rims[0].z, outer, near) and (
+        len(rims) != 1 + len(holes)
+        or all(any(_is_on(rim.z, hole, near) for hole in holes) for rim in rims[1:])
     ):
         return w
     goals = [outer, *_partners(rims[1:], holes)]
@@ -85,8 +87,8 @@ def move_vertices(
     return w + harmonic(w, faces, np.concatenate(list(loops)), shift)
 
 
-def _is_on(z: Complex, curve: Curve) -> bool:
-    return bool(curve.distances(z).max() <= NEAR_SHARE * curve.diagonal)
+def _is_on(z: Complex, curve: Curve, near: float) -> bool:
+    return bool(curve.distances(z).max() <= near)
 
 
 def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:
