@@ -22,12 +22,12 @@ from ..maps.triangulated.patches import bulges
 from ..pins import Softness
 from ..plane import Similarity, triangle_areas
 from ..result import Fit
-from .constraints.soft import NO_PATCHES, PinnedPatches, patches_of
+from .constraints.soft import MOST_LIMIT_RATIO, NO_PATCHES, PinnedPatches, patches_of
 from .constraints.validate import Pins, check
 from .errors import NoMapError, Stuck
 from .holes.filled import without_filled
 from .holes.given import Holes, named_partners
-from .method import sketch_of
+from .method import holes_of, sketch_of
 from .model.discrete_map import DiscreteMap
 from .model.frames import frames_of, unit_curve
 from .model.mesh_map import MeshMap
@@ -57,6 +57,10 @@ BUDGET_TRIANGLE_STEPS = 60_000
 SQUEEZED_AREA_RATIO = 0.01
 """Relative to the smallest area on the mesh when it was new. Smaller triangles are between corners of source
 and target that would pass each other on the outline, which is possible on a new mesh only.
+"""
+BLOCKED_STIFFENING = 30.0
+"""Factor of a spring's stiffness from which a pin that is still beyond its limit counts as blocked by corners of source
+and target that would pass each other. A new mesh lets them.
 """
 STEPS_PER_MESH = 20
 """Steps of a drag between two new fine meshes. A new mesh costs as much as some ten other steps, which is a
@@ -201,6 +205,7 @@ class Live:
         strokes: Sequence[tuple[Curve, Curve]] = (),
         softness: Softness | None = None,
         *,
+        covering_map: TriangulatedMap | None = None,
         springs: Mapping[complex, float] | None = None,
         dragged: bool = False,
     ) -> "Live":
@@ -212,6 +217,8 @@ class Live:
             pins: (k, 2) points of the source and their places.
             strokes: polylines of the source, and of the target.
             softness: of the pins; None if all are exact.
+            covering_map: the map with the triangles that fill holes of the target, as returned by `start`; None if
+                these are not known.
             springs: factors of the springs of the map's soft pins, as returned by `springs`; None if not known.
             dragged: whether pins are moving.
 
@@ -225,12 +232,17 @@ class Live:
         holes = Holes(tuple(fit.source_holes), tuple(fit.target_holes), partners)
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
-        before = sketch_of(fit.map, frames, met)
+        map = fit.map
+        if pair.inverted and covering_map is not None:
+            map, met = covering_map, holes_of(covering_map, holes)
+        before = sketch_of(map, frames, met)
         own_pins, patches = pair.checked(fit.pins, fit.strokes, fit.softness)
         settings = pair.with_patches(settings, patches)
         level = final_level(pair.problem(own_pins, settings, before), settings)
         before = before.inverse() if pair.inverted else before
         state = on_its_mesh(level, before)
+        if state is not None and not state.fills_holes:  # they would fold
+            state = None
         given, coarse, stiffening = own_pins, False, np.empty(0)
         if state is not None:
             known = state.energy.pins
@@ -296,7 +308,7 @@ class Live:
             age = 0
             try:
                 state, coarse = self.pair.carried_anyhow(
-                    state or self.state, given, self.settings, coarse=coarse
+                    state or self.state, given, self._stiffened_settings, coarse=coarse
                 )
                 least, behind = _least_area(state), False
             except NoMapError:
@@ -307,13 +319,29 @@ class Live:
             state = None
         if state is None or behind:
             return replace(self, state=state or self.state, age=age, behind=True)
-        if not waits and not area >= SQUEEZED_AREA_RATIO * least:
+        is_squeezed = not area >= SQUEEZED_AREA_RATIO * least
+        if not waits and (is_squeezed or self._is_blocked(state)):
             age, free = 0, state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
             with suppress(NoMapError):
-                anew = self.pair.carried(free, given, self.settings, coarse=coarse)
+                anew = self.pair.carried(free, given, self._stiffened_settings, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
                 least = _least_area(state)
         return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
+
+    def _is_blocked(self, state: DiscreteMap) -> bool:
+        """Return whether a soft pin is beyond its limit although its spring is stiff."""
+        pins = state.energy.pins
+        if pins is None or self.stiffening.size != state.energy.pin_count:
+            return False
+        missed = pins.misses(state.z, state.u, state.material) > MOST_LIMIT_RATIO * pins.limits
+        return bool((missed & (self.stiffening > BLOCKED_STIFFENING)).any())
+
+    @property
+    def _stiffened_settings(self) -> Settings:
+        """The settings with springs as stiff as they are now."""
+        pins = self.settings.energy.pins
+        stiff = None if pins is None else pins.stiffer(self.stiffening)
+        return replace(self.settings, energy=replace(self.settings.energy, pins=stiff))
 
     def _with_patches(self, patches: PinnedPatches, given: Pins) -> "Live":
         """Return the map with other soft pins in its energy; `given` are the exact ones."""
@@ -376,6 +404,21 @@ class Live:
     def met(self) -> bool:
         """Whether strokes and exact pins are met; if not, the map is as close to them as it came."""
         return self.state.miss == 0 and not self.behind
+
+    @property
+    def exact_pins(self) -> Complex:
+        """(k, 2) the vertices of exact pins inside and their images, as far as the map has followed."""
+        state, inner = self.state, self.state.inner
+        sides = (state.u, state.z) if self.pair.inverted else (state.z, state.u)
+        return np.column_stack([frame.pull_back(w[inner]) for frame, w in zip(self.pair.frames, sides)])
+
+    def limit(self, source: complex) -> float:
+        """Return how far from its place the soft pin at a point of the source may be."""
+        return float(self.patches.softness.limits[self.patches.points[:, 0] == source][0])
+
+    def is_soft(self, source: complex) -> bool:
+        """Return whether the pin at a point of the source is soft."""
+        return bool((self.patches.points[:, 0] == source).any())
 
     @property
     def map(self) -> TriangulatedMap:

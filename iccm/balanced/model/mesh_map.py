@@ -95,6 +95,11 @@ class MeshMap:
         return self.faces if self.weights is None else self.faces[self.weights == 1]
 
     @property
+    def fills_holes(self) -> bool:
+        """Whether triangles fill all holes without a partner: then Euler's formula holds for the outlines alone."""
+        return 2 * self.z.size - len(self.faces) - self.border == 2 - 2 * len(self.loops)
+
+    @property
     def first_pin(self) -> int:
         """Index of the first pin inside."""
         return self.border + int(np.count_nonzero(self.inside.stroke_index >= 0))

@@ -8,6 +8,7 @@ import numpy as np
 from ...curve import Curve
 from ...drawings.cost import LOST_POINT_ENERGY
 from ...fits import FITS
+from ...maps.triangulated.map import TriangulatedMap
 from ...plane import rotation
 from ..constraints.soft import MOST_LIMIT_RATIO
 from ..constraints.validate import UNPINNED, Pins, with_points
@@ -231,11 +232,13 @@ def solve_from(
 
 
 def _meets_soft_pins(state: DiscreteMap) -> bool:
-    """Return whether all soft pins are as close to their places as they must be."""
+    """Return whether all soft pins are as close to their places as they must be in the smooth map of the result."""
     pins = state.energy.pins
     if pins is None:
         return True
-    return bool((pins.misses(state.z, state.u, state.material) <= MOST_LIMIT_RATIO * pins.limits).all())
+    w, image = (state.u, state.z) if pins.inverted else (state.z, state.u)
+    map = TriangulatedMap(w, image, state.material, (np.arange(state.z.size)[state.outer],))
+    return bool((np.abs(map(pins.source) - pins.target) <= MOST_LIMIT_RATIO * pins.limits).all())
 
 
 def free_map(

@@ -187,6 +187,20 @@ def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on(more, side
     assert np.nanquantile(np.abs(rested.map(z) - seen(z)), 0.95) < 0.01 * fit.diagonal
 
 
+def test_a_drag_begins_where_the_last_one_ended_also_around_a_hole_of_the_target():
+    outlines, holes = (shapes.pear(), shapes.blob()), [0.25 * shapes.circle(40)]
+    fit = iccm.fit(*outlines, target_holes=holes)
+    pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0]]])
+    live = Live.of(fit, Settings(), pins, softness=soft(pins))
+    pins[0, 1] += 0.1
+    live = live.moved(pins, softness=soft(pins))
+    kept = iccm.fit(*outlines, target_holes=holes, pins=pins, start=live.start, keep_start=True)
+    begun_again = Live.of(kept, Settings(), pins, softness=soft(pins), covering_map=live.start, dragged=True)
+    z = fit.interior
+    away = np.abs(begun_again.map(z) - live.map(z))
+    assert begun_again.state.fills_holes and np.nanquantile(away, 0.95) < 0.01 * fit.diagonal
+
+
 def test_what_cannot_be_is_refused_by_name():
     _, live, pins = begun()
     pins[1, 1] = pins[0, 1]

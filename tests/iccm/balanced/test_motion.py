@@ -58,6 +58,13 @@ def test_maps_of_the_same_shapes_are_left_alone_and_other_holes_refused():
         carry_map(fit.map, fit.source, Curve(3 * DISC), ((), [Curve(0.1 * DISC[::-1])]))
 
 
+def test_holes_are_met_as_closely_as_the_outer_outline():
+    hole = [0.1 * DISC[::-1]]
+    fit = iccm.fit(DISC, 2 * DISC, source_holes=hole, target_holes=[2 * hole[0]])
+    near = [Curve(2.01 * hole[0])]  # a thousandth of the whole, several thousandths of the hole
+    assert carry_map(fit.map, fit.source, fit.target, (fit.source_holes, near)) is fit.map
+
+
 @pytest.mark.parametrize("moves", [slow("target"), "source"])
 def test_frames_follow_each_other_without_a_jump(moves):
     frames = [figure(angle) for angle in np.linspace(-30, 0, 4)]
