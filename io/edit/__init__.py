@@ -4,6 +4,7 @@ session       the converged map, and the map that follows a drag
 pair          the shapes, their inputs, and scenes in the core plane
 page_view     the pair and its maps as the page shows them
 solving       the converged map of a scene, as `iccm map` computes it
+short_pins    pins that stop short of where they were dragged
 placing       places on the other side, suggested pins, handles
 map_choice    the choice between a continued map and one from scratch
 scene         drawings and maps in the page's coordinates

@@ -215,28 +215,31 @@ class _Link:
             message: Follow | Solve = await queue.get()
             if session.scene is not message.scene:
                 continue  # the pin was released in the meantime
-            way = (message.way,) if isinstance(message, Solve) else ()
+            how = {"way": message.way, "hand": message.hand} if isinstance(message, Solve) else {}
             if isinstance(message, Solve) and not message.way:
-                if message.released and session.is_behind(message.scene):
+                if message.hand and session.is_behind(message.scene):
                     await self._follow_last(message)
                 await self._relax(message)  # so that the picture settles visibly, and does not jump
                 if session.scene is not message.scene:
                     continue
-            shown: Any = await self._done(kind, getattr(session, kind), message.scene, *way)
+            shown: Any = await self._done(kind, partial(getattr(session, kind), **how), message.scene)
             if isinstance(shown, dict):
                 shown = MapUpdate("error", False, shown["error"])
             if kind == "solve" and session.scene is not message.scene and shown.kind != "error":
                 continue  # the user is dragging again
+            if shown.scene is not None:
+                session.scene = shown.scene
+                message = message.model_copy(update={"scene": shown.scene})
             await self._show(message, shown)
             if kind == "follow":
                 await self._relax(message)
-            if kind == "solve":
+            if kind == "solve" and shown.kind != "blocked":
                 await self._kept(message.scene)
             if shown.kind == "full":
                 self._put("compare", message)
 
     async def _follow_last(self, message: Solve) -> None:
-        """Show the map at the last place of a drag, which was released before the map had followed it there."""
+        """Show the map at the last place of a drag, where the hand came to rest before the map had followed it."""
         shown: Any = await self._done("follow", self._session.follow, message.scene)
         if isinstance(shown, MapUpdate) and shown.kind != "error":
             await self._show(message, shown)
@@ -247,7 +250,7 @@ class _Link:
         Once the pin is released, it stays close to what was seen then.
         """
         session, queue = self._session, self._newest["follow"]
-        is_released = isinstance(message, Solve) and message.released
+        is_released = isinstance(message, Solve) and message.hand == "released"
         released = await self._done("follow", session.seen) if is_released else None
         for _ in range(MOST_RELAXATIONS):
             if not queue.empty() or session.scene is not message.scene:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -62,7 +63,8 @@ class MapUpdate:
 
     Attributes:
         kind: "full" for the map that `iccm map` computes from the saved constraints, "coarse" for one that follows
-            dragging, "error" if there is none.
+            dragging, "blocked" if the map that is seen has come to rest without reaching a pin, "error" if there is
+            none.
         ok: whether the map meets all requirements.
         message: a sentence about the map.
         figures: those of the report that are known.
@@ -72,6 +74,9 @@ class MapUpdate:
         outlines: of a deformed shape, rings of [x, y] in the page's coordinates.
         other: "fresh" if the map from scratch differs, "kept" if the map continued from the last one does.
         gain: how many times less the map from scratch is stretched on 95 % of the target, if it differs.
+        short: indices of the pins that stopped short: they were moved from where they were dragged to where the map
+            takes them.
+        scene: the scene whose map this is, if pins stopped short; else the one that was requested.
     """
 
     kind: str
@@ -84,11 +89,15 @@ class MapUpdate:
     gain: float = 1.0
     outlines: list[list[list[float]]] = field(default_factory=list)
     patches: list[dict[str, float] | None] = field(default_factory=list)
+    short: list[int] = field(default_factory=list)
+    scene: Scene | None = None
 
     def head(self, seq: int) -> dict[str, Any]:
         """Return all fields except `drawn` for the page; `seq` is the number of the request that this answers."""
-        names = ("kind", "ok", "message", "figures", "wrong", "other", "gain", "outlines", "patches")
+        names = ("kind", "ok", "message", "figures", "wrong", "other", "gain", "outlines", "patches", "short")
         head = {name: getattr(self, name) for name in names}
+        if self.scene is not None:
+            head["pins"] = self.scene.model_dump(mode="json")["pins"]
         return as_json({"type": "map", "seq": seq, **head})
 
 
@@ -121,6 +130,32 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
         if most <= GOOD_STRETCH
         else (f"The shapes fit, {folds}, but {even}.")
     )
+
+
+def blocked_sentence(pins: Sequence[int]) -> str:
+    """Return a sentence about pins (indices) that the map cannot follow to where the hand rests."""
+    they, do = ("it", "stays") if len(pins) == 1 else ("they", "stay")
+    return (
+        f"The picture cannot follow {_named(pins)} to here without folds; if you release now, {they} {do} where the "
+        "picture is."
+    )
+
+
+def stopped_sentence(pins: Sequence[int]) -> str:
+    """Return a sentence about pins (indices) that were left where the map takes them."""
+    they, do = ("it", "stays") if len(pins) == 1 else ("they", "stay")
+    return (
+        f"The picture could not follow {_named(pins)} to where you put {'it' if len(pins) == 1 else 'them'}, so {they} "
+        f"{do} where the picture is."
+    )
+
+
+def _named(pins: Sequence[int]) -> str:
+    """Return the numbers of pins (indices), as the page shows them, for a sentence."""
+    numbers = [str(k + 1) for k in pins]
+    if len(numbers) == 1:
+        return f"pin {numbers[0]}"
+    return f"pins {', '.join(numbers[:-1])} and {numbers[-1]}"
 
 
 def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:

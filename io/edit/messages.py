@@ -70,15 +70,15 @@ class Follow(_Message):
 class Solve(_Message):
     """A request for the converged map, as `iccm map` computes it from the saved constraints.
 
-    `way` selects one of two known maps, see `MapChoice`. `released` means that a pin has just been released, so that
-    the map stays where it is seen.
+    `way` selects one of two known maps, see `MapChoice`, or searches for a map that meets all pins, even if it differs
+    from the one that is seen. `hand` says what the hand that drags something is doing: the map stays where it is seen.
     """
 
     type: Literal["solve"]
     seq: int
     scene: Scene
-    way: Literal["", "fresh", "kept"] = ""
-    released: bool = False
+    way: Literal["", "fresh", "kept", "search"] = ""
+    hand: Literal["", "resting", "released"] = ""
 
 
 class Place(_Message):

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from ...arrays import Complex
+from ...arrays import Complex, Index
 from ...balanced.constraints.soft import MOST_LIMIT_RATIO, softness_of
 from ...balanced.interactive import Live
 from ...balanced.model.energy import Energy
 from ...balanced.model.settings import Settings
+from ...balanced.search.final_mesh import NARROW_AIM
 from ...blas import one_thread
 from ...errors import InputError
 from ...maps.approximation import triangulated
@@ -32,14 +33,17 @@ from .map_update import (
     MISSED_DIAGONAL_SHARE,
     MapUpdate,
     Solved,
+    blocked_sentence,
     figures,
     missed_constraints,
     refusal,
+    stopped_sentence,
     verdict,
 )
 from .messages import Scene
 from .page_view import PageView
 from .pair import Pair, PlacedConstraints
+from .short_pins import stop_short
 from .solving import fingerprint_of, softness_of_settings, solve_scene
 
 FOLLOWED_LIMIT_RATIO = 1.5
@@ -51,10 +55,21 @@ MOST_SETTLING_SHARE = 0.005
 """How far a map may settle after a pin was released, as the same quantile, relative to the target's diagonal. What is
 released stays where it was seen; further settling waits for the next drag.
 """
+MOST_PICTURE_SHARE = 0.01
+"""How far a released map may move from one picture to the next, in the same way, while it has not reached its pins. If
+it would move farther, it stays, and the pins stop short.
+"""
+SHORT_AIMS = (NARROW_AIM, 0.0)
+"""Distances at which soft pins stop short of their places, relative to their limits. At the first one their springs
+still pull, so that the map does not give way when the next drag begins; the second one is for maps stretched so much
+that the solver measures another distance.
+"""
 PLACED_SHARE = 1e-3  # of the target's diagonal: a new pin this close to where the map takes it moves nothing
 MOST_COMPARED_PINS = 12  # a map from scratch with more takes seconds
 # a map from scratch with one of these statuses does not replace another map
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
+Way = Literal["", "fresh", "kept", "search"]
+Hand = Literal["", "resting", "released"]
 
 
 class Session:
@@ -75,7 +90,7 @@ class Session:
         self._maps: list[TriangulatedMap] = []
         self._live: Live | None = None
         self._followed = self._shown_key = ""
-        self._is_met = False
+        self._is_met, self._missed = False, np.empty(0, np.int64)
         self._last = (self.pair.first, MapUpdate("error", False, ""))
         self._choices: dict[str, MapChoice] = {}
         if self.pair.start:
@@ -129,32 +144,46 @@ class Session:
         springs = springs if any(factor > 1 for factor in springs) else []
         return StartingMap.of(chosen.begins, self.pair.source, self.pair.target, kept=kept, springs=springs)
 
-    def solve(self, scene: Scene, way: str = "") -> MapUpdate:
+    def solve(self, scene: Scene, way: Way = "", *, hand: Hand = "") -> MapUpdate:
         """Return the converged map, continued from the last one or from scratch, as `iccm map` computes it from saved
         files.
 
+        Where a drag ends, no search replaces the map that is seen: a pin that it does not reach stops short.
+
         Args:
             scene: pins and strokes.
-            way: "fresh" for the map from scratch, "kept" for the continued one, if both are known.
+            way: "fresh" for the map from scratch, "kept" for the continued one, if both are known; "search" to search
+                for a map that meets all pins, even if it differs from the one that is seen.
+            hand: what the hand that drags something is doing; empty if nothing is being dragged.
         """
         self.scene = scene
         try:
             with one_thread():
                 if not way and (kept := self._kept(scene)) is not None:
                     return kept
+                if not way and hand and self._can_keep(scene) and self.has_followed(scene):
+                    if hand == "resting":
+                        return self._blocked()
+                    if (short := self._stop_short(scene)) is not None:
+                        return short
                 chosen = self._choices.get(scene.key) or MapChoice(self._start(scene))
-                chosen = replace(chosen, fresh=way == "fresh") if way else chosen
+                chosen = replace(chosen, fresh=way == "fresh") if way in ("fresh", "kept") else chosen
                 solved, chosen = self._solve(scene, chosen)
         except InputError as error:
             return refusal(error)
         return self._settle(scene, solved, chosen)
+
+    def _can_keep(self, scene: Scene) -> bool:
+        """Return whether the map that is shown can become that of a scene as it is; strokes need other vertices."""
+        is_plane = not self.pair.deforming and not self.pair.has_mesh
+        return is_plane and bool(scene.pins) and not scene.strokes and not scene.rigid
 
     def _kept(self, scene: Scene) -> MapUpdate | None:
         """Make the map that is shown that of a scene, exactly as it is, if it meets all constraints.
 
         It followed a drag to there, or the scene has new pins where the map takes them anyway.
         """
-        if self.pair.deforming or self.pair.has_mesh or not scene.pins or scene.strokes or scene.rigid:
+        if not self._can_keep(scene):
             return None
         if self.has_followed(scene):
             assert self._live is not None
@@ -171,9 +200,69 @@ class Session:
             start = StartingMap.of(seen, *pair, pins=self.pair.placed(scene).pins[:, 0]).map(*pair)
             chosen = MapChoice(start, kept=True, springs=None if self._live is None else self._live.springs)
             solved = solve_scene(self.pair, scene, start, kept=True)
-            if solved.status.ok and not any(missed_constraints(solved.report, scene).values()):
+            if self._is_kept(scene, start, solved):
                 return self._settle(scene, solved, chosen, live=self._live)
         return None
+
+    def _is_kept(self, scene: Scene, start: TriangulatedMap, solved: Solved) -> bool:
+        """Return whether a solve that was to keep its start did so, and the map meets all constraints.
+
+        If the start misses a pin as the solver measures it, the result is a map that meets the pin exactly.
+        """
+        if not solved.status.ok or any(missed_constraints(solved.report, scene).values()):
+            return False
+        return self._moved_share(self._map or start, solved.maps[0]) <= MOST_SETTLING_SHARE
+
+    def _blocked(self) -> MapUpdate:
+        """Return the update for a hand that rests where the map cannot follow."""
+        missed = self._missed.tolist()
+        message = blocked_sentence(missed) if missed else ""
+        return MapUpdate("blocked", not missed, message, wrong={"pins": missed})
+
+    def _stop_short(self, scene: Scene) -> MapUpdate | None:
+        """Keep the map that followed a drag, and move pins that it does not reach to where it takes them.
+
+        Returns:
+            The update, with the scene whose map this is; None if the map cannot be kept.
+        """
+        live, shapes = self._live, (self.pair.source, self.pair.target)
+        if live is None or live.coarse:
+            return None
+        placed = self.pair.placed(scene)
+        with suppress(InputError):
+            start = StartingMap.of(live.start, *shapes, pins=placed.pins[:, 0]).map(*shapes)
+            missed = self._off(live, start, placed, len(scene.pins))
+            for aim in SHORT_AIMS if missed.size else ():
+                shortened = stop_short(self.pair, scene, self._last[0], live, start, missed, aim)
+                ends = self.pair.placed(shortened).pins[:, 0]
+                kept = StartingMap.of(live.start, *shapes, pins=ends).map(*shapes)
+                solved = solve_scene(self.pair, shortened, kept, kept=True)
+                if self._is_kept(shortened, kept, solved):
+                    # the next drag begins with springs as stiff as this map needs, since pins have other places
+                    shown = self._settle(shortened, solved, MapChoice(kept, kept=True), asked=scene)
+                    short = missed.tolist()
+                    shown = replace(shown, message=stopped_sentence(short), short=short)
+                    if self._last[0] is shortened:
+                        self._last = shortened, shown
+                    return replace(shown, scene=shortened)
+        return None
+
+    def _off(self, live: Live, map: TriangulatedMap, placed: PlacedConstraints, count: int) -> Index:
+        """Return the indices (k,) of the pins, of the first `count`, that a map takes too far from their places.
+
+        Soft pins are measured; exact pins are off only as long as the map that follows has not reached them.
+        """
+        pins = placed.pins[:count]
+        softness = softness_of(placed.pins, live.patches.points, live.patches.softness).of_pins(
+            np.arange(count)
+        )
+        gaps = np.abs(map(pins[:, 0]) - pins[:, 1])
+        is_off = np.where(
+            softness.is_soft,
+            gaps > MOST_LIMIT_RATIO * softness.limits,
+            (not live.met) & (gaps > MISSED_DIAGONAL_SHARE * self.pair.target.curve.diagonal),
+        )
+        return np.flatnonzero(is_off)
 
     def _only_adds_pins(self, scene: Scene) -> bool:
         """Return whether a scene differs from the last one by new pins only, which are where the map takes them."""
@@ -290,7 +379,13 @@ class Session:
         return fresh if gone_on is None or fresh[0].status.ok else gone_on
 
     def _settle(
-        self, scene: Scene, solved: Solved, chosen: MapChoice, *, live: Live | None = None
+        self,
+        scene: Scene,
+        solved: Solved,
+        chosen: MapChoice,
+        *,
+        live: Live | None = None,
+        asked: Scene | None = None,
     ) -> MapUpdate:
         """Return the update that shows a map, and make the map the current one if it meets the constraints.
 
@@ -299,6 +394,7 @@ class Session:
             solved: the map.
             chosen: how it was computed.
             live: the same map as the next drag continues it; None to begin with the converged one.
+            asked: the scene that the page requested, if it is another one.
         """
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
@@ -317,7 +413,7 @@ class Session:
             shown, patches=self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.softness)
         )
         self._choices[scene.key] = chosen
-        if self.scene is scene:  # else something is being dragged again, from the map as it was
+        if self.scene is (asked or scene):  # else something is being dragged again, from the map as it was
             self._fit, self._maps, self._live, self._shown_key = solved.fit, solved.maps, live, ""
             self._last = scene, shown = (
                 scene,
@@ -352,22 +448,15 @@ class Session:
         softness = softness_of(pins, live.patches.points, live.patches.softness)
         found = replace(found, patches=self.view.soft_pins(scene, pins, pins, softness))
         gap = np.abs(map(pins[:, 0]) - pins[:, 1])
-        limits = np.where(softness.is_soft, MOST_LIMIT_RATIO * softness.limits, np.inf)
-        self._is_met = live.met and bool((gap <= limits).all())
-        far = gap > FOLLOWED_LIMIT_RATIO * softness.limits
-        missed = np.where(
-            softness.is_soft,
-            far,
-            (not live.met) & (gap > MISSED_DIAGONAL_SHARE * self.pair.target.curve.diagonal),
-        )
+        self._missed = self._off(live, map, placed, len(scene.pins))
+        self._is_met = live.met and not self._missed.size
+        is_off = np.isin(np.arange(len(pins)), self._missed)
+        missed = np.where(softness.is_soft, gap > FOLLOWED_LIMIT_RATIO * softness.limits, is_off)
         if live.met and not missed.any():
             return found
         found = replace(found, ok=False)
-        wrong = {"pins": [k for k in np.flatnonzero(missed).tolist() if k < len(scene.pins)]}
-        message = (
-            "The pin is not there yet: the map follows as far as possible without folds. Release "
-            "the pin to search for another map."
-        )
+        wrong = {"pins": np.flatnonzero(missed[: len(scene.pins)]).tolist()}
+        message = "The pin is not there yet: the picture follows as far as possible without folds."
         return replace(found, wrong=wrong, message=message)
 
     def has_followed(self, scene: Scene) -> bool:
@@ -385,21 +474,29 @@ class Session:
             released: the map that was seen when the pin was released. Once the constraints are met, the map stays
                 near it.
         """
-        before, live, was_met = self._map, self._live, self._is_met
+        before, live, was_met, missed = self._map, self._live, self._is_met, self._missed
         if self.pair.deforming or before is None or not (scene.whole and self.is_whole):
             return None
         shown, after = self.follow(scene), self._map
         if shown.kind == "error" or after is None:
             return None
-        if self._moved_share(before, after) < STILL_SHARE:
+        moved = self._moved_share(before, after)
+        if moved < STILL_SHARE:
             return None
-        if released is not None and was_met and self._moved_share(released, after) > MOST_SETTLING_SHARE:
-            self._live, self._maps, self._is_met = live, [before], was_met
+        if released is None:
+            return shown
+        settled = (
+            self._moved_share(released, after) > MOST_SETTLING_SHARE
+            if was_met
+            else moved > MOST_PICTURE_SHARE
+        )
+        if settled:
+            self._live, self._maps, self._is_met, self._missed = live, [before], was_met, missed
             return None
         return shown
 
     def is_behind(self, scene: Scene) -> bool:
-        """Return whether the pin was released before the map had followed it to a scene."""
+        """Return whether the hand came to rest, or released, before the map had followed it to a scene."""
         follows = not self.pair.deforming and self._live is not None
         return follows and scene.key not in self._choices and not self.has_followed(scene)
 
@@ -408,11 +505,10 @@ class Session:
         return self._map
 
     def _moved_share(self, before: TriangulatedMap, after: TriangulatedMap) -> float:
-        """Return how far most vertices moved relative to the target's diagonal; infinite on another mesh."""
-        if after.image.size != before.image.size:
-            return np.inf
-        moved = np.abs(after.image - before.image)
-        return float(np.quantile(moved, STILL_QUANTILE)) / self.pair.target.curve.diagonal
+        """Return how far the images of most points moved, relative to the target's diagonal."""
+        inner = np.setdiff1d(np.arange(before.source.size), np.concatenate(before.loops))
+        moved = np.abs(after(before.source[inner]) - before.image[inner])
+        return float(np.nanquantile(moved, STILL_QUANTILE)) / self.pair.target.curve.diagonal
 
     def _bend(self, scene: Scene) -> MapUpdate:
         """Return the deformation, continued from the previous one."""
@@ -444,8 +540,17 @@ class Session:
             raise InputError("there is no map yet; wait for the first one")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
         asked = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.pair.job.tolerance)
-        springs = self._choices.get(self._last[0].key, MapChoice()).springs
-        return Live.of(self._fit, asked, pins, strokes, softness, springs=springs, dragged=dragged)
+        chosen = self._choices.get(self._last[0].key, MapChoice())
+        return Live.of(
+            self._fit,
+            asked,
+            pins,
+            strokes,
+            softness,
+            covering_map=chosen.begins if chosen.kept else None,
+            springs=chosen.springs,
+            dragged=dragged,
+        )
 
     def _as_met(self, pins: Complex, softness: Softness | None) -> Softness | None:
         """Make pins exact that the last map meets exactly because they would miss their places as soft pins."""

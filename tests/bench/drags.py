@@ -10,7 +10,8 @@ shortest path inside that keeps away from the outline, or with --straight along 
 shape; the hand rests for a number of updates (three take some 150 ms), and releases the pin. After the last drag, or
 after each with --compare, the map is compared with the one from scratch, as the page does when nothing happens.
 
-Of each pair, the table shows how many releases were `met`, and jumps in per cent of the target's diagonal, as the
+Of each pair, the table shows how many releases were `met`: the map takes the pin to where the hand put it. Where it
+cannot follow, the pin stops `short`. The table also shows jumps in per cent of the target's diagonal, as the
 distance that 95 % of the points move at most: in the first step of the drag (`begun`), between the map seen after the
 last step and the converged one (`at once`), between the map seen at the release and the converged one (`released`),
 between two consecutive pictures after the release, of which there is one for each update in which the map settles
@@ -66,6 +67,7 @@ class Drags:
     """What the drags of one pair gave: a number for each release, or for each pair."""
 
     met: list[bool] = field(default_factory=list)
+    short: list[bool] = field(default_factory=list)
     begun: list[float] = field(default_factory=list)
     at_once: list[float] = field(default_factory=list)
     released: list[float] = field(default_factory=list)
@@ -81,7 +83,7 @@ class Drags:
 
     def row(self, name: str) -> str:
         """Return a line of the table."""
-        cells = [f"{sum(self.met):4d}/{len(self.met):3d}"]
+        cells = [f"{sum(self.met):4d}/{len(self.met):3d} {sum(self.short):6d}"]
         for jumps in (self.begun, self.at_once, self.released, self.picture, self.replaced):
             within = sum(jump <= PLAIN_JUMP for jump in jumps)
             cells.append(f"{np.max(jumps, initial=0):6.2f} {within:4d}/{len(jumps):3d}")
@@ -243,9 +245,17 @@ def drag_once(
             break
         pictures.append(session._map)
     found.settling.append(len(pictures) - 1)
-    full = session.solve(last)
-    found.met.append(full.kind == "full" and full.ok)
-    if full.kind != "full" or not full.ok:
+    full = session.solve(last, hand="released")
+    found.met.append(full.kind == "full" and full.ok and not full.short)
+    found.short.append(bool(full.short))
+    if full.scene is not None:
+        session.scene = full.scene
+        for k in full.short:
+            pins[k] = [list(full.scene.pins[k].source), list(full.scene.pins[k].target)]
+    if full.short:
+        away = abs(shape.at(tuple(pins[number][side])) - goal) / shape.curve.diagonal
+        print(f"    pin {number + 1}, side {side}: {100 * away:.1f} % short", flush=True)
+    elif full.kind != "full" or not full.ok:
         print(f"    pin {number + 1}, side {side}: {full.message}", flush=True)
     converged = session._map
     pictures.append(converged)
@@ -304,7 +314,7 @@ def main() -> None:
     parser.add_argument("--straight", action="store_true", help="drag along straight lines")
     options = parser.parse_args()
     jumps = "  ".join(f"{name:>14}" for name in ("begun", "at once", "released", "picture", "replaced"))
-    print(f"{f'seed {options.seed}':52}  {'met':>8}  {jumps}  {'settling':>5}  p95", flush=True)
+    print(f"{f'seed {options.seed}':52}  {'met':>8} {'short':>6}  {jumps}  {'settling':>5}  p95", flush=True)
     every = Drags()
     for number, names in list(enumerate(combinations(SETS, 2)))[options.first : options.pairs]:
         choice = random.Random(f"{options.seed} {number}")

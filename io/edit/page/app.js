@@ -240,7 +240,7 @@ function showMap(message, floats) {
     if (message.kind === 'full') page.comparison.take(floats);
     target.redraw();
   }
-  if (!failed) showFigures(/** @type {HTMLTableElement} */ (byId('figures')), message.kind, message.figures);
+  if (!failed && message.kind !== 'blocked') showFigures(/** @type {HTMLTableElement} */ (byId('figures')), message.kind, message.figures);
   if (message.kind === 'full') showNotes([...page.hello.notes, ...(message.figures.notes ?? [])]);
   showOtherMap(message.other ?? '');
   if (message.command) byId('command').textContent = message.command;
@@ -250,8 +250,9 @@ function showMap(message, floats) {
       : ' A computation from scratch finds another map.',
     kept: editor.replaced ? '' : ' This map was computed from scratch.',
   }[message.other ?? ''] ?? '';
-  const sentence = failed ? `${message.message}. The last valid map is shown.` : message.message + further;
+  const sentence = failed ? `${message.message.replace(/\.$/, '')}. The last valid map is shown.` : message.message + further;
   report(sentence, !message.ok);
+  document.body.classList.toggle('short', Boolean(message.short?.length));
   refresh();
 }
 
@@ -275,6 +276,7 @@ function refresh() {
   /** @type {PaneScene} */
   const scene = {
     ...editor.scene, wrong, suggested, selected, regions, patches, active, pending, digits: digitsOf(page.panes), locked: (entry) => editor.isLocked(entry),
+    wanted: (pin) => editor.wanted(pin),
   };
   for (const pane of [page.panes.source, page.panes.target]) {
     pane.scene = scene;

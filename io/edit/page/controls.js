@@ -29,6 +29,7 @@ export function listenToControls({editor, link, panes, actions}) {
     editor.saved = '';  // the saved file determines which of the two maps the command makes
     editor.solve(button('other').dataset.way);
   };
+  button('search').onclick = () => editor.search();
   listenToMapControls(editor);
   listenToSuggestions(editor, link, actions);
 }
@@ -43,7 +44,7 @@ function listenToMapControls(editor) {
     editor.scene.balance = Number((10 ** Number(input('balance').value)).toFixed(2));
     editor.follow();
   };
-  input('balance').onchange = () => editor.commit();
+  input('balance').onchange = () => editor.drop();
   for (const preset of document.querySelectorAll('[data-balance]')) {
     const element = /** @type {HTMLButtonElement} */ (preset);
     element.onclick = () => {
@@ -96,6 +97,9 @@ export function showControls(editor, hello) {
   byId('accept').hidden = suggested.length === 0;
   byId('dismiss').hidden = suggested.length === 0;
   byId('none').hidden = scene.pins.length + scene.strokes.length + scene.rigid.length > 0;
+  const shortCount = scene.pins.filter((pin) => editor.wanted(pin)).length;
+  button('search').hidden = shortCount === 0;
+  button('search').textContent = `Search for a map that reaches ${shortCount > 1 ? 'these places' : 'that place'}`;
   button('undo').disabled = !history.canUndo;
   button('redo').disabled = !history.canRedo;
   input('balance').value = String(Math.log10(scene.balance));

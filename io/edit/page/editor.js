@@ -3,7 +3,7 @@
 import {contentOf} from './history.js';
 
 /** @import {History} from './history.js' */
-/** @import {MapMessage, Patch, Pin, PinEnd, Region, Scene, Stroke, Wrong} from './types.d.ts' */
+/** @import {Ends, MapMessage, Patch, Pin, PinEnd, Region, Scene, Stroke, Wrong} from './types.d.ts' */
 
 const REST = 150;  // milliseconds without movement after which the converged map is requested during a drag
 
@@ -29,6 +29,10 @@ export class Editor {
   selected = new Set();
   /** Ends of pins and strokes that cannot be moved, as JSON. @type {Set<string>} */
   locks = new Set();
+  /** Where pins that stopped short were dragged to, by their ends as JSON. @type {Map<string, Ends>} */
+  #wanted = new Map();
+  /** Whether a map is searched that may differ from the one that is seen. */
+  searching = false;
   /** The kind of the last map. */
   kind = '';
   /** Sequence numbers of the last map requested, and of the last one received. */
@@ -76,6 +80,27 @@ export class Editor {
     this.changed();
   }
 
+  /**
+   * Return where a pin that stopped short was dragged to; null for other pins.
+   * @param {Pin} pin
+   */
+  wanted(pin) {
+    return this.#wanted.get(endsOf(pin)) ?? null;
+  }
+
+  /** Search for a map that takes the pins that stopped short to where they were dragged; a step of the history. */
+  search() {
+    for (const pin of this.scene.pins) Object.assign(pin, this.wanted(pin));
+    this.history.push(this.scene);
+    this.solve('search');
+    this.searching = true;
+  }
+
+  /** Give up a search, and return to the map before. */
+  stopSearch() {
+    if (this.searching) this.travel(-1);
+  }
+
   /** @param {number} number of the pin */
   toggleSelected(number) {
     if (!this.selected.delete(number)) this.selected.add(number);
@@ -104,7 +129,7 @@ export class Editor {
   /** End a drag. If nothing has moved since the converged map was shown, that map is still valid. */
   drop() {
     this.history.push(this.scene);
-    if (this.busy || this.asked !== this.#solved) this.solve('', true);
+    if (this.busy || this.asked !== this.#solved || this.kind === 'blocked') this.solve('', 'released');
     else this.changed();
   }
 
@@ -129,17 +154,18 @@ export class Editor {
   /** Request the coarse map while something is dragged, and the converged one once nothing moves. */
   follow() {
     this.#ask('follow');
-    this.#rest = setTimeout(() => this.solve(), REST);
+    this.#rest = setTimeout(() => this.solve('', 'resting'), REST);
     this.changed();
   }
 
   /**
    * Request the converged map.
-   * @param {string} [way] which of two known maps
-   * @param {boolean} [released] whether the hand has just let go: then the map stays where it is seen
+   * @param {string} [way] which of two known maps, or `search`
+   * @param {'resting' | 'released'} [hand] what the hand that drags something is doing: the map stays where it is seen
    */
-  solve(way, released) {
-    this.#ask('solve', {way, released});
+  solve(way, hand) {
+    this.searching = false;
+    this.#ask('solve', {way, hand});
     this.#solved = this.asked;
     this.busy = true;
     this.changed();
@@ -147,7 +173,7 @@ export class Editor {
 
   /**
    * @param {'follow' | 'solve'} type
-   * @param {{way?: string, released?: boolean}} [how]
+   * @param {{way?: string, hand?: string}} [how]
    */
   #ask(type, how = {}) {
     clearTimeout(this.#rest);
@@ -168,12 +194,30 @@ export class Editor {
     this.shown = message.seq;
     this.kind = message.kind;
     this.wrong = message.wrong;
-    if (message.kind !== 'coarse') this.busy = false;
-    if (message.kind !== 'error') {
+    if (message.kind !== 'coarse') {
+      this.busy = false;
+      this.searching = false;
+    }
+    if (message.pins) this.#stopShort(message.short ?? [], message.pins);
+    if (message.kind === 'coarse' || message.kind === 'full') {
       this.regions = message.figures.regions ?? [];
       this.patches = message.patches ?? [];
     }
     return true;
+  }
+
+  /**
+   * Move pins that the map could not follow to where it takes them, as part of the step that dragged them.
+   * @param {number[]} numbers of these pins
+   * @param {Pin[]} pins all pins of the map
+   */
+  #stopShort(numbers, pins) {
+    for (const number of numbers) {
+      const pin = this.scene.pins[number], {source, target} = pins[number];
+      this.#wanted.set(endsOf(pins[number]), {source: pin.source, target: pin.target});
+      Object.assign(pin, {source, target});
+    }
+    this.history.amend(this.scene);
   }
 }
 

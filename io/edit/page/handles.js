@@ -20,6 +20,7 @@ import {pinHue, strokeHue} from './hues.js';
  * @property {number} hue
  * @property {Point} [pixel] position, if not at its place
  * @property {boolean} [wrong] whether the map does not meet it
+ * @property {boolean} [short] whether it stopped short of where it was dragged
  * @property {boolean} [selected]
  * @property {boolean} [locked]
  */
@@ -72,12 +73,14 @@ export class Handles {
     element.style.setProperty('--hue', String(handle.hue));
     element.classList.toggle('behind', Boolean(pane.surface?.hides(point)));
     element.classList.toggle('wrong', Boolean(handle.wrong));
+    element.classList.toggle('short', Boolean(handle.short));
     element.classList.toggle('locked', Boolean(handle.locked));
     if (handle.class === 'pin') element.setAttribute('aria-pressed', String(Boolean(handle.selected)));
     if (handle.class === 'ghost') element.onclick = () => pane.actions.accept(handle.item.number);
     element.dataset.text = handle.text;
     const label = `${handle.name}, ${pane.side}, at ${[handle.place].flat().join(', ')}`;
-    element.setAttribute('aria-label', handle.wrong ? `${label}: not met` : label);
+    const state = handle.wrong ? ': not met' : handle.short ? ': stopped short of where it was dragged' : '';
+    element.setAttribute('aria-label', `${label}${state}`);
   }
 
   /** @param {Handle} handle */
@@ -299,7 +302,7 @@ function handlesOf(pane) {
     handles.push({
       key: `pin ${k}`, class: 'pin', item: {kind: 'pins', number: k}, place: pin[side],
       text, name: `${locked ? 'locked ' : ''}pin ${text}`, hue: pinHue(k),
-      wrong: scene.wrong.pins?.includes(k), selected: scene.selected.has(k), locked,
+      wrong: scene.wrong.pins?.includes(k), short: Boolean(scene.wanted(pin)), selected: scene.selected.has(k), locked,
     });
   });
   pane.rotatable.forEach((pin, k) => {

@@ -55,6 +55,15 @@ export class History {
   }
 
   /**
+   * Replace the scene of the present step.
+   * @param {Scene} scene
+   */
+  amend(scene) {
+    this.#steps[this.#present] = JSON.stringify(scene);
+    this.#keep();
+  }
+
+  /**
    * Go back or forward in the history.
    * @param {number} steps
    * @returns {Scene | null} null if there are not as many steps

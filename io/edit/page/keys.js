@@ -43,6 +43,7 @@ export function listenToKeys({editor, panes, comparison, saving, tools, linked})
     m: () => tools.toggle('select'),
     escape: () => {
       tools.take('pin');
+      editor.stopSearch();
       editor.pending = null;
       editor.selected.clear();
       editor.changed();

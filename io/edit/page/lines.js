@@ -10,6 +10,7 @@ import {pinHue, strokeHue} from './hues.js';
 
 const GUIDE_ARM = 14;     // pixels: half the length of the cross where a pin is attracted
 const POINTER_ARM = 7;    // pixels: half the length of the cross at the image of the other side's pointer
+const WANTED_RADIUS = 5;  // pixels: of the mark where a pin that stopped short was dragged to
 const PENDING_RADIUS = 9; // pixels: radius of the circle at the end of a pin whose other end is still to be placed
 const CROSSHAIR_ARM = 9;  // pixels, in the loupe
 export const LOUPE_SIDE = 150;    // pixels
@@ -84,7 +85,12 @@ function linesOf(pane) {
     const arm = [pane.pixel(pane.page(pin.target)), pane.armEnd(pin)];
     lines.push({d: pathData(arm), class: pin.turn === null ? 'arm free' : 'arm'});
   }
-  scene.pins.forEach((_, k) => {
+  scene.pins.forEach((pin, k) => {
+    const wanted = scene.wanted(pin)?.[side];
+    if (wanted && String(wanted) !== String(pin[side])) {
+      const [from, to] = [pin[side], wanted].map((place) => pane.pixel(pane.page(place)));
+      lines.push({d: pathData([from, to]) + circle(to, WANTED_RADIUS), class: 'short-of', hue: pinHue(k)});
+    }
     const ring = pane.ring(k);
     if (!ring) return;
     const {middle, radius} = ring, active = k === scene.active ? ' active' : '';

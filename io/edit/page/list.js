@@ -85,9 +85,11 @@ function showPin(row, pin, number, scene, actions) {
   const {digits} = scene, source = coordinates(pin.source, digits.source), target = coordinates(pin.target, digits.target);
   const text = `${source} → ${target}${rotation}`;
   const wrong = scene.wrong.pins?.includes(number) ?? false;
-  row.mark.textContent = wrong ? '!' : '●';
+  const isShort = Boolean(scene.wanted(pin));
+  row.mark.textContent = wrong ? '!' : isShort ? '◌' : '●';
   row.element.style.setProperty('--hue', String(pinHue(number)));
   showEntry(row, 'pin', {kind: 'pins', number}, pin.name, text, wrong, actions);
+  row.element.classList.toggle('short', isShort);
   row.place.readOnly = typeof pin.source === 'string' || typeof pin.target === 'string';
   row.place.onchange = () => actions.move({kind: 'pins', number}, numbersIn(row.place.value));
   row.lock.hidden = false;

@@ -27,7 +27,7 @@ export class Pane {
   /** @type {PaneScene} */
   scene = {
     pins: [], strokes: [], regions: [], rigid: [], balance: 1, turn: 0, fit: 'auto',
-    wrong: {}, suggested: [], selected: new Set(), locked: () => false, patches: [], active: null, pending: null, digits: {source: 0, target: 0},
+    wrong: {}, suggested: [], selected: new Set(), locked: () => false, wanted: () => null, patches: [], active: null, pending: null, digits: {source: 0, target: 0},
   };
   view = new View();
   /** Whether there is a picture in the shape's file. */

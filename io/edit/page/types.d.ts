@@ -141,7 +141,8 @@ export interface Figures {
 /** A map, or why there is none. */
 export interface MapMessage {
   type: 'map';
-  kind: 'coarse' | 'full' | 'error';
+  /** 'blocked': the map that is seen has come to rest without reaching a pin. */
+  kind: 'coarse' | 'full' | 'blocked' | 'error';
   seq: number;
   ok: boolean;
   message: string;
@@ -154,7 +155,13 @@ export interface MapMessage {
   /** How many times less the map from scratch is stretched. */
   gain?: number;
   command?: string;
+  /** Indices of the pins that stopped short of where they were dragged, and where all pins are now. */
+  short?: number[];
+  pins?: Pin[];
 }
+
+/** Both ends of a pin. */
+export type Ends = Pick<Pin, 'source' | 'target'>;
 
 /** Sent when another tab takes over. */
 export interface TakenMessage {
@@ -253,6 +260,8 @@ export interface PaneScene extends Scene {
   suggested: Pin[];
   selected: Set<number>;
   locked: (entry: Pin | Stroke) => boolean;
+  /** Returns where a pin that stopped short was dragged to. */
+  wanted: (pin: Pin) => Ends | null;
   regions: Region[];
   /** For each pin; null for exact pins, empty if not known. */
   patches: (Patch | null)[];

@@ -230,6 +230,89 @@ def test_a_pin_pulled_beyond_its_tolerance_stays_where_it_was_seen(shapes):
     assert edited.follow(edited.scene).ok and apart(seen, edited._map) < 0.01
 
 
+def firm(source, target):
+    """A scene with a pin that must come close to its place."""
+    return Scene.model_validate({"pins": [{"source": source, "target": target, "tolerance": 1.5}]})
+
+
+@pytest.fixture
+def blocked(shapes, monkeypatch):
+    """A session whose map has come to rest without following a pin, and the scene; springs do not become stiffer."""
+    edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
+    edited.solve(scene())
+    (x, y), *_ = placing.transfer(edited, "source", [AT])
+    edited.solve(firm(AT, [x, y]))
+    with monkeypatch.context() as limited:
+        limited.setattr("iccm.balanced.interactive.STIFFEST", 1.0)
+        for step in range(1, 9):
+            edited.scene = last = firm(AT, [x, y - 4 * step])
+            edited.follow(last)
+        while edited.relax(last) is not None:
+            pass
+    return edited, last
+
+
+def test_a_pin_that_the_map_cannot_follow_stops_short_and_nothing_jumps(blocked, shapes):
+    edited, last = blocked
+    seen, wanted = edited._map, last.pins[0].target
+    resting = edited.solve(last, hand="resting")
+    assert (resting.kind, resting.ok, resting.wrong) == ("blocked", False, {"pins": [0]})
+    assert edited._map is seen
+    shown = edited.solve(last, hand="released")
+    assert (shown.kind, shown.ok, shown.short) == ("full", True, [0]) and shown.figures["injective"][
+        "certified"
+    ]
+    assert apart(seen, edited._map) < 1e-4
+    pin = shown.scene.pins[0]
+    assert pin.source == last.pins[0].source
+    image = placing.transfer(edited, "source", [AT])[0]
+    assert abs(pin.target[1] - wanted[1]) > 2 and np.hypot(*np.subtract(pin.target, image)) <= 1.5
+    saving.save(edited, shown.scene, "short.json", replace=False)
+    opened = Session(make({"source": "square.svg", "target": "blob.svg", "constraints": "short.json"}))
+    assert opened.solve(opened.pair.first).ok and np.array_equal(opened._map.image, edited._map.image)
+
+
+def test_the_place_of_a_pin_that_stopped_short_can_be_searched_for(blocked):
+    edited, last = blocked
+    edited.scene = short = edited.solve(last, hand="released").scene
+    before = edited._map
+    found = edited.solve(last, "search")
+    assert found.ok and not found.short and not found.wrong["pins"]
+    assert apart(before, edited._map) > 0.01
+    assert edited.solve(short).ok and np.array_equal(edited._map.image, before.image)  # as undo does
+
+
+def test_the_end_that_was_dragged_stops_short(shapes, monkeypatch):
+    monkeypatch.setattr("iccm.balanced.interactive.STIFFEST", 1.0)
+    edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
+    edited.solve(scene())
+    target = placing.transfer(edited, "source", [AT])[0]
+    edited.solve(firm(AT, target))
+    for step in range(1, 9):
+        edited.scene = last = firm([AT[0], AT[1] + 4 * step], target)
+        edited.follow(last)
+    pin = edited.solve(last, hand="released").scene.pins[0]
+    assert pin.target == tuple(target) and AT[1] < pin.source[1] < AT[1] + 30
+    assert np.hypot(*np.subtract(placing.transfer(edited, "source", [pin.source])[0], target)) <= 1.5
+
+
+def test_exact_pins_stop_short_at_their_vertices(shapes, monkeypatch):
+    monkeypatch.setattr("iccm.balanced.interactive.BUDGET_TRIANGLE_STEPS", 0)  # two Newton steps an update
+    edited = Session(make({"source": "square.svg", "target": "blob.svg", "exact_pins": True}))
+    edited.solve(scene())
+    (x, y), *_ = placing.transfer(edited, "source", [AT])
+    edited.solve(scene([AT, [x, y]]))
+    edited.scene = last = scene([AT, [x, y - 32]])
+    edited.follow(last)
+    seen = edited._map
+    shown = edited.solve(last, hand="released")
+    assert shown.ok and shown.short == [0] and apart(seen, edited._map) < 1e-4
+    assert shown.scene.pins[0].target[1] > y - 31
+    edited.scene = onward = shown.scene
+    edited.follow(onward)
+    assert apart(seen, edited._map) < 0.01
+
+
 def test_the_map_comes_to_rest_while_the_hand_does(shapes):
     edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
     edited.solve(scene())

@@ -37,11 +37,12 @@ PATIENCE = 120
 class Page:
     """A running `iccm edit` and a browser that shows it."""
 
-    def __init__(self, folder, *arguments):
+    def __init__(self, folder, *arguments, before=""):
+        """`before` is code that the server runs first."""
         command = [
             sys.executable,
             "-c",
-            "from iccm.cli import main; main()",
+            f"{before}\nfrom iccm.cli import main; main()",
             "edit",
             *arguments,
             "--no-browser",
@@ -157,9 +158,9 @@ class Page:
 def page(tmp_path):
     opened = []
 
-    def start(sample, *arguments):
+    def start(sample, *arguments, **more):
         shutil.copytree(SAMPLES / sample, tmp_path, dirs_exist_ok=True)
-        opened.append(Page(tmp_path, *arguments))
+        opened.append(Page(tmp_path, *arguments, **more))
         return opened[0]
 
     yield start
@@ -954,6 +955,42 @@ def test_what_is_held_still_settles_and_nothing_moves_when_it_is_let_go_of(page)
     assert (
         edited.settled() == "full" and edited.scene["pins"][0]["target"] == [x, y] and not edited.js(history)
     )
+
+
+def test_a_pin_that_the_picture_cannot_follow_stops_short_until_its_place_is_searched_for(page):
+    weak = "import iccm.balanced.interactive as live; live.STIFFEST = 1.0"  # springs that cannot pull far
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg", before=weak)
+    search = "document.getElementById('search')"
+    edited.click("source", 259, 156)
+    begun = edited.scene["pins"][0]
+    field = "document.querySelector('#pin [name=tolerance]')"
+    edited.js(f"[{field}.value = '2', {field}.dispatchEvent(new Event('change'))]")
+    edited.settled()
+    x, y = begun["target"]
+    edited.drag("target", (x, y), (x + 90, y), release=False)
+    edited.wait("iccm.kind === 'blocked'")
+    assert "pin 1" in edited.js("document.getElementById('status').textContent")
+    seen = edited.picture(200, 200)
+    edited.mouse("mouseReleased", edited.at("target", x + 90, y))
+    edited.wait(f"!{search}.hidden")
+    assert edited.settled() == "full"
+    before, seen = seen.astype(int), edited.picture(200, 200)
+    assert np.abs(before - seen).mean() < 1  # maps that are kept are rounded
+    stopped = edited.scene["pins"][0]["target"]
+    assert x + 5 < stopped[0] < x + 89.5
+    label = edited.js("document.querySelector('#target .handle.pin').getAttribute('aria-label')")
+    assert "stopped short" in label
+    edited.wait("!document.getElementById('other').hidden")  # a map from scratch has been compared
+    assert "pin 1" in edited.js("document.getElementById('status').textContent")
+    edited.js(f"{search}.click()")
+    edited.wait(f"{search}.hidden")
+    assert edited.settled() == "full"
+    assert np.allclose(edited.scene["pins"][0]["target"], (x + 90, y), atol=1)
+    edited.key("z", ctrl=True)
+    assert edited.settled() == "full" and edited.scene["pins"][0]["target"] == stopped
+    assert np.array_equal(edited.picture(200, 200), seen) and not edited.js(f"{search}.hidden")
+    edited.key("z", ctrl=True)
+    assert edited.settled() == "full" and np.allclose(edited.scene["pins"][0]["target"], (x, y), atol=1)
 
 
 def test_without_a_target_pins_deform_the_shape_as_the_command_does(page, tmp_path, shell):

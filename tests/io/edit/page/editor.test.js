@@ -170,8 +170,44 @@ test('the server learns that the hand let go, before and while the map settles',
   editor.follow();
   mock.timers.tick(150);
   editor.drop();  // the converged map was requested, but is not shown yet
-  assert.deepEqual(said.map(({type, released}) => `${type} ${released ?? false}`),
-    ['follow false', 'solve true', 'follow false', 'solve false', 'solve true']);
+  assert.deepEqual(said.map(({type, hand}) => `${type} ${hand ?? ''}`),
+    ['follow ', 'solve released', 'follow ', 'solve resting', 'solve released']);
+  mock.timers.reset();
+});
+
+test('a pin that stops short is moved in the same step, and its place is searched for in another one', () => {
+  const {editor, said} = begun();
+  editor.scene.pins = [pin(1), pin(2)];
+  editor.commit();
+  const dragged = editor.scene.pins[1];
+  dragged.target = [9, 9];
+  editor.follow();
+  editor.drop();
+  const moved = {...pin(2), target: [5, 5]};
+  editor.receive(mapMessage({kind: 'full', seq: said.length, short: [1], pins: [pin(1), moved]}));
+  assert.equal(editor.scene.pins[1], dragged);  // a drag of it goes on
+  assert.deepEqual(dragged.target, [5, 5]);
+  assert.deepEqual([editor.wanted(pin(1)), editor.wanted(dragged)], [null, {source: [2, 1], target: [9, 9]}]);
+  assert.equal(editor.history.describe().length, 3);
+  editor.search();
+  assert.deepEqual([said.at(-1).way, said.at(-1).scene.pins[1].target, editor.searching], ['search', [9, 9], true]);
+  assert.equal(editor.wanted(dragged), null);
+  editor.stopSearch();
+  assert.deepEqual([editor.searching, editor.scene.pins[1].target], [false, [5, 5]]);
+  assert.deepEqual(editor.wanted(editor.scene.pins[1]), {source: [2, 1], target: [9, 9]});
+  editor.stopSearch();  // there is none
+  assert.deepEqual(editor.scene.pins[1].target, [5, 5]);
+});
+
+test('a pin that is released where the map was found not to follow is left short of it', () => {
+  mock.timers.enable({apis: ['setTimeout']});
+  const {editor, said} = begun();
+  editor.follow();
+  mock.timers.tick(150);
+  editor.receive(mapMessage({kind: 'blocked', seq: 2, ok: false, wrong: {pins: [0]}}));
+  assert.deepEqual([editor.busy, editor.wrong], [false, {pins: [0]}]);
+  editor.drop();
+  assert.equal(said.at(-1).hand, 'released');
   mock.timers.reset();
 });
 
