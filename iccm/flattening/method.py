@@ -101,9 +101,8 @@ def flatten(
     else:
         layout = _conformal(*_even_with_seam(plain, growing, joins, sound, most))
         layout = _check(_lengthen_seam(layout) if growing and chart else layout)
-    return replace(
-        layout, notes=() if fault is None else (f"LSCM produced {fault}; another method was used",)
-    )
+    notes = () if fault is None or hidden else (f"LSCM produced {fault}; another method was used",)
+    return replace(layout, notes=notes)
 
 
 def convex(layout: Flattening) -> Flattening:
