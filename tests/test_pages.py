@@ -220,6 +220,17 @@ def test_every_option_of_a_job_has_a_topic_of_help():
     assert [name for name, (_, option) in of_command("map").items() if not option.topic] == []
 
 
+@pytest.mark.parametrize(
+    "page", ["docs/architecture.md", "docs/developers/contributing.md", "docs/developers/terms.md"]
+)
+def test_files_and_folders_that_a_page_for_developers_names_exist(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    paths = re.findall(r"`((?:iccm|io|cli|core|docs|tests|web|plugins)/[\w/.-]*)`", text)
+    names = [path for path in paths if "NAME" not in path]
+    assert names
+    assert [name for name in names if not (ROOT / name).exists()] == []
+
+
 def test_tests_that_a_page_names_exist():
     page = (ROOT / "docs" / "developers" / "other-programs.md").read_text(encoding="utf-8")
     named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page)
