@@ -213,7 +213,7 @@ def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
     """
     matches = []
     for number, loop in enumerate(map.loops[1:], 1):
-        i, j = (hole_at(w[loop], side) for w, side in zip((map.source, map.image), holes.sides))
+        i, j = hole_at(map.source[loop], holes.source), hole_at(map.image[loop], holes.target)
         if i >= 0 and j >= 0:
             matches.append((number, i, j))
     if len(matches) < min(len(side) for side in holes.sides) or len(map.loops) - 1 > len(holes.target):
@@ -258,10 +258,11 @@ def solution_of(
     for name, w in (("source", z), ("image", u)):
         injectivity.refuse_folds(name, w, cut.faces)
         injectivity.refuse_touching(name, *(w[loop] for loop in loops))
-    source_gap, gap = (
-        max(hausdorff(Curve(w), c) / curves[0].diagonal for w, c in _goals(cut, filled, w, curves, side))
-        for side, (w, curves) in enumerate(zip((z, u), outlines))
-    )
+    gaps = []  # of both sides, relative to the outer outline's diagonal
+    for side, (w, curves) in enumerate(zip((z, u), outlines)):
+        goals = _goals(cut, filled, w, curves, side)
+        gaps.append(max(hausdorff(Curve(rim), curve) / curves[0].diagonal for rim, curve in goals))
+    source_gap, gap = gaps
     metrics = state.metrics
     lean = turn_of(state.z, state.u, state.material, metrics) * (-1 if mirror else 1)
     turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Box, Flags, Index, Real, complex_of, distinct_rows
+from ..arrays import Box, Complex, Flags, Index, Real, complex_of, distinct_rows
 from ..parallel import over_slices
 from ..pixels.padding import pad
 from ..pixels.sampler import Sampler, put
@@ -192,9 +192,8 @@ class Origin:
         if not rows.size:
             return Conflicts(0, 0)
         first, last = self.grid.owners.owner[rows, columns], self.grid.owners.last[rows, columns]
-        (first_triangle, first_place), (last_triangle, last_place) = (
-            self._old_places(triangles, rows, columns) for triangles in (first, last)
-        )
+        first_triangle, first_place = self._old_places(first, rows, columns)
+        last_triangle, last_place = self._old_places(last, rows, columns)
         difference = first_place - last_place
         differ = (np.abs(difference - np.rint(difference)) > SAME_PLACE).any(axis=1)
         if textures is not None:
@@ -276,17 +275,14 @@ class Origin:
         self, new_triangles: Index, weights: Real, triangle: Index, old_weights: Real
     ) -> tuple[NDArray, NDArray]:
         """Return (p,) the new layout's tangent and its downward bitangent, in the old layout's frame."""
-        (_, tangent, side), (_, t, b) = (
-            _frame(mesh, faces, coordinates)
-            for mesh, faces, coordinates in (
-                (self.new, new_triangles, weights),
-                (self.old, triangle, old_weights),
-            )
-        )
-        right, down = (
-            np.einsum("pi,pi->p", v, t) + 1j * np.einsum("pi,pi->p", v, b) for v in (tangent, -side)
-        )
-        return right, down
+        _, tangent, bitangent = _frame(self.new, new_triangles, weights)
+        _, old_tangent, old_bitangent = _frame(self.old, triangle, old_weights)
+
+        def in_old_frame(vectors: Real) -> Complex:
+            x = np.einsum("pi,pi->p", vectors, old_tangent)
+            return np.asarray(x + 1j * np.einsum("pi,pi->p", vectors, old_bitangent))
+
+        return in_old_frame(tangent), in_old_frame(-bitangent)
 
 
 def texels_across(

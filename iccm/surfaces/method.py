@@ -90,7 +90,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
 
 def _resume(problem: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
     """Return an earlier map with the new constraints satisfied, in unit coordinates."""
-    z, u = (side.inward(w) for side, w in zip(problem.sides, (start.source, start.image)))
+    z, u = problem.sides[0].inward(start.source), problem.sides[1].inward(start.image)
     sketch = method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), problem.frames)
     try:
         return continue_from(final_mesh.final_level(problem.unit, problem.settings), sketch)

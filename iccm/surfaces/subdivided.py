@@ -47,12 +47,8 @@ class Subdivision:
         upright = [(i, j), (i + 1, j), (i, j + 1)]
         downward = [(i + 1, j + 1), (i, j + 1), (i + 1, j)]
         first = np.concatenate([i + j < side, i + j < side - 1])
-        along, across = (
-            np.concatenate(
-                [np.stack([corner[k] for corner in corners_of], axis=1) for corners_of in (upright, downward)]
-            )
-            for k in (0, 1)
-        )
+        places = np.concatenate([np.stack(upright, axis=2), np.stack(downward, axis=2)], axis=1)
+        along, across = places
         weights = np.stack([side - along - across, along, across], axis=2)[first] / side
         owner = np.searchsorted(mesh.starts, corners[:, 0], side="right") - 1
         return cls(

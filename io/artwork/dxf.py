@@ -642,10 +642,11 @@ def _arc(ezdxf: Any, entity: Any) -> list[PenPath]:
     """Return an arc, or a circle as two halves."""
     ocs, radius = entity.ocs(), entity.dxf.radius
     middle = ocs.to_wcs(entity.dxf.center)
-    u, v = (
-        _complex(ocs.to_wcs(entity.dxf.center + ezdxf.math.Vec3(*axis))) - _complex(middle)
-        for axis in ((radius, 0), (0, radius))
-    )
+
+    def from_middle(x: float, y: float) -> complex:
+        return _complex(ocs.to_wcs(entity.dxf.center + ezdxf.math.Vec3(x, y))) - _complex(middle)
+
+    u, v = from_middle(radius, 0), from_middle(0, radius)
     if entity.dxftype() == "CIRCLE":
         begin, sweep = 0.0, 2 * np.pi
     else:

@@ -51,10 +51,8 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
         return _with_overlap(_at_one_scale(pairs) if _is_pattern(job, source) else pairs, empty_ones, {})
     if job.parts == "elements":
         return _onto_elements(job, inputs)
-    (sources, notes), (targets, more_notes) = (
-        inputs.shapes(spec, limits.PARTS, target=bool(k))
-        for k, spec in enumerate((job.source, job.target or ""))
-    )
+    sources, notes = inputs.shapes(job.source, limits.PARTS)
+    targets, more_notes = inputs.shapes(job.target or "", limits.PARTS, target=True)
     notes += more_notes
     turn = job.turn if isinstance(job.turn, float | int) else 0.0
     matches = parts.pair(sources, targets, turn)

@@ -734,8 +734,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/meshes/relayout.py",
-        "for v in (tangent, -side)",
-        "for v in (tangent, side)",
+        "in_old_frame(-bitangent)",
+        "in_old_frame(bitangent)",
         "tests/iccm/meshes/test_relayout.py",
         "normals of other layouts are mirrored",
     ),

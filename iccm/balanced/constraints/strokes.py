@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from ...arrays import Complex, complex_of, xy_of
+from ...arrays import Complex, Real, complex_of, xy_of
 from ...curve import Curve
 from ..minimise.sliding import Rail
 from ..model.boundary_pairs import MERGED_SPACING_SHARE, Match, subdivide
@@ -142,9 +142,8 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     """
     if any(stroke.on_outline):  # at least two vertices are inside
         spacing = min(spacing, max(stroke.source.length, stroke.target.length) / LEAST_PARTS_OF_STROKE)
-    s0, t0 = stroke.source.knots, stroke.target.knots
     ends, goals = match.s[[0, -1]], match.tau[[0, -1]]
-    s0, t0 = (x[(x > low) & (x < high)] for x, (low, high) in ((s0, ends), (t0, goals)))
+    s0, t0 = _between(stroke.source.knots, *ends), _between(stroke.target.knots, *goals)
     s = np.concatenate([ends, s0, np.interp(t0, match.tau, match.s)])
     tau = np.concatenate([goals, np.interp(s0, match.s, match.tau), t0])
     kind = np.repeat([3, 1, 2], [2, s0.size, t0.size])
@@ -174,6 +173,10 @@ def _chain(stroke: StrokePair, match: Match, spacing: float) -> tuple[Any, ...]:
     )
     first, last = stroke.on_outline
     return tuple(part[int(first) : part.size - int(last)] for part in chain)
+
+
+def _between(values: Real, low: float, high: float) -> Real:
+    return values[(values > low) & (values < high)]
 
 
 def _merge_corners(places: list, tolerance: float) -> list:

@@ -48,10 +48,11 @@ class Pins:
 
     def unit(self, frames: tuple[Similarity, Similarity]) -> "Pins":
         """Return the pins in unit coordinates, on the grid."""
-        inner, outer = (
-            np.column_stack([on_grid(f, side) for f, side in zip(frames, pins.T)])
-            for pins in (self.inner, self.outer)
-        )
+
+        def in_unit(pins: Complex) -> Complex:
+            return np.column_stack([on_grid(frame, side) for frame, side in zip(frames, pins.T)])
+
+        inner, outer = in_unit(self.inner), in_unit(self.outer)
         strokes = tuple(
             StrokePair(
                 Curve(frames[0](stroke.source.z), closed=False),

@@ -44,10 +44,8 @@ class Holes:
         self, numbers: tuple[Sequence[int], Sequence[int]]
     ) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
         """Return the holes of both domains without those with the given numbers."""
-        source, target = (
-            tuple(hole for k, hole in enumerate(side) if k not in selected)
-            for side, selected in zip(self.sides, numbers)
-        )
+        source = tuple(hole for k, hole in enumerate(self.source) if k not in numbers[0])
+        target = tuple(hole for k, hole in enumerate(self.target) if k not in numbers[1])
         return source, target
 
     def inverse(self) -> "Holes":
@@ -56,9 +54,8 @@ class Holes:
 
     def unit(self, frames: tuple[Similarity, Similarity]) -> "Holes":
         """Return the holes in unit coordinates."""
-        source, target = (
-            tuple(unit_curve(frame, hole) for hole in side) for frame, side in zip(frames, self.sides)
-        )
+        source = tuple(unit_curve(frames[0], hole) for hole in self.source)
+        target = tuple(unit_curve(frames[1], hole) for hole in self.target)
         return Holes(source, target, self.partners)
 
 

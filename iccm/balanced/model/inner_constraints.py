@@ -83,10 +83,12 @@ class InnerConstraints(NamedTuple):
         """Return the correspondence on a stroke, including ends on the outline, which have no vertex inside."""
         chain = self.stroke_index == stroke
         on = {foot.end for foot in self.feet if foot.stroke == stroke}
-        s, tau = (
-            np.concatenate([[0.0] * (0 in on), values[chain], [0.5 * rail.knots[-1]] * (1 in on)])
-            for values, rail in zip((self.s, self.tau), self.strokes[stroke])
-        )
+        source, target = self.strokes[stroke]
+        s, tau = self.s[chain], self.tau[chain]
+        if 0 in on:
+            s, tau = np.append(0.0, s), np.append(0.0, tau)
+        if 1 in on:  # the rail of a stroke is traversed forth and back
+            s, tau = np.append(s, 0.5 * source.knots[-1]), np.append(tau, 0.5 * target.knots[-1])
         return Match(s, tau)
 
     @property

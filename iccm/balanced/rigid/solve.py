@@ -395,14 +395,14 @@ def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
     (_, _, areas), regions = _region_triangles(state)
     assert state.rigid is not None
     corners = state.faces[state.rigid >= 0]
-    middles, images = (
-        _mean(regions, areas, w.real) + 1j * _mean(regions, areas, w.imag)
-        for w in (state.form[corners].mean(axis=1), state.u[corners].mean(axis=1))
-    )
-    pinned = ~np.isnan(rigid.anchors[:, 0])
-    middles, images = (
-        np.where(pinned, prescribed, w) for prescribed, w in zip(rigid.anchors.T, (middles, images))
-    )
+
+    def centroids(w: Complex) -> Complex:
+        z = w[corners].mean(axis=1)
+        return _mean(regions, areas, z.real) + 1j * _mean(regions, areas, z.imag)
+
+    is_pinned = ~np.isnan(rigid.anchors[:, 0])
+    middles = np.where(is_pinned, rigid.anchors[:, 0], centroids(state.form))
+    images = np.where(is_pinned, rigid.anchors[:, 1], centroids(state.u))
     return Placing(factors, middles, images)
 
 

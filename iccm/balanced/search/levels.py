@@ -113,15 +113,13 @@ class Level:
             smooth: whether corners are only where the outlines bend sharply for the mesh size.
         """
         spacing = SPACING_MESH_SIZES * size if smooth else np.inf
-        (source, *rims), (target, *goals) = (
-            outlines_of(curve, holes, fineness, corner_fineness, always, spacing)
-            for curve, holes, always in zip(
-                (problem.source, problem.target), problem.holes, problem.fixed_vertices
-            )
-        )
+        (holes, goal_holes), (always, always_target) = problem.holes, problem.fixed_vertices
+        detail = fineness, corner_fineness
+        source, *rims = outlines_of(problem.source, holes, *detail, always, spacing)
+        target, *goals = outlines_of(problem.target, goal_holes, *detail, always_target, spacing)
         anchors = None
         if problem.anchors[0]:
-            s, tau = (o.arclengths(a) for o, a in zip((source, target), problem.anchors))
+            s, tau = source.arclengths(problem.anchors[0]), target.arclengths(problem.anchors[1])
             order = np.argsort(s)  # in a mirrored frame, pins have the opposite order
             s, tau = s[order], tau[order]
             anchors = Match(s, tau[0] + np.mod(tau - tau[0], target.length))

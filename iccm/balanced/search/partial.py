@@ -101,10 +101,8 @@ def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]
     the shares are always of the given source and target.
     """
     void = np.zeros(len(state.faces), bool) if state.weights is None else state.weights != 1
-    source, target = (
-        ~void & inside_any(holes, w[state.faces].mean(axis=1))
-        for w, holes in zip((state.z, state.u), problem.passed)
-    )
+    source = ~void & inside_any(problem.passed[0], state.z[state.faces].mean(axis=1))
+    target = ~void & inside_any(problem.passed[1], state.u[state.faces].mean(axis=1))
     areas = [np.abs(triangle_areas(w[state.faces])) for w in (state.z, state.u)]
     visible = areas[0] * ~void
     hidden = float((visible * target).sum() / visible.sum())
