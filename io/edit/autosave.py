@@ -70,14 +70,14 @@ def read(job: Job) -> Unsaved | None:
         return None
 
 
-def offer(session: Session, left: Unsaved | None) -> None:
+def offer(session: Session, unsaved: Unsaved | None) -> None:
     """Have the page ask whether to restore unsaved changes from an earlier session."""
-    if left is None or left.scene == session.pair.first:
+    if unsaved is None or unsaved.scene == session.pair.first:
         return
-    session.left = left.scene
-    if left.start:
+    session.left = unsaved.scene
+    if unsaved.start:
         with suppress(InputError):  # the files have changed: start from scratch
-            session.begin(left.scene, left.start)
+            session.begin(unsaved.scene, unsaved.start)
 
 
 def keep(session: Session, scene: Scene, port: int, token: str) -> None:

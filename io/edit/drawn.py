@@ -38,14 +38,16 @@ def copy_with(of: Shape, pins: Pins, strokes: Strokes) -> bytes:
             "save the pins as JSON"
         )
     cuts, end = _places(data)
-    kept, start = [], 0
+    unchanged, start = [], 0
     for a, b in cuts:
-        kept.append(data[start:a])
+        unchanged.append(data[start:a])
         start = b
     # larger circles would be read as the sizes of the pins' patches
     mark = 0.5 * MARK_SHARE * float(np.sqrt(abs(of.curve.area)))
-    drawn = "\n".join(_elements(pins, strokes, min(PIN_RADIUS_SHARE * abs(high - low), mark)))
-    return b"".join([*kept, data[start:end], drawn.encode("ascii", "xmlcharrefreplace"), b"\n", data[end:]])
+    elements = "\n".join(_elements(pins, strokes, min(PIN_RADIUS_SHARE * abs(high - low), mark)))
+    return b"".join(
+        [*unchanged, data[start:end], elements.encode("ascii", "xmlcharrefreplace"), b"\n", data[end:]]
+    )
 
 
 def check(spec: str, like: Shape, pins: Pins, strokes: Strokes) -> None:
@@ -57,17 +59,18 @@ def check(spec: str, like: Shape, pins: Pins, strokes: Strokes) -> None:
     read = shape.read(spec)
     places = {PIN + name: like.to_core(place) for name, place in pins}
     lines = {STROKE + name: like.to_core(line) for name, line in strokes}
-    near = 1e-9 * like.curve.diagonal
-    same = (
+    tolerance = 1e-9 * like.curve.diagonal
+    is_same = (
         np.array_equal(read.curve.z, like.curve.z)
         and read.pins.keys() == places.keys()
-        and all(abs(read.pins[name] - place) <= near for name, place in places.items())
+        and all(abs(read.pins[name] - place) <= tolerance for name, place in places.items())
         and read.strokes.keys() == lines.keys()
         and all(
-            np.allclose(read.strokes[name].z[[0, -1]], z[[0, -1]], atol=near) for name, z in lines.items()
+            np.allclose(read.strokes[name].z[[0, -1]], z[[0, -1]], atol=tolerance)
+            for name, z in lines.items()
         )
     )
-    if not same:
+    if not is_same:
         raise InputError(f"{like.path}: pins cannot be drawn into this file; save them as JSON")
 
 
@@ -118,14 +121,14 @@ def _places(data: bytes) -> tuple[list[tuple[int, int]], int]:
 def _elements(pins: Pins, strokes: Strokes, radius: float) -> list[str]:
     line = f'fill="none" stroke="#e0218a" stroke-width="{radius / 2:.4g}"'
     space = 'xmlns="http://www.w3.org/2000/svg"'
-    made = [
+    elements = [
         f'<circle {space} id={quoteattr(PIN + name)} cx="{_text(x)}" cy="{_text(y)}" r="{radius:.4g}" {line}/>'
         for name, (x, y) in pins
     ]
     for name, points in strokes:
         d = "M" + "L".join(f"{_text(x)} {_text(y)}" for x, y in points)
-        made.append(f'<path {space} id={quoteattr(STROKE + name)} d="{d}" {line}/>')
-    return made
+        elements.append(f'<path {space} id={quoteattr(STROKE + name)} d="{d}" {line}/>')
+    return elements
 
 
 def _text(value: float) -> str:

@@ -58,8 +58,8 @@ class Guard:
 def _with_policy(send: Send) -> Send:
     async def sending(message: Any) -> None:
         if message["type"] == "http.response.start":
-            own = [(name.lower().encode(), value.encode()) for name, value in POLICY.items()]
-            message = {**message, "headers": [*message["headers"], *own]}
+            policy_headers = [(name.lower().encode(), value.encode()) for name, value in POLICY.items()]
+            message = {**message, "headers": [*message["headers"], *policy_headers]}
         await send(message)
 
     return sending

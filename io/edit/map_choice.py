@@ -45,9 +45,9 @@ class MapChoice:
         return "kept" if self.fresh else "fresh"
 
 
-def same(one: TriangulatedMap, other: TriangulatedMap) -> bool:
+def same(map: TriangulatedMap, reference: TriangulatedMap) -> bool:
     """Return whether two maps of the same shapes look the same."""
-    inner = np.setdiff1d(np.arange(one.source.size), np.concatenate(one.loops))
-    gaps = np.abs(other(one.source[inner]) - one.image[inner])
+    inner = np.setdiff1d(np.arange(map.source.size), np.concatenate(map.loops))
+    gaps = np.abs(reference(map.source[inner]) - map.image[inner])
     gaps = gaps[np.isfinite(gaps)]
-    return bool(gaps.size) and float(np.quantile(gaps, 0.95)) <= AGREED_DIAGONAL_SHARE * one.image_diagonal
+    return bool(gaps.size) and float(np.quantile(gaps, 0.95)) <= AGREED_DIAGONAL_SHARE * map.image_diagonal

@@ -120,11 +120,11 @@ class Pair:
 
 def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> Scene:
     """Return all constraints of a job as a list: those drawn, those in its file, and those on the command line."""
-    drawn = constraints.collect(source, target)  # rejects names that occur in one file only
+    collected = constraints.collect(source, target)  # rejects names that occur in one file only
     listed.check(source, target)
     pins = [
         Pin(name=_bare(name), source=_place(source, a), target=_place(target, b), **settings)
-        for name, (a, b), settings in zip(source.pins, drawn.pins, drawn.settings)
+        for name, (a, b), settings in zip(source.pins, collected.pins, collected.settings)
     ]
     strokes = [
         Stroke(
@@ -132,7 +132,7 @@ def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> S
             source=[_place(source, z) for z in a.z],
             target=[_place(target, z) for z in b.z],
         )
-        for name, (a, b) in zip(source.strokes, drawn.strokes)
+        for name, (a, b) in zip(source.strokes, collected.strokes)
     ]
     listed_pins = [*listed.pins_of(source, target), *listing.typed_pins(job.pin)]
     pins += [_on_surface(pin, source, target) for pin in listed_pins]

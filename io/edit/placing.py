@@ -36,7 +36,7 @@ def transfer(session: Session, side: str, points: Sequence[Place]) -> list[list[
     if not maps:
         raise InputError(NO_MAP)
     from_source = side == "source"
-    shape, other = (pair.source, pair.target) if from_source else (pair.target, pair.source)
+    shape, destination = (pair.source, pair.target) if from_source else (pair.target, pair.source)
     z = np.array([shape.at(point) for point in points])
     # the target of a deformation is the moved shape, whose outline is not that of the file
     is_moved = pair.deforming and not from_source
@@ -54,11 +54,11 @@ def transfer(session: Session, side: str, points: Sequence[Place]) -> list[list[
     if not pair.deforming:
         closest = shape.curve.at(shape.curve.closest(z))
         on_outline = np.abs(closest - z) < ON_OUTLINE_SHARE * shape.curve.diagonal
-        w[on_outline] = other.curve.nearest(w[on_outline])
+        w[on_outline] = destination.curve.nearest(w[on_outline])
     if surface := session.view.surfaces[1 if from_source else 0]:
         return surface.places(w, PLACE_DIGITS)
-    decimals = PLACE_DIGITS - int(np.floor(np.log10(other.curve.diagonal)))
-    return [[round(value, decimals) for value in place] for place in other.to_file(w).tolist()]
+    decimals = PLACE_DIGITS - int(np.floor(np.log10(destination.curve.diagonal)))
+    return [[round(value, decimals) for value in place] for place in destination.to_file(w).tolist()]
 
 
 def suggest(session: Session, scene: Scene) -> list[dict[str, Any]]:
@@ -96,6 +96,6 @@ def handles(session: Session, scene: Scene, rows: int, columns: int) -> list[dic
         )
     if len(scene.pins) + rows * columns > limits.PAGE_PINS:
         raise InputError(f"at most {limits.PAGE_PINS} pins are possible; choose fewer rows and columns")
-    shown = replace(fit, map=session.maps[0])
-    pins = handles_of(shown, pair.source, pair.target, rows, columns, scene.pins)
+    seen_fit = replace(fit, map=session.maps[0])
+    pins = handles_of(seen_fit, pair.source, pair.target, rows, columns, scene.pins)
     return [pin.model_dump(mode="json") for pin in pins]

@@ -38,8 +38,8 @@ def stem(job: Job) -> str:
 
 def constraints_file(session: Session) -> str:
     """Return the file that Save writes: the one that the constraints came from, else one in the current folder."""
-    given = session.pair.job.constraints
-    return given if given and given != "-" else f"{stem(session.pair.job)}.json"
+    path = session.pair.job.constraints
+    return path if path and path != "-" else f"{stem(session.pair.job)}.json"
 
 
 ENDING = "-pins"
@@ -166,12 +166,12 @@ def with_names(scene: Scene) -> Scene:
     """Return the scene with a unique name for each pin and stroke."""
 
     def all_named(entries: list[Any]) -> Iterator[Any]:
-        taken: set[str] = set()
+        used: set[str] = set()
         for number, entry in enumerate(entries, 1):
             name = entry.name or str(number)
-            while name in taken:
+            while name in used:
                 name += "'"
-            taken.add(name)
+            used.add(name)
             yield entry.model_copy(update={"name": name})
 
     return scene.model_copy(
@@ -185,18 +185,18 @@ def _point(place: Any) -> tuple[float, float]:
     return float(place[0]), float(place[1])
 
 
-def job_of(session: Session, scene: Scene, **more: Any) -> Job:
+def job_of(session: Session, scene: Scene, **overrides: Any) -> Job:
     """Return the job whose result the page shows.
 
     Raises:
         InputError: as `make`.
     """
-    given = session.pair.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
+    values = session.pair.job.model_dump(exclude_defaults=True, exclude=set(ANSWERED))
     # the default, without the option
     plain = scene.fit == "auto" or (scene.constrained and scene.fit == "whole")
     if not session.pair.deforming:
-        given |= {"turn": scene.turn or None} | ({} if plain else {"fit": scene.fit})
-    return make({**given, "balance": scene.balance, **more})
+        values |= {"turn": scene.turn or None} | ({} if plain else {"fit": scene.fit})
+    return make({**values, "balance": scene.balance, **overrides})
 
 
 def command(
@@ -213,14 +213,16 @@ def command(
     """
     job = job_of(session, scene)
     kind = "map" if job.target else "deform"
-    named = {"source": job.source, "target": job.target or ""} | (fields or _fields_to_save(session, scene))
-    shapes = [named.pop("source"), named.pop("target")]
+    fields_saved = {"source": job.source, "target": job.target or ""} | (
+        fields or _fields_to_save(session, scene)
+    )
+    shapes = [fields_saved.pop("source"), fields_saved.pop("target")]
     words = ["iccm", kind, *filter(None, shapes)]
-    given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
+    options_of_job = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
     if size or session.pair.job.size:
-        given["size"] = size or session.pair.job.size
-    words += _option_words(given, kind)
-    for name, value in named.items():
+        options_of_job["size"] = size or session.pair.job.size
+    words += _option_words(options_of_job, kind)
+    for name, value in fields_saved.items():
         words += [f"--{name}", value]
     words += [
         "--stmap" if _is_stmap(output) else "-o",
@@ -232,16 +234,18 @@ def command(
 def edit_command(session: Session) -> str:
     """Return the command line that opens the same files in the editor."""
     job = session.pair.job
-    given = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
-    return _line(["iccm", "edit", *filter(None, (job.source, job.target)), *_option_words(given, "edit")])
+    options_of_job = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
+    return _line(
+        ["iccm", "edit", *filter(None, (job.source, job.target)), *_option_words(options_of_job, "edit")]
+    )
 
 
-def _option_words(given: dict[str, Any], command: str) -> list[str]:
+def _option_words(values: dict[str, Any], command: str) -> list[str]:
     """Return fields of a job as options of a command, without those that the command does not have."""
     words: list[str] = []
     for name, (_, option) in options_of().items():
-        if name in given and command in option.commands:
-            value = given[name]
+        if name in values and command in option.commands:
+            value = values[name]
             text = "x".join(map(str, value)) if isinstance(value, tuple) else f"{value}"
             words += [f"--{name.replace('_', '-')}", *([] if value is True else [text])]
     return words
@@ -274,8 +278,8 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
     """
     local(name)
     output: dict[str, Any] = {"stmap": name} if _is_stmap(name) else {"output": (name,)}
-    with _written_constraints(session, scene) as given:
-        job = job_of(session, scene, **{"size": (size,), "force": replace, **output, **given})
+    with _written_constraints(session, scene) as written_fields:
+        job = job_of(session, scene, **{"size": (size,), "force": replace, **output, **written_fields})
         outcome = run(job)
     session.written.update(outcome.written)
     return outcome
@@ -295,11 +299,11 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
         InputError: as in `export`.
     """
     local(name)
-    with tempfile.TemporaryDirectory() as folder, _written_constraints(session, scene) as given:
+    with tempfile.TemporaryDirectory() as folder, _written_constraints(session, scene) as written_fields:
         path = str(Path(folder) / name)
         output: dict[str, Any] = {"stmap": path} if _is_stmap(name) else {"output": (path,)}
         with naming_only(folder):
-            run(job_of(session, scene, **{"size": (size,), "force": True, **output, **given}))
+            run(job_of(session, scene, **{"size": (size,), "force": True, **output, **written_fields}))
         written = sorted(Path(folder).iterdir())
         if len(written) == 1:
             return Download(written[0].name, written[0].read_bytes())

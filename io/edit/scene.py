@@ -94,9 +94,9 @@ def frame(head: dict[str, Any], floats: NDArray[np.float32]) -> bytes:
 
 def png(image: Image, most: int) -> bytes:
     """Return an image as a PNG for browsers, with at most so many pixels a side."""
-    shown = prepare(image, picture("texture.png"))
-    height, width = shown.pixels.shape[:2]
+    prepared = prepare(image, picture("texture.png"))
+    height, width = prepared.pixels.shape[:2]
     if (larger := max(height, width)) > most:
         size = (round(width * most / larger) or 1, round(height * most / larger) or 1)
-        shown = shown.with_pixels(resized_by_area(shown.pixels, size), shown.alpha)
-    return as_png(shown)
+        prepared = prepared.with_pixels(resized_by_area(prepared.pixels, size), prepared.alpha)
+    return as_png(prepared)

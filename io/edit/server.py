@@ -35,12 +35,12 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
         KeyboardInterrupt: on Ctrl-C.
     """
     remove_old_copies()
-    left = autosave.read(workspace.session.pair.job) if workspace.session else None
+    unsaved = autosave.read(workspace.session.pair.job) if workspace.session else None
     if workspace.session:
-        autosave.offer(workspace.session, left)
-    with listen(port or (left.port if left else 0), otherwise=not port) as listener:
+        autosave.offer(workspace.session, unsaved)
+    with listen(port or (unsaved.port if unsaved else 0), otherwise=not port) as listener:
         port = listener.getsockname()[1]
-        token = left.token if left else secrets.token_urlsafe(24)
+        token = unsaved.token if unsaved else secrets.token_urlsafe(24)
 
         def gone() -> None:
             server.should_exit = True

@@ -37,25 +37,25 @@ def axis(curve: Curve) -> float | None:
     return middle if asymmetry(curve, middle) <= MOST_ASYMMETRY_SHARE else None
 
 
-def suggested(map: TriangulatedMap, source: Shape, target: Shape, taken: Complex) -> list[Pin]:
+def suggested(map: TriangulatedMap, source: Shape, target: Shape, existing: Complex) -> list[Pin]:
     """Return pins between plane shapes in file units: those with names first, then corners, the closest first.
 
     Args:
         map: between the shapes; corners are paired with the closest corner to their image.
         source, target: the shapes.
-        taken: (k, 2) existing pins; nothing is suggested near them.
+        existing: (k, 2) existing pins; nothing is suggested near them.
     """
     if source.is_mesh or target.is_mesh:
         return []
     pins: list[Pin] = []
     names, places, _ = parts.namesakes(source, target)
-    named = [(name, *pair) for name, pair in zip(names, places.tolist())]
-    for name, z, w in (*named, *_corners(map, source, target)):
-        beside = np.abs(taken - [z, w]) < APART_DIAGONAL_SHARE * np.array(
+    named_pins = [(name, *pair) for name, pair in zip(names, places.tolist())]
+    for name, z, w in (*named_pins, *_corners(map, source, target)):
+        is_close = np.abs(existing - [z, w]) < APART_DIAGONAL_SHARE * np.array(
             [source.curve.diagonal, target.curve.diagonal]
         )
-        if not beside.any():
-            taken = np.append(taken, [[z, w]], axis=0)
+        if not is_close.any():
+            existing = np.append(existing, [[z, w]], axis=0)
             ends = (tuple(shape.to_file(x).tolist()) for shape, x in ((source, z), (target, w)))
             pins.append(Pin(name=name, source=next(ends), target=next(ends)))
     return pins[:MOST_SUGGESTED_PINS]
@@ -70,17 +70,17 @@ def _corners(map: TriangulatedMap, source: Shape, target: Shape) -> list[tuple[s
     away = np.where(ways[:, None] == turns, np.abs(carried[:, None] - targets), np.inf)
     nearest, back = away.argmin(axis=1), away.argmin(axis=0)
     order = np.argsort(away.min(axis=1), kind="stable")
-    near = [
+    candidates = [
         k
         for k in order
         if back[nearest[k]] == k and away[k, nearest[k]] < NEAR_DIAGONAL_SHARE * target.curve.diagonal
     ]
     s, tau = source.curve.closest(sources), target.curve.closest(targets)[nearest]
-    kept: list[int] = []
-    for k in near:
-        if _turning_once(s[[*kept, k]], tau[[*kept, k]]):
-            kept.append(k)
-    return [("", complex(sources[k]), complex(targets[nearest[k]])) for k in kept]
+    selected: list[int] = []
+    for k in candidates:
+        if _turning_once(s[[*selected, k]], tau[[*selected, k]]):
+            selected.append(k)
+    return [("", complex(sources[k]), complex(targets[nearest[k]])) for k in selected]
 
 
 def _turning_once(s: Real, tau: Real) -> bool:

@@ -50,16 +50,16 @@ class Workspace:
         chosen: the files chosen so far, by role.
     """
 
-    def __init__(self, **given: Any) -> None:
+    def __init__(self, **options: Any) -> None:
         """Open the pair, or the shape to deform, given by the options of a job.
 
         Raises:
             InputError: as in `Session`.
         """
-        self._given = given
-        self.chosen = {role: given[role] for role in ROLES if given.get(role)}
+        self._options = options
+        self.chosen = {role: options[role] for role in ROLES if options.get(role)}
         self._known = {path_of(spec) for spec in self.chosen.values()} | {CHECKER}
-        self.session = Session(make(given)) if "source" in self.chosen else None
+        self.session = Session(make(options)) if "source" in self.chosen else None
 
     def describe(self) -> dict[str, Any]:
         """Return what the page needs to know to offer files."""
@@ -92,32 +92,32 @@ class Workspace:
         self._known.add(str(path))
         return str(path)
 
-    def open(self, chosen: dict[str, str]) -> None:
+    def open(self, specs: dict[str, str]) -> None:
         """Open other files, or the same shapes with another texture; the latter keeps pins and strokes.
 
         Args:
-            chosen: specs by role, of files that were put here or given before.
+            specs: specs by role, of files that were put here or given before.
 
         Raises:
             InputError: a file is neither, or as in `Session`.
         """
-        for spec in filter(None, chosen.values()):
+        for spec in filter(None, specs.values()):
             if path_of(spec) not in self._known:
                 raise InputError(f"{spec}: choose this file again")
-        now = {role: spec for role, spec in (self.chosen | chosen).items() if role in ROLES and spec}
-        if "source" not in now:
+        roles = {role: spec for role, spec in (self.chosen | specs).items() if role in ROLES and spec}
+        if "source" not in roles:
             raise InputError("choose a source shape as well")
-        before = self.session
-        same = all(now.get(side) == self.chosen.get(side) for side in ("source", "target"))
-        given = self._given | {role: now.get(role) for role in ROLES}
-        if not same:  # they belong to other shapes
-            given = {name: value for name, value in given.items() if name not in ("constraints", "pin")}
-        session = Session(make(given))
-        if before is not None and same:
-            session.go_on_from(before)
+        previous = self.session
+        is_same_pair = all(roles.get(side) == self.chosen.get(side) for side in ("source", "target"))
+        options = self._options | {role: roles.get(role) for role in ROLES}
+        if not is_same_pair:  # they belong to other shapes
+            options = {name: value for name, value in options.items() if name not in ("constraints", "pin")}
+        session = Session(make(options))
+        if previous is not None and is_same_pair:
+            session.go_on_from(previous)
         else:
             autosave.offer(session, autosave.read(session.pair.job))
-        self._given, self.chosen, self.session = given, now, session
+        self._options, self.chosen, self.session = options, roles, session
 
     def open_sample(self, name: str) -> None:
         """Open one of `SAMPLES`.
@@ -163,13 +163,13 @@ def _name_of(content: bytes) -> str:
     return sha256(content).hexdigest()[:16]
 
 
-def remove_old_copies(now: float | None = None) -> None:
-    """Remove copies of the browser's files that were last opened more than KEPT_DAYS days ago. `now` is in seconds
+def remove_old_copies(present: float | None = None) -> None:
+    """Remove copies of the browser's files that were last opened more than KEPT_DAYS days ago. `present` is in seconds
     since 1970.
 
     Files that were changed since, or are not such copies, belong to the user and are kept.
     """
-    oldest = (time.time() if now is None else now) - KEPT_DAYS * 86400
+    oldest = (time.time() if present is None else present) - KEPT_DAYS * 86400
     for path in _copies().glob("*/*"):
         with suppress(OSError):
             plain = path.is_file() and not (path.is_symlink() or path.parent.is_symlink())
