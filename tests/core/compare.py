@@ -23,6 +23,6 @@ def both(monkeypatch, module, plain, work):
     with monkeypatch.context() as patched:
         for name, function in plain.items():
             patched.setattr(module, name, counted(name, function))
-        found = work()
+        result = work()
     assert calls == set(plain)
-    return compiled, found
+    return compiled, result

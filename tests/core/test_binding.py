@@ -66,26 +66,26 @@ def test_records_are_the_structs_in_c():
     )
     text = " ".join(re.sub("//.*", "", text).split())
     assert "System" in RECORDS
-    for made in RECORDS.values():
-        _, found, rest = text.partition(made.declaration.removesuffix("}"))
-        assert found, made.declaration
-        assert rest.startswith("}") or "(" in rest.partition(";")[0], made.declaration
+    for struct_record in RECORDS.values():
+        _, match, rest = text.partition(struct_record.declaration.removesuffix("}"))
+        assert match, struct_record.declaration
+        assert rest.startswith("}") or "(" in rest.partition(";")[0], struct_record.declaration
 
 
 def test_a_record_checks_its_members():
-    made = record("struct Example { const double *x; int64_t *order; int64_t n; }")
+    example = record("struct Example { const double *x; int64_t *order; int64_t n; }")
     try:
         order = np.arange(3)
-        found = made(np.zeros(3), order, 3)
-        assert found.n == 3 and found.order == order.ctypes.data
+        instance = example(np.zeros(3), order, 3)
+        assert instance.n == 3 and instance.order == order.ctypes.data
         for values in ((np.zeros(3, np.float32), order, 3), (np.zeros(6)[::2], order, 3)):
             with pytest.raises(TypeError, match="x: a contiguous array of float64"):
-                made(*values)
+                example(*values)
         order.flags.writeable = False
         with pytest.raises(TypeError, match="order: a writable"):
-            made(np.zeros(3), order, 3)
+            example(np.zeros(3), order, 3)
         with pytest.raises(TypeError, match="3 members, not 1"):
-            made(np.zeros(3))
+            example(np.zeros(3))
     finally:
         del RECORDS["Example"]
 

@@ -105,9 +105,9 @@ def test_a_wheel_of_another_platform_has_its_libraries_and_tags(core, tmp_path):
     library = tmp_path / "core.dylib"
     library.write_bytes(b"another")
     platform = wheels.Platform("aarch64-macos.11.0", ("macosx_11_0_arm64", "macosx_12_0_arm64"))
-    made = wheels.wheel_for(platform, native, [library], tmp_path)
-    assert made.name == "iccm-1.2.3-py3-none-macosx_11_0_arm64.macosx_12_0_arm64.whl"
-    files = unpacked(made)
+    wheel = wheels.wheel_for(platform, native, [library], tmp_path)
+    assert wheel.name == "iccm-1.2.3-py3-none-macosx_11_0_arm64.macosx_12_0_arm64.whl"
+    files = unpacked(wheel)
     assert files["iccm/native/lib/core.dylib"] == b"another"
     assert "iccm/native/lib/core-x86-64.so" not in files
     tags = [line for line in files["iccm-1.2.3.dist-info/WHEEL"].decode().splitlines() if "Tag" in line]

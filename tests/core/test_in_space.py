@@ -59,14 +59,14 @@ def test_the_energy_and_its_derivatives(mapped):
         rest, surface, u, objective
     )
     assert np.isfinite(in_space.total_in_space(rest, surface, u, objective))
-    found = []
+    results = []
     for assemble in (in_space.assemble_in_space, reference.assemble_in_space):
         matrix, gradient = np.empty((pattern.columns.size, 4)), np.empty(u.size, complex)
         energy = assemble(rest, surface, u, objective, matrix, gradient)
-        found.append(
+        results.append(
             (energy, matrix, gradient, surface.points.copy(), surface.flat_images.copy(), surface.on.copy())
         )
-    for one, other in zip(*found):
+    for one, other in zip(*results):
         assert np.array_equal(one, other)
 
 
@@ -84,8 +84,8 @@ def test_a_descent_lowers_the_energy_in_space(mapped):
     constraints = Constraints.of_fixed(u, np.arange(u.size) < 3)
     system = newton.System.of(pattern, faces, rest, constraints)
     moved = u.copy()
-    energy, made, _ = newton.descend(system, objective, surface, moved, np.zeros(3), 5, 1e-9)
-    assert made > 0
+    energy, steps, _ = newton.descend(system, objective, surface, moved, np.zeros(3), 5, 1e-9)
+    assert steps > 0
     assert energy == pytest.approx(reference.total_in_space(rest, surface, moved, objective), rel=1e-12)
     assert energy < reference.total_in_space(rest, surface, u, objective)
     assert np.array_equal(moved[:3], u[:3])

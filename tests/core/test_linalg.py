@@ -22,9 +22,9 @@ def with_reference(monkeypatch, module, name, plain, work):
         return plain(*args)
 
     monkeypatch.setattr(module, name, instead)
-    found = work()
+    result = work()
     assert calls
-    return compiled, found
+    return compiled, result
 
 
 @pytest.mark.parametrize("count, seed", [(3, 0), (40, 1), (300, 2)])
@@ -66,7 +66,7 @@ def test_columns_of_a_given_order(monkeypatch, count, seed):
 
 @pytest.mark.parametrize("few, zeros", [(4, 0.2), (1, 0.0), (9, 0.5)])
 def test_supernodes(monkeypatch, few, zeros):
-    found = ordering.minimum_degree(mesh(300, 3), 300)
+    order = ordering.minimum_degree(mesh(300, 3), 300)
     for module in (fronts, reference):
         monkeypatch.setattr(module, "LEAST_FRONT_VERTICES", few)
         monkeypatch.setattr(module, "MOST_ZEROS_SHARE", zeros)
@@ -75,7 +75,7 @@ def test_supernodes(monkeypatch, few, zeros):
         assert (n, least, share) == (300, few, zeros)
         return reference.supernodes(parents, counts, size, free, old, room, place, starts, last)
 
-    work = lambda: fronts.fronts_of(found)  # noqa: E731
+    work = lambda: fronts.fronts_of(order)  # noqa: E731
     one, other = with_reference(monkeypatch, fronts, "_supernodes", plain, work)
     assert np.array_equal(one[0], other[0])
     assert all(np.array_equal(a, b) for a, b in zip(one[1], other[1]))

@@ -35,8 +35,8 @@ def test_refinement_mends_thin_triangles(monkeypatch, h):
     z = z.real + 0.15j * z.imag
 
     def work():
-        found = refinement.shaped(z, faces)
-        return found.z, found.faces, found.across
+        refined = refinement.shaped(z, faces)
+        return refined.z, refined.faces, refined.across
 
     one, other = both(monkeypatch, refinement, {"_refine": refine}, work)
     assert len(one[0]) > z.size + 10
@@ -48,9 +48,9 @@ def test_edges_of_triangles():
     z, faces, _ = irregular(BENT, 0.2, seed=5)
     faces = rng.permutation(faces)
     across = neighbours(faces, z.size)
-    found = adjacency.edges_across(faces, across)
+    edges = adjacency.edges_across(faces, across)
     expected = plain_refinement._numbered(faces, across)
-    equal([found.ends, found.sides, found.rim, found.beside, found.opposite], expected)
+    equal([edges.ends, edges.sides, edges.rim, edges.beside, edges.opposite], expected)
 
 
 def test_pairs_are_sorted_and_equal_ones_stay_in_order(monkeypatch):
@@ -64,8 +64,8 @@ def test_pairs_are_sorted_and_equal_ones_stay_in_order(monkeypatch):
         )
 
     def work():
-        found = adjacency.edges_of(faces)
-        return found.ends, found.sides, found.rim, found.beside, found.opposite
+        edges = adjacency.edges_of(faces)
+        return edges.ends, edges.sides, edges.rim, edges.beside, edges.opposite
 
     equal(*both(monkeypatch, sorting, {"_order_pairs": order_pairs}, work))
 
@@ -80,9 +80,9 @@ def test_nearest_segments_are_those_of_a_look_at_all():
     w[:20], w[20:23] = start[:20], (np.nan, complex(0, np.inf), 1e6)
     segment, part = buckets.nearest_segments(w, start, start + along)
     along = (start + along) - start
-    for point, found, share in zip(w, segment, part):
+    for point, number, share in zip(w, segment, part):
         if not np.isfinite(point):
-            assert (found, share) == (0, 0)
+            assert (number, share) == (0, 0)
             continue
         off = point - start
         length = along.real * along.real + along.imag * along.imag
@@ -90,7 +90,7 @@ def test_nearest_segments_are_those_of_a_look_at_all():
         t = np.where(t > 0, np.minimum(t / np.where(length > 0, length, 1), 1.0), 0.0)
         x, y = off.real - t * along.real, off.imag - t * along.imag
         best = int(np.argmin(x * x + y * y))
-        assert (found, share) == (best, t[best])
+        assert (number, share) == (best, t[best])
 
 
 def bent_patches(seed):
@@ -142,9 +142,9 @@ def test_a_point_that_newton_does_not_find_is_infinitely_far():
     patch = np.array([0, 1, 0.3 + 0.01j, 0.4j, -0.3 + 0.2j, 0.1j])
     rng = np.random.default_rng(9)
     z = 3 * random_complex(rng, 50)
-    found = [location.solve(patch, point) for point in z]
-    assert np.isinf(np.array(found)[:, 2]).any()
-    assert np.array_equal(found, [plain.solve(patch, point) for point in z])
+    solutions = [location.solve(patch, point) for point in z]
+    assert np.isinf(np.array(solutions)[:, 2]).any()
+    assert np.array_equal(solutions, [plain.solve(patch, point) for point in z])
 
 
 def test_patches_are_evaluated(monkeypatch):
@@ -292,10 +292,10 @@ def test_numbers_of_single_precision_are_taken():
         bulge = patches.shrunk(faces, z, z, edges, 0.1 * z_w[edges.ends[:, 0]])
         locator = location.PatchLocator(z[faces], bulge[edges.sides])
         triangle, place = locator(z[faces].mean(axis=1))
-        found = [extended_inverse.bends(faces, z, z_w, z_wbar), bulge, triangle, place]
-        found += [*evaluation.evaluate(locator.control, z[faces], triangle, place)]
-        found += [*buckets.nearest_segments(z + 1, z, z_w), neighbours(faces, z.size)]
-        return [*found, cauchy_green.jets(BENT.astype(z.dtype), z_w[None, :6], z[faces].mean(axis=1))]
+        results = [extended_inverse.bends(faces, z, z_w, z_wbar), bulge, triangle, place]
+        results += [*evaluation.evaluate(locator.control, z[faces], triangle, place)]
+        results += [*buckets.nearest_segments(z + 1, z, z_w), neighbours(faces, z.size)]
+        return [*results, cauchy_green.jets(BENT.astype(z.dtype), z_w[None, :6], z[faces].mean(axis=1))]
 
     for one, other in zip(work(*narrow), work(*wide), strict=True):
         assert np.allclose(one, other, rtol=1e-3, atol=1e-3, equal_nan=True)

@@ -42,17 +42,17 @@ def test_texels_that_triangles_touch(wrap):
     owner = np.full((height, width), -1, np.int32)
     reference.fill(corners[:3], owner, 0, height, wrap)
     centre = owner >= 0
-    found = []
+    results = []
     for touch in (
         lambda o, n: rasterise._touch(corners, chosen, chosen.size, o, centre, n, height, width, wrap),
         lambda o, n: reference.touch(corners, chosen, o, centre, n, wrap),
     ):
-        own, nearest = owner.copy(), np.full((height, width), np.inf, np.float32)
-        touch(own, nearest)
-        found.append((own, nearest))
-    for ours, theirs in zip(*found):
+        touched, nearest = owner.copy(), np.full((height, width), np.inf, np.float32)
+        touch(touched, nearest)
+        results.append((touched, nearest))
+    for ours, theirs in zip(*results):
         np.testing.assert_array_equal(ours, theirs)
-    assert (found[0][0] != owner).any()
+    assert (results[0][0] != owner).any()
 
 
 @pytest.mark.parametrize("kind", [float, complex])
@@ -64,9 +64,9 @@ def test_affine_functions_take_corners_to_values(kind):
     reference.affine(corners, values, theirs)
     ours = rasterise.affine(corners, values)
     np.testing.assert_array_equal(ours, theirs)
-    there = ours[:, :1] + ours[:, 1:2] * corners[..., 0] + ours[:, 2:] * corners[..., 1]
+    at_corners = ours[:, :1] + ours[:, 1:2] * corners[..., 0] + ours[:, 2:] * corners[..., 1]
     sound = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) > 1
-    np.testing.assert_allclose(there[sound], values[sound], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(at_corners[sound], values[sound], rtol=0, atol=1e-10)
 
 
 def test_affine_functions_at_texels():
@@ -98,8 +98,8 @@ def test_walks_to_points():
     # points outside take lengths, which the C library rounds in its own way
     np.testing.assert_allclose(ours[1], theirs[1], rtol=0, atol=1e-14)
     inside = (ours[1] > 0).all(axis=1)
-    there = np.einsum("pk,pkx->px", ours[1], points[faces[ours[0]]])
-    np.testing.assert_allclose(there[inside], xy_of(z)[inside], rtol=0, atol=1e-12)
+    reached = np.einsum("pk,pkx->px", ours[1], points[faces[ours[0]]])
+    np.testing.assert_allclose(reached[inside], xy_of(z)[inside], rtol=0, atol=1e-12)
     assert 0 < inside.sum() < z.size
 
 
@@ -120,7 +120,7 @@ def test_corners_of_single_precision_are_fitted_and_rasterised():
     """As those of layouts in GLB files are."""
     corners = triangles(20, 7, 30, 20).astype(np.float32)
     values = np.random.default_rng(7).random((20, 3), dtype=np.float32)
-    wanted = rasterise.affine(corners.astype(float), values.astype(float))
-    np.testing.assert_array_equal(rasterise.affine(corners, values), wanted)
-    found = [rasterise.rasterise(c, 30, 20).owner for c in (corners, corners.astype(float))]
-    np.testing.assert_array_equal(*found)
+    expected = rasterise.affine(corners.astype(float), values.astype(float))
+    np.testing.assert_array_equal(rasterise.affine(corners, values), expected)
+    owners = [rasterise.rasterise(c, 30, 20).owner for c in (corners, corners.astype(float))]
+    np.testing.assert_array_equal(*owners)

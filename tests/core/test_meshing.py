@@ -61,8 +61,8 @@ def compared(monkeypatch, *args, steps):
     with monkeypatch.context() as patched:
         patched.setattr(delaunay, "_clip_ears", clip_ears)
         plainly = work()
-    compiled, found = both(monkeypatch, mesh, steps, work)
-    for one, other, third in zip(compiled, found, plainly, strict=True):
+    compiled, reference = both(monkeypatch, mesh, steps, work)
+    for one, other, third in zip(compiled, reference, plainly, strict=True):
         assert np.array_equal(one, other) and np.array_equal(one, third)
     return compiled
 
@@ -103,8 +103,8 @@ def test_lines_that_cross_cannot_be_kept(monkeypatch):
     square = np.array([0, 1.1, 1 + 1j, 1j]) - 0.4 - 0.5j
     cross = np.array([-0.2, 0.31, -0.2j, 0.22j])
     links = np.array([1, -1, 3, -1])
-    found = compared(monkeypatch, square, mesh.Sizes.even(0.1), cross, links, steps={"_insert": insert})
-    assert len(found) == 1
+    result = compared(monkeypatch, square, mesh.Sizes.even(0.1), cross, links, steps={"_insert": insert})
+    assert len(result) == 1
 
 
 def test_a_clockwise_polygon_has_no_ears(monkeypatch):

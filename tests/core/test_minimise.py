@@ -98,8 +98,8 @@ def test_folds_are_infinite():
 def test_geometry_of_triangles():
     gradients, areas = np.empty(FACES.shape, complex), np.empty(len(FACES))
     reference.hat_gradients(FACES, FOLDED, gradients, areas)
-    found = energy.geometry(FOLDED, FACES)
-    assert np.array_equal(found[0], gradients) and np.array_equal(found[1], areas)
+    result = energy.geometry(FOLDED, FACES)
+    assert np.array_equal(result[0], gradients) and np.array_equal(result[1], areas)
 
 
 def test_the_factor_and_both_substitutions():
@@ -205,15 +205,15 @@ def test_a_descent(mode):
     goals, objective, cost, factorised = MODES[mode]
     tau, constraints = constrained(goals)
     start = FOLDED if mode == "untangling" else BENT
-    found = []
+    results = []
     for descend in (newton.descend, reference.descend):
         u, s = start.copy(), tau.copy()
         system = System.of(PATTERN, FACES, rest(), constraints, cost)
         result = descend(system, objective, None, u, s, 4, 1e-12)
         if factorised:
             result = descend(replace(system, factorised=True), objective, None, u, s, 2, 1e-12)
-        found.append((u, s, result))
-    (u, s, result), (plain_u, plain_s, plain_result) = found
+        results.append((u, s, result))
+    (u, s, result), (plain_u, plain_s, plain_result) = results
     assert result == plain_result and result[1] > 1
     assert np.array_equal(u, plain_u) and np.array_equal(s, plain_s)
     assert not np.array_equal(u, start)
@@ -222,13 +222,13 @@ def test_a_descent(mode):
 def test_a_quadratic_energy_takes_one_step():
     """The derivatives are given: those of a positive matrix and a gradient."""
     _, matrix, gradient = matrix_and_gradient()
-    found = []
+    results = []
     for step in (newton.quadratic_step, reference.quadratic_step):
         constraints = Constraints.of_fixed(BENT, np.arange(Z.size) < COUNT)
         system, u = System.of(PATTERN, FACES, rest(), constraints), BENT.copy()
         system.workspace.matrix[:], system.workspace.gradient[:] = matrix, gradient
         with np.errstate(invalid="ignore"):
             assert step(system, u, np.zeros(COUNT))
-        found.append(u)
-    assert np.array_equal(*found)
-    assert np.array_equal(found[0][:COUNT], BENT[:COUNT]) and not np.array_equal(found[0], BENT)
+        results.append(u)
+    assert np.array_equal(*results)
+    assert np.array_equal(results[0][:COUNT], BENT[:COUNT]) and not np.array_equal(results[0], BENT)

@@ -56,9 +56,9 @@ def by_core(data):
     """Counts, what is wrong, and all arrays."""
     raw = np.frombuffer(data, np.uint8)
     lines, corners = obj_scan.count(raw)
-    found = obj_scan.scan(raw)
-    arrays = [*vars(found.elements).values(), found.statement_at, *found.unconverted]
-    return lines, corners, found.fault, found.fault_at, *([] if found.fault else arrays)
+    result = obj_scan.scan(raw)
+    arrays = [*vars(result.elements).values(), result.statement_at, *result.unconverted]
+    return lines, corners, result.fault, result.fault_at, *([] if result.fault else arrays)
 
 
 def by_reference(data):
@@ -97,11 +97,11 @@ def written(rng, count):
 
 def test_a_file():
     data = written(np.random.default_rng(1), 40)
-    found = compared(data)
+    result = compared(data)
     assert (
-        found[0].tolist()[1:] == [40, 40, 2, 40, 4]
-        and found[2] == 0
-        and all(len(left) for left in found[-3:])
+        result[0].tolist()[1:] == [40, 40, 2, 40, 4]
+        and result[2] == 0
+        and all(len(left) for left in result[-3:])
     )
 
 

@@ -31,7 +31,7 @@ def test_pixels_are_filled_by_triangles(slopes):
     chosen = np.arange(39)[::-1].copy()
     reach = np.stack([corners.imag.min(axis=1), corners.imag.max(axis=1)], axis=1)[chosen]
     covered = (rng.random((rows, width)) < 0.5).astype(np.float32)
-    found = []
+    results = []
     for fill in (
         lambda *out: triangulated_preimages._fill(
             *(corners, powers, chosen, reach, chosen.size, row, rows, width, covered),
@@ -47,10 +47,10 @@ def test_pixels_are_filled_by_triangles(slopes):
         if not slopes:
             right = down = np.empty((0, 0), np.complex64)
         state = np.zeros((rows, width), np.uint8)
-        found.append((fill(z, right, down, state), z, right, down, state))
-    for ours, theirs in zip(*found):
+        results.append((fill(z, right, down, state), z, right, down, state))
+    for ours, theirs in zip(*results):
         np.testing.assert_array_equal(ours, theirs)
-    assert set(np.unique(found[0][-1])) == {0, 1, 2}
+    assert set(np.unique(results[0][-1])) == {0, 1, 2}
 
 
 @pytest.mark.parametrize("winding", [False, True])
@@ -101,8 +101,8 @@ def test_pictures_are_halved(edge, shape):
     picture = np.random.default_rng(3).random(shape, dtype=np.float32)
     x = (np.arange(12) - 5.5) / 2
     taps = np.sinc(x) * np.sinc(x / 3)
-    wanted = halved(picture.astype(float), taps / taps.sum(), edge)
-    assert pyramid._reduced(picture, edge) == pytest.approx(wanted, abs=1e-6)
+    expected = halved(picture.astype(float), taps / taps.sum(), edge)
+    assert pyramid._reduced(picture, edge) == pytest.approx(expected, abs=1e-6)
 
 
 def test_rows_repeat_as_the_core_has_them():
@@ -119,12 +119,12 @@ def test_stored_integers_are_decoded(kind, channels, alpha):
     top = np.iinfo(kind).max
     pixels = rng.integers(0, top + 1, (7, 11, channels)).astype(kind)
     table = rng.random((top + 1, channels), dtype=np.float32)
-    wanted = table[pixels, np.arange(channels)]
+    expected = table[pixels, np.arange(channels)]
     if alpha >= 0:
         others = [k for k in range(channels) if k != alpha]
-        wanted[..., others] *= wanted[..., [alpha]]
-    np.testing.assert_array_equal(pyramid.ready(pixels, table, alpha), wanted)
-    np.testing.assert_array_equal(pyramid.ready(pixels[:, ::2], table, alpha), wanted[:, ::2])
+        expected[..., others] *= expected[..., [alpha]]
+    np.testing.assert_array_equal(pyramid.ready(pixels, table, alpha), expected)
+    np.testing.assert_array_equal(pyramid.ready(pixels[:, ::2], table, alpha), expected[:, ::2])
 
 
 @pytest.mark.parametrize("edge", EDGES)
@@ -146,10 +146,10 @@ def test_the_nearest_texels(edge, kind):
         j, i = (pyramid._repeated(at[:, k], n, edge) for k, n in enumerate((w, h)))
     else:
         j, i = (np.clip(at[:, k], 0, n - 1) for k, n in enumerate((w, h)))
-    wanted = ready[i, j]
+    expected = ready[i, j]
     if edge == pyramid.CLEAR:
-        wanted[beyond] = 0
-    np.testing.assert_array_equal(filters.read(tex, xy, np.ones((300, 4)), filters.NEAREST), wanted)
+        expected[beyond] = 0
+    np.testing.assert_array_equal(filters.read(tex, xy, np.ones((300, 4)), filters.NEAREST), expected)
     assert beyond.any() and not beyond.all()
 
 
@@ -172,13 +172,13 @@ def test_places_in_a_picture():
     rng = np.random.default_rng(7)
     z, right, down = (rng.normal(size=50) + 1j * rng.normal(size=50) for _ in range(3))
     picture = texture.Texture(np.zeros((30, 20, 3), np.uint8), (complex(-1, -2), complex(3, 1)))
-    found = picture.places(z, right.astype(np.complex64), down.astype(np.complex64))
+    places = picture.places(z, right.astype(np.complex64), down.astype(np.complex64))
     right, down = right.astype(np.complex64), down.astype(np.complex64)
     across, below = 20 / 4, 30 / 3
-    wanted = np.column_stack([(z.real + 1) * across, (1 - z.imag) * below])
-    np.testing.assert_allclose(found.xy, wanted, rtol=1e-15)
+    expected = np.column_stack([(z.real + 1) * across, (1 - z.imag) * below])
+    np.testing.assert_allclose(places.xy, expected, rtol=1e-15)
     turn = [right.real * across, down.real * across, -right.imag * below, -down.imag * below]
-    np.testing.assert_allclose(found.turn, np.column_stack(turn), rtol=1e-7)
+    np.testing.assert_allclose(places.turn, np.column_stack(turn), rtol=1e-7)
 
 
 def test_bytes_are_those_of_the_formula():
@@ -187,11 +187,11 @@ def test_bytes_are_those_of_the_formula():
         np.float32
     )
     values = values.reshape(1, -1, 5)
-    found = colour.encode(values, np.dtype(np.uint8), 2, srgb=True)
+    encoded = colour.encode(values, np.dtype(np.uint8), 2, srgb=True)
     clipped = np.clip(np.nan_to_num(values.astype(float), posinf=1), 0, 1)
-    wanted = np.rint(colour.srgb_from_linear(clipped) * 255)
-    wanted[..., 2] = np.rint(clipped[..., 2] * 255)
-    np.testing.assert_array_equal(found, wanted)
+    expected = np.rint(colour.srgb_from_linear(clipped) * 255)
+    expected[..., 2] = np.rint(clipped[..., 2] * 255)
+    np.testing.assert_array_equal(encoded, expected)
 
 
 @pytest.mark.parametrize("channels, alpha", [(3, 3), (4, 3), (1, 1), (4, 0), (6, 6)])
@@ -207,12 +207,12 @@ def test_painted_pixels_are_placed_filtered_and_encoded(channels, alpha, clamped
     covered = np.where(rng.random(z.shape) < 0.3, 0, rng.random(z.shape)).astype(np.float32)
     band = Band(0, covered, z, right, down, Diagnostics())
     corner = (0.5, 4.0, 6.0, 5.0)
-    found = np.full((rows, width, max(channels, alpha + 1)), 7, np.uint8)
-    filters.paint(tex, band, columns, corner, filters.CUBIC, clamped, alpha, found)
-    shown = covered > 0
-    shown[:, : columns[0]] = shown[:, columns[1] :] = False
-    assert (found[~shown] == 7).all()
-    z, right, down, share = (part[shown] for part in (z, right, down, covered))
+    painted = np.full((rows, width, max(channels, alpha + 1)), 7, np.uint8)
+    filters.paint(tex, band, columns, corner, filters.CUBIC, clamped, alpha, painted)
+    is_covered = covered > 0
+    is_covered[:, : columns[0]] = is_covered[:, columns[1] :] = False
+    assert (painted[~is_covered] == 7).all()
+    z, right, down, share = (part[is_covered] for part in (z, right, down, covered))
     right, down = right.astype(complex), down.astype(complex)
     xy = np.column_stack([(z.real - 0.5) * 6, (4 - z.imag) * 5])
     turn = np.column_stack([right.real * 6, down.real * 6, -right.imag * 5, -down.imag * 5])
@@ -223,8 +223,8 @@ def test_painted_pixels_are_placed_filtered_and_encoded(channels, alpha, clamped
         values[:, alpha] = share
     else:
         values = np.column_stack([values, share])
-    wanted = colour.encode(values[None], np.dtype(np.uint8), alpha, srgb=True)[0]
-    np.testing.assert_array_equal(found[shown], wanted)
+    expected = colour.encode(values[None], np.dtype(np.uint8), alpha, srgb=True)[0]
+    np.testing.assert_array_equal(painted[is_covered], expected)
 
 
 def test_pictures_that_are_parts_of_others_are_filtered():
@@ -233,8 +233,8 @@ def test_pictures_that_are_parts_of_others_are_filtered():
     wide = rng.random((20, 34, 4), dtype=np.float32)
     part = wide[:, ::2, :3]
     xy, turn = rng.uniform(0, 17, (40, 2))[::2], rng.normal(size=(4, 20)).T
-    found = [
+    results = [
         filters.read(pyramid.pyramid(picture, pyramid.CLAMP), xy, turn, filters.CUBIC)
         for picture in (part, part.copy())
     ]
-    np.testing.assert_array_equal(*found)
+    np.testing.assert_array_equal(*results)

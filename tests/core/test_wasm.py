@@ -71,15 +71,15 @@ def recorded(monkeypatch):
     return calls
 
 
-def difference(found, expected, before):
+def difference(values, expected, before):
     """The largest difference of arrays relative to what has been written; infinite where other entries are finite."""
-    if found.dtype.kind not in "fc":
-        return 0.0 if np.array_equal(found, expected) else np.inf
+    if values.dtype.kind not in "fc":
+        return 0.0 if np.array_equal(values, expected) else np.inf
     finite = np.isfinite(expected)
-    if not np.array_equal(finite, np.isfinite(found)):
+    if not np.array_equal(finite, np.isfinite(values)):
         return np.inf
     size = float(np.abs(expected[finite & (expected != before)]).max(initial=0.0))
-    return float(np.abs(found[finite] - expected[finite]).max(initial=0.0)) / max(size, 1e-300)
+    return float(np.abs(values[finite] - expected[finite]).max(initial=0.0)) / max(size, 1e-300)
 
 
 def test_a_solve_and_a_warp_in_node(recorded, tmp_path):
@@ -103,6 +103,6 @@ def test_a_solve_and_a_warp_in_node(recorded, tmp_path):
         name = request["name"]
         assert float(answer["value"]) == pytest.approx(result, rel=1e-12, nan_ok=True), name
         for text, was, expected in zip(answer["arrays"], before, after, strict=True):
-            found = np.frombuffer(base64.b64decode(text), expected.dtype).reshape(expected.shape)
-            bound = 1e-6 if found.dtype in (np.float32, np.complex64) else 1e-12
-            assert difference(found, expected, was) <= bound, name
+            values = np.frombuffer(base64.b64decode(text), expected.dtype).reshape(expected.shape)
+            bound = 1e-6 if values.dtype in (np.float32, np.complex64) else 1e-12
+            assert difference(values, expected, was) <= bound, name

@@ -32,9 +32,9 @@ def test_sizes_become_more_even_and_the_picture_stays_upright(name):
     assert np.ptp(turns) < 5 and all(fit.status.ok and fit.certificate.share == 1 for fit in fits)
 
 
-def mean_energy(found):
-    energy, inner = found.energies()["total"], found.area > 0
-    return np.average(energy[inner], weights=found.area[inner])
+def mean_energy(distortion):
+    energy, inner = distortion.energies()["total"], distortion.area > 0
+    return np.average(energy[inner], weights=distortion.area[inner])
 
 
 @pytest.mark.parametrize("name", ["square to Texas", slow("arrow to blob")])
@@ -53,9 +53,9 @@ def test_a_bound_that_can_be_met_is_met_at_little_cost_elsewhere(name):
 
 def test_corners_that_allow_no_less_are_told_and_the_rest_meets_the_bound():
     fit = iccm.fit(*PAIRS["square to Texas"], max_dilatation=2.235)
-    least, found = angle_ratio(fit.map), fit.distortion
-    assert fit.status is iccm.Status.BOUNDS and 2.235 < least <= found.dilatations.max()
-    assert found.area @ (found.dilatations > 2.236) < 1e-3 * found.area.sum()
+    least, distortion = angle_ratio(fit.map), fit.distortion
+    assert fit.status is iccm.Status.BOUNDS and 2.235 < least <= distortion.dilatations.max()
+    assert distortion.area @ (distortion.dilatations > 2.236) < 1e-3 * distortion.area.sum()
     assert f"than {least:.3g} (max_dilatation)" in fit.notes[-1]
 
 

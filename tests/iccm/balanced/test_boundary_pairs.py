@@ -39,13 +39,13 @@ def test_pairs_are_in_order_and_hold_every_corner(first, second, shift, spacing)
     source, target = outline(polygon(first)), outline(polygon(second, 0.1))
     match = Match(np.array([0.0, source.length]), shift * target.length + np.array([0.0, target.length]))
     pairs = boundary_pairs(source, target, match, spacing)
-    for values, length, held, corners in (
+    for values, length, corner_lengths, corners in (
         (pairs.s, source.length, pairs.at_source, source.corners),
         (pairs.tau, target.length, pairs.at_target, target.corners),
     ):
         gaps = np.diff(values, append=values[0] + length)
         assert gaps.min() > 0 and gaps.max() <= spacing * (1 + 1e-6)
-        assert np.allclose(np.sort(np.mod(values[held] + 1e-9, length)), corners + 1e-9, atol=1e-8)
+        assert np.allclose(np.sort(np.mod(values[corner_lengths] + 1e-9, length)), corners + 1e-9, atol=1e-8)
 
 
 def test_close_corners_of_the_two_outlines_become_one_pair():

@@ -61,8 +61,8 @@ def test_more_starts_are_tried_where_asked():
     level, problem = LEVEL, PROBLEM._replace(starts=3)
     few, many = (multilevel.correspondences(replace(level, problem=given)) for given in (PROBLEM, problem))
     assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTH_SHIFTS
-    found = [multilevel.coarse_map(given, 0.15, SolveLog()).value for given in (PROBLEM, problem)]
-    assert found[1] <= found[0]
+    values = [multilevel.coarse_map(given, 0.15, SolveLog()).value for given in (PROBLEM, problem)]
+    assert values[1] <= values[0]
 
 
 MATCHES = initial_matches.candidates(LEVEL.source.curve, LEVEL.target.curve, initial_matches.TURNS)
@@ -81,14 +81,14 @@ def test_fewer_starts_are_tried_where_their_meshes_are_large(monkeypatch):
 @pytest.mark.parametrize("tangled, tried", [(4, len(MATCHES)), (len(MATCHES), 5)])
 def test_starts_around_regions_end_where_none_of_the_first_has_a_map(monkeypatch, tangled, tried):
     level, seen = replace(LEVEL, problem=PROBLEM._replace(cut_out=1)), []
-    made = initial_maps(LEVEL, MATCHES[:1])[0]
+    first_start = initial_maps(LEVEL, MATCHES[:1])[0]
 
     def started(self, match):
         seen.append(match)
         if len(seen) <= tangled:
-            raise Tangled(made.u)
-        return made
+            raise Tangled(first_start.u)
+        return first_start
 
     monkeypatch.setattr(Level, "started", started)
-    found = initial_maps(level, MATCHES)
-    assert len(seen) == tried and len(found) == max(0, tried - tangled)
+    starts = initial_maps(level, MATCHES)
+    assert len(seen) == tried and len(starts) == max(0, tried - tangled)

@@ -37,10 +37,10 @@ def error(fit):
 def as_rigid_as_possible(fit, pins):
     """The same mesh deformed with the same pins by libigl's local-global iterations."""
     z, faces = fit.map.source, fit.map.faces
-    held = np.array([np.argmin(np.abs(z - pin)) for pin in pins[:, 0]], np.int32)
+    pinned = np.array([np.argmin(np.abs(z - pin)) for pin in pins[:, 0]], np.int32)
     data = igl.ARAPData()
     data.max_iter = 2000
-    igl.arap_precomputation(np.column_stack([z.real, z.imag]), faces.astype(np.int64), 2, held, data)
+    igl.arap_precomputation(np.column_stack([z.real, z.imag]), faces.astype(np.int64), 2, pinned, data)
     goals, first = (np.column_stack([w.real, w.imag]) for w in (pins[:, 1], fit.map.image))
     return igl.arap_solve(goals, data, first) @ np.array([1, 1j])
 

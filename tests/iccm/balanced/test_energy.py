@@ -41,8 +41,8 @@ def times(matrix, w):
 
 @pytest.mark.parametrize(("theta", "q"), POWERS)
 def test_a_map_and_its_inverse_have_the_same_energy(theta, q):
-    there, back = energy.energy_of(Z, BENT, FACES, theta, q), energy.energy_of(BENT, Z, FACES, theta, q)
-    assert there > 1.01 and there == pytest.approx(back, rel=1e-12)
+    forward, back = energy.energy_of(Z, BENT, FACES, theta, q), energy.energy_of(BENT, Z, FACES, theta, q)
+    assert forward > 1.01 and forward == pytest.approx(back, rel=1e-12)
 
 
 @settings(max_examples=25, deadline=None)
@@ -123,8 +123,8 @@ def test_the_stretch_of_a_share_counts_both_areas():
     z = np.array([0, 4, 4 + 2j, 2j]) / np.sqrt(8)
     u = np.array([0, 4, 4 + 2j, 6j]) / 4
     large = np.linalg.svd([[1, 0], [-1, 3]], compute_uv=False)[0] / np.sqrt(2)
-    found = [stretch_quantile(z, u, faces, share) for share in (0.36, 0.39)]  # (1/2 + 1/4)/2 are kept
-    assert found == pytest.approx([np.sqrt(2), large])
+    quantiles = [stretch_quantile(z, u, faces, share) for share in (0.36, 0.39)]  # (1/2 + 1/4)/2 are kept
+    assert quantiles == pytest.approx([np.sqrt(2), large])
 
 
 @pytest.mark.parametrize("theta", [0.3, 1.0, 2.5])

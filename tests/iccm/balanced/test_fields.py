@@ -85,7 +85,7 @@ def test_a_region_is_rigid_in_the_plane_beside_sizes():
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"importance": [[0, 0]]}, "importance: is zero"),
         ({"importance": [1, 2]}, r"importance: .* \(h, w\)"),
@@ -95,6 +95,6 @@ def test_a_region_is_rigid_in_the_plane_beside_sizes():
         ({"importance": [[1, 2]], "method": "paper"}, "importance: .* balanced method"),
     ],
 )
-def test_what_is_refused(given, told):
-    with pytest.raises(iccm.InputError, match=told):
+def test_what_is_refused(given, message):
+    with pytest.raises(iccm.InputError, match=message):
         iccm.fit(FLAG, BEAN, **given)

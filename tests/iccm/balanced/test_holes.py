@@ -103,19 +103,19 @@ def test_a_hole_may_have_two_corners():
 
 @pytest.mark.slow
 def test_the_inverse_has_the_same_energy():
-    there, back = solved(FACE, MASK), solved(MASK, FACE)
-    assert there.energy == pytest.approx(back.energy, rel=0.02)
-    assert there.energy == pytest.approx(
-        energy_of(there.map.image, there.map.source, there.map.faces), rel=1e-9
+    forward, back = solved(FACE, MASK), solved(MASK, FACE)
+    assert forward.energy == pytest.approx(back.energy, rel=0.02)
+    assert forward.energy == pytest.approx(
+        energy_of(forward.map.image, forward.map.source, forward.map.faces), rel=1e-9
     )
 
 
 @pytest.mark.slow
 def test_partners_are_the_closest_unless_told():
     assert solved(FACE, MASK).partners == ((2, 0), (0, 1), (1, 2))
-    told = solved(FACE, MASK, partners=((0, 2),))
-    check(told, FACE, MASK)
-    assert (0, 2) in told.partners
+    prescribed = solved(FACE, MASK, partners=((0, 2),))
+    check(prescribed, FACE, MASK)
+    assert (0, 2) in prescribed.partners
 
 
 def test_holes_without_a_partner_all_but_vanish():
@@ -345,7 +345,7 @@ def test_a_hole_that_opens_from_a_slit_has_every_kink_of_its_outline():
     """Compared with shapely's distance, with triangles far larger than the hole's edges."""
     round_hole = 0.5 * np.exp(2j * np.pi * np.arange(90) / 90)
     given = domain(STEPS, round_hole)
-    found = solved(DISC, given)
-    image = shapely.LinearRing(xy_of(found.map.image[found.map.loops[1]]))
+    solution = solved(DISC, given)
+    image = shapely.LinearRing(xy_of(solution.map.image[solution.map.loops[1]]))
     gap = shapely.hausdorff_distance(image, shapely.LinearRing(xy_of(round_hole)), densify=0.01)
     assert gap <= 3e-4 * given[0].diagonal

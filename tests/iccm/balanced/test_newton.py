@@ -168,7 +168,7 @@ def test_a_fold_is_undone_where_it_is():
     u = state.u.copy()
     u[middle] += 0.2
     bad = replace(state, u=u)
-    found = bad.unfolded(harmonic=False)
-    assert folds(bad.faces, bad.u) > 0 and folds(found.faces, found.u) == 0
-    moved = np.abs(found.z[found.u != bad.u] - found.z[middle])
+    unfolded = bad.unfolded(harmonic=False)
+    assert folds(bad.faces, bad.u) > 0 and folds(unfolded.faces, unfolded.u) == 0
+    moved = np.abs(unfolded.z[unfolded.u != bad.u] - unfolded.z[middle])
     assert moved.size > 0 and moved.max() < 0.4

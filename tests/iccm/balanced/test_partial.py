@@ -119,18 +119,18 @@ def test_all_of_the_source_is_shown_and_the_map_is_less_stretched(name):
     assert fit.status.ok and fit.certificate.certified
     assert report["left_out"] == pytest.approx(0, abs=1e-3) and 0 < report["uncovered"] < 0.15
     assert report["stretch"]["p95"] < 0.9 * whole.report()["stretch"]["p95"]
-    shown = shapely.Polygon(xy_of(fit.map.image[fit.map.loops[0]]))
-    assert 1 - shown.area / polygon(target).area == pytest.approx(report["uncovered"], abs=1e-3)
-    assert polygon(target).buffer(1e-3).contains(shown)
+    image_polygon = shapely.Polygon(xy_of(fit.map.image[fit.map.loops[0]]))
+    assert 1 - image_polygon.area / polygon(target).area == pytest.approx(report["uncovered"], abs=1e-3)
+    assert polygon(target).buffer(1e-3).contains(image_polygon)
     assert abs(Curve(fit.map.polygon).area) == pytest.approx(source.area, rel=1e-3)
     assert report["boundary"]["hausdorff"] < 5e-4  # of the outline with concavities filled
 
 
 @pytest.mark.slow
 def test_covering_is_the_other_way_round():
-    there, back = iccm.fit(HOOK, SQUARE, fit="contain"), iccm.fit(SQUARE, HOOK, fit="cover")
+    forward, back = iccm.fit(HOOK, SQUARE, fit="contain"), iccm.fit(SQUARE, HOOK, fit="cover")
     assert back.uncovered == pytest.approx(0, abs=1e-3)
-    assert back.left_out == pytest.approx(there.uncovered, rel=0.05)
+    assert back.left_out == pytest.approx(forward.uncovered, rel=0.05)
     assert back.report()["boundary"]["hausdorff"] < 5e-4
 
 
@@ -151,8 +151,8 @@ def test_whole_outlines_name_the_partial_map_that_is_much_better():
     ]
     fit = iccm.fit(arc, DISC)
     figures = fit.report()["dilatation"]["p95"], 100 * fit.left_out, 100 * fit.uncovered
-    told = re.search(r"dilatation ([\d.]+) .*; ([\d.]+)% of the source .* ([\d.]+)% of the target", said)
-    assert [float(each) for each in told.groups()] == pytest.approx(figures, abs=0.06)
+    match = re.search(r"dilatation ([\d.]+) .*; ([\d.]+)% of the source .* ([\d.]+)% of the target", said)
+    assert [float(text) for text in match.groups()] == pytest.approx(figures, abs=0.06)
     assert not any("set to auto" in note for note in fit.notes + iccm.fit(SQUARE, DISC, fit="whole").notes)
 
 
@@ -202,9 +202,9 @@ def test_what_is_lost_has_the_area_that_is_told_and_is_hatched(pair):
 @pytest.mark.parametrize("pins, partial", [([[-3, 0], [3, 4]], True), ([[-3, 0], [1j, 2 + 4j]], False)])
 def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial):
     fit = iccm.fit(U, SQUARE, pins=pins, fit="contain")
-    here, there = np.array(pins, complex).T
+    pin_sources, pin_targets = np.array(pins, complex).T
     assert fit.is_partial == partial and fit.status.ok and fit.certificate.certified
-    assert np.abs(fit.map(here) - there).max() < 1e-9
+    assert np.abs(fit.map(pin_sources) - pin_targets).max() < 1e-9
     assert (fit.report()["stretch"]["p95"] < GOOD_STRETCH) == partial
 
 

@@ -31,11 +31,11 @@ def test_a_processor_without_fused_products_makes_the_same_map():
         "OPENBLAS_CORETYPE": "Prescott",
         "NPY_DISABLE_CPU_FEATURES": "AVX2 FMA3 AVX512F AVX512CD AVX512_SKX",
     }
-    said = [
+    outputs = [
         subprocess.run(
             [sys.executable, "-W", "ignore", "-c", SOLVE],
             env=os.environ | extra, capture_output=True, text=True, check=True,
         ).stdout
         for extra in ({}, old)
     ]  # fmt: skip
-    assert said[0] == said[1] != ""
+    assert outputs[0] == outputs[1] != ""

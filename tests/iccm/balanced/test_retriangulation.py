@@ -29,7 +29,7 @@ def square_onto_bar() -> DiscreteMap:
 
 def flips(state: DiscreteMap) -> list[np.ndarray]:
     """The triangulations after one flip of an inner edge that does not join two vertices of the outline."""
-    faces, found = state.faces.tolist(), []
+    faces, flipped_edges = state.faces.tolist(), []
     beyond = {(tri[k], tri[k - 2]): (t, tri[k - 1]) for t, tri in enumerate(faces) for k in range(3)}
     for (b, c), (t, a) in beyond.items():
         if b < c and (c, b) in beyond:
@@ -38,8 +38,8 @@ def flips(state: DiscreteMap) -> list[np.ndarray]:
                 flipped = state.faces.copy()
                 flipped[t], flipped[other] = (a, b, d), (a, d, c)
                 if not folds(flipped, state.z) and not folds(flipped, state.u):
-                    found.append(flipped)
-    return found
+                    flipped_edges.append(flipped)
+    return flipped_edges
 
 
 @pytest.mark.parametrize("q", some_fast([1.0, 3.0], {3.0}))

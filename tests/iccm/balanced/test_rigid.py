@@ -47,8 +47,8 @@ def kept():
 
 
 def test_a_region_moves_by_an_upright_similarity_of_the_mean_scale(kept):
-    found = similarity_of(kept)
-    assert kept.status is Status.REACHED and found.factor == pytest.approx(MEAN, rel=0.02)
+    similarity = similarity_of(kept)
+    assert kept.status is Status.REACHED and similarity.factor == pytest.approx(MEAN, rel=0.02)
     (region,) = kept.report()["regions"]
     assert 1 <= region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02)
     assert abs(region["turn"]) < 1
@@ -88,8 +88,8 @@ def test_it_turns_where_the_map_may():
 def test_two_pins_in_it_say_where_it_goes():
     pins = np.array([[-0.3 - 0.7j, -0.5 - 0.6j], [0.5 - 0.7j, 0.3 - 0.3j]])
     fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], pins=pins)
-    wanted = (pins[1, 1] - pins[0, 1]) / (pins[1, 0] - pins[0, 0])
-    assert fit.status.ok and similarity_of(fit).factor == pytest.approx(wanted, rel=0.02)
+    factor = (pins[1, 1] - pins[0, 1]) / (pins[1, 0] - pins[0, 0])
+    assert fit.status.ok and similarity_of(fit).factor == pytest.approx(factor, rel=0.02)
     assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
 
 
@@ -139,7 +139,7 @@ def test_regions_that_meet_are_one_and_what_they_surround_moves_along():
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         ({"rigid": [LETTER + 9]}, "rigid region 1: lies outside"),
         ({"strokes": [([-1.5, 1.5], [-1, 1])]}, "stroke 1: runs through a rigid region"),
@@ -150,8 +150,8 @@ def test_regions_that_meet_are_one_and_what_they_surround_moves_along():
         ({"rigid": [[0, 1, 1j + 1, 1j, 0.5 - 0.1j]]}, "rigid region 1: .*not simple"),
     ],
 )
-def test_what_is_refused(given, told):
-    with pytest.raises(iccm.InputError, match=told):
+def test_what_is_refused(given, message):
+    with pytest.raises(iccm.InputError, match=message):
         iccm.fit(SQUARE, STAR, **({"rigid": [LETTER]} | given))
 
 
@@ -190,16 +190,16 @@ LEG = np.array([0, 6, 6 + 1j, 1j])
 BONE = np.array([0.2 + 0.1j, 2.4 + 0.1j, 2.4 + 0.9j, 0.2 + 0.9j])
 
 
-@pytest.mark.parametrize("held", [1, 2])
-def test_bones_of_a_leg_keep_their_form_and_the_knee_bends(held):
-    pins = np.array([[0.6 + 0.5j] * 2, [5.4 + 0.5j, 3.2 + 3j], [2 + 0.5j] * 2])[: 1 + held]
+@pytest.mark.parametrize("holds_pins", [1, 2])
+def test_bones_of_a_leg_keep_their_form_and_the_knee_bends(holds_pins):
+    pins = np.array([[0.6 + 0.5j] * 2, [5.4 + 0.5j, 3.2 + 3j], [2 + 0.5j] * 2])[: 1 + holds_pins]
     fit = iccm.deform(LEG, pins=pins, rigid=[BONE, BONE + 3.4])
     assert fit.status is Status.MET and fit.certificate.share == 1
     assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
     thigh, shin = (similarity_of(fit, BONE + shift + 0.02 * (1.3 + 0.5j - BONE)).factor for shift in (0, 3.4))
     assert [abs(thigh), abs(shin)] == pytest.approx([1, 1], abs=0.02)
     assert 60 < np.degrees(abs(np.angle(shin / thigh))) < 120
-    if held == 2:  # two pins in a rigid region
+    if holds_pins == 2:  # two pins in a rigid region
         assert thigh == pytest.approx(1, abs=0.02)
 
 
@@ -225,10 +225,10 @@ def test_a_region_that_leaves_no_room_beside_it_is_made_smaller():
     fit = iccm.fit(bar, np.append(3 * ring, 2.6 * ring[::-1]), rigid=[region])
     (found,) = fit.rigid
     assert fit.status.ok and found.is_rigid and 0.2 < found.scale < 0.98
-    (told,) = (re.search(r"room .*up to (0\.\d\d) ", note) for note in fit.notes if "room" in note)
-    assert fit.certificate.share == 1 and told
-    (same,) = iccm.fit(fit.source, fit.target, rigid=[region], rigid_size=float(told[1])).rigid
-    assert same.is_rigid and same.scale == pytest.approx(float(told[1]), rel=0.02)
+    (match,) = (re.search(r"room .*up to (0\.\d\d) ", note) for note in fit.notes if "room" in note)
+    assert fit.certificate.share == 1 and match
+    (same,) = iccm.fit(fit.source, fit.target, rigid=[region], rigid_size=float(match[1])).rigid
+    assert same.is_rigid and same.scale == pytest.approx(float(match[1]), rel=0.02)
 
 
 @pytest.mark.parametrize("angle", np.linspace(0.0, 1.5, 7))
@@ -265,12 +265,12 @@ def test_room_is_found_where_a_shape_fits_and_nearest():
 
 
 def test_a_region_of_the_target_is_one_of_the_inverse_problem():
-    here = iccm.fit(STAR, SQUARE, rigid_target=[LETTER])
-    there = iccm.fit(SQUARE, STAR, rigid=[LETTER])
-    assert here.status.ok and here.certificate.report()["certified"]
-    np.testing.assert_array_equal(here.map.image, there.map.source)
-    np.testing.assert_array_equal(here.map.source, there.map.image)
-    (region,), (same,) = here.rigid, there.rigid
+    with_target_region = iccm.fit(STAR, SQUARE, rigid_target=[LETTER])
+    with_source_region = iccm.fit(SQUARE, STAR, rigid=[LETTER])
+    assert with_target_region.status.ok and with_target_region.certificate.report()["certified"]
+    np.testing.assert_array_equal(with_target_region.map.image, with_source_region.map.source)
+    np.testing.assert_array_equal(with_target_region.map.source, with_source_region.map.image)
+    (region,), (same,) = with_target_region.rigid, with_source_region.rigid
     assert (
         region.is_rigid and region.of_target and region.dilatation == pytest.approx(same.dilatation, abs=1e-3)
     )

@@ -37,8 +37,8 @@ def test_a_cut_does_not_leave_the_ring():
 
 def test_the_cheapest_seam_is_found_between_the_places_tried_first():
     goal = 2 * np.exp(0.4j)  # between the first two
-    found = best_seam(OUTER, HOLE, lambda ring: float(np.abs(ring.z - goal).min()))
-    assert np.abs(found.z - goal).min() < 2 * OUTER.length / 64
+    seam = best_seam(OUTER, HOLE, lambda ring: float(np.abs(ring.z - goal).min()))
+    assert np.abs(seam.z - goal).min() < 2 * OUTER.length / 64
     assert best_seam(OUTER, HOLE, lambda ring: np.inf) is None
 
 
@@ -63,8 +63,8 @@ def test_an_arc_goes_onto_a_ring_that_opens_where_the_arc_does(back):
 def test_a_ring_stays_closed_where_its_hole_costs_little():
     fit = iccm.fit(OUTER, OUTER, source_holes=[0.8 + HOLE.z])
     assert fit.voids.any() and not any("seam" in note for note in fit.notes)
-    shown = fit.map.faces[~fit.voids]
-    energy = Energy().between(fit.map.source, fit.map.image, shown)  # what fills the hole has almost no area
+    faces = fit.map.faces[~fit.voids]
+    energy = Energy().between(fit.map.source, fit.map.image, faces)  # what fills the hole has almost no area
     assert price_of(fit, Settings()) == pytest.approx(energy, rel=0.05) and energy < 1.5
 
 

@@ -86,9 +86,9 @@ def test_a_map_and_its_inverse_have_the_same_springs():
     z, u, faces = triangles(400)
     pins = some_pins(rotations=np.full(2, np.nan), scales=np.full(2, np.nan))
     cores = pins.cores(z, u, faces)
-    there = pins.springs_on_mesh(z, u, faces, cores, 1.0, forward=True)
+    forward = pins.springs_on_mesh(z, u, faces, cores, 1.0, forward=True)
     back = pins.inverse().springs_on_mesh(u, z, faces, cores, 1.0, forward=False)
-    for one, other in zip(there, back):
+    for one, other in zip(forward, back):
         assert one.values(u)[0] == pytest.approx(other.values(u)[0], rel=1e-9) and one.values(u)[0] > 1e-3
     assert np.allclose(pins.multipliers(z, u, faces), pins.inverse().multipliers(u, z, faces))
     assert np.array_equal(pins.inverse().pairs, pins.pairs[:, ::-1])
@@ -125,15 +125,15 @@ def test_a_pin_at_a_vertex_of_a_mesh_much_coarser_than_its_patch_has_a_derivativ
 def test_patches_count_more_by_an_integral_that_does_not_depend_on_the_mesh():
     radius, stiffness = 0.2, 8.0
     pins = some_pins(source=np.array([0.03 - 0.06j]), target=np.zeros(1), radii=np.array([radius]))
-    found = []
+    integrals = []
     for count in (500, 2000, 8000):
         z, u, faces = triangles(count)
         areas = (
             np.abs(((z[faces[:, 1]] - z[faces[:, 0]]).conj() * (z[faces[:, 2]] - z[faces[:, 0]])).imag) / 2
         )
-        found.append(areas @ (pins.multipliers(z, u, faces) - 1))
+        integrals.append(areas @ (pins.multipliers(z, u, faces) - 1))
     exact = (stiffness - 1) * np.pi * radius**2 / 3  # the integral of (1 - ρ²)² over a disc
-    errors = np.abs(np.array(found) / exact - 1)
+    errors = np.abs(np.array(integrals) / exact - 1)
     assert errors[-1] < 2e-3 and errors[-1] < errors[0]
     assert np.allclose(QUADRATURE.sum(axis=1), 1)
 
@@ -180,17 +180,17 @@ def test_smaller_tolerances_bring_pins_closer():
 
 def test_a_radius_of_zero_is_exact_for_that_pin_alone():
     pins = [iccm.Pin(*PINS[0], radius=0), iccm.Pin(*PINS[1]), PINS[2].tolist()]
-    found = iccm.fit(EGG, PEAR, pins=pins)
-    missed = np.abs(found.map(PINS[:, 0]) - PINS[:, 1])
+    fit = iccm.fit(EGG, PEAR, pins=pins)
+    missed = np.abs(fit.map(PINS[:, 0]) - PINS[:, 1])
     assert missed[0] < 1e-9 * DIAGONAL < missed[1]
 
 
 @pytest.mark.parametrize("target", [PEAR, STAR], ids=["pear", "star"])
 def test_a_patch_is_rotated_and_scaled_as_asked(target):
     pins = [iccm.Pin(PINS[0, 0], PINS[0, 1] / 2, radius=14, turn=35, scale=0.7)]
-    found = iccm.fit(EGG, target, pins=pins, turn="any")
+    fit = iccm.fit(EGG, target, pins=pins, turn="any")
     circle = PINS[0, 0] + 3 * TURNS
-    derivative = np.vdot(3 * TURNS, found.map(circle)) / (9 * TURNS.size)
+    derivative = np.vdot(3 * TURNS, fit.map(circle)) / (9 * TURNS.size)
     mean = np.sqrt(iccm.Curve(target).area / iccm.Curve(EGG).area)
     assert np.degrees(np.angle(derivative)) == pytest.approx(35, abs=6)
     assert abs(derivative) / mean == pytest.approx(0.7, abs=0.08)
@@ -267,9 +267,9 @@ def test_a_pin_far_from_its_place_is_told_by_the_status():
     mirrored = corners.copy()
     mirrored[:, 1] = corners[:, 0].conj() * 1j
     pins = [iccm.Pin(*pin, tolerance=1.0) for pin in mirrored]
-    found = iccm.fit(EGG, PEAR, pins=pins)
-    assert found.status is iccm.Status.PINS
-    assert np.abs(found.map(mirrored[:, 0]) - mirrored[:, 1]).max() > 1.05
+    fit = iccm.fit(EGG, PEAR, pins=pins)
+    assert fit.status is iccm.Status.PINS
+    assert np.abs(fit.map(mirrored[:, 0]) - mirrored[:, 1]).max() > 1.05
 
 
 @pytest.mark.slow
@@ -277,22 +277,20 @@ def test_pins_that_would_miss_their_places_are_exact():
     """Two points side by side, drawn to both ends of a bar: no patch that keeps its form gets there."""
     bar = np.array([0, 2, 2 + 1j, 1j])
     pins = np.array([[0.5 + 0.5j, 0.3 + 0.5j], [0.62 + 0.5j, 1.7 + 0.5j]])
-    found = iccm.fit(bar, bar, pins=pins)
-    assert found.status.ok and found.certificate.certified and not found.softness.is_soft.all()
-    exact = ~found.softness.is_soft
-    assert np.abs(found.map(pins[exact, 0]) - pins[exact, 1]).max() < 1e-9
-    assert any(
-        f"{np.flatnonzero(exact)[0] + 1}" in note and "exactly, because" in note for note in found.notes
-    )
-    soft = iccm.fit(bar, bar, pins=[iccm.Pin(here, there, radius=0.1) for here, there in pins])
+    fit = iccm.fit(bar, bar, pins=pins)
+    assert fit.status.ok and fit.certificate.certified and not fit.softness.is_soft.all()
+    exact = ~fit.softness.is_soft
+    assert np.abs(fit.map(pins[exact, 0]) - pins[exact, 1]).max() < 1e-9
+    assert any(f"{np.flatnonzero(exact)[0] + 1}" in note and "exactly, because" in note for note in fit.notes)
+    soft = iccm.fit(bar, bar, pins=[iccm.Pin(start, end, radius=0.1) for start, end in pins])
     assert soft.softness.is_soft.all() and soft.status is iccm.Status.PINS  # their radius was asked for
 
 
 def test_a_deformation_follows_its_pins_however_far():
     pins = np.array([[-20, -20], [20, 130 + 60j]])
-    found = iccm.deform(EGG, pins=pins)
+    fit = iccm.deform(EGG, pins=pins)
     tolerance = 0.01 * np.sqrt(iccm.Curve(EGG).area)
-    assert found.status.ok and np.abs(found.map(pins[:, 0]) - pins[:, 1]).max() < 3 * tolerance
+    assert fit.status.ok and np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 3 * tolerance
 
 
 @pytest.mark.parametrize(
@@ -312,9 +310,9 @@ def test_settings_are_refused_where_they_have_no_effect():
 
 @pytest.mark.slow
 def test_a_huge_patch_makes_the_shape_stiff_and_no_more():
-    found = iccm.fit(EGG, PEAR, pins=[iccm.Pin(*PINS[0], radius=1e9)])
+    fit = iccm.fit(EGG, PEAR, pins=[iccm.Pin(*PINS[0], radius=1e9)])
     usual = iccm.fit(EGG, PEAR, pins=[iccm.Pin(*PINS[0])])
-    assert found.status.ok and np.abs(found.map(PROBES) - usual.map(PROBES)).max() < 0.1 * DIAGONAL
+    assert fit.status.ok and np.abs(fit.map(PROBES) - usual.map(PROBES)).max() < 0.1 * DIAGONAL
     pins = some_pins(radii=np.array([1e9, 0.2]))
     z, u, faces = triangles(2000)
     large, small = pins.cores(z, u, faces)
@@ -376,11 +374,11 @@ def test_a_pin_on_the_outline_has_no_rotation():
 @pytest.mark.slow
 def test_a_pin_that_is_pulled_far_comes_within_its_tolerance():
     source, target = shapes.pear(), shapes.blob()
-    here = 0.2 + 0.1j
-    there = iccm.fit(source, target).map(np.array([here]))[0] - 0.7
-    fit = iccm.fit(source, target, pins=[iccm.Pin(here, there, tolerance=0.02)])
+    point = 0.2 + 0.1j
+    goal = iccm.fit(source, target).map(np.array([point]))[0] - 0.7
+    fit = iccm.fit(source, target, pins=[iccm.Pin(point, goal, tolerance=0.02)])
     assert fit.status.ok and fit.softness.tolerances[0] == 0.02
-    assert abs(fit.map(np.array([here]))[0] - there) < 0.021
+    assert abs(fit.map(np.array([point]))[0] - goal) < 0.021
     assert fit.report()["pins"][0]["tolerance"] == pytest.approx(0.02 / fit.diagonal)
 
 

@@ -55,8 +55,8 @@ def free():
 
 def difference(first, second, place, image):
     """The largest distance of the second map from the first in the other coordinates, relative to the image's size."""
-    found = interpolate(second.map.source, second.map.faces, second.map.image, place(first.map.source))
-    return np.abs(found - image(first.map.image)).max() / np.ptp(second.map.image.real)
+    images = interpolate(second.map.source, second.map.faces, second.map.image, place(first.map.source))
+    return np.abs(images - image(first.map.image)).max() / np.ptp(second.map.image.real)
 
 
 def check(solution, source, target, tolerance=5e-4):
@@ -89,31 +89,33 @@ def test_the_map_is_one_to_one_and_follows_both_outlines(solution):
 
 @pytest.mark.parametrize("shape", [BLOB, FLAG, STAR], ids=["blob", "flag", "star"])
 def test_a_shape_onto_itself_is_the_identity(shape):
-    found = solve(shape, shape, SMALL)
-    assert np.abs(found.map.image - found.map.source).max() < 1e-6 * shape.diagonal
-    assert found.energy == pytest.approx(1, abs=1e-9) and found.turn == pytest.approx(0, abs=1e-9)
-    check(found, shape, shape)
+    solution = solve(shape, shape, SMALL)
+    assert np.abs(solution.map.image - solution.map.source).max() < 1e-6 * shape.diagonal
+    assert solution.energy == pytest.approx(1, abs=1e-9) and solution.turn == pytest.approx(0, abs=1e-9)
+    check(solution, shape, shape)
 
 
 def test_a_shape_onto_a_similar_copy_is_the_similarity():
     factor = 2.5 * np.exp(0.7j)
     copy = Curve.domain(FLAG.z * factor + 5 - 2j)
     free = solve(FLAG, copy, replace(SMALL, turn=None))
-    asked = solve(FLAG, copy, replace(SMALL, turn=0.7))
-    for found in (free, asked):
-        assert np.abs(found.map.image - (found.map.source * factor + 5 - 2j)).max() < 1e-6 * copy.diagonal
-        assert found.turn == pytest.approx(0.7)
+    rotated = solve(FLAG, copy, replace(SMALL, turn=0.7))
+    for solution in (free, rotated):
+        assert (
+            np.abs(solution.map.image - (solution.map.source * factor + 5 - 2j)).max() < 1e-6 * copy.diagonal
+        )
+        assert solution.turn == pytest.approx(0.7)
 
 
 def test_a_turned_copy_is_found_by_the_search_as_well():
     """Or a map with lower cost: slightly more energy for a slightly smaller rotation."""
-    found = solve(FLAG, Curve.domain(FLAG.z * np.exp(0.5j)), SMALL)
+    solution = solve(FLAG, Curve.domain(FLAG.z * np.exp(0.5j)), SMALL)
     costs = [
         energy * (1 + 0.5 * UPRIGHT * (1 - np.cos(turn)))
-        for energy, turn in ((found.energy, found.turn), (1, 0.5))
+        for energy, turn in ((solution.energy, solution.turn), (1, 0.5))
     ]
-    assert not found.notes and costs[0] < costs[1]
-    assert 0.3 < found.turn < 0.5 and found.energy < 1.05
+    assert not solution.notes and costs[0] < costs[1]
+    assert 0.3 < solution.turn < 0.5 and solution.energy < 1.05
 
 
 @pytest.mark.parametrize(("scale", "shift"), [(1e6, 0), (1e-6, 0), (1, 1e6 - 1e6j), (1e-3, 3)])
@@ -146,11 +148,13 @@ def test_mirrored_shapes_have_the_mirrored_map(solution, mirror):
 
 @pytest.mark.parametrize(("source", "target"), [(SHIELD, SQUARE), (SQUARE, DISC), (DISC, STAR)])
 def test_symmetric_shapes_have_a_symmetric_map_without_turn(source, target):
-    found = solve(source, target, SMALL)
-    assert found.turn == pytest.approx(0, abs=1e-9)
-    mirrored = interpolate(found.map.source, found.map.faces, found.map.image, -found.map.source.conj())
-    assert np.abs(mirrored + found.map.image.conj()).max() < 1e-9 * target.diagonal
-    check(found, source, target)
+    solution = solve(source, target, SMALL)
+    assert solution.turn == pytest.approx(0, abs=1e-9)
+    mirrored = interpolate(
+        solution.map.source, solution.map.faces, solution.map.image, -solution.map.source.conj()
+    )
+    assert np.abs(mirrored + solution.map.image.conj()).max() < 1e-9 * target.diagonal
+    check(solution, source, target)
 
 
 def test_symmetric_shapes_have_another_map_where_a_symmetric_one_is_dear():
@@ -159,16 +163,16 @@ def test_symmetric_shapes_have_another_map_where_a_symmetric_one_is_dear():
     arch = Curve.domain(
         np.array([-1 - 1j, -0.5 - 1j, -0.5 - 0.3j, 0.5 - 0.3j, 0.5 - 1j, 1 - 1j, 1 + 0.6j, -1 + 0.6j])
     )
-    found, free = (solve(stem, arch, replace(SMALL, turn=turn)) for turn in (0.0, 1e-3))
-    assert multilevel.ASKEW in found.notes and found.energy == pytest.approx(free.energy, rel=0.01)
-    check(found, stem, arch)
+    upright, free = (solve(stem, arch, replace(SMALL, turn=turn)) for turn in (0.0, 1e-3))
+    assert multilevel.ASKEW in upright.notes and upright.energy == pytest.approx(free.energy, rel=0.01)
+    check(upright, stem, arch)
 
 
 def test_shapes_symmetric_but_for_a_little_keep_their_own_outlines():
     bent = Curve.domain(np.where(SHIELD.z.real > 0.5, SHIELD.z + 0.004, SHIELD.z))
-    found = solve(bent, SQUARE, SMALL)
-    assert multilevel.ASKEW not in found.notes and abs(found.turn) < np.radians(0.5)
-    check(found, bent, SQUARE)
+    solution = solve(bent, SQUARE, SMALL)
+    assert multilevel.ASKEW not in solution.notes and abs(solution.turn) < np.radians(0.5)
+    check(solution, bent, SQUARE)
 
 
 def test_onto_a_disc_no_turn_is_made():
@@ -176,17 +180,17 @@ def test_onto_a_disc_no_turn_is_made():
 
 
 def test_the_turn_asked_for_is_made():
-    found = solve(BLOB, DISC, replace(SMALL, turn=1.0))
-    assert found.turn == pytest.approx(1.0, abs=0.1)
+    solution = solve(BLOB, DISC, replace(SMALL, turn=1.0))
+    assert solution.turn == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize("fit", ["auto", "contain", "cover"])
 @pytest.mark.parametrize("turn", some_fast([0, 45, 90], {45}))
 def test_a_turn_asked_for_is_kept_or_told(fit, turn):
     """A flag onto itself, rotated by a right angle, in whole or in part."""
-    found = iccm.fit(FLAG, 1j * FLAG.z, turn=turn, fit=fit)
-    notes = [note for note in found.notes if "rotated by" in note]
-    away = abs(found.distortion.turn - turn)
+    result = iccm.fit(FLAG, 1j * FLAG.z, turn=turn, fit=fit)
+    notes = [note for note in result.notes if "rotated by" in note]
+    away = abs(result.distortion.turn - turn)
     assert bool(notes) == (away > 20) and all(
         f"instead of {turn}" in note and "(turn)" in note for note in notes
     )
@@ -198,9 +202,9 @@ def test_pins_that_turn_a_picture_otherwise_than_asked_are_told(asked):
     """A flag rotated by 40 degrees, with pins that agree with the rotation."""
     pins = np.array([0.6 + 1j, 2 + 1j])
     turned = np.exp(1j * np.radians(40))
-    found = iccm.fit(FLAG, FLAG.z * turned, pins=np.stack([pins, pins * turned], axis=1), turn=asked)
-    assert found.distortion.turn == pytest.approx(40, abs=5)
-    notes = [note for note in found.notes if "(turn)" in note]
+    fit = iccm.fit(FLAG, FLAG.z * turned, pins=np.stack([pins, pins * turned], axis=1), turn=asked)
+    assert fit.distortion.turn == pytest.approx(40, abs=5)
+    notes = [note for note in fit.notes if "(turn)" in note]
     assert bool(notes) == (asked in (0, 90)) and all(f"instead of {asked}" in note for note in notes)
 
 
@@ -220,8 +224,8 @@ def test_bounds_are_met_or_it_is_said_how_nearly():
 def test_a_bound_at_corners_is_met_where_the_outlines_slide():
     """Near a corner of a pentagon, on a circle of sixty short edges."""
     pentagon = Curve.domain(np.array([0.24 - 1.4j, 1.1 - 1.84j, 1.8 - 1.2j, 1.6 - 0.3j, 0.4 - 0.2j]))
-    free, held = (solve(pentagon, DISC, replace(SMALL, max_stretch=most)) for most in (None, 1.75))
-    assert largest(free)[1] > 2 and held.reached and largest(held)[1] <= 1.75
+    free, bounded = (solve(pentagon, DISC, replace(SMALL, max_stretch=most)) for most in (None, 1.75))
+    assert largest(free)[1] > 2 and bounded.reached and largest(bounded)[1] <= 1.75
 
 
 def test_bounds_hold_for_what_is_drawn():
@@ -240,9 +244,9 @@ def test_patches_over_a_bound_are_left_straight():
     straight = distortion.of_triangles(replace(free, bulge=0 * free.bulges)).dilatations.max()
     assert straight < bent
     most = 0.5 * (straight + bent)
-    held = bounds.straighten_beyond_bounds(free, most, None)
-    assert bounds.meets_bounds(held, most, None) and not bounds.meets_bounds(free, most, None)
-    assert 0.9 < np.mean(held.bulges == free.bulges) < 1
+    straightened = bounds.straighten_beyond_bounds(free, most, None)
+    assert bounds.meets_bounds(straightened, most, None) and not bounds.meets_bounds(free, most, None)
+    assert 0.9 < np.mean(straightened.bulges == free.bulges) < 1
 
 
 def test_strong_stretch_gets_a_note_and_little_none():
@@ -258,11 +262,11 @@ def test_a_map_that_has_not_settled_says_so(monkeypatch):
 
 
 def test_the_way_back_is_the_inverse():
-    there, back = solve(BLOB, FLAG, SMALL), solve(FLAG, BLOB, SMALL)
-    assert back.energy == pytest.approx(there.energy, rel=1e-9)
-    assert back.turn == pytest.approx(-there.turn, abs=1e-6)
-    returned = interpolate(back.map.source, back.map.faces, back.map.image, there.map.image)
-    assert np.abs(returned - there.map.source).max() < 1e-6
+    forward, back = solve(BLOB, FLAG, SMALL), solve(FLAG, BLOB, SMALL)
+    assert back.energy == pytest.approx(forward.energy, rel=1e-9)
+    assert back.turn == pytest.approx(-forward.turn, abs=1e-6)
+    returned = interpolate(back.map.source, back.map.faces, back.map.image, forward.map.image)
+    assert np.abs(returned - forward.map.source).max() < 1e-6
 
 
 def spiral(laps):
@@ -275,8 +279,8 @@ def test_a_spiral_onto_a_star_by_way_of_a_disc():
     curves = (Curve(c.z / np.sqrt(c.area)) for c in (spiral(3), STAR))
     problem = UnitProblem(*curves, WITHOUT_ROTATION)
     level = Level.of(problem, 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
-    found = via_disc.through_disc(level)
-    assert len(found) >= 6 and not any(folds(state.faces, state.u) for state in found)
+    maps = via_disc.through_disc(level)
+    assert len(maps) >= 6 and not any(folds(state.faces, state.u) for state in maps)
 
 
 def test_a_block_onto_a_spiral_starts_from_the_inverse():
@@ -301,12 +305,12 @@ def test_more_balance_evens_the_areas():
     assert even[1] < 0.6 * even[0]
 
 
-def areas(found):
+def areas(solution):
     """Ratios of the areas of image and source of each triangle."""
     parts = [
-        (w[found.map.faces[:, 1]] - w[found.map.faces[:, 0]]).conj()
-        * (w[found.map.faces[:, 2]] - w[found.map.faces[:, 0]])
-        for w in (found.map.image, found.map.source)
+        (w[solution.map.faces[:, 1]] - w[solution.map.faces[:, 0]]).conj()
+        * (w[solution.map.faces[:, 2]] - w[solution.map.faces[:, 0]])
+        for w in (solution.map.image, solution.map.source)
     ]
     return parts[0].imag / parts[1].imag
 
@@ -354,12 +358,12 @@ def test_a_turn_that_was_not_asked_for_is_told():
     """A lying bar onto a standing one: upright would cost far more, and the picture ends up on its side."""
     bar = np.array([-3 - 0.3j, 3 - 0.3j, 3 + 0.3j, -3 + 0.3j])
     standing = 1j * bar + np.array([0, 0, 0, 0.1j])
-    told, free, asked = (iccm.fit(bar, standing, turn=turn) for turn in (0.0, "any", 90.0))
-    turn = told.distortion.turn
+    upright, free, rotated = (iccm.fit(bar, standing, turn=turn) for turn in (0.0, "any", 90.0))
+    turn = upright.distortion.turn
     assert abs(turn) > 60
-    (note,) = (note for note in told.notes if "(turn)" in note)
+    (note,) = (note for note in upright.notes if "(turn)" in note)
     assert f"rotated by {turn:.0f} degrees instead of 0" in note
-    assert not [note for note in (*free.notes, *asked.notes) if "rotated by" in note]
+    assert not [note for note in (*free.notes, *rotated.notes) if "rotated by" in note]
 
 
 def test_the_message_names_the_figure_that_misses():

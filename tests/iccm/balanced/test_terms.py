@@ -108,8 +108,8 @@ def test_blocks_of_the_matrix_are_those_of_all_pairs_of_a_stencil():
     way = rng.normal(size=Z.size) + 1j * rng.normal(size=Z.size)
     ends = [assembled(u + h * way)[1] for h in (1e-6, -1e-6)]
     change = (ends[0] - ends[1]) / 2e-6
-    found = (hessian @ np.column_stack([way.real, way.imag]).ravel()).reshape(-1, 2)
-    assert np.abs(found[:, 0] + 1j * found[:, 1] - change).max() < 1e-5 * np.abs(change).max()
+    product = (hessian @ np.column_stack([way.real, way.imag]).ravel()).reshape(-1, 2)
+    assert np.abs(product[:, 0] + 1j * product[:, 1] - change).max() < 1e-5 * np.abs(change).max()
 
 
 def test_a_pattern_without_a_term_has_no_place_for_it():
@@ -158,9 +158,9 @@ class Broken(ScaleGradient):
     """A term whose derivatives fail."""
 
     def on_mesh(self, rest):
-        found = super().on_mesh(rest)
-        found.derivatives = lambda u: [][0]
-        return found
+        term = super().on_mesh(rest)
+        term.derivatives = lambda u: [][0]
+        return term
 
 
 def test_an_error_in_a_term_is_raised():

@@ -39,9 +39,9 @@ def test_a_similarity_costs_what_its_turn_does():
     for turn in (0.0, 0.4, np.pi):
         u = 1.7 * np.exp(1j * turn) * z + 2
         assert turn_of(z, u, faces) == pytest.approx(turn, abs=1e-12)
-        found = rotation_factor(Upright.of(rest, z.size, 3.0), u, 2.0)
-        assert found == pytest.approx((1 + 1.5 * (1 - np.cos(turn))) ** 2)
-        assert rotation_cost(3.0, np.cos(turn)) ** 2 == pytest.approx(found)
+        cost = rotation_factor(Upright.of(rest, z.size, 3.0), u, 2.0)
+        assert cost == pytest.approx((1 + 1.5 * (1 - np.cos(turn))) ** 2)
+        assert rotation_cost(3.0, np.cos(turn)) ** 2 == pytest.approx(cost)
 
 
 def test_the_inverse_map_turns_the_other_way():

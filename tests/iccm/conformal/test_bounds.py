@@ -56,9 +56,9 @@ def test_every_panel_is_an_edge_and_the_rest_is_delaunay():
     mesh = triangulation.delaunay(nodes)
     lacking = triangulation.missing(mesh, count, nodes.size)
     assert lacking.any()
-    made = triangulation.constrained(nodes, mesh, lacking)
-    assert not triangulation.missing(made, count, nodes.size).any()
-    faces = triangulation.inside(curve, nodes, made)
+    constrained = triangulation.constrained(nodes, mesh, lacking)
+    assert not triangulation.missing(constrained, count, nodes.size).any()
+    faces = triangulation.inside(curve, nodes, constrained)
     a, b, c = nodes[faces].T
     doubled = ((b - a).conj() * (c - a)).imag
     assert doubled.min() > 0
@@ -74,9 +74,9 @@ def cotangents(nodes, faces, panels):
         corner = (nodes[b] - nodes[apex]).conj() * (nodes[c] - nodes[apex])
         keys.append(triangulation.keys(b, c, nodes.size))
         values.append(corner.real / corner.imag)
-    own = triangulation.keys(np.arange(panels), (np.arange(panels) + 1) % panels, nodes.size)
+    panel_keys = triangulation.keys(np.arange(panels), (np.arange(panels) + 1) % panels, nodes.size)
     unique, at = np.unique(np.concatenate(keys), return_inverse=True)
-    return np.bincount(at, np.concatenate(values))[~np.isin(unique, own)]
+    return np.bincount(at, np.concatenate(values))[~np.isin(unique, panel_keys)]
 
 
 @pytest.mark.parametrize(

@@ -229,4 +229,4 @@ def test_errors_of_constraints_on_the_outline_are_those_of_the_nearest_point_of_
     stroke = circle[1:4], 2 * circle[1:4]
     fit = deform(circle, pins=[[1, 2], [circle[201], 2 * circle[201]]], strokes=[stroke], vertices=40)
     report = fit.report()
-    assert max(found["error"] for found in [*report["pins"], *report["strokes"]]) < 5e-3
+    assert max(entry["error"] for entry in [*report["pins"], *report["strokes"]]) < 5e-3

@@ -152,12 +152,12 @@ def test_the_distortion_is_the_variance_of_the_log_of_the_derivative(p):
     disc = Coarse(h, h.lengths / h.curve.length)  # seen from its centre
     m = Moebius.of(np.array(p))
     turn, step = np.linspace(0, 1, 20_000, endpoint=False), 1e-6
-    there = m.inverse(turn)
-    stretch = np.log([(m(x + step) - m(x - step)) / (2 * step) for x in (turn, there)])
-    found = distortion(disc, disc, m)
-    assert found == pytest.approx(stretch.var(), rel=0.03, abs=1e-4)
+    arclengths = m.inverse(turn)
+    stretch = np.log([(m(x + step) - m(x - step)) / (2 * step) for x in (turn, arclengths)])
+    value = distortion(disc, disc, m)
+    assert value == pytest.approx(stretch.var(), rel=0.03, abs=1e-4)
     turned = distortion(disc, disc, Moebius(m.b, m.rho + np.array([[0.0], [1.0]])))
-    assert turned[0] == pytest.approx(float(found), rel=1e-12)
+    assert turned[0] == pytest.approx(float(value), rel=1e-12)
 
 
 def test_the_least_distortion_between_similar_shapes_is_the_similarity():

@@ -323,11 +323,11 @@ def test_a_circle_map_stays_increasing_however_its_images_are_moved(size):
 @pytest.mark.slow
 def test_the_images_that_newton_found_are_the_next_correspondence():
     """Strains do not move the target's corners: without this, their vertices would always be placed beside them."""
-    found = []
+    images = []
 
     def watched(c, state):
-        found.append((c, state, follow(c, state)))
-        return found[-1][-1]
+        images.append((c, state, follow(c, state)))
+        return images[-1][-1]
 
     def apart(c, state):
         turns = c.target.circle.turn(c.forward(state.s)) - c.target.circle.turn(state.tau)
@@ -336,8 +336,8 @@ def test_the_images_that_newton_found_are_the_next_correspondence():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(conformal, "follow", watched)
         conformal_fit(pear(), star(), tolerance=2e-4)
-    assert found
-    for before, state, after in found:
+    assert images
+    for before, state, after in images:
         assert apart(after, state) < 2 / 3 * apart(before, state)  # there are fewer knots than vertices
 
 

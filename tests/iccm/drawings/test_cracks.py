@@ -20,10 +20,10 @@ STAR = shapely.Polygon(
 PLATE = shapely.union(shapely.Point(10, 4).buffer(3), shapely.box(9, 1.5, 16, 6))
 
 
-def counted(target, shown):
+def counted(target, covered):
     """The share of a target that a closing of the visible area fills, by distances between pixel centres.
 
-    `shown` returns whether something is visible at points of the target's plane.
+    `covered` returns whether something is visible at points of the target's plane.
     """
     left, low, right, high = target.bounds
     step = max(right - left, high - low) / SIDE
@@ -31,7 +31,7 @@ def counted(target, shown):
     y = np.arange(low - 4.5 * step, high + 5 * step, step)
     w = x[None, :] + 1j * y[:, None]
     painted = shapely.contains_xy(target, w.real, w.imag)
-    result = painted & shown(w)
+    result = painted & covered(w)
     near = [(i, j) for i in range(-3, 4) for j in range(-3, 4) if i * i + j * j <= 9]
     grown = np.any([np.roll(result, shift, (0, 1)) for shift in near], axis=0)
     closed = np.all([np.roll(grown, shift, (0, 1)) for shift in near], axis=0)
@@ -40,9 +40,9 @@ def counted(target, shown):
 
 def test_a_slit_is_a_crack_and_a_gap_is_not():
     plate = Drawing(shapely.box(0, 0, 100, 60))
-    for width, found in ((1.0, 0.01), (0.6, 0.006), (2.5, 0.0)):
+    for width, expected in ((1.0, 0.01), (0.6, 0.006), (2.5, 0.0)):
         halves = [np.array([0, 40, 40 + 60j, 60j]), np.array([40 + width, 100, 100 + 60j, 40 + width + 60j])]
-        assert crack_share(plate, [halves]) == pytest.approx(found, abs=0.0015)
+        assert crack_share(plate, [halves]) == pytest.approx(expected, abs=0.0015)
 
 
 def test_gaps_of_the_target_are_not_cracks():
@@ -54,15 +54,15 @@ def test_gaps_of_the_target_are_not_cracks():
 @pytest.mark.parametrize("fit", [slow("contain"), "auto"])
 def test_the_cracks_of_a_map_are_those_of_its_picture(fit):
     bars = shapely.MultiPolygon([STAR, shapely.transform(STAR, lambda xy: 0.9 * xy + [3.1, 1.4])])
-    found = iccm.fit(bars, PLATE, fit=fit, opaque=False)
+    result = iccm.fit(bars, PLATE, fit=fit, opaque=False)
 
     def shown(w):
-        z = found.inverse(w)
+        z = result.inverse(w)
         inside = np.isfinite(z)
         return inside & shapely.contains_xy(bars, np.where(inside, z, 0).real, np.where(inside, z, 0).imag)
 
     by_hand = counted(PLATE, shown)
-    assert found.report()["cracks"] == pytest.approx(by_hand, abs=0.002)
+    assert result.report()["cracks"] == pytest.approx(by_hand, abs=0.002)
 
 
 def test_cracks_that_are_seen_are_noted():

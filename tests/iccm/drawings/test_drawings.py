@@ -90,7 +90,7 @@ def test_hairlines_are_filled_where_an_offset_touches_itself():
 def test_what_counts_as_a_hairline_does_not_depend_on_the_unit(size):
     halves = shapely.union(shapely.box(0, 0, 10, 3), shapely.box(0, 3.002, 10, 7))
     apart = shapely.union(shapely.box(0, 0, 10, 3), shapely.box(0, 3.1, 10, 7))
-    halves, apart = (shapely.transform(each, lambda xy: size * xy) for each in (halves, apart))
+    halves, apart = (shapely.transform(region, lambda xy: size * xy) for region in (halves, apart))
     assert close_hairlines(halves).geom_type == "Polygon" and close_hairlines(apart) is apart
 
 
@@ -236,9 +236,9 @@ def test_one_part_without_gaps_is_mapped_as_its_outline():
 
 @pytest.mark.parametrize("fit", some_fast(["frame", "whole", "cover", "contain"], {"frame", "cover"}))
 def test_every_fit_can_be_asked_for(fit):
-    found = iccm.fit(BARS, shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)), fit=fit)
-    assert found.status.ok and found.report()["injective"]["certified"]
-    assert 0 < found.shown <= 1 and 0 < found.covered <= 1
+    result = iccm.fit(BARS, shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)), fit=fit)
+    assert result.status.ok and result.report()["injective"]["certified"]
+    assert 0 < result.shown <= 1 and 0 < result.covered <= 1
 
 
 HOOK = shapely.LineString([(0, 0), (0, 9), (7, 9), (7, 3), (4, 3)]).buffer(0.8, quad_segs=3)
@@ -259,7 +259,7 @@ def test_the_frames_that_are_taken_cost_little_more_than_the_cheapest_of_all_pai
     every = [
         search.attempt((i, j)) for i in range(len(drawings[0].frames)) for j in range(len(drawings[1].frames))
     ]
-    least = min(found.cost for found in every if found is not None)
+    least = min(choice_made.cost for choice_made in every if choice_made is not None)
     taken = choices(*drawings, settings, free_gaps=True, framed=True)[0]
     assert taken.cost <= 1.02 * least
 
@@ -270,7 +270,7 @@ def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
 
     def costs():
         search = _FrameSearch(_Judge(*drawings, settings, free_gaps=True), around_all=True)
-        return [found.cost for found in search.descents()]
+        return [descent.cost for descent in search.descents()]
 
     shorter = costs()
     monkeypatch.setattr(choice, "GIVEN_UP_COST_RATIO", np.inf)
@@ -283,12 +283,12 @@ def test_joined_frames_that_cost_much_more_than_paired_parts_are_not_looked_for(
     hook = Drawing(shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9)]))
     apart = Drawing(shapely.MultiPolygon([HOOK, shapely.box(16, 0, 17, 12)]))
     settings = settings_of(Options())
-    found = choices(hook, apart, settings, pair_parts=True)
+    ranked = choices(hook, apart, settings, pair_parts=True)
     monkeypatch.setattr(choice, "GIVEN_UP_COST_RATIO", np.inf)
     compared = choices(hook, apart, settings, pair_parts=True)
-    assert len(found) == 1 < len(compared)
-    for best in (found[0], compared[0]):
-        assert best.cost == found[0].cost and len(best.pairs) == 2
+    assert len(ranked) == 1 < len(compared)
+    for best in (ranked[0], compared[0]):
+        assert best.cost == ranked[0].cost and len(best.pairs) == 2
     assert min(other.cost for other in compared[1:]) > best.cost
 
 

@@ -36,42 +36,42 @@ def is_similar(fit, inner):
     ],
 )
 def test_the_largest_copy_lies_inside(inner, outer, scale):
-    found = largest_copy(inner, outer)
-    assert outer.covers(transform_region(inner, found))
-    assert found.factor == pytest.approx(scale, rel=2e-3)
+    copy = largest_copy(inner, outer)
+    assert outer.covers(transform_region(inner, copy))
+    assert copy.factor == pytest.approx(scale, rel=2e-3)
 
 
 def test_no_other_place_and_no_other_rotation_is_larger():
     rng = np.random.default_rng(5)
     for rotation in (0.0, None):
-        found = largest_copy(SIGN, SHIELD, rotation)
-        assert SHIELD.covers(transform_region(SIGN, found))
+        copy = largest_copy(SIGN, SHIELD, rotation)
+        assert SHIELD.covers(transform_region(SIGN, copy))
         for _ in range(3000):
             turn = np.exp(1j * rng.uniform(-np.pi, np.pi)) if rotation is None else 1.0
             place = complex(rng.uniform(0, 8), rng.uniform(0, 10))
-            factor = 1.03 * abs(found.factor) * turn
+            factor = 1.03 * abs(copy.factor) * turn
             other = iccm.plane.Similarity(factor, place - factor * (2.5 + 1.5j))
             assert not SHIELD.covers(transform_region(SIGN, other))
 
 
 def test_a_copy_that_has_room_lies_in_its_middle():
-    found = largest_copy(SIGN, shapely.box(10, 20, 20, 60))
-    assert found(2.5 + 1.5j) == pytest.approx(15 + 40j, abs=0.1)
+    copy = largest_copy(SIGN, shapely.box(10, 20, 20, 60))
+    assert copy(2.5 + 1.5j) == pytest.approx(15 + 40j, abs=0.1)
 
 
 def test_a_copy_avoids_holes_and_other_parts():
     ring = shapely.Point(0, 0).buffer(9).difference(shapely.Point(1, 0).buffer(5))
     far = shapely.union(ring, shapely.box(20, 20, 24, 23))
-    found = largest_copy(SIGN, far)
-    assert far.covers(transform_region(SIGN, found)) and abs(found.factor) > 0.6
+    copy = largest_copy(SIGN, far)
+    assert far.covers(transform_region(SIGN, copy)) and abs(copy.factor) > 0.6
 
 
 def test_there_is_a_copy_in_thin_lines_too():
     lines = shapely.MultiLineString([[(0, 0), (100, 3)], [(50, 1), (48, 90)], [(48, 60), (90, 80)]]).buffer(
         0.05
     )
-    found = largest_copy(SHIELD, lines)
-    assert lines.covers(transform_region(SHIELD, found)) and abs(found.factor) * 8 > 0.06
+    copy = largest_copy(SHIELD, lines)
+    assert lines.covers(transform_region(SHIELD, copy)) and abs(copy.factor) * 8 > 0.06
 
 
 def test_inside_a_ring_nothing_is_hidden():
@@ -83,10 +83,10 @@ def test_inside_a_ring_nothing_is_hidden():
 
 
 def test_a_point_says_where_the_copy_lies():
-    found = largest_copy_about(SIGN, SHIELD, 1 + 1j, 4 + 6j)
-    assert found(1 + 1j) == pytest.approx(4 + 6j)
-    assert SHIELD.covers(transform_region(SIGN, found))
-    larger = iccm.plane.Similarity(1.001 * found.factor, 4 + 6j - 1.001 * found.factor * (1 + 1j))
+    copy = largest_copy_about(SIGN, SHIELD, 1 + 1j, 4 + 6j)
+    assert copy(1 + 1j) == pytest.approx(4 + 6j)
+    assert SHIELD.covers(transform_region(SIGN, copy))
+    larger = iccm.plane.Similarity(1.001 * copy.factor, 4 + 6j - 1.001 * copy.factor * (1 + 1j))
     assert not SHIELD.covers(transform_region(SIGN, larger))
     assert largest_copy_about(SIGN, SHIELD, 1 + 1j, -1 + 6j) is None
 

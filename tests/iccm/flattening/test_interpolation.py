@@ -22,8 +22,8 @@ def test_an_affine_map_is_interpolated_exactly(share):
     fit = iccm.fit(SQUARE, SQUARE)
     z = fit.map.source
     fit = replace(fit, map=replace(fit.map, image=3 * z.real + 0.5j * z.imag, bulge=None))
-    (found,) = iccm.morph(fit, [share])
-    size = np.ptp(found.image.real), np.ptp(found.image.imag)
+    (middle,) = iccm.morph(fit, [share])
+    size = np.ptp(middle.image.real), np.ptp(middle.image.imag)
     assert size == pytest.approx((4 * 3**share, 4 * 0.5**share), rel=1e-5)
 
 
@@ -58,9 +58,9 @@ def test_back_again_the_shapes_are_the_same():
     fit = iccm.fit(U, 2 * STEPS, fit="whole")
     inverse = iccm.TriangulatedMap(fit.map.image, fit.map.source, fit.map.faces, fit.map.loops)
     back = iccm.Fit(inverse, fit.ended, [], fit.target, fit.source, fit.pins, [])
-    there = [map.image for map in iccm.morph(fit, [0.25, 0.5, 0.75])]
+    forward = [map.image for map in iccm.morph(fit, [0.25, 0.5, 0.75])]
     again = [map.image for map in iccm.morph(back, [0.25, 0.5, 0.75])][::-1]
-    for one, other in zip(there, again):
+    for one, other in zip(forward, again):
         assert np.abs(one - other).max() < 1e-2 * Curve(U).diagonal
 
 

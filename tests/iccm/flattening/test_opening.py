@@ -60,15 +60,17 @@ def test_what_a_chord_cuts_off_is_tucked_in_beyond_it(height, room, moved):
     z = np.concatenate([cap, below[2:]])
     numbers = np.array([0, 6, *range(9, 15)])
     parts = [(cap, np.arange(9)), (below, numbers)]
-    faces = np.concatenate([own[Delaunay(np.column_stack([w.real, w.imag])).simplices] for w, own in parts])
+    faces = np.concatenate(
+        [vertices[Delaunay(np.column_stack([w.real, w.imag])).simplices] for w, vertices in parts]
+    )
     mesh = Mesh.triangles("cap", np.column_stack([z.real, z.imag, 0 * z.real]), faces)
     patch = disk_patch(mesh)
     flat = z[patch.vertex]
     flat = np.where(patch.vertex < 7, flat.real + 1j * height * flat.imag, flat)
     assert (up(flat, patch.faces) <= 0).any()
-    found = tuck_in(flat, patch, room)
-    assert (up(found, patch.faces) > 0).all() == bool(moved)
-    assert sorted(patch.vertex[found != flat]) == moved
+    tucked = tuck_in(flat, patch, room)
+    assert (up(tucked, patch.faces) > 0).all() == bool(moved)
+    assert sorted(patch.vertex[tucked != flat]) == moved
 
 
 def up(z, faces):

@@ -81,9 +81,9 @@ def test_a_matrix_that_is_not_definite_is_refused():
 
 
 def test_least_squares_of_large_patches_are_libigls(monkeypatch):
-    made = trimesh.creation.icosphere(4).slice_plane([0, 0, -0.6], [0, 0, 1])
-    points = made.vertices * (1 + 0.2 * np.sin(5 * made.vertices[:, :1]))
-    patch = disk_patch(Mesh.triangles("m", points, made.faces))
+    cap = trimesh.creation.icosphere(4).slice_plane([0, 0, -0.6], [0, 0, 1])
+    points = cap.vertices * (1 + 0.2 * np.sin(5 * cap.vertices[:, :1]))
+    patch = disk_patch(Mesh.triangles("m", points, cap.faces))
     theirs = flatten.lscm(patch, patch.loops[0])
     monkeypatch.setattr(flatten, "LARGE_VERTEX_COUNT", 0)
     monkeypatch.setattr("igl.lscm", lambda *words: pytest.fail("libigl was asked"))

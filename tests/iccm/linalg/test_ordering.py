@@ -33,11 +33,11 @@ def columns_by_sets(faces, order):
 @pytest.mark.parametrize("count", [3, 12, 150])
 def test_columns_are_those_of_the_factor(route, count):
     faces = mesh(count)
-    found = route(faces, count)
-    assert np.array_equal(np.sort(found.order), np.arange(count))
-    sets = columns_by_sets(faces, found.order)
-    for column, first, last in zip(sets, found.ends, found.ends[1:]):
-        assert sorted(column) == sorted(found.columns[first:last].tolist())
+    order = route(faces, count)
+    assert np.array_equal(np.sort(order.order), np.arange(count))
+    sets = columns_by_sets(faces, order.order)
+    for column, first, last in zip(sets, order.ends, order.ends[1:]):
+        assert sorted(column) == sorted(order.columns[first:last].tolist())
 
 
 def test_vertices_of_least_degree_go_first():
@@ -62,15 +62,15 @@ def test_the_factor_is_about_as_small_as_with_superlu():
 
 def test_a_long_factor_gets_more_room(monkeypatch):
     faces = mesh(400)
-    found = ordering._by_quotient_graph(faces, 400)
+    order = ordering._by_quotient_graph(faces, 400)
     monkeypatch.setattr(ordering, "FIRST_ENTRIES_PER_VERTEX", 1)
     again = ordering._by_quotient_graph(faces, 400)
-    assert all(np.array_equal(a, b) for a, b in zip(found, again))
+    assert all(np.array_equal(a, b) for a, b in zip(order, again))
 
 
 def test_triangles_may_overlap_and_be_more_than_there_are_vertices():
     """Every three of eight vertices: 21 triangles at each vertex, while a surface has at most seven."""
     faces = np.array(list(itertools.combinations(range(8), 3)))
-    found = ordering.minimum_degree(faces, 8)
-    assert sorted(found.order) == list(range(8))
-    assert np.diff(found.ends).tolist() == list(range(7, -1, -1))
+    order = ordering.minimum_degree(faces, 8)
+    assert sorted(order.order) == list(range(8))
+    assert np.diff(order.ends).tolist() == list(range(7, -1, -1))

@@ -93,8 +93,8 @@ def test_exact_preimages_lie_on_the_sheet_that_is_drawn(map):
 
 def test_a_map_without_folds_is_certain_to_be_one_to_one():
     p = pear()
-    found = triangulated(HarmonicMap(p, np.exp(0.3 * p), 0.02 * p.conj()))
-    assert found.seen is None and found.injectivity.certified
+    approximation = triangulated(HarmonicMap(p, np.exp(0.3 * p), 0.02 * p.conj()))
+    assert approximation.seen is None and approximation.injectivity.certified
 
 
 def test_one_is_kept_for_each_error_and_does_not_depend_on_those_asked_before():

@@ -35,19 +35,19 @@ def of_singular_values(*values, scale=1.0):
 
 
 def test_stretch_is_the_larger_of_both_directions():
-    found = of_singular_values((3, 0.5), (5, 3), scale=2.0)
-    assert found.stretches == pytest.approx([4, 2.5])
-    assert found.dilatations == pytest.approx([6, 5 / 3])
-    assert found.scales == pytest.approx([np.sqrt(1.5) / 2, np.sqrt(15) / 2])
+    distortion = of_singular_values((3, 0.5), (5, 3), scale=2.0)
+    assert distortion.stretches == pytest.approx([4, 2.5])
+    assert distortion.dilatations == pytest.approx([6, 5 / 3])
+    assert distortion.scales == pytest.approx([np.sqrt(1.5) / 2, np.sqrt(15) / 2])
 
 
 @pytest.mark.parametrize("balance", [0.0, 0.5, 1.0])
 def test_energies_grow_with_areas_and_with_their_inverses(balance):
-    found = of_singular_values((3, 0.5), (5, 3), scale=2.0).energies(balance)
+    energies = of_singular_values((3, 0.5), (5, 3), scale=2.0).energies(balance)
     angle = np.array([6 + 1 / 6, 5 / 3 + 3 / 5]) / 2
     area = np.array([3 / 8 + 8 / 3, 15 / 4 + 4 / 15]) / 2
-    assert found["angle"] == pytest.approx(angle) and found["area"] == pytest.approx(area)
-    assert found["total"] == pytest.approx(angle * area**balance)
+    assert energies["angle"] == pytest.approx(angle) and energies["area"] == pytest.approx(area)
+    assert energies["total"] == pytest.approx(angle * area**balance)
 
 
 def two_sizes(w):
@@ -57,15 +57,15 @@ def two_sizes(w):
 
 def test_shares_and_quantiles_count_the_target_s_area():
     map = map_of(lattice(10), two_sizes, bulge=np.zeros(320, complex))
-    found = of_triangles(map)
+    distortion = of_triangles(map)
     scale = np.sqrt(1 / 0.4)
-    assert found.scale == pytest.approx(scale)
-    assert found.within(1.2) == pytest.approx(0.9)
-    assert found.quantile(found.dilatations, 0.89) == pytest.approx(3)
-    assert found.quantile(found.dilatations, 0.0) == pytest.approx(1)
-    assert found.quantile(found.dilatations, 0.11) == pytest.approx(3)
-    assert found.stretches.max() == pytest.approx(3 / scale)
-    assert found.report()["stretch"]["max"] == pytest.approx(3 / scale)
+    assert distortion.scale == pytest.approx(scale)
+    assert distortion.within(1.2) == pytest.approx(0.9)
+    assert distortion.quantile(distortion.dilatations, 0.89) == pytest.approx(3)
+    assert distortion.quantile(distortion.dilatations, 0.0) == pytest.approx(1)
+    assert distortion.quantile(distortion.dilatations, 0.11) == pytest.approx(3)
+    assert distortion.stretches.max() == pytest.approx(3 / scale)
+    assert distortion.report()["stretch"]["max"] == pytest.approx(3 / scale)
 
 
 def test_points_of_the_target_tell_the_same():
@@ -73,20 +73,20 @@ def test_points_of_the_target_tell_the_same():
     x, y = np.meshgrid(np.linspace(-0.3, 1.6, 400), np.linspace(-0.3, 1.6, 400))
     w = (x + 1j * y).ravel()
     w = w[np.isfinite(replace(map, near=0.0).inverse(w))]
-    here = of_triangles(map)
-    there = of_inverse(map, w, here.scale).report()
-    for kind, figures in here.report().items():
+    by_triangles = of_triangles(map)
+    by_points = of_inverse(map, w, by_triangles.scale).report()
+    for kind, figures in by_triangles.report().items():
         if kind == "turn":
-            assert there[kind] == pytest.approx(figures, abs=0.1)
+            assert by_points[kind] == pytest.approx(figures, abs=0.1)
         else:
             for name in set(figures) - {"max"}:
-                assert there[kind][name] == pytest.approx(figures[name], rel=0.01)
+                assert by_points[kind][name] == pytest.approx(figures[name], rel=0.01)
 
 
 def test_what_is_not_reached_is_not_painted():
     map = map_of(lattice(4), lambda w: w)
-    found = of_inverse(map, np.array([0.3 + 0.3j, 0.6 + 0.5j, 2 + 0.5j, 0.5 - 1j]), 1.0)
-    assert found.within(4) == 0.5 and found.report()["stretch"]["p95"] == np.inf
+    distortion = of_inverse(map, np.array([0.3 + 0.3j, 0.6 + 0.5j, 2 + 0.5j, 0.5 - 1j]), 1.0)
+    assert distortion.within(4) == 0.5 and distortion.report()["stretch"]["p95"] == np.inf
 
 
 def test_folds_are_infinite_and_do_not_spoil_the_rest():

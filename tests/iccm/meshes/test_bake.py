@@ -146,16 +146,16 @@ def test_the_bend_of_the_inverse_is_what_linear_interpolation_misses():
 
 
 def test_points_are_located_in_their_triangles():
-    found = flatten(disk_patch(square_grid(9)))
-    locate = Locator(found)
+    layout = flatten(disk_patch(square_grid(9)))
+    locate = Locator(layout)
     rng = np.random.default_rng(2)
-    low, high = found.boundary.box
+    low, high = layout.boundary.box
     z = low + rng.random(500) * (high - low).real + 1j * rng.random(500) * (high - low).imag
     triangle, weights = locate(z)
     assert (weights >= 0).all()
-    assert np.abs(np.einsum("pk,pk->p", weights, found.flat[found.patch.faces[triangle]]) - z).max() < 1e-12
+    assert np.abs(np.einsum("pk,pk->p", weights, layout.flat[layout.patch.faces[triangle]]) - z).max() < 1e-12
     triangle, weights = locate(np.array([high + 0.3]))  # outside: the nearest border point
-    assert np.einsum("pk,pk->p", weights, found.flat[found.patch.faces[triangle]])[0] == pytest.approx(
+    assert np.einsum("pk,pk->p", weights, layout.flat[layout.patch.faces[triangle]])[0] == pytest.approx(
         high, abs=1e-9
     )
 
@@ -165,15 +165,15 @@ def test_points_are_located_in_their_triangles():
 
 def baked(mesh, size=64, texture=None, pull=None, kind="colour", **options):
     piece = disk_patch(mesh)
-    found = flatten(piece)
+    layout_found = flatten(piece)
     # the flattening of a flat mesh is itself, moved: undo that, so that the map is the one that is known
-    shift = (mesh.points[piece.vertex[0], 0] + 1j * mesh.points[piece.vertex[0], 1]) - found.flat[0]
-    object.__setattr__(found, "flat", found.flat + shift)
+    shift = (mesh.points[piece.vertex[0], 0] + 1j * mesh.points[piece.vertex[0], 1]) - layout_found.flat[0]
+    object.__setattr__(layout_found, "flat", layout_found.flat + shift)
     texture = texture if texture is not None else Texture(smooth_texture(), (0, 1 + 1j), transfer="linear")
     charts = layout("grid", mesh.uv, mesh.uv_corners[piece.corner], piece.triangles.twin, size, size)
     pull = ExtendedInverse(mapped()) if pull is None else pull
     read = Sampler(texture, kind=kind)
-    return baking.bake([BakedPart(found, pull, texture)], charts, read, **options), charts
+    return baking.bake([BakedPart(layout_found, pull, texture)], charts, read, **options), charts
 
 
 @pytest.mark.parametrize("cells", [2, 8, 32])
@@ -216,7 +216,7 @@ def test_texels_have_the_footprint_of_their_inverse_under_a_sheared_map(max_erro
     texture = Recorder(smooth_texture(), (0, 1 + 1j), transfer="linear")
     mesh = square_grid(16, lambda z: 2 * z + 0.1 * z**2 + (0.3 + 0.5j) * z.conj())
     baked(mesh, 32, texture, ExtendedInverse(sheared), max_error=max_error)
-    z, right, down = (np.concatenate(each) for each in zip(*texture.seen))
+    z, right, down = (np.concatenate(parts) for parts in zip(*texture.seen))
     inner = (np.abs(z.real - 0.5) < 0.45) & (np.abs(z.imag - 0.5) < 0.45)
     assert inner.sum() > 500
     assert right[inner] == pytest.approx(np.full(inner.sum(), 1 / 32), abs=1e-3)

@@ -223,9 +223,9 @@ def test_a_piece_is_picked_by_its_number_and_the_others_stay_as_they_are(tmp_pat
     with pytest.raises(InputError, match=r"m\.obj: .*no piece 3.*\b2$"):
         mesh_reading.read(f"{path}#piece-3")
     flat_files.write_uvs(large, tmp_path / "o.obj", tmp_path / "o.obj")
-    made = obj.read(tmp_path / "o.obj")
-    assert made.vt[made.corners[-3:, 1]].tolist() == [[0.1, 0.1], [0.2, 0.1], [0.1, 0.2]]
-    assert (made.corners[:, 1] >= 0).all()
+    content = obj.read(tmp_path / "o.obj")
+    assert content.vt[content.corners[-3:, 1]].tolist() == [[0.1, 0.1], [0.2, 0.1], [0.1, 0.2]]
+    assert (content.corners[:, 1] >= 0).all()
 
 
 def test_faces_turned_the_other_way_are_turned_and_told():

@@ -53,7 +53,7 @@ def test_any_outline_is_filled_but_not_its_holes():
     region = heart.difference(shapely.box(-0.4, -0.1, 0.2, 0.5))
     charts = charts_of(25)
     packing = pack(charts, region, margin=3, rotates=False)
-    assert all(region.covers(each) for each in regions(charts, packing))
+    assert all(region.covers(chart) for chart in regions(charts, packing))
     assert packing.filled > 0.35
 
 
@@ -61,7 +61,7 @@ def test_copies_take_different_places():
     same = chart(np.random.default_rng(5), 1.0)
     packing = pack([same] * 30, shapely.box(0, 0, 1, 1), margin=1, rotates=True)
     placed = regions([same] * 30, packing)
-    assert shapely.union_all(placed).area == pytest.approx(sum(each.area for each in placed))
+    assert shapely.union_all(placed).area == pytest.approx(sum(copy.area for copy in placed))
 
 
 def test_a_long_chart_lies_diagonally_nowhere():

@@ -118,10 +118,10 @@ def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, icc
     )
     report = json.loads((there / "r.json").read_text())
     assert (done.code, report["status"], report["same_triangles"]) == (0, "done", same)
-    wanted, made = brute_force(layout, n), image_files.read("o.png").pixels.astype(float)
-    inside = np.isfinite(wanted).all(axis=-1)
+    expected, picture = brute_force(layout, n), image_files.read("o.png").pixels.astype(float)
+    inside = np.isfinite(expected).all(axis=-1)
     assert inside.sum() > 0.2 * N * N
-    off = (np.abs(made - wanted)[inside] > 8).any(axis=-1).mean()
+    off = (np.abs(picture - expected)[inside] > 8).any(axis=-1).mean()
     assert off <= 0.005
 
 
@@ -147,9 +147,12 @@ def test_the_same_faces_in_another_shape_or_place_are_found(there, iccm, shuffle
     done = iccm("relayout", "old.obj", "new.obj", *words)
     assert done.code == 0, done.err
     assert json.loads((there / "r.json").read_text())["same_triangles"] == 512
-    wanted, made = brute_force(turned(0.4, bent=0.03), 16), image_files.read("o.png").pixels.astype(float)
-    inside = np.isfinite(wanted).all(axis=-1)
-    assert (np.abs(made - wanted)[inside] > 8).any(axis=-1).mean() <= 0.01
+    expected, picture = (
+        brute_force(turned(0.4, bent=0.03), 16),
+        image_files.read("o.png").pixels.astype(float),
+    )
+    inside = np.isfinite(expected).all(axis=-1)
+    assert (np.abs(picture - expected)[inside] > 8).any(axis=-1).mean() <= 0.01
 
 
 def test_what_lies_nowhere_near_is_refused(there, iccm):
@@ -175,11 +178,11 @@ def test_normals_turn_with_the_tangents(there, iccm, kind, mirrored):
     image_files.write("n.png", image_files.Image(stored))
     assert iccm("relayout", "flat.obj", "new.obj", f"--{kind}", "n.png", "-o", "o.png").code == 0
     pixels = image_files.read("o.png").pixels
-    made = (pixels[len(pixels) // 2, len(pixels) // 2].astype(float) - 128) / 127 * [1, up, 1]
+    normal = (pixels[len(pixels) // 2, len(pixels) // 2].astype(float) - 128) / 127 * [1, up, 1]
     # a direction of the surface appears in the new picture rotated by the angle, and mirrored if the picture is
     seen = (n[0] + 1j * n[1]) * np.exp(1j * angle)
     seen = -seen.conj() if mirrored else seen
-    assert made == pytest.approx([seen.real, seen.imag, n[2]], abs=0.015)
+    assert normal == pytest.approx([seen.real, seen.imag, n[2]], abs=0.015)
 
 
 def test_several_textures_keep_their_type_and_names(there, iccm):
@@ -223,9 +226,9 @@ def test_pictures_are_as_dense_on_the_surface_as_the_old_ones(there, iccm, layou
     write(there / "old.obj", upright, 4)
     words = ("--texture", "t.png", "-o", "o.png", "--report", "r.json")
     assert iccm("relayout", "old.obj", "new.obj", *words).code == 0
-    made = image_files.read("o.png").pixels.shape
-    assert made[:2] == (side, side)
-    assert json.loads((there / "r.json").read_text())["size"] == [made[1], made[0]]
+    shape = image_files.read("o.png").pixels.shape
+    assert shape[:2] == (side, side)
+    assert json.loads((there / "r.json").read_text())["size"] == [shape[1], shape[0]]
 
 
 def test_a_triangle_far_smaller_than_a_texel_does_not_make_pictures_larger(there, iccm):
@@ -282,12 +285,12 @@ def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):
     (there / "old.obj").write_text("\n".join(rows) + "\n")
     write(there / "new.obj", lambda x, y: np.column_stack([x, y]), 4, plane)
     assert iccm("relayout", "old.obj", "new.obj", "--texture", "t.png", "-o", "o.png").code == 0
-    made = image_files.read("o.png").pixels
-    side = len(made) // 4
+    picture = image_files.read("o.png").pixels
+    side = len(picture) // 4
     assert side > 100
     for k in range(16):
         column, row = divmod(k, 4)
-        tile = made[(3 - row) * side :, column * side :][1 : side - 1, 1 : side - 1].astype(int)
+        tile = picture[(3 - row) * side :, column * side :][1 : side - 1, 1 : side - 1].astype(int)
         assert np.abs(tile - palette[0, k]).max() <= 1
 
 
@@ -353,7 +356,7 @@ def test_footprints_of_a_rotated_layout_are_rotated():
     uv = points[:, :2]
     old = Charted("old", points, faces, uv, faces)
     new = Charted("new", points, faces, 0.5 + 0.5 * (uv - 0.5) @ np.array([[0, 1], [-1, 0]]), faces)
-    found = Origin.of(old, new, 64, 64)
+    origin = Origin.of(old, new, 64, 64)
     rows, columns = np.array([30, 20]), np.array([40, 25])
-    places = found.places(rows, columns, (128, 64))
+    places = origin.places(rows, columns, (128, 64))
     assert places.turn == pytest.approx(np.array([[0, -4, 2, 0]] * 2), abs=1e-6)

@@ -24,14 +24,16 @@ def test_maps_are_composed_and_inverted():
 
 def test_triangles_go_onto_triangles():
     z, w = numbers(5, 3), numbers(5, 3)
-    found = linear(z, w)
+    derivative = linear(z, w)
     step = z[:, 1:] - z[:, :1]
-    assert found.a[:, None] * step + found.b[:, None] * step.conj() == pytest.approx(w[:, 1:] - w[:, :1])
+    assert derivative.a[:, None] * step + derivative.b[:, None] * step.conj() == pytest.approx(
+        w[:, 1:] - w[:, :1]
+    )
 
 
 def test_stretches_are_singular_values():
     space = RNG.normal(size=(1, 3, 3))
     flat = laid_flat(space)
     plane = 3 * flat.real + 0.5j * flat.imag
-    assert [float(each[0]) for each in stretches(space, plane)] == pytest.approx([3, 0.5])
-    assert [float(each[0]) for each in stretches(space, plane.conj())] == pytest.approx([3, -0.5])
+    assert [float(values[0]) for values in stretches(space, plane)] == pytest.approx([3, 0.5])
+    assert [float(values[0]) for values in stretches(space, plane.conj())] == pytest.approx([3, -0.5])

@@ -129,9 +129,9 @@ def test_energies_are_summed_by_name():
     system, targets = everything(0, False)
     doubled = System([*system.terms, system.terms[1]])
     x = doubled.solve([*targets, targets[1]])
-    found = doubled.energies(x, [*targets, targets[1]])
-    assert found["pins"] == pytest.approx(2 * system.terms[1].energy(x, targets[1]))
-    assert found["total"] == pytest.approx(sum(v for k, v in found.items() if k != "total"))
+    energies = doubled.energies(x, [*targets, targets[1]])
+    assert energies["pins"] == pytest.approx(2 * system.terms[1].energy(x, targets[1]))
+    assert energies["total"] == pytest.approx(sum(v for k, v in energies.items() if k != "total"))
 
 
 def test_only_right_hand_sides_change_between_solves():

@@ -47,8 +47,8 @@ def coordinates(polygon, points, power=0):
 
 def inner_log(ratio):
     """Return the logarithm; on an edge, its limit from inside."""
-    found = np.log(ratio)
-    return found + 2j * np.pi if found.imag < 1e-9 - np.pi else found
+    logarithm = np.log(ratio)
+    return logarithm + 2j * np.pi if logarithm.imag < 1e-9 - np.pi else logarithm
 
 
 def closest(polygon, w, closed=True):
@@ -90,12 +90,12 @@ def published(source, samples, target, order, quasi):
         d = coordinates(source, samples + 0.5 * steps, 1).conj() * np.sqrt(QUASI)
         rows = [np.hstack([np.zeros((2 * samples.size, 2 * source.size)), real_rows(d)])]
         right = [np.zeros(2 * samples.size)]
-    w, normal, found = by_arclength(source, samples, target), None, []
+    w, normal, energies = by_arclength(source, samples, target), None, []
     for _ in range(STEPS + 1):
         system, aim = distance(both, w, order, normal)
-        found.append(least([system, *rows], [aim, *right]))
-        w, normal = closest(target, together(both @ found[-1]))
-    return found
+        energies.append(least([system, *rows], [aim, *right]))
+        w, normal = closest(target, together(both @ energies[-1]))
+    return energies
 
 
 def distance(matrix, w, order, normal):
@@ -201,11 +201,11 @@ def test_what_literal_means_leaves_no_choice():
 def test_steps_are_whole():
     """A step that raises the energy is taken, and ends the run; without --literal, it is halved."""
     options = {"method": "paper", "order": 1, "vertices": "source", "samples_per_edge": 2}
-    halved = [each["total"] for each in iccm.fit(square(3), ell(3), **options).energies]
+    halved = [step["total"] for step in iccm.fit(square(3), ell(3), **options).energies]
     assert np.all(np.diff(halved) <= 0)
     del options["vertices"]
     fit = iccm.fit(square(3), ell(3), literal=True, **options)
-    whole = [each["total"] for each in fit.energies]
+    whole = [step["total"] for step in fit.energies]
     assert (
         whole[-1] > 1.1 * whole[-2] and np.all(np.diff(whole[:-1]) < 0) and fit.ended is iccm.Status.DECREASE
     )

@@ -75,14 +75,14 @@ def test_pixels_in_holes_are_empty(way):
     canvas = Canvas(50, 50, (-0.1 - 0.1j, 1.1 + 1.1j))
     hole = 0.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(100) / 100)[::way]
     whole = preimages.of(map, canvas, 1e-3)(0)
-    found = preimages.of(Holed(map, [hole]), canvas, 1e-3)(0)
+    band = preimages.of(Holed(map, [hole]), canvas, 1e-3)(0)
     pixel = canvas.step[0] * canvas.step[1]
-    assert (whole.coverage.sum() - found.coverage.sum()) * pixel == pytest.approx(np.pi * 0.04, rel=1e-3)
-    kept = found.coverage > 0
-    assert np.array_equal(found.z[kept], whole.z[kept]) and np.isnan(found.z[~kept]).all()
-    lost = whole.diagnostics.inside - found.diagnostics.inside
+    assert (whole.coverage.sum() - band.coverage.sum()) * pixel == pytest.approx(np.pi * 0.04, rel=1e-3)
+    kept = band.coverage > 0
+    assert np.array_equal(band.z[kept], whole.z[kept]) and np.isnan(band.z[~kept]).all()
+    lost = whole.diagnostics.inside - band.diagnostics.inside
     assert lost * pixel == pytest.approx(np.pi * 0.04, rel=0.02)
-    assert ((found.coverage > 0) & (found.coverage < 1)).sum() > (
+    assert ((band.coverage > 0) & (band.coverage < 1)).sum() > (
         (whole.coverage > 0) & (whole.coverage < 1)
     ).sum()
 
@@ -92,16 +92,16 @@ def test_pixels_in_holes_are_empty(way):
 def test_a_map_between_mirror_images_stands_for_one_between_the_planes(source, target):
     map = map_of(irregular(np.array([0, 1, 0.7 + 1j, 0.2j]), 0.1), wavy)
     canvas = Canvas(60, 40, (-0.3 - 0.1j, 1.5 + 1.2j))
-    found = preimages.of(Reflected(map, source, target), canvas, 1e-3)(0)
+    band = preimages.of(Reflected(map, source, target), canvas, 1e-3)(0)
     mirrored = (lambda w: w) if target is None else (lambda w: 2 * target - w.conj())
     loop = mirrored(map.image[map.loops[0]])
-    assert found.coverage == pytest.approx(coverage(canvas.pixels(loop), 0, 40, 60)[0], abs=1e-5)
-    inner = found.coverage == 1
+    assert band.coverage == pytest.approx(coverage(canvas.pixels(loop), 0, 40, 60)[0], abs=1e-5)
+    inner = band.coverage == 1
     expected = map.inverse(mirrored(canvas.centres()[inner]))
     expected = expected if source is None else 2 * source - expected.conj()
-    assert found.z[inner] == pytest.approx(expected, abs=1e-9)
-    for axis, slope in ((1, found.right), (0, found.down)):
-        step = np.diff(found.z, axis=axis)
+    assert band.z[inner] == pytest.approx(expected, abs=1e-9)
+    for axis, slope in ((1, band.right), (0, band.down)):
+        step = np.diff(band.z, axis=axis)
         both = inner[:, :-1] & inner[:, 1:] if axis else inner[:-1] & inner[1:]
         before = slope[:, :-1] if axis else slope[:-1]
         assert np.abs(step - before)[both].max() < 0.2 * np.abs(step)[both].min()
@@ -113,9 +113,9 @@ def test_a_picture_is_cut_by_parts_with_holes():
     part = np.array([0.57 + 1j, 4 + 1j, 4 + 3.22j, 0.57 + 3.22j])
     hole = np.array([2 + 2j, 2 + 2.5j, 3 + 2.5j, 3 + 2j])
     other = np.array([4.5 + 0j, 5 + 0j, 5 + 0.5j, 4.5 + 0.5j])
-    found = preimages.of(Cut(map, [part, hole, other]), canvas, 1e-3)(0)
-    area = found.coverage.sum() * canvas.step[0] * canvas.step[1]
+    band = preimages.of(Cut(map, [part, hole, other]), canvas, 1e-3)(0)
+    area = band.coverage.sum() * canvas.step[0] * canvas.step[1]
     assert area == pytest.approx(3.43 * 2.22 - 0.5 + 0.25, rel=1e-5)
-    assert (found.coverage[16:19, 21:29] == 0).all() and np.isnan(found.z[16:19, 21:29]).all()
-    assert found.coverage[10, 5] == pytest.approx(0.3, abs=1e-5) and found.coverage[37, 47] == 1
-    assert found.diagnostics.inside == (found.coverage >= 0.5).sum()
+    assert (band.coverage[16:19, 21:29] == 0).all() and np.isnan(band.z[16:19, 21:29]).all()
+    assert band.coverage[10, 5] == pytest.approx(0.3, abs=1e-5) and band.coverage[37, 47] == 1
+    assert band.diagnostics.inside == (band.coverage >= 0.5).sum()

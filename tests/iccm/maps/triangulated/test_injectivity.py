@@ -19,12 +19,12 @@ SQUARE = np.array([0, 1, 1 + 1j, 1j])
 
 def test_maps_that_are_one_to_one_are_certified():
     for map in (map_of(irregular(SQUARE, 0.1), wavy), map_of(ring(30, 4), lambda w: w + 0.1 * w**2)):
-        found = map.injectivity
-        assert found.certified
-        assert found.report()["depth"] == 0
-        assert found.zeros == 0
-        assert found.obstacle == ""
-        assert 0 < found.beltrami < 1
+        certificate = map.injectivity
+        assert certificate.certified
+        assert certificate.report()["depth"] == 0
+        assert certificate.zeros == 0
+        assert certificate.obstacle == ""
+        assert 0 < certificate.beltrami < 1
 
 
 @settings(max_examples=60, deadline=None)
@@ -40,12 +40,12 @@ def test_no_fold_is_too_small(data, plane, depth):
     points = getattr(map, plane).copy()
     a, b = (points[map.faces[face, (k + n) % 3]] for n in (1, 2))
     points[map.faces[face, k]] = 0.5 * (a + b) - depth * 1j * (b - a)
-    found = replace(map, **{plane: points}).injectivity
+    certificate = replace(map, **{plane: points}).injectivity
     turns = [exact_turn(*points[corners]) for corners in map.faces]
-    assert found.certified == (min(turns) > 0)
-    assert found.zeros >= sum(turn <= 0 for turn in turns)
+    assert certificate.certified == (min(turns) > 0)
+    assert certificate.zeros >= sum(turn <= 0 for turn in turns)
     if min(turns) <= 0:
-        assert "folded" in found.obstacle
+        assert "folded" in certificate.obstacle
 
 
 def test_a_triangle_without_area_is_a_fold():
@@ -54,9 +54,9 @@ def test_a_triangle_without_area_is_a_fold():
     w[6] = 0.125 + 0.375j  # an inner vertex onto the opposite side, which is exact in binary
     assert sum(exact_turn(*w[face]) == 0 for face in faces) > 0
     for source, image in ((z, w), (w, z)):
-        found = TriangulatedMap(source, image, faces, loops).injectivity
-        assert not found.certified
-        assert found.zeros == sum(exact_turn(*w[face]) <= 0 for face in faces)
+        certificate = TriangulatedMap(source, image, faces, loops).injectivity
+        assert not certificate.certified
+        assert certificate.zeros == sum(exact_turn(*w[face]) <= 0 for face in faces)
 
 
 def wound(n, turns):
@@ -70,10 +70,10 @@ def test_two_sheets_are_rejected_though_all_triangles_are_positive():
     z, faces, loops = wound(13, 1)
     for turns in (2, 3):
         for source, image in ((z, wound(13, turns)[0]), (wound(13, turns)[0], z)):
-            found = TriangulatedMap(source, image, faces, loops).injectivity
-            assert not found.certified
-            assert found.zeros == 0
-            assert "crosses" in found.obstacle
+            certificate = TriangulatedMap(source, image, faces, loops).injectivity
+            assert not certificate.certified
+            assert certificate.zeros == 0
+            assert "crosses" in certificate.obstacle
 
 
 def test_a_crossing_outline_is_rejected():
@@ -168,9 +168,9 @@ def test_a_bulge_too_large_is_rejected():
     for edge in inner[:5]:
         bulge = map.bulges.copy()
         bulge[edge] += 0.5
-        found = replace(map, bulge=bulge).injectivity
-        assert not found.certified
-        assert "patches may be folded" in found.obstacle
+        certificate = replace(map, bulge=bulge).injectivity
+        assert not certificate.certified
+        assert "patches may be folded" in certificate.obstacle
 
 
 def test_an_outline_that_turns_back_is_rejected():

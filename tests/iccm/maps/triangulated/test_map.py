@@ -147,7 +147,9 @@ def jumps(map):
 
 def test_derivatives_jump_less_than_on_straight_triangles():
     map = map_of(scrambled(24), wavy)
-    smooth, straight = (np.quantile(jumps(each), [0.5, 0.95]) for each in (map, linear(map)))
+    smooth, straight = (
+        np.quantile(jumps(triangulated_map), [0.5, 0.95]) for triangulated_map in (map, linear(map))
+    )
     assert smooth[0] < straight[0] / 5
     assert smooth[1] < straight[1] / 3
 
@@ -248,10 +250,10 @@ def test_in_other_coordinates_it_is_the_same_map(map):
     moved = map.transformed(source, image)
     triangle, place = scattered(map, 1000)
     w = np.sum(map.corners[triangle] * place, axis=1)
-    there = image[0] * w + image[1] * w.conj() + image[2]
+    transformed_w = image[0] * w + image[1] * w.conj() + image[2]
     z = map.inverse(w)
     expected = source[0] * z + source[1] * z.conj() + source[2]
-    assert np.abs(moved.inverse(there) - expected).max() < 1e-11 * moved.diagonal
+    assert np.abs(moved.inverse(transformed_w) - expected).max() < 1e-11 * moved.diagonal
     assert moved.injectivity.certified
 
 
@@ -276,9 +278,9 @@ def test_the_most_bent_patches_are_inverted():
     triangle = np.arange(n)
     patches = np.concatenate([corners, bulge], axis=1)
     z = evaluate(patches, np.tile(SQUARE[:3], (n, 1)), triangle, place)[0]
-    found = np.array([solve(patches[t], z[t]) for t in triangle])
-    assert np.abs(found[:, :2] - place[:, 1:]).max() < 1e-6
-    assert found[:, 2].max() < 1e-12
+    places = np.array([solve(patches[t], z[t]) for t in triangle])
+    assert np.abs(places[:, :2] - place[:, 1:]).max() < 1e-6
+    assert places[:, 2].max() < 1e-12
 
 
 def test_a_patch_bent_by_many_times_its_width_is_inverted():
@@ -287,6 +289,6 @@ def test_a_patch_bent_by_many_times_its_width_is_inverted():
     patch = np.array([*corners, *bulges])
     place = np.random.default_rng(2).dirichlet([0.7] * 3, 2000)
     z = evaluate(patch[None], SQUARE[None, :3], np.zeros(2000, int), place)[0]
-    found = np.array([solve(patch, point) for point in z])
-    assert np.abs(found[:, :2] - place[:, 1:]).max() < 1e-6
-    assert found[:, 2].max() < 1e-12
+    places = np.array([solve(patch, point) for point in z])
+    assert np.abs(places[:, :2] - place[:, 1:]).max() < 1e-6
+    assert places[:, 2].max() < 1e-12
