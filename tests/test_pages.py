@@ -164,10 +164,6 @@ def test_every_command_and_option_shown_exists():
     assert checked > 200
 
 
-def test_the_readme_is_one_screen():
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 130
-
-
 def test_pictures_that_need_care_on_dark_pages_are_marked(tmp_path):
     from PIL import Image
 

@@ -86,7 +86,7 @@ def _centred(map: HarmonicMap, source_error: float, image_error: float) -> Trian
     Far from the origin, rounding errors would cause unlimited refinement.
     """
     centred, source, image = map.centred()
-    return _approximation(centred, source_error, image_error).transformed((1, 0, source), (1, 0, image))
+    return _approximation(centred, source_error, image_error).moved((1, 0, source), (1, 0, image))
 
 
 def _approximation(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:

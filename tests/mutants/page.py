@@ -98,7 +98,7 @@ PAGE: list[Mutant] = [
     ),
     Mutant(
         "io/edit/page/editor.js",
-        "this.#rest = setTimeout(() => this.solve(), REST);",
+        "this.#rest = setTimeout(() => this.solve('', 'resting'), REST);",
         "",
         MODULES,
         "a pin that is held still never gets the whole map",
@@ -112,8 +112,8 @@ PAGE: list[Mutant] = [
     ),
     Mutant(
         "io/edit/page/editor.js",
-        "if (this.busy || this.asked !== this.#solved) this.solve('', true);",
-        "this.solve('', true);",
+        "if (this.busy || this.asked !== this.#solved || this.kind === 'blocked') this.solve('', 'released');",
+        "this.solve('', 'released');",
         MODULES,
         "letting go of what is held still computes the map twice",
     ),

@@ -197,7 +197,7 @@ class TriangulatedMap:
             )
         return triangle, place
 
-    def transformed(
+    def moved(
         self,
         source: tuple[complex, complex, complex] = (1, 0, 0),
         image: tuple[complex, complex, complex] = (1, 0, 0),

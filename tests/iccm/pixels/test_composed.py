@@ -18,7 +18,7 @@ SQUARE = np.array([0, 1, 1 + 1j, 1j])
 
 def square(size, to, shift):
     """A map of the unit square onto one of another size and place, whose source lies elsewhere."""
-    return map_of(irregular(SQUARE, 0.3), lambda w: w + shift).transformed(image=(size, 0, to))
+    return map_of(irregular(SQUARE, 0.3), lambda w: w + shift).moved(image=(size, 0, to))
 
 
 def several(*maps):

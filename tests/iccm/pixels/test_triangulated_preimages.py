@@ -30,7 +30,7 @@ CANVASES = {
 
 
 def moved(map, scale, to):
-    return map.transformed(image=(scale, 0, to))
+    return map.moved(image=(scale, 0, to))
 
 
 @pytest.fixture(params=MAPS)

@@ -247,7 +247,7 @@ def test_pickled_it_is_the_same_and_no_larger_than_its_data():
 
 def test_in_other_coordinates_it_is_the_same_map(map):
     source, image = (0.3 + 2j, 0.4, 5j), (-2, 0.5 - 0.1j, 3)
-    moved = map.transformed(source, image)
+    moved = map.moved(source, image)
     triangle, place = scattered(map, 1000)
     w = np.sum(map.corners[triangle] * place, axis=1)
     transformed_w = image[0] * w + image[1] * w.conj() + image[2]
@@ -259,7 +259,7 @@ def test_in_other_coordinates_it_is_the_same_map(map):
 
 def test_turning_a_plane_over_is_refused():
     with pytest.raises(ValueError, match="orientation"):
-        MAPS["ring"]().transformed(image=(0, 1, 0))
+        MAPS["ring"]().moved(image=(0, 1, 0))
 
 
 def test_the_most_bent_patches_are_inverted():
