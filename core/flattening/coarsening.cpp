@@ -180,23 +180,53 @@ struct Parameters {
     double theta, q, share;
 };
 
+// The Wirtinger gradients of the hat functions of a triangle in space at its corners, f_z = Σ α u and f_z̄ = Σ ᾱ u, and
+// its area. As in `laid_flat` of iccm.meshes.stretch, a sliver is made a little higher, since rounding decides its shape.
+struct Shape {
+    Complex alpha[3];
+    double area;
+};
+
+Shape shape_of(Points points, const Index (&corners)[3]) {
+    constexpr double SLIVER_HEIGHT_SHARE = 1e-4;
+    double squares[3];  // of the side opposite each corner
+    for (int k = 0; k < 3; k++) {
+        squares[k] = 0.0;
+        for (int c = 0; c < 3; c++) {
+            double x = points[corners[before(k)]][c] - points[corners[after(k)]][c];
+            squares[k] += x * x;
+        }
+    }
+    // in its plane: the longest side on the real axis, and the corner opposite it, the apex, above
+    int apex = squares[0] >= squares[1] ? (squares[0] >= squares[2] ? 0 : 2) : (squares[1] >= squares[2] ? 1 : 2);
+    const double *a = points[corners[after(apex)]], *b = points[corners[before(apex)]], *c = points[corners[apex]];
+    double x[3], y[3], along = 0.0;
+    for (int k = 0; k < 3; k++) {
+        x[k] = b[k] - a[k], y[k] = c[k] - a[k];
+        along += x[k] * y[k];
+    }
+    double s = x[1] * y[2] - x[2] * y[1], t = x[2] * y[0] - x[0] * y[2], r = x[0] * y[1] - x[1] * y[0];
+    double length = sqrt(squares[apex]);
+    double height = max(sqrt(s * s + t * t + r * r) / length, SLIVER_HEIGHT_SHARE * length);
+    Complex tip = {along / length, height}, scale = {0.0, -0.5 / (length * height)};
+    Shape shape;
+    shape.area = 0.5 * length * height;
+    shape.alpha[after(apex)] = scale * conjugate(tip - Complex{length, 0.0});
+    shape.alpha[before(apex)] = -scale * conjugate(tip);
+    shape.alpha[apex] = scale * length;
+    return shape;
+}
+
 // The energy of the triangles between v and a hole's edges, relative to their shapes in space.
 Energy energy_around(Points points, Hole hole, Index v, const Complex *u, Parameters how) {
     Energy sum = {0.0, {0, 0}, 0.0, 0.0, 0.0};
     for (Index e = 0; e < hole.count; e++) {
         Index b = hole.edges[e][0], c = hole.edges[e][1];
-        double square = 0.0, along = 0.0, other = 0.0;
-        for (int k = 0; k < 3; k++) {
-            double p = points[b][k] - points[v][k], q = points[c][k] - points[v][k];
-            square += p * p, along += p * q, other += q * q;
-        }
-        // The triangle in its plane, v at 0 and b on the real axis: f_z = Σ α u and f_z̄ = Σ ᾱ u at its corners.
-        double length = sqrt(square), height = sqrt(max(other - along * along / square, 0.0));
-        Complex scale = {0.0, -0.5 / (length * height)}, z = {along / length, -height};
-        Complex beta = -scale * z, gamma = scale * length, alpha = -beta - gamma;
+        Shape shape = shape_of(points, {v, b, c});
+        Complex alpha = shape.alpha[0], beta = shape.alpha[1], gamma = shape.alpha[2];
         Complex x = u[b] - u[v], y = u[c] - u[v];
         Complex f = beta * x + gamma * y, g = conjugate(beta) * x + conjugate(gamma) * y;
-        double ff = dot(f, f), gg = dot(g, g), area = 0.5 * length * height;
+        double ff = dot(f, f), gg = dot(g, g), area = shape.area;
         if (!(ff > gg)) {
             sum.value = INFINITY;
             return sum;
@@ -214,24 +244,25 @@ Energy energy_around(Points points, Hole hole, Index v, const Complex *u, Parame
     return sum;
 }
 
-// Minimise the energy of the triangles around v by Newton's method, until a step lowers it by less than a share
-// `min_gain`.
-void settle(Points points, Hole hole, Index v, Complex *u, Parameters how, double min_gain) {
+// Minimise the energy of the triangles around v, less the work of a force on v, by Newton's method, until a step lowers
+// it by less than a share `min_gain`.
+void settle(Points points, Hole hole, Index v, Complex *u, Parameters how, double min_gain, Complex force = {0, 0}) {
     Energy energy = energy_around(points, hole, v, u, how);
     for (;;) {
         double determinant = energy.xx * energy.yy - energy.xy * energy.xy;
         if (!(determinant > 0 && energy.xx > 0)) return;
-        Complex g = energy.slope;
+        Complex g = energy.slope - force;
         Complex step = -Complex{energy.yy * g.re - energy.xy * g.im, energy.xx * g.im - energy.xy * g.re} / determinant;
         Complex from = u[v];
         // At most half of the way to where a triangle would fold: the energy is infinite there.
         u[v] = from + min(1.0, 0.5 * visible_share(hole, u, from, step)) * step;
         Energy next = energy_around(points, hole, v, u, how);
-        if (!(next.value < energy.value)) {
+        double gain = energy.value - next.value + dot(force, u[v] - from);
+        if (!(gain > 0)) {
             u[v] = from;
             return;
         }
-        if (energy.value - next.value < min_gain * energy.value) return;
+        if (gain < min_gain * energy.value) return;
         energy = next;
     }
 }
@@ -255,6 +286,23 @@ bool put_back(Points points, Hole hole, Index v, Index w, const Index *triangle,
     for (Index e = 0; e < hole.count; e++)
         if (!(cross(u[hole.edges[e][0]] - u[v], u[hole.edges[e][1]] - u[v]) > 0)) return false;
     return true;
+}
+
+// The largest number of triangles around a vertex; those of vertex v begin at starts[v].
+Index largest_degree(const Index *starts, Index n) {
+    Index most = 0;
+    for (Index v = 0; v < n; v++) most = max(most, starts[v + 1] - starts[v]);
+    return most;
+}
+
+// The sides opposite v of `count` triangles around it, written to `edges`.
+Hole around_vertex(const Index *faces, const Index *around, Index count, Index v, Index *edges) {
+    for (Index i = 0; i < count; i++) {
+        const Index *corners = faces + 3 * around[i];
+        const int k = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
+        edges[2 * i] = corners[after(k)], edges[2 * i + 1] = corners[before(k)];
+    }
+    return {rows<2>(edges), count};
 }
 
 }  // namespace
@@ -330,26 +378,71 @@ ICCM_EXPORT int64_t iccm_flattening_put_back(const int64_t *vertex, const int64_
 //   starts    (n + 1,) where the triangles of each vertex begin in `around`
 //   around    (3m,) triangles of the vertices
 //   held      (n,) vertices that stay
+//   forces    (n,) on the vertices; their work is subtracted from the energy
 //   sweeps    number of times that each vertex is moved
 //   theta, q, share, min_gain: as above
 //   u         (n,) positions without folds, changed
 ICCM_EXPORT int64_t iccm_flattening_smooth(const int64_t *faces, const double *points, int64_t n, const int64_t *starts,
-                                           const int64_t *around, const bool *held, int64_t sweeps, double theta,
-                                           double q, double share, double min_gain, Complex *u) {
-    Index most = 0;
-    for (Index v = 0; v < n; v++) most = max(most, starts[v + 1] - starts[v]);
-    Buffer<Index> edges(2 * most);
+                                           const int64_t *around, const bool *held, const Complex *forces,
+                                           int64_t sweeps, double theta, double q, double share, double min_gain,
+                                           Complex *u) {
+    Buffer<Index> edges(2 * largest_degree(starts, n));
     if (!edges) return OUT_OF_MEMORY;
     for (Index sweep = 0; sweep < sweeps; sweep++)
         for (Index v = 0; v < n; v++) {
             if (held[v]) continue;
-            const Index count = starts[v + 1] - starts[v];
-            for (Index i = 0; i < count; i++) {
-                const Index *corners = faces + 3 * around[starts[v] + i];
-                const int k = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
-                edges[2 * i] = corners[after(k)], edges[2 * i + 1] = corners[before(k)];
-            }
-            settle(rows<3>(points), {rows<2>(edges.data), count}, v, u, {theta, q, share}, min_gain);
+            Hole hole = around_vertex(faces, around + starts[v], starts[v + 1] - starts[v], v, edges.data);
+            settle(rows<3>(points), hole, v, u, {theta, q, share}, min_gain, forces[v]);
         }
+    return 0;
+}
+
+// The energy of positions u (n,), and its gradient with respect to each (n,), written to `slopes`; infinite with folds.
+// Arguments as above.
+ICCM_EXPORT double iccm_flattening_gradient(const int64_t *faces, const double *points, int64_t n, int64_t m,
+                                          double theta, double q, double share, const Complex *u, Complex *slopes) {
+    double sum = 0.0;
+    for (Index v = 0; v < n; v++) slopes[v] = {0, 0};
+    for (Index t = 0; t < m; t++) {
+        const Index *corners = faces + 3 * t;
+        Shape shape = shape_of(rows<3>(points), {corners[0], corners[1], corners[2]});
+        Complex f = {0, 0}, g = {0, 0};
+        for (int k = 0; k < 3; k++) {
+            f += shape.alpha[k] * u[corners[k]];
+            g += conjugate(shape.alpha[k]) * u[corners[k]];
+        }
+        double ff = dot(f, f), gg = dot(g, g);
+        if (!(ff > gg)) return INFINITY;
+        Density w = density_derivatives(ff + gg, ff - gg, theta, q, share);
+        sum += shape.area * w.value;
+        // the chain rule: the gradients of |f|² and |g|² with respect to a corner are 2 ᾱ f and 2 α g
+        Complex of_f = (2 * shape.area * (w.p + w.d)) * f, of_g = (2 * shape.area * (w.p - w.d)) * g;
+        for (int k = 0; k < 3; k++) slopes[corners[k]] += conjugate(shape.alpha[k]) * of_f + shape.alpha[k] * of_g;
+    }
+    return sum;
+}
+
+// Interpolate displacements of the vertices that are left linearly at the removed ones, the last one first.
+//
+//   vertex, triangle, weights, count: as in `iccm_flattening_put_back`
+//   step      (n,) displacements, written for the removed vertices
+ICCM_EXPORT int64_t iccm_flattening_interpolate(const int64_t *vertex, const int64_t *triangle, const double *weights,
+                                                int64_t count, Complex *step) {
+    for (Index i = count - 1; i >= 0; i--) {
+        Complex sum = {0, 0};
+        for (int k = 0; k < 3; k++) sum += weights[3 * i + k] * step[triangle[3 * i + k]];
+        step[vertex[i]] = sum;
+    }
+    return 0;
+}
+
+// The transpose of the interpolation: move the forces on removed vertices to the corners of their triangles, the first
+// one first.
+//
+//   forces    (n,) changed; those on removed vertices are then meaningless
+ICCM_EXPORT int64_t iccm_flattening_restrict(const int64_t *vertex, const int64_t *triangle, const double *weights,
+                                             int64_t count, Complex *forces) {
+    for (Index i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) forces[triangle[3 * i + k]] += weights[3 * i + k] * forces[vertex[i]];
     return 0;
 }

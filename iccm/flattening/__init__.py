@@ -3,7 +3,8 @@
 method         `flatten`: choice of the method; `even_layout`: the even layout of a patch; `convex`: convex polygons
 tutte          an initial layout without folds: the outline on a circle, each vertex at the mean of its neighbours
 free           Newton's method for the balanced energy of a surface with a free boundary
-coarsening     the same on coarser triangulations of large surfaces first
+coarsening     coarser triangulations of large surfaces, and the way back
+multigrid      relaxation of large surfaces on coarser triangulations first, of huge ones without factorisations of them
 scaffold       triangles around a layout and in its holes that keep it from overlapping
 seams          where to lengthen a cut
 opening        repair of flipped triangles and non-convex polygons by moving single vertices

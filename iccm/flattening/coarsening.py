@@ -44,7 +44,21 @@ _put_back = function(
 _smooth = function(
     """int64_t iccm_flattening_smooth(
         const int64_t *faces, const double *points, int64_t n, const int64_t *starts, const int64_t *around,
-        const bool *held, int64_t sweeps, double theta, double q, double share, double min_gain, Complex *u)"""
+        const bool *held, const Complex *forces, int64_t sweeps, double theta, double q, double share,
+        double min_gain, Complex *u)"""
+)
+_gradient = function(
+    """double iccm_flattening_gradient(
+        const int64_t *faces, const double *points, int64_t n, int64_t m, double theta, double q, double share,
+        const Complex *u, Complex *slopes)"""
+)
+_interpolate = function(
+    """int64_t iccm_flattening_interpolate(
+        const int64_t *vertex, const int64_t *triangle, const double *weights, int64_t count, Complex *step)"""
+)
+_restrict = function(
+    """int64_t iccm_flattening_restrict(
+        const int64_t *vertex, const int64_t *triangle, const double *weights, int64_t count, Complex *forces)"""
 )
 
 
@@ -105,36 +119,6 @@ class Removed(NamedTuple):
         )
 
 
-def relaxed(
-    sheet: Elastic,
-    points: Real,
-    u: Complex,
-    theta: float,
-    steps: int,
-    tolerance: float,
-) -> Complex:
-    """Return (n,) positions with less energy, from positions without folds.
-
-    Large surfaces are relaxed on a coarser triangulation first.
-
-    Args:
-        sheet: the surface, all of whose vertices move.
-        points: (n, 3) vertices in space.
-        u: (n,) positions in the plane, scaled to a total area of one.
-        theta: weight of the area part of the energy.
-        steps: most Newton steps on each triangulation.
-        tolerance: relative decrease of the energy below which iteration stops.
-    """
-    u = by_coarser(
-        sheet,
-        points,
-        u,
-        theta,
-        lambda coarse, kept: relaxed(coarse, points[kept], u[kept], theta, steps, tolerance),
-    )
-    return sheet.relaxed(u, theta, steps, tolerance)
-
-
 def by_coarser(
     sheet: Elastic,
     points: Real,
@@ -148,12 +132,15 @@ def by_coarser(
     Returns the given positions where the surface is small, or the coarser triangulation does not help.
 
     Args:
-        sheet, points, u, theta: as in `relaxed`.
+        sheet: the surface, all of whose vertices move.
+        points: (n, 3) vertices in space.
+        u: (n,) positions in the plane without folds, scaled to a total area of one.
+        theta: weight of the area part of the energy.
         solve: returns positions (k,) without folds on the coarser surface, given that surface and the numbers (k,) of
             its vertices.
         stay: vertices that must not be removed.
     """
-    small = _much_coarser(points, sheet.faces, u, LARGE_VERTEX_COUNT, stay)
+    small = much_coarser(points, sheet.faces, u, LARGE_VERTEX_COUNT, stay)
     if small is None:
         return u
     kept, faces, removed = small
@@ -164,24 +151,6 @@ def by_coarser(
     return moved if better else u
 
 
-def nearly_relaxed(
-    points: Real, faces: Index, u: Complex, theta: float, steps: int, tolerance: float
-) -> Complex | None:
-    """Return (n,) positions relaxed on a coarser triangulation only, which takes a fraction of the time of `relaxed`.
-
-    The other vertices are relaxed one by one. Returns None where the surface is small or cannot be coarsened. Arguments
-    are as in `relaxed`, with the triangles (m, 3) of the surface.
-    """
-    small = _much_coarser(points, faces, u, LARGE_VERTEX_COUNT, NONE)
-    if small is None:
-        return None
-    kept, coarse, removed = small
-    moved = u.copy()
-    moved[kept] = relaxed(surface(points[kept], coarse), points[kept], u[kept], theta, steps, tolerance)
-    unit = points / np.sqrt(face_areas(points[faces]).sum())
-    return moved if put_back(removed, unit, theta, moved) else None
-
-
 def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] | None:
     """Return a layout without folds on a coarser triangulation, with the numbers (k,) of its vertices.
 
@@ -189,7 +158,7 @@ def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] |
     has fewer vertices than `large`, or cannot be coarsened enough.
     """
     patch = layout.patch
-    small = _much_coarser(patch.points, patch.faces, layout.flat, large, NONE)
+    small = much_coarser(patch.points, patch.faces, layout.flat, large, NONE)
     if small is None:
         return None
     kept, faces, _ = small
@@ -207,7 +176,7 @@ def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] |
     )
 
 
-def _much_coarser(
+def much_coarser(
     points: Real, faces: Index, z: Complex, large: int, stay: Index
 ) -> tuple[Index, Index, Removed] | None:
     """Return the vertices (k,) that remain, the triangles (m, 3) between them, and what was removed.
@@ -298,6 +267,7 @@ def smooth(
     theta: float,
     u: Complex,
     *,
+    forces: Complex | None = None,
     q: float = 1.0,
     share: float = SOURCE_AREA,
 ) -> None:
@@ -310,8 +280,36 @@ def smooth(
         sweeps: number of times that each vertex is moved.
         theta: weight of the area part of the energy.
         u: (n,) positions without folds, changed in place.
+        forces: (n,) on the vertices, whose work is subtracted from the energy; None if there are none.
         q, share: see `Objective`.
     """
+    forces = np.zeros(u.size, np.complex128) if forces is None else forces
     starts, around = _stars(faces, u.size)
     points = np.ascontiguousarray(points, np.float64)
-    _smooth(faces, points, u.size, starts, around, fixed, sweeps, theta, q, share, SMALL_GAIN_SHARE, u)
+    gain = SMALL_GAIN_SHARE
+    _smooth(faces, points, u.size, starts, around, fixed, forces, sweeps, theta, q, share, gain, u)
+
+
+def gradient(
+    faces: Index, points: Real, theta: float, u: Complex, *, q: float = 1.0, share: float = SOURCE_AREA
+) -> tuple[float, Complex]:
+    """Return the energy of positions u (n,), infinite with folds, and its gradient (n,).
+
+    Needs no sparsity pattern, unlike `energy.assemble`. Arguments are as in `smooth`.
+    """
+    slopes, points = np.empty(u.size, np.complex128), np.ascontiguousarray(points, np.float64)
+    energy = _gradient(faces, points, u.size, len(faces), theta, q, share, u, slopes)
+    return float(energy), slopes
+
+
+def interpolate(removed: Removed, step: Complex) -> None:
+    """Interpolate displacements (n,) linearly at the removed vertices, in place."""
+    _interpolate(removed.vertex, removed.corners, removed.weights, removed.vertex.size, step)
+
+
+def restrict(removed: Removed, forces: Complex) -> None:
+    """Transfer forces (n,) on removed vertices to the others, in place, by the transpose of `interpolate`.
+
+    Those on removed vertices are then meaningless.
+    """
+    _restrict(removed.vertex, removed.corners, removed.weights, removed.vertex.size, forces)

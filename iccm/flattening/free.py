@@ -6,13 +6,15 @@ layout becomes conformal.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Complex, Index, Real
-from ..balanced.minimise.energy import SOURCE_AREA, Objective, RestShapes, geometry
+from ..balanced.minimise.energy import NO_SLOTS, SOURCE_AREA, Objective, RestShapes, geometry
 from ..balanced.minimise.newton import System, descend
 from ..balanced.minimise.sliding import Constraints
+from ..balanced.minimise.terms import NO_TERMS, TermOnMesh, TermsOnMesh
 from ..linalg.cholesky import BlockPattern, system_of
 from ..meshes.stretch import laid_flat
 from ..plane import triangle_areas
@@ -25,55 +27,85 @@ SMALL_GAIN_SHARE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Elastic:
-    """Triangles with rest shapes; all vertices move except the first few.
+class Connectivity:
+    """Triangles, all of whose vertices move except the first few.
 
     Attributes:
         faces: (m, 3) triangles.
-        shapes: (m, 3) their rest shapes.
-        pattern: sparsity pattern of the Newton matrices.
-        rest: data of the rest shapes for the energy.
         fixed: number of vertices, the first ones, that do not move.
     """
 
     faces: Index
-    shapes: Complex
-    pattern: BlockPattern
-    rest: RestShapes
     fixed: int = 0
+
+    @cached_property
+    def pattern(self) -> BlockPattern:
+        """The sparsity pattern of the Newton matrices, which takes longer than a step, and much memory."""
+        return system_of(self.faces, np.arange(self.fixed), int(self.faces.max()) + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Elastic:
+    """Triangles with rest shapes.
+
+    Attributes:
+        connectivity: the triangles.
+        shapes: (m, 3) their rest shapes.
+        weights: (m,) their weights in the energy.
+    """
+
+    connectivity: Connectivity
+    shapes: Complex
+    weights: Real
 
     @classmethod
     def of(cls, faces: Index, shapes: Complex, weights: Real | None = None, fixed: int = 0) -> "Elastic":
         """Create it from rest shapes (m, 3), weighted by `weights` (m,) or by their areas."""
-        return cls._on(
-            system_of(faces, np.arange(fixed), int(faces.max()) + 1), faces, shapes, weights, fixed
-        )
+        return cls._on(Connectivity(faces, fixed), shapes, weights)
 
     def with_shapes(self, shapes: Complex, weights: Real | None = None) -> "Elastic":
         """Return the same triangles with other rest shapes (m, 3), weighted by `weights` (m,) or by their areas."""
-        return self._on(self.pattern, self.faces, shapes, weights, self.fixed)
+        return self._on(self.connectivity, shapes, weights)
 
     @classmethod
-    def _on(
-        cls, pattern: BlockPattern, faces: Index, shapes: Complex, weights: Real | None, fixed: int
-    ) -> "Elastic":
-        order = np.argsort(pattern.position[faces], axis=1)
-        corners = np.ascontiguousarray(np.take_along_axis(shapes, order, axis=1)).ravel()
-        gradients, areas = geometry(corners, np.arange(corners.size).reshape(-1, 3))
-        rest = RestShapes.of(pattern, gradients, areas if weights is None else weights)
-        return cls(faces, shapes, pattern, rest, fixed)
+    def _on(cls, connectivity: Connectivity, shapes: Complex, weights: Real | None) -> "Elastic":
+        return cls(connectivity, shapes, triangle_areas(shapes) if weights is None else weights)
 
-    def relaxed(self, u: Complex, theta: float, steps: int, tolerance: float) -> Complex:
+    @property
+    def faces(self) -> Index:
+        """(m, 3) the triangles."""
+        return self.connectivity.faces
+
+    @cached_property
+    def _rest(self) -> RestShapes:
+        """The rest shapes for Newton's method, whose corners are in the pattern's order."""
+        pattern = self.connectivity.pattern
+        order = np.argsort(pattern.position[self.faces], axis=1)
+        corners = np.ascontiguousarray(np.take_along_axis(self.shapes, order, axis=1)).ravel()
+        gradients, _ = geometry(corners, np.arange(corners.size).reshape(-1, 3))
+        return RestShapes.of(pattern, gradients, self.weights)
+
+    def relaxed(
+        self,
+        u: Complex,
+        theta: float,
+        steps: int,
+        tolerance: float,
+        term: TermOnMesh | None = None,
+    ) -> Complex:
         """Return (n,) positions with less energy, from positions without folds; see `newton.descend`.
+
+        `term` is added to the energy; it has to be zero at `u`.
 
         Newton's method runs a few steps at a time, so that signals are handled in between, until a step gains less than
         `tolerance` of the energy. The Cholesky factor of a large surface is reused after a step that gains less than
         SMALL_GAIN_SHARE, as long as each step gains at most half as much as the one before.
         """
-        u, tau, energy, before = u.copy(), np.zeros(self.fixed), self.energy(u, theta), 0.0
-        system = System.of(
-            self.pattern, self.faces, self.rest, Constraints.of_fixed(u, np.arange(u.size) < self.fixed)
-        )
+        pattern, rest, fixed = self.connectivity.pattern, self._rest, self.connectivity.fixed
+        u, tau, energy, before = u.copy(), np.zeros(fixed), rest.energy(u, _objective(theta)), 0.0
+        constraints = Constraints.of_fixed(u, np.arange(u.size) < fixed)
+        terms = NO_TERMS if term is None else TermsOnMesh([term], pattern)
+        system = System.of(pattern, self.faces, rest, constraints, terms=terms)
         at_once = min(STEPS_AT_ONCE if u.size < LARGE_VERTEX_COUNT else 1, steps)
         for _ in range(-(-steps // at_once)):
             below, taken, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
@@ -93,8 +125,10 @@ class Elastic:
         return u
 
     def energy(self, u: Complex, theta: float) -> float:
-        """Return the energy of positions (n,); infinite with folds."""
-        return self.rest.energy(u, _objective(theta))
+        """Return the energy of positions (n,), for which no pattern is computed; infinite with folds."""
+        corners = np.ascontiguousarray(self.shapes).ravel()
+        gradients, _ = geometry(corners, np.arange(corners.size).reshape(-1, 3))
+        return RestShapes(self.faces, NO_SLOTS, gradients, self.weights).energy(u, _objective(theta))
 
 
 def _objective(theta: float) -> Objective:

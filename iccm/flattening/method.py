@@ -11,8 +11,9 @@ from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
-from .coarsening import by_coarser, coarser_layout, nearly_relaxed, relaxed, smooth
+from .coarsening import by_coarser, coarser_layout, smooth
 from .free import LARGE_VERTEX_COUNT, Elastic, surface
+from .multigrid import nearly_relaxed, relaxed
 from .opening import open_up
 from .scaffold import relax_with_scaffold
 

@@ -59,7 +59,7 @@ def relax_with_scaffold(
             break
         shapes = np.concatenate([sheet.shapes, positions[faces]])
         light = np.full(len(faces), SCAFFOLD_WEIGHT * energy / len(faces))
-        weights = np.concatenate([sheet.rest.weights, light])
+        weights = np.concatenate([sheet.weights, light])
         if joint is None:
             areas, joined = (
                 triangle_areas(positions[faces]),

@@ -83,13 +83,13 @@ def _carried(
     u = state.u.copy()
     u[coarse_vertices] = small.u
     unit = points / np.sqrt(face_areas(points[state.faces]).sum())
-    how = {"q": FINE_POWER, "share": state.boundary.area_share(True)}
-    if not put_back(removed, unit, state.energy.balance, u, **how) or folds(state.faces, u):
+    theta, share = state.energy.balance, state.boundary.area_share(True)
+    if not put_back(removed, unit, theta, u, q=FINE_POWER, share=share) or folds(state.faces, u):
         return state, False
     value, settled = _energy(state, u), False
     fixed = np.arange(u.size) < state.constrained
     for _ in range(MOST_SWEEPS // SWEEPS_AT_ONCE):
-        smooth(state.faces, unit, fixed, SWEEPS_AT_ONCE, state.energy.balance, u, **how)
+        smooth(state.faces, unit, fixed, SWEEPS_AT_ONCE, theta, u, q=FINE_POWER, share=share)
         previous, value = value, _energy(state, u)
         settled = previous - value < LAST_DECREASE * value
         if settled:

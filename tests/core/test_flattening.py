@@ -73,16 +73,63 @@ def test_vertices_are_moved_one_by_one(monkeypatch):
     points, faces, z = surface(1)
     held = np.isin(np.arange(z.size), z.size - 1 - np.arange(9)) | (np.abs(z) > 0.9 * np.abs(z).max())
     bent = z + 0.03 * np.sin(9 * z.imag) * (1 + 0.5j)
+    forces = 0.02 * z * np.exp(1j * z.real)
 
-    def smooth(faces, points, count, starts, around, held, sweeps, theta, q, share, gain, u):
+    def smooth(faces, points, count, starts, around, held, forces, sweeps, theta, q, share, gain, u):
         assert (count, gain) == (u.size, plain.SMALL)
-        return plain.smooth(faces, points, starts, around, held, sweeps, theta, q, share, u)
+        return plain.smooth(faces, points, starts, around, held, forces, sweeps, theta, q, share, u)
 
     def work():
         u = bent.copy()
-        coarsening.smooth(faces, points, held, 2, 1.0, u, q=3.0, share=0.5)
+        coarsening.smooth(faces, points, held, 2, 1.0, u, forces=forces, q=3.0, share=0.5)
         return u
 
     one, other = both(monkeypatch, coarsening, {"_smooth": smooth}, work)
     assert np.allclose(one, other, rtol=0, atol=1e-11)
     assert (one[held] == bent[held]).all() and np.abs(one - bent).max() > 1e-3
+
+
+def test_gradient(monkeypatch):
+    points, faces, z = surface(0)
+    flat = points.copy()
+    a, b, c = faces[7]
+    flat[c] = flat[a] + 0.3 * (flat[b] - flat[a])  # a sliver
+    bent = z + 0.03 * np.sin(9 * z.imag) * (1 + 0.5j)
+
+    def gradient(faces, points, n, m, theta, q, share, u, slopes):
+        assert (n, m) == (u.size, len(faces))
+        return plain.gradient(faces, points, theta, q, share, u, slopes)
+
+    def work():
+        return coarsening.gradient(faces, flat, 0.7, bent, q=2.0, share=0.3)
+
+    one, other = both(monkeypatch, coarsening, {"_gradient": gradient}, work)
+    assert one[0] == pytest.approx(other[0], rel=1e-12)
+    assert np.allclose(one[1], other[1], rtol=1e-9, atol=1e-9 * np.abs(one[1]).max())
+    folded = bent.copy()
+    folded[faces[7, 0]] = 2 * bent[faces[7, 1]] - bent[faces[7, 0]]
+    assert coarsening.gradient(faces, flat, 0.7, folded)[0] == np.inf
+
+
+def test_interpolation_and_its_transpose(monkeypatch):
+    points, faces, z = surface(1)
+    _, removed = coarsening.coarser(points, faces, z, z.size // 8)
+
+    def interpolate(vertex, corners, weights, count, step):
+        return plain.interpolate(vertex, corners, weights, step)
+
+    def restrict(vertex, corners, weights, count, forces):
+        return plain.restrict(vertex, corners, weights, forces)
+
+    def work():
+        step, forces = z**2, np.exp(1j * z)
+        coarsening.interpolate(removed, step)
+        coarsening.restrict(removed, forces)
+        return step, forces
+
+    instead = {"_interpolate": interpolate, "_restrict": restrict}
+    (step, forces), other = both(monkeypatch, coarsening, instead, work)
+    assert np.allclose(step, other[0], rtol=0, atol=1e-12)
+    assert np.allclose(forces, other[1], rtol=0, atol=1e-12)
+    kept = np.setdiff1d(np.arange(z.size), removed.vertex)
+    assert np.vdot(np.exp(1j * z), step) == pytest.approx(np.vdot(forces[kept], step[kept]), rel=1e-12)

@@ -186,6 +186,24 @@ def _room(edges, u, a, way):
     return share
 
 
+def _shape(corners):
+    """Return the Wirtinger gradients of the hat functions (3,) of a triangle in space, and its area.
+
+    Slivers are made a little higher, as `laid_flat` does.
+    """
+    sides = [np.linalg.norm(corners[(k + 2) % 3] - corners[(k + 1) % 3]) for k in range(3)]
+    apex = int(np.argmax(sides))
+    a, b, c = (corners[(apex + k) % 3] for k in (1, 2, 0))
+    length = sides[apex]
+    height = max(np.linalg.norm(np.cross(b - a, c - a)) / length, 1e-4 * length)
+    tip, scale = complex(np.dot(b - a, c - a) / length, height), -0.5j / (length * height)
+    alpha = np.empty(3, complex)
+    alpha[(apex + 1) % 3] = scale * (tip - length).conjugate()
+    alpha[(apex + 2) % 3] = -scale * tip.conjugate()
+    alpha[apex] = scale * length
+    return alpha, 0.5 * length * height
+
+
 def _pull(points, edges, v, u, theta, power, measure):
     """Return the energy of the triangles around v, its gradient in the position of v, and the Hessian's entries xx, yy,
     xy.
@@ -193,18 +211,10 @@ def _pull(points, edges, v, u, theta, power, measure):
     energy, slope, xx, yy, xy = 0.0, 0j, 0.0, 0.0, 0.0
     for e in range(len(edges)):
         b, c = edges[e, 0], edges[e, 1]
-        square, along, other = 0.0, 0.0, 0.0
-        for k in range(3):
-            p, q = points[b, k] - points[v, k], points[c, k] - points[v, k]
-            square, along, other = square + p * p, along + p * q, other + q * q
-        length = np.sqrt(square)
-        height = np.sqrt(max(other - along * along / square, 0.0))
-        scale, z = complex(0.0, -0.5 / (length * height)), complex(along / length, -height)
-        beta, gamma = -scale * z, scale * length
-        alpha = -beta - gamma
+        (alpha, beta, gamma), area = _shape(points[[v, b, c]])
         x, y = u[b] - u[v], u[c] - u[v]
         f, g = beta * x + gamma * y, beta.conjugate() * x + gamma.conjugate() * y
-        ff, gg, area = dot(f, f), dot(g, g), 0.5 * length * height
+        ff, gg = dot(f, f), dot(g, g)
         if not ff > gg:
             return np.inf, slope, xx, yy, xy
         w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(ff + gg, ff - gg, theta, power, measure)
@@ -220,21 +230,25 @@ def _pull(points, edges, v, u, theta, power, measure):
     return energy, slope, xx, yy, xy
 
 
-def _settle(points, edges, v, u, theta, power, measure):
-    """Move v by Newton's method to the position of least energy of its triangles, until a step gains little."""
+def _settle(points, edges, v, u, theta, power, measure, force=0j):
+    """Move v by Newton's method to where the energy of its triangles, less the work of a force, is least, until a step
+    gains little.
+    """
     energy, slope, xx, yy, xy = _pull(points, edges, v, u, theta, power, measure)
     while True:
         square = xx * yy - xy * xy
         if not (square > 0 and xx > 0):
             return
+        slope -= force
         step = -complex(yy * slope.real - xy * slope.imag, xx * slope.imag - xy * slope.real) / square
         at, share = u[v], min(1.0, 0.5 * _room(edges, u, u[v], step))
         u[v] = at + share * step
         below, slope, xx, yy, xy = _pull(points, edges, v, u, theta, power, measure)
-        if not below < energy:
+        gain = energy - below + dot(force, u[v] - at)
+        if not gain > 0:
             u[v] = at
             return
-        if energy - below < SMALL * energy:
+        if gain < SMALL * energy:
             return
         energy = below
 
@@ -263,8 +277,10 @@ def put_back(vertex, into, corners, weights, starts, edges, points, theta, q, me
     return True
 
 
-def smooth(faces, points, starts, around, held, sweeps, theta, q, share, u):
-    """Move each vertex that is not held to the position of least energy of its triangles, `sweeps` times."""
+def smooth(faces, points, starts, around, held, forces, sweeps, theta, q, share, u):
+    """Move each vertex that is not held to where the energy of its triangles, less the work of its force, is least,
+    `sweeps` times.
+    """
     for _ in range(sweeps):
         for v in range(u.size):
             if held[v]:
@@ -273,5 +289,36 @@ def smooth(faces, points, starts, around, held, sweeps, theta, q, share, u):
             for t in around[starts[v] : starts[v + 1]]:
                 k = int(np.flatnonzero(faces[t] == v)[0])
                 edges.append((faces[t][(k + 1) % 3], faces[t][(k + 2) % 3]))
-            _settle(points, np.array(edges), v, u, theta, q, share)
+            _settle(points, np.array(edges), v, u, theta, q, share, forces[v])
+    return 0
+
+
+def gradient(faces, points, theta, q, measure, u, slopes):
+    """Return the energy of positions u (n,), and write its gradient (n,)."""
+    energy = 0.0
+    slopes[:] = 0
+    for face in faces:
+        alpha, area = _shape(points[face])
+        f, g = alpha @ u[face], alpha.conj() @ u[face]
+        ff, gg = dot(f, f), dot(g, g)
+        if not ff > gg:
+            return np.inf
+        w, w_p, w_d, *_ = density_derivatives(ff + gg, ff - gg, theta, q, measure)
+        energy += area * w
+        slopes[face] += 2 * area * ((w_p + w_d) * f * alpha.conj() + (w_p - w_d) * g * alpha)
+    return energy
+
+
+def interpolate(vertex, corners, weights, step):
+    """Interpolate displacements (n,) linearly at removed vertices, the last one first."""
+    for number in range(vertex.size - 1, -1, -1):
+        step[vertex[number]] = weights[number] @ step[corners[number]]
+    return 0
+
+
+def restrict(vertex, corners, weights, forces):
+    """Move forces (n,) on removed vertices to the corners of their triangles, the first one first."""
+    for number in range(vertex.size):
+        for k in range(3):
+            forces[corners[number, k]] += weights[number, k] * forces[vertex[number]]
     return 0

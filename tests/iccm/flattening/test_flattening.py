@@ -8,8 +8,8 @@ import pytest
 import shapely
 
 from iccm.errors import InputError
-from iccm.flattening import METHODS, coarsening, flatten, method, scaffold, seams, tutte
-from iccm.flattening.free import surface
+from iccm.flattening import METHODS, coarsening, flatten, method, multigrid, scaffold, seams, tutte
+from iccm.flattening.free import Elastic, surface
 from iccm.flattening.scaffold import FRAME_CORNERS, frame, outside, relax_with_scaffold
 from iccm.flattening.seams import Ways, turns
 from iccm.io.options import of_command
@@ -362,8 +362,48 @@ def test_the_way_by_coarser_triangulations_leads_where_newton_leads(monkeypatch)
     exact = sheet.energy(sheet.relaxed(z, 1.0, 60, 1e-12), 1.0)
     monkeypatch.setattr(coarsening, "LARGE_VERTEX_COUNT", 100)
     monkeypatch.setattr("iccm.flattening.free.LARGE_VERTEX_COUNT", 100)
-    found = sheet.energy(coarsening.relaxed(sheet, patch.points, z, 1.0, 60, 1e-5), 1.0)
+    found = sheet.energy(multigrid.relaxed(sheet, patch.points, z, 1.0, 60, 1e-5), 1.0)
     assert exact - 1e-12 <= found < exact * (1 + 2e-5)
+
+
+def bumpy(x, y):
+    """Noise that is stronger on one side: a coarser triangulation has less of its area, and other proportions."""
+    noise = np.random.default_rng(4).standard_normal(x.size)
+    return x, y, 0.4 * np.sin(3 * x + y) * np.sin(2 * y) + 0.012 * x**2 * noise
+
+
+def relaxed_by_multigrid(monkeypatch, mesh, theta=1.0):
+    """Return the energies of layouts by Newton's method and by multigrid, and the size of the largest system solved."""
+    patch = disk_patch(mesh)
+    start = flatten(patch, method="conformal")
+    u, sheet = start.flat / np.sqrt(patch.areas.sum()), surface(patch.points, patch.faces)
+    least = sheet.energy(sheet.relaxed(u, theta, 60, 1e-9), theta)
+    monkeypatch.setattr(multigrid, "HUGE_VERTEX_COUNT", 2000)
+    sizes, solve = [], Elastic.relaxed
+    monkeypatch.setattr(
+        Elastic, "relaxed", lambda self, u, *how: sizes.append(u.size) or solve(self, u, *how)
+    )
+    layout = multigrid.relaxed(surface(patch.points, patch.faces), patch.points, u, theta, 60, 1e-5)
+    assert (triangle_areas(layout[patch.faces]) > 0).all()
+    return least, sheet.energy(layout, theta), max(sizes), u.size
+
+
+@pytest.mark.parametrize(("place", "share"), [(dome, 2e-4), (bumpy, 2e-3)])
+def test_a_huge_surface_is_as_even_as_by_newtons_method_without_its_factorisations(monkeypatch, place, share):
+    least, energy, largest, count = relaxed_by_multigrid(monkeypatch, grid(93, 87, place))
+    assert energy < (1 + share) * least and largest < count / 4
+
+
+def test_newtons_method_takes_over_where_multigrid_does_not_converge(monkeypatch):
+    monkeypatch.setattr(multigrid, "MOST_CYCLES", 1)
+    least, energy, largest, count = relaxed_by_multigrid(monkeypatch, grid(93, 87, bumpy))
+    assert energy < (1 + 1e-4) * least and largest == count
+
+
+def test_a_huge_surface_that_cannot_be_coarsened_is_relaxed_by_newtons_method(monkeypatch):
+    monkeypatch.setattr(multigrid, "much_coarser", lambda *given: None)
+    least, energy, largest, count = relaxed_by_multigrid(monkeypatch, grid(30, 70, dome))
+    assert energy < (1 + 1e-4) * least and largest == count
 
 
 def test_a_coarser_layout_is_the_same_at_the_vertices_that_are_left():
