@@ -22,7 +22,7 @@ from ..maps.triangulated.patches import bulges
 from ..pins import Softness
 from ..plane import Similarity, triangle_areas
 from ..result import Fit
-from .constraints.soft import MOST_LIMIT_RATIO, NO_PATCHES, PinnedPatches, patches_of
+from .constraints.soft import NO_PATCHES, PinnedPatches, patches_of
 from .constraints.validate import Pins, check
 from .errors import NoMapError, Stuck
 from .holes.filled import without_filled
@@ -57,10 +57,6 @@ BUDGET_TRIANGLE_STEPS = 60_000
 SQUEEZED_AREA_RATIO = 0.01
 """Relative to the smallest area on the mesh when it was new. Smaller triangles are between corners of source
 and target that would pass each other on the outline, which is possible on a new mesh only.
-"""
-BLOCKED_STIFFENING = 30.0
-"""Factor of a spring's stiffness from which a pin that is still beyond its limit counts as blocked by corners of source
-and target that would pass each other. A new mesh lets them.
 """
 STEPS_PER_MESH = 20
 """Steps of a drag between two new fine meshes. A new mesh costs as much as some ten other steps, which is a
@@ -319,22 +315,13 @@ class Live:
             state = None
         if state is None or behind:
             return replace(self, state=state or self.state, age=age, behind=True)
-        is_squeezed = not area >= SQUEEZED_AREA_RATIO * least
-        if not waits and (is_squeezed or self._is_blocked(state)):
+        if not waits and not area >= SQUEEZED_AREA_RATIO * least:
             age, free = 0, state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
             with suppress(NoMapError):
                 anew = self.pair.carried(free, given, self._stiffened_settings, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
                 least = _least_area(state)
         return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
-
-    def _is_blocked(self, state: DiscreteMap) -> bool:
-        """Return whether a soft pin is beyond its limit although its spring is stiff."""
-        pins = state.energy.pins
-        if pins is None or self.stiffening.size != state.energy.pin_count:
-            return False
-        missed = pins.misses(state.z, state.u, state.material) > MOST_LIMIT_RATIO * pins.limits
-        return bool((missed & (self.stiffening > BLOCKED_STIFFENING)).any())
 
     @property
     def _stiffened_settings(self) -> Settings:

@@ -231,7 +231,7 @@ class Session:
         placed = self.pair.placed(scene)
         with suppress(InputError):
             start = StartingMap.of(live.start, *shapes, pins=placed.pins[:, 0]).map(*shapes)
-            missed = self._off(live, start, placed, len(scene.pins))
+            missed = np.union1d(self._missed, self._off(live, start, placed, len(scene.pins)))
             for aim in SHORT_AIMS if missed.size else ():
                 shortened = stop_short(self.pair, scene, self._last[0], live, start, missed, aim)
                 ends = self.pair.placed(shortened).pins[:, 0]

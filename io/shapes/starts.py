@@ -95,8 +95,8 @@ class StartingMap(StrictModel):
             map: from the source to the target.
             source: its shape.
             target: as above.
-            pins: (k,) points of the source, in the core plane. Vertices there and around are rounded finely, like those
-                of the outlines; None rounds all vertices finely, for a map that is rounded already.
+            pins: (k,) points of the source, in the core plane. Vertices there are rounded finely, like those of the
+                outlines; None rounds all vertices finely, for a map that is rounded already.
             kept: fingerprint of the constraints whose map this is as it is; empty if it is to converge.
             springs: stiffness of each pin's spring, rounded to four digits.
         """
@@ -105,10 +105,6 @@ class StartingMap(StrictModel):
             same_distance = SAME_PLACE_SHARE * diagonal(map.source)
             is_fine = np.isin(np.arange(map.source.size), np.concatenate(map.loops))
             is_fine |= (np.abs(map.source[:, None] - pins) <= same_distance).any(axis=1)
-            # the map may be stretched so much there that coarse rounding would move the pins' images
-            is_corner = np.zeros(map.source.size, bool)
-            is_corner[map.faces[map.place(pins)[0]]] = True
-            is_fine[map.faces[is_corner[map.faces].any(axis=1)]] = True
         source_points = np.reshape(source.to_file(map.source), (-1, 2))
         target_points = np.reshape(target.to_file(map.image), (-1, 2))
         rounded = packed_map.round_map(source_points, target_points, map.faces, is_fine)
