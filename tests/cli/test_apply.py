@@ -30,8 +30,8 @@ def content():
 @pytest.fixture
 def saved(shapes):
     """map.npz"""
-    made = content()
-    (shapes / "map.npz").write_bytes(made)
+    result = content()
+    (shapes / "map.npz").write_bytes(result)
 
 
 def test_info_tells_of_a_map(saved, iccm):
@@ -46,8 +46,8 @@ def test_info_tells_of_a_map(saved, iccm):
 
 def planted(name, **job):
     """Write the file of a map with other options in its job."""
-    with np.load(name) as held:
-        arrays = dict(held)
+    with np.load(name) as archive:
+        arrays = dict(archive)
     about = json.loads(str(arrays["about"]))
     about["job"] |= job
     np.savez(name, **arrays | {"about": np.array(json.dumps(about))})
@@ -109,8 +109,8 @@ def test_pictures_and_drawings_are_those_of_the_map_itself(shapes, iccm):
         ("square.svg", None, ("--pin", "30,30:30,30", "--pin", "70,70:80,70")),
     ):
         command = ("map", source, target) if target else ("deform", source)
-        made = iccm(*command, *given, *options, "-o", "map.npz", "-o", "a.png", "-o", "a.svg", "--force")
-        assert made.code == 0, made.err
+        result = iccm(*command, *given, *options, "-o", "map.npz", "-o", "a.png", "-o", "a.svg", "--force")
+        assert result.code == 0, result.err
         typed = iccm("apply", "map.npz", "t.png", "-o", "b.png", "--size", "64", "--force")
         assert typed.code == 0, typed.err
         assert iccm("apply", "map.npz", source, "-o", "b.svg", "--force").code == 0
@@ -145,8 +145,8 @@ def test_tables_go_there_and_back(saved, shapes, iccm):
     assert typed.code == 0 and "note: p.csv: 1 points outside" in typed.lines
     lines = (shapes / "q.csv").read_bytes().decode().split("\r\n")
     assert lines[0] == "name,X,Y" and len(lines) == 502 and lines[8].startswith('"cell, 7",')
-    made = np.array([line.rsplit(",", 2)[1:] for line in lines[1:-1]], float)
-    assert np.array_equal(made, there(points))
+    result = np.array([line.rsplit(",", 2)[1:] for line in lines[1:-1]], float)
+    assert np.array_equal(result, there(points))
     report = json.loads((shapes / "q.json").read_text())
     assert report["points"] == 502 and report["points_outside"] == 1
     assert iccm("apply", "map.npz", "q.csv", "--inverse", "-o", "r.csv").code == 0
@@ -166,11 +166,11 @@ def test_columns_are_named_or_numbered(saved, shapes, iccm):
     (shapes / "n.csv").write_text("u;v;x;y\n50;40;0;0\n60;30;0;0\n")
     assert iccm("apply", "map.npz", "t.tsv", "-o", "t2.tsv", "--columns", "1,3").code == 0
     assert iccm("apply", "map.npz", "n.csv", "-o", "n2.csv", "--columns", "u,v").code == 0
-    wanted = there([(50, 40), (60, 30)])
+    expected = there([(50, 40), (60, 30)])
     rows = [line.split("\t") for line in (shapes / "t2.tsv").read_text().splitlines()]
-    assert np.array_equal(np.array([[row[0], row[2]] for row in rows], float), wanted) and rows[1][1] == "b"
+    assert np.array_equal(np.array([[row[0], row[2]] for row in rows], float), expected) and rows[1][1] == "b"
     rows = [line.split(";") for line in (shapes / "n2.csv").read_text().splitlines()[1:]]
-    assert np.array_equal(np.array([row[:2] for row in rows], float), wanted)
+    assert np.array_equal(np.array([row[:2] for row in rows], float), expected)
 
 
 def test_geojson_keeps_what_it_says(saved, shapes, iccm):
@@ -214,12 +214,12 @@ def test_features_that_are_null_are_dropped(saved, shapes, iccm):
     (shapes / "g.geojson").write_text(json.dumps(given))
     typed = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson")
     assert typed.code == 0, typed.err
-    (made,) = json.loads((shapes / "h.geojson").read_text(encoding="utf-8"))["features"]
-    assert made["geometry"]["coordinates"] == there([(50, 40)])[0].tolist()
+    (result,) = json.loads((shapes / "h.geojson").read_text(encoding="utf-8"))["features"]
+    assert result["geometry"]["coordinates"] == there([(50, 40)])[0].tolist()
 
 
 def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
-    wanted = there([(50, 40), (60, 30)])
+    expected = there([(50, 40), (60, 30)])
     for content in (
         [[50, 40], [60, 30]],
         {"left": [50, 40], "right": [60, 30]},
@@ -233,15 +233,15 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
             list(v.values())[:2] if isinstance(v, dict) else v
             for v in (numbers.values() if isinstance(numbers, dict) else numbers)
         ]
-        assert np.array_equal(values, wanted)
+        assert np.array_equal(values, expected)
     # y up from the canvas' lower edge, which is at 100
     (shapes / "l.tps").write_text(
         "LM=3\n50 60\n60 70\n1 1\nIMAGE=a.jpg\nID=5\nSCALE=0.1\nLM=1\nNA NA\nID=6\n"
     )
     assert iccm("apply", "map.npz", "l.tps", "-o", "m.tps").code == 0
     lines = (shapes / "m.tps").read_text().splitlines()
-    made = np.array([line.split() for line in lines[1:3]], float)
-    assert np.abs(made - [[x, 100 - y] for x, y in wanted]).max() < 1e-12
+    result = np.array([line.split() for line in lines[1:3]], float)
+    assert np.abs(result - [[x, 100 - y] for x, y in expected]).max() < 1e-12
     assert lines[0] == "LM=3" and lines[3:] == ["NA NA", "IMAGE=blob.svg", "ID=5", "LM=1", "NA NA", "ID=6"]
     (shapes / "l.obj").write_text("o path\nv 50 40 2\nv 60 30 2\nv 300 30 2\nl 1 2\nl 2 3\np 1 3\n")
     assert iccm("apply", "map.npz", "l.obj", "-o", "m.obj").code == 0
@@ -249,8 +249,8 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
     v = np.array([line.split()[1:] for line in lines if line[0] == "v"], float)
     assert lines[0] == "o path" and [line[0] for line in lines].count("l") == 2 and (v[:, 2] == 2).all()
     assert (
-        np.array_equal(v[0, :2], wanted[0])
-        and np.array_equal(v[-1, :2], wanted[0])
+        np.array_equal(v[0, :2], expected[0])
+        and np.array_equal(v[-1, :2], expected[0])
         and lines[-1] == f"p {len(v)}"
     )
     (shapes / "n.obj").write_text("o path\nv 50 40 2\nv 60 30 2\nl -2 -1\nv 300 30 2\nl -2 -1\np 1 -1\n")
@@ -303,7 +303,7 @@ def test_bad_files_get_one_line(saved, shapes, iccm, name, content, options, mes
 def test_options_that_do_not_fit_are_refused(saved, shapes, iccm):
     image_files.write("t.png", image_files.Image(core.checkerboard(8)))
     (shapes / "a.csv").write_text("x,y\n50,50\n")
-    for arguments, said in (
+    for arguments, message in (
         (("map.npz", "a.csv", "-o", "a.json"), "choose a name that ends in .csv"),
         (
             ("map.npz", "t.png", "-o", "b.png", "--columns", "1,2"),
@@ -314,7 +314,7 @@ def test_options_that_do_not_fit_are_refused(saved, shapes, iccm):
         (("missing.npz", "a.csv", "-o", "b.csv"), "missing.npz: no such file"),
     ):
         typed = iccm("apply", *arguments)
-        assert typed.code == 2 and said in typed.lines[-1], typed.err
+        assert typed.code == 2 and message in typed.lines[-1], typed.err
     typed = iccm("map", "square.svg", "blob.svg", "--parts", "all", "-o", "all.npz")
     assert typed.code == 2 and "(file#id)" in typed.lines[-1]
 
@@ -326,8 +326,8 @@ def test_a_drawing_becomes_a_picture_where_one_is_written(saved, shapes, iccm):
     )
     assert iccm("apply", "map.npz", "two.svg", "-o", "two.png", "--size", "64").code == 0
     pixels = image_files.read("two.png").pixels
-    shown = {tuple(colour) for colour in pixels[pixels[..., 3] == 255][:, :3].tolist()}
-    assert {(255, 0, 0), (0, 255, 0)} <= shown and not any(blue > 3 for _, _, blue in shown)
+    colours = {tuple(colour) for colour in pixels[pixels[..., 3] == 255][:, :3].tolist()}
+    assert {(255, 0, 0), (0, 255, 0)} <= colours and not any(blue > 3 for _, _, blue in colours)
 
 
 def farthest(points, images):

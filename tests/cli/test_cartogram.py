@@ -141,9 +141,9 @@ def test_countries_in_degrees_are_read_by_gdal(folder, iccm):
 
 def test_areas_are_those_on_the_sphere():
     cell = shapely.box(10, 40, 11, 41).segmentize(0.01)
-    wanted = 6371007.181**2 * np.radians(1) * (np.sin(np.radians(41)) - np.sin(np.radians(40)))
+    area = 6371007.181**2 * np.radians(1) * (np.sin(np.radians(41)) - np.sin(np.radians(40)))
     for projection in (EqualArea(3.0, 52.0), EqualArea(0.0, None)):
-        assert projection.project(cell).area == pytest.approx(wanted, rel=1e-4)
+        assert projection.project(cell).area == pytest.approx(area, rel=1e-4)
 
 
 def test_countries_across_180_degrees_are_joined():

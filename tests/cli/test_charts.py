@@ -77,12 +77,12 @@ def test_a_picture_goes_onto_a_chart_which_may_be_mirrored(sheets, iccm):
     words = ["--texture", "ramp.png", "--size", "200"]
     for spec, (low, size) in (("pair.obj#uv-2", PAIR["left"]), ("pair.obj#uv", PAIR["right"])):
         assert iccm("map", "square.svg", spec, *words, "--force", "-o", "o.png").code == 0
-        found = pixels("o.png")
-        share = (found[..., 3] == 255).mean()
+        picture = pixels("o.png")
+        share = (picture[..., 3] == 255).mean()
         # of the whole layout, however little of it the chart takes up
         assert share == pytest.approx(size[1] ** 2, abs=0.01)
         for a, b in ((0.25, 0.25), (0.25, 0.75), (0.75, 0.5)):
-            red, green = at(found, low[0] + a * size[0], low[1] + b * size[1])[:2]
+            red, green = at(picture, low[0] + a * size[0], low[1] + b * size[1])[:2]
             expected = 255 * np.array([0.1 + 0.8 * a, 0.1 + 0.8 * b])  # square.svg leaves a margin
             assert (red, green) == pytest.approx(tuple(expected), abs=6)
 
@@ -136,8 +136,8 @@ def test_all_charts_by_name_into_one_picture_as_baking_them(sheets, iccm):
     assert np.abs(a[..., :3] - b[..., :3])[inside].max() <= 6
     red = at(a, 0.05 + 0.125, 0.1 + 0.125)[0]
     assert red == pytest.approx(255 * 0.75, abs=6)  # "left" is on the right of the drawing
-    made = obj.read("n.obj").mesh()
-    middle = made.uv[made.uv_corners].reshape(2, -1, 2).mean(axis=1)
+    mesh = obj.read("n.obj").mesh()
+    middle = mesh.uv[mesh.uv_corners].reshape(2, -1, 2).mean(axis=1)
     assert np.allclose(middle, [[0.75, 0.5], [0.25, 0.5]], atol=0.01)
 
 
@@ -289,18 +289,18 @@ def test_artwork_goes_onto_a_chart(sheets, iccm):
 
 def bounds_of(path):
     """Return the lower and upper corners of the texture coordinates of each group."""
-    found, uv, name = {}, [], ""
+    bounds, uv, name = {}, [], ""
     for line in path.read_text().splitlines():
         word, *rest = line.split() or [""]
         if word == "vt":
-            uv.append([float(each) for each in rest[:2]])
+            uv.append([float(number) for number in rest[:2]])
         elif word == "g":
             name = rest[0]
         elif word == "f":
-            found.setdefault(name, []).extend(int(each.split("/")[1]) - 1 for each in rest)
+            bounds.setdefault(name, []).extend(int(number.split("/")[1]) - 1 for number in rest)
     return {
         name: np.round([np.min(at, axis=0), np.max(at, axis=0)], 3)
-        for name, at in ((name, np.array(uv)[numbers]) for name, numbers in found.items())
+        for name, at in ((name, np.array(uv)[numbers]) for name, numbers in bounds.items())
     }
 
 

@@ -191,7 +191,7 @@ def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, 
 
 
 @pytest.mark.parametrize(
-    ("memory", "said"),
+    ("memory", "message"),
     [
         ("10M", "10M is too little for"),
         ("two", "'two' is not"),
@@ -199,9 +199,9 @@ def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, 
         ("0", "memory"),
     ],
 )
-def test_a_bound_on_memory_that_cannot_be_kept_is_refused(shapes, iccm, memory, said):
+def test_a_bound_on_memory_that_cannot_be_kept_is_refused(shapes, iccm, memory, message):
     ran = iccm("map", "square.svg", "blob.svg", *QUICK, "-o", "a.png", "--memory", memory)
-    assert ran.code == 2 and said in ran.err and len(ran.err.splitlines()) == 1
+    assert ran.code == 2 and message in ran.err and len(ran.err.splitlines()) == 1
     assert not Path("a.png").exists()
 
 
@@ -252,7 +252,7 @@ def test_what_overlaps_is_told_and_refused_where_that_is_asked_for(shapes, iccm)
 
 
 @pytest.mark.parametrize(
-    ("listed", "said"),
+    ("listed", "message"),
     [
         (
             {"pins": [("nose", [30, 50], [50, 50]), ("", [30, 50], [40, 50])]},
@@ -269,7 +269,7 @@ def test_what_overlaps_is_told_and_refused_where_that_is_asked_for(shapes, iccm)
         ),
     ],
 )
-def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, said):
+def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, message):
     entries = {
         kind: [{"name": name, "source": a, "target": b} for name, a, b in each]
         for kind, each in listed.items()
@@ -277,7 +277,7 @@ def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, said):
     (shapes / "c.json").write_text(json.dumps(entries))
     typed = iccm("map", "square.svg", "disk.svg", "--constraints", "c.json", "-o", "o.png")
     assert typed.code == 2 and len(typed.lines) == 1
-    assert re.search(said.replace("(", r"\(").replace(")", r"\)"), typed.err)
+    assert re.search(message.replace("(", r"\(").replace(")", r"\)"), typed.err)
 
 
 @pytest.mark.parametrize(

@@ -36,9 +36,9 @@ def maps(made, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def error(found, wanted, diagonal):
+def error(found, expected, diagonal):
     """The distance of points that 99 % of them keep, relative to a diagonal; none may be missing."""
-    away = np.abs(found - wanted) / diagonal
+    away = np.abs(found - expected) / diagonal
     assert np.isfinite(away).all()
     return np.quantile(away, 0.99)
 

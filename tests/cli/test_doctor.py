@@ -32,11 +32,11 @@ def name_of(requirement: str) -> str:
 
 
 def test_every_requirement_is_examined(findings):
-    code, found = findings()
+    code, results = findings()
     groups = PROJECT["optional-dependencies"].items()
     extras = [name for extra, names in groups if extra not in ("dev", "docs") for name in names]
-    assert {name_of(each) for each in [*PROJECT["dependencies"], *extras]} <= found.keys()
-    assert code == 0 and not [each for each in found.values() if each["ok"] is False]
+    assert {name_of(requirement) for requirement in [*PROJECT["dependencies"], *extras]} <= results.keys()
+    assert code == 0 and not [requirement for requirement in results.values() if requirement["ok"] is False]
 
 
 def test_what_is_missing_or_too_old_is_said(findings, monkeypatch):
@@ -46,13 +46,13 @@ def test_what_is_missing_or_too_old_is_said(findings, monkeypatch):
         return {"click": "8.1.7", "uvicorn": "0.1", "tqdm": "999.0rc1"}.get(name) or there(name)
 
     monkeypatch.setattr(metadata, "version", version)
-    code, found = findings()
-    said = {name: (found[name]["ok"], found[name]["result"]) for name in found}
-    assert code == 1 and said["tinycss2"] == (False, "not installed")
-    assert said["distributed"] == (None, "not installed; only needed for iccm batch --dask")
-    assert said["click"] == (False, "8.1.7; click>=8.1.8 is needed")
-    assert said["uvicorn"] == (False, "0.1; uvicorn>=0.34 is needed for iccm edit")
-    assert said["tqdm"][0] is True
+    code, results = findings()
+    outcomes = {name: (results[name]["ok"], results[name]["result"]) for name in results}
+    assert code == 1 and outcomes["tinycss2"] == (False, "not installed")
+    assert outcomes["distributed"] == (None, "not installed; only needed for iccm batch --dask")
+    assert outcomes["click"] == (False, "8.1.7; click>=8.1.8 is needed")
+    assert outcomes["uvicorn"] == (False, "0.1; uvicorn>=0.34 is needed for iccm edit")
+    assert outcomes["tqdm"][0] is True
 
 
 @pytest.mark.slow
@@ -68,8 +68,8 @@ def test_a_core_that_is_missing_is_found(findings, monkeypatch, tmp_path):
     assert findings()[1]["core"]["result"].startswith("core")
     library.library.cache_clear()
     monkeypatch.setattr(library, "FOLDER", tmp_path / "iccm" / "native" / "lib")
-    code, found = findings()
-    assert code == 1 and found["core"]["ok"] is False and str(tmp_path) in found["core"]["result"]
+    code, results = findings()
+    assert code == 1 and results["core"]["ok"] is False and str(tmp_path) in results["core"]["result"]
     library.library.cache_clear()
 
 
@@ -78,5 +78,5 @@ def test_without_its_metadata_nothing_is_known(findings, monkeypatch):
         raise metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr(metadata, "requires", requires)
-    code, found = findings()
-    assert code == 1 and found["requirements"]["result"] == "iccm is not installed"
+    code, results = findings()
+    assert code == 1 and results["requirements"]["result"] == "iccm is not installed"

@@ -68,8 +68,8 @@ def entities(name):
     assert not audit.errors and not audit.fixes
     assert document.units == (0 if document.dxfversion == "AC1009" else ezdxf.units.MM)  # R12 has no units
     parts = []
-    for each in document.modelspace():
-        parts += each.virtual_entities() if each.dxftype() == "INSERT" else [each]
+    for entity in document.modelspace():
+        parts += entity.virtual_entities() if entity.dxftype() == "INSERT" else [entity]
     return document, parts
 
 
@@ -115,20 +115,20 @@ def test_every_entity_is_where_the_map_takes_it_and_keeps_its_layer_and_colour(v
     map = core.load("map.npz").map
     before = ezdxf.readfile("a.dxf")
     given = list(before.modelspace()[0].virtual_entities())
-    after, made = entities("out.dxf")
+    after, document = entities("out.dxf")
     (reference,) = after.modelspace()
     assert reference.dxf.name == "FRONT" and after.dxfversion == before.dxfversion
-    assert [(e.dxf.layer, e.dxf.color) for e in made] == [(e.dxf.layer, e.dxf.color) for e in given]
+    assert [(e.dxf.layer, e.dxf.color) for e in document] == [(e.dxf.layer, e.dxf.color) for e in given]
     assert {layer.dxf.name: layer.color for layer in after.layers}["GRAIN"] == 5
-    for old, new in zip(given, made):
-        expected, found = image_by(map, points_of(old)), points_of(new)
+    for old, new in zip(given, document):
+        expected, images = image_by(map, points_of(old)), points_of(new)
         # the outline of the map's domain is flattened to 1e-4 of its size
         within = 0.02 + 0.05 * (old.dxf.layer == "CUT") + 1e-3
-        assert distances(found, expected).max() < within, old.dxftype()
-        assert distances(expected, found).max() < within, old.dxftype()
-    text = next(e for e in made if e.dxftype() == "TEXT")
+        assert distances(images, expected).max() < within, old.dxftype()
+        assert distances(expected, images).max() < within, old.dxftype()
+    text = next(e for e in document if e.dxftype() == "TEXT")
     assert text.dxf.text == "FRONT" and 5 < text.dxf.height < 20
-    kinds = {e.dxftype() for e in made}
+    kinds = {e.dxftype() for e in document}
     assert ("SPLINE" in kinds) == (version != "R12")
 
 
@@ -137,16 +137,16 @@ def test_arcs_stay_arcs_where_the_map_is_a_similarity(here, iccm):
     done = iccm("map", "a.dxf#FRONT", "twice.dxf", "-o", "map.npz", "-o", "out.dxf", *conformal)
     assert done.code == 0, done.err
     given = list(ezdxf.readfile("a.dxf").modelspace()[0].virtual_entities())
-    _, made = entities("out.dxf")
-    assert [e.dxftype() for e in made] == [e.dxftype() for e in given]
-    by_kind = {e.dxftype(): e for e in made}
+    _, document = entities("out.dxf")
+    assert [e.dxftype() for e in document] == [e.dxftype() for e in given]
+    by_kind = {e.dxftype(): e for e in document}
     assert by_kind["CIRCLE"].dxf.radius == pytest.approx(0.5 * 2 * INCH, rel=1e-4)
     assert by_kind["ARC"].dxf.radius == pytest.approx(0.7 * 2 * INCH, rel=1e-4)
     assert [b for _, _, b in by_kind["LWPOLYLINE"].get_points("xyb")] == pytest.approx(
         [b for *_, b in OUTLINE], abs=1e-3
     )
     turn = 2 * INCH * np.exp(-0.4j)
-    for old, new in zip(given, made):
+    for old, new in zip(given, document):
         # the target's outline is flattened, which moves the map by less than 1e-4 of its size
         assert distances(turn * points_of(old), points_of(new)).max() < 0.05
 
@@ -165,16 +165,17 @@ def test_blocks_that_are_not_bent_stay_the_same_and_others_are_copied(here, iccm
     done = iccm("map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf")
     assert done.code == 0 and "outside" in done.err, done.err
     made, _ = entities("out.dxf")
-    names = [each.dxf.name for each in made.modelspace()]
+    names = [entity.dxf.name for entity in made.modelspace()]
     assert names.count("DRILL") == 2 and len(set(names)) == 4 and "MARK" not in names
     map = core.load("map.npz").map
-    inserted = {each.dxf.name: each for each in made.modelspace()}
-    marks = [each for each in made.modelspace() if each.dxf.name.startswith("MARK")]
-    for at, each in zip((21 + 9j, 24 + 13j), marks):
+    inserted = {entity.dxf.name: entity for entity in made.modelspace()}
+    marks = [entity for entity in made.modelspace() if entity.dxf.name.startswith("MARK")]
+    for at, entity in zip((21 + 9j, 24 + 13j), marks):
         place = map(np.array([at]))[0]
-        assert abs(complex(*each.dxf.insert.vec2) - place) < 1e-9
+        assert abs(complex(*entity.dxf.insert.vec2) - place) < 1e-9
         assert (
-            each.attribs[0].dxf.text == "38" and abs(complex(*each.attribs[0].dxf.insert.vec2) - place) < 1e-9
+            entity.attribs[0].dxf.text == "38"
+            and abs(complex(*entity.attribs[0].dxf.insert.vec2) - place) < 1e-9
         )
     assert inserted["FRONT"].dxf.layer == "0"
 
@@ -196,7 +197,7 @@ def test_each_piece_follows_its_own_map(here, iccm):
     done = iccm("map", "old.dxf#1", "new.dxf#1", "--parts", "all", "-o", "out.dxf")
     assert done.code == 0, done.err
     made, parts = entities("out.dxf")
-    assert [each.dxf.name for each in made.modelspace()] == ["FRONT", "SLEEVE"]
+    assert [entity.dxf.name for entity in made.modelspace()] == ["FRONT", "SLEEVE"]
     assert [e.dxf.layer for e in parts] == ["1", "7", "4"] * 2
     for outline, grain, notch in (parts[:3], parts[3:]):
         piece = shapely.Polygon(np.array(outline.get_points("xy")))
@@ -215,8 +216,8 @@ def test_back_and_forth_and_from_inches_to_the_units_of_a_drawing(here, iccm):
     )
     assert iccm("map", "a.dxf#FRONT", "sheet.svg", "-o", "map.npz").code == 0
     assert iccm("apply", "map.npz", "a.dxf", "-o", "on.dxf", "--max-line-error", ".005").code == 0
-    _, made = entities("on.dxf")
-    notch = next(e for e in made if e.dxftype() == "POINT").dxf.location
+    _, document = entities("on.dxf")
+    notch = next(e for e in document if e.dxftype() == "POINT").dxf.location
     point = next(
         e for e in ezdxf.readfile("a.dxf").modelspace()[0].virtual_entities() if e.dxftype() == "POINT"
     )

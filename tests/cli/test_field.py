@@ -80,10 +80,10 @@ def ours(iccm, size=TARGET):
     return picture[..., :3], cv2.erode(full, np.ones((3, 3), np.uint8)) > 0
 
 
-def close(found, wanted, inside):
+def close(picture, expected, inside):
     """Whether pictures agree inside, but for rounding and where a filter averages a squeezed picture."""
-    away = np.abs(np.asarray(found, float)[..., :3] - wanted)[inside]
-    assert inside.sum() > 3000 and wanted[inside].std() > 30
+    away = np.abs(np.asarray(picture, float)[..., :3] - expected)[inside]
+    assert inside.sum() > 3000 and expected[inside].std() > 30
     return np.quantile(away, 0.98) < 3 and away.mean() < 1
 
 
@@ -121,11 +121,11 @@ def test_the_places_and_axes_of_pictures_in_space_are_kept(here, iccm):
 
 def test_opencv_remaps_to_the_same_picture(here, iccm):
     assert iccm("field", "map.npz", "-o", "remap.npz").code == 0
-    with np.load("remap.npz") as held:
-        x, y, mask = held["map_x"], held["map_y"], held["mask"]
+    with np.load("remap.npz") as arrays:
+        x, y, mask = arrays["map_x"], arrays["map_y"], arrays["mask"]
     remapped = cv2.remap(pixels("leaf.png")[..., :3].astype(np.float32), x, y, cv2.INTER_LINEAR)
-    wanted, inside = ours(iccm)
-    assert close(remapped, wanted, inside)
+    expected, inside = ours(iccm)
+    assert close(remapped, expected, inside)
     assert (remapped[mask == 0] == 0).all() and mask[inside].min() == 1 and (mask == 0).any()
 
 

@@ -112,21 +112,21 @@ def test_holes_of_the_target_stay_transparent(shapes, iccm):
 def test_a_texture_of_other_proportions_than_the_canvas_is_told(shapes, iccm):
     for name, size in (("wide.png", (40, 120)), ("even.png", (40, 41))):
         write(name, np.random.default_rng(1).integers(0, 255, (*size, 3), np.uint8))
-    told = {
+    notes = {
         (name, *more): "are stretched to the canvas of 100x100"
         in iccm("map", "square.svg", "disk.svg", "--texture", name, *more, *PICTURE, "--force").err
         for name in ("wide.png", "even.png")
         for more in ((), ("--texture-box", "bbox"))
     }
-    assert [key for key, said in told.items() if said] == [("wide.png",)]
+    assert [key for key, is_noted in notes.items() if is_noted] == [("wide.png",)]
 
 
 def test_a_texture_that_nothing_shows_is_told(shapes, iccm):
     write("grey.png", np.full((9, 9, 3), 99, np.uint8))
     written = {"picture": ("-o", "o.png"), "drawing": ("-o", "o.svg"), "figures": ("--report", "o.json")}
-    told = {
+    notes = {
         name: "-o FILE.png"
         in iccm("map", "square.svg", "disk.svg", "--texture", "grey.png", *typed, *PICTURE).err
         for name, typed in written.items()
     }
-    assert told == {"picture": False, "drawing": True, "figures": True}
+    assert notes == {"picture": False, "drawing": True, "figures": True}

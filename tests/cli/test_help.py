@@ -33,9 +33,9 @@ def test_help_of_all_topics_is_grouped_and_whole(iccm):
 
 def test_the_short_help_has_what_most_need(iccm):
     text = iccm("map", "--help").out
-    wanted = ["texture", "output", "size", "fit", "parts", "pin", "rigid", "turn", "holes", "force", "help"]
+    needed = ["texture", "output", "size", "fit", "parts", "pin", "rigid", "turn", "holes", "force", "help"]
     names = [name for name in [*of_command("map"), "help"] if rows_in(text, name)]
-    assert set(wanted) <= set(names) and len(names) <= 14
+    assert set(needed) <= set(names) and len(names) <= 14
     assert len(re.findall(r"^  iccm map ", text, re.MULTILINE)) == 5
     assert all(re.search(rf"^  {word} ", text, re.MULTILINE) for word in (*TOPICS, "all"))
     assert len(text.splitlines()) <= 65 and max(map(len, text.splitlines())) <= 80
@@ -44,10 +44,10 @@ def test_the_short_help_has_what_most_need(iccm):
 @pytest.mark.parametrize("topic", TOPICS)
 def test_the_help_of_a_topic_has_its_options_alone(iccm, topic):
     text = iccm("map", "--help", topic).out
-    own = [name for name, (_, option) in of_command("map").items() if option.topic == topic]
-    hidden = [name for name in own if "map" in of_command("map")[name][1].hidden]
-    assert own and all(rows_in(text, name) == (name not in hidden) for name in own)
-    others = set(of_command("map")) - set(own)
+    topic_options = [name for name, (_, option) in of_command("map").items() if option.topic == topic]
+    hidden = [name for name in topic_options if "map" in of_command("map")[name][1].hidden]
+    assert topic_options and all(rows_in(text, name) == (name not in hidden) for name in topic_options)
+    others = set(of_command("map")) - set(topic_options)
     assert not any(rows_in(text, name) for name in others)
     assert iccm("help", "map", topic).out == text
 
@@ -76,12 +76,16 @@ def test_completion_is_installed_once_and_nothing_else_changes(tmp_path, monkeyp
     mine = b"alias ll='ls -l' # \xff, and no newline"
     (tmp_path / ".zshrc").write_bytes(mine)
     first = iccm("completion", "install", "--shell", shell)
-    found = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    assert first.code == 0 and len(found) == 2 and any(b"_ICCM_COMPLETE" in text for text in found.values())
-    assert found[tmp_path / ".zshrc"].startswith(mine)
-    assert (found[tmp_path / ".zshrc"] == mine) == (shell != "zsh")
+    contents = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert (
+        first.code == 0
+        and len(contents) == 2
+        and any(b"_ICCM_COMPLETE" in text for text in contents.values())
+    )
+    assert contents[tmp_path / ".zshrc"].startswith(mine)
+    assert (contents[tmp_path / ".zshrc"] == mine) == (shell != "zsh")
     assert "already installed" in iccm("completion", "install", "--shell", shell).err
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == found
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == contents
     monkeypatch.setenv("SHELL", "/bin/sh")
     typed = iccm("completion", "install")
     assert typed.code == 2 and typed.lines[0].startswith("error: sh: ")
@@ -145,10 +149,10 @@ def test_what_no_viewer_shows_is_told(shapes, iccm, monkeypatch):
     assert (
         typed.code == 0 and "note: --open: cannot show out.png: this computer has no display" in typed.lines
     )
-    shown = []
+    opened = []
     monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr("click.launch", lambda name: shown.append(name) or 0)
-    assert iccm(*given).code == 0 and shown == ["out.png"]
+    monkeypatch.setattr("click.launch", lambda name: opened.append(name) or 0)
+    assert iccm(*given).code == 0 and opened == ["out.png"]
 
 
 @pytest.mark.parametrize(("name", "code"), [("blob.svg", 0), ("m.obj", 0), ("jobs.toml", 2)])

@@ -192,16 +192,22 @@ def test_an_animated_svg_interpolates_the_frames(shapes, iccm):
         done = iccm("morph", "bend.svg", "disc.svg", "--frames", "3", "--fps", "4", "-o", name)
         assert done.code == 0, done.err
     frames = [paths_of((shapes / f"m-{k}.svg").read_text()) for k in (1, 2, 3)]
-    moving = [each for each in ElementTree.parse(shapes / "m.svg").iter() if each.get("attributeName") == "d"]
-    assert [each.get("values").split(";") for each in moving] == [list(each) for each in zip(*frames)]
-    assert {each.get("dur") for each in moving} == {"0.5s"} and not any(
-        each.get("calcMode") for each in moving
+    moving = [
+        element
+        for element in ElementTree.parse(shapes / "m.svg").iter()
+        if element.get("attributeName") == "d"
+    ]
+    assert [element.get("values").split(";") for element in moving] == [
+        list(element) for element in zip(*frames)
+    ]
+    assert {element.get("dur") for element in moving} == {"0.5s"} and not any(
+        element.get("calcMode") for element in moving
     )
     assert paths_of((shapes / "m.svg").read_text()) == frames[0]
     widths = [
-        each
-        for each in ElementTree.parse(shapes / "m.svg").iter()
-        if each.get("attributeName") == "stroke-width"
+        element
+        for element in ElementTree.parse(shapes / "m.svg").iter()
+        if element.get("attributeName") == "stroke-width"
     ]
     assert len(widths) == 1 and len(set(widths[0].get("values").split(";"))) == 3
 
@@ -212,9 +218,11 @@ def test_what_appears_and_vanishes_fades_in_an_animated_svg(shapes, iccm):
     assert iccm("morph", "bars.svg", "panes.svg", *QUICK, "-o", "m.svg").code == 0
     text = (shapes / "m.svg").read_text()
     faded = [
-        each for each in ElementTree.fromstring(text).iter() if each.get("attributeName") == "fill-opacity"
+        element
+        for element in ElementTree.fromstring(text).iter()
+        if element.get("attributeName") == "fill-opacity"
     ]
-    assert [each.get("values") for each in faded] == ["1;0.5;0.001"] and "mask=" in text
+    assert [element.get("values") for element in faded] == ["1;0.5;0.001"] and "mask=" in text
 
 
 def test_a_lottie_animation_has_the_paths_and_paints_of_the_frames(shapes, iccm):
@@ -224,21 +232,27 @@ def test_a_lottie_animation_has_the_paths_and_paints_of_the_frames(shapes, iccm)
         "morph", "bend.svg", "disc.svg", "--frames", "3", "--fps", "4", "-o", "m.json", "-o", "m-{number}.svg"
     )
     assert done.code == 0, done.err
-    found = json.loads((shapes / "m.json").read_text())
-    assert (found["fr"], found["ip"], found["op"], found["w"], found["h"]) == (4, 0, 3, 512, 512)
-    (layer,) = found["layers"]
+    animation = json.loads((shapes / "m.json").read_text())
+    assert (animation["fr"], animation["ip"], animation["op"], animation["w"], animation["h"]) == (
+        4,
+        0,
+        3,
+        512,
+        512,
+    )
+    (layer,) = animation["layers"]
     ring, bend = layer["shapes"]  # the first is on top
-    assert [each["ty"] for each in ring["it"]] == ["sh", "st", "tr"] and ring["it"][-1]["o"]["k"] == 40
-    assert [each["ty"] for each in bend["it"]] == ["sh", "fl", "tr"]
+    assert [element["ty"] for element in ring["it"]] == ["sh", "st", "tr"] and ring["it"][-1]["o"]["k"] == 40
+    assert [element["ty"] for element in bend["it"]] == ["sh", "fl", "tr"]
     assert bend["it"][1]["c"]["k"] == pytest.approx([0, 128 / 255, 128 / 255, 1], abs=1e-3)
     assert len(ring["it"][1]["w"]["k"]) == 3
     for number, key in enumerate(bend["it"][0]["ks"]["k"], start=1):
-        (shown,) = key["s"]
-        vertices = np.array(shown["v"]) / 5.12
+        (shape,) = key["s"]
+        vertices = np.array(shape["v"]) / 5.12
         frame = reader.read(shapes / f"m-{number}.svg")
         away = shapely.distance(shapely.points(vertices), frame.painted.boundary)
-        assert key["t"] == number - 1 and shown["c"] and away.max() < 0.1
-        assert len(shown["v"]) == len(shown["i"]) == len(shown["o"]) > 4
+        assert key["t"] == number - 1 and shape["c"] and away.max() < 0.1
+        assert len(shape["v"]) == len(shape["i"]) == len(shape["o"]) > 4
 
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -260,8 +274,8 @@ def test_lottie_web_shows_the_frames(shapes, iccm):
         player = package.extractfile("package/build/player/lottie.min.js").read().decode()
     (shapes / "bars.svg").write_text(SVG.format(BARS.format('fill="red"')))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
-    asked = ("--frames", "3", "--fps", "2", "-o", "m.json", "-o", "m-{number}.svg")
-    assert iccm("morph", "bars.svg", "panes.svg", *asked).code == 0
+    options = ("--frames", "3", "--fps", "2", "-o", "m.json", "-o", "m-{number}.svg")
+    assert iccm("morph", "bars.svg", "panes.svg", *options).code == 0
     blocks = "".join(f'<div id="d{k}" style="width:200px;height:200px;float:left"></div>' for k in range(3))
     show = (
         "for (let k = 0; k < 3; k++) lottie.loadAnimation({container: document.getElementById('d' + k), "
@@ -286,9 +300,9 @@ def test_lottie_web_shows_the_frames(shapes, iccm):
     assert shot.shape == (200, 600, 3)
     for k in range(3):
         drawn = resvg_py.svg_to_bytes(svg_path=f"m-{k + 1}.svg", width=200, height=200, background="white")
-        wanted = np.asarray(Image.open(io.BytesIO(bytes(drawn))).convert("RGB"), int)
-        away = np.abs(shot[:, 200 * k : 200 * (k + 1)] - wanted)
-        assert wanted.std() > 30 and away.mean() < 4 and np.quantile(away, 0.95) < 30
+        expected = np.asarray(Image.open(io.BytesIO(bytes(drawn))).convert("RGB"), int)
+        away = np.abs(shot[:, 200 * k : 200 * (k + 1)] - expected)
+        assert expected.std() > 30 and away.mean() < 4 and np.quantile(away, 0.95) < 30
 
 
 @pytest.mark.parametrize(

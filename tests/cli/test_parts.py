@@ -115,8 +115,8 @@ WORD = '<path id="a" d="M5 20h40v50h-40z"/><path d="M55 20h40v50h-40z"/><circle 
 @pytest.mark.slow
 def test_one_source_goes_onto_each_part(drawings, iccm):
     (drawings / "word.svg").write_text(SVG.format(WORD))
-    each = ("map", "face.svg#head", "word.svg", "--parts", "each", "--size", "100")
-    done = iccm(*each, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
+    command = ("map", "face.svg#head", "word.svg", "--parts", "each", "--size", "100")
+    done = iccm(*command, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
     assert done.code == 0
     report = json.loads((drawings / "r.json").read_text())
     assert [(part["source"], part["target"]) for part in report["parts"]] == [("", "1"), ("", "2"), ("", "3")]
@@ -129,9 +129,9 @@ def test_one_source_goes_onto_each_part(drawings, iccm):
     )
     assert alone.code == 0
     assert np.array_equal(pixels[20:70, 5:45], image_files.read("alone.png").pixels[20:70, 5:45])
-    curves = [each.curve for each in shape.read_all("o.svg")]
+    curves = [part.curve for part in shape.read_all("o.svg")]
     assert len(curves) == 3 * 4  # head, two eyes and a pupil
-    eyes = [each for each in curves if 0.01 < each.area / 2000 < 0.1]  # those of the letters
+    eyes = [curve for curve in curves if 0.01 < curve.area / 2000 < 0.1]  # those of the letters
     middles = np.sort_complex([sum(eye.box) / 2 for eye in eyes])
     assert np.allclose(middles[:2] + 50, middles[-2:], atol=0.1)
 
@@ -142,10 +142,10 @@ def test_a_pattern_has_one_scale_on_all_parts(drawings, iccm):
     (drawings / "word.svg").write_text(SVG.format(WORD))
     (drawings / "tile.svg").write_text(SVG.format('<rect x="10" y="20" width="80" height="60"/>'))
     image_files.write("tile.png", image_files.Image(np.arange(48, dtype=np.uint8).reshape(4, 4, 3)))
-    each = ("map", "tile.svg", "word.svg", "--parts", "each", "--size", "400", "--texture", "tile.png")
+    command = ("map", "tile.svg", "word.svg", "--parts", "each", "--size", "400", "--texture", "tile.png")
     spread = {}
     for edge in ("repeat", "clamp"):
-        assert iccm(*each, "--edge", edge, "--stmap", "o.tif", "-o", "o.png", "--force").code == 0
+        assert iccm(*command, "--edge", edge, "--stmap", "o.tif", "-o", "o.png", "--force").code == 0
         st = image_files.read("o.tif").pixels
         # area of texture per pixel in the middle of a letter and of the dot, by finite differences
         determinants = []
@@ -198,8 +198,8 @@ def test_a_part_without_a_map_is_left_out_told_and_counted(drawings, iccm):
     """
     corners = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "v 3 0 0", "v 4 0 0", "v 3.4 1e-5 0"]
     (drawings / "two.obj").write_text("\n".join([*corners, "f 1 2 3", "f 1 3 4", "f 5 6 7"]))
-    each = ("map", "square.svg", "two.obj", "--parts", "each")
-    done = iccm(*each, "-o", "o.obj", "--report", "r.json", "-q")
+    command = ("map", "square.svg", "two.obj", "--parts", "each")
+    done = iccm(*command, "-o", "o.obj", "--report", "r.json", "-q")
     assert done.code == 1 and "1 of 2 parts are omitted" in done.err
     assert "#piece-2: omitted: " in done.err and "no map without folds" in done.err
     report = json.loads((drawings / "r.json").read_text())
@@ -300,7 +300,7 @@ def test_one_source_goes_onto_each_element_with_all_of_its_parts(drawings, iccm)
     alone = image_files.read("each.png").pixels.astype(int)
     assert np.ptp(alone[20:36, 20, 1]) > 100  # the whole texture
     drawn = iccm("map", "tile.svg", "word.svg", "--parts", "elements", "-o", "o.svg", "--force")
-    areas = [each.curve.area for each in shape.read_all("o.svg")]
+    areas = [part.curve.area for part in shape.read_all("o.svg")]
     assert drawn.code == 0 and sum(areas) == pytest.approx(3230, rel=0.02)
 
 

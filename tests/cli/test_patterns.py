@@ -29,9 +29,9 @@ def inside(name: str) -> np.ndarray:
 
 def test_a_tile_repeats_without_a_seam_and_keeps_its_proportions(tile, iccm):
     (tile / "wide.svg").write_text((tile / "square.svg").read_text().replace("100 100", "100 90"))
-    made = iccm("map", "wide.svg", "wide.svg", *SQUARE[3:-2], "-o", "o.png", "--edge", "repeat", "--texture-scale",
+    result = iccm("map", "wide.svg", "wide.svg", *SQUARE[3:-2], "-o", "o.png", "--edge", "repeat", "--texture-scale",
                 ".2", "--size", "100x90")  # fmt: skip
-    assert made.code == 0 and "stretched" not in made.err
+    assert result.code == 0 and "stretched" not in result.err
     pixels = inside("o.png")[:60]
     assert (
         np.abs(pixels[20:] - pixels[:-20]).max() <= 1 and np.abs(pixels[:, 20:] - pixels[:, :-20]).max() <= 1
@@ -64,9 +64,9 @@ def test_the_map_as_a_picture_places_the_tile_likewise(tile, iccm):
         done.code == 0
         and iccm("apply", "st.tif", "tile.png", "--edge", "repeat", "-o", "again.png").code == 0
     )
-    made, again = (image_files.read(name).pixels.astype(int) for name in ("o.png", "again.png"))
-    core = (made[..., 3] == 255) & (again[..., 3] == 255)
-    assert np.abs(made - again)[core].mean() < 0.2
+    result, again = (image_files.read(name).pixels.astype(int) for name in ("o.png", "again.png"))
+    core = (result[..., 3] == 255) & (again[..., 3] == 255)
+    assert np.abs(result - again)[core].mean() < 0.2
 
 
 def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):

@@ -56,9 +56,10 @@ def test_a_plug_in_is_installed_and_removed(home, iccm, program, settings, exten
     places = [home / name / "iccm" for name in extensions]
     assert typed.code == 0 and typed.lines[:-1] == [f"wrote {place}" for place in places]
     for place in places:
-        found = files(place)
+        installed = files(place)
         assert (
-            found == plugins.contents(program) and found["iccm_python.txt"].decode().strip() == sys.executable
+            installed == plugins.contents(program)
+            and installed["iccm_python.txt"].decode().strip() == sys.executable
         )
     assert iccm("plugins", "install", program).code == 0  # over itself
     assert iccm("plugins", "list").out == "".join(
@@ -89,7 +90,7 @@ def test_a_folder_or_an_archive_is_named(home, iccm, monkeypatch):
     with zipfile.ZipFile("addon.zip") as archive:
         assert {name: archive.read(name) for name in archive.namelist()} == plugins.contents("blender")
     before = files(home)
-    for wrong, said in (
+    for wrong, message in (
         (("install", "inkscape", "--to", "a.zip"), "name a folder"),
         (("install",), "inkscape, blender or figma"),
         (("uninstall",), "inkscape, blender or figma"),
@@ -98,7 +99,7 @@ def test_a_folder_or_an_archive_is_named(home, iccm, monkeypatch):
         (("install", "inkscape", "--to", "addon.zip/x"), "addon.zip"),
     ):
         typed = iccm("plugins", *wrong)
-        assert typed.code == 2 and said in typed.err and len(typed.lines) == 1, typed.err
+        assert typed.code == 2 and message in typed.err and len(typed.lines) == 1, typed.err
     assert files(home) == before
 
 

@@ -33,9 +33,9 @@ def test_a_photo_of_a_page_is_rectified_as_by_scikit_image(here, iccm):
     known = transform.ProjectiveTransform.from_estimate(flat - 0.5, corners - 0.5)
     page = np.asarray(Image.open("page.png"), float)
     expected = transform.warp(page, known, output_shape=(50, 300), order=1)[2:-2, 2:-2]
-    found = pixels("flat.png")[2:-2, 2:-2, 0]
-    assert np.corrcoef(expected.ravel(), found.ravel())[0, 1] > 0.995
-    assert np.abs(expected - found).mean() < 1.5
+    picture = pixels("flat.png")[2:-2, 2:-2, 0]
+    assert np.corrcoef(expected.ravel(), picture.ravel())[0, 1] > 0.995
+    assert np.abs(expected - picture).mean() < 1.5
 
 
 def test_a_picture_laid_on_a_photo_comes_back_flat(here, iccm):
@@ -86,15 +86,15 @@ def test_a_label_on_a_bottle_is_unrolled_in_its_proportions(here, iccm):
     assert done.code == 0, done.err
     flat = Image.open("flat.png").convert("RGB")
     assert flat.width / flat.height == pytest.approx(size[0] / size[1], rel=0.03)
-    found = np.asarray(flat.resize((400, 267)), float)[8:-8, 8:-8]
-    assert np.corrcoef(found.ravel(), label[8:-8, 8:-8].ravel())[0, 1] > 0.97
+    picture = np.asarray(flat.resize((400, 267)), float)[8:-8, 8:-8]
+    assert np.corrcoef(picture.ravel(), label[8:-8, 8:-8].ravel())[0, 1] > 0.97
 
 
 def test_lettering_on_a_cylinder_keeps_its_proportions_in_front(here, iccm):
     assert iccm("map", "sign.svg", "cylinder:90x40,label=40x24", "-o", "mug.png", "--size", "900").code == 0
-    shown = pixels("mug.png")[..., 3] > 128
-    rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
-    assert not shown[rows[0] : rows[0] + 2, columns[0] : columns[0] + 2].any()  # its corners are round
+    is_painted = pixels("mug.png")[..., 3] > 128
+    rows, columns = np.flatnonzero(is_painted.any(axis=1)), np.flatnonzero(is_painted.any(axis=0))
+    assert not is_painted[rows[0] : rows[0] + 2, columns[0] : columns[0] + 2].any()  # its corners are round
     # in the middle a label is as high as it is, a little more because it is nearer; its width is that of its chord
     middle, angle = 24 / (450 - 45), 20 / 45
     chord = 90 * np.sin(angle) / (450 - 45 * np.cos(angle))
@@ -103,8 +103,8 @@ def test_lettering_on_a_cylinder_keeps_its_proportions_in_front(here, iccm):
 
 def test_a_sheet_without_a_size_of_its_own_keeps_the_proportions_of_the_picture(here, iccm):
     assert iccm("map", "coffee.jpg", "plane:90x200", "-o", "wall.png", "--size", "450x1000").code == 0
-    shown = pixels("wall.png")[..., 3] > 128
-    assert (shown.any(axis=0).sum() / shown.any(axis=1).sum()) == pytest.approx(400 / 267, rel=0.01)
+    is_painted = pixels("wall.png")[..., 3] > 128
+    assert (is_painted.any(axis=0).sum() / is_painted.any(axis=1).sum()) == pytest.approx(400 / 267, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_a_region_is_given_in_four_ways(drawn, iccm, typed):
 
 
 @pytest.mark.parametrize(
-    ("typed", "told"),
+    ("typed", "message"),
     [
         (("logo.svg", "--rigid", "#nothing"), "--rigid #nothing: no such element in logo.svg"),
         (("logo.svg", "--rigid", "#open"), "--rigid #open: "),
@@ -70,9 +70,9 @@ def test_a_region_is_given_in_four_ways(drawn, iccm, typed):
         (("square.svg", "--rigid", "mask.png", "--parts", "all"), "--rigid only works for one shape"),
     ],
 )
-def test_what_is_wrong_is_one_line(drawn, iccm, typed, told):
+def test_what_is_wrong_is_one_line(drawn, iccm, typed, message):
     done = iccm("map", typed[0], "blob.svg", *typed[1:], "-o", "o.png", "--size", "50")
-    assert done.code == 2 and told in done.err and not (drawn / "o.png").exists()
+    assert done.code == 2 and message in done.err and not (drawn / "o.png").exists()
     assert len(done.err.strip().splitlines()) <= 2
 
 
@@ -99,10 +99,10 @@ def test_brighter_parts_become_larger_and_what_matters_stays(drawn, iccm):
 @pytest.mark.parametrize("option", ["--importance", "--size-map"])
 def test_pictures_that_say_nothing_are_refused(drawn, iccm, option):
     wrong = {"none.png": "none.png", "black.png": "everywhere"}
-    for name, told in wrong.items():
+    for name, message in wrong.items():
         done = iccm("map", "square.svg", "blob.svg", option, name, "-o", "o.png", "--size", "50")
         if option == "--importance" or name == "none.png":
-            assert done.code == 2 and told in done.err and not (drawn / "o.png").exists()
+            assert done.code == 2 and message in done.err and not (drawn / "o.png").exists()
     done = iccm("map", "square.svg", "blob.svg", option, "mask.png", "--parts", "all")
     assert done.code == 2 and f"{option} only works for one shape" in done.err
 
@@ -162,7 +162,7 @@ def pipe_glb(path):
         if word == "usemtl":
             faces.append([])
         elif word == "f":
-            a, b, c, d = (int(each) - 1 for each in rest)
+            a, b, c, d = (int(index) - 1 for index in rest)
             faces[-1] += [[a, b, c], [a, c, d]]
     views: list[bytes] = []
     tree: dict = {"asset": {"version": "2.0"}, "bufferViews": [], "accessors": []}
@@ -177,8 +177,8 @@ def pipe_glb(path):
         return len(views) - 1
 
     primitives = []
-    for material, own in enumerate(faces):
-        used, number = np.unique(own, return_inverse=True)
+    for material, material_faces in enumerate(faces):
+        used, number = np.unique(material_faces, return_inverse=True)
         position = accessor(points[used].astype(np.float32), 5126, "VEC3")
         indices = accessor(number.ravel().astype(np.uint32), 5125, "SCALAR")
         primitives.append({"attributes": {"POSITION": position}, "indices": indices, "material": material})
@@ -209,13 +209,13 @@ def test_a_material_of_a_glb_is_a_region_like_that_of_an_obj(drawn, iccm, name):
 
 
 @pytest.mark.parametrize(
-    ("source", "told"),
+    ("source", "message"),
     [("pipe.glb#pipe", "'paper', 'pipe', 'pipe_1', 'steel'"), ("pipe.glb", "'lid'")],
 )
-def test_a_name_that_a_glb_has_not_is_refused_with_those_that_it_has(drawn, iccm, source, told):
+def test_a_name_that_a_glb_has_not_is_refused_with_those_that_it_has(drawn, iccm, source, message):
     pipe_glb(drawn / "pipe.glb")
     done = iccm("map", source, "blob.svg", "--rigid", "#label", "-o", "o.png", "--size", "50")
-    assert done.code == 2 and "--rigid #label: " in done.err and done.err.rstrip().endswith(told)
+    assert done.code == 2 and "--rigid #label: " in done.err and done.err.rstrip().endswith(message)
     assert "geometry or material" in done.err
 
 
@@ -292,13 +292,13 @@ def test_an_element_of_a_target_is_kept(drawn, iccm):
     assert done.code == 0, done.err
     # the mask's region, and those drawn as rigid
     regions = json.loads((drawn / "r.json").read_text())["regions"]
-    assert all(each["of"] == "target" and each["dilatation"] <= 1.02 for each in regions)
+    assert all(region["of"] == "target" and region["dilatation"] <= 1.02 for region in regions)
     again = load("o.npz").report()["regions"]
     assert again == regions
 
 
 @pytest.mark.parametrize(
-    ("source", "target", "typed", "told"),
+    ("source", "target", "typed", "message"),
     [
         ("pipe.obj", "blob.svg", ("--rigid", "#lid"), "no part 'lid'"),
         (
@@ -334,9 +334,9 @@ def test_an_element_of_a_target_is_kept(drawn, iccm):
         ),
     ],
 )
-def test_regions_that_are_not_kept_are_refused_in_a_line(drawn, iccm, source, target, typed, told):
+def test_regions_that_are_not_kept_are_refused_in_a_line(drawn, iccm, source, target, typed, message):
     (drawn / "pipe.obj").write_text(pipe())
     output = "o.obj" if target == "pipe.obj" else "o.png"
     texture = () if source == "pipe.obj" else ("--texture", "mask.png")
     done = iccm("map", source, target, *typed, *texture, "-o", output, "--size", "50")
-    assert done.code == 2 and told in done.err and not (drawn / output).exists()
+    assert done.code == 2 and message in done.err and not (drawn / output).exists()

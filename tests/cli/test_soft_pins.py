@@ -32,11 +32,11 @@ def errors(iccm, folder, *arguments):
 
 
 def test_pins_are_soft_with_one_note_and_exact_where_asked(iccm, tmp_path, pair):
-    missed, said = errors(iccm, tmp_path, *pair, *PINS)
+    missed, notes = errors(iccm, tmp_path, *pair, *PINS)
     assert 1e-5 < max(missed) < 0.03
-    assert said.count("exact_pins") == 1 and "note" in said
-    exact, said = errors(iccm, tmp_path, *pair, *PINS, "--exact-pins")
-    assert max(exact) < 1e-9 and "exact" not in said
+    assert notes.count("exact_pins") == 1 and "note" in notes
+    exact, notes = errors(iccm, tmp_path, *pair, *PINS, "--exact-pins")
+    assert max(exact) < 1e-9 and "exact" not in notes
 
 
 def test_typed_settings_and_listed_ones_are_the_same(iccm, tmp_path, pair):
@@ -112,16 +112,16 @@ def sail(folder, name, size):
 
 @pytest.mark.slow
 def test_lengths_of_pins_on_meshes_are_in_their_units(iccm, tmp_path, pair):
-    found = []
+    results = []
     for size in (1.0, 40.0):
         mesh, pear = sail(tmp_path, f"sail{size:g}", size), pair[1]
         onto = f"60,45:{0.5 * size},{0.6 * size},0,r=12,tolerance={0.02 * size}"
         from_mesh = f"v24:50,48,r={0.2 * size},tolerance=2"
-        found.append(
+        results.append(
             errors(iccm, tmp_path, mesh, pear, "--pin", from_mesh)[0]
             + errors(iccm, tmp_path, pear, mesh, "--pin", onto)[0]
         )
-    assert found[0] == pytest.approx(found[1], rel=1e-3) and min(found[0]) > 1e-5
+    assert results[0] == pytest.approx(results[1], rel=1e-3) and min(results[0]) > 1e-5
     mesh = sail(tmp_path, "sail", 1.0)
-    exact, said = errors(iccm, tmp_path, pair[1], mesh, "--pin", "60,45:v24", "--exact-pins")
-    assert max(exact) < 1e-9 and "exact_pins" not in said
+    exact, notes = errors(iccm, tmp_path, pair[1], mesh, "--pin", "60,45:v24", "--exact-pins")
+    assert max(exact) < 1e-9 and "exact_pins" not in notes

@@ -146,8 +146,8 @@ def test_as_typed_with_a_file_of_landmarks_for_each(tmp_path, iccm, monkeypatch)
         "-j",
         "1",
     ]
-    found = iccm(*typed)
-    assert (found.code, found.out) == (0, ""), found.err
+    result = iccm(*typed)
+    assert (result.code, result.out) == (0, ""), result.err
     assert Image.open("OUT/mean.png").width == 100
     again = iccm(*typed)
     assert again.code == 2 and "OUT/shape.svg" in again.err and "--force" in again.err

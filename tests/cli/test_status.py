@@ -23,11 +23,11 @@ def typed(command, **environment):
         command, stdin=slave, stdout=slave, stderr=slave, env={**os.environ, **environment}, close_fds=True
     )
     os.close(slave)
-    shown = b""
+    output = b""
     while chunk := read(master):
-        shown += chunk
+        output += chunk
     os.close(master)
-    return shown.decode(), process.wait()
+    return output.decode(), process.wait()
 
 
 def read(end):
@@ -64,9 +64,9 @@ def script(verbosity=0, form="text", silent=False):
 @pytest.mark.slow
 def test_work_is_shown_with_its_seconds_between_messages(monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
-    shown, code = script()
-    assert code == 0, shown
-    frames = re.split(r"[\r\n]+", shown)
+    output, code = script()
+    assert code == 0, output
+    frames = re.split(r"[\r\n]+", output)
     seconds = [
         int(m[1]) for f in frames if (m := re.fullmatch(r"\S+ *\|? 3/44, (\d+) s: solve, starts *", f))
     ]
@@ -90,15 +90,15 @@ def test_what_is_left_is_told_from_what_was_done(monkeypatch):
     ("given", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)]
 )
 def test_a_terminal_that_takes_colours_gets_them(given, coloured):
-    shown, code = typed([sys.executable, "-c", MAIN, "info", "none.svg"], **{"TERM": "xterm", **given})
-    assert code == 2 and ("\x1b[" in shown) == coloured and "none.svg" in shown
+    output, code = typed([sys.executable, "-c", MAIN, "info", "none.svg"], **{"TERM": "xterm", **given})
+    assert code == 2 and ("\x1b[" in output) == coloured and "none.svg" in output
 
 
 @pytest.mark.parametrize("given", [{"verbosity": -1}, {"form": "json"}])
 def test_nothing_is_shown_to_who_wants_less(given):
-    shown, code = script(**given, silent=True)
-    assert code == 0, shown
-    assert "solve" not in shown
+    output, code = script(**given, silent=True)
+    assert code == 0, output
+    assert "solve" not in output
 
 
 def test_without_a_terminal_nothing_is_shown(capsys):
@@ -109,12 +109,12 @@ def test_without_a_terminal_nothing_is_shown(capsys):
 
 
 def test_commands_that_may_take_long_have_a_line(monkeypatch, tmp_path, iccm):
-    shown, told = [], []
+    lines_shown, names = [], []
 
     @contextmanager
     def recorded():
-        shown.append(True)
-        with heard(lambda what, done, of: told.append(what)):
+        lines_shown.append(True)
+        with heard(lambda what, done, of: names.append(what)):
             yield None
 
     monkeypatch.setattr(status, "show_status", recorded)
@@ -123,5 +123,5 @@ def test_commands_that_may_take_long_have_a_line(monkeypatch, tmp_path, iccm):
         (tmp_path / folder / "a.txt").write_text("the same")
     assert iccm("info", str(WHEEL / "square.svg")).code == 0
     assert iccm("check", str(tmp_path / "run"), str(tmp_path / "baselines")).code == 0
-    assert len(shown) == 2
-    assert [what.split()[0] for what in told if what] == ["read", "compare"]
+    assert len(lines_shown) == 2
+    assert [what.split()[0] for what in names if what] == ["read", "compare"]

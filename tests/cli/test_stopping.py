@@ -33,9 +33,9 @@ def test_a_signal_ends_compiled_code(tmp_path, name, message):
         folder = process.stdout.readline().strip()
         assert len(os.listdir(tmp_path)) == 1 and os.path.isdir(folder)
         process.send_signal(getattr(signal, name))
-        _, said = process.communicate(timeout=60)
+        _, output = process.communicate(timeout=60)
     assert process.returncode == 128 + getattr(signal, name)
-    assert said == f"error: {message}\n"
+    assert output == f"error: {message}\n"
     assert not os.listdir(tmp_path) and not os.path.exists(folder)
 
 
@@ -57,12 +57,12 @@ main()
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 def test_an_interrupt_while_the_command_is_imported_prints_nothing(tmp_path):
-    pipes = {each: subprocess.PIPE for each in ("stdin", "stdout", "stderr")}
+    pipes = {stream: subprocess.PIPE for stream in ("stdin", "stdout", "stderr")}
     with subprocess.Popen([sys.executable, "-c", STARTING], cwd=tmp_path, text=True, **pipes) as process:
         assert process.stdout.readline() == "importing\n"
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
-    assert process.returncode == 130 and said == ""
+        _, output = process.communicate(timeout=60)
+    assert process.returncode == 130 and output == ""
 
 
 def test_a_caller_of_the_command_line_is_not_ended():

@@ -99,16 +99,18 @@ def test_what_vertices_have_is_interpolated_and_other_parts_stay(bowl, iccm):
     before, after = (trimesh.load(name, process=False, force="mesh") for name in ("bowl.obj", "out.obj"))
     assert after.area == pytest.approx(before.area, rel=1e-9)
     assert after.volume == pytest.approx(before.volume, rel=1e-6)
-    found = mesh_files.read("out.obj#bowl").mesh
-    x, y, z = found.points[np.unique(found.corners)].T
-    assert np.abs(np.linalg.norm(found.normals, axis=1) - 1).max() < 1e-6
+    mesh = mesh_files.read("out.obj#bowl").mesh
+    x, y, z = mesh.points[np.unique(mesh.corners)].T
+    assert np.abs(np.linalg.norm(mesh.normals, axis=1) - 1).max() < 1e-6
     assert z.max() <= 0.6 + 1e-9 and (z >= 0.3 * (x**2 + y**2) - 1e-9).all()  # edges of a bowl lie above it
     lines = Path("out.obj").read_text().splitlines()
     colours = np.array([line.split()[1:] for line in lines if line.startswith("v ")], float)
-    own = colours[colours[:, 0] < 5]
-    assert len(own) > (N + 1) ** 2 and np.allclose(own[:, 5], 0)
-    rim = np.isclose(np.abs(own[:, 0]), 1) & (own[:, 1] > 0.6)  # where |y| is linear between old vertices
-    assert np.allclose(own[rim, 3:5], np.abs(own[rim, :2]))
+    part_colours = colours[colours[:, 0] < 5]
+    assert len(part_colours) > (N + 1) ** 2 and np.allclose(part_colours[:, 5], 0)
+    rim = np.isclose(np.abs(part_colours[:, 0]), 1) & (
+        part_colours[:, 1] > 0.6
+    )  # where |y| is linear between old vertices
+    assert np.allclose(part_colours[rim, 3:5], np.abs(part_colours[rim, :2]))
     other = mesh_files.read("out.obj#other").mesh
     assert np.array_equal(other.points[other.corners], [[9, 0, 0], [10, 0, 0], [9, 1, 0]])
 
@@ -123,9 +125,9 @@ def test_both_sides_of_a_seam_are_split_alike(tmp_path, monkeypatch, iccm):
     )
     assert done.code in (0, 1), done.err
     assert json.loads(Path("r.json").read_text())["rim_vertices"] > 0
-    made = trimesh.load("out.obj", process=False, force="mesh")
-    made.merge_vertices(merge_tex=True, merge_norm=True)
-    assert made.is_watertight
+    mesh = trimesh.load("out.obj", process=False, force="mesh")
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    assert mesh.is_watertight
 
 
 def test_layouts_onto_an_outline_have_their_rims_split(bowl, iccm):

@@ -38,12 +38,12 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(here, iccm):
     )
     done = iccm("map", "--text", "Rg#bbox", "--font", str(FONT), "twice.svg", "-o", "out.svg")
     assert done.code == 0, done.err
-    found = reader.read(Path("out.svg"))
+    drawing = reader.read(Path("out.svg"))
     word = shape.read(f"{FONT}#text=Rg", whole=True).ink.painted
     word = shapely.transform(word, lambda xy: (xy * [1, -1] - [left, top]) * 2 + [7, 11])
-    away = shapely.area(shapely.symmetric_difference(found.painted, word))
+    away = shapely.area(shapely.symmetric_difference(drawing.painted, word))
     assert away < 2e-3 * word.area
-    assert found.painted.area == pytest.approx(word.area, rel=1e-3)
+    assert drawing.painted.area == pytest.approx(word.area, rel=1e-3)
     assert Path("out.svg").read_text().count("<path ") == 2 and "<text" not in Path("out.svg").read_text()
 
 
@@ -53,8 +53,8 @@ def test_a_word_fills_the_target_and_stays_inside(here, iccm):
     drawn = reader.read(Path("out.svg")).painted
     flag = reader.read(Path("flag.svg")).painted
     assert drawn.difference(flag.buffer(0.5)).area == 0
-    shown = json.loads(Path("r.json").read_text())["covered"]
-    assert drawn.area == pytest.approx(shown * flag.area, rel=0.02)
+    covered = json.loads(Path("r.json").read_text())["covered"]
+    assert drawn.area == pytest.approx(covered * flag.area, rel=0.02)
     assert [round(side) for side in drawn.bounds] == pytest.approx(flag.bounds, abs=2)
 
 
@@ -62,9 +62,12 @@ def test_a_word_fills_the_target_and_stays_inside(here, iccm):
 def test_a_word_is_a_target(here, iccm):
     done = iccm("map", "flag.svg", "--target-text", "T", "--font", str(SERIF), "-o", "out.svg")
     assert done.code == 0, done.err
-    found, word = reader.read(Path("out.svg")).painted, shape.read(f"{SERIF}#text=T", whole=True).ink.painted
+    drawing, word = (
+        reader.read(Path("out.svg")).painted,
+        shape.read(f"{SERIF}#text=T", whole=True).ink.painted,
+    )
     word = shapely.transform(word, lambda xy: xy * [1, -1])
-    assert shapely.area(shapely.symmetric_difference(found, word)) < 0.01 * word.area
+    assert shapely.area(shapely.symmetric_difference(drawing, word)) < 0.01 * word.area
 
 
 @pytest.mark.slow

@@ -29,11 +29,11 @@ def test_integers_come_back(tmp_path, suffix, channels):
         image = noise(f"uint{bits}", channels)
         image_files.write(tmp_path / f"a{suffix}", image)
         again = image_files.read(tmp_path / f"a{suffix}")
-        shown = np.ones(image.pixels.shape, bool)
+        is_visible = np.ones(image.pixels.shape, bool)
         if channels == 4 and not format.hidden:
-            shown[image.pixels[..., 3] == 0] = False
+            is_visible[image.pixels[..., 3] == 0] = False
         assert again.pixels.dtype == image.pixels.dtype and again.alpha == image.alpha
-        assert (again.pixels == image.pixels)[shown].all()
+        assert (again.pixels == image.pixels)[is_visible].all()
 
 
 @pytest.mark.parametrize("suffix", [s for s in formats.holding("picture") if formats.picture(f"a{s}").named])
@@ -52,8 +52,8 @@ def test_map_and_apply_write_the_same_pictures(shapes, iccm, suffix):
     )
     assert ran.code == 0, ran.err
     assert iccm("apply", "s.exr", "t.png", "-o", f"a{suffix}", "-q", "--filter", "spline").code == 0
-    made = [image_files.read(f"{name}{suffix}").pixels for name in "ma"]
-    assert made[0].shape == made[1].shape == (24, 24, 3 + formats.picture(f"a{suffix}").alpha)
+    pictures = [image_files.read(f"{name}{suffix}").pixels for name in "ma"]
+    assert pictures[0].shape == pictures[1].shape == (24, 24, 3 + formats.picture(f"a{suffix}").alpha)
 
 
 def test_an_unknown_suffix_is_refused_by_both(shapes, iccm):

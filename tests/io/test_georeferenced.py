@@ -69,8 +69,8 @@ def test_a_region_on_a_map_becomes_a_geotiff(here, iccm):
 def marks(pixels, alpha):
     """The middles (x, y in pixels) of the red marks in a picture."""
     red, green, blue = pixels.astype(int)
-    found, count = ndimage.label((red - green > 90) & (red - blue > 90) & (alpha > 200))
-    return np.array(ndimage.center_of_mass(found > 0, found, range(1, count + 1)))[:, ::-1] + 0.5
+    placed, count = ndimage.label((red - green > 90) & (red - blue > 90) & (alpha > 200))
+    return np.array(ndimage.center_of_mass(placed > 0, placed, range(1, count + 1)))[:, ::-1] + 0.5
 
 
 @pytest.mark.slow
@@ -87,14 +87,14 @@ def test_an_old_map_lies_where_its_map_says(here, iccm):
     with rasterio.open("out.tif") as file:
         assert file.crs == rasterio.crs.CRS.from_string(LAMBERT)
         *colours, alpha = file.read()
-        found = np.array(
+        placed = np.array(
             [complex(*(file.transform @ tuple(mark))) for mark in marks(np.array(colours), alpha)]
         )
-        assert len(found) == len(expected) == 8
-        assert np.abs(found[:, None] - expected).min(axis=0).max() < file.res[0]
+        assert len(placed) == len(expected) == 8
+        assert np.abs(placed[:, None] - expected).min(axis=0).max() < file.res[0]
     rows = [line.split(",")[:2] for line in Path("old-iceland.points").read_text().splitlines()[2:]]
     known = np.array([complex(float(x), float(y)) for x, y in rows])
-    assert np.abs(known[:, None] - found).min(axis=1).max() < 10_000  # soft pins of a map of 500 km
+    assert np.abs(known[:, None] - placed).min(axis=1).max() < 10_000  # soft pins of a map of 500 km
 
 
 def test_world_and_projection_files_say_the_same(here, iccm):
@@ -116,10 +116,10 @@ def test_a_turned_geotiff_stays_turned(here, iccm):
     with rasterio.open("turned.tif", "w", crs=LAMBERT, transform=affine, **how) as file:
         file.write(pixels)
     assert iccm("map", "chart.png", "turned.tif#canvas", "--size", "160", "-o", "out.tif").code == 0
-    found, crs, width, height = place("out.tif")
+    placed, crs, width, height = place("out.tif")
     assert (width, height) == (160, 100) and crs.to_epsg() == 3057
     for x, y in [(0, 0), (80, 0), (13, 50)]:
-        assert np.allclose(found @ (2 * x, 2 * y), affine @ (x, y))
+        assert np.allclose(placed @ (2 * x, 2 * y), affine @ (x, y))
 
 
 def test_saved_maps_keep_both_places(here, iccm):
@@ -198,8 +198,8 @@ def test_a_drawing_has_no_world_file(here, iccm):
 @pytest.mark.parametrize("content", ["1\n2\n3", "a b c d e f", "0 0 0 0 5 5", "nan 0 0 -1 0 0"])
 def test_a_world_file_that_is_not_one_is_ignored_with_a_note(here, content):
     Path("chart.pgw").write_text(content)
-    found, note = georeferenced.read(Path("chart.png"))
-    assert found is None and "chart.pgw" in note
+    placed, note = georeferenced.read(Path("chart.png"))
+    assert placed is None and "chart.pgw" in note
 
 
 def test_a_place_on_the_map_and_back():

@@ -34,9 +34,9 @@ def test_every_form_everywhere(tmp_path, given, place):
         "strokes": [{"source": [given, 2], "target": [1, "v2"]}],
     }
     (tmp_path / "c.json").write_text(json.dumps(listed))
-    found = listing.read(tmp_path / "c.json")
-    assert (found.pins[0].source, found.pins[0].target) == (place, (0, 1))
-    assert (found.strokes[0].source, found.strokes[0].target) == ([place, "v2"], ["v1", "v2"])
+    constraints = listing.read(tmp_path / "c.json")
+    assert (constraints.pins[0].source, constraints.pins[0].target) == (place, (0, 1))
+    assert (constraints.strokes[0].source, constraints.strokes[0].target) == ([place, "v2"], ["v1", "v2"])
 
 
 @pytest.mark.parametrize(

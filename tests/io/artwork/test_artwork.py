@@ -81,8 +81,8 @@ def test_path_data_are_the_rounded_numbers_without_zeros_at_the_end(digits):
     assert re.sub("[^A-Z]", "", data) == "MCCZMC"
     numbers = [float(part) for part in re.findall(r"[-+.\de]+", data)]
     points = np.array([*z[0], *z[1, 1:], *z[1]])
-    wanted = [float(f"{x:.{digits}f}") for x in points.view(float)]
-    assert numbers == wanted and "-0 " not in data and ".0 " not in data
+    expected = [float(f"{x:.{digits}f}") for x in points.view(float)]
+    assert numbers == expected and "-0 " not in data and ".0 " not in data
 
 
 def test_points_of_many_pieces_are_those_of_each():
@@ -119,9 +119,9 @@ def test_styles_groups_and_definitions_are_kept(source, tmp_path):
     assert ".hot{fill:red}" in text
     assert 'stroke="blue"' in text
     assert "transform" not in text
-    shown = drawn(tmp_path / "b.svg")
-    assert [d.properties.get("fill") for d in shown] == ["tan", "red", "green", "none", None]
-    lined = float(shown[1].properties["stroke-width"])
+    drawing = drawn(tmp_path / "b.svg")
+    assert [d.properties.get("fill") for d in drawing] == ["tan", "red", "green", "none", None]
+    lined = float(drawing[1].properties["stroke-width"])
     assert abs(lined - 1.5 * 2 * abs(1 + 0.006 * (10 - 5j))) < 0.1
     assert any("<text>" in note for note in notes)
     assert any("outside the source, omitted" in note for note in notes)
@@ -168,9 +168,9 @@ def carried(tmp_path, g=lambda z: z, drawing=CLIPPED):
     return {e.get("id"): e for e in top.iter() if e.get("id")}, notes
 
 
-def clip_of(found, id):
-    style = css.declarations(found[id].get("style", ""))
-    return list(found[style["clip-path"][5:-1]])
+def clip_of(elements, id):
+    style = css.declarations(elements[id].get("style", ""))
+    return list(elements[style["clip-path"][5:-1]])
 
 
 def outline(path):
@@ -179,33 +179,33 @@ def outline(path):
 
 
 def test_clip_paths_are_carried_where_they_are_used(tmp_path):
-    found, _ = carried(tmp_path)
+    elements, _ = carried(tmp_path)
     for id, scale in (("a", 2), ("b", 1)):
-        circle, bar = clip_of(found, id)
+        circle, bar = clip_of(elements, id)
         assert np.abs(np.abs(outline(circle) - 5 * scale) - 10 * scale).max() < 0.02
         assert circle.get("clip-rule") == "evenodd"
         assert abs(outline(bar).real.min() - 25 * scale) < 0.02
 
 
 def test_a_clip_path_around_all_clips_nothing_and_one_elsewhere_everything(tmp_path):
-    found, _ = carried(tmp_path)
-    (around,) = clip_of(found, "c")
+    elements, _ = carried(tmp_path)
+    (around,) = clip_of(elements, "c")
     assert np.abs(outline(around)).min() > 1e6
-    assert clip_of(found, "d") == []
+    assert clip_of(elements, "d") == []
 
 
 def test_clip_paths_in_units_of_the_box_are_carried(tmp_path):
-    found, notes = carried(tmp_path)
-    (half,) = clip_of(found, "e")
+    elements, notes = carried(tmp_path)
+    (half,) = clip_of(elements, "e")
     z = outline(half)
     assert np.allclose([z.real.min(), z.real.max(), z.imag.min(), z.imag.max()], [0, 20, 0, 20], atol=0.02)
     assert not notes
 
 
 def test_gradients_in_user_space_go_with_the_shape(tmp_path):
-    found, _ = carried(tmp_path, lambda z: 0.5j * z + 3)
-    style = css.declarations(found["a"].get("style"))
-    gradient = found[style["fill"][5:-1]]
+    elements, _ = carried(tmp_path, lambda z: 0.5j * z + 3)
+    style = css.declarations(elements["a"].get("style"))
+    gradient = elements[style["fill"][5:-1]]
     assert gradient.get("{http://www.w3.org/1999/xlink}href") == "#g"
     parsed = affine.parse(gradient.get("gradientTransform"))
     z = np.array([0, 1, 1j])
@@ -226,8 +226,8 @@ def style_of(element):
     return element.attrib | css.declarations(element.get("style", ""))
 
 
-def referred(found, element, name):
-    return found[style_of(element)[name].removeprefix("url(#").removesuffix(")")]
+def referred(elements, element, name):
+    return elements[style_of(element)[name].removeprefix("url(#").removesuffix(")")]
 
 
 def winding(path, points):
@@ -253,13 +253,13 @@ def winding(path, points):
     ],
 )
 def test_a_fill_that_leaves_the_source_paints_the_same_inside(tmp_path, d):
-    found, notes = body(tmp_path, f'<path id="a" d="{d}" fill-rule="evenodd"/>')
+    elements, notes = body(tmp_path, f'<path id="a" d="{d}" fill-rule="evenodd"/>')
     inside = np.random.default_rng(5).uniform(-88, 88, (400, 2)) @ [1, 1j]
     before = ElementTree.fromstring(f'<path d="{d}"/>')
     clear = np.abs(outline_points(before)[:, None] - inside).min(axis=0) > 1
-    assert np.array_equal(winding(found["a"], inside[clear]), winding(before, inside[clear]))
+    assert np.array_equal(winding(elements["a"], inside[clear]), winding(before, inside[clear]))
     assert notes == ("1 × shape partly outside the source, clipped at its outline",)
-    z = outline_points(found["a"])
+    z = outline_points(elements["a"])
     assert max(np.abs(z.real).max(), np.abs(z.imag).max()) < 90.2
 
 
@@ -280,14 +280,14 @@ def test_nothing_is_painted_in_a_hole_and_all_else_as_before(tmp_path, d):
     source = shape.read(f"{tmp_path}/a.svg#s")
     rims = {"source_holes": source.holes, "target_holes": source.holes}
     artwork.carry(source, iccm.fit(source.curve, source.curve, **rims).map, source, tmp_path / "b.svg")
-    found = {e.get("id"): e for e in ElementTree.fromstring((tmp_path / "b.svg").read_bytes()).iter()}
+    elements = {e.get("id"): e for e in ElementTree.fromstring((tmp_path / "b.svg").read_bytes()).iter()}
     z = np.random.default_rng(5).uniform(-88, 88, (600, 2)) @ [1, 1j]
     before = ElementTree.fromstring(f'<path d="{d}"/>')
     clear = np.abs(outline_points(before)[:, None] - z).min(axis=0) > 1
     size = np.maximum(np.abs(z.real), np.abs(z.imag))
     outside, inside = z[clear & (size > 21)], z[size < 19]
-    assert np.array_equal(winding(found["a"], outside), winding(before, outside))
-    assert not winding(found["a"], inside).any()
+    assert np.array_equal(winding(elements["a"], outside), winding(before, outside))
+    assert not winding(elements["a"], inside).any()
 
 
 def outline_points(path):
@@ -297,18 +297,18 @@ def outline_points(path):
 
 
 def test_what_never_comes_inside_is_left_out(tmp_path):
-    found, notes = body(
+    elements, notes = body(
         tmp_path, '<path id="a" d="M100 0H300V300Z"/><rect id="b" x="-5" width="10" height="10"/>'
     )
-    assert "a" not in found and "b" in found
+    assert "a" not in elements and "b" in elements
     assert notes == ("1 × shape outside the source, omitted",)
 
 
 def test_a_line_ends_where_it_leaves_the_source_and_its_fill_does_not(tmp_path):
     drawing = '<rect id="a" x="-30" y="0" width="60" height="200" fill="red" stroke="blue" opacity=".5"/>'
-    found, _ = body(tmp_path, drawing)
-    assert found["a"].tag.endswith("}g") and style_of(found["a"])["opacity"] == ".5"
-    fill, line = found["a"]
+    elements, _ = body(tmp_path, drawing)
+    assert elements["a"].tag.endswith("}g") and style_of(elements["a"])["opacity"] == ".5"
+    fill, line = elements["a"]
     assert style_of(fill)["stroke"] == "none" and style_of(line)["fill"] == "none"
     assert {style_of(part)["opacity"] for part in (fill, line)} == {"1"}
     (run,) = path_data.runs(line.get("d"))
@@ -319,14 +319,14 @@ def test_a_line_ends_where_it_leaves_the_source_and_its_fill_does_not(tmp_path):
 
 
 def test_a_line_around_the_source_does_not_follow_its_outline(tmp_path):
-    found, _ = body(tmp_path, '<rect id="a" x="-200" y="-200" width="400" height="400" stroke="red"/>')
-    assert style_of(found["a"])["stroke"] == "none"
+    elements, _ = body(tmp_path, '<rect id="a" x="-200" y="-200" width="400" height="400" stroke="red"/>')
+    assert style_of(elements["a"])["stroke"] == "none"
 
 
 @pytest.mark.parametrize("d", ["M-60 0L93 91", "M-60 -60C0 200 0 89 120 89", "M0 0Q80 80 100 85"])
 def test_a_line_that_is_cut_off_keeps_its_direction(tmp_path, d):
-    found, _ = body(tmp_path, f'<path id="a" d="{d}" fill="none" stroke="red"/>')
-    (before,), (after,) = path_data.runs(d), path_data.runs(found["a"].get("d"))
+    elements, _ = body(tmp_path, f'<path id="a" d="{d}" fill="none" stroke="red"/>')
+    (before,), (after,) = path_data.runs(d), path_data.runs(elements["a"].get("d"))
     true = np.concatenate([piece.at(np.linspace(0, 1, 9000)) for piece in before.pieces])
     ends = after.pieces[-1].at(np.array([0.9, 1.0]))
     k = np.abs(true - ends[1]).argmin()
@@ -348,9 +348,9 @@ def test_drawings_far_from_the_origin_are_carried(tmp_path, far):
     (tmp_path / "a.svg").write_text(f'{HEAD}{circle}<circle id="a" cx="{far}" r="95" stroke="red"/></svg>')
     source = shape.read(f"{tmp_path}/a.svg#shape")
     artwork.carry(source, curved(source, lambda z: z - far), source, tmp_path / "b.svg", tolerance=0.01)
-    found = {e.get("id"): e for e in ElementTree.parse(tmp_path / "b.svg").getroot().iter()}
+    elements = {e.get("id"): e for e in ElementTree.parse(tmp_path / "b.svg").getroot().iter()}
     for name in ("shape", "a"):
-        z = outline_points(found[name])
+        z = outline_points(elements[name])
         assert np.isfinite(z).all() and np.abs(np.abs(z) - 80).max() < 0.05
 
 
@@ -358,8 +358,8 @@ def test_a_use_is_clipped_where_it_stands(tmp_path):
     drawing = """<clipPath id="c"><rect width="5" height="5"/></clipPath>
     <defs><rect id="r" width="9" height="9"/></defs>
     <use id="a" href="#r" x="20" y="30" clip-path="url(#c)"/>"""
-    found, _ = body(tmp_path, drawing)
-    z = outline(referred(found, found["a"], "clip-path")[0])
+    elements, _ = body(tmp_path, drawing)
+    z = outline(referred(elements, elements["a"], "clip-path")[0])
     assert np.allclose([z.real.min(), z.imag.min()], [20, 30], atol=0.02)
 
 
@@ -367,8 +367,8 @@ def test_widths_and_dashes_follow_the_scale(tmp_path):
     drawing = """<g stroke="red" stroke-width="3" stroke-dasharray="4, 2" stroke-dashoffset="1">
     <path id="a" transform="scale(2)" d="M0 0H10"/><path id="b" pathLength="5" d="M0 0H20"/>
     <path id="c" vector-effect="non-scaling-stroke" d="M0 0H20"/></g>"""
-    found, notes = body(tmp_path, drawing, lambda z: 0.5 * z)
-    a, b, c = (style_of(found[name]) for name in "abc")
+    elements, notes = body(tmp_path, drawing, lambda z: 0.5 * z)
+    a, b, c = (style_of(elements[name]) for name in "abc")
     assert (a["stroke-width"], a["stroke-dasharray"], a["stroke-dashoffset"]) == ("3", "4 2", "1")
     assert (b["stroke-width"], b["stroke-dasharray"]) == ("1.5", "8 4")
     assert "stroke-width" not in c and not notes
@@ -386,25 +386,27 @@ def test_markers_stay_at_the_vertices_of_the_shape(tmp_path):
     <path id="a" d="M-50 0C-50 40 0 40 0 0S50 -40 50 0" fill="none" stroke="red" marker="url(#m)"/>
     <path id="b" d="M0 10H200" fill="none" stroke="red" style="marker-start:url(#m);marker-end:url(#m)"/>
     <g style="marker-start:url(#m)"><rect id="c" width="9" height="9"/></g>"""
-    found, _ = body(tmp_path, drawing, lambda z: 0.5 * z + 0.0005 * z**2)
-    line, dots = found["a"]
+    elements, _ = body(tmp_path, drawing, lambda z: 0.5 * z + 0.0005 * z**2)
+    line, dots = elements["a"]
     assert style_of(line)["marker-mid"] == "none" and style_of(dots)["marker-start"] == "none"
     (run,) = path_data.runs(dots.get("d"))
     at = np.array([run.start, *(piece.last() for piece in run.pieces)])
     z = np.array([-50, 0, 50])
     assert np.abs(at - (0.5 * z + 0.0005 * z**2)).max() < 0.02
     assert len(path_data.runs(line.get("d"))[0].pieces) > 2
-    references = referred(found, dots, "marker-mid")
+    references = referred(elements, dots, "marker-mid")
     assert references.get("viewBox") == "0 0 6 4" and abs(float(references.get("markerWidth")) - 3) < 0.1
-    assert style_of(found["b"])["marker-end"] == "none" and style_of(found["b"])["marker-start"] != "none"
-    assert style_of(found["c"])["marker-start"] == "none"
+    assert (
+        style_of(elements["b"])["marker-end"] == "none" and style_of(elements["b"])["marker-start"] != "none"
+    )
+    assert style_of(elements["c"])["marker-start"] == "none"
 
 
 @pytest.mark.parametrize("order", ["normal", "stroke", "stroke fill markers"])
 def test_a_line_that_is_cut_off_keeps_its_place_under_or_over_the_fill(tmp_path, order):
     drawing = f'<rect id="a" x="60" y="-20" width="80" height="40" stroke="red" paint-order="{order}"/>'
-    found, _ = body(tmp_path, drawing)
-    unpainted = ["fill" if style_of(part).get("fill") == "none" else "stroke" for part in found["a"]]
+    elements, _ = body(tmp_path, drawing)
+    unpainted = ["fill" if style_of(part).get("fill") == "none" else "stroke" for part in elements["a"]]
     assert unpainted == (["stroke", "fill"] if order == "normal" else ["fill", "stroke"])
 
 
@@ -412,20 +414,20 @@ def test_gradients_in_units_of_the_box_turn_with_the_shape(tmp_path):
     drawing = """<linearGradient id="g"><stop stop-color="red"/></linearGradient>
     <rect id="a" x="10" y="20" width="40" height="30" fill="url(#g)"/>
     <path id="b" d="M0 0H20" stroke="url(#g)"/>"""
-    found, _ = body(tmp_path, drawing, lambda z: 1j * z)
-    references = referred(found, found["a"], "fill")
+    elements, _ = body(tmp_path, drawing, lambda z: 1j * z)
+    references = referred(elements, elements["a"], "fill")
     assert [references.get(name) for name in ("x1", "y1", "x2", "y2")] == ["0", "0", "1", "0"]
     place = affine.parse(references.get("gradientTransform"))
     corners = np.array([0, 1, 1j])
     assert np.abs(place(corners) - (-1j) * np.array([10 + 20j, 50 + 20j, 10 + 50j])).max() < 1e-5
-    assert found["b"].get("stroke") == "url(#g)"  # a box without area: SVG paints nothing
+    assert elements["b"].get("stroke") == "url(#g)"  # a box without area: SVG paints nothing
 
 
 def test_percentages_of_a_gradient_refer_to_the_source(tmp_path):
     drawing = """<radialGradient id="g" gradientUnits="userSpaceOnUse" cx="75%" fx="10"/>
     <rect id="a" width="40" height="30" fill="url(#g)"/>"""
-    found, _ = body(tmp_path, drawing)
-    references = referred(found, found["a"], "fill")
+    elements, _ = body(tmp_path, drawing)
+    references = referred(elements, elements["a"], "fill")
     assert [references.get(name) for name in ("cx", "cy", "r", "fx", "fy")] == [
         "150",
         "100",
@@ -440,10 +442,10 @@ def test_patterns_follow_the_shape(tmp_path):
     <pattern id="q" patternUnits="userSpaceOnUse" width="5" height="4" patternTransform="rotate(90)"><g/></pattern>
     <rect id="a" x="10" y="20" width="40" height="20" fill="url(#p)"/>
     <g transform="scale(2)"><rect id="b" width="9" height="9" fill="url(#q)"/></g>"""
-    found, notes = body(tmp_path, drawing, lambda z: 3 * z / 4 + 1)
-    a, b = (referred(found, found[name], "fill") for name in "ab")
+    elements, notes = body(tmp_path, drawing, lambda z: 3 * z / 4 + 1)
+    a, b = (referred(elements, elements[name], "fill") for name in "ab")
     assert [a.get(name) for name in ("x", "y", "width", "height")] == ["10", "20", "10", "10"]
-    assert a.get("viewBox") == "0 0 0.25 0.5" and len(found["p"]) == 1
+    assert a.get("viewBox") == "0 0 0.25 0.5" and len(elements["p"]) == 1
     place = affine.parse(b.get("patternTransform"))
     assert np.abs(place(np.array([0, 1, 1j])) - np.array([1, 1 + 1.5j, -0.5])).max() < 1e-5
     assert not notes
@@ -463,23 +465,23 @@ def test_a_filter_grows_and_turns_with_what_casts_it(tmp_path):
     <fePointLight x="5" y="0" z="7"/><feDistantLight azimuth="30"/></filter>
     <g id="a" filter="url(#f)"><rect width="40" height="20"/></g>
     <g transform="scale(3)"><rect id="b" width="9" height="6" style="filter:url(#f)"/></g>"""
-    found, notes = body(tmp_path, drawing, lambda z: -1j * z / 2)  # y points down: 1j / 2 there
-    references = referred(found, found["a"], "filter")
+    elements, notes = body(tmp_path, drawing, lambda z: -1j * z / 2)  # y points down: 1j / 2 there
+    references = referred(elements, elements["a"], "filter")
     offset, blur, noise, light, sun = references
     assert (offset.get("dx"), offset.get("dy"), blur.get("stdDeviation")) == ("-0.5", "1.5", "0.5 1")
     assert noise.get("baseFrequency") == "0.2" and sun.get("azimuth") == "120"
     assert np.allclose([float(light.get(k)) for k in "xyz"], [0, 2.5, 3.5], atol=1e-4)
     box = [float(references.get(name)) for name in ("x", "y", "width", "height")]
     assert np.allclose(box, [-15, -5, 20, 30], atol=0.05)  # a margin of 10 in each direction, halved
-    assert referred(found, found["b"], "filter")[0].get("dy") == "4.5"
-    assert not notes and "f" not in found
+    assert referred(elements, elements["b"], "filter")[0].get("dy") == "4.5"
+    assert not notes and "f" not in elements
 
 
 def test_offsets_and_blurs_do_not_depend_on_where_a_filter_is_used(tmp_path):
     drawing = """<filter id="f"><feOffset dx="3" dy="1"/><feDropShadow dx="2" dy="-5" stdDeviation="2 1"/></filter>
     <rect id="a" x="10" y="-30" width="40" height="20" filter="url(#f)"/>"""
-    found, _ = body(tmp_path, drawing, lambda z: 2 * z + 30 - 10j)
-    offset, shadow = referred(found, found["a"], "filter")
+    elements, _ = body(tmp_path, drawing, lambda z: 2 * z + 30 - 10j)
+    offset, shadow = referred(elements, elements["a"], "filter")
     assert (offset.get("dx"), offset.get("dy")) == ("6", "2")
     assert (shadow.get("dx"), shadow.get("dy"), shadow.get("stdDeviation")) == ("4", "-10", "4 2")
 
@@ -490,17 +492,17 @@ def test_masks_are_carried_where_they_are_used(tmp_path):
     <mask id="n" maskContentUnits="objectBoundingBox"><rect width="1" height=".5" fill="#fff"/></mask>
     <g id="a" mask="url(#m)"><rect width="40" height="40"/></g>
     <rect id="b" y="-40" width="40" height="40" mask="url(#n)"/>"""
-    found, notes = body(tmp_path, drawing, lambda z: z / 2 - 20)
-    round_, half = (referred(found, found[name], "mask") for name in "ab")
+    elements, notes = body(tmp_path, drawing, lambda z: z / 2 - 20)
+    round_, half = (referred(elements, elements[name], "mask") for name in "ab")
     assert style_of(round_)["mask-type"] == "alpha" and round_.get("maskUnits") == "userSpaceOnUse"
     assert np.abs(np.abs(outline(round_[0][0]) - (-10 + 10j)) - 10).max() < 0.02
-    (edge,) = referred(found, round_[0], "clip-path")
+    (edge,) = referred(elements, round_[0], "clip-path")
     assert abs(outline(edge).real.max() + 5) < 0.02
     z = outline(half[0][0])
     assert np.allclose(
         [z.real.min(), z.real.max(), z.imag.min(), z.imag.max()], [-20, 0, -20, -10], atol=0.02
     )
-    assert not notes and "m" not in found
+    assert not notes and "m" not in elements
 
 
 def embedded_png(pixels):
@@ -522,11 +524,11 @@ def test_an_embedded_picture_is_resampled_as_one(tmp_path):
     ramp = np.stack([2 * j, 4 * i, 0 * i + 77], axis=2).astype(np.uint8)
     drawing = f"""<image id="a" x="10" y="20" width="60" height="30" transform="scale(.5)" opacity=".5"
     href="{embedded_png(ramp)}"/>"""
-    found, notes = body(tmp_path, drawing, bent)
-    (part,) = found["a"]
+    elements, notes = body(tmp_path, drawing, bent)
+    (part,) = elements["a"]
     (picture,) = part
-    (corners,) = referred(found, part, "clip-path")
-    assert found["a"].get("opacity") == ".5" and "transform" not in picture.attrib
+    (corners,) = referred(elements, part, "clip-path")
+    assert elements["a"].get("opacity") == ".5" and "transform" not in picture.attrib
     exact = bent(np.array([5 + 10j, 35 + 10j, 35 + 25j, 5 + 25j]))
     assert np.abs(outline(corners) - exact[:, None]).min(axis=1).max() < 0.02
     pixels = pixels_in(picture.get("href"))
@@ -539,17 +541,17 @@ def test_an_embedded_picture_is_resampled_as_one(tmp_path):
     texel = (z - (5 + 10j)) * 4  # four texels per unit of the root
     inside = (texel.real > 2) & (texel.real < 118) & (texel.imag > 2) & (texel.imag < 58)
     assert inside.sum() > 10_000
-    wanted = np.stack([2 * (texel.real - 0.5), 4 * (texel.imag - 0.5), 0 * texel.real + 77], axis=2)
-    assert np.abs(pixels[..., :3] - wanted)[inside].max() < 1.5
+    expected = np.stack([2 * (texel.real - 0.5), 4 * (texel.imag - 0.5), 0 * texel.real + 77], axis=2)
+    assert np.abs(pixels[..., :3] - expected)[inside].max() < 1.5
 
 
 @pytest.mark.parametrize("size", [1, 40])
 def test_an_embedded_picture_of_one_colour_stays_one(size, tmp_path):
     flat = np.full((size, 2 * size, 3), (180, 60, 20), np.uint8)
-    found, _ = body(
+    elements, _ = body(
         tmp_path, f'<image id="a" x="-60" width="120" height="60" href="{embedded_png(flat)}"/>', bent
     )
-    assert (pixels_in(found["a"][0][0].get("href")) == (180, 60, 20)).all()
+    assert (pixels_in(elements["a"][0][0].get("href")) == (180, 60, 20)).all()
 
 
 @pytest.mark.parametrize("aspect", ["none", "xMinYMax meet", "xMidYMid slice"])
@@ -557,17 +559,19 @@ def test_an_embedded_picture_under_a_similarity_stays_what_it_is(aspect, tmp_pat
     address = embedded_png(np.arange(8 * 16 * 3, dtype=np.uint8).reshape(8, 16, 3))
     drawing = f"""<image id="a" x="10" y="20" width="30" height="30" href="{address}"
     preserveAspectRatio="{aspect}" transform="rotate(20)"/>"""
-    found, notes = body(tmp_path, drawing, lambda z: (1.5 + 0.5j) * z + 7)
-    (part,) = found["a"]
+    elements, notes = body(tmp_path, drawing, lambda z: (1.5 + 0.5j) * z + 7)
+    (part,) = elements["a"]
     (picture,) = part
     assert picture.get("href") == address and not any("picture" in note for note in notes)
     placed = affine.parse(picture.get("transform"))
     box = [complex(x, y) for x in (0, float(picture.get("width"))) for y in (0, 1)]
     fit = affine.viewport((10, 20, 30, 30), (0, 0, 16, 8), aspect)
     turn = affine.rotation(20)
-    wanted = [np.conj((1.5 + 0.5j) * np.conj(turn(fit(complex(x, y)))) + 7) for x in (0, 16) for y in (0, 8)]
-    assert np.allclose([placed(z) for z in box], wanted, atol=0.02)
-    (corners,) = referred(found, part, "clip-path")
+    expected = [
+        np.conj((1.5 + 0.5j) * np.conj(turn(fit(complex(x, y)))) + 7) for x in (0, 16) for y in (0, 8)
+    ]
+    assert np.allclose([placed(z) for z in box], expected, atol=0.02)
+    (corners,) = referred(elements, part, "clip-path")
     assert np.ptp(outline(corners).real) > 20
 
 
@@ -578,10 +582,10 @@ def test_pictures_outside_and_those_that_cannot_be_read_are_left_out(tmp_path):
     <image id="c" x="300" width="9" height="9" href="{flat}"/>
     <image id="d" width="9" height="9" href="d.png"/><image id="e" width="9" height="9" href="data:image/png,"/>
     <image id="f" width="9" height="9" href="{cut}"/><image id="g" x="-50" y="-60" href="{flat}"/>"""
-    found, notes = body(tmp_path, drawing, bent)
-    assert len(found["b"]) == 1 and not {"d", "e"}.intersection(found)
-    assert not len(found["c"]) and not len(found["f"])
-    (own_size,) = referred(found, found["g"][0], "clip-path")
+    elements, notes = body(tmp_path, drawing, bent)
+    assert len(elements["b"]) == 1 and not {"d", "e"}.intersection(elements)
+    assert not len(elements["c"]) and not len(elements["f"])
+    (own_size,) = referred(elements, elements["g"][0], "clip-path")
     assert np.ptp(outline(own_size).real) == pytest.approx(4, rel=0.3)
     assert sum("not embedded" in note for note in notes) == 1
     assert sum("read" in note and "omitted" in note for note in notes) == 2
@@ -592,26 +596,28 @@ def test_a_symbol_is_drawn_where_it_is_used_and_clipped_to_its_view(tmp_path):
     drawing = """<symbol id="s" viewBox="0 0 10 10"><rect width="5" height="20"/></symbol>
     <g id="a"><use href="#s" x="10" y="20" width="30" height="30"/></g>
     <g id="b"><use href="#s" width="10" height="10" style="overflow:visible"/></g>"""
-    found, notes = body(tmp_path, drawing)
-    bar = next(e for e in found["a"].iter() if e.tag.endswith("}path"))
+    elements, notes = body(tmp_path, drawing)
+    bar = next(e for e in elements["a"].iter() if e.tag.endswith("}path"))
     z = outline(bar)
     assert np.allclose([z.real.min(), z.real.max(), z.imag.min(), z.imag.max()], [10, 25, 20, 80], atol=0.02)
-    clipped = next(e for e in found["a"].iter() if "clip-path" in style_of(e))
-    (view,) = referred(found, clipped, "clip-path")
+    clipped = next(e for e in elements["a"].iter() if "clip-path" in style_of(e))
+    (view,) = referred(elements, clipped, "clip-path")
     assert abs(outline(view).imag.max() - 50) < 0.02
-    assert len([e for e in found["a"].iter() if e.tag.endswith("}path")]) == 1
-    assert not notes and "s" not in found
+    assert len([e for e in elements["a"].iter() if e.tag.endswith("}path")]) == 1
+    assert not notes and "s" not in elements
 
 
 def test_styles_said_by_tag_or_id_outlast_both(tmp_path):
     drawing = """<style>rect{fill:red}path{fill:blue}#r{stroke:lime}.t{transform:translate(9px,0)}</style>
     <defs><rect id="r" width="9" height="9"/></defs><g id="a"><use href="#r"/></g>
     <circle id="b" r="9" fill="gold"/><g id="c" class="t"><circle id="d" r="2"/></g>"""
-    found, _ = body(tmp_path, drawing)
-    rect = style_of(next(e for e in found["a"].iter() if e.tag.endswith("}path")))
+    elements, _ = body(tmp_path, drawing)
+    rect = style_of(next(e for e in elements["a"].iter() if e.tag.endswith("}path")))
     assert (rect["fill"], rect["stroke"], rect.get("id")) == ("red", "lime", None)
-    assert style_of(found["b"])["fill"] == "gold" and style_of(found["d"])["fill"] == "inherit"
-    assert style_of(found["c"])["transform"] == "none" and abs(outline(found["d"]).real.mean() - 9) < 0.1
+    assert style_of(elements["b"])["fill"] == "gold" and style_of(elements["d"])["fill"] == "inherit"
+    assert (
+        style_of(elements["c"])["transform"] == "none" and abs(outline(elements["d"]).real.mean() - 9) < 0.1
+    )
 
 
 def test_style_rules_that_are_not_read_are_told(tmp_path):
@@ -626,8 +632,8 @@ def test_styles_said_by_place_become_the_elements_own(tmp_path):
     <g id="a"><rect id="b" width="9" height="9"/><rect id="c" width="9" height="9" fill="url(#g)"/></g>
     <g id="d"><g><circle id="e" class="t" r="9" fill="url(#g)"/></g></g>
     <rect id="f" width="5" height="5" fill="url(#g)"/>"""
-    found, notes = body(tmp_path, drawing)
-    styles = {name: style_of(found[name]) for name in ("b", "c", "e", "f", "stop")}
+    elements, notes = body(tmp_path, drawing)
+    styles = {name: style_of(elements[name]) for name in ("b", "c", "e", "f", "stop")}
     assert styles["b"]["fill"] == styles["c"]["fill"] == "lime" and "stroke" not in styles["b"]
     assert styles["e"].get("fill") == "url(#g)" and "opacity" not in styles["e"]
     assert styles["f"]["fill"].startswith("url(#mapped-") and styles["stop"]["stop-color"] == "red"
@@ -641,10 +647,10 @@ def test_nothing_that_would_undo_the_map_or_run_is_kept(tmp_path):
     <path id="b" sodipodi:type="star" inkscape:original-d="M0 0" d="M0 0H9V9" onclick="x()"/></g><script>x()</script>
     <switch><foreignObject requiredExtensions="x"/><g id="c"><rect width="5" height="5"/></g></switch>
     <g display="none"><rect id="d" width="9" height="9"/></g><text>a</text><text>b</text><flowRoot/><animate/>"""
-    found, notes = body(tmp_path, drawing)
-    assert set(found["b"].attrib) == {"id", "d"}
-    assert [k.partition("}")[2] for k in found["a"].attrib] == ["", "label", "groupmode"]
-    assert "c" in found and "d" not in found
+    elements, notes = body(tmp_path, drawing)
+    assert set(elements["b"].attrib) == {"id", "d"}
+    assert [k.partition("}")[2] for k in elements["a"].attrib] == ["", "label", "groupmode"]
+    assert "c" in elements and "d" not in elements
     assert [note.partition(",")[0] for note in notes] == [
         "1 × <animate>",
         "1 × <flowRoot>",
@@ -678,8 +684,8 @@ def test_definitions_are_those_that_are_used(tmp_path):
     <linearGradient id="no"/><pattern id="p" width="1" height="1"><use href="#dot"/></pattern>
     <circle id="dot" r="3"/><circle id="other" r="3"/></defs>
     <rect id="a" width="9" height="9" fill="url(#g)" stroke="url(#p)"/>"""
-    found, _ = body(tmp_path, drawing)
-    assert {"g", "h", "p", "dot"} <= set(found) and not {"no", "other"} & set(found)
+    elements, _ = body(tmp_path, drawing)
+    assert {"g", "h", "p", "dot"} <= set(elements) and not {"no", "other"} & set(elements)
 
 
 @pytest.mark.parametrize(
@@ -704,11 +710,13 @@ def test_definitions_are_those_that_are_used(tmp_path):
 def test_malformed_artwork_is_told_in_one_line(tmp_path, drawing, parts):
     with pytest.raises(InputError) as caught:
         body(tmp_path, drawing)
-    said = str(caught.value)
+    message = str(caught.value)
     assert (
-        said.startswith(f"{tmp_path}/a.svg: ") and len(said) < 200 + len(str(tmp_path)) and "\n" not in said
+        message.startswith(f"{tmp_path}/a.svg: ")
+        and len(message) < 200 + len(str(tmp_path))
+        and "\n" not in message
     )
-    assert all(part in said for part in parts)
+    assert all(part in message for part in parts)
 
 
 LINES = (
@@ -727,13 +735,13 @@ def test_lines_of_an_icon_move_by_the_map_of_what_they_enclose(tmp_path, iccm, m
     (tmp_path / "face.svg").write_text(LINES.format(FACE))
     (tmp_path / "box.svg").write_text(LINES.format('<path d="M3 5H20V19L15 21H3Z"/>'))
     assert iccm("map", "face.svg", "box.svg", "-o", "o.svg").code == 0
-    found = {node.names[0]: node for node in drawn(tmp_path / "o.svg") if node.names}
-    assert set(found) == {"head", "left", "right", "mouth"}
-    assert not any(node.filled for node in found.values())
-    middles = {name: complex(np.mean(reader.runs_of(node, 1e-3)[0].z)) for name, node in found.items()}
+    elements = {node.names[0]: node for node in drawn(tmp_path / "o.svg") if node.names}
+    assert set(elements) == {"head", "left", "right", "mouth"}
+    assert not any(node.filled for node in elements.values())
+    middles = {name: complex(np.mean(reader.runs_of(node, 1e-3)[0].z)) for name, node in elements.items()}
     assert 4 < middles["left"].real < middles["mouth"].real < middles["right"].real < 19
     assert max(middles["left"].imag, middles["right"].imag) < middles["mouth"].imag - 3
-    head = reader.runs_of(found["head"], 1e-3)[0].z
+    head = reader.runs_of(elements["head"], 1e-3)[0].z
     assert np.ptp(head.real) == pytest.approx(17, abs=0.6) and np.ptp(head.imag) == pytest.approx(16, abs=0.6)
 
 

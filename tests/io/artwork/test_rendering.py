@@ -34,8 +34,13 @@ def rendered(tmp_path):
         path = tmp_path / "a.svg"
         path.write_text(SVG.format(attributes, body))
         extent = box[1] - box[0]
-        found = rendering.render(path, box, (round(10 * extent.real), round(10 * extent.imag)))
-        assert (found.alpha, found.associated, found.colorspace, found.pixels.dtype) == (
+        rendered_drawing = rendering.render(path, box, (round(10 * extent.real), round(10 * extent.imag)))
+        assert (
+            rendered_drawing.alpha,
+            rendered_drawing.associated,
+            rendered_drawing.colorspace,
+            rendered_drawing.pixels.dtype,
+        ) == (
             3,
             False,
             "sRGB",
@@ -44,7 +49,7 @@ def rendered(tmp_path):
 
         def at(x, y):
             column, row = (int(10 * (x - box[0].real)), int(10 * (y + box[1].imag)))
-            return tuple(found.pixels[row, column].tolist())
+            return tuple(rendered_drawing.pixels[row, column].tolist())
 
         return at
 
@@ -112,8 +117,8 @@ def test_nothing_outside_the_file_is_read(rendered, tmp_path):
             assert rendered(green + image)(20, 10) == (0, 255, 0, 255), image
     assert rendered(f'<style>@import url("{tmp_path}/red.css");</style>{green}')(20, 10) == (0, 255, 0, 255)
     inner = SVG.format(CANVAS, f'<image width="40" height="20" href="{tmp_path}/red.png"/>')
-    held = f'<image width="40" height="20" href="data:image/svg+xml;base64,{b64encode(inner.encode()).decode()}"/>'
-    assert rendered(green + held)(20, 10) == (0, 255, 0, 255)
+    embedded = f'<image width="40" height="20" href="data:image/svg+xml;base64,{b64encode(inner.encode()).decode()}"/>'
+    assert rendered(green + embedded)(20, 10) == (0, 255, 0, 255)
 
 
 def test_an_embedded_picture_is_shown(rendered, tmp_path):
@@ -330,9 +335,9 @@ def test_a_small_result_needs_no_large_rendering(files, made, monkeypatch):
     monkeypatch.setattr(texture, "MOST_RENDERED_PIXELS", 2_000_000)
     for size in (24, 40, 90):
         run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
-    shown = [width * height for width, height in made if (width, height) != (1024, 1024)]
-    assert len(shown) == 2 and shown[0] == pytest.approx(40 * 36 * texture.MOST_PIXELS_PER_PIXEL, rel=0.01)
-    assert shown[1] == pytest.approx(texture.MOST_RENDERED_PIXELS, rel=0.01)
+    sizes = [width * height for width, height in made if (width, height) != (1024, 1024)]
+    assert len(sizes) == 2 and sizes[0] == pytest.approx(40 * 36 * texture.MOST_PIXELS_PER_PIXEL, rel=0.01)
+    assert sizes[1] == pytest.approx(texture.MOST_RENDERED_PIXELS, rel=0.01)
 
 
 def test_a_mesh_holds_the_rendered_drawing(files, iccm):

@@ -307,8 +307,8 @@ def test_the_journal_sweeps_in_its_folder_and_beside_outputs_of_the_manifest_alo
     line = {"event": "begun", "key": "k", "outputs": outputs, "by": [platform.node(), ended.pid]}
     (root / journal.NAME).write_text(json.dumps(line) + "\n")
     assert Journal(root).sweep() == [root / ".made.abcdefgh.png"]
-    (found,) = Journal(root).sweep([str(away / "made.png")])
-    assert found.name == ".made.abcdefgh.png" and not any(away.iterdir())
+    (swept,) = Journal(root).sweep([str(away / "made.png")])
+    assert swept.name == ".made.abcdefgh.png" and not any(away.iterdir())
 
 
 @pytest.mark.parametrize("make", ["link", "pipe", "folder"])

@@ -59,38 +59,40 @@ def picture():
 def batch(capsys, *words):
     """The exit code, and the results in the order of the jobs."""
     code = cli.run(["batch", "jobs.toml", "--root", "out", "-j", "1", *words])
-    return code, sorted(map(json.loads, capsys.readouterr().out.splitlines()), key=lambda found: found["job"])
+    return code, sorted(
+        map(json.loads, capsys.readouterr().out.splitlines()), key=lambda records: records["job"]
+    )
 
 
 @pytest.mark.slow
 def test_many_meshes_are_flattened_and_carried_and_resumed(meshes, capsys):
     from PIL import Image
 
-    code, found = batch(capsys)
-    assert (code, [each["status"] for each in found]) == (0, ["done"] * 4)
-    assert [each["name"] for each in found] == ["a", "b", "a-a", "b-b"]
-    assert found[0]["figures"]["uv"] == {"flipped": 0, "degenerate": 0}
-    assert found[2]["figures"]["same_triangles"] == 4
+    code, records = batch(capsys)
+    assert (code, [record["status"] for record in records]) == (0, ["done"] * 4)
+    assert [record["name"] for record in records] == ["a", "b", "a-a", "b-b"]
+    assert records[0]["figures"]["uv"] == {"flipped": 0, "degenerate": 0}
+    assert records[2]["figures"]["same_triangles"] == 4
     assert "\nvt " in (meshes / "out" / "a-uv.obj").read_text()
     carried = Image.open(meshes / "out" / "b-carried.png").convert("RGB")
     assert carried.size == (16, 16)
     assert carried.getpixel((8, 2)) == (255, 0, 0) and carried.getpixel((8, 13)) == (0, 0, 255)
 
     (meshes / "old" / "b.obj").write_text((meshes / "old" / "b.obj").read_text().replace(".3", ".4"))
-    code, found = batch(capsys, "--resume")
-    assert (code, [each["resumed"] for each in found]) == (0, [True, False, True, False])
+    code, records = batch(capsys, "--resume")
+    assert (code, [record["resumed"] for record in records]) == (0, [True, False, True, False])
 
 
 @pytest.mark.slow
 def test_a_job_that_fails_leaves_the_others(meshes, capsys):
     (meshes / "old" / "b.obj").write_text("v 0 0 0\nf 1 1 1\n")
-    code, found = batch(capsys)
-    assert (code, [each["status"] for each in found]) == (1, ["done", "failed", "done", "failed"])
-    assert "b.obj" in found[1]["message"]
+    code, records = batch(capsys)
+    assert (code, [record["status"] for record in records]) == (1, ["done", "failed", "done", "failed"])
+    assert "b.obj" in records[1]["message"]
 
 
 @pytest.mark.parametrize(
-    "line, told",
+    "line, message",
     [
         ('command = "fold"', "command: must be one of map, flatten, relayout"),
         ('command = "flatten"\nuv = "a.obj"', "mesh"),
@@ -101,10 +103,10 @@ def test_a_job_that_fails_leaves_the_others(meshes, capsys):
         ('command = "relayout"\nold = "old/a.obj"\nnew = "new/a.obj"\noutput = "a.png"', "no texture"),
     ],
 )
-def test_mistakes_are_told_before_anything_runs(meshes, line, told):
+def test_mistakes_are_told_before_anything_runs(meshes, line, message):
     with pytest.raises(ManifestError) as caught:
         manifest.read("[[job]]\n" + line, "jobs.toml", root=meshes)
-    assert any(told in mistake for mistake in caught.value.mistakes), caught.value.mistakes
+    assert any(message in mistake for mistake in caught.value.mistakes), caught.value.mistakes
 
 
 def test_defaults_hold_for_the_commands_that_know_them(meshes):

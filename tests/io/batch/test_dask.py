@@ -138,8 +138,8 @@ def test_short_jobs_travel_together_as_long_as_all_threads_have_some(monkeypatch
     monkeypatch.setattr("distributed.Client", Cluster)
     pool, prompt = (pools.Dask("tcp://host:1", ahead=ahead) for ahead in (True, False))
     assert pool.together(1000) == 1  # nothing is known about them
-    for each in (pool, prompt):
-        each.submit([{}, {}])
+    for one_pool in (pool, prompt):
+        one_pool.submit([{}, {}])
     assert [pool.together(left) for left in (1000, 150, 60, 12, 6, 1)] == [25, 25, 10, 2, 1, 1]
     assert prompt.together(1000) == 1
 
@@ -172,10 +172,10 @@ def batch(address, *options):
     return subprocess.Popen([*line, "--dask", address, *options], **pipes)
 
 
-def all_done(said, count):
+def all_done(statuses, count):
     """Whether each of `count` jobs has exactly one result, and is done."""
-    return sorted(row["job"] for row in said) == list(range(1, count + 1)) and {
-        row["status"] for row in said
+    return sorted(row["job"] for row in statuses) == list(range(1, count + 1)) and {
+        row["status"] for row in statuses
     } == {"done"}
 
 
@@ -185,10 +185,10 @@ def test_a_lost_worker_loses_nothing(shapes, cluster):
     many(shapes, 60)
     address, workers = cluster
     running = batch(address)
-    said = [json.loads(running.stdout.readline()) for _ in range(15)]
+    statuses = [json.loads(running.stdout.readline()) for _ in range(15)]
     workers[0].send_signal(signal.SIGKILL)
-    said += map(json.loads, running.stdout)
-    assert running.wait(100) == 0 and all_done(said, 60)
+    statuses += map(json.loads, running.stdout)
+    assert running.wait(100) == 0 and all_done(statuses, 60)
     pictures = {path.read_bytes() for path in (shapes / "far").glob("*.png")}
     assert len(list((shapes / "far").glob("*.png"))) == 60 and len(pictures) == 1
 
@@ -229,6 +229,6 @@ def test_a_job_that_kills_its_workers_is_the_only_one_that_fails(shapes, iccm, s
     many(shapes, 60, job_30={"source": "killer.svg"})
     monkeypatch.setattr(pools, "TASK_SECONDS", 5.0)  # bundled even on a busy machine
     typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", address, "--retries", "0")
-    said = {row["job"]: row["status"] for row in map(json.loads, typed.out.splitlines())}
-    assert typed.code == 1 and said == {n: "killed" if n == 30 else "done" for n in range(1, 61)}
+    statuses = {row["job"]: row["status"] for row in map(json.loads, typed.out.splitlines())}
+    assert typed.code == 1 and statuses == {n: "killed" if n == 30 else "done" for n in range(1, 61)}
     assert "the worker died; running the jobs one by one" in typed.err

@@ -87,8 +87,8 @@ def test_inputs_are_relative_to_the_manifest(folder):
 )
 def test_a_job_without_an_output_names_one_for_each_texture(folder, key, output):
     (task,) = jobs(f'[[job]]\nsource = "a.svg"\ntarget = "b.svg"\n{key} = "t.png"', folder=folder)
-    wanted = () if key == "report" else (str(folder / "out" / output),)
-    assert task.job.output == wanted
+    expected = () if key == "report" else (str(folder / "out" / output),)
+    assert task.job.output == expected
 
 
 def test_every_mistake_is_listed_with_its_place(folder):
@@ -262,8 +262,8 @@ def test_the_check_finds_outputs_that_cannot_be_written_and_makes_no_folder(shap
 
 
 def test_keys_that_are_there_twice_are_told(shapes):
-    (found,) = listed(shapes, '{"source": "square.svg", "target": "blob.svg", "size": 9, "size": 8}')
-    assert "line 1: the key 'size' is given twice" in found
+    (message,) = listed(shapes, '{"source": "square.svg", "target": "blob.svg", "size": 9, "size": 8}')
+    assert "line 1: the key 'size' is given twice" in message
 
 
 @pytest.mark.parametrize("other", ["A.PNG", "é.png", "\u212b.png"])
@@ -287,8 +287,8 @@ def test_a_mistake_in_the_defaults_is_told_once_and_there(shapes):
 
 def test_globs_that_multiply_are_told_before_they_are(shapes, monkeypatch):
     monkeypatch.setattr(limits, "JOBS", 5)
-    (found,) = listed(shapes, {"source": "*.svg", "target": "*.svg"})
-    assert found.startswith("line 1: its patterns match 9 jobs, more than 5")
+    (message,) = listed(shapes, {"source": "*.svg", "target": "*.svg"})
+    assert message.startswith("line 1: its patterns match 9 jobs, more than 5")
 
 
 GLOBS = [
@@ -343,8 +343,8 @@ def test_globs_are_bounded_in_files_and_time(folder, monkeypatch):
 def test_with_outside_globs_go_anywhere(folder):
     (folder / "deep").mkdir()
     text = json.dumps({"source": "../*.svg", "target": "../a.svg", "output": "{source.stem}.png"})
-    found = jobs(text, str(folder / "deep" / "j.jsonl"), folder, outside=True)
-    assert [task.job.source for task in found] == [str(folder / "deep" / ".." / f"{x}.svg") for x in "abc"]
+    tasks = jobs(text, str(folder / "deep" / "j.jsonl"), folder, outside=True)
+    assert [task.job.source for task in tasks] == [str(folder / "deep" / ".." / f"{x}.svg") for x in "abc"]
 
 
 def test_a_byte_order_mark_and_odd_ends_of_lines_are_read(shapes):

@@ -236,11 +236,11 @@ def test_float_pictures_with_infinities(folders, iccm):
 def test_junit_follows_source_date_epoch(folders, iccm, monkeypatch):
     run, base = folders
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
-    made = []
+    reports = []
     for name in ("one.xml", "two.xml"):
         iccm("check", run, base, "--junit", name)
-        made.append((run.parent / name).read_bytes())
-    assert made[0] == made[1] and b"1970-01-01T00:00:00" in made[0]
+        reports.append((run.parent / name).read_bytes())
+    assert reports[0] == reports[1] and b"1970-01-01T00:00:00" in reports[0]
 
 
 def test_the_whole_loop_on_real_results(shapes, iccm):
@@ -314,10 +314,10 @@ def test_figures_are_the_largest_and_the_root_of_the_mean_square(tmp_path):
     before = np.full((7, 20, 1), 0.25, np.float32)
     after = before.copy()
     after[5, 16], after[2, 3] = 0.75, 0.125
-    found = verdict(tmp_path, before, after)
-    assert found.figures["max"] == 0.5
-    assert found.figures["rms"] == pytest.approx(np.sqrt((0.5**2 + 0.125**2) / 140))
-    assert found.worst == (16, 5)
+    verdict_found = verdict(tmp_path, before, after)
+    assert verdict_found.figures["max"] == 0.5
+    assert verdict_found.figures["rms"] == pytest.approx(np.sqrt((0.5**2 + 0.125**2) / 140))
+    assert verdict_found.worst == (16, 5)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
@@ -328,8 +328,10 @@ def test_differences_are_relative_to_white_in_every_depth(tmp_path, dtype):
     after[5, 16] += top // 255
     for name, pixels in (("run.png", after), ("base.png", before)):
         save(tmp_path / name, pixels)
-    found = compare.compare("a.png", tmp_path / "run.png", tmp_path / "base.png", compare.Tolerances())
-    assert found.ok and found.figures["max"] == pytest.approx(1 / 255)
+    verdict_found = compare.compare(
+        "a.png", tmp_path / "run.png", tmp_path / "base.png", compare.Tolerances()
+    )
+    assert verdict_found.ok and verdict_found.figures["max"] == pytest.approx(1 / 255)
 
 
 def test_pixels_that_are_not_finite_must_be_the_same_ones(tmp_path):

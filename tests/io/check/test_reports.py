@@ -82,9 +82,9 @@ def test_the_line_of_a_page_accepts_one_file(changed, iccm):
 def test_a_summary_and_lines_of_json(changed, iccm):
     run, base = changed
     typed = iccm("check", run, base, "--json", "-q")
-    found = {record["name"]: record for record in map(json.loads, typed.out.splitlines())}
-    assert found["r.json"]["moved"][0]["limit"] == "1e-09" and found["deep/b.png"]["problems"] == []
-    assert {record["schema"] for record in found.values()} == {"iccm.check/1"}
+    records = {record["name"]: record for record in map(json.loads, typed.out.splitlines())}
+    assert records["r.json"]["moved"][0]["limit"] == "1e-09" and records["deep/b.png"]["problems"] == []
+    assert {record["schema"] for record in records.values()} == {"iccm.check/1"}
     typed = iccm("check", run, base, "--summary", "-", "-q")
     assert (
         typed.out.count("\n| ") == 5

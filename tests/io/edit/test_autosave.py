@@ -54,8 +54,8 @@ def test_the_token_is_the_users_alone(shapes, state, before):
     finally:
         os.umask(old)
     assert path.is_relative_to(folder) and "token" in autosave.path(JOB).read_text()
-    made = [state / "iccm", *(state / "iccm").rglob("*")]
-    modes = {each: stat.S_IMODE(each.stat().st_mode) for each in made}
+    paths = [state / "iccm", *(state / "iccm").rglob("*")]
+    modes = {each: stat.S_IMODE(each.stat().st_mode) for each in paths}
     assert set(modes.values()) == {0o700, 0o600}
     assert all((mode == 0o700) == each.is_dir() for each, mode in modes.items())
 

@@ -87,8 +87,8 @@ def test_gaps_of_a_drawing_that_is_its_own_picture_are_shown_as_the_command_show
     )
     for gaps, opaque in (("paper", True), ("transparent", False)):
         edited = Session(make({"source": "two.svg", "target": "panes.svg", "gaps": gaps}))
-        shown = np.asarray(Image.open(io.BytesIO(edited.view.texture(64))).convert("RGBA"))
-        assert (shown[..., 3].min() == 255) == opaque
+        picture = np.asarray(Image.open(io.BytesIO(edited.view.texture(64))).convert("RGBA"))
+        assert (picture[..., 3].min() == 255) == opaque
 
 
 def test_a_pin_between_parts_is_met_and_followed(drawings):
@@ -101,8 +101,8 @@ def test_a_pin_between_parts_is_met_and_followed(drawings):
     assert (coarse.kind, coarse.ok) == ("coarse", True), coarse.message
     update = edited.solve(moved)
     assert update.ok
-    [there] = placing.transfer(edited, "source", [GAP["source"]])
-    assert np.hypot(there[0] - 64, there[1] - 45) < 3 * update.patches[0]["tolerance"]
+    [destination] = placing.transfer(edited, "source", [GAP["source"]])
+    assert np.hypot(destination[0] - 64, destination[1] - 45) < 3 * update.patches[0]["tolerance"]
     stroke = {"source": [[20.0, 80.0], [80.0, 80.0]], "target": [[20.0, 70.0], [75.0, 75.0]]}
     assert edited.solve(scene(strokes=[stroke])).ok
 
@@ -111,12 +111,14 @@ def test_a_pin_between_parts_is_met_and_followed(drawings):
 def test_parts_that_are_mapped_one_by_one_each_take_points(drawings):
     edited = session("dots.svg", "squares.svg")
     assert edited.solve(scene()).ok and len(edited._maps) == 3
-    there = placing.transfer(edited, "source", [(22, 24), (80, 20), (50, 82)])
+    destination = placing.transfer(edited, "source", [(22, 24), (80, 20), (50, 82)])
     for (x, y), (left, top, right, bottom) in zip(
-        there, ((8, 8, 34, 34), (66, 12, 94, 38), (36, 66, 62, 96))
+        destination, ((8, 8, 34, 34), (66, 12, 94, 38), (36, 66, 62, 96))
     ):
         assert left < x < right and top < y < bottom
-    assert np.allclose(placing.transfer(edited, "target", there), [(22, 24), (80, 20), (50, 82)], atol=1e-3)
+    assert np.allclose(
+        placing.transfer(edited, "target", destination), [(22, 24), (80, 20), (50, 82)], atol=1e-3
+    )
     pinned = edited.solve(scene({"source": [50.0, 82.0], "target": [48.0, 80.0]}))
     assert pinned.ok and len(edited._maps) == 1
 

@@ -129,8 +129,8 @@ def moving(shapes, monkeypatch):
 def test_what_is_let_go_of_is_the_map_that_is_seen_vertex_by_vertex(moving):
     edited, last = moving
     seen = edited._map
-    shown = edited.solve(last)
-    assert shown.ok and shown.figures["injective"]["certified"]
+    update = edited.solve(last)
+    assert update.ok and update.figures["injective"]["certified"]
     kept = edited._map
     assert len(kept.faces) == len(seen.faces)
     gaps = np.abs(kept(seen.source) - seen.image)
@@ -155,9 +155,9 @@ def test_a_map_that_would_settle_too_far_and_off_its_pins_is_kept_as_it_was(movi
     released, follow = edited._map, edited.follow
 
     def miss(followed):
-        shown = follow(followed)
+        update = follow(followed)
         edited._is_met = False  # as for a pin that leaves its tolerance
-        return shown
+        return update
 
     monkeypatch.setattr("iccm.io.edit.session.STILL_SHARE", 1e-6)
     monkeypatch.setattr("iccm.io.edit.session.MOST_SETTLING_SHARE", 1e-6)
@@ -254,20 +254,20 @@ def blocked(shapes, monkeypatch):
 
 def test_a_pin_that_the_map_cannot_follow_stops_short_and_nothing_jumps(blocked, shapes):
     edited, last = blocked
-    seen, wanted = edited._map, last.pins[0].target
+    seen, goal = edited._map, last.pins[0].target
     resting = edited.solve(last, hand="resting")
     assert (resting.kind, resting.ok, resting.wrong) == ("blocked", False, {"pins": [0]})
     assert edited._map is seen
-    shown = edited.solve(last, hand="released")
-    assert (shown.kind, shown.ok, shown.short) == ("full", True, [0]) and shown.figures["injective"][
+    update = edited.solve(last, hand="released")
+    assert (update.kind, update.ok, update.short) == ("full", True, [0]) and update.figures["injective"][
         "certified"
     ]
     assert apart(seen, edited._map) < 1e-4
-    pin = shown.scene.pins[0]
+    pin = update.scene.pins[0]
     assert pin.source == last.pins[0].source
     image = placing.transfer(edited, "source", [AT])[0]
-    assert abs(pin.target[1] - wanted[1]) > 2 and np.hypot(*np.subtract(pin.target, image)) <= 1.5
-    saving.save(edited, shown.scene, "short.json", replace=False)
+    assert abs(pin.target[1] - goal[1]) > 2 and np.hypot(*np.subtract(pin.target, image)) <= 1.5
+    saving.save(edited, update.scene, "short.json", replace=False)
     opened = Session(make({"source": "square.svg", "target": "blob.svg", "constraints": "short.json"}))
     assert opened.solve(opened.pair.first).ok and np.array_equal(opened._map.image, edited._map.image)
 
@@ -276,8 +276,8 @@ def test_the_place_of_a_pin_that_stopped_short_can_be_searched_for(blocked):
     edited, last = blocked
     edited.scene = short = edited.solve(last, hand="released").scene
     before = edited._map
-    found = edited.solve(last, "search")
-    assert found.ok and not found.short and not found.wrong["pins"]
+    update = edited.solve(last, "search")
+    assert update.ok and not update.short and not update.wrong["pins"]
     assert apart(before, edited._map) > 0.01
     assert edited.solve(short).ok and np.array_equal(edited._map.image, before.image)  # as undo does
 
@@ -305,10 +305,10 @@ def test_exact_pins_stop_short_at_their_vertices(shapes, monkeypatch):
     edited.scene = last = scene([AT, [x, y - 32]])
     edited.follow(last)
     seen = edited._map
-    shown = edited.solve(last, hand="released")
-    assert shown.ok and shown.short == [0] and apart(seen, edited._map) < 1e-4
-    assert shown.scene.pins[0].target[1] > y - 31
-    edited.scene = onward = shown.scene
+    update = edited.solve(last, hand="released")
+    assert update.ok and update.short == [0] and apart(seen, edited._map) < 1e-4
+    assert update.scene.pins[0].target[1] > y - 31
+    edited.scene = onward = update.scene
     edited.follow(onward)
     assert apart(seen, edited._map) < 0.01
 
@@ -322,9 +322,9 @@ def test_the_map_comes_to_rest_while_the_hand_does(shapes):
         ends[0][1] = [45.0 - 5 * step, 50.0 + 4 * step]
         edited.scene = last = scene(*ends)
         edited.follow(last)
-    steps, shown = 0, edited.follow(last)
-    while shown is not None and steps < 40:
-        seen, shown, steps = edited._map, edited.relax(last), steps + 1
+    steps, update = 0, edited.follow(last)
+    while update is not None and steps < 40:
+        seen, update, steps = edited._map, edited.relax(last), steps + 1
     assert steps < 40 and edited.relax(last) is None
     assert edited.solve(last).ok and apart(seen, edited._map) < 0.01
 
@@ -333,11 +333,11 @@ def test_maps_that_agree_need_no_start_and_others_are_told(dragged):
     edited, last, _ = dragged
     edited.solve(last)
     kept, fresh = edited._map, solve_scene(edited.pair, last, None).fit.map
-    found = edited.compare(last)
+    update = edited.compare(last)
     if same(kept, fresh):
-        assert found.other == "" and found.drawn is not None and edited.start(last) is None
+        assert update.other == "" and update.drawn is not None and edited.start(last) is None
     else:
-        assert found.other == "fresh" and found.drawn is None and edited._map is kept
+        assert update.other == "fresh" and update.drawn is None and edited._map is kept
         assert edited.compare(last) is None  # it is known by now
     assert same(kept, kept)
 
@@ -400,7 +400,7 @@ SQUARE = [[20, 20], [80, 20], [80, 80], [20, 80]]
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"triangles": [[0, 1, 2], [0, 2, 3]]}, "is flipped"),
         ({"triangles": [[0, 2, 1]]}, "each"),
@@ -413,13 +413,13 @@ SQUARE = [[20, 20], [80, 20], [80, 80], [20, 80]]
         ({"source": 5}, "a list"),
     ],
 )
-def test_a_start_that_is_no_map_is_refused_in_a_line(shapes, iccm, change, said):
+def test_a_start_that_is_no_map_is_refused_in_a_line(shapes, iccm, change, message):
     start = {"source": SQUARE, "target": SQUARE, "triangles": [[0, 2, 1], [0, 3, 2]]} | change
     if start.pop("double", False):
         start |= {side: SQUARE + [[x + 1, y] for x, y in SQUARE] for side in ("source", "target")}
     (shapes / "c.json").write_text(json.dumps({"start": start}))
     typed = iccm("map", "square.svg", "blob.svg", "--constraints", "c.json", "-q")
-    assert typed.code == 2 and len(typed.lines) == 1 and said in typed.err
+    assert typed.code == 2 and len(typed.lines) == 1 and message in typed.err
 
 
 def test_a_start_of_other_outlines_is_refused_or_used(shapes, iccm):

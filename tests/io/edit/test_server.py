@@ -34,10 +34,10 @@ def gone():
 @pytest.fixture
 def client(shapes, gone):
     workspace = Workspace(source="square.svg", target="blob.svg")
-    made = routes.app(workspace, TOKEN, PORT, gone.set, grace=0.05)
-    with TestClient(made, base_url=f"http://127.0.0.1:{PORT}") as found:
-        found.session = workspace.session
-        yield found
+    application = routes.app(workspace, TOKEN, PORT, gone.set, grace=0.05)
+    with TestClient(application, base_url=f"http://127.0.0.1:{PORT}") as test_client:
+        test_client.session = workspace.session
+        yield test_client
 
 
 def linked(client, headers=HERE):
@@ -64,10 +64,13 @@ def asked(socket, **message):
 
 @pytest.mark.parametrize("name", ["", "app.js", "style.css", "gl.js", "texture.png"])
 def test_its_own_files_are_served_to_who_knows_the_token(client, name):
-    found = client.get(f"/{TOKEN}/{name}")
-    assert found.status_code == 200 and found.content
-    assert "default-src 'none'" in found.headers["content-security-policy"]
-    assert found.headers["cache-control"] == "no-store" and "access-control-allow-origin" not in found.headers
+    response = client.get(f"/{TOKEN}/{name}")
+    assert response.status_code == 200 and response.content
+    assert "default-src 'none'" in response.headers["content-security-policy"]
+    assert (
+        response.headers["cache-control"] == "no-store"
+        and "access-control-allow-origin" not in response.headers
+    )
     assert client.get(f"/{TOKEN}/{name}", headers=HERE).status_code == 200
 
 
@@ -165,8 +168,8 @@ def test_files_are_written_when_asked_and_replaced_when_confirmed(client, shapes
         assert asked(socket, **export, name="o.png")["written"] == ["o.png"]
         assert "suffix" in asked(socket, **export, name="o.xyz")["error"]
         assert "folder" in asked(socket, **export, name="../o.png")["error"]
-        made = {"c.json", "square-p.svg", "blob-p.svg", "o.png"}
-        assert {path.name for path in shapes.iterdir()} == before | made
+        paths = {"c.json", "square-p.svg", "blob-p.svg", "o.png"}
+        assert {path.name for path in shapes.iterdir()} == before | paths
 
 
 def test_a_page_that_is_loaded_again_has_what_was_there(client, gone):
@@ -312,9 +315,9 @@ def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
         names = {}
         for role, name in (("source", "square.svg"), ("target", "other.svg")):
             content = (shapes / "square.svg").read_bytes() + b"\n" * (role == "target")
-            found = client.put(f"/{TOKEN}/files/{name}?role={role}", content=content).json()
-            assert len(found["parts"]) == 1
-            names[role] = found["path"]
+            response = client.put(f"/{TOKEN}/files/{name}?role={role}", content=content).json()
+            assert len(response["parts"]) == 1
+            names[role] = response["path"]
         assert (
             names["source"] == "square.svg" and str(state) in names["target"]
         )  # the one in this folder, unchanged
@@ -341,15 +344,15 @@ def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_use
     old = Path(Workspace().put("old.svg", b"old"))
     opened, changed = (Path(Workspace().put(name, name.encode())) for name in ("opened.svg", "changed.svg"))
     changed.write_bytes(b"drawn on")
-    beside, own = old.parent / "notes.txt", shapes / "old.svg"
-    for path in (beside, own):
-        path.write_bytes(b"old" if path is own else b"mine")
+    beside, users_file = old.parent / "notes.txt", shapes / "old.svg"
+    for path in (beside, users_file):
+        path.write_bytes(b"old" if path is users_file else b"mine")
     past = time.time() - (KEPT_DAYS + 1) * 86400
-    for path in (old, opened, changed, beside, own):
+    for path in (old, opened, changed, beside, users_file):
         os.utime(path, (past, past))
     assert Workspace().put("opened.svg", b"opened.svg") == str(opened)
     remove_old_copies()
-    assert not old.exists() and all(path.exists() for path in (opened, changed, beside, own))
+    assert not old.exists() and all(path.exists() for path in (opened, changed, beside, users_file))
     remove_old_copies(time.time() + (KEPT_DAYS + 1) * 86400)
     assert not opened.parent.exists() and changed.exists()
 

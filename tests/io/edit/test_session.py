@@ -78,17 +78,17 @@ def test_the_page_says_how_its_points_are_points_of_the_file(tmp_path, flip):
     else:
         path = tmp_path / "a.geojson"
         path.write_text(json.dumps({"type": "Polygon", "coordinates": [[*corners, corners[0]]]}))
-    found = shape.read(str(path))
-    side = PageHalf.of(found.box).describe(found, found.box)
+    read_shape = shape.read(str(path))
+    side = PageHalf.of(read_shape.box).describe(read_shape, read_shape.box)
     places = np.array(side["outline"]) * side["signs"] * side["scale"] + side["origin"]
-    assert sorted(places.round(4).tolist()) == sorted(map(list, corners)) and found.flip == flip
+    assert sorted(places.round(4).tolist()) == sorted(map(list, corners)) and read_shape.flip == flip
 
 
 def test_a_point_is_found_on_the_other_side_and_back(shapes):
     edited = session()
     edited.solve(scene())
-    there = placing.transfer(edited, "source", [(40, 45), (60, 61)])
-    assert np.allclose(placing.transfer(edited, "target", there), [(40, 45), (60, 61)], atol=1e-3)
+    destination = placing.transfer(edited, "source", [(40, 45), (60, 61)])
+    assert np.allclose(placing.transfer(edited, "target", destination), [(40, 45), (60, 61)], atol=1e-3)
     [[x, y]] = placing.transfer(edited, "source", [(10, 50)])
     z = complex(x, -y)
     curve = edited.pair.target.curve
@@ -130,9 +130,9 @@ def test_what_cannot_be_is_told_and_the_map_stays(shapes, how, pins, wrong, mess
     edited = session()
     edited.solve(scene())
     before = edited._map
-    found = getattr(edited, how)(scene(*pins))
-    assert (found.kind, found.ok, found.drawn) == ("error", False, None)
-    assert found.wrong["pins"] == wrong and message in found.message and edited._map is before
+    update = getattr(edited, how)(scene(*pins))
+    assert (update.kind, update.ok, update.drawn) == ("error", False, None)
+    assert update.wrong["pins"] == wrong and message in update.message and edited._map is before
     assert edited.follow(scene(PIN)).ok
 
 
@@ -209,10 +209,10 @@ def test_drawn_pins_are_edited_in_copies(shapes, shell):
 
 
 def test_names_are_made_different():
-    made = saving.with_names(
+    named_scene = saving.with_names(
         scene({**PIN, "name": "a"}, {**PIN, "name": ""}, {**PIN, "name": "a"}, {**PIN, "name": "2"})
     )
-    assert [pin.name for pin in made.pins] == ["a", "2", "a'", "2'"]
+    assert [pin.name for pin in named_scene.pins] == ["a", "2", "a'", "2'"]
 
 
 @pytest.mark.parametrize(
@@ -250,8 +250,8 @@ def test_a_large_texture_is_made_smaller_for_the_browser(shapes):
     pixels[:, 4500:] = 65535
     image_files.write("wide.png", image_files.Image(pixels))
     (shapes / "t.png").write_bytes(session(texture="wide.png").view.texture(4096))
-    made = image_files.read("t.png").pixels
-    assert made.shape == (5, 4096, 3) and made[0, 0, 0] == 0 and made[0, -1, 0] == 65535
+    smaller = image_files.read("t.png").pixels
+    assert smaller.shape == (5, 4096, 3) and smaller[0, 0, 0] == 0 and smaller[0, -1, 0] == 65535
 
 
 @pytest.mark.parametrize(
@@ -362,15 +362,15 @@ def test_corners_and_what_both_drawings_name_are_suggested(tmp_path, monkeypatch
         (tmp_path / f"{name}.svg").write_text(FACE.format(x=x, bottom=bottom))
     edited = Session(make({"source": "a.svg#head", "target": "b.svg#head"}))
     edited.solve(scene())
-    found = placing.suggest(edited, scene())
-    assert [pin["name"] for pin in found] == ["eye", "", "", "", ""]
-    assert np.allclose([found[0]["source"], found[0]["target"]], [[40, 45], [55, 45]], atol=0.1)
-    ends = sorted((*pin["source"], *pin["target"]) for pin in found[1:])
+    suggestions = placing.suggest(edited, scene())
+    assert [pin["name"] for pin in suggestions] == ["eye", "", "", "", ""]
+    assert np.allclose([suggestions[0]["source"], suggestions[0]["target"]], [[40, 45], [55, 45]], atol=0.1)
+    ends = sorted((*pin["source"], *pin["target"]) for pin in suggestions[1:])
     assert np.allclose(
         ends, [[20, 20, 20, 20], [20, 80, 20, 90], [80, 20, 80, 20], [80, 80, 80, 90]], atol=1e-6
     )
-    assert edited.solve(scene(*found)).kind == "full"
-    assert placing.suggest(edited, scene(*found)) == []
+    assert edited.solve(scene(*suggestions)).kind == "full"
+    assert placing.suggest(edited, scene(*suggestions)) == []
     sides = edited.describe()
     assert len(sides["source"]["corners"]) == 4 and sides["source"]["axis"] == pytest.approx(0, abs=1e-6)
 
@@ -396,18 +396,18 @@ def test_without_a_target_the_shape_is_deformed_and_nothing_jumps(shapes, shell)
     assert edited.solve(scene()).ok and np.allclose(
         placing.transfer(edited, "source", [(40, 45)]), [[40, 45]]
     )
-    held = {"source": [30, 50], "target": [30, 50]}
-    edited.solve(scene(held, {"source": [70, 50], "target": [70, 50]}))
+    pin = {"source": [30, 50], "target": [30, 50]}
+    edited.solve(scene(pin, {"source": [70, 50], "target": [70, 50]}))
     for step in range(1, 6):
-        bent = scene(held, {"source": [70, 50], "target": [70 + step, 50 + 5 * step]})
-        shown = edited.follow(bent)
+        bent = scene(pin, {"source": [70, 50], "target": [70 + step, 50 + 5 * step]})
+        update = edited.follow(bent)
         assert (
-            shown.kind == "coarse" and shown.ok and len(shown.outlines) == 2
+            update.kind == "coarse" and update.ok and len(update.outlines) == 2
         )  # its frame, and what it paints
     seen = edited._map
     hardly = 1e-5 * edited.pair.source.curve.diagonal
     assert edited.solve(bent).ok and np.abs(edited._map.image - seen.image).max() < hardly
-    near = pytest.approx([70, 50], abs=shown.patches[1]["tolerance"])
+    near = pytest.approx([70, 50], abs=update.patches[1]["tolerance"])
     assert placing.transfer(edited, "target", [(75, 75)])[0] == near
     name = saving.save(edited, bent, "square-deformed.json", replace=False)
     saving.export(edited, bent, "shown.png", 100, replace=False)
@@ -427,11 +427,11 @@ def test_a_pin_turns_a_shape_without_a_target_and_is_saved_so(shapes, iccm):
     core = edited.pair.placed(scene(free)).pins[0, 0]
     around = 3 * np.exp(2j * np.pi * np.arange(6) / 6)
     for pin, angle in ((free, 0), (turned, 40)):
-        update = edited.solve(scene(held, pin))
-        assert update.ok and edited._map.injectivity.certified
+        derivative = edited.solve(scene(held, pin))
+        assert derivative.ok and edited._map.injectivity.certified
         found = np.mean(edited._map(core + around) / around) - core * np.mean(1 / around)
         assert abs(np.degrees(np.angle(found)) - angle) < 3
-        assert abs(edited._map(np.array([core]))[0] - core) < update.patches[1]["tolerance"]
+        assert abs(edited._map(np.array([core]))[0] - core) < derivative.patches[1]["tolerance"]
     seen = edited._map.image
     name = saving.save(edited, scene(held, turned), "turned.json", replace=False)
     again = Session(make({"source": "square.svg", "constraints": name}))

@@ -51,9 +51,9 @@ def looked_up(name, uv):
 @pytest.fixture
 def painted(shapes):
     rows = ["mtllib p.mtl"] + ["v {} {} {}".format(*p) for p in POINTS] + [f"vt {u} {1 - w}" for u, w in UV]
-    for name, own in (("left side", LEFT), ("right", ~LEFT)):
+    for name, half in (("left side", LEFT), ("right", ~LEFT)):
         rows += [f"usemtl {name}"] + [
-            "f " + " ".join(f"{k + 1}/{k + 1}" for k in face) for face in FACES[own]
+            "f " + " ".join(f"{k + 1}/{k + 1}" for k in face) for face in FACES[half]
         ]
     (shapes / "p.obj").write_text("\n".join(rows) + "\n")
     (shapes / "p.mtl").write_text(LIBRARY)
@@ -109,12 +109,12 @@ def test_a_new_texture_comes_beside_the_maps_that_are_carried(painted, iccm):
 
 def test_what_cannot_be_carried_is_told_in_a_line(painted, iccm):
     (painted / "o-right-pr.png").write_bytes(b"mine")
-    for mesh, out, said in (
+    for mesh, out, message in (
         ("p.obj", "o.obj", "o-right-pr.png: the file exists"),
         ("p.obj", "o.glb", "materials of p.obj (--carry-maps); use .obj"),
     ):
         done = iccm("flatten", mesh, "--uv", out, "--carry-maps")
-        assert done.code == 2 and said in done.err and len(done.lines) == 1
+        assert done.code == 2 and message in done.err and len(done.lines) == 1
         assert not (painted / out).exists()
     (painted / "kd.png").write_bytes(b"none")
     done = iccm("flatten", "p.obj", "--uv", "x.obj", "--carry-maps")

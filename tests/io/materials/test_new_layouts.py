@@ -104,13 +104,13 @@ def test_charts_of_tiles_that_would_overlap_are_refused(there, iccm, words):
     assert not (there / "o.png").exists() and not (there / "o.obj").exists()
 
 
-def off(made, first):
+def off(picture, first):
     """Share of the texels of one of the two tiles that are off by more than 8 of 255."""
     u, v = middles()
     x, y = ((u - 0.1) / 1.2 if first else 0.625 + (u - 0.2) / 1.4), (v - 0.15) / 0.6
     inside = (y > 0.01) & (y < 0.99) & (x > (0 if first else 0.625) + 0.01) & (x < (0.615 if first else 0.99))
     assert inside.sum() > 0.2 * N * N
-    return (np.abs(made.astype(float) - shade(x, y))[inside] > 8).any(axis=-1).mean()
+    return (np.abs(picture.astype(float) - shade(x, y))[inside] > 8).any(axis=-1).mean()
 
 
 def test_tiles_become_pictures_of_their_own(there, iccm):
@@ -131,9 +131,9 @@ def test_tiles_become_materials_of_a_glb(there, iccm):
         u = rich_glb.values(file, part.attributes.TEXCOORD_0)[rich_glb.values(file, part.indices)[:, 0], 0]
         first = bool(u.max() < 1)
         assert first or u.min() > 1
-        shown = file.materials[part.material].pbrMetallicRoughness.baseColorTexture.index
-        made = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, shown))))
-        assert off(made, first) <= 0.005
+        texture_index = file.materials[part.material].pbrMetallicRoughness.baseColorTexture.index
+        picture = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, texture_index))))
+        assert off(picture, first) <= 0.005
         seen.add(first)
     assert seen == {True, False}
 
@@ -156,15 +156,15 @@ def test_a_layout_in_another_tile_is_shown_by_textures_that_repeat(there, iccm):
         (there / f"{name}.glb").write_bytes(rich_glb.rich(points, normals, moved, faces))
         assert iccm("relayout", "old.glb", f"{name}.glb", "-o", f"o-{name}.glb", "--size", 64).code == 0
     here, beside = (rich_glb.read(f"o-{name}.glb") for name in ("here", "beside"))
-    shown = [file.materials[0].pbrMetallicRoughness.baseColorTexture.index for file in (here, beside)]
+    indices = [file.materials[0].pbrMetallicRoughness.baseColorTexture.index for file in (here, beside)]
     wraps = [
         {(file.samplers[texture.sampler].wrapS, file.samplers[texture.sampler].wrapT)}
-        for file, texture in zip((here, beside), (here.textures[shown[0]], beside.textures[shown[1]]))
+        for file, texture in zip((here, beside), (here.textures[indices[0]], beside.textures[indices[1]]))
     ]
     assert wraps == [{(33071, 33648)}, {(10497, 10497)}]
     one, other = (
         np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, index)))).astype(int)
-        for file, index in zip((here, beside), shown)
+        for file, index in zip((here, beside), indices)
     )
     assert np.ptp(one) > 50 and (np.abs(one - other) > 8).mean() < 0.005
 

@@ -260,7 +260,7 @@ def in_halves(there):
     return (
         make,
         file,
-        [make.accessor(FACES[own].astype(np.uint16).reshape(-1, 1), "SCALAR") for own in (LEFT, ~LEFT)],
+        [make.accessor(FACES[half].astype(np.uint16).reshape(-1, 1), "SCALAR") for half in (LEFT, ~LEFT)],
     )
 
 
@@ -348,8 +348,8 @@ def test_materials_whose_normals_are_scaled_differently_stay_apart(there, iccm):
     done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
     assert done.code == 0 and "has 2 materials" in done.err, done.err
     out = rich_glb.read(there / "out.glb")
-    shown = [out.materials[part.material].normalTexture.scale for part in out.meshes[0].primitives]
-    assert sorted(shown) == [0.4, 0.8]
+    scales = [out.materials[part.material].normalTexture.scale for part in out.meshes[0].primitives]
+    assert sorted(scales) == [0.4, 0.8]
 
 
 def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(there, iccm):

@@ -57,11 +57,13 @@ def relaid(iccm, there, old, new, out="out.glb"):
     done = iccm("relayout", "old.glb", "new.glb", "-o", out, "--size", N)
     assert done.code == 0, done.err
     file = rich_glb.read(there / out)
-    shown = file.materials[file.meshes[0].primitives[0].material].pbrMetallicRoughness.baseColorTexture.index
-    return file, np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, shown)))).astype(float), done
+    texture_index = file.materials[
+        file.meshes[0].primitives[0].material
+    ].pbrMetallicRoughness.baseColorTexture.index
+    return file, np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, texture_index)))).astype(float), done
 
 
-def off(made, linear):
+def off(picture, linear):
     """Share of the texels inside the new layout whose colors are off by more than 3 of 255."""
     t = (np.arange(N) + 0.5) / N
     mesh = Triangulation(*TURNED.T, FACES)
@@ -70,32 +72,32 @@ def off(made, linear):
     )
     inside = np.isfinite(right).all(axis=-1)
     assert inside.sum() > 0.2 * N * N
-    return (np.abs(made[inside][:, : linear.shape[1]] - encoded(right[inside])) > 3).any(axis=-1).mean()
+    return (np.abs(picture[inside][:, : linear.shape[1]] - encoded(right[inside])) > 3).any(axis=-1).mean()
 
 
 @pytest.mark.parametrize("coloured", [False, True])  # the new mesh
 @pytest.mark.parametrize("unwrapped", [False, True])  # the old mesh
 def test_vertex_colours_alone_become_a_texture(there, iccm, coloured, unwrapped):
     new = mesh(TURNED, 0.5 * LINEAR[::-1] if coloured else None)
-    file, made, done = relaid(iccm, there, mesh(UV if unwrapped else None, LINEAR), new)
-    assert off(made, LINEAR) <= 0.01
+    file, picture, done = relaid(iccm, there, mesh(UV if unwrapped else None, LINEAR), new)
+    assert off(picture, LINEAR) <= 0.01
     assert file.meshes[0].primitives[0].attributes.COLOR_0 is None
     assert "vertex colors" in done.err and "old.glb" in done.err
     assert ("removed" in done.err) == coloured
 
 
 def test_factors_of_the_material_still_multiply_them(there, iccm):
-    file, made, _ = relaid(iccm, there, mesh(UV, LINEAR, factor=(*FACTOR, 1)), mesh(TURNED))
-    assert off(made, LINEAR) <= 0.01
+    file, picture, _ = relaid(iccm, there, mesh(UV, LINEAR, factor=(*FACTOR, 1)), mesh(TURNED))
+    assert off(picture, LINEAR) <= 0.01
     assert file.materials[0].pbrMetallicRoughness.baseColorFactor == [*FACTOR, 1]
 
 
 def test_alpha_of_vertices_shows_where_the_material_does(there, iccm):
     alpha = 0.3 + 0.5 * POINTS[:, :1]
     old = mesh(UV, np.hstack([LINEAR, alpha]), mode="BLEND")
-    _, made, _ = relaid(iccm, there, old, mesh(TURNED))
-    assert made.shape[2] == 4 and off(made, LINEAR) <= 0.01
-    inside = made[..., 3][N // 2 - 9 : N // 2 + 9, N // 2 - 9 : N // 2 + 9]
+    _, picture, _ = relaid(iccm, there, old, mesh(TURNED))
+    assert picture.shape[2] == 4 and off(picture, LINEAR) <= 0.01
+    inside = picture[..., 3][N // 2 - 9 : N // 2 + 9, N // 2 - 9 : N // 2 + 9]
     assert 0.3 * 255 < inside.min() < inside.max() < 0.8 * 255 and np.ptp(inside) > 5
 
 
@@ -107,21 +109,21 @@ def plain(colour):
 
 def test_they_multiply_the_texture_where_the_new_mesh_has_none(there, iccm):
     grey = 0.2158605  # linear, of 128
-    _, made, done = relaid(iccm, there, mesh(UV, LINEAR, plain([128] * 3)), mesh(TURNED))
-    assert off(made, grey * LINEAR) <= 0.01 and "vertex colors" in done.err
+    _, picture, done = relaid(iccm, there, mesh(UV, LINEAR, plain([128] * 3)), mesh(TURNED))
+    assert off(picture, grey * LINEAR) <= 0.01 and "vertex colors" in done.err
 
 
 def test_a_new_mesh_with_vertex_colours_keeps_them_beside_the_texture(there, iccm):
     new = mesh(TURNED, LINEAR)
-    file, made, _ = relaid(iccm, there, mesh(UV, LINEAR, plain([128, 90, 40])), new)
-    assert (made[N // 2, N // 2] == [128, 90, 40]).all()
+    file, picture, _ = relaid(iccm, there, mesh(UV, LINEAR, plain([128, 90, 40])), new)
+    assert (picture[N // 2, N // 2] == [128, 90, 40]).all()
     kept = rich_glb.values(file, file.meshes[0].primitives[0].attributes.COLOR_0)
     assert np.allclose(kept, LINEAR, atol=1e-6)
 
 
 def test_vertex_colours_that_only_the_new_mesh_has_are_reported(there, iccm):
-    _, made, done = relaid(iccm, there, mesh(UV, None, plain([128, 90, 40])), mesh(TURNED, LINEAR))
-    assert (made[N // 2, N // 2] == [128, 90, 40]).all() and "vertex colors" in done.err
+    _, picture, done = relaid(iccm, there, mesh(UV, None, plain([128, 90, 40])), mesh(TURNED, LINEAR))
+    assert (picture[N // 2, N // 2] == [128, 90, 40]).all() and "vertex colors" in done.err
 
 
 def test_those_of_a_ply_are_srgb(there, iccm):
@@ -139,25 +141,25 @@ def test_those_of_a_ply_are_srgb(there, iccm):
     done = iccm("relayout", "old.ply", "new.glb", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
     file = rich_glb.read(there / "out.glb")
-    shown = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
-    made = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, shown)))).astype(float)
-    assert off(made, LINEAR) <= 0.01
+    texture_index = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
+    picture = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, texture_index)))).astype(float)
+    assert off(picture, LINEAR) <= 0.01
 
 
 @pytest.mark.parametrize("top", [1, 255])
 def test_those_of_an_obj_are_srgb_and_need_no_coordinates(there, iccm, top):
     """Numbers after the positions, as MeshLab, Blender and scanners write them."""
-    shown = encoded(LINEAR) / 255 * top
-    rows = ["v {} {} {} {:.6f} {:.6f} {:.6f}".format(*p, *c) for p, c in zip(POINTS, shown)]
+    colours = encoded(LINEAR) / 255 * top
+    rows = ["v {} {} {} {:.6f} {:.6f} {:.6f}".format(*p, *c) for p, c in zip(POINTS, colours)]
     faces = ["f {} {} {}".format(*face) for face in np.array(FACES) + 1]
     (there / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
     (there / "new.glb").write_bytes(mesh(TURNED))
     done = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
     file = rich_glb.read(there / "out.glb")
-    shown = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
-    made = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, shown)))).astype(float)
-    assert off(made, LINEAR) <= 0.01
+    colours = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
+    picture = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, colours)))).astype(float)
+    assert off(picture, LINEAR) <= 0.01
 
 
 def test_an_obj_with_colours_of_some_vertices_only_has_none(there, iccm):

@@ -103,10 +103,10 @@ def test_a_picture_that_repeats_often_across_a_triangle(iccm, tmp_path, monkeypa
     glb(tmp_path / "new.glb", SQUARE[:, :2])
     done = iccm("relayout", "old.glb", "new.glb", "--texture", "t.png", "-o", "out.png", "--size", 20 * n)
     assert done.code == 0, done.err
-    made = np.asarray(Image.open("out.png")).astype(float)
-    wanted = np.tile(shade(*texels(n)), (20, 20, 1))
+    picture = np.asarray(Image.open("out.png")).astype(float)
+    expected = np.tile(shade(*texels(n)), (20, 20, 1))
     inside = np.tile(np.pad(np.ones((n - 4, n - 4), bool), 2), (20, 20))
-    assert np.abs(made[..., :3] - wanted)[inside].max() < 8
+    assert np.abs(picture[..., :3] - expected)[inside].max() < 8
 
 
 @pytest.mark.parametrize(("message", "wrap"), [slow("", "repeat"), ("-clamp on ", "clamp")])

@@ -79,15 +79,15 @@ def test_surfaces_that_nibabel_ships_are_read():
 
 def test_a_patch_has_the_triangles_of_its_surface(here):
     points, faces = folded()
-    held = np.flatnonzero(points[:, 0] < 30)
-    numbers = np.where(points[held, 0] > 26, -1, 1) * (held + 1)
+    in_patch = np.flatnonzero(points[:, 0] < 30)
+    numbers = np.where(points[in_patch, 0] > 26, -1, 1) * (in_patch + 1)
     for name, places in (("lh.cut.patch.3d", 7 * points), ("lh.cut.patch.flat", points * [1, 1, 0])):
-        rows = b"".join(struct.pack(">i3f", number, *places[k]) for number, k in zip(numbers, held))
-        Path(name).write_bytes(struct.pack(">ii", -1, held.size) + rows)
+        rows = b"".join(struct.pack(">i3f", number, *places[k]) for number, k in zip(numbers, in_patch))
+        Path(name).write_bytes(struct.pack(">ii", -1, in_patch.size) + rows)
         mesh = mesh_files.read(name).mesh
         assert np.array_equal(mesh.corners.reshape(-1, 3), faces[(points[faces, 0] < 30).all(axis=1)])
         shape = points if name.endswith("3d") else points * [1, 1, 0]
-        assert np.allclose(mesh.points[held], shape[held], atol=1e-5)
+        assert np.allclose(mesh.points[in_patch], shape[in_patch], atol=1e-5)
     Path("rh.cut.patch.3d").write_bytes(Path("lh.cut.patch.3d").read_bytes())
     with pytest.raises(InputError, match=r"rh\.white"):
         mesh_files.read("rh.cut.patch.3d")
@@ -102,15 +102,15 @@ def test_a_picture_shows_the_overlay_where_the_flattening_takes_it(here, iccm):
     lines = [line.split() for line in Path("flat.obj").read_text().splitlines()]
     flat = np.array([words[1:3] for words in lines if words[0] == "v"], float)
     triangles = np.array([words[1:] for words in lines if words[0] == "f"], int) - 1
-    found = np.asarray(Image.open("a.tif"))
-    assert max(found.shape) == 1024
+    picture = np.asarray(Image.open("a.tif"))
+    assert max(picture.shape) == 1024
     low, high = flat.min(axis=0), flat.max(axis=0)
     pixel = max(high - low) * 1.02 / 1024
     middle = flat[triangles].mean(axis=1)
     column, row = (middle[:, 0] - (low + high)[0] / 2) / pixel, ((low + high)[1] / 2 - middle[:, 1]) / pixel
-    at = found[(found.shape[0] / 2 + row).astype(int), (found.shape[1] / 2 + column).astype(int)]
+    at = picture[(picture.shape[0] / 2 + row).astype(int), (picture.shape[1] / 2 + column).astype(int)]
     assert np.abs(at - points[faces, 0].mean(axis=1)).max() < 0.2  # a pixel is 0.05 wide
-    assert np.isnan(found[0, 0])
+    assert np.isnan(picture[0, 0])
     colours = np.asarray(Image.open("a.png"))
     assert colours.shape[2] == 4 and colours[0, 0, 3] == 0 and (colours[..., 3] == 255).mean() > 0.4
 

@@ -18,22 +18,22 @@ def test_numbers_count_rows_of_ten():
 def pattern(tmp_path):
     """Tiles of 6 by 4 texels, one of half that size: 1002, 1012 above it, and 1013 beside that."""
     rng = np.random.default_rng(0)
-    made = {}
+    pictures = {}
     for number, shape in ((1002, (4, 6, 3)), (1012, (2, 3, 3)), (1013, (4, 6, 3))):
-        made[number] = rng.integers(0, 256, shape, np.uint8)
-        image_files.write(tmp_path / f"a.{number}.png", Image(made[number]))
-    return str(tmp_path / "a.<UDIM>.png"), made
+        pictures[number] = rng.integers(0, 256, shape, np.uint8)
+        image_files.write(tmp_path / f"a.{number}.png", Image(pictures[number]))
+    return str(tmp_path / "a.<UDIM>.png"), pictures
 
 
 def test_pictures_of_tiles_lie_where_their_tiles_do(pattern):
-    name, made = pattern
-    found = tiles.read(name, [1 + 0j, 1 + 1j, 2 + 1j, 2 + 0j])
-    assert found.box == (1 + 0j, 3 + 2j)
-    pixels = found.image.pixels
+    name, pictures = pattern
+    image = tiles.read(name, [1 + 0j, 1 + 1j, 2 + 1j, 2 + 0j])
+    assert image.box == (1 + 0j, 3 + 2j)
+    pixels = image.image.pixels
     assert pixels.shape == (8, 12, 3)
-    assert np.array_equal(pixels[4:, :6], made[1002]) and np.array_equal(pixels[:4, 6:], made[1013])
-    assert np.array_equal(pixels[:4, :6], made[1012].repeat(2, axis=0).repeat(2, axis=1))
-    assert not pixels[4:, 6:].any() and any("1003" in note for note in found.image.notes)
+    assert np.array_equal(pixels[4:, :6], pictures[1002]) and np.array_equal(pixels[:4, 6:], pictures[1013])
+    assert np.array_equal(pixels[:4, :6], pictures[1012].repeat(2, axis=0).repeat(2, axis=1))
+    assert not pixels[4:, 6:].any() and any("1003" in note for note in image.image.notes)
 
 
 def test_tiles_are_enlarged_each_way_by_its_own_factor(pattern, tmp_path):

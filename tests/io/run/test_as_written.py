@@ -13,9 +13,11 @@ N = 4
 
 def hill(path):
     """An OBJ of triangles over the unit square, with four edges on each side of its boundary."""
-    x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, 1, N + 1), np.linspace(0, 1, N + 1)))
+    x, y = (
+        coordinates.ravel() for coordinates in np.meshgrid(np.linspace(0, 1, N + 1), np.linspace(0, 1, N + 1))
+    )
     k = np.arange(1, (N + 1) ** 2 + 1).reshape(N + 1, N + 1)
-    a, b, c, d = (each.ravel() for each in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
+    a, b, c, d = (coordinates.ravel() for coordinates in (k[:-1, :-1], k[:-1, 1:], k[1:, 1:], k[1:, :-1]))
     rows = [f"v {p} {q} {0.4 * np.sin(3 * p) * q}" for p, q in zip(x, y)]
     path.write_text(
         "\n".join([*rows, *(f"f {p} {q} {r}\nf {p} {r} {s}" for p, q, r, s in zip(a, b, c, d)), ""])
@@ -53,9 +55,10 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
     space, uv, rim = written(shapes / "o.obj")
     if words is FLATTEN:  # coordinates fill 0 to 1
         low, high = np.array(report["box"])
-        uv, rim = ((each * (high - low).max() + low + (0, 100)) / 100 for each in (uv, rim))
+        uv, rim = ((coordinates * (high - low).max() + low + (0, 100)) / 100 for coordinates in (uv, rim))
     e, d = (
-        np.stack([each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]], axis=-1) for each in (space, 100 * uv)
+        np.stack([coordinates[:, 1] - coordinates[:, 0], coordinates[:, 2] - coordinates[:, 0]], axis=-1)
+        for coordinates in (space, 100 * uv)
     )
     area = np.linalg.norm(np.cross(e[..., 0], e[..., 1]), axis=1) / 2
     major, minor = np.linalg.svd(e @ np.linalg.inv(d), compute_uv=False).T
@@ -72,8 +75,8 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
     if words is FLATTEN:
         scales, weights, sign = scales - np.log10(scale**2), area, -1
     for name, share in (("p05", 0.05), ("median", 0.5), ("p95", 0.95)):
-        wanted = quantile(sign * scales, weights, share)
-        assert report["log10_area"][name] == pytest.approx(wanted, abs=1e-6)
+        expected = quantile(sign * scales, weights, share)
+        assert report["log10_area"][name] == pytest.approx(expected, abs=1e-6)
     circle = shapely.Point(50, 50).buffer(40, quad_segs=256).exterior
     chords = shapely.LinearRing(100 * rim)
     gap = max(
@@ -86,8 +89,8 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
     assert done.code == 0
     if words is MAP:
         assert report["message"] in done.err
-        told = "The mesh's vertices are on the outline; the edges between them are at most"
-        assert report["message"].startswith(told)
+        note = "The mesh's vertices are on the outline; the edges between them are at most"
+        assert report["message"].startswith(note)
 
 
 def test_one_quad_is_a_mesh_where_its_coordinates_are_wanted(shapes, iccm):

@@ -49,13 +49,13 @@ def test_a_set_is_what_single_runs_are_and_is_solved_once(material, iccm, monkey
         single[word] = image_files.read(f"one-{word}.tif")
     solved, real = [], execute.solve
     monkeypatch.setattr(execute, "solve", lambda *args, **more: solved.append(1) or real(*args, **more))
-    given = [each for word, name in names.items() for each in options(name, word)]
+    given = [option for word, name in names.items() for option in options(name, word)]
     done = iccm("map", "square.svg", *words, *given, "-o", "set-{stem}.tif", "--report", "r.json")
     assert done.code == 0, done.err
     assert len(solved) == 1
     for word, image in single.items():
-        made = image_files.read(f"set-{word}.tif")
-        assert made.pixels.dtype == image.pixels.dtype and (made.pixels == image.pixels).all()
+        picture = image_files.read(f"set-{word}.tif")
+        assert picture.pixels.dtype == image.pixels.dtype and (picture.pixels == image.pixels).all()
     report = json.loads((material / "r.json").read_text())
     assert {"texture.png", "normal.png", "data.tif"} <= {entry["path"] for entry in report["inputs"]}
 
@@ -67,12 +67,12 @@ def test_names_of_textures_and_of_sides_fit_together(material, iccm):
     alone = iccm("map", "square.svg", "blob.svg", "--normal", "normal.png", "-o", "n.png")
     assert alone.code == 0
     assert (image_files.read("n.png").pixels == image_files.read("square-blob-normal.png").pixels).all()
-    for more, said in (
+    for more, message in (
         (["-o", "x.png"], r"2 textures\b.*\b1 picture.*-o"),
         (["--stmap", "x.exr"], r"2 textures\b.*\b0 picture.*-o"),
     ):
         done = iccm("map", "square.svg", "blob.svg", *given, *more)
-        assert done.code == 2 and re.search(said, done.err) and not (material / more[1]).exists()
+        assert done.code == 2 and re.search(message, done.err) and not (material / more[1]).exists()
     grey = iccm(
         "map",
         "square.svg",
@@ -136,16 +136,16 @@ def test_a_mesh_beside_a_picture_shows_colours_alone(material, iccm, given):
     out = ["-o", "made.png", "-o", "x.glb", "-o", "x.obj"]
     alone = iccm("map", "square.svg", "sheet.obj", *given, *out)
     assert alone.code == 0, alone.err
-    told = [line for line in alone.lines if "cannot include" in line]
-    assert len(told) == 2 and all(given[1] in line and "--texture" in line for line in told)
-    assert "x.glb: " in told[0] and "x.obj: " in told[1]
+    errors = [line for line in alone.lines if "cannot include" in line]
+    assert len(errors) == 2 and all(given[1] in line and "--texture" in line for line in errors)
+    assert "x.glb: " in errors[0] and "x.obj: " in errors[1]
     assert not gltf.read(material / "x.glb").tree.get("images") and not (material / "x.mtl").exists()
     both = iccm(
         "map", "square.svg", "sheet.obj", "--texture", "texture.png", *given, "-o", "t.png", *out, "--force"
     )
-    told = [line for line in both.lines if "cannot include" in line]
-    assert both.code == 0 and len(told) == 2 and all(given[1] in line for line in told)
-    assert "texture.png" not in "".join(told)
+    errors = [line for line in both.lines if "cannot include" in line]
+    assert both.code == 0 and len(errors) == 2 and all(given[1] in line for line in errors)
+    assert "texture.png" not in "".join(errors)
     whole = gltf.read(material / "x.glb")
     (shown,) = whole.tree["materials"]
     assert [slot for slot, _ in gltf_materials.slots(shown)] == [gltf_materials.BASE]
@@ -170,15 +170,17 @@ def test_a_batch_takes_sets_and_tiles(material, iccm):
     (material / "jobs.jsonl").write_text("\n".join(map(json.dumps, jobs)))
     done = iccm("batch", "jobs.jsonl", "--root", "made", "-j", "1")
     assert done.code == 0, done.err + done.out
-    made = [sorted(entry["path"] for entry in json.loads(line)["outputs"]) for line in done.out.splitlines()]
-    assert made == [
+    outputs = [
+        sorted(entry["path"] for entry in json.loads(line)["outputs"]) for line in done.out.splitlines()
+    ]
+    assert outputs == [
         ["made/square-blob-normal.png", "made/square-blob-texture.png"],
         ["made/out.1001.png", "made/out.1002.png", "made/out.1011.png"],
     ]
     again = iccm("batch", "jobs.jsonl", "--root", "made", "-j", "1", "--resume")
     lines = [json.loads(line) for line in again.out.splitlines()]
     assert all(line["resumed"] for line in lines)
-    assert [sorted(entry["path"] for entry in line["outputs"]) for line in lines] == made
+    assert [sorted(entry["path"] for entry in line["outputs"]) for line in lines] == outputs
     (material / "bad.jsonl").write_text(json.dumps(jobs[1] | {"texture": "no.<UDIM>.png"}))
     refused = iccm("batch", "bad.jsonl", "--root", "made", "--dry-run")
     assert refused.code == 2 and "no.<UDIM>.png: no such file" in refused.err

@@ -64,11 +64,11 @@ def write(path, points):
         roi.roitype = roifile.ROI_TYPE.POINT
         path.write_bytes(roi.tobytes())
     elif path.name == "manager.zip":
-        made = []
+        written = []
         for name, point in zip(NAMES, points):
-            made.append(roifile.ImagejRoi.frompoints(np.array([point]), name=name))
-            made[-1].roitype = roifile.ROI_TYPE.POINT
-        roifile.roiwrite(path, made)
+            written.append(roifile.ImagejRoi.frompoints(np.array([point]), name=name))
+            written[-1].roitype = roifile.ROI_TYPE.POINT
+        roifile.roiwrite(path, written)
     else:
         path.write_text(text_of(path.name, points))
 
@@ -100,15 +100,15 @@ def test_names_pair_points_whatever_their_order_and_format(tmp_path, pair):
     write(tmp_path / "labelme.json", SOURCE)
     lines = text_of("table.csv", TARGET).splitlines()
     (tmp_path / "t.csv").write_text("\n".join([lines[0], *reversed(lines[1:])]) + "\n")
-    found = point_files.read_pairs(str(tmp_path / "labelme.json"), str(tmp_path / "t.csv"))
-    assert found.source == SOURCE and found.target == TARGET and found.names == list(NAMES)
+    pairs = point_files.read_pairs(str(tmp_path / "labelme.json"), str(tmp_path / "t.csv"))
+    assert pairs.source == SOURCE and pairs.target == TARGET and pairs.names == list(NAMES)
 
 
 def test_missing_landmarks_are_left_out(tmp_path):
     (tmp_path / "a.tps").write_text("LM=3\n1 2\nNA NA\n5 6\n")
     (tmp_path / "b.tps").write_text("LM=3\n1 9\n3 4\n8 6\n")
-    found = point_files.read_pairs(str(tmp_path / "a.tps"), str(tmp_path / "b.tps"))
-    assert found.source == [(1, 2), (5, 6)] and found.target == [(1, 9), (8, 6)]
+    pairs = point_files.read_pairs(str(tmp_path / "a.tps"), str(tmp_path / "b.tps"))
+    assert pairs.source == [(1, 2), (5, 6)] and pairs.target == [(1, 9), (8, 6)]
 
 
 @pytest.mark.parametrize(
@@ -170,9 +170,9 @@ def test_damaged_regions_are_read_quietly(tmp_path, caplog):
 def archive(**rois):
     """The bytes of an archive of regions."""
     file = io.BytesIO()
-    with zipfile.ZipFile(file, "w") as held:
+    with zipfile.ZipFile(file, "w") as archive_file:
         for name, roi in rois.items():
-            held.writestr(f"{name}.roi", roi.tobytes())
+            archive_file.writestr(f"{name}.roi", roi.tobytes())
     return file.getvalue()
 
 
@@ -181,11 +181,13 @@ def test_regions_are_not_written_outside_of_their_archive(tmp_path):
     rois = {key: roifile.ImagejRoi.frompoints(np.array(SOURCE), name=name) for key, name in names.items()}
     (tmp_path / "a.zip").write_bytes(archive(**rois))
     read = document.read(str(tmp_path / "a.zip"))
-    found = read.geometry
-    images = document.Images(found.points, [[line] for line in found.lines], [[z] for z in found.polygons])
-    with zipfile.ZipFile(io.BytesIO(read.encode(images))) as held:
-        assert len(held.namelist()) == 3
-        for name in held.namelist():
+    geometry = read.geometry
+    images = document.Images(
+        geometry.points, [[line] for line in geometry.lines], [[z] for z in geometry.polygons]
+    )
+    with zipfile.ZipFile(io.BytesIO(read.encode(images))) as archive_file:
+        assert len(archive_file.namelist()) == 3
+        for name in archive_file.namelist():
             assert not set("/\\:") & set(name) and len(name) < 255
 
 

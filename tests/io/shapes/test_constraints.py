@@ -51,7 +51,7 @@ def test_drawn_pairs_by_name_whatever_the_order(tmp_path):
 
 def test_listed_ones_follow_in_file_units_and_sticking_ends_are_pins(tmp_path):
     square = shape(tmp_path, "s", "")
-    found = constraints.collect(
+    collected = constraints.collect(
         square,
         square,
         listed(
@@ -65,9 +65,11 @@ def test_listed_ones_follow_in_file_units_and_sticking_ends_are_pins(tmp_path):
             },
         ),
     )
-    assert np.array_equal(found.pins, [[1 - 2j, 3 - 4.5j], [0, 7 - 7j], [5 - 5j, 8 - 8j]])
-    assert np.array_equal(found.pin_weights, [2, 3, 3]) and np.array_equal(found.stroke_weights, [1, 3])
-    assert [a.z.size for a, _ in found.strokes] == [3, 2]
+    assert np.array_equal(collected.pins, [[1 - 2j, 3 - 4.5j], [0, 7 - 7j], [5 - 5j, 8 - 8j]])
+    assert np.array_equal(collected.pin_weights, [2, 3, 3]) and np.array_equal(
+        collected.stroke_weights, [1, 3]
+    )
+    assert [a.z.size for a, _ in collected.strokes] == [3, 2]
 
 
 def test_nothing_at_all(tmp_path):
@@ -155,8 +157,8 @@ def test_settings_of_pins_are_listed_and_drawn(tmp_path):
         ],
         "strokes": [{"source": [[10, 90], [30, 90]], "target": [[10, 85], [30, 85]], "ends": "stick"}],
     }
-    found = constraints.collect(source, target, listed(tmp_path, content))
-    assert found.settings == [
+    collected = constraints.collect(source, target, listed(tmp_path, content))
+    assert collected.settings == [
         {"radius": 6.0},  # that of the source's circle; the other one is only a mark
         {},
         {"radius": 0.0, "tolerance": 2.5},

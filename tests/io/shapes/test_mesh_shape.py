@@ -63,10 +63,10 @@ def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path
         tmp_path / "t.obj",
         name=tmp_path / "o.obj",
     )
-    made = obj.read(tmp_path / "t.obj")
+    content = obj.read(tmp_path / "t.obj")
     expected = target.flattening.flat
-    flat = np.empty(len(made.vt), complex)
-    flat = box[0] + made.vt[:, 0] * (box[1] - box[0]).real + 1j * made.vt[:, 1] * (box[1] - box[0]).imag
+    flat = np.empty(len(content.vt), complex)
+    flat = box[0] + content.vt[:, 0] * (box[1] - box[0]).real + 1j * content.vt[:, 1] * (box[1] - box[0]).imag
     assert np.abs(flat - expected).max() < 1e-6
     old = [line for line in path.read_text().splitlines() if line[0] != "f"]
     new = [line for line in (tmp_path / "t.obj").read_text().splitlines() if not line.startswith(("f", "vt"))]
@@ -166,10 +166,10 @@ def test_a_mesh_gives_its_texture_to_another_mesh(tmp_path):
     map_ = HarmonicMap(source.curve.z, source.curve.z + shift, 0 * source.curve.z)
     out = tmp_path / "o.obj"
     written = new_uvs([(target, map_, source)], stmap.flat(source.box), out, name=out)
-    made = obj.read(out)
-    uv = np.empty((len(made.v), 2))
-    uv[made.corners[:, 0]] = made.vt[made.corners[:, 1]]
-    assert np.abs(uv - made.v[:, :2]).max() < 0.01  # the two flattenings differ by their discretisation
+    content = obj.read(out)
+    uv = np.empty((len(content.v), 2))
+    uv[content.corners[:, 0]] = content.vt[content.corners[:, 1]]
+    assert np.abs(uv - content.v[:, :2]).max() < 0.01  # the two flattenings differ by their discretisation
     assert written.figures["torn_triangles"] == 0
 
 
@@ -193,8 +193,8 @@ def test_faces_keep_to_one_chart_of_a_source(tmp_path):
     source = mesh_reading.read(str(torn(tmp_path / "a.obj")))
     out = tmp_path / "o.obj"
     written = new_uvs([(source, identity(source), source)], stmap.flat(source.box), out, name=out)
-    before, made = obj.read(tmp_path / "a.obj"), obj.read(out)
-    assert made.vt[made.corners[:, 1]] == pytest.approx(before.vt[before.corners[:, 1]], abs=1e-6)
+    before, content = obj.read(tmp_path / "a.obj"), obj.read(out)
+    assert content.vt[content.corners[:, 1]] == pytest.approx(before.vt[before.corners[:, 1]], abs=1e-6)
     assert written.figures["torn_triangles"] == 0
 
 
@@ -211,8 +211,8 @@ def test_a_mesh_rebaked_through_itself_keeps_its_texture(tmp_path):
     shape = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=20)))
     image = colours(128)
     sampler = Sampler(image.texture(shape.box))
-    made, figures = bake([(shape, identity(shape), shape)], sampler, (128, 128))
-    error = np.abs(made.astype(int) - image.pixels)
+    picture, figures = bake([(shape, identity(shape), shape)], sampler, (128, 128))
+    error = np.abs(picture.astype(int) - image.pixels)
     assert figures["charts"] == 1
     assert error.max() <= 2
     assert error.mean() < 0.2
@@ -382,9 +382,9 @@ def test_points_of_the_surface_are_found_again_and_points_beside_it_by_the_neare
     assert np.allclose(mesh.to_core(space), z, atol=1e-12)
     assert np.allclose(mesh.to_core(patch.points), flat, atol=1e-12)
     beside = np.add(space[:40], (0, 0, 0.1))
-    found = mesh.to_space(mesh.to_core(beside))
+    result = mesh.to_space(mesh.to_core(beside))
     nearest = np.linalg.norm(beside[:, None] - space[None], axis=2).min(axis=1)
-    assert (np.linalg.norm(found - beside, axis=1) <= nearest + 1e-12).all()
+    assert (np.linalg.norm(result - beside, axis=1) <= nearest + 1e-12).all()
 
 
 def test_a_texture_goes_onto_a_mesh_with_pins_from_the_command_line(tmp_path, shapes, iccm):
@@ -442,8 +442,10 @@ def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embed
     assert (tmp_path / "o-texture.jpg").read_bytes().rstrip(b"\0") == embedded
     assert "map_Kd o-texture.jpg" in (tmp_path / "o.mtl").read_text()
     assert "o.ply: a PLY file contains no texture" in done.err
-    shown = mesh_reading.read_texture(mesh_reading.read("o.obj"))
-    assert np.abs(shown.pixels.astype(int) - image_files.read("c.jpg").pixels).max() <= 2  # two JPEG decoders
+    texture = mesh_reading.read_texture(mesh_reading.read("o.obj"))
+    assert (
+        np.abs(texture.pixels.astype(int) - image_files.read("c.jpg").pixels).max() <= 2
+    )  # two JPEG decoders
 
 
 def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path, monkeypatch, iccm):
@@ -571,10 +573,10 @@ def test_a_texture_in_a_file_is_read_as_one_beside_it(tmp_path):
     out = tmp_path / "o.glb"
     given = {"name": out, "texture": tmp_path / "c.png"}
     new_uvs([(target, identity(target), target_plane(target))], stmap.flat(target.box), out, **given)
-    held = mesh_reading.read(str(out))
-    assert np.array_equal(mesh_reading.read_texture(held).pixels, deep)
+    mesh = mesh_reading.read(str(out))
+    assert np.array_equal(mesh_reading.read_texture(mesh).pixels, deep)
     with pytest.raises(InputError, match=r"o\.glb: the texture in the file: .*8x8 exceeds"):
-        mesh_reading.read_texture(held, max_pixels=63)
+        mesh_reading.read_texture(mesh, max_pixels=63)
 
 
 def test_a_texture_of_another_format_becomes_png(tmp_path):
@@ -635,15 +637,15 @@ def test_geometries_that_are_left_out_are_told(shapes, iccm):
         {name: trimesh.creation.icosahedron().slice_plane([0, 0, 0], [0, 0, 1]) for name in "ab"}
     )
     scene.export("two.glb")
-    said = "ignored 1 other geometry"
+    note = "ignored 1 other geometry"
     words = ["--texture", "c.png", "--method", "paper", "--vertices", "60", "-o"]
     image_files.write("c.png", colours(8))
     done = iccm("map", "square.svg", "two.glb#b", *words, "o.glb")
-    assert f"note: two.glb#b: {said}" in done.lines, done.err
-    assert f"note: two.glb#a: {said}" in iccm("flatten", "two.glb#a", "-o", "a.svg").lines
-    told = "is the largest; two.glb#name selects one, --parts all or each uses all of them"
+    assert f"note: two.glb#b: {note}" in done.lines, done.err
+    assert f"note: two.glb#a: {note}" in iccm("flatten", "two.glb#a", "-o", "a.svg").lines
+    cure = "is the largest; two.glb#name selects one, --parts all or each uses all of them"
     lines = iccm("map", "square.svg", "two.glb", "--parts", "largest", *words, "p.glb").lines
-    assert any(line.startswith(f"note: two.glb: {said}: '") and line.endswith(told) for line in lines)
+    assert any(line.startswith(f"note: two.glb: {note}: '") and line.endswith(cure) for line in lines)
 
 
 def put_on_two(folder, name="a.obj"):
@@ -685,12 +687,12 @@ def test_a_texture_repeats_beyond_its_edges(tmp_path):
     across.file.mesh.uv[:] *= 1.45
     border = 0.013 * (1 + 1j)  # pixels on the outline have their centres outside
     canvas = Canvas(64, 64, (near.box[0] - border, near.box[1] + border))
-    shown = [warped_texture(s, colours(64), canvas).pixels for s in (near, far, across)]
-    assert np.abs(shown[0].astype(int) - shown[1]).max() <= 1
+    texture = [warped_texture(s, colours(64), canvas).pixels for s in (near, far, across)]
+    assert np.abs(texture[0].astype(int) - texture[1]).max() <= 1
     u = 1.45 * (canvas.centres(32, 1).real.ravel() - near.box[0].real)
     clear = np.abs(u - np.round(u)) > 0.05  # the filter reads both sides of an edge of the texture
     clear &= u < 1.45  # pixels on the outline show a nearby boundary point, not the nearest
-    assert np.abs(shown[2][32, clear, 0] - 255 * np.mod(u[clear], 1)).max() < 3
+    assert np.abs(texture[2][32, clear, 0] - 255 * np.mod(u[clear], 1)).max() < 3
     assert [s.beyond_unit > 0 for s in (near, far, across)] == [False, True, True]
 
 
@@ -699,8 +701,8 @@ def test_an_stmap_through_texture_coordinates_does_what_the_run_does(shapes, icc
     """A material's pictures need one solution: the STMap gives the same result in `apply` as `map` itself."""
     write_mesh(shapes / "a.obj", n=9)
     image_files.write("t.png", colours(64))
-    asked = ["--texture", "t.png", "--size", "128", "--stmap", "m.exr", "-o", "o.png"]
-    assert iccm("map", *words, *asked).code == 0
+    options = ["--texture", "t.png", "--size", "128", "--stmap", "m.exr", "-o", "o.png"]
+    assert iccm("map", *words, *options).code == 0
     assert iccm("apply", "m.exr", "t.png", "-o", "p.png").code == 0
     direct, through = (image_files.read(name).pixels.astype(int) for name in ("o.png", "p.png"))
     seen = through[..., 3] == 255
@@ -728,8 +730,8 @@ def test_triangles_turned_over_in_what_is_written_are_told(tmp_path, monkeypatch
     write_mesh(tmp_path / "steep.obj", 5, steep, uv=False)
     poor = iccm("flatten", "steep.obj", "--method", "lscm", "--uv", "poor.obj", "--report", "poor.json")
     report = json.loads((tmp_path / "poor.json").read_text())
-    made = mesh_reading.read(str(tmp_path / "poor.obj"))
-    u, v = np.moveaxis(made.uv[made.uv_faces], -1, 0)
+    content = mesh_reading.read(str(tmp_path / "poor.obj"))
+    u, v = np.moveaxis(content.uv[content.uv_faces], -1, 0)
     area = (u[:, 1] - u[:, 0]) * (v[:, 2] - v[:, 0]) - (u[:, 2] - u[:, 0]) * (v[:, 1] - v[:, 0])
     assert poor.code == 1
     assert report["status"] == "flipped"
@@ -752,15 +754,15 @@ def test_a_tube_is_cut_from_hole_to_hole_for_a_layout_and_keeps_its_hole_for_a_m
     quads = np.array([line.split()[1:] for line in sheet if line.startswith("f ")], int)
     faces = ["f {} {} {} {}".format(*quad) for quad in np.where(quads > 600, quads - 600, quads)]
     (tmp_path / "tube.obj").write_text("\n".join(points + faces))
-    found = {}
+    result = {}
     for name, words in {"cut": [], "whole": ["--no-cut"]}.items():
         assert iccm("flatten", "tube.obj", *words, "--report", f"{name}.json").code == 0
-        found[name] = json.loads((tmp_path / f"{name}.json").read_text())
-    assert found["whole"]["holes"] == 1 and found["whole"]["seam_length"] == 0
-    assert found["cut"]["holes"] == 0 and found["cut"]["overlap"] is None
-    assert found["cut"]["seam_length"] == pytest.approx(6 / np.sqrt(6 * 48 * np.sin(np.pi / 24)), rel=1e-4)
-    assert found["cut"]["dilatation"]["max"] < 1.001
-    last = found["cut"]["notes"][-1]
+        result[name] = json.loads((tmp_path / f"{name}.json").read_text())
+    assert result["whole"]["holes"] == 1 and result["whole"]["seam_length"] == 0
+    assert result["cut"]["holes"] == 0 and result["cut"]["overlap"] is None
+    assert result["cut"]["seam_length"] == pytest.approx(6 / np.sqrt(6 * 48 * np.sin(np.pi / 24)), rel=1e-4)
+    assert result["cut"]["dilatation"]["max"] < 1.001
+    last = result["cut"]["notes"][-1]
     assert "boundary" in last and "1 of 2 is the outline" in last and "cut joins 1 of the others" in last
     assert len(mesh_reading.read("tube.obj", cut=True).holes) == 1
 
@@ -769,8 +771,8 @@ def test_rounding_of_the_file_counts(tmp_path):
     """A triangle that has no area in single precision."""
     uv = np.array([[0.5, 0.5], [0.5 + 1e-9, 0.5], [0.5, 0.5 + 1e-9]])
     for name, degenerate in (("a.obj", 0), ("a.glb", 1)):
-        found = layout.turned_over(mesh_files.as_written(uv, name)[None])
-        assert found == {"flipped": 0, "degenerate": degenerate}
+        result = layout.turned_over(mesh_files.as_written(uv, name)[None])
+        assert result == {"flipped": 0, "degenerate": degenerate}
     assert layout.turned_over(uv[None, [0, 2, 1]]) == {"flipped": 1, "degenerate": 0}
 
 
@@ -787,5 +789,5 @@ def test_a_map_that_turns_triangles_over_is_poor(tmp_path, monkeypatch, iccm):
     report = json.loads((tmp_path / "out.json").read_text())
     assert report["uv"]["flipped"] > 0
     assert (done.code, report["status"]) == (1, "flipped")
-    told = [line for line in done.err.splitlines() if line.startswith("error: ")]
-    assert len(told) == 1 and "flip triangles" in told[0] and "(uv)" in told[0]
+    errors = [line for line in done.err.splitlines() if line.startswith("error: ")]
+    assert len(errors) == 1 and "flip triangles" in errors[0] and "(uv)" in errors[0]

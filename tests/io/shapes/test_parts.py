@@ -71,8 +71,8 @@ def test_a_turn_is_counter_clockwise(drawn):
         drawn(squares((10, 80), (10, 10), (40, 10)), "b.svg"),
     )
     here, there = left_and_top(source), left_and_top(target)
-    found = {here[i]: there[j] for i, j in parts.pair(source, target, turn=90)}
-    assert found == {(10, 10): (10, 80), (80, 10): (10, 10), (80, 40): (40, 10)}
+    partners = {here[i]: there[j] for i, j in parts.pair(source, target, turn=90)}
+    assert partners == {(10, 10): (10, 80), (80, 10): (10, 10), (80, 40): (40, 10)}
 
 
 def test_places_are_relative_to_the_middle_of_all_shapes(drawn):
@@ -133,6 +133,6 @@ def test_accidental_namesakes_do_not_count(tmp_path, places, shared):
     count = len(shared)
     assert sorted(names) == sorted(shared) and ends.shape == (count, 2) and radii.shape == (count,)
     lower = {name.casefold(): z for name, z in places.items()}
-    wanted = [(NAMED[name], lower[name]) for name in names]
-    assert np.allclose(ends.real, [[a[0], b[0]] for a, b in wanted] or ends.real, atol=0.01)
+    expected = [(NAMED[name], lower[name]) for name in names]
+    assert np.allclose(ends.real, [[a[0], b[0]] for a, b in expected] or ends.real, atol=0.01)
     assert np.allclose(radii, 3, atol=0.01)

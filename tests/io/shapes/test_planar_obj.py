@@ -96,7 +96,7 @@ def test_a_long_outline_keeps_its_vertices(read):
 
 
 @pytest.mark.parametrize(
-    "points, line, said",
+    "points, line, message",
     [
         ("0 0 0, 1 0 0, 1 0 1, 0 0 1", "l 1 2 3 4 1", "but y = constant; export it with z up"),
         ("0 0 0, 1 0 0, 1 0 1, 0 0 1", "f 1 2 3 4", "or flatten it first with iccm flatten"),
@@ -105,8 +105,8 @@ def test_a_long_outline_keeps_its_vertices(read):
         ("0 0 0, 1 0 0, 1 1 1, 0 1 1", "f 1 2 3 4", "flatten it first"),
     ],
 )
-def test_what_to_do_about_another_plane_is_what_helps(read, points, line, said):
+def test_what_to_do_about_another_plane_is_what_helps(read, points, line, message):
     """Lines cannot be flattened, and programs with y up write objects on the ground at y = 0."""
     with pytest.raises(InputError, match="z = constant") as error:
         read("".join(f"v {point}\n" for point in points.split(", ")) + line)
-    assert said in str(error.value) and ("flatten" in str(error.value)) == line.startswith("f")
+    assert message in str(error.value) and ("flatten" in str(error.value)) == line.startswith("f")

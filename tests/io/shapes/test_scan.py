@@ -47,8 +47,8 @@ def traced(tmp_path, pixels, part="", name="a.png", **how):
     return shapes.read(f"{tmp_path / name}{part}", **how)
 
 
-def gap_to_truth(found):
-    ring = shapely.Polygon(np.column_stack([found.curve.z.real, -found.curve.z.imag]))
+def gap_to_truth(outline):
+    ring = shapely.Polygon(np.column_stack([outline.curve.z.real, -outline.curve.z.imag]))
     return shapely.hausdorff_distance(ring.exterior, INSIDE.exterior, densify=0.05)
 
 
@@ -56,9 +56,9 @@ def gap_to_truth(found):
 @pytest.mark.parametrize("ink, gap", [(40, 0), (120, 0), (40, 8)])
 def test_a_closed_line_is_its_inside_whatever_the_light(tmp_path, uneven, ink, gap):
     cover = line(4, gap)
-    found = traced(tmp_path, paper(uneven) * (1 - cover) + ink * cover * (1 - uneven / 3))
-    assert gap_to_truth(found) < 5 and not found.holes
-    assert "the inside of the line is used; --trace dark uses the line itself" in found.notes
+    outline = traced(tmp_path, paper(uneven) * (1 - cover) + ink * cover * (1 - uneven / 3))
+    assert gap_to_truth(outline) < 5 and not outline.holes
+    assert "the inside of the line is used; --trace dark uses the line itself" in outline.notes
 
 
 @pytest.mark.parametrize("beside", [False, True])
@@ -66,17 +66,17 @@ def test_a_line_in_pieces_is_its_inside(tmp_path, beside):
     """None of the pieces spans most of it, and there is a dark table beside the paper."""
     cover = line(4, 14, (0, 70, 160, 220, 310))
     pixels = paper(0.5) * (1 - cover) + 40 * cover
-    found = traced(tmp_path, np.where(beside & (X > 360), 30, pixels))
-    assert gap_to_truth(found) < 6 and not found.holes
-    assert "the inside of the line is used; --trace dark uses the line itself" in found.notes
+    outline = traced(tmp_path, np.where(beside & (X > 360), 30, pixels))
+    assert gap_to_truth(outline) < 6 and not outline.holes
+    assert "the inside of the line is used; --trace dark uses the line itself" in outline.notes
 
 
 def test_coins_in_a_photograph():
     """Roman coins from Pompeii under uneven light: scikit-image's picture of 24 coins."""
     import skimage
 
-    found = shapes.read_all(f"{Path(skimage.__file__).parent / 'data' / 'coins.png'}")
-    coins = [each.curve for each in found if each.curve.area > 1000]
+    pieces = shapes.read_all(f"{Path(skimage.__file__).parent / 'data' / 'coins.png'}")
+    coins = [shape.curve for shape in pieces if shape.curve.area > 1000]
     assert len(coins) == 24
     # that of a circle is 1
     assert np.median([4 * np.pi * coin.area / coin.length**2 for coin in coins]) > 0.95
@@ -91,22 +91,22 @@ def test_the_line_itself_and_its_inside_by_name(tmp_path):
 
 @pytest.mark.parametrize("trace", ["auto", "dark"])
 def test_a_dark_shape_under_uneven_light(tmp_path, trace):
-    found = traced(tmp_path, np.where(filled(), 0.4, 1.0) * paper(0.6), trace=trace)
-    assert gap_to_truth(found) < 2.5 and found.curve.area == pytest.approx(INSIDE.area, rel=0.01)
-    assert not found.holes and not found.notes
+    outline = traced(tmp_path, np.where(filled(), 0.4, 1.0) * paper(0.6), trace=trace)
+    assert gap_to_truth(outline) < 2.5 and outline.curve.area == pytest.approx(INSIDE.area, rel=0.01)
+    assert not outline.holes and not outline.notes
 
 
 def test_a_light_shape_by_name(tmp_path):
-    found = traced(tmp_path, np.where(filled(), 1.0, 0.4) * paper(0.4), trace="light")
-    assert gap_to_truth(found) < 2.5
+    outline = traced(tmp_path, np.where(filled(), 1.0, 0.4) * paper(0.4), trace="light")
+    assert gap_to_truth(outline) < 2.5
 
 
 def test_a_coloured_thing_on_a_table_with_its_shadow(tmp_path):
     table = paper(0.4, 6)[..., None] * np.array([0.8, 0.85, 0.9])
     table *= 1 - 0.25 * np.exp(-(((X - 215) ** 2 + (Y - 165) ** 2) / 110**2))[..., None]
     thing = np.stack([100 + 60 * np.sin(X / 9), 60 + 30 * np.cos(Y / 7), np.full_like(X, 60)], axis=-1)
-    found = traced(tmp_path, np.where(filled()[..., None], thing, table), name="a.tif")
-    assert found.curve.area == pytest.approx(INSIDE.area, rel=0.06)
+    outline = traced(tmp_path, np.where(filled()[..., None], thing, table), name="a.tif")
+    assert outline.curve.area == pytest.approx(INSIDE.area, rel=0.06)
 
 
 def test_an_open_line_has_no_inside(tmp_path):
@@ -154,17 +154,17 @@ def test_a_pencil_line_comes_before_paper_that_is_darker_in_parts(tmp_path, grou
     """The darker part has more contrast than the pencil, or there is no plain background at all."""
     darker = (X > 310) & (Y > 60) if ground == "a darker sheet" else 1 / (1 + np.exp(-(X + Y - 430) / 15))
     cover = line(2, 8)
-    found = traced(tmp_path, paper(0.05, noise=2) - 80 * darker - ink * cover)
-    assert gap_to_truth(found) < 6 and not found.holes
-    assert "the inside of the line is used; --trace dark uses the line itself" in found.notes
+    outline = traced(tmp_path, paper(0.05, noise=2) - 80 * darker - ink * cover)
+    assert gap_to_truth(outline) < 6 and not outline.holes
+    assert "the inside of the line is used; --trace dark uses the line itself" in outline.notes
 
 
 def test_a_line_inside_a_shape_is_part_of_it(tmp_path):
     """A ring drawn on a coloured shape does not hide the shape."""
     ring = np.abs(np.hypot(X - 200, Y - 150) - 40) < 1.5
     pixels = np.where(filled(), 120, paper(0, noise=1))
-    found = traced(tmp_path, np.where(ring, 20, pixels))
-    assert gap_to_truth(found) < 2 and not any("line" in note for note in found.notes)
+    outline = traced(tmp_path, np.where(ring, 20, pixels))
+    assert gap_to_truth(outline) < 2 and not any("line" in note for note in outline.notes)
 
 
 def test_the_background_between_two_shapes_is_not_a_line():

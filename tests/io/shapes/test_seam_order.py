@@ -70,13 +70,15 @@ def test_the_first_seam_is_taken_whose_map_is_not_twisted(twisted, taken, monkey
         int(np.argmax(points @ way)) for way in ([0, 0, 1], [0, 0, -1], [1, 0, 0], [0, 1, 0.5], [-1, -1, 0])
     ]
     specs = written(tmp_path / "a.obj", points, faces), written(tmp_path / "b.obj", points, faces)
-    orders, asked = list(itertools.permutations(range(len(stops))))[::7], []
+    orders, tried_orders = list(itertools.permutations(range(len(stops))))[::7], []
     monkeypatch.setattr(module, "agreed_orders", lambda *given: [np.array(order) for order in orders])
     monkeypatch.setattr(module, "same_seam", lambda *given: None)
-    monkeypatch.setattr(module, "_twists", lambda *given: asked.append(given) or twisted[len(asked) - 1])
+    monkeypatch.setattr(
+        module, "_twists", lambda *given: tried_orders.append(given) or twisted[len(tried_orders) - 1]
+    )
     pins = [(f"v{stop + 1}", f"v{stop + 1}") for stop in stops]
     assert module.seam_order(specs, (None, None), pins) == (list(orders[taken]), None)
-    assert len(asked) == len(twisted)
+    assert len(tried_orders) == len(twisted)
 
 
 @pytest.mark.slow

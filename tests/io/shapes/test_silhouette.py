@@ -140,8 +140,8 @@ def test_masks_of_any_two_colours(tmp_path, shape, ground):
 def test_other_depths(tmp_path, suffix, depth):
     scale = np.iinfo(depth).max if depth is np.uint16 else 1
     pixels = np.repeat(covered(disc)[..., None] * scale, 4, axis=2).astype(depth)
-    found = shapes.read(written(tmp_path, pixels, alpha=3, name=f"a{suffix}"))
-    assert found.curve.area == pytest.approx(np.pi * 60**2, rel=3e-3)
+    shape = shapes.read(written(tmp_path, pixels, alpha=3, name=f"a{suffix}"))
+    assert shape.curve.area == pytest.approx(np.pi * 60**2, rel=3e-3)
 
 
 def test_pieces_holes_and_specks(tmp_path):
@@ -176,15 +176,15 @@ def test_a_few_transparent_pixels_are_no_shape(tmp_path):
 def test_pieces_that_touch_at_a_corner_are_two():
     mask = np.zeros((40, 40), np.float32)
     mask[5:20, 5:20] = mask[20:35, 20:35] = 1
-    found, _ = silhouette.traced(mask)
-    assert [round(o.area) for o in found] == [225, 225]
+    shape, _ = silhouette.traced(mask)
+    assert [round(o.area) for o in shape] == [225, 225]
 
 
 @pytest.mark.slow
 def test_a_mask_with_noise_is_bounded():
     noise = np.random.default_rng(3).random((300, 300)).astype(np.float32)
-    found, rest = silhouette.traced(noise)
-    assert len(found) <= limits.PIECES and rest > 1000
+    shape, rest = silhouette.traced(noise)
+    assert len(shape) <= limits.PIECES and rest > 1000
 
 
 @pytest.mark.parametrize(
@@ -247,9 +247,9 @@ def test_a_photograph_is_traced_where_that_is_asked_for():
 
 @pytest.mark.parametrize("name", ["horse.png", slow("retina.jpg"), "coins.png", "color.png"])
 def test_what_lies_on_a_background_is_no_rectangle(name):
-    found = shapes.read(of_scikit_image(name))
-    assert found.curve.area < 0.8 * abs(found.box[1] - found.box[0]) ** 2 / 2
-    assert not any("rectangle" in note for note in found.notes)
+    shape = shapes.read(of_scikit_image(name))
+    assert shape.curve.area < 0.8 * abs(shape.box[1] - shape.box[0]) ** 2 / 2
+    assert not any("rectangle" in note for note in shape.notes)
 
 
 def test_a_shape_cut_off_by_the_edge_is_no_photograph(tmp_path):
@@ -257,8 +257,8 @@ def test_a_shape_cut_off_by_the_edge_is_no_photograph(tmp_path):
     y, x = np.mgrid[:SIDE, :SIDE]
     bust = ((x - 90) ** 2 + (y - 70) ** 2 < 40**2) | ((abs(x - 100) < 70) & (y > 100 + 20 * np.sin(x / 20)))
     pixels = np.where(bust[..., None], np.where(y[..., None] > 120, (40, 60, 200), (230, 170, 120)), 250)
-    found = shapes.read(written(tmp_path, pixels.astype(np.uint8)))
-    assert found.curve.area == pytest.approx(bust.sum(), rel=0.01) and found.coloured
+    shape = shapes.read(written(tmp_path, pixels.astype(np.uint8)))
+    assert shape.curve.area == pytest.approx(bust.sum(), rel=0.01) and shape.coloured
 
 
 @pytest.mark.parametrize("name", ["cross", "horizon", "bands"])
@@ -271,8 +271,8 @@ def test_a_flag_or_a_landscape_is_a_rectangle(tmp_path, name):
         "bands": x > 110,
     }
     pixels = np.where(there[name][..., None], (200, 30, 40), (240, 240, 250)).astype(np.uint8)
-    found = shapes.read(written(tmp_path, pixels))
-    assert found.curve.area == 120 * SIDE and "rectangle" in found.notes[0] and found.coloured
+    shape = shapes.read(written(tmp_path, pixels))
+    assert shape.curve.area == 120 * SIDE and "rectangle" in shape.notes[0] and shape.coloured
 
 
 def test_the_canvas_of_any_picture(tmp_path):
@@ -292,8 +292,8 @@ def test_lines_around_several_things_are_all_filled(tmp_path):
     y, x = np.mgrid[:SIDE, :SIDE]
     rings = [(60, 70, 40), (150, 120, 25)]
     away = np.min([abs(np.hypot(x - a, y - b) - r) for a, b, r in rings], axis=0)
-    found = shapes.read_all(written(tmp_path, np.where(away < 1.5, 0, 255).astype(np.uint8)[..., None]))
-    assert [round(each.curve.area) for each in found] == [
+    outlines = shapes.read_all(written(tmp_path, np.where(away < 1.5, 0, 255).astype(np.uint8)[..., None]))
+    assert [round(each.curve.area) for each in outlines] == [
         pytest.approx(np.pi * (r + 1.5) ** 2, rel=0.02) for _, _, r in rings
     ]
 
@@ -319,13 +319,13 @@ def test_a_drawing_on_paper_is_its_own_texture_without_the_paper(tmp_path):
     part, x = covered(disc)[..., None], np.arange(SIDE)[None, :, None]
     painted = np.where(x < 90, (200, 30, 40), (200, 180, 40))
     path = written(tmp_path, np.rint(part * painted + (1 - part) * (20, 200, 60)).astype(np.uint8))
-    own = own_picture.read(Spec.of(path))
-    assert own.alpha == 3 and own.pixels.shape == (SIDE, SIDE, 4)
-    alpha = own.pixels[..., 3] / 255
+    picture = own_picture.read(Spec.of(path))
+    assert picture.alpha == 3 and picture.pixels.shape == (SIDE, SIDE, 4)
+    alpha = picture.pixels[..., 3] / 255
     assert np.abs(alpha - part[..., 0]).max() < 0.15 and set(alpha[part[..., 0] == 1]) == {1}
     left = (part[..., 0] > 0.3) & (x[..., 0] < 85)
-    assert np.abs(own.pixels[left][:, :3].astype(int) - (200, 30, 40)).max() <= 40
-    assert np.abs(own.pixels[left][:, :3].astype(int) - (200, 30, 40)).mean() < 2
+    assert np.abs(picture.pixels[left][:, :3].astype(int) - (200, 30, 40)).max() <= 40
+    assert np.abs(picture.pixels[left][:, :3].astype(int) - (200, 30, 40)).mean() < 2
 
 
 @pytest.mark.slow
@@ -337,8 +337,8 @@ def test_a_photograph_is_carried_without_a_texture_given(tmp_path, iccm, monkeyp
     done = iccm("map", of_scikit_image("chelsea.png"), "disc.svg", "--size", "64", "-o", "o.png")
     assert done.code == 0 and "#silhouette" in done.err
     cat = image_files.read(of_scikit_image("chelsea.png")).pixels
-    shown = image_files.read("o.png").pixels
-    seen = shown[shown[..., 3] == 255][:, :3]
+    picture = image_files.read("o.png").pixels
+    seen = picture[picture[..., 3] == 255][:, :3]
     assert np.abs(seen.mean(axis=0) - cat.reshape(-1, 3).mean(axis=0)).max() < 12  # no checkerboard
     assert iccm("map", "disc.svg", of_scikit_image("rocket.jpg"), "--size", "64", "-o", "p.png").code == 0
     assert (image_files.read("p.png").pixels[..., 3] == 255).mean() > 0.6
@@ -364,10 +364,10 @@ def disc_with_a_hole():
 def test_a_drawing_that_wraps_a_picture_with_alpha_is_its_silhouette(tmp_path):
     """At the position given by its transform and proportions: twice as large, in the middle of its rectangle."""
     place = 'x="10" y="0" width="160" height="100" transform="translate(-20 10) scale(2 1)"'
-    found = wrapped_in_svg(tmp_path, disc_with_a_hole(), place)
-    z = found.to_file(found.curve.z)
+    shape = wrapped_in_svg(tmp_path, disc_with_a_hole(), place)
+    z = shape.to_file(shape.curve.z)
     assert np.allclose([*z.min(axis=0), *z.max(axis=0)], [60, 30, 180, 90], atol=0.6)
-    assert found.curve.area == pytest.approx(2 * np.pi * 900, rel=0.01) and len(found.holes) == 1
+    assert shape.curve.area == pytest.approx(2 * np.pi * 900, rel=0.01) and len(shape.holes) == 1
 
 
 def test_other_drawings_with_a_picture_have_its_rectangle(tmp_path):
@@ -389,8 +389,8 @@ def test_a_large_picture_is_judged_by_a_small_one_and_traced_in_its_own_pixels(t
     assert shapely.hausdorff_distance(ring(outline), TRUE[disc], densify=0.02) < 0.5
     y, x = np.mgrid[:SIDE, :SIDE] + 0.5
     ring_drawn = np.abs(np.hypot(x - 90.3, y - 80.6) - 58) < 3
-    found = shapes.read(written(tmp_path, np.where(ring_drawn, 30, 240).astype(np.uint8)[..., None]))
-    assert found.curve.area == pytest.approx(np.pi * 61**2, rel=0.03)
+    shape = shapes.read(written(tmp_path, np.where(ring_drawn, 30, 240).astype(np.uint8)[..., None]))
+    assert shape.curve.area == pytest.approx(np.pi * 61**2, rel=0.03)
     photo = image_files.read(of_scikit_image("chelsea.png"))
     assert silhouette.interpret(photo.pixels, photo.alpha).kind == "rectangle"
 

@@ -105,8 +105,8 @@ def test_names_of_many_shapes_are_kept_in_order_and_once(tmp_path):
         f'<g id="g"><rect id="r{k}" x="{k / 99}" y="0" width="9" height="9"/></g>' for k in range(2000)
     )
     (tmp_path / "a.svg").write_text(SVG.format(rows))
-    found = list(reader.read(tmp_path / "a.svg").ids)
-    assert found == ["g", *(f"r{k}" for k in range(2000))]
+    names = list(reader.read(tmp_path / "a.svg").ids)
+    assert names == ["g", *(f"r{k}" for k in range(2000))]
 
 
 def test_the_limit_on_segments_can_be_set(tmp_path):
@@ -268,7 +268,7 @@ def test_flattening_many_pieces_at_once_is_flattening_each():
     affine = Affine.matrix(1, 0.2, -0.3, 2, 5, 6)
     many, runs = path_data.subpaths(d, affine, 1e-4), path_data.runs(d)
     assert len(many) == len(runs) == 30
-    for made, run in zip(many, runs):
+    for flattened, run in zip(many, runs):
         pieces = [piece.under(affine) for piece in run.pieces]
         rough = [
             affine(run.start),
@@ -277,7 +277,7 @@ def test_flattening_many_pieces_at_once_is_flattening_each():
         tolerance = 1e-4 * diagonal(np.array(rough))
         counts = [max(1, int(np.ceil(np.sqrt(p.bend() / (8 * tolerance))))) for p in pieces]
         each = np.concatenate([p.at(np.arange(1, n + 1) / n) for p, n in zip(pieces, counts)])
-        assert made.z.size == 1 + each.size and np.abs(made.z[1:] - each).max() < 1e-9
+        assert flattened.z.size == 1 + each.size and np.abs(flattened.z[1:] - each).max() < 1e-9
 
 
 @pytest.mark.parametrize(

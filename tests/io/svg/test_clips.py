@@ -102,14 +102,19 @@ def test_a_clip_may_part_a_shape_or_hide_it(svg):
     ],
 )  # fmt: skip
 def test_what_is_not_understood_is_told(svg, wrong):
-    for chosen, told in (("", "its clip-path is ignored"), ("#silhouette", "clip-path of 1 shape ignored")):
+    for chosen, message in (
+        ("", "its clip-path is ignored"),
+        ("#silhouette", "clip-path of 1 shape ignored"),
+    ):
         shape = svg(wrong, chosen)
-        assert shape.curve.area == 1600 and told in shape.notes[0]
+        assert shape.curve.area == 1600 and message in shape.notes[0]
 
 
 def test_a_clip_path_of_itself_ends(svg):
-    own = f'<clipPath id="c"><g clip-path="url(#c)">{BLOCK}</g></clipPath><g clip-path="url(#c)">{BLOCK}</g>'
-    assert svg(own).curve.area == 1600
+    definition = (
+        f'<clipPath id="c"><g clip-path="url(#c)">{BLOCK}</g></clipPath><g clip-path="url(#c)">{BLOCK}</g>'
+    )
+    assert svg(definition).curve.area == 1600
 
 
 def test_clip_paths_are_counted(svg, tmp_path, monkeypatch):

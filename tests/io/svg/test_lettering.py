@@ -27,8 +27,8 @@ def fonts(tmp_path, monkeypatch):
     """Only matplotlib's fonts."""
     if shutil.which("fc-match") is None:
         pytest.skip("no fontconfig")
-    said = f"<fontconfig><dir>{FONTS}</dir><cachedir>{tmp_path}/c</cachedir></fontconfig>"
-    (tmp_path / "fonts.conf").write_text(said)
+    config = f"<fontconfig><dir>{FONTS}</dir><cachedir>{tmp_path}/c</cachedir></fontconfig>"
+    (tmp_path / "fonts.conf").write_text(config)
     monkeypatch.setenv("FONTCONFIG_FILE", str(tmp_path / "fonts.conf"))
     lettering._matched.cache_clear()
     yield
@@ -56,9 +56,9 @@ def box_of(text, x, **more):
     ],
 )
 def test_letters_are_where_matplotlib_has_them(tmp_path, more, how):
-    found, box = drawn(tmp_path, TEXT.format(x=30, more=more, text="hong"))
-    assert len(found) == 4 and box == pytest.approx(box_of("hong", 30, **how), abs=0.8)
-    assert len(found[1].holes) + len(found[0].holes) + len(found[2].holes) + len(found[3].holes) == 2
+    shapes, box = drawn(tmp_path, TEXT.format(x=30, more=more, text="hong"))
+    assert len(shapes) == 4 and box == pytest.approx(box_of("hong", 30, **how), abs=0.8)
+    assert len(shapes[1].holes) + len(shapes[0].holes) + len(shapes[2].holes) + len(shapes[3].holes) == 2
 
 
 def test_letters_are_kerned_as_matplotlib_kerns_them(tmp_path):
@@ -68,11 +68,11 @@ def test_letters_are_kerned_as_matplotlib_kerns_them(tmp_path):
 
 
 def test_letters_that_join_are_one_shape(tmp_path):
-    found, box = drawn(tmp_path, TEXT.format(x=30, more="", text="\u0633\u0644"))  # seen, lam
+    shapes, box = drawn(tmp_path, TEXT.format(x=30, more="", text="\u0633\u0644"))  # seen, lam
     alone, _ = drawn(tmp_path, TEXT.format(x=30, more="", text="\u0633"))
-    assert len(found) == len(alone) == 1 and found[0].curve.area > 1.3 * alone[0].curve.area
-    points = found[0].curve.z  # the lam, which rises, is read last: it is on the left
-    assert points[np.argmin(points.imag if found[0].flip else -points.imag)].real < (box[0] + box[2]) / 2
+    assert len(shapes) == len(alone) == 1 and shapes[0].curve.area > 1.3 * alone[0].curve.area
+    points = shapes[0].curve.z  # the lam, which rises, is read last: it is on the left
+    assert points[np.argmin(points.imag if shapes[0].flip else -points.imag)].real < (box[0] + box[2]) / 2
 
 
 def test_anchors_and_places_of_parts(tmp_path):
@@ -119,8 +119,8 @@ def test_artwork_carries_letters(tmp_path, iccm):
 def test_a_power_stroke_is_what_inkscape_drew(tmp_path):
     names = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
     path = f'<path {names} fill="#000" inkscape:path-effect="#e" inkscape:original-d="M10 10H90" d="M10 10L90 5V15Z"/>'
-    (found,), _ = drawn(tmp_path, path)
-    assert found.curve.area == pytest.approx(400)
+    (shape,), _ = drawn(tmp_path, path)
+    assert shape.curve.area == pytest.approx(400)
 
 
 def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
@@ -144,8 +144,8 @@ def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
 
 def boxes(tmp_path, body):
     """The boxes of all letters from left to right, in the file's directions."""
-    found, _ = drawn(tmp_path, body)
-    z = [each.to_file(each.curve.z) for each in found]
+    shapes, _ = drawn(tmp_path, body)
+    z = [each.to_file(each.curve.z) for each in shapes]
     return sorted((round(p[:, 0].min(), 2), round(p[:, 1].min(), 2), round(p[:, 0].max(), 2)) for p in z)
 
 
@@ -187,11 +187,11 @@ def test_a_text_follows_a_path(tmp_path, offset, at):
     """Along a descending line, letters are rotated by its angle; those beyond its end are not drawn."""
     path = '<defs><path id="p" transform="translate(10 0)" d="M0 20 L128 116"/></defs>'
     text = f'<textPath href="#p" startOffset="{offset}">hou</textPath>'
-    found, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text))
+    shapes, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text))
     turned = f'<g transform="translate(10 20) rotate({np.degrees(np.arctan2(96, 128))}) translate({at} -60)">'
-    wanted, _ = drawn(tmp_path, turned + TEXT.format(x=0, more="", text="hou") + "</g>")
-    middles = [sorted(complex(each.curve.z.mean()).real for each in side) for side in (found, wanted)]
-    assert len(found) == 3 and np.allclose(*middles, atol=0.1)
+    expected, _ = drawn(tmp_path, turned + TEXT.format(x=0, more="", text="hou") + "</g>")
+    middles = [sorted(complex(each.curve.z.mean()).real for each in side) for side in (shapes, expected)]
+    assert len(shapes) == 3 and np.allclose(*middles, atol=0.1)
     far, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text.replace(f'"{offset}"', '"70%"', 1)))
     assert len(far) < 3
 
@@ -270,8 +270,8 @@ SPANS = (
 def test_spans_have_paint_of_their_own(tmp_path, iccm):
     """In a picture and in artwork; and if rules refer to paths, which these are not."""
     (tmp_path / "a.svg").write_text(SVG.format(SPANS))
-    found, _ = drawn(tmp_path, SPANS)
-    assert len(found) == 4
+    shapes, _ = drawn(tmp_path, SPANS)
+    assert len(shapes) == 4
     done = iccm("map", tmp_path / "a.svg#canvas", tmp_path / "a.svg#canvas", "-o", tmp_path / "o.svg")
     assert done.code == 0 and "omitted" not in done.err
     for name in ("a.svg", "o.svg"):

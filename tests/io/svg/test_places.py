@@ -89,8 +89,8 @@ def test_the_origin_of_a_transform_counts_from_the_view_box(svg):
 
 def test_a_percentage_of_a_radius_refers_to_both_sides(svg):
     radius = 0.1 * ((200**2 + 100**2) / 2) ** 0.5
-    found = svg('<circle cx="100" cy="50" r="10%"/>').curve
-    assert np.abs(found.z - (100 - 50j)) == pytest.approx(radius)
+    shape = svg('<circle cx="100" cy="50" r="10%"/>').curve
+    assert np.abs(shape.z - (100 - 50j)) == pytest.approx(radius)
 
 
 @pytest.mark.parametrize(
@@ -104,8 +104,8 @@ def test_a_percentage_of_a_radius_refers_to_both_sides(svg):
     ],
 )
 def test_corners_of_an_oblong_rectangle_are_rounded_by_half_a_side_at_most(svg, radii, rx, ry):
-    found = svg(f'<rect width="60" height="20" {radii}/>').curve
-    assert found.area == pytest.approx(1200 - (4 - np.pi) * rx * ry, rel=1e-3)
+    shape = svg(f'<rect width="60" height="20" {radii}/>').curve
+    assert shape.area == pytest.approx(1200 - (4 - np.pi) * rx * ry, rel=1e-3)
 
 
 def test_a_smooth_curve_after_one_of_another_kind_starts_straight(svg):
@@ -117,8 +117,8 @@ def test_a_smooth_curve_after_one_of_another_kind_starts_straight(svg):
 
 def test_the_rotation_of_an_arc_is_in_degrees(svg):
     """Half an ellipse of 20 by 10, its long axis up."""
-    found = svg('<path d="M40 40A20 10 90 0 1 60 40z"/>')
-    assert box(found) == pytest.approx([40, 20, 60, 40], abs=1e-2)
+    shape = svg('<path d="M40 40A20 10 90 0 1 60 40z"/>')
+    assert box(shape) == pytest.approx([40, 20, 60, 40], abs=1e-2)
 
 
 @pytest.mark.parametrize(
@@ -143,10 +143,10 @@ def test_whether_a_line_is_closed_depends_on_how_wide_it_is_drawn(svg):
 
 
 def test_a_closed_stroke_returns_to_its_start(drawing):
-    found = drawing('<path id="stroke-a" d="M10 20H40V60Z"/><rect width="90" height="90"/>').strokes[
+    shape = drawing('<path id="stroke-a" d="M10 20H40V60Z"/><rect width="90" height="90"/>').strokes[
         "stroke-a"
     ]
-    assert found[0] == found[-1] == 10 + 20j and found.size == 4
+    assert shape[0] == shape[-1] == 10 + 20j and shape.size == 4
 
 
 def test_a_line_paints_its_length_times_its_width_where_it_lies(drawing):

@@ -289,9 +289,9 @@ def test_selectors_say_which_elements_they_style(svg, selector):
     body = f"<style>rect{{width:1px}} {selector}{{width:9px !important}}</style>"
     body += '<g><path/><rect id="a" class="k" fill="red" data-name="a b" height="4"/></g>'
     body += '<rect class="j" x="20" width="2" height="3"/>'
-    shown = svg(body, chosen="#a")
+    shape = svg(body, chosen="#a")
     assert (
-        shown.curve.area == 36 and svg(body).curve.area == 36 and not [n for n in shown.notes if "read" in n]
+        shape.curve.area == 36 and svg(body).curve.area == 36 and not [n for n in shape.notes if "read" in n]
     )
 
 
@@ -440,9 +440,9 @@ def test_what_a_drawing_paints_is_all_of_its_fills_and_strokes(tmp_path):
         '<path d="M0 95H90" stroke="red" stroke-width=".1" fill="none"/>'  # less than a pixel wide
         '<rect x="90" y="90" width="9" height="9" display="none"/>'
     )
-    found = drawn(tmp_path, body)
-    assert found.painted.area == pytest.approx(3600 - 400 + 1600 - 400 + 80)
-    assert found.ink.equals(found.painted) and len(found.painted.geoms) == 2
+    drawing = drawn(tmp_path, body)
+    assert drawing.painted.area == pytest.approx(3600 - 400 + 1600 - 400 + 80)
+    assert drawing.ink.equals(drawing.painted) and len(drawing.painted.geoms) == 2
 
 
 def test_what_many_lines_paint_has_few_vertices(tmp_path):
@@ -473,13 +473,16 @@ def test_closed_lines_are_filled_where_lines_draw(tmp_path):
         shapely.Polygon([(10, 40), (50, 10), (90, 40), (90, 90), (10, 90)]).buffer(1, join_style="mitre").area
     )
     for body, more in [(house, 0), (house + dot, 0), (house + smoke + dot, 20)]:
-        found = drawn(tmp_path, body)
-        assert found.painted.area == pytest.approx(outer + more)
-        assert found.ink.area < 700
+        drawing = drawn(tmp_path, body)
+        assert drawing.painted.area == pytest.approx(outer + more)
+        assert drawing.ink.area < 700
     # among fills that cover most of the enclosed area, a line is a line
-    found = drawn(tmp_path, house + '<rect x="20" y="45" width="55" height="40"/>')
-    assert len(found.painted.interiors if found.painted.geom_type == "Polygon" else found.painted.geoms) > 0
-    assert found.painted.area < outer - 1500
+    drawing = drawn(tmp_path, house + '<rect x="20" y="45" width="55" height="40"/>')
+    assert (
+        len(drawing.painted.interiors if drawing.painted.geom_type == "Polygon" else drawing.painted.geoms)
+        > 0
+    )
+    assert drawing.painted.area < outer - 1500
     # and a wide stroke is a ring
     ring = drawn(tmp_path, '<circle cx="50" cy="50" r="20" fill="none" stroke="red" stroke-width="10"/>')
     assert ring.painted.area == pytest.approx(np.pi * (25**2 - 15**2), rel=1e-3)
@@ -502,13 +505,13 @@ LINE = '<path d="{}" fill="none" stroke="red" stroke-width="2"/>'
 )
 def test_small_gaps_in_lines_are_closed(tmp_path, paths, closed):
     body = "".join(map(LINE.format, paths))
-    found = drawn(tmp_path, body)
-    assert (found.painted.area > 4000) == closed and found.ink.area < 800
+    drawing = drawn(tmp_path, body)
+    assert (drawing.painted.area > 4000) == closed and drawing.ink.area < 800
     if closed:
-        assert found.painted.geom_type == "Polygon" and not found.painted.interiors
-        assert found.painted.covers(found.ink.buffer(-1e-6))
+        assert drawing.painted.geom_type == "Polygon" and not drawing.painted.interiors
+        assert drawing.painted.covers(drawing.ink.buffer(-1e-6))
     else:
-        assert found.painted.equals(found.ink)
+        assert drawing.painted.equals(drawing.ink)
     # hidden elements are not lines, even if their ends are close
     if closed:
         assert (
@@ -520,8 +523,8 @@ def test_a_gap_is_as_wide_as_the_line_where_that_is_thick(tmp_path):
     ring = '<path d="M{} A30 30 0 1 0 {}" fill="none" stroke="red" stroke-width="8" stroke-linecap="{}"/>'
     for half, cap, closed in [(4, "butt", True), (5, "butt", False), (7, "round", True), (9, "round", False)]:
         y = 50 - (30**2 - half**2) ** 0.5
-        found = drawn(tmp_path, ring.format(f"{50 - half} {y}", f"{50 + half} {y}", cap))
-        assert (found.painted.area > 3000) == closed, (half, cap)
+        drawing = drawn(tmp_path, ring.format(f"{50 - half} {y}", f"{50 + half} {y}", cap))
+        assert (drawing.painted.area > 3000) == closed, (half, cap)
 
 
 def test_a_figure_of_open_lines_keeps_them(tmp_path):
@@ -542,8 +545,8 @@ def test_a_figure_of_open_lines_keeps_them(tmp_path):
 def test_an_embedded_picture_is_its_rectangle(tmp_path, svg):
     dot = "data:image/png;base64,iVBORw0KGgo="
     body = f'<image id="photo" x="10" y="20" width="30" height="50" transform="scale(2 1)" href="{dot}"/>'
-    found = drawn(tmp_path, body + '<circle cx="50" cy="40" r="5"/>')
-    assert found.painted.bounds == (20, 20, 80, 70) and found.painted.area == 3000
+    drawing = drawn(tmp_path, body + '<circle cx="50" cy="40" r="5"/>')
+    assert drawing.painted.bounds == (20, 20, 80, 70) and drawing.painted.area == 3000
     assert svg(body, chosen="#photo").curve.area == 3000
     linked = '<image width="30" height="50" href="photo.png"/>'
     one_line(lambda: svg(linked), "contains no outline")
