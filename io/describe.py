@@ -33,9 +33,9 @@ def describe(name: str | Path, *, max_faces: int = limits.FACES) -> dict[str, An
     spec = Spec.of(str(name))
     path = spec.path
     files.open_input(path)
-    if spec.chosen and (formats.of(path).outlines or formats.of(path).drawing):
+    if spec.selection and (formats.of(path).outlines or formats.of(path).drawing):
         return {"file": str(name), "bytes": path.stat().st_size, **_shape(spec)}
-    if spec.chosen:
+    if spec.selection:
         raise InputError(
             f"{name}: only parts of drawings and fonts can be described; iccm info {path} lists the parts of this file"
         )

@@ -33,13 +33,13 @@ class Spec:
         return cls(Path(file), f"{part}{mark}{last}" or None)
 
     @property
-    def chosen(self) -> str | None:
+    def selection(self) -> str | None:
         """The part and number as written."""
         return "#".join(str(word) for word in (self.part, self.number) if word is not None) or None
 
     def among(self, names: Collection[str]) -> Spec:
         """Return the spec for a file with these parts: the name of a part has precedence over a number."""
-        return replace(self, part=self.chosen, number=None) if self.chosen in names else self
+        return replace(self, part=self.selection, number=None) if self.selection in names else self
 
 
 def path_of(text: str) -> str:
@@ -65,7 +65,7 @@ def is_generated(text: str) -> bool:
 
 def is_marked(text: str) -> bool:
     """Return whether a spec names a sheet that is marked on a photograph."""
-    return not is_generated(text) and bool(MARKED.fullmatch(Spec.of(text).chosen or ""))
+    return not is_generated(text) and bool(MARKED.fullmatch(Spec.of(text).selection or ""))
 
 
 def is_view(text: str) -> bool:
@@ -78,5 +78,5 @@ def short_name(text: str) -> str:
     if is_generated(text):
         return text.partition(":")[0]
     spec = Spec.of(text)
-    selection = (spec.chosen or "").partition("=")[0] if is_marked(text) else spec.chosen
+    selection = (spec.selection or "").partition("=")[0] if is_marked(text) else spec.selection
     return spec.path.stem + (f"-{selection.replace('#', '-')}" if selection else "")

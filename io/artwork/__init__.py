@@ -168,7 +168,7 @@ def _document(source: Shape, target: Shape, copies: int) -> MappedDocument:
             "suffix for -o"
         )
     if formats.suffix_of(source.path) in formats.FONTS:
-        data = lettering.svg(source.path, without_box(source.path, Spec.of(source.spec).chosen or ""))
+        data = lettering.svg(source.path, without_box(source.path, Spec.of(source.spec).selection or ""))
     else:
         data = drawing_bytes(source.path)
     with naming(source.path):

@@ -514,7 +514,7 @@ def _fields(key: str, spec: Any) -> dict[str, str]:
         name = short_name(spec)
         return {f"{key}.stem": name, f"{key}.name": name, f"{key}.id": ""}
     parsed = Spec.of(spec if isinstance(spec, str) else "")
-    id_text = re.sub(r"[^\w.-]", "_", parsed.chosen or "")
+    id_text = re.sub(r"[^\w.-]", "_", parsed.selection or "")
     return {f"{key}.stem": parsed.path.stem, f"{key}.name": parsed.path.name, f"{key}.id": id_text}
 
 

@@ -52,7 +52,7 @@ def check_inside(folder: Path, path: Path) -> None:
         raise InputError(f"{path}: is a link to a file outside {folder}; copy the file itself there")
 
 
-def chosen(candidates: Iterable[str], only: tuple[str, ...]) -> list[str]:
+def select(candidates: Iterable[str], only: tuple[str, ...]) -> list[str]:
     """Return the names that match one of the patterns, literally or with * and ?; all names if there are no
     patterns.
     """
@@ -65,7 +65,7 @@ def check(run: Path, baselines: Path, allowed: Tolerances, only: tuple[str, ...]
     Raises:
         InputError: a folder is missing, or there is nothing to compare: such a comparison would always pass.
     """
-    selected = chosen(sorted({*names(run, closed=True), *names(baselines)}), only)
+    selected = select(sorted({*names(run, closed=True), *names(baselines)}), only)
     if not selected and only:
         raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
     if not selected:
@@ -92,8 +92,8 @@ def update(run: Path, baselines: Path, only: tuple[str, ...] = ()) -> tuple[list
     if not present:
         raise InputError(f"{run}: contains no files to store as baselines")
     baselines.mkdir(parents=True, exist_ok=True)
-    new = chosen(present, only)
-    removed = chosen((name for name in names(baselines) if name not in set(present)), only)
+    new = select(present, only)
+    removed = select((name for name in names(baselines) if name not in set(present)), only)
     if not new and not removed:
         raise InputError(f"{' '.join(only)}: no such file in {run} or {baselines} (--only)")
     for name in new:

@@ -57,9 +57,9 @@ class Workspace:
             InputError: as in `Session`.
         """
         self._options = options
-        self.chosen = {role: options[role] for role in ROLES if options.get(role)}
-        self._known = {path_of(spec) for spec in self.chosen.values()} | {CHECKER}
-        self.session = Session(make(options)) if "source" in self.chosen else None
+        self.roles = {role: options[role] for role in ROLES if options.get(role)}
+        self._known = {path_of(spec) for spec in self.roles.values()} | {CHECKER}
+        self.session = Session(make(options)) if "source" in self.roles else None
 
     def describe(self) -> dict[str, Any]:
         """Return what the page needs to know to offer files."""
@@ -67,8 +67,8 @@ class Workspace:
         shapes = (*formats.holding("drawing"), *formats.holding("mesh"), *pictures)
         suffixes = {"source": shapes, "target": shapes, "texture": pictures}
         return {
-            "chosen": self.chosen,
-            "paths": {role: path_of(spec) for role, spec in self.chosen.items()},
+            "chosen": self.roles,
+            "paths": {role: path_of(spec) for role, spec in self.roles.items()},
             "samples": [_sample(name) for name in SAMPLES if samples_of(name)],
             "suffixes": {role: list(dict.fromkeys(names)) for role, names in suffixes.items()},
         }
@@ -104,11 +104,11 @@ class Workspace:
         for spec in filter(None, specs.values()):
             if path_of(spec) not in self._known:
                 raise InputError(f"{spec}: choose this file again")
-        roles = {role: spec for role, spec in (self.chosen | specs).items() if role in ROLES and spec}
+        roles = {role: spec for role, spec in (self.roles | specs).items() if role in ROLES and spec}
         if "source" not in roles:
             raise InputError("choose a source shape as well")
         previous = self.session
-        is_same_pair = all(roles.get(side) == self.chosen.get(side) for side in ("source", "target"))
+        is_same_pair = all(roles.get(side) == self.roles.get(side) for side in ("source", "target"))
         options = self._options | {role: roles.get(role) for role in ROLES}
         if not is_same_pair:  # they belong to other shapes
             options = {name: value for name, value in options.items() if name not in ("constraints", "pin")}
@@ -117,7 +117,7 @@ class Workspace:
             session.go_on_from(previous)
         else:
             autosave.offer(session, autosave.read(session.pair.job))
-        self._options, self.chosen, self.session = options, roles, session
+        self._options, self.roles, self.session = options, roles, session
 
     def open_sample(self, name: str) -> None:
         """Open one of `SAMPLES`.
@@ -137,7 +137,7 @@ class Workspace:
         Raises:
             InputError: the file is invalid.
         """
-        return parts_of(path_of(self.chosen[role])) if role in self.chosen else []
+        return parts_of(path_of(self.roles[role])) if role in self.roles else []
 
 
 @lru_cache

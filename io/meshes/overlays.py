@@ -60,9 +60,9 @@ def _read(spec: Spec) -> Overlay:
     path, suffix = spec.path, formats.suffix_of(spec.path)
     mesh_format = format_of(path) if formats.of(path).mesh else None
     if mesh_format is VtkFormat:
-        return Overlay(VtkFormat(path).numbers_at_points(spec.chosen))
-    if spec.chosen:
-        raise InputError(f"{path}#{spec.chosen}: only arrays of VTK files have names")
+        return Overlay(VtkFormat(path).numbers_at_points(spec.selection))
+    if spec.selection:
+        raise InputError(f"{path}#{spec.selection}: only arrays of VTK files have names")
     if mesh_format is GiftiFormat:
         return _gifti(path)
     if suffix in TABLES:

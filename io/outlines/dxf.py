@@ -34,13 +34,13 @@ MILLIMETRES = {1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0, 8: 25.4e-6, 9: 0.0
 
 
 def read(
-    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
+    path: Path, selection: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> DrawingContent:
     """Return the closed outlines in the drawing's model space, including blocks.
 
     Args:
         path: the file.
-        chosen: a layer, or a block of whose references the outlines are returned.
+        selection: a layer, or a block of whose references the outlines are returned.
         flatness: tolerance of flattened curves relative to their size.
         max_bytes: largest size of the file.
 
@@ -68,7 +68,9 @@ def read(
     )
     joining_distance = JOINED_DIAGONAL_SHARE * diagonal(np.concatenate(lines))
     for layer, layer_curves in curves.items():
-        selected = [curve for curve in layer_curves if chosen is None or chosen in (layer, *curve.blocks)]
+        selected = [
+            curve for curve in layer_curves if selection is None or selection in (layer, *curve.blocks)
+        ]
         if selected:
             _add(drawing, layer, selected, joining_distance)
     drawing.outlines.sort(key=lambda outline: -outline.area)

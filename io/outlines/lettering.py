@@ -103,14 +103,14 @@ class Line:
 
 
 def read(
-    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
+    path: Path, selection: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> DrawingContent:
     """Return the outlines of a line of text with kerning and ligatures.
 
     Raises:
         InputError: no text is given, the file is not a font, or lacks letters.
     """
-    line = _set(path, chosen, flatness, max_bytes)
+    line = _set(path, selection, flatness, max_bytes)
     letter_outlines, refused = outlines([z for _, z in line.letters], "nonzero", repr(line.text[:40]))
     letter_outlines = [
         replace(outline, names=(line.name,), element=letter)
@@ -119,13 +119,13 @@ def read(
     return DrawingContent(letter_outlines, line.canvas, flip=True, refused=refused, ids={line.name: None})
 
 
-def svg(path: Path, chosen: str | None = None, *, max_bytes: int = limits.DRAWING_BYTES) -> bytes:
+def svg(path: Path, selection: str | None = None, *, max_bytes: int = limits.DRAWING_BYTES) -> bytes:
     """Return a line of text as an SVG file in the coordinates of `read`: a black path for each glyph.
 
     Raises:
         InputError: as for `read`.
     """
-    line = _set(path, chosen, SVG_FLATNESS, max_bytes)
+    line = _set(path, selection, SVG_FLATNESS, max_bytes)
     top = Element("svg", {"xmlns": SVG_SPACE, "viewBox": " ".join(f"{side:.9g}" for side in line.canvas)})
     group = SubElement(top, "g", {"aria-label": line.text})
     for letter, data in line.glyphs:
@@ -134,14 +134,14 @@ def svg(path: Path, chosen: str | None = None, *, max_bytes: int = limits.DRAWIN
     return tostring(top)
 
 
-def _set(path: Path, chosen: str | None, flatness: float, max_bytes: int) -> Line:
+def _set(path: Path, selection: str | None, flatness: float, max_bytes: int) -> Line:
     """Return the line of text that a spec selects, with curves flattened for its rings and kept in its path data.
 
     Raises:
         InputError: as for `read`.
     """
     files.open_input(path, max_bytes=max_bytes)
-    if not (chosen or "").startswith(TEXT) or not (text := (chosen or "")[len(TEXT) :].strip()):
+    if not (selection or "").startswith(TEXT) or not (text := (selection or "")[len(TEXT) :].strip()):
         raise InputError(f"{path}: {SAY.format(path.name)}")
     if len(text) > limits.SVG_LETTERS:
         raise InputError(f"{path}: the text has more than {limits.SVG_LETTERS} letters; shorten it")
@@ -162,7 +162,7 @@ def _set(path: Path, chosen: str | None, flatness: float, max_bytes: int) -> Lin
     left, top = min(0.0, points.real.min()), min(0.0, points.imag.min())
     right, bottom = max(width, points.real.max()), max(LINE_EMS[1] * UNITS_PER_EM, points.imag.max())
     canvas = float(left), float(top), float(right - left), float(bottom - top)
-    return Line(chosen or "", text, glyphs, canvas, letters)
+    return Line(selection or "", text, glyphs, canvas, letters)
 
 
 def _letters_of(outlines: Sequence[FilledOutline], letters: Sequence[tuple[int, Complex]]) -> list[int]:

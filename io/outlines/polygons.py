@@ -30,9 +30,13 @@ RECORD_SEPARATOR = b"\x1e \t\r"
 
 
 def read(
-    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.GEOMETRY_BYTES
+    path: Path,
+    selection: str | None = None,
+    *,
+    flatness: float = 1e-4,
+    max_bytes: int = limits.GEOMETRY_BYTES,
 ) -> DrawingContent:
-    """Return the polygons of a file, or those of the feature, label, category or picture called `chosen`.
+    """Return the polygons of a file, or those of the feature, label, category or picture called `selection`.
 
     Coordinates are used unchanged, without a projection. `flatness` is not used, since there are no curves.
 
@@ -48,14 +52,14 @@ def read(
             drawing = _canvas(content.get("imageWidth"), content.get("imageHeight"))
             polygons = _labelme(content)
         elif isinstance(content.get("annotations"), list):
-            drawing, polygons = _coco(content, chosen)
+            drawing, polygons = _coco(content, selection)
         elif isinstance(content.get("type"), str):
             drawing = DrawingContent([], None, flip=False)
             crs = _crs_of(content)
             polygons = _geojson(topology.as_geojson(content), drawing.notes)
         else:
             raise InputError("not GeoJSON, nor annotations of labelme or COCO")
-        _fill(drawing, polygons, chosen)
+        _fill(drawing, polygons, selection)
         if crs is not None:
             usual = LONGITUDE_LATITUDE if _in_degrees(drawing) else ""
             return replace(drawing, georeference=Georeference(crs=crs or usual))
@@ -129,13 +133,13 @@ def _of_lines(path: Path, max_bytes: int) -> list[Any]:
         return []
 
 
-def _fill(drawing: DrawingContent, polygons: Iterator[NamedRings], chosen: str | None) -> None:
+def _fill(drawing: DrawingContent, polygons: Iterator[NamedRings], selection: str | None) -> None:
     """Add the chosen outlines, or all, to the drawing, the largest first."""
     number = 0
     for names, rings, rule in polygons:
         number += 1
         drawing.ids.update(dict.fromkeys(names))
-        if chosen is not None and chosen not in names:
+        if selection is not None and selection not in names:
             continue
         drawing.add(rings, rule, repr(names[0]) if names else f"polygon {number}", names)
     drawing.outlines.sort(key=lambda outline: -outline.area)
@@ -212,7 +216,7 @@ def _labelme(content: dict[str, Any]) -> Iterator[NamedRings]:
         yield (str(shape["label"]),), [points], "nonzero"
 
 
-def _coco(content: dict[str, Any], chosen: str | None) -> tuple[DrawingContent, Iterator[NamedRings]]:
+def _coco(content: dict[str, Any], selection: str | None) -> tuple[DrawingContent, Iterator[NamedRings]]:
     """Return the annotations of one picture, on its canvas."""
     pictures = {annotation["id"]: annotation for annotation in content.get("images", [])}
     kinds = {annotation["id"]: str(annotation["name"]) for annotation in content.get("categories", [])}
@@ -229,7 +233,7 @@ def _coco(content: dict[str, Any], chosen: str | None) -> tuple[DrawingContent, 
         polygons.append(
             (picture, (tuple(filter(None, annotation_names)), [_sound(ring) for ring in rings], "nonzero"))
         )
-    annotated = {picture for picture, (names, _, _) in polygons if chosen is None or chosen in names}
+    annotated = {picture for picture, (names, _, _) in polygons if selection is None or selection in names}
     if len(annotated) > 1:
         raise InputError(
             f"contains annotations of {len(annotated)} pictures; choose one, such as #{_name(pictures, annotated)}"

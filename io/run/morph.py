@@ -297,7 +297,9 @@ def _of_target(source: Run, settings: MorphSettings, paths: Sequence[MorphPath],
 
 def _paints_nothing_else(run: Run) -> bool:
     """Return whether the texture is the whole drawing itself, whose alpha limits what is painted."""
-    return is_own_picture(run.job, run.source) and len(run.pairs) == 1 and not Spec.of(run.source.spec).chosen
+    return (
+        is_own_picture(run.job, run.source) and len(run.pairs) == 1 and not Spec.of(run.source.spec).selection
+    )
 
 
 def _size(box: Box) -> complex:

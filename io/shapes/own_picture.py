@@ -33,7 +33,7 @@ def read(spec: Spec, trace: str = "auto", *, anew: bool = False, **options: Any)
     Raises:
         InputError: it is not a picture, or nothing stands out from the background.
     """
-    part = part_of(spec.chosen)
+    part = part_of(spec.selection)
     handed_over = handed.take(Path(spec.path), trace, part)
     as_asked = not anew and not options.get("colorspace")
     if handed_over and as_asked and _pixels(handed_over[0]) <= options.get("max_pixels", np.inf):

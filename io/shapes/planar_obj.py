@@ -24,9 +24,9 @@ Edges = NDArray[np.int64]  # (e, 2) pairs of vertices, from 0
 
 
 def read(
-    path: Path, chosen: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
+    path: Path, selection: str | None = None, *, flatness: float = 1e-4, max_bytes: int = limits.DRAWING_BYTES
 ) -> DrawingContent:
-    """Return the closed outlines of an OBJ file in a plane z = constant, or those of the object or group `chosen`.
+    """Return the closed outlines of an OBJ file in a plane z = constant, or those of the object or group `selection`.
 
     Polylines with common ends are joined; vertices at the same position count as one. Without `l` lines, the outlines
     are the boundary loops of the faces. Loops inside others are holes. `flatness` is not used, since there are no
@@ -41,19 +41,19 @@ def read(
         raise InputError(f"{path}: contains no vertices (lines that begin with v)")
     polylines = _polylines(content)
     ids = list(dict.fromkeys(name for name, _ in polylines)) if polylines else content.parts()
-    parts = polylines or _boundary(content, chosen if chosen in ids else None)
+    parts = polylines or _boundary(content, selection if selection in ids else None)
     points = _planar(content, np.unique(np.concatenate([edges for _, edges in parts])))
     (x, y), (width, height) = points.min(axis=0).tolist(), np.ptp(points, axis=0).tolist()
     drawing = DrawingContent([], (x, y, width, height), flip=False, ids={name: None for name in ids if name})
-    for name, edges in _gathered(parts, chosen).items():
+    for name, edges in _gathered(parts, selection).items():
         _add(drawing, content, name, edges)
     drawing.outlines.sort(key=lambda o: -o.area)
     return drawing
 
 
-def _gathered(parts: list[tuple[str, Edges]], chosen: str | None) -> dict[str, Edges]:
+def _gathered(parts: list[tuple[str, Edges]], selection: str | None) -> dict[str, Edges]:
     """Group the edges of the chosen parts by name."""
-    selected = [(name, edges) for name, edges in parts if chosen in (None, name)]
+    selected = [(name, edges) for name, edges in parts if selection in (None, name)]
     names = dict.fromkeys(name for name, _ in selected)
     return {name: np.concatenate([e for n, e in selected if n == name]) for name in names}
 

@@ -80,7 +80,7 @@ def flat_picture(text: str) -> Shape:
         raise InputError(f"{text}: is a mesh; only pictures and drawings lie flat on such a shape")
     boxes = f"#{CANVAS}", f"#{shape.BBOX}"
     if not text.endswith(boxes):
-        is_whole = spec.chosen is None and (formats.of(spec.path).picture or formats.of(spec.path).drawing)
+        is_whole = spec.selection is None and (formats.of(spec.path).picture or formats.of(spec.path).drawing)
         text += boxes[0] if is_whole and formats.suffix_of(spec.path) != ".obj" else boxes[1]
     return shape.read(text)
 
@@ -134,7 +134,7 @@ def _surface(kind: str, sizes: Sequence[float]) -> Surface:
 def _marked(text: str) -> Shape:
     """Read a sheet that is marked on a photograph."""
     spec = Spec.of(text)
-    match = MARKED.fullmatch(spec.chosen or "")
+    match = MARKED.fullmatch(spec.selection or "")
     assert match is not None
     kind, values = match.groups()
     if not formats.of(spec.path).picture:

@@ -68,6 +68,7 @@ class Shape:
         trace: how a picture is traced, see `silhouette.read`.
         millimetres: length of a unit of its file; None if the file does not state it.
         outlines: all outlines of its file, in the file's coordinates, if the whole file was read.
+        selected_outlines: those of the selected part of its file, or all if none is selected.
         georeference: where the file's coordinates lie on a map, if the file says so.
         view: how a flat sheet is seen in it, if it is one of `projected`.
     """
@@ -92,7 +93,7 @@ class Shape:
     drawing: Drawing | None = None
     ink: Drawing | None = None
     outlines: tuple[FilledOutline, ...] | None = None
-    chosen: tuple[FilledOutline, ...] = ()
+    selected_outlines: tuple[FilledOutline, ...] = ()
     pin_radii: dict[str, float] = field(default_factory=dict)
     view: View | None = None
     millimetres: float | None = None
@@ -164,7 +165,7 @@ class Shape:
         Parts whose element is unknown become separate shapes.
         """
         groups: dict[tuple[str, int | None], list[shapely.Geometry]] = {}
-        for number, outline in enumerate(self.chosen):
+        for number, outline in enumerate(self.selected_outlines):
             has_element = outline.element is not None
             key: tuple[str, int | None] = ("element", outline.element) if has_element else ("outline", number)
             ring = polygon_of(*(_core(z, self.flip) for z in (outline.z, *outline.holes)))
@@ -384,7 +385,7 @@ def _whole_shape(drawing: DrawingContent, text: str, spec: Spec, notes: list[str
         coloured=drawing.coloured,
         trace=trace,
         outlines=tuple(drawing.outlines) if spec.part is None else None,
-        chosen=tuple(drawing.outlines),
+        selected_outlines=tuple(drawing.outlines),
         **holes,
     )
 
@@ -497,7 +498,7 @@ def read_drawing(
     limits: dict[str, Any] = {"flatness": flatness} | ({"max_bytes": max_bytes} if max_bytes else {})
     limits |= {"max_segments": max_segments} if max_segments and reader is svg.read else {}
     limits |= {"trace": trace} if reader is silhouette.read else {}
-    drawing = reader(path, spec.chosen, **limits)
+    drawing = reader(path, spec.selection, **limits)
     if spec.number is not None and not drawing.outlines and not drawing.refused:
         drawing = reader(path, spec.part, **limits)
     if drawing.wrapped is not None and trace == "auto":

@@ -87,7 +87,7 @@ def _key(path: Path, trace: str, part: str | None) -> object:
 
 def read(
     path: Path,
-    chosen: str | None = None,
+    selection: str | None = None,
     *,
     flatness: float = 1e-4,
     max_bytes: int = limits.DRAWING_BYTES,
@@ -107,7 +107,7 @@ def read(
 
     Args:
         path: the picture.
-        chosen: `canvas` for the rectangle of any picture, `silhouette` to trace photographs, too; or None.
+        selection: `canvas` for the rectangle of any picture, `silhouette` to trace photographs, too; or None.
         flatness: tolerance relative to the diagonal of outlines.
         max_bytes, max_pixels: limits on the picture's size.
         trace: see above.
@@ -120,7 +120,7 @@ def read(
     files.open_input(path, max_bytes=max_bytes)
     image = image_files.read(path, max_pixels=max_pixels)
     height, width = image.pixels.shape[:2]
-    part = part_of(chosen)
+    part = part_of(selection)
     with naming(path):
         reading = interpret(image.pixels, image.alpha, trace, part)
         coloured = has_colours(image.pixels, image.alpha, reading)
@@ -174,10 +174,10 @@ def of_wrapped(picture: WrappedPicture, flatness: float) -> list[FilledOutline]:
     ]
 
 
-def part_of(chosen: str | None) -> str | None:
+def part_of(selection: str | None) -> str | None:
     """Return the name in `name`, `name#number` or `number`; None without a name."""
-    name, _, number = (chosen or "").rpartition("#")
-    return (name if number.isdecimal() else chosen) or None
+    name, _, number = (selection or "").rpartition("#")
+    return (name if number.isdecimal() else selection) or None
 
 
 @dataclass(frozen=True, eq=False)

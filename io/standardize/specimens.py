@@ -71,7 +71,7 @@ class Specimen:
         files.make_folder(folder)
         with files.replacing(path, force=force) as temporary:
             image_files.write(temporary, replace(image, pixels=np.ascontiguousarray(image.pixels[:, ::-1])))
-        spec = f"{path}#{source.chosen}" if source.chosen else str(path)
+        spec = f"{path}#{source.selection}" if source.selection else str(path)
         width = image.pixels.shape[1]
         return replace(
             self,

@@ -47,7 +47,7 @@ MANY_VERTICES, THINNED_TOLERANCE_SHARE = 20_000, 0.1
 
 def read(
     path: Path,
-    chosen: str | None = None,
+    selection: str | None = None,
     *,
     flatness: float = 1e-4,
     max_bytes: int = limits.SVG_BYTES,
@@ -59,15 +59,15 @@ def read(
     applied. Each outline is one region painted by an element's fill; open subpaths of a filled shape are closed as in
     SVG, with a note. A fill without area does not count.
 
-    Without `chosen`, lines compete with fills: if strokes of the shapes without a fill together enclose a larger area
-    than every fill, the outlines of that area are used as well. If nothing is filled, the outlines are those of
+    Without `selection`, lines compete with fills: if strokes of the shapes without a fill together enclose a larger
+    area than every fill, the outlines of that area are used as well. If nothing is filled, the outlines are those of
     everything that strokes paint.
 
     Args:
         path: the file.
-        chosen: id or Inkscape label of an element or group; or, if no element has this name, `silhouette` for the union
-            of everything painted, or `canvas`. A chosen shape without a fill gives its closed subpaths; an open one is
-            refused unless its ends almost meet.
+        selection: id or Inkscape label of an element or group; or, if no element has this name, `silhouette` for the
+            union of everything painted, or `canvas`. A selected shape without a fill gives its closed subpaths; an open
+            one is refused unless its ends almost meet.
         flatness: tolerance of flattened curves relative to the diagonal of each subpath.
         max_bytes: largest size of the file.
         max_segments: limit on lines and curves.
@@ -86,18 +86,18 @@ def read(
             rules = f"{count} style rule{'s' * (count > 1)}"
             drawing.notes.append(f"{rules} ignored: a malformed selector, or a pseudo-class such as :hover")
         _check_size(shapes, max_segments)
-        detail.flatten_ahead([node for node in shapes if _may_be_outline(node, chosen)])
+        detail.flatten_ahead([node for node in shapes if _may_be_outline(node, selection)])
         for node in shapes:
             with naming(node.name):
                 deadline.check("reading it")
-                if not (_constraint(node, drawing, detail) or _rigid(node, chosen, drawing, detail)):
+                if not (_constraint(node, drawing, detail) or _rigid(node, selection, drawing, detail)):
                     shown_nodes.append(node)
-                    if nothing := _candidate(node, chosen, drawing, detail):
+                    if nothing := _candidate(node, selection, drawing, detail):
                         without_area[node] = nothing
         for node in document.pictures:
             with naming(node.name):
-                _picture(node, chosen, drawing, detail)
-        if chosen is None:
+                _picture(node, selection, drawing, detail)
+        if selection is None:
             lines = [
                 node for node in shown_nodes if node.stroked and (not node.filled or node in without_area)
             ]
@@ -118,7 +118,7 @@ def read(
                 "paths in your drawing program"
             )
         drawing.notes.extend(f"{node.name}: drawn up to {node.faults[0]}" for node in shapes if node.faults)
-        _special(drawing, document, shown_nodes, chosen, detail)
+        _special(drawing, document, shown_nodes, selection, detail)
         if not drawing.outlines:
             drawing.refused.extend(without_area.values())
     drawing.outlines.sort(key=lambda o: -o.area)
@@ -205,26 +205,26 @@ def _special(
     drawing: DrawingContent,
     document: tree.Document,
     shown_nodes: list[Node],
-    chosen: str | None,
+    selection: str | None,
     detail: Detail,
 ) -> None:
     """Add outlines that do not belong to a single element: the drawing's silhouette, and its canvas."""
-    if chosen is not None and chosen in document.tags and chosen not in drawing.ids:
-        drawing.ids[chosen] = None
-        element = f"<{document.tags[chosen]}> {chosen!r}"
+    if selection is not None and selection in document.tags and selection not in drawing.ids:
+        drawing.ids[selection] = None
+        element = f"<{document.tags[selection]}> {selection!r}"
         reason = f"{element} draws no outline; show it if it is hidden, convert text to paths"
         drawing.refused.append((0.0, InputError(reason)))
-    elif chosen == CANVAS and chosen not in drawing.ids and drawing.rectangle:
-        drawing.ids[chosen] = None
+    elif selection == CANVAS and selection not in drawing.ids and drawing.rectangle:
+        drawing.ids[selection] = None
         x, y, width, height = drawing.rectangle
         corners = complex(x, y) + np.array([0, width, width + 1j * height, 1j * height])
         drawing.outlines.append(FilledOutline("the canvas", corners, width * height))
-    elif (chosen == SILHOUETTE and chosen not in drawing.ids) or not (
-        chosen or drawing.outlines or drawing.refused
+    elif (selection == SILHOUETTE and selection not in drawing.ids) or not (
+        selection or drawing.outlines or drawing.refused
     ):
-        drawing.ids.update({SILHOUETTE: None} if chosen else {})
+        drawing.ids.update({SILHOUETTE: None} if selection else {})
         visible = [node for node in shown_nodes if node.visible]
-        label = "the silhouette" if chosen else "the silhouette of its strokes"
+        label = "the silhouette" if selection else "the silhouette of its strokes"
         drawing.notes.extend(_ignored_properties(visible))
         shapes = ((d, detail.runs(d)) for d in visible)
         drawing.outlines.extend(silhouette(shapes, label, detail.clips.cut))
@@ -242,14 +242,14 @@ def _unsupported_clips(node: Node) -> list[str]:
     return list(dict.fromkeys(clip.name for clip in node.clips if clip.properties is None))
 
 
-def _may_be_outline(node: Node, chosen: str | None) -> bool:
+def _may_be_outline(node: Node, selection: str | None) -> bool:
     """Return whether outlines are sought in a shape: in all that are filled, or in those of the chosen name."""
     if any(name.startswith((PIN, STROKE)) for name in node.names):
         return False
-    return node.filled if chosen is None else chosen in (*node.groups, *node.names)
+    return node.filled if selection is None else selection in (*node.groups, *node.names)
 
 
-def _candidate(node: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> Refused | None:
+def _candidate(node: Node, selection: str | None, drawing: DrawingContent, detail: Detail) -> Refused | None:
     """Add a shape's outlines to the drawing, or the reason why it has none.
 
     If its fill encloses no area, and it is not chosen, the reason is returned instead, since other shapes may have
@@ -257,7 +257,7 @@ def _candidate(node: Node, chosen: str | None, drawing: DrawingContent, detail: 
     """
     names = (*node.groups, *node.names)
     drawing.ids.update(dict.fromkeys(names))
-    if (chosen is None and not node.filled) or (chosen is not None and chosen not in names):
+    if (selection is None and not node.filled) or (selection is not None and selection not in names):
         return None
     runs = detail.runs(node)
     rings: list[Complex] = []
@@ -285,7 +285,7 @@ def _candidate(node: Node, chosen: str | None, drawing: DrawingContent, detail: 
         shape_outlines, refused = [], [_too_much(runs, node, error)]
     except InputError as error:
         reason = InputError(f"{node.name}: {node.faults[0]}") if node.faults else error
-        if chosen is None:
+        if selection is None:
             return 0.0, reason
         shape_outlines, refused = [], [(0.0, reason)]
     try:
@@ -320,11 +320,11 @@ def _has_colours(shown_nodes: list[Node], document: tree.Document) -> bool:
     return len(paints) > 1
 
 
-def _picture(node: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> None:
+def _picture(node: Node, selection: str | None, drawing: DrawingContent, detail: Detail) -> None:
     """Add the rectangle of an embedded picture to the outlines of the drawing."""
     names = (*node.groups, *node.names)
     drawing.ids.update(dict.fromkeys(names))
-    if chosen is not None and chosen not in names:
+    if selection is not None and selection not in names:
         return
     sides = (
         node.length(name, axis) for name, axis in (("x", "x"), ("y", "y"), ("width", "x"), ("height", "y"))
@@ -443,11 +443,11 @@ def _constraint(node: Node, drawing: DrawingContent, detail: Detail) -> bool:
     return True
 
 
-def _rigid(node: Node, chosen: str | None, drawing: DrawingContent, detail: Detail) -> bool:
+def _rigid(node: Node, selection: str | None, drawing: DrawingContent, detail: Detail) -> bool:
     """Add a shape's outlines as rigid regions if it is in one that is not chosen; return whether it is."""
     names = (*node.groups, *node.names)
     name = next((n for n in names if n.startswith(RIGID)), None)
-    if name is None or chosen in names:
+    if name is None or selection in names:
         return False
     region = DrawingContent([], None, flip=True)
     _candidate(node, name, region, detail)

@@ -241,8 +241,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/check/regression.py",
-        "selected = chosen(sorted({*names(run, closed=True), *names(baselines)}), only)",
-        "selected = chosen(sorted({*names(run, closed=True)}), only)",
+        "selected = select(sorted({*names(run, closed=True), *names(baselines)}), only)",
+        "selected = select(sorted({*names(run, closed=True)}), only)",
         "tests/io/check",
         "files that are missing from a run pass",
     ),
@@ -940,7 +940,7 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/spec.py",
-        "return replace(self, part=self.chosen, number=None) if self.chosen in names else self",
+        "return replace(self, part=self.selection, number=None) if self.selection in names else self",
         "return self",
         "tests/io/test_spec.py",
         "elements whose id is a number cannot be named",

@@ -114,7 +114,7 @@ def tell_share(run: Run) -> None:
     file = as_mesh(run.whole(1)).file
     mapped, total = int(file.faces.sum()), file.total or file.faces.size
     run.figures["mapped"] = mapped / total
-    if mapped < total and not Spec.of(run.job.target).chosen:
+    if mapped < total and not Spec.of(run.job.target).selection:
         whole = run.job.several or as_mesh(run.target).packed
         cure = "" if whole else "; --parts each maps the source onto every part"
         run.note(f"{run.target.spec}: {mapped} of {total} faces are mapped ({mapped / total:.0%}){cure}")
