@@ -13,7 +13,7 @@ from ..progress import tell
 from . import logs, options, status
 from .options import FILE
 
-SHOWN_FAILURES = 5
+SHOWN_FAILURES = 5  # largest number of differences that are listed for a file
 
 
 @click.command("check", cls=options.Command)

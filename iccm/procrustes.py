@@ -14,7 +14,7 @@ from .errors import InputError
 from .plane import Similarity
 
 CONVERGED = 1e-14  # change of the mean, of unit size, at which iterations stop
-MOST_ITERATIONS = 1000
+MOST_ITERATIONS = 1000  # of alignments with the mean
 LEAST_COMMON_ROTATION = 1e-6
 """Length of the mean of unit rotations below which specimens have no common orientation."""
 SEMILANDMARKS = 512  # samples of an outline, two pixels apart on pictures of usual size

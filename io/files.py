@@ -19,7 +19,7 @@ from typing import Any
 from .. import progress
 from ..errors import InputError, naming
 
-BLOCK_BYTES = 1 << 16
+BLOCK_BYTES = 1 << 16  # written to find out whether the disk is full
 MOST_ENTRIES = 10_000
 """Names in a folder that are searched for a similar one, so that an error message never takes long."""
 SIMILARITY_RATIO = 0.75

@@ -14,7 +14,7 @@ RADIUS_METRES = 6371007.181  # of the sphere with the area of the WGS 84 ellipso
 WIDEST_DEGREES = 150.0  # of longitude or latitude for the azimuthal projection
 LEAST_GAP_DEGREES = 20.0
 """Of longitude: if no data lie in such a gap, the map is cut there instead of at 180 degrees."""
-NEAR_DEGREES = 1e-6
+NEAR_DEGREES = 1e-6  # of longitude: points this close to 180 degrees are on the meridian
 EQUAL_EARTH = 1.340264, -0.081106, 0.000893, 0.003796  # coefficients (Šavrič, Patterson and Jenny 2018)
 
 

@@ -28,7 +28,7 @@ from .shapes import shape as shapes
 from .spec import Spec
 
 NUMBERED_PARTS = 60  # parts with a number: more could not be read
-LONGER_SIDE_PIXELS = 900
+LONGER_SIDE_PIXELS = 900  # of the rendered surface
 PALETTE = np.round(255 * np.array(colormaps["tab20"].colors)).astype(np.uint8)  # type: ignore[attr-defined]
 
 

@@ -25,9 +25,8 @@ POSITION_WEIGHT = 20.0
 tangent reversed.
 """
 MATCH_ROUNDS = 2  # matchings; the second uses the rotation of the first
-SMOOTHED_LENGTH_SHARE = (
-    0.02  # half the window over which a match is smoothed, relative to the length: five samples
-)
+SMOOTHED_LENGTH_SHARE = 0.02
+"""Half the window over which a match is smoothed, relative to the length: five samples."""
 FARTHER_FACTOR = 2.0
 """Ratio of matched distances to the distance of the outlines above which protrusions merged or separated. For
 example, when two legs meet, the crotch moves to the feet by a leg's length, although the outlines are only a

@@ -23,9 +23,8 @@ from .search import multilevel
 from .search.partial import cost
 
 SEAM_WIDTH_SHARE = 1e-6  # relative to the diagonal: a thousandth of a pixel of 1024
-OVERLAP_WIDTHS = (
-    10  # seam widths by which each end extends beyond the ring, so that it also cuts slanting outlines
-)
+OVERLAP_WIDTHS = 10
+"""Seam widths by which each end of the cut extends beyond the ring, so that it also cuts slanting outlines."""
 SEAMS_TRIED, HALVINGS = 4, 3
 """Number of places compared all around, and of refinements: each tries the places halfway between the best one and
 its neighbours.

@@ -40,7 +40,7 @@ BETWEEN_WEIGHT = 0.1  # of the energy of triangles outside of all regions, which
 STEP_RATIO = 2.0  # largest ratio of areas before and after a step
 MULTIPLIER_TOLERANCE, MOST_MULTIPLIER_STEPS = 1e-3, 200  # of conjugate gradients
 FOLD_MARGIN_SHARE = 0.8  # of the step at which a triangle would become degenerate
-SHORTEST_STEP = 1e-4
+SHORTEST_STEP = 1e-4  # share of a Newton step below which the line search gives up
 LEAST_GAIN_SHARE, PATIENCE_STEPS, ACCEPTABLE_SHARE = 0.1, 4, 5e-3
 """Once all areas are this close, only areas are corrected unless the largest difference decreases by the first share
 within these steps."""

@@ -12,11 +12,11 @@ from .harmonic_measure import Circle, HarmonicMeasure
 
 # Values were chosen by hand unless a comment gives a reason.
 COARSE_PANELS = 150  # panels of a boundary during the search of parameters
-TURN = 2 * np.pi
+TURN = 2 * np.pi  # radians
 PANELS_PER_KNOT = 3  # distance of knots in panels of either shape
-MOST_KNOTS = 500
+MOST_KNOTS = 500  # of an interpolated correspondence, about
 CLOSEST_TURNS = 1e-14  # least distance of knots, in turns
-LAPS = np.array([-1, 0, 1])[:, None]
+LAPS = np.array([-1, 0, 1])[:, None]  # turns of copies that make an interpolation periodic
 
 
 @dataclass(frozen=True)

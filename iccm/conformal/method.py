@@ -49,7 +49,7 @@ COARSEST_SHARE, FINEST_SHARE = 1e-3, 1e-6
 LEAST_CORNER_PANEL_SHARE = 1e-6
 # Largest image of a panel at a corner, relative to the diagonal of the other shape.
 LARGEST_IMAGE_SHARE = 0.01
-MOST_DEEPENINGS = 3
+MOST_DEEPENINGS = 3  # most times that panels at corners are made smaller
 SIMPLIFIED_FROM_VERTICES = 1000  # outlines with more vertices are simplified
 HAIR_WIDTH_SHARE, HAIR_AREA_SHARE = 1e-7, 1e-4
 """Half the width of a hair relative to the diagonal, and the largest relative change of the area by removing
@@ -59,15 +59,15 @@ SIMPLIFIED_TOLERANCE_SHARE = 0.2  # tolerance of that simplification, relative t
 FIRST_ERROR_TOLERANCES = 0.6
 """Allowed interpolation error relative to the tolerance in the first round; it is halved in each round."""
 LEAST_ERROR_SHARE = 1e-7  # relative to the diagonal
-POLYGON_ROUNDS = 4
+POLYGON_ROUNDS = 4  # most rounds of relaxation and Newton steps
 RELAXATION_STEPS = 8  # most relaxation steps in a round
-MOST_SLIDES = 3
+MOST_SLIDES = 3  # most Newton steps of the correspondence in a round
 WORTHWHILE_GAP_RATIO = 0.8  # a round that leaves more than this share of the gap is the last
 FOLD_POWER = 0.25
 """A residual above the allowed error is a sign of folds: the gap of such maps is multiplied by this power of it."""
 MOST_VERTICES = 1500  # of the polygon
 MOST_PANELS = 20_000  # of a boundary: these take 1.5 GB and half a minute; hundreds are usual
-CONSISTENCY_SHARE = 1e-3
+CONSISTENCY_SHARE = 1e-3  # default weight of the consistency term
 SETTLED_DECREASE = 2e-3  # relative decrease of the energy at which constraints have converged
 LEAST_DISTANCE_ULPS = 16  # least distance of vertices in the user's coordinates, in units of the last place
 CROWDED_MEASURE = 1e-14  # harmonic measure below which places on the source cannot be distinguished

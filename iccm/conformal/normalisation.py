@@ -26,8 +26,8 @@ from .panels import thickness
 # Values were chosen by hand unless a comment gives a reason.
 CENTRES_TRIED = 8
 CLEARANCE_SHARE = 0.25  # least clearance of a centre, relative to the largest clearance
-ROTATIONS_TRIED = 16
-POLISHED_CANDIDATES = 6
+ROTATIONS_TRIED = 16  # evenly spaced rotations for each pair of centres
+POLISHED_CANDIDATES = 6  # the best ones, which are refined
 # Hyperbolic distance from a centre beyond which another centre resolves better.
 FAR_HYPERBOLIC_DISTANCE = 1.5
 SIMPLEX = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.2]])

@@ -29,7 +29,7 @@ QUOTIENT_STEP_SPACINGS = 0.05
 MOST_STEP_STRAIN = 1.0  # largest strain in one step
 PRIOR_WEIGHT = 0.1  # inverse of the expected squared strain, relative to the residual
 FIRST_DAMPING = 1e-3
-MOST_DAMPING = 1e3
+MOST_DAMPING = 1e3  # damping above which a step is given up
 SLOW_RESIDUAL_SHARE = 0.9  # stop when a step leaves more than this share of the residual
 
 

@@ -20,7 +20,7 @@ from .vertices import Allowance
 
 # Values were chosen by hand unless a comment gives a reason.
 LEAST_DAMPING = 1e-6  # relative; selects the least change in the three free real parameters
-MOST_DAMPING = 1e2
+MOST_DAMPING = 1e2  # damping above which a step is given up
 STALLED_RESIDUAL_SHARE = 0.98  # stop when a step leaves more than this share of the residual
 # Relative to the largest diagonal entry: smaller columns are rounding errors.
 ROUNDING_DIAGONAL_SHARE = 1e-13

@@ -25,7 +25,7 @@ from .approximation import AnyMap
 from .harmonic import area_scale, dilatation
 from .summary import in_words
 
-GRID_LINES, POINTS_PER_LINE, HEAT_PIXELS = 24, 400, 220
+GRID_LINES, POINTS_PER_LINE, HEAT_PIXELS = 24, 400, 220  # HEAT_PIXELS: along the longer side
 PANEL_CHARACTERS, PANEL_LINES = 50, 24  # letters per line and lines of the text panel
 INK, SOFT, ACROSS, UP, MARK = "#22262b", "#8a929b", "#2a78b8", "#d1662b", "#b0122f"
 

@@ -9,7 +9,7 @@ from typing import Any
 from ..arrays import Box
 from ..errors import InputError
 
-MOST_CRS_CHARACTERS = 20_000
+MOST_CRS_CHARACTERS = 20_000  # of the description of a coordinate reference system in a saved map
 
 Affine = tuple[float, float, float, float, float, float]
 """a, b, c, d, e, f of X = a x + b y + c and Y = d x + e y + f."""

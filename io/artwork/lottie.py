@@ -27,7 +27,7 @@ SMALLEST_SIDE = 512
 DIGITS = 3  # after the decimal point, in pixels of the composition
 COMMANDS = re.compile(r"([MCLZ])([^MCLZ]*)")
 CAPS, JOINS = {"butt": 1, "round": 2, "square": 3}, {"miter": 1, "round": 2, "bevel": 3}
-GREY = (0.5, 0.5, 0.5)
+GREY = (0.5, 0.5, 0.5)  # instead of gradients and patterns
 
 Json = dict[str, Any]
 

@@ -23,7 +23,7 @@ from .material_library import Library
 from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
 from .obj import Obj
 
-BLOCK_BYTES = 1 << 20
+BLOCK_BYTES = 1 << 20  # read at a time when faces are counted
 LONGEST_LINE = 1 << 16  # bytes of a line that are examined, so that a file without line ends needs no memory
 _INDENTED_FACE = re.compile(rb"^[ \t]+f[ \t]", re.MULTILINE)
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)

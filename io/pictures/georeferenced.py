@@ -16,8 +16,8 @@ from . import pillow
 TIFF_SUFFIXES = (".tif", ".tiff")
 GEOTIFF_TAGS = 33550, 33922, 34264, 34735
 """Of TIFF: pixel scale, tie points, transformation, and the directory of keys."""
-MOST_WORLD_FILE_BYTES = 4096
-MOST_PROJECTION_BYTES = 1 << 16
+MOST_WORLD_FILE_BYTES = 4096  # a world file has six numbers
+MOST_PROJECTION_BYTES = 1 << 16  # of a description of a coordinate reference system (.prj)
 
 
 def read(path: Path) -> tuple[Georeference | None, str]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Pair = tuple["Shape", "Shape"]
 Pairs = list[Pair]
 
-LISTED_PARTS = 12
+LISTED_PARTS = 12  # largest number of parts that a note names
 TOUCHING_AREA_SHARE = 1e-3  # relative to the smaller part's area: parts that overlap by less only touch
 FIGURES = ("status", "boundary", "dilatation", "log10_area", "injective", "notes")
 

@@ -23,8 +23,8 @@ from ..shapes.shape import Shape
 from .framing import square
 
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
-MOST_EDGES = 20000
-LONGER_SIDE_PIXELS = 900
+MOST_EDGES = 20000  # edges of a mesh are drawn up to this number: more would fill the plot
+LONGER_SIDE_PIXELS = 900  # of the rendered surface
 PANEL_CHARACTERS, PANEL_LINES = (
     150,
     10,

@@ -39,6 +39,8 @@ from .mesh import mesh_of
 COARSE_MESH_SIZE = 0.08  # edge length h, for a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
 MOVING_STEPS, SETTLING_STEPS, SETTLED = 60, 40, 1e-7
+"""Most Newton steps while constrained vertices move to their goals, and once they are there, and the relative decrease
+of the energy at which both end."""
 # Relative to the constraints' spread: below it, the best rotation is undefined, as for mirrored points.
 UNROTATED_SPREAD_SHARE = 1e-3
 SAME_PLACE_SHARE = 1e-9  # of the root of the area

@@ -14,7 +14,7 @@ from .untangle import untangle
 # Rings of triangles around folds whose vertices move; more if folds remain, each twice as many.
 RINGS = 2, 4, 8, 16
 BARE = 1e-9  # ratio of areas, relative to the mean, below which a triangle counts as folded
-STEPS, POLISHING = 100, 30
+STEPS, POLISHING = 100, 30  # most steps of `untangle`, and of those after the last fold
 
 
 def unfold(
