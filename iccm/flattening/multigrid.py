@@ -189,7 +189,7 @@ class Grid:
         grid, kept, removed = coarser
         before = grid.u.copy()
         energy, slopes = self.gradient()
-        # With these forces, the coarser grid has the same slopes as this one: where this one is at rest, it is, too.
+        # With these forces, the coarser grid has the same slopes as this one: both are minimal at the same positions.
         residual = forces - slopes
         restrict(removed, residual)
         grid.cycle(grid.gradient()[1] + residual[kept])
@@ -205,7 +205,7 @@ class Grid:
             share *= 0.5
         else:
             self.u, share = start, 0.0
-        # the coarser grid follows, as far as none of its own triangles folds
+        # the coarser grid follows, as far as none of its triangles folds
         coarse_step = grid.u - before
         share = min(share, SHARE_OF_FLIP * largest_step(grid.faces, before, coarse_step))
         grid.u = before + share * coarse_step
