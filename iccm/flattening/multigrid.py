@@ -35,12 +35,13 @@ HUGE_VERTEX_COUNT = 100_000
 """Vertices from which a surface is relaxed by multigrid: there the factorisations of Newton's method take longer than
 everything else together, and most of the memory."""
 MOST_CYCLES = 12
-"""Newton's method takes over when these are not enough; noisy surfaces, scans and near-conformal layouts of them took
-up to nine."""
+"""Newton's method takes over when these are not enough. Noisy surfaces took up to eight; more were only needed where
+the outline crosses itself, so that the layout is discarded anyway."""
 LEAST_CYCLE_GAIN_SHARE = 1e-4
-"""Share of the energy that a cycle must gain to be worth another. Smooth surfaces are then at 1e-5 of Newton's energy
-after one cycle, and noisy ones at 5e-4 after seven, where the 95th percentile of the dilatation differs by 0.5 %."""
-SWEEPS = 2  # times that each vertex is moved in a cycle; with one, smooth surfaces needed more cycles
+"""Share of the energy that a cycle must gain to be worth another. Smooth surfaces are then within 3e-5 of Newton's
+energy after one or two cycles, and noisy ones within 1.4e-3 after seven or eight, where the 95th percentile of the
+dilatation differs by 0.3 %."""
+SWEEPS = 2  # times that each vertex is moved in a cycle
 COARSE_STEPS = 3  # Newton steps on the coarsest triangulation in a cycle
 SHARE_OF_FLIP, SHORTEST_SHARE = 0.8, 1e-3
 """Longest step relative to the one at which a triangle folds; share of the displacements below which none is made."""
