@@ -215,7 +215,7 @@ class Live:
             softness: of the pins; None if all are exact.
             covering_map: the map with the triangles that fill holes of the target, as returned by `start`; None if
                 these are not known.
-            springs: factors of the springs of the map's soft pins, as returned by `springs`; None if not known.
+            springs: factors of the springs of the map's soft pins, as returned by `springs`, as far as they are known.
             dragged: whether pins are moving.
 
         Raises:
@@ -241,17 +241,15 @@ class Live:
             state = None
         given, coarse, stiffening = own_pins, False, np.empty(0)
         if state is not None:
-            known = state.energy.pins
-            if springs is None or known is None:
-                state, stiffening = with_present_springs(state)
-            else:
-                stiffening = np.clip(_factors_at(patches, springs), 1, STIFFEST)
-                state = state.with_energy(replace(state.energy, pins=known.stiffer(stiffening)))
+            known = None if springs is None else _factors_at(patches, springs)
+            state, stiffening = with_present_springs(state, known)
         else:
             given, patches = pair.checked(pins, strokes, softness)
             settings = pair.with_patches(settings, patches)
             coarse = bool(len(given.outer) or given.strokes)
-            state, coarse = pair.carried_anyhow(before, given, settings, coarse=coarse)
+            stiffening = _factors_at(patches, springs or {})
+            stiff = _stiffened(settings, stiffening)
+            state, coarse = pair.carried_anyhow(before, given, stiff, coarse=coarse)
         age = STEPS_PER_MESH if given is own_pins else 0
         live = cls(
             pair, settings, given, patches, state, _least_area(state), coarse, age, stiffening=stiffening
@@ -300,12 +298,11 @@ class Live:
             state = _within(state) if dragged else _towards(state)
             state = _relax(state) if coarse and not behind else state
         goes_on = dragged and self.met and state is not None  # the next step may reach the goals
+        stiff = _stiffened(self.settings, self.stiffening)
         if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
             try:
-                state, coarse = self.pair.carried_anyhow(
-                    state or self.state, given, self._stiffened_settings, coarse=coarse
-                )
+                state, coarse = self.pair.carried_anyhow(state or self.state, given, stiff, coarse=coarse)
                 least, behind = _least_area(state), False
             except NoMapError:
                 if not dragged or others:
@@ -318,17 +315,10 @@ class Live:
         if not waits and not area >= SQUEEZED_AREA_RATIO * least:
             age, free = 0, state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
             with suppress(NoMapError):
-                anew = self.pair.carried(free, given, self._stiffened_settings, coarse=coarse)
+                anew = self.pair.carried(free, given, stiff, coarse=coarse)
                 state = min(anew, state, key=lambda each: each.miss)
                 least = _least_area(state)
         return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
-
-    @property
-    def _stiffened_settings(self) -> Settings:
-        """The settings with springs as stiff as they are now."""
-        pins = self.settings.energy.pins
-        stiff = None if pins is None else pins.stiffer(self.stiffening)
-        return replace(self.settings, energy=replace(self.settings.energy, pins=stiff))
 
     def _with_patches(self, patches: PinnedPatches, given: Pins) -> "Live":
         """Return the map with other soft pins in its energy; `given` are the exact ones."""
@@ -349,6 +339,14 @@ class Live:
         """The factors of the springs of soft pins, by the pins' points of the source."""
         return dict(zip(self.patches.points[:, 0].tolist(), self.stiffening.tolist()))
 
+    @property
+    def springs_in_force(self) -> dict[complex, float]:
+        """The factors of the springs that pull in this map; those of `springs` pull in the next step."""
+        pins, plain_pins = self.state.energy.pins, self.settings.energy.pins
+        if pins is None or plain_pins is None:
+            return {}
+        return dict(zip(self.patches.points[:, 0].tolist(), (pins.springs / plain_pins.springs).tolist()))
+
     def _stiffened(self) -> "Live":
         """Return the map with the springs' stiffness for the next step, according to how far their pins miss."""
         pins = self.state.energy.pins
@@ -359,7 +357,8 @@ class Live:
         missed = np.where(missed > 1, missed**2, missed)
         factors = self.stiffening * np.clip(missed, 1 / MOST_STIFFENED, MOST_STIFFENED)
         # without a limit, a pin far behind the hand would have a spring so stiff that softening it takes as many steps
-        return replace(self, stiffening=np.clip(factors, 1, STIFFEST))
+        # pins that stopped short may have stiffer ones already
+        return replace(self, stiffening=np.clip(factors, 1, np.maximum(self.stiffening, STIFFEST)))
 
     def _changes_vertices(self, given: Pins) -> bool:
         """Return whether the constraints need other vertices than the mesh has; with strokes, each step may."""
@@ -434,6 +433,13 @@ class Live:
 def _factors_at(patches: PinnedPatches, springs: Mapping[complex, float]) -> Real:
     """Return the factors (k,) of the springs of soft pins, by their points of the source; 1 for those not known."""
     return np.array([springs.get(point, 1.0) for point in patches.points[:, 0].tolist()])
+
+
+def _stiffened(settings: Settings, factors: Real) -> Settings:
+    """Return the settings with the springs of soft pins stiffer by factors (k,)."""
+    pins = settings.energy.pins
+    stiff = None if pins is None else pins.stiffer(factors)
+    return replace(settings, energy=replace(settings.energy, pins=stiff))
 
 
 def _least_area(state: DiscreteMap) -> float:

@@ -43,7 +43,7 @@ from .map_update import (
 from .messages import Scene
 from .page_view import PageView
 from .pair import Pair, PlacedConstraints
-from .short_pins import stop_short
+from .short_pins import held_springs, stop_short
 from .solving import fingerprint_of, softness_of_settings, solve_scene
 
 FOLLOWED_LIMIT_RATIO = 1.5
@@ -189,16 +189,18 @@ class Session:
             assert self._live is not None
             if self._live.coarse or not self._is_met:
                 return None
-            seen = self._live.start
+            seen: TriangulatedMap = self._live.start
+            springs: dict[complex, float] | None = self._live.springs
         elif self._only_adds_pins(scene) and self._fit is not None:
             chosen = self._choices[self._last[0].key]
             seen = chosen.begins if chosen.kept and chosen.begins is not None else triangulated(self._fit.map)
+            springs = chosen.springs if self._live is None else self._live.springs
         else:
             return None
         pair = self.pair.source, self.pair.target
         with suppress(InputError):
             start = StartingMap.of(seen, *pair, pins=self.pair.placed(scene).pins[:, 0]).map(*pair)
-            chosen = MapChoice(start, kept=True, springs=None if self._live is None else self._live.springs)
+            chosen = MapChoice(start, kept=True, springs=springs)
             solved = solve_scene(self.pair, scene, start, kept=True)
             if self._is_kept(scene, start, solved):
                 return self._settle(scene, solved, chosen, live=self._live)
@@ -225,21 +227,19 @@ class Session:
         Returns:
             The update, with the scene whose map this is; None if the map cannot be kept.
         """
-        live, shapes = self._live, (self.pair.source, self.pair.target)
-        if live is None or live.coarse:
+        live, shapes, missed = self._live, (self.pair.source, self.pair.target), self._missed
+        if live is None or live.coarse or not missed.size:
             return None
-        placed = self.pair.placed(scene)
-        with suppress(InputError):
-            start = StartingMap.of(live.start, *shapes, pins=placed.pins[:, 0]).map(*shapes)
-            missed = np.union1d(self._missed, self._off(live, start, placed, len(scene.pins)))
-            for aim in SHORT_AIMS if missed.size else ():
-                shortened = stop_short(self.pair, scene, self._last[0], live, start, missed, aim)
-                ends = self.pair.placed(shortened).pins[:, 0]
-                kept = StartingMap.of(live.start, *shapes, pins=ends).map(*shapes)
+        for aim in SHORT_AIMS:
+            with suppress(InputError):
+                shortened = stop_short(self.pair, scene, self._last[0], live, missed, aim)
+                dragged_pins, pins = self.pair.placed(scene).pins, self.pair.placed(shortened).pins
+                kept = StartingMap.of(live.start, *shapes, pins=pins[:, 0]).map(*shapes)
                 solved = solve_scene(self.pair, shortened, kept, kept=True)
                 if self._is_kept(shortened, kept, solved):
-                    # the next drag begins with springs as stiff as this map needs, since pins have other places
-                    shown = self._settle(shortened, solved, MapChoice(kept, kept=True), asked=scene)
+                    springs = held_springs(live, dragged_pins[missed], pins[missed])
+                    chosen = MapChoice(kept, kept=True, springs=springs)
+                    shown = self._settle(shortened, solved, chosen, asked=scene)
                     short = missed.tolist()
                     shown = replace(shown, message=stopped_sentence(short), short=short)
                     if self._last[0] is shortened:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Index
+from ...arrays import Complex, Index
 from ...balanced.interactive import Live
-from ...maps.triangulated.map import TriangulatedMap
 from ..shapes.shape import Shape
 from .messages import Scene
 from .pair import PLACE_DIGITS, Pair
@@ -14,10 +13,12 @@ from .pair import PLACE_DIGITS, Pair
 EXACT_PLACE_DIGITS = 10
 """Significant digits of exact pins that are left at a vertex of the map, relative to the shape's size."""
 
+LEAST_GAP_LIMITS = (
+    0.5  # relative to a pin's limit: a spring is not made so stiff that it pulls more from closer by
+)
 
-def stop_short(
-    pair: Pair, scene: Scene, before: Scene, live: Live, map: TriangulatedMap, missed: Index, aim: float
-) -> Scene:
+
+def stop_short(pair: Pair, scene: Scene, before: Scene, live: Live, missed: Index, aim: float) -> Scene:
     """Return a scene in which the map meets all pins: the end that was dragged of each missed one moves there.
 
     Exact pins move to their vertices.
@@ -26,12 +27,11 @@ def stop_short(
         pair: the shapes.
         scene: pins and strokes.
         before: the scene when the drag began.
-        live: the map that followed the drag, with the limits of its pins.
-        map: the same map as it is kept, with rounded coordinates.
+        live: the map that followed the drag.
         missed: (k,) indices of the missed pins.
         aim: distance of soft pins from there, relative to their limits, in the direction in which they were dragged.
     """
-    placed, vertices = pair.placed(scene).pins, live.exact_pins
+    placed, map, vertices = pair.placed(scene).pins, live.map, live.exact_pins
     diagonals = pair.source.curve.diagonal, pair.target.curve.diagonal
     pins = list(scene.pins)
     for k in missed.tolist():
@@ -52,6 +52,23 @@ def stop_short(
                 ends = {"target": _file_place(pair.target, target - away + pull)}
         pins[k] = pins[k].model_copy(update=ends)
     return scene.model_copy(update={"pins": pins})
+
+
+def held_springs(live: Live, dragged: Complex, stopped: Complex) -> dict[complex, float]:
+    """Return the stiffness of springs that pull as strongly where pins stopped short, so that nothing gives way.
+
+    Args:
+        live: the map that followed the drag.
+        dragged: (k, 2) pins that it missed.
+        stopped: (k, 2) the same pins where they stopped.
+    """
+    map, springs = live.map, live.springs_in_force
+    for pin, stopped_pin in zip(dragged, stopped):
+        if live.is_soft(pin[0]):
+            gap, stopped_gap = (np.abs(map(ends[:1])[0] - ends[1]) for ends in (pin, stopped_pin))
+            least_gap = LEAST_GAP_LIMITS * live.limit(pin[0])
+            springs[complex(stopped_pin[0])] = springs[complex(pin[0])] * gap / max(stopped_gap, least_gap)
+    return springs
 
 
 def _is_source_dragged(scene: Scene, before: Scene, number: int) -> bool:

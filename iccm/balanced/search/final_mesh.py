@@ -263,7 +263,7 @@ def follow_pins(
     return state if springs is None else _narrow(state, springs, descent)
 
 
-def with_present_springs(state: DiscreteMap) -> tuple[DiscreteMap, Real]:
+def with_present_springs(state: DiscreteMap, known: Real | None = None) -> tuple[DiscreteMap, Real]:
     """Return a converged map with springs as stiff as they must have been for its soft pins to be where they are, and
     the factors (k,) by which these are stiffer.
 
@@ -271,23 +271,26 @@ def with_present_springs(state: DiscreteMap) -> tuple[DiscreteMap, Real]:
     The stiffness is found by bisection: one Newton step moves a pin outwards if its spring is softer, inwards if it is
     stiffer. No spring becomes softer. Those of pins well within their limits stay as they are, and so do those of pins
     far beyond, which were blocked, or have moved since.
+
+    Args:
+        state: the map, with springs as they are before any is made stiffer.
+        known: (k,) factors above 1 where they are known; None if none is.
     """
     pins = state.energy.pins
     if pins is None:
         return state, np.empty(0)
+    factors = np.ones(pins.springs.size) if known is None else known
     begun = pins.misses(state.z, state.u, state.faces)
     missed = begun / pins.limits
-    stiffened = (missed > AIMED_LIMITS - NARROW_TOLERANCE) & (missed < MOST_PRESENT_LIMITS)
-    if not stiffened.any():
-        return state, np.ones(begun.size)
+    stiffened = (missed > AIMED_LIMITS - NARROW_TOLERANCE) & (missed < MOST_PRESENT_LIMITS) & (factors == 1)
     low, high = np.zeros(begun.size), np.full(begun.size, np.log(STIFFEST))
-    for _ in range(SPRING_BISECTIONS):
+    for _ in range(SPRING_BISECTIONS if stiffened.any() else 0):
         middle = np.where(stiffened, (low + high) / 2, 0.0)
-        trial = state.with_energy(replace(state.energy, pins=pins.stiffer(np.exp(middle))))
+        trial = state.with_energy(replace(state.energy, pins=pins.stiffer(factors * np.exp(middle))))
         step = trial.forward(FINE_POWER, 1, 0.0)
         is_softer = pins.misses(step.z, step.u, step.faces) > begun
         low, high = np.where(is_softer, middle, low), np.where(is_softer, high, middle)
-    factors = np.where(stiffened, np.exp(low), 1.0)
+    factors = np.where(stiffened, np.exp(low), factors)
     return state.with_energy(replace(state.energy, pins=pins.stiffer(factors))), factors
 
 
