@@ -73,10 +73,10 @@ def move_vertices(
         (n,) vertices; the same array if they are on these outlines already.
     """
     rims = [Curve(w[loop]) for loop in loops]
-    near = NEAR_SHARE * outer.diagonal  # also for holes, which are simplified relative to it
-    if _is_on(rims[0].z, outer, near) and (
+    tolerance = NEAR_SHARE * outer.diagonal  # also for holes, which are simplified relative to it
+    if _is_on(rims[0].z, outer, tolerance) and (
         len(rims) != 1 + len(holes)
-        or all(any(_is_on(rim.z, hole, near) for hole in holes) for rim in rims[1:])
+        or all(any(_is_on(rim.z, hole, tolerance) for hole in holes) for rim in rims[1:])
     ):
         return w
     goals = [outer, *_partners(rims[1:], holes)]
@@ -86,8 +86,8 @@ def move_vertices(
     return w + harmonic(w, faces, np.concatenate(list(loops)), shift)
 
 
-def _is_on(z: Complex, curve: Curve, near: float) -> bool:
-    return bool(curve.distances(z).max() <= near)
+def _is_on(z: Complex, curve: Curve, tolerance: float) -> bool:
+    return bool(curve.distances(z).max() <= tolerance)
 
 
 def _partners(rims: Sequence[Curve], holes: Sequence[Curve]) -> list[Curve]:

@@ -143,12 +143,12 @@ def by_coarser(
     small = much_coarser(points, sheet.faces, u, LARGE_VERTEX_COUNT, stay)
     if small is None:
         return u
-    kept, faces, removed = small
-    moved = u.copy()
-    moved[kept] = solve(surface(points[kept], faces), kept)
+    vertices, faces, removed = small
+    new_u = u.copy()
+    new_u[vertices] = solve(surface(points[vertices], faces), vertices)
     unit = points / np.sqrt(face_areas(points[sheet.faces]).sum())
-    better = put_back(removed, unit, theta, moved) and sheet.energy(moved, theta) < sheet.energy(u, theta)
-    return moved if better else u
+    better = put_back(removed, unit, theta, new_u) and sheet.energy(new_u, theta) < sheet.energy(u, theta)
+    return new_u if better else u
 
 
 def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] | None:
@@ -161,18 +161,23 @@ def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] |
     small = much_coarser(patch.points, patch.faces, layout.flat, large, NONE)
     if small is None:
         return None
-    kept, faces, _ = small
-    mesh = Mesh.triangles(patch.mesh.name, patch.points[kept], faces)
+    vertices, faces, _ = small
+    mesh = Mesh.triangles(patch.mesh.name, patch.points[vertices], faces)
     coarse_patch = Patch(
         mesh,
         mesh.points,
-        Triangles(faces, kept.size),
-        np.arange(kept.size),
+        Triangles(faces, vertices.size),
+        np.arange(vertices.size),
         np.arange(faces.size).reshape(-1, 3),
     )
-    loops = [loop for loop in coarse_patch.loops if np.isin(kept[loop], layout.loop).all()]
+    loops = [loop for loop in coarse_patch.loops if np.isin(vertices[loop], layout.loop).all()]
     return (
-        (replace(layout, patch=coarse_patch, flat=layout.flat[kept], loop=loops[0]), kept) if loops else None
+        (
+            replace(layout, patch=coarse_patch, flat=layout.flat[vertices], loop=loops[0]),
+            vertices,
+        )
+        if loops
+        else None
     )
 
 
@@ -186,8 +191,8 @@ def much_coarser(
     if z.size < large:
         return None
     coarse, removed = coarser(points, faces, z, z.size // COARSER_FACTOR, stay)
-    kept = np.unique(coarse)
-    return None if 2 * kept.size > z.size else (kept, np.searchsorted(kept, coarse), removed)
+    vertices = np.unique(coarse)
+    return None if 2 * vertices.size > z.size else (vertices, np.searchsorted(vertices, coarse), removed)
 
 
 def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NONE) -> tuple[Index, Removed]:
@@ -198,14 +203,14 @@ def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NON
     faces = np.array(faces, np.int64)
     points, z = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(z, np.complex128)
     rounds: list[Removed] = []
-    left = z.size
-    while left > goal:
+    remaining = z.size
+    while remaining > goal:
         # The vertices of a round are not neighbours: with degree six, that is at most a third of all vertices.
-        most = min(left - goal, left // 3 + 1)
+        most = min(remaining - goal, remaining // 3 + 1)
         removed, faces = _remove_round(points, faces, z, most, stay)
         rounds.append(removed)
-        left -= removed.vertex.size
-        if removed.vertex.size < LEAST_REMOVED_SHARE * left:
+        remaining -= removed.vertex.size
+        if removed.vertex.size < LEAST_REMOVED_SHARE * remaining:
             break
     return faces, Removed.joined(rounds)
 

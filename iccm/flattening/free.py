@@ -102,26 +102,27 @@ class Elastic:
         SMALL_GAIN_SHARE, as long as each step gains at most half as much as the one before.
         """
         pattern, rest, fixed = self.connectivity.pattern, self._rest, self.connectivity.fixed
-        u, tau, energy, before = u.copy(), np.zeros(fixed), rest.energy(u, _objective(theta)), 0.0
+        u, tau, energy, previous_gain = u.copy(), np.zeros(fixed), rest.energy(u, _objective(theta)), 0.0
         constraints = Constraints.of_fixed(u, np.arange(u.size) < fixed)
         terms = NO_TERMS if term is None else TermsOnMesh([term], pattern)
         system = System.of(pattern, self.faces, rest, constraints, terms=terms)
         at_once = min(STEPS_AT_ONCE if u.size < LARGE_VERTEX_COUNT else 1, steps)
         for _ in range(-(-steps // at_once)):
-            below, taken, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
+            below, steps_made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
             gain = energy - below
-            slowing = gain / before if 0 < before < np.inf and not system.factorised else 1.0
-            left = gain * min(
-                1, slowing
-            )  # expected gain of further steps, if gains keep falling at this rate
-            factorised, short = system.factorised, taken < at_once
-            if not (short and factorised) and (short or left < at_once * tolerance * below):
+            slowing = gain / previous_gain if 0 < previous_gain < np.inf and not system.factorised else 1.0
+            # of further steps, if gains keep falling at this rate
+            expected_gain = gain * min(1, slowing)
+            factorised, short = system.factorised, steps_made < at_once
+            if not (short and factorised) and (short or expected_gain < at_once * tolerance * below):
                 break
             settled = (
-                not short and gain < SMALL_GAIN_SHARE * energy and not (factorised and gain > 0.5 * before)
+                not short
+                and gain < SMALL_GAIN_SHARE * energy
+                and not (factorised and gain > 0.5 * previous_gain)
             )
             system = replace(system, factorised=at_once == 1 and settled)
-            energy, before = below, gain
+            energy, previous_gain = below, gain
         return u
 
     def energy(self, u: Complex, theta: float) -> float:
@@ -138,6 +139,6 @@ def _objective(theta: float) -> Objective:
 
 def surface(points: Real, faces: Index) -> Elastic:
     """Return the triangles (m, 3) of a surface with their shapes in space as rest shapes, scaled to area one."""
-    rest = laid_flat(points[faces])
-    areas = triangle_areas(rest)
-    return Elastic.of(faces, rest / np.sqrt(areas.sum()))
+    rest_corners = laid_flat(points[faces])
+    areas = triangle_areas(rest_corners)
+    return Elastic.of(faces, rest_corners / np.sqrt(areas.sum()))

@@ -141,8 +141,8 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
         result = Flattening(patch, upright(patch, lscm(patch, outline)), outline, "lscm")
         if not growing or _spread(result) <= EVEN_AREA_SPREAD:
             break
-        patch, before, loop = extend_cut(patch, _most_shrunk(result)), patch, 1
-        if patch is before:
+        patch, previous_patch, loop = extend_cut(patch, _most_shrunk(result)), patch, 1
+        if patch is previous_patch:
             break
     return result
 
@@ -192,8 +192,8 @@ def _first_layout(layout: Flattening, growing: bool, sound: Flattening | None) -
     coarsely = (
         len(patch.points) >= LARGE_VERTEX_COUNT and not growing
     )  # coarsening makes up for a distant start
-    near = sound is not None and (coarsely or sound.strained(95) < STRETCHED_P95)
-    return replace(sound, method="balanced") if sound and near else _start(patch, layout.loop)
+    is_near = sound is not None and (coarsely or sound.strained(95) < STRETCHED_P95)
+    return replace(sound, method="balanced") if sound and is_near else _start(patch, layout.loop)
 
 
 def _with_seam(start: Flattening, joins: bool, most: int) -> tuple[Flattening, Elastic, list[int]]:
@@ -206,20 +206,20 @@ def _with_seam(start: Flattening, joins: bool, most: int) -> tuple[Flattening, E
     ends = [] if small is None else small[1][_with_seam(small[0], joins, most)[2]].tolist()
     result, sheet, _ = _roughly(_cut_to(start, ends, joins))
     while len(ends) < most and result.strained(95) >= STRETCHED_P95:
-        tried = []
+        trials = []
         for end in seams.ends(result, joins):
             further = result.cut_further(seams.lengthened(result, [end], joins))
             corner = np.argmax(result.patch.faces == end)
-            tried.append((*_roughly(further), int(start.patch.faces.flat[corner])))
-        if not tried:
+            trials.append((*_roughly(further), int(start.patch.faces.flat[corner])))
+        if not trials:
             break
-        result, sheet, _, end = min(tried, key=lambda trial: trial[2])
+        result, sheet, _, end = min(trials, key=lambda trial: trial[2])
         ends.append(end)
     for end in ends[:-1] if small is None else []:
-        left = [other for other in ends if other != end]
-        other, its_sheet, _ = _roughly(_cut_to(start, left, joins))
-        if other.strained(95) <= max(STRETCHED_P95, result.strained(95)):
-            result, sheet, ends = other, its_sheet, left
+        remaining_ends = [shorter for shorter in ends if shorter != end]
+        shorter, its_sheet, _ = _roughly(_cut_to(start, remaining_ends, joins))
+        if shorter.strained(95) <= max(STRETCHED_P95, result.strained(95)):
+            result, sheet, ends = shorter, its_sheet, remaining_ends
     return result, sheet, ends
 
 
@@ -294,9 +294,9 @@ def _apart(start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int]
         start = _start(start.patch, start.loop)
     u, loops = _unit(start), _rings(start)
 
-    def apart(coarse: Elastic, kept: Index) -> Complex:
-        rings = [np.searchsorted(kept, loop) for loop in loops]
-        return relax_with_scaffold(coarse, u[kept], rings, theta, steps, LEAST_DECREASE)
+    def apart(coarse: Elastic, vertices: Index) -> Complex:
+        rings = [np.searchsorted(vertices, loop) for loop in loops]
+        return relax_with_scaffold(coarse, u[vertices], rings, theta, steps, LEAST_DECREASE)
 
     # with the whole boundary kept, a layout without overlap on the coarser triangulation has none on the fine one
     return by_coarser(sheet, start.patch.points, u, theta, apart, np.concatenate(loops))
@@ -304,8 +304,8 @@ def _apart(start: Flattening, sheet: Elastic, theta: float, steps: Iterable[int]
 
 def _rings(layout: Flattening) -> list[Index]:
     """Return the boundary loops of a layout, its outline first."""
-    others = [loop for loop in layout.patch.loops if not np.array_equal(loop, layout.loop)]
-    return [layout.loop, *others]
+    other_loops = [loop for loop in layout.patch.loops if not np.array_equal(loop, layout.loop)]
+    return [layout.loop, *other_loops]
 
 
 def _start(patch: Patch, outline: Index) -> Flattening:

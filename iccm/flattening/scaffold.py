@@ -69,8 +69,8 @@ def relax_with_scaffold(
         else:
             joint = joint.with_shapes(shapes, weights)
         u = joint.relaxed(positions, theta, 1, tolerance)[FRAME_CORNERS:]
-        before, energy = energy, sheet.energy(u, theta)
-        small = small + 1 if before - energy < tolerance * before else 0
+        previous, energy = energy, sheet.energy(u, theta)
+        small = small + 1 if previous - energy < tolerance * previous else 0
         if small == settled:
             break
     return u

@@ -777,8 +777,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/flattening/free.py",
-        "rest / np.sqrt(areas.sum())",
-        "rest / areas.sum()",
+        "rest_corners / np.sqrt(areas.sum())",
+        "rest_corners / areas.sum()",
         "tests/iccm/flattening/test_flattening.py",
         "flattening depends on the unit of the mesh",
     ),
