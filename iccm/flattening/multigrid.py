@@ -77,7 +77,7 @@ def relaxed(
             points,
             u,
             theta,
-            lambda coarse, kept: relaxed(coarse, points[kept], u[kept], theta, steps, tolerance),
+            lambda coarse, vertices: relaxed(coarse, points[vertices], u[vertices], theta, steps, tolerance),
         )
     return sheet.relaxed(u, theta, steps, tolerance)
 
@@ -93,11 +93,13 @@ def nearly_relaxed(
     small = much_coarser(points, faces, u, LARGE_VERTEX_COUNT, NONE)
     if small is None:
         return None
-    kept, coarse, removed = small
-    moved = u.copy()
-    moved[kept] = relaxed(surface(points[kept], coarse), points[kept], u[kept], theta, steps, tolerance)
+    vertices, coarse, removed = small
+    new_u = u.copy()
+    new_u[vertices] = relaxed(
+        surface(points[vertices], coarse), points[vertices], u[vertices], theta, steps, tolerance
+    )
     unit = points / np.sqrt(face_areas(points[faces]).sum())
-    return moved if put_back(removed, unit, theta, moved) else None
+    return new_u if put_back(removed, unit, theta, new_u) else None
 
 
 def _by_multigrid(
@@ -107,15 +109,15 @@ def _by_multigrid(
     grid = Grid.of(points, faces, u, theta)
     if grid.coarser is None:
         return u, False
-    before = grid.gradient()[0]
-    if not grid.solve_coarsest_first(steps, tolerance) or grid.gradient()[0] > before:
+    previous = grid.gradient()[0]
+    if not grid.solve_coarsest_first(steps, tolerance) or grid.gradient()[0] > previous:
         grid.start_from(u)
     energy = grid.gradient()[0]
     no_forces = np.zeros(u.size, np.complex128)
     for _ in range(MOST_CYCLES):
         grid.cycle(no_forces)
-        before, energy = energy, grid.gradient()[0]
-        if before - energy < LEAST_CYCLE_GAIN_SHARE * before:
+        previous, energy = energy, grid.gradient()[0]
+        if previous - energy < LEAST_CYCLE_GAIN_SHARE * previous:
             return grid.u, True
     return grid.u, False
 
@@ -146,8 +148,10 @@ class Grid:
         grid = cls(points, np.ascontiguousarray(faces), theta, u.copy())
         coarsened = much_coarser(points, faces, u, HUGE_VERTEX_COUNT, NONE)
         if coarsened is not None:
-            kept, coarse_faces, removed = coarsened
-            grid.coarser = Coarser(cls.of(points[kept], coarse_faces, u[kept], theta), kept, removed)
+            vertices, coarse_faces, removed = coarsened
+            grid.coarser = Coarser(
+                cls.of(points[vertices], coarse_faces, u[vertices], theta), vertices, removed
+            )
         return grid
 
     @cached_property
@@ -162,17 +166,17 @@ class Grid:
         """Set the positions (n,) of this grid, and of all coarser ones."""
         self.u = u.copy()
         if self.coarser is not None:
-            self.coarser.grid.start_from(u[self.coarser.kept])
+            self.coarser.grid.start_from(u[self.coarser.vertices])
 
     def solve_coarsest_first(self, steps: int, tolerance: float) -> bool:
         """Relax the coarsest grid, and put back the vertices of finer ones; return False where one has no place."""
         if self.coarser is None:
             self.u = relaxed(self._sheet, self.points, self.u, self.theta, steps, tolerance)
             return True
-        grid, kept, removed = self.coarser
+        grid, vertices, removed = self.coarser
         if not grid.solve_coarsest_first(steps, tolerance):
             return False
-        self.u[kept] = grid.u
+        self.u[vertices] = grid.u
         return put_back(removed, self.points, self.theta, self.u)
 
     def cycle(self, forces: Complex) -> None:
@@ -187,15 +191,15 @@ class Grid:
 
     def _correct(self, coarser: "Coarser", forces: Complex) -> None:
         """Take a step that lowers the energy less the work of forces (n,), found on the coarser grid."""
-        grid, kept, removed = coarser
-        before = grid.u.copy()
+        grid, vertices, removed = coarser
+        old_u = grid.u.copy()
         energy, slopes = self.gradient()
         # With these forces, the coarser grid has the same slopes as this one: both are minimal at the same positions.
         residual = forces - slopes
         restrict(removed, residual)
-        grid.cycle(grid.gradient()[1] + residual[kept])
+        grid.cycle(grid.gradient()[1] + residual[vertices])
         step = np.zeros(self.u.size, np.complex128)
-        step[kept] = grid.u - before
+        step[vertices] = grid.u - old_u
         interpolate(removed, step)
         work = float(np.vdot(forces, step).real)
         start, share = self.u, min(1.0, SHARE_OF_FLIP * largest_step(self.faces, self.u, step))
@@ -207,9 +211,9 @@ class Grid:
         else:
             self.u, share = start, 0.0
         # the coarser grid follows, as far as none of its triangles folds
-        coarse_step = grid.u - before
-        share = min(share, SHARE_OF_FLIP * largest_step(grid.faces, before, coarse_step))
-        grid.u = before + share * coarse_step
+        coarse_step = grid.u - old_u
+        share = min(share, SHARE_OF_FLIP * largest_step(grid.faces, old_u, coarse_step))
+        grid.u = old_u + share * coarse_step
 
 
 class Coarser(NamedTuple):
@@ -217,12 +221,12 @@ class Coarser(NamedTuple):
 
     Attributes:
         grid: the coarser grid.
-        kept: (k,) the numbers of its vertices in the finer grid.
+        vertices: (k,) the numbers of its vertices in the finer grid.
         removed: the other vertices of the finer grid.
     """
 
     grid: Grid
-    kept: Index
+    vertices: Index
     removed: Removed
 
 
