@@ -93,40 +93,42 @@ class _Pair:
             InputError: no one-to-one map meets the constraints.
         """
         _, pins, numbers = named_partners(self.holes, self.source, self.target, pins, strokes)
-        given = check(self.source, self.target, pins, strokes, numbers)
+        exact = check(self.source, self.target, pins, strokes, numbers)
         patches = NO_PATCHES
         if softness is not None:
-            own = softness.of_pins(numbers)
-            patches = patches_of(self.source, self.target, self.holes.sides, pins, own, given, numbers)
-            given = given.without(patches.points[:, 0])
-        given = given.unit(self.frames)
-        return (given.inverse() if self.inverted else given), patches
+            numbered_softness = softness.of_pins(numbers)
+            patches = patches_of(
+                self.source, self.target, self.holes.sides, pins, numbered_softness, exact, numbers
+            )
+            exact = exact.without(patches.points[:, 0])
+        exact = exact.unit(self.frames)
+        return (exact.inverse() if self.inverted else exact), patches
 
     def with_patches(self, settings: Settings, patches: PinnedPatches) -> Settings:
         """Return the settings with soft pins in the energy of the map from source to target."""
         soft = None if patches.are_none else patches.unit(self.frames)
         return replace(settings, energy=replace(settings.energy, pins=soft))
 
-    def problem(self, given: Pins, settings: Settings, start: MeshMap | None = None) -> UnitProblem:
+    def problem(self, exact: Pins, settings: Settings, start: MeshMap | None = None) -> UnitProblem:
         """Return the problem of the map that is updated; see `problem_of`. `start` is a map from source to target."""
         source, target = unit_curve(self.frames[0], self.source), unit_curve(self.frames[1], self.target)
-        own = given.inverse() if self.inverted else given
-        problem = problem_of(source, target, self.holes.unit(self.frames), own, settings, start)
+        own_side = exact.inverse() if self.inverted else exact
+        problem = problem_of(source, target, self.holes.unit(self.frames), own_side, settings, start)
         return problem.inverse() if self.inverted else problem
 
-    def carried(self, state: MeshMap, given: Pins, settings: Settings, *, coarse: bool) -> DiscreteMap:
+    def carried(self, state: MeshMap, exact: Pins, settings: Settings, *, coarse: bool) -> DiscreteMap:
         """Transfer a map to a new mesh, and make it meet constraints.
 
         Args:
             state: the map.
-            given: exact pins and strokes, in unit coordinates.
+            exact: exact pins and strokes, in unit coordinates.
             settings: options of the map.
             coarse: whether the mesh is coarse, rather than as fine as the final one.
 
         Raises:
             NoMapError: the map folds on the new mesh.
         """
-        problem, sizes = self.problem(given, settings), None
+        problem, sizes = self.problem(exact, settings), None
         # without its constraints, which belong to other vertices
         state = MeshMap.plain(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
@@ -136,15 +138,15 @@ class _Pair:
                 level = final_level(problem, settings)
                 sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
             new = satisfy_constraints(refine(level, state, sizes))
-            if new.miss > 0 and not given.strokes:  # other triangles may be less in the way of the pins
+            if new.miss > 0 and not exact.strokes:  # other triangles may be less in the way of the pins
                 anew = move_on_new_meshes(level, new.hold_in_place(), new.inside.goals)
-                new = min(anew, new, key=lambda each: each.miss)
+                new = min(anew, new, key=lambda candidate: candidate.miss)
             return _relax(new if coarse else _towards(new))
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
 
     def carried_anyhow(
-        self, state: MeshMap, given: Pins, settings: Settings, *, coarse: bool
+        self, state: MeshMap, exact: Pins, settings: Settings, *, coarse: bool
     ) -> tuple[DiscreteMap, bool]:
         """Transfer a map to a fine mesh, or to a coarse one if `coarse` or if the fine one fails.
 
@@ -158,9 +160,9 @@ class _Pair:
         """
         if not coarse:
             with suppress(NoMapError):
-                new = self.carried(state, given, settings, coarse=False)
+                new = self.carried(state, exact, settings, coarse=False)
                 return new, new.miss > 0
-        return self.carried(state, given, settings, coarse=True), True
+        return self.carried(state, exact, settings, coarse=True), True
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +185,7 @@ class Live:
 
     pair: "_Pair"
     settings: Settings
-    given: Pins
+    exact: Pins
     patches: PinnedPatches
     state: DiscreteMap
     least: float
@@ -223,40 +225,40 @@ class Live:
             InputError: no one-to-one map meets the pins or strokes.
         """
         assert fit.target is not None and isinstance(fit.map, TriangulatedMap)
-        met = [(loop + 1, i, j) for loop, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
-        partners = tuple((i, j) for _, i, j in met)
+        mapped_holes = [(loop + 1, i, j) for loop, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
+        partners = tuple((i, j) for _, i, j in mapped_holes)
         holes = Holes(tuple(fit.source_holes), tuple(fit.target_holes), partners)
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
         map = fit.map
         if pair.inverted and covering_map is not None:
-            map, met = covering_map, holes_of(covering_map, holes)
-        before = sketch_of(map, frames, met)
+            map, mapped_holes = covering_map, holes_of(covering_map, holes)
+        sketch = sketch_of(map, frames, mapped_holes)
         own_pins, patches = pair.checked(fit.pins, fit.strokes, fit.softness)
         settings = pair.with_patches(settings, patches)
-        level = final_level(pair.problem(own_pins, settings, before), settings)
-        before = before.inverse() if pair.inverted else before
-        state = on_its_mesh(level, before)
+        level = final_level(pair.problem(own_pins, settings, sketch), settings)
+        sketch = sketch.inverse() if pair.inverted else sketch
+        state = on_its_mesh(level, sketch)
         if state is not None and not state.fills_holes:  # they would fold
             state = None
-        given, coarse, stiffening = own_pins, False, np.empty(0)
+        exact, coarse, stiffening = own_pins, False, np.empty(0)
         if state is not None:
-            known = None if springs is None else _factors_at(patches, springs)
-            state, stiffening = with_present_springs(state, known)
+            saved_pins = None if springs is None else _factors_at(patches, springs)
+            state, stiffening = with_present_springs(state, saved_pins)
         else:
-            given, patches = pair.checked(pins, strokes, softness)
+            exact, patches = pair.checked(pins, strokes, softness)
             settings = pair.with_patches(settings, patches)
-            coarse = bool(len(given.outer) or given.strokes)
+            coarse = bool(len(exact.outer) or exact.strokes)
             stiffening = _factors_at(patches, springs or {})
             stiff = _stiffened(settings, stiffening)
-            state, coarse = pair.carried_anyhow(before, given, stiff, coarse=coarse)
-        age = STEPS_PER_MESH if given is own_pins else 0
+            state, coarse = pair.carried_anyhow(sketch, exact, stiff, coarse=coarse)
+        age = STEPS_PER_MESH if exact is own_pins else 0
         live = cls(
-            pair, settings, given, patches, state, _least_area(state), coarse, age, stiffening=stiffening
+            pair, settings, exact, patches, state, _least_area(state), coarse, age, stiffening=stiffening
         )
-        return live if given is not own_pins else live.moved(pins, strokes, softness, dragged=dragged)
+        return live if exact is not own_pins else live.follow(pins, strokes, softness, dragged=dragged)
 
-    def moved(
+    def follow(
         self,
         pins: Complex,
         strokes: Sequence[tuple[Curve, Curve]] = (),
@@ -282,17 +284,17 @@ class Live:
             settings = replace(self.settings, energy=replace(self.settings.energy, balance=balance))
             begun = replace(self.state, energy=replace(self.state.energy, balance=balance))
             live = replace(self, settings=settings, state=begun)
-            return live.moved(pins, strokes, softness, dragged=dragged)
-        given, patches = self.pair.checked(pins, strokes, softness)
-        return self._with_patches(patches, given)._moved(given, dragged=dragged)._stiffened()
+            return live.follow(pins, strokes, softness, dragged=dragged)
+        exact, patches = self.pair.checked(pins, strokes, softness)
+        return self._with_patches(patches, exact)._follow(exact, dragged=dragged)._stiffened()
 
-    def _moved(self, given: Pins, *, dragged: bool) -> "Live":
+    def _follow(self, exact: Pins, *, dragged: bool) -> "Live":
         """Return the map updated to exact pins and strokes, and to the soft pins of its energy."""
-        others = self._changes_vertices(given)
-        coarse = self.coarse or others
-        waits = dragged and not others and self.age + 1 < STEPS_PER_MESH
+        changes_vertices = self._changes_vertices(exact)
+        coarse = self.coarse or changes_vertices
+        waits = dragged and not changes_vertices and self.age + 1 < STEPS_PER_MESH
         steps = max(2, BUDGET_TRIANGLE_STEPS // len(self.state.faces)) if dragged else 2 * FORWARD_STEPS
-        state, least, age = self._pulled(given, steps), self.least, self.age + 1
+        state, least, age = self._pulled(exact, steps), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
         if state is not None and (dragged or not behind):
             state = _within(state) if dragged else _towards(state)
@@ -302,10 +304,10 @@ class Live:
         if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
             try:
-                state, coarse = self.pair.carried_anyhow(state or self.state, given, stiff, coarse=coarse)
+                state, coarse = self.pair.carried_anyhow(state or self.state, exact, stiff, coarse=coarse)
                 least, behind = _least_area(state), False
             except NoMapError:
-                if not dragged or others:
+                if not dragged or changes_vertices:
                     raise
         area = _least_area(state or self.state)
         if waits and area < SQUEEZED_AREA_RATIO**2 * least:  # the triangle would soon be degenerate
@@ -315,19 +317,19 @@ class Live:
         if not waits and not area >= SQUEEZED_AREA_RATIO * least:
             age, free = 0, state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
             with suppress(NoMapError):
-                anew = self.pair.carried(free, given, stiff, coarse=coarse)
-                state = min(anew, state, key=lambda each: each.miss)
+                anew = self.pair.carried(free, exact, stiff, coarse=coarse)
+                state = min(anew, state, key=lambda candidate: candidate.miss)
                 least = _least_area(state)
-        return replace(self, given=given, state=state, least=least, coarse=coarse, age=age, behind=False)
+        return replace(self, exact=exact, state=state, least=least, coarse=coarse, age=age, behind=False)
 
-    def _with_patches(self, patches: PinnedPatches, given: Pins) -> "Live":
-        """Return the map with other soft pins in its energy; `given` are the exact ones."""
+    def _with_patches(self, patches: PinnedPatches, exact: Pins) -> "Live":
+        """Return the map with other soft pins in its energy; `exact` are the exact ones."""
         if not len(patches.points) and not len(self.patches.points):
             return self
         settings, factors = self.pair.with_patches(self.settings, patches), self.stiffening
         if len(factors) != len(patches.points):  # else a pin whose place in the source moves keeps its factor
             factors = _factors_at(patches, self.springs)
-        energy = energy_of(settings, given)
+        energy = energy_of(settings, exact)
         if energy.pins is not None:
             energy = replace(energy, pins=energy.pins.stiffer(factors))
         oriented = energy.inverse() if self.pair.inverted else energy
@@ -360,13 +362,13 @@ class Live:
         # pins that stopped short may have stiffer ones already
         return replace(self, stiffening=np.clip(factors, 1, np.maximum(self.stiffening, STIFFEST)))
 
-    def _changes_vertices(self, given: Pins) -> bool:
+    def _changes_vertices(self, exact: Pins) -> bool:
         """Return whether the constraints need other vertices than the mesh has; with strokes, each step may."""
-        before = self.given
-        same = before.inner.shape == given.inner.shape and np.array_equal(before.outer, given.outer)
-        return not same or bool(before.strokes or given.strokes)
+        old = self.exact
+        is_same = old.inner.shape == exact.inner.shape and np.array_equal(old.outer, exact.outer)
+        return not is_same or bool(old.strokes or exact.strokes)
 
-    def _pulled(self, given: Pins, steps: int) -> DiscreteMap | None:
+    def _pulled(self, exact: Pins, steps: int) -> DiscreteMap | None:
         """Return the map with new goals for its constrained vertices, or with these moved towards their new sources.
 
         Moving sources takes up to half of the given steps. The steps left are in `spared`.
@@ -374,17 +376,17 @@ class Live:
         Returns:
             The map; None if other vertices are needed.
         """
-        before, now, inside = self.given, given, self.state.inside
-        if self._changes_vertices(given):
+        old, new, inside = self.exact, exact, self.state.inside
+        if self._changes_vertices(exact):
             return None
-        sources, goals = np.ascontiguousarray(now.inner.T)
-        if np.array_equal(sources, before.inner[:, 0]) and not self.behind:
+        sources, goals = np.ascontiguousarray(new.inner.T)
+        if np.array_equal(sources, old.inner[:, 0]) and not self.behind:
             return replace(self.state.with_goals(goals), spared=steps)
-        if self.state.miss > 0 or not np.array_equal(goals, before.inner[:, 1]):
+        if self.state.miss > 0 or not np.array_equal(goals, old.inner[:, 1]):
             return None
         pulled = replace(self.state, inside=inside._replace(z=sources))
-        near = pulled.backward(FINE_POWER, steps // 2, AT_REST_DECREASE)
-        return replace(near, spared=steps - steps // 2 + near.spared)
+        stepped = pulled.backward(FINE_POWER, steps // 2, AT_REST_DECREASE)
+        return replace(stepped, spared=steps - steps // 2 + stepped.spared)
 
     @property
     def met(self) -> bool:
@@ -458,8 +460,8 @@ def _towards(state: DiscreteMap) -> DiscreteMap:
 
     If these do not reach the goals, steps at power 1 are taken instead.
     """
-    found = state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=True)
-    return found if found.miss == 0 else state.forward(1.0, FORWARD_STEPS, AT_REST_DECREASE, corners=True)
+    reached = state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=True)
+    return reached if reached.miss == 0 else state.forward(1.0, FORWARD_STEPS, AT_REST_DECREASE, corners=True)
 
 
 def _within(state: DiscreteMap) -> DiscreteMap:

@@ -164,7 +164,7 @@ def _with_plain_names(message: dict[str, Any]) -> dict[str, Any]:
     """Return a message in which files have the names that the user knows."""
     sentences = {name: message[name] for name in SENTENCES if name in message}
     plain = {
-        name: without_folders(text) if isinstance(text, str) else [without_folders(each) for each in text]
+        name: without_folders(text) if isinstance(text, str) else [without_folders(item) for item in text]
         for name, text in sentences.items()
     }
     return message | plain
@@ -343,8 +343,8 @@ class _Link:
         session.
         """
         session = self._session
-        known = name in session.written or name == session.pair.job.constraints
-        return not known and check_output(name, force=True).exists()
+        is_known = name in session.written or name == session.pair.job.constraints
+        return not is_known and check_output(name, force=True).exists()
 
     def _written(self, message: Save | Draw | Export, names: list[str]) -> dict[str, Any]:
         session, scene = self._session, message.scene

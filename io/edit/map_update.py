@@ -116,15 +116,13 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
     folds = "nothing folds" if certified else "the absence of folds is not certified"
     if deformed:
         return f"Pins and strokes are met, {folds}."
-    lost = [
-        f"{1 - report[name]:.0%} of the {side} {what}"
-        for name, side, what in (("shown", "source", "is hidden"), ("covered", "target", "stays bare"))
+    losses = [
+        f"{1 - report[name]:.0%} of the {side} {loss}"
+        for name, side, loss in (("shown", "source", "is hidden"), ("covered", "target", "stays bare"))
         if report.get(name, 1) < WELL_SEEN_SHARE
     ]
-    if lost:
-        return (
-            f"The shapes fit, {folds}, but {' and '.join([*lost, *([even] if most > GOOD_STRETCH else [])])}."
-        )
+    if losses:
+        return f"The shapes fit, {folds}, but {' and '.join([*losses, *([even] if most > GOOD_STRETCH else [])])}."
     return (
         f"Good fit: the scale is nearly uniform, {folds}."
         if most <= GOOD_STRETCH
@@ -177,7 +175,7 @@ def refusal(error: InputError) -> MapUpdate:
     """
     text, wrong = str(error), {}
     for kind in ("pin", "stroke"):
-        found = re.findall(rf"\b{kind}s? (?:on the outline out of order: )?(\d+(?:(?:, | and )\d+)*)", text)
-        numbers = [int(n) - 1 for words in found for n in re.findall(r"\d+", words)]
+        matches = re.findall(rf"\b{kind}s? (?:on the outline out of order: )?(\d+(?:(?:, | and )\d+)*)", text)
+        numbers = [int(n) - 1 for words in matches for n in re.findall(r"\d+", words)]
         wrong[f"{kind}s"] = sorted(set(numbers))
     return MapUpdate("error", False, text, {}, wrong)

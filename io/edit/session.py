@@ -96,10 +96,10 @@ class Session:
         if self.pair.start:
             self.begin(self.pair.first, self.pair.start)
 
-    def go_on_from(self, before: Session) -> None:
+    def go_on_from(self, previous: Session) -> None:
         """Take over the edits from a session with the same shapes and another texture."""
-        self.scene, self.saved, self.left = before.scene, before.saved, before.left
-        self.written, self._choices = before.written, before._choices
+        self.scene, self.saved, self.left = previous.scene, previous.saved, previous.left
+        self.written, self._choices = previous.written, previous._choices
 
     @property
     def fit(self) -> Fit | None:
@@ -128,21 +128,23 @@ class Session:
             InputError: it is not a map of these shapes.
         """
         map = start.map(self.pair.source, self.pair.target)
-        kept = bool(start.kept) and start.kept == fingerprint_of(self.pair, scene)
+        is_result = bool(start.kept) and start.kept == fingerprint_of(self.pair, scene)
         places = self.pair.placed(scene).pins[:, 0].tolist()
         springs = dict(zip(places, start.springs)) if start.springs else None
-        self._choices[scene.key] = MapChoice(map, kept=kept, springs=springs)
+        self._choices[scene.key] = MapChoice(map, kept=is_result, springs=springs)
 
     def start(self, scene: Scene) -> StartingMap | None:
         """Return the map that the map of a scene continues from, which must be saved to reproduce it."""
-        chosen = self._choices.get(scene.key, MapChoice())
-        if chosen.begins is None:
+        choice = self._choices.get(scene.key, MapChoice())
+        if choice.begins is None:
             return None
-        kept = fingerprint_of(self.pair, scene) if chosen.kept else ""
-        places = self.pair.placed(scene).pins[:, 0].tolist() if chosen.springs else []
-        springs = [(chosen.springs or {}).get(place, 1.0) for place in places]
+        fingerprint = fingerprint_of(self.pair, scene) if choice.kept else ""
+        places = self.pair.placed(scene).pins[:, 0].tolist() if choice.springs else []
+        springs = [(choice.springs or {}).get(place, 1.0) for place in places]
         springs = springs if any(factor > 1 for factor in springs) else []
-        return StartingMap.of(chosen.begins, self.pair.source, self.pair.target, kept=kept, springs=springs)
+        return StartingMap.of(
+            choice.begins, self.pair.source, self.pair.target, kept=fingerprint, springs=springs
+        )
 
     def solve(self, scene: Scene, way: Way = "", *, hand: Hand = "") -> MapUpdate:
         """Return the converged map, continued from the last one or from scratch, as `iccm map` computes it from saved
@@ -159,19 +161,19 @@ class Session:
         self.scene = scene
         try:
             with one_thread():
-                if not way and (kept := self._kept(scene)) is not None:
-                    return kept
+                if not way and (kept_update := self._kept(scene)) is not None:
+                    return kept_update
                 if not way and hand and self._can_keep(scene) and self.has_followed(scene):
                     if hand == "resting":
                         return self._blocked()
                     if (short := self._stop_short(scene)) is not None:
                         return short
-                chosen = self._choices.get(scene.key) or MapChoice(self._start(scene))
-                chosen = replace(chosen, fresh=way == "fresh") if way in ("fresh", "kept") else chosen
-                solved, chosen = self._solve(scene, chosen)
+                choice = self._choices.get(scene.key) or MapChoice(self._start(scene))
+                choice = replace(choice, fresh=way == "fresh") if way in ("fresh", "kept") else choice
+                solved, choice = self._solve(scene, choice)
         except InputError as error:
             return refusal(error)
-        return self._settle(scene, solved, chosen)
+        return self._settle(scene, solved, choice)
 
     def _can_keep(self, scene: Scene) -> bool:
         """Return whether the map that is shown can become that of a scene as it is; strokes need other vertices."""
@@ -189,21 +191,23 @@ class Session:
             assert self._live is not None
             if self._live.coarse or not self._is_met:
                 return None
-            seen: TriangulatedMap = self._live.start
+            visible: TriangulatedMap = self._live.start
             springs: dict[complex, float] | None = self._live.springs
         elif self._only_adds_pins(scene) and self._fit is not None:
-            chosen = self._choices[self._last[0].key]
-            seen = chosen.begins if chosen.kept and chosen.begins is not None else triangulated(self._fit.map)
-            springs = chosen.springs if self._live is None else self._live.springs
+            choice = self._choices[self._last[0].key]
+            visible = (
+                choice.begins if choice.kept and choice.begins is not None else triangulated(self._fit.map)
+            )
+            springs = choice.springs if self._live is None else self._live.springs
         else:
             return None
         pair = self.pair.source, self.pair.target
         with suppress(InputError):
-            start = StartingMap.of(seen, *pair, pins=self.pair.placed(scene).pins[:, 0]).map(*pair)
-            chosen = MapChoice(start, kept=True, springs=springs)
+            start = StartingMap.of(visible, *pair, pins=self.pair.placed(scene).pins[:, 0]).map(*pair)
+            choice = MapChoice(start, kept=True, springs=springs)
             solved = solve_scene(self.pair, scene, start, kept=True)
             if self._is_kept(scene, start, solved):
-                return self._settle(scene, solved, chosen, live=self._live)
+                return self._settle(scene, solved, choice, live=self._live)
         return None
 
     def _is_kept(self, scene: Scene, start: TriangulatedMap, solved: Solved) -> bool:
@@ -234,17 +238,17 @@ class Session:
             with suppress(InputError):
                 shortened = stop_short(self.pair, scene, self._last[0], live, missed, aim)
                 dragged_pins, pins = self.pair.placed(scene).pins, self.pair.placed(shortened).pins
-                kept = StartingMap.of(live.start, *shapes, pins=pins[:, 0]).map(*shapes)
-                solved = solve_scene(self.pair, shortened, kept, kept=True)
-                if self._is_kept(shortened, kept, solved):
+                start = StartingMap.of(live.start, *shapes, pins=pins[:, 0]).map(*shapes)
+                solved = solve_scene(self.pair, shortened, start, kept=True)
+                if self._is_kept(shortened, start, solved):
                     springs = held_springs(live, dragged_pins[missed], pins[missed])
-                    chosen = MapChoice(kept, kept=True, springs=springs)
-                    shown = self._settle(shortened, solved, chosen, asked=scene)
+                    chosen = MapChoice(start, kept=True, springs=springs)
+                    update = self._settle(shortened, solved, chosen, requested=scene)
                     short = missed.tolist()
-                    shown = replace(shown, message=stopped_sentence(short), short=short)
+                    update = replace(update, message=stopped_sentence(short), short=short)
                     if self._last[0] is shortened:
-                        self._last = shortened, shown
-                    return replace(shown, scene=shortened)
+                        self._last = shortened, update
+                    return replace(update, scene=shortened)
         return None
 
     def _off(self, live: Live, map: TriangulatedMap, placed: PlacedConstraints, count: int) -> Index:
@@ -266,7 +270,7 @@ class Session:
 
     def _only_adds_pins(self, scene: Scene) -> bool:
         """Return whether a scene differs from the last one by new pins only, which are where the map takes them."""
-        last, map = self._last[0], self._map
+        last_scene, map = self._last[0], self._map
         if (
             self._fit is None
             or map is None
@@ -274,12 +278,12 @@ class Session:
             or not (scene.whole and self.is_whole)
         ):
             return False
-        ends = [(pin.source, pin.target) for pin in last.pins]
-        more = [pin for pin in scene.pins if (pin.source, pin.target) not in ends]
-        others = scene.model_copy(update={"pins": [pin for pin in scene.pins if pin not in more]})
-        if not more or others.key != last.key:
+        ends = [(pin.source, pin.target) for pin in last_scene.pins]
+        new_pins = [pin for pin in scene.pins if (pin.source, pin.target) not in ends]
+        without_new = scene.model_copy(update={"pins": [pin for pin in scene.pins if pin not in new_pins]})
+        if not new_pins or without_new.key != last_scene.key:
             return False
-        placed = self.pair.placed(scene.model_copy(update={"pins": more})).pins
+        placed = self.pair.placed(scene.model_copy(update={"pins": new_pins})).pins
         gaps = np.abs(map(placed[:, 0]) - placed[:, 1])
         return bool((gaps <= PLACED_SHARE * self.pair.target.curve.diagonal).all())
 
@@ -293,8 +297,8 @@ class Session:
         """
         if self.pair.has_mesh or len(scene.pins) > MOST_COMPARED_PINS:
             return None
-        chosen, before = self._choices.get(scene.key, MapChoice()), self._fit
-        if chosen.begins is None or chosen.other or before is None or self.scene is not scene:
+        choice, fit = self._choices.get(scene.key, MapChoice()), self._fit
+        if choice.begins is None or choice.other or fit is None or self.scene is not scene:
             return None
         try:
             with one_thread():
@@ -303,21 +307,21 @@ class Session:
             return None
         if any(missed_constraints(solved.report, scene).values()) or self.scene is not scene:
             return None
-        if same(before.map, solved.maps[0]):  # type: ignore[arg-type]
+        if same(fit.map, solved.maps[0]):  # type: ignore[arg-type]
             return self._settle(scene, solved, MapChoice(), live=self._live)
-        gain = before.distortion.stretch_p95 / solved.fit.distortion.stretch_p95
-        chosen = replace(chosen, other=True, gain=gain if solved.status.ok else 1.0)
-        self._choices[scene.key] = chosen
-        return replace(self._last[1], drawn=None, other=chosen.alternative, gain=chosen.gain)
+        gain = fit.distortion.stretch_p95 / solved.fit.distortion.stretch_p95
+        choice = replace(choice, other=True, gain=gain if solved.status.ok else 1.0)
+        self._choices[scene.key] = choice
+        return replace(self._last[1], drawn=None, other=choice.alternative, gain=choice.gain)
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
         """Return the map to continue from, rounded as in a file; None to start from scratch."""
         pair = self.pair.source, self.pair.target
         try:
-            found = self._before(scene)
-            if found is None:
+            start = self._before(scene)
+            if start is None:
                 return None
-            return StartingMap.of(found, *pair, pins=self.pair.placed(scene).pins[:, 0]).map(*pair)
+            return StartingMap.of(start, *pair, pins=self.pair.placed(scene).pins[:, 0]).map(*pair)
         except InputError:  # what is wrong with the scene will be reported from scratch, too
             return None
 
@@ -326,18 +330,18 @@ class Session:
 
         None without pins, after a change of the rotation, for partial maps, and with rigid regions.
         """
-        fit, last = self._fit, self._last[0]
+        fit, last_scene = self._fit, self._last[0]
         if self.pair.deforming:
             return self._map if scene.constrained else None
-        if scene.rigid or last.rigid:
+        if scene.rigid or last_scene.rigid:
             return None
         if (
             fit is None
             or not (scene.constrained and scene.whole and self.is_whole)
-            or scene.turn != last.turn
+            or scene.turn != last_scene.turn
         ):
             return None
-        if self._live is None and scene.balance == last.balance:
+        if self._live is None and scene.balance == last_scene.balance:
             return fit.map  # type: ignore[return-value]
         if self._live is not None and self._followed == scene.key:
             return self._live.start
@@ -361,65 +365,67 @@ class Session:
             for outline, shape in ((fit.source, self.pair.source), (fit.target, self.pair.target))
         )
 
-    def _solve(self, scene: Scene, chosen: MapChoice) -> tuple[Solved, MapChoice]:
+    def _solve(self, scene: Scene, choice: MapChoice) -> tuple[Solved, MapChoice]:
         """Return the map computed in the chosen way, or from scratch if that fails."""
-        gone_on = None
-        if chosen.begins is not None:
+        continued = None
+        if choice.begins is not None:
             with suppress(InputError):
-                gone_on = solve_scene(self.pair, scene, chosen.begins, kept=chosen.kept), chosen
-                if gone_on[0].status not in LOST_ON_THE_WAY:
-                    return gone_on
-            chosen = MapChoice()
+                continued = solve_scene(self.pair, scene, choice.begins, kept=choice.kept), choice
+                if continued[0].status not in LOST_ON_THE_WAY:
+                    return continued
+            choice = MapChoice()
         try:
-            fresh = solve_scene(self.pair, scene, None), chosen
+            fresh = solve_scene(self.pair, scene, None), choice
         except InputError:
-            if gone_on is None:
+            if continued is None:
                 raise
-            return gone_on
-        return fresh if gone_on is None or fresh[0].status.ok else gone_on
+            return continued
+        return fresh if continued is None or fresh[0].status.ok else continued
 
     def _settle(
         self,
         scene: Scene,
         solved: Solved,
-        chosen: MapChoice,
+        choice: MapChoice,
         *,
         live: Live | None = None,
-        asked: Scene | None = None,
+        requested: Scene | None = None,
     ) -> MapUpdate:
         """Return the update that shows a map, and make the map the current one if it meets the constraints.
 
         Args:
             scene: pins and strokes.
             solved: the map.
-            chosen: how it was computed.
+            choice: how it was computed.
             live: the same map as the next drag continues it; None to begin with the converged one.
-            asked: the scene that the page requested, if it is another one.
+            requested: the scene that the page requested, if it is another one.
         """
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
             return MapUpdate("error", False, status.value, {}, wrong)
-        drawn = self.view.image_of(solved.maps)
-        said = (
+        image = self.view.image_of(solved.maps)
+        details = (
             figures(report) | {"regions": self.view.regions(solved.fit, report)},
             wrong,
-            drawn,
-            chosen.alternative,
-            chosen.gain,
+            image,
+            choice.alternative,
+            choice.gain,
         )
-        shown = MapUpdate("full", status.ok, verdict(status, report, deformed=self.pair.deforming), *said)
-        shown = replace(
-            shown, patches=self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.softness)
+        update = MapUpdate("full", status.ok, verdict(status, report, deformed=self.pair.deforming), *details)
+        update = replace(
+            update, patches=self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.softness)
         )
-        self._choices[scene.key] = chosen
-        if self.scene is (asked or scene):  # else something is being dragged again, from the map as it was
+        self._choices[scene.key] = choice
+        if self.scene is (
+            requested or scene
+        ):  # else something is being dragged again, from the map as it was
             self._fit, self._maps, self._live, self._shown_key = solved.fit, solved.maps, live, ""
-            self._last = scene, shown = (
+            self._last = scene, update = (
                 scene,
-                replace(shown, outlines=self.view.deformed_rings(solved.maps[0])),
+                replace(update, outlines=self.view.deformed_rings(solved.maps[0])),
             )
-        return shown
+        return update
 
     def follow(self, scene: Scene) -> MapUpdate:
         """Return the coarse map, continued from the last one. There is none if only parts of the shapes correspond."""
@@ -438,7 +444,7 @@ class Session:
                 self._live = live = self._continue(scene, placed, dragged=True)
                 map, self._followed = live.map, scene.key if live.met else ""
                 self._shown_key = scene.key
-                found = MapUpdate(
+                update = MapUpdate(
                     "coarse", live.met, "", in_middles(map).report(), {}, self.view.image_of([map])
                 )
         except InputError as error:
@@ -446,18 +452,18 @@ class Session:
         self._maps = [map]
         pins = placed.pins
         softness = softness_of(pins, live.patches.points, live.patches.softness)
-        found = replace(found, patches=self.view.soft_pins(scene, pins, pins, softness))
+        update = replace(update, patches=self.view.soft_pins(scene, pins, pins, softness))
         gap = np.abs(map(pins[:, 0]) - pins[:, 1])
         self._missed = self._off(live, map, placed, len(scene.pins))
         self._is_met = live.met and not self._missed.size
         is_off = np.isin(np.arange(len(pins)), self._missed)
         missed = np.where(softness.is_soft, gap > FOLLOWED_LIMIT_RATIO * softness.limits, is_off)
         if live.met and not missed.any():
-            return found
-        found = replace(found, ok=False)
+            return update
+        update = replace(update, ok=False)
         wrong = {"pins": np.flatnonzero(missed[: len(scene.pins)]).tolist()}
         message = "The pin is not there yet: the picture follows as far as possible without folds."
-        return replace(found, wrong=wrong, message=message)
+        return replace(update, wrong=wrong, message=message)
 
     def has_followed(self, scene: Scene) -> bool:
         """Return whether the map that is shown followed a drag to the pins and strokes of a scene."""
@@ -474,26 +480,26 @@ class Session:
             released: the map that was seen when the pin was released. Once the constraints are met, the map stays
                 near it.
         """
-        before, live, was_met, missed = self._map, self._live, self._is_met, self._missed
-        if self.pair.deforming or before is None or not (scene.whole and self.is_whole):
+        earlier, live, was_met, missed = self._map, self._live, self._is_met, self._missed
+        if self.pair.deforming or earlier is None or not (scene.whole and self.is_whole):
             return None
-        shown, after = self.follow(scene), self._map
-        if shown.kind == "error" or after is None:
+        update, relaxed = self.follow(scene), self._map
+        if update.kind == "error" or relaxed is None:
             return None
-        moved = self._moved_share(before, after)
-        if moved < STILL_SHARE:
+        share = self._moved_share(earlier, relaxed)
+        if share < STILL_SHARE:
             return None
         if released is None:
-            return shown
+            return update
         settled = (
-            self._moved_share(released, after) > MOST_SETTLING_SHARE
+            self._moved_share(released, relaxed) > MOST_SETTLING_SHARE
             if was_met
-            else moved > MOST_PICTURE_SHARE
+            else share > MOST_PICTURE_SHARE
         )
         if settled:
-            self._live, self._maps, self._is_met, self._missed = live, [before], was_met, missed
+            self._live, self._maps, self._is_met, self._missed = live, [earlier], was_met, missed
             return None
-        return shown
+        return update
 
     def is_behind(self, scene: Scene) -> bool:
         """Return whether the hand came to rest, or released, before the map had followed it to a scene."""
@@ -504,11 +510,11 @@ class Session:
         """Return the map that is shown."""
         return self._map
 
-    def _moved_share(self, before: TriangulatedMap, after: TriangulatedMap) -> float:
+    def _moved_share(self, earlier: TriangulatedMap, later: TriangulatedMap) -> float:
         """Return how far the images of most points moved, relative to the target's diagonal."""
-        inner = np.setdiff1d(np.arange(before.source.size), np.concatenate(before.loops))
-        moved = np.abs(after(before.source[inner]) - before.image[inner])
-        return float(np.nanquantile(moved, STILL_QUANTILE)) / self.pair.target.curve.diagonal
+        inner = np.setdiff1d(np.arange(earlier.source.size), np.concatenate(earlier.loops))
+        distances = np.abs(later(earlier.source[inner]) - earlier.image[inner])
+        return float(np.nanquantile(distances, STILL_QUANTILE)) / self.pair.target.curve.diagonal
 
     def _bend(self, scene: Scene) -> MapUpdate:
         """Return the deformation, continued from the previous one."""
@@ -518,16 +524,16 @@ class Session:
         except InputError as error:
             return refusal(error)
         self._maps = solved.maps
-        report, drawn = solved.report, self.view.image_of(solved.maps)
+        report, image = solved.report, self.view.image_of(solved.maps)
         wrong = missed_constraints(report, scene)
-        met = not any(wrong.values())
+        is_met = not any(wrong.values())
         message = (
-            "" if met else "The pin is not there yet: the shape follows as far as possible without folds."
+            "" if is_met else "The pin is not there yet: the shape follows as far as possible without folds."
         )
         outlines = self.view.deformed_rings(solved.maps[0])
         patches = self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.softness)
         return MapUpdate(
-            "coarse", met, message, figures(report), wrong, drawn, outlines=outlines, patches=patches
+            "coarse", is_met, message, figures(report), wrong, image, outlines=outlines, patches=patches
         )
 
     def _continue(self, scene: Scene, placed: PlacedConstraints, *, dragged: bool = False) -> Live:
@@ -535,20 +541,20 @@ class Session:
         pins, strokes = placed.pins, placed.strokes
         softness = self._as_met(pins, softness_of_settings(self.pair, placed.settings))
         if self._live is not None:
-            return self._live.moved(pins, strokes, softness, scene.balance, dragged=dragged)
+            return self._live.follow(pins, strokes, softness, scene.balance, dragged=dragged)
         if self._fit is None:
             raise InputError("there is no map yet; wait for the first one")
         turn = None if scene.turn == "any" else float(np.radians(scene.turn))
-        asked = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.pair.job.tolerance)
-        chosen = self._choices.get(self._last[0].key, MapChoice())
+        settings = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.pair.job.tolerance)
+        choice = self._choices.get(self._last[0].key, MapChoice())
         return Live.of(
             self._fit,
-            asked,
+            settings,
             pins,
             strokes,
             softness,
-            covering_map=chosen.begins if chosen.kept else None,
-            springs=chosen.springs,
+            covering_map=choice.begins if choice.kept else None,
+            springs=choice.springs,
             dragged=dragged,
         )
 
@@ -557,8 +563,8 @@ class Session:
         fit = self._fit
         if softness is None or fit is None or fit.softness is None or fit.softness.is_soft.all():
             return softness
-        met = {tuple(pin) for pin in fit.pins[~fit.softness.is_soft].tolist()}
-        is_exact = [tuple(pin) in met for pin in pins.tolist()]
+        exact = {tuple(pin) for pin in fit.pins[~fit.softness.is_soft].tolist()}
+        is_exact = [tuple(pin) in exact for pin in pins.tolist()]
         numbers = np.flatnonzero(~softness.is_given & np.array(is_exact))
         return softness.with_pins(numbers, Softness.exact(numbers.size)) if numbers.size else softness
 

@@ -18,7 +18,7 @@ LEAST_GAP_LIMITS = (
 )
 
 
-def stop_short(pair: Pair, scene: Scene, before: Scene, live: Live, missed: Index, aim: float) -> Scene:
+def stop_short(pair: Pair, scene: Scene, earlier: Scene, live: Live, missed: Index, aim: float) -> Scene:
     """Return a scene in which the map meets all pins: the end that was dragged of each missed one moves there.
 
     Exact pins move to their vertices.
@@ -26,7 +26,7 @@ def stop_short(pair: Pair, scene: Scene, before: Scene, live: Live, missed: Inde
     Args:
         pair: the shapes.
         scene: pins and strokes.
-        before: the scene when the drag began.
+        earlier: the scene when the drag began.
         live: the map that followed the drag.
         missed: (k,) indices of the missed pins.
         aim: distance of soft pins from there, relative to their limits, in the direction in which they were dragged.
@@ -46,7 +46,7 @@ def stop_short(pair: Pair, scene: Scene, before: Scene, live: Live, missed: Inde
             source, target = placed[k]
             away = target - map(np.array([source]))[0]
             pull = aim * live.limit(source) * away / abs(away)
-            if _is_source_dragged(scene, before, k):
+            if _is_source_dragged(scene, earlier, k):
                 ends = {"source": _file_place(pair.source, map.inverse(np.array([target - pull]))[0])}
             else:
                 ends = {"target": _file_place(pair.target, target - away + pull)}
@@ -71,11 +71,11 @@ def held_springs(live: Live, dragged: Complex, stopped: Complex) -> dict[complex
     return springs
 
 
-def _is_source_dragged(scene: Scene, before: Scene, number: int) -> bool:
+def _is_source_dragged(scene: Scene, earlier: Scene, number: int) -> bool:
     """Return whether only the source's end of a pin has been moved."""
-    if len(before.pins) != len(scene.pins):
+    if len(earlier.pins) != len(scene.pins):
         return False
-    old_pin, pin = before.pins[number], scene.pins[number]
+    old_pin, pin = earlier.pins[number], scene.pins[number]
     return old_pin.source != pin.source and old_pin.target == pin.target
 
 

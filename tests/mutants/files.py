@@ -926,8 +926,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/edit/map_update.py",
-        "numbers = [int(n) - 1 for words in found",
-        "numbers = [int(n) for words in found",
+        "numbers = [int(n) - 1 for words in matches",
+        "numbers = [int(n) for words in matches",
         "tests/io/edit/test_session.py",
         "the page marks the pin after the wrong one",
     ),

@@ -47,7 +47,7 @@ def test_it_follows_either_end_of_a_pin_on_the_same_mesh(mirror, side):
     for _ in range(8):
         pins = pins + 0j
         pins[1, side] *= 1 - 0.06
-        live = live.moved(pins)
+        live = live.follow(pins)
         sound(live, pins)
     assert live.state.faces is faces
 
@@ -56,16 +56,16 @@ def test_a_step_is_small_where_the_pin_moves_little():
     _, live, pins = begun()
     z, before = pins[:, 0] * 0.5, live.map
     pins[0, 1] += 1e-4
-    after = live.moved(pins).map
+    after = live.follow(pins).map
     assert np.abs(after(z) - before(z)).max() < 2e-3
 
 
 def test_pins_come_and_go():
     _, live, pins = begun()
     more = np.vstack([pins, [0.1 + 0.1j, live.map(np.array([0.1 + 0.1j]))[0]]])
-    sound(live.moved(more), more)
-    sound(live.moved(more).moved(pins[:1]), pins[:1])
-    assert live.moved(pins[:0]).met
+    sound(live.follow(more), more)
+    sound(live.follow(more).follow(pins[:1]), pins[:1])
+    assert live.follow(pins[:0]).met
 
 
 def test_a_pin_on_the_outline_slides_along_it():
@@ -76,7 +76,7 @@ def test_a_pin_on_the_outline_slides_along_it():
     for step in np.linspace(0, 0.05, 4) * fit.target.length:
         rim = np.array([[start[0], fit.target.at(tau + step)[0]]])
         all_pins = np.vstack([pins, rim])
-        live = live.moved(all_pins)
+        live = live.follow(all_pins)
         sound(live, all_pins)
 
 
@@ -84,7 +84,7 @@ def test_a_stroke_is_met():
     fit, live, pins = begun()
     line = np.linspace(-0.2 + 0.3j, 0.3 + 0.35j, 6)
     goal = fit.map(line) + 0.03j
-    live = live.moved(pins[:0], [(Curve.stroke(line), Curve.stroke(goal))])
+    live = live.follow(pins[:0], [(Curve.stroke(line), Curve.stroke(goal))])
     found = live.map
     assert live.met and found.injectivity.certified
     image, goal = found(Curve(line, False).at(np.linspace(0, 0.5, 20))), Curve(goal, False)
@@ -93,7 +93,7 @@ def test_a_stroke_is_met():
 
 def test_another_balance_changes_it():
     _, live, pins = begun()
-    areas = [live.moved(pins, balance=balance).map for balance in (0.2, 4.0)]
+    areas = [live.follow(pins, balance=balance).map for balance in (0.2, 4.0)]
     scales = [np.ptp(np.log(np.abs(np.abs(p) ** 2 - np.abs(q) ** 2))) for p, q in
               (m.derivatives(np.array([0, 0.2, 0.3j, -0.3])) for m in areas)]  # fmt: skip
     assert scales[1] < scales[0]
@@ -110,7 +110,7 @@ def test_holes_go_along():
     rim = found.image[found.loops[1]]
     assert np.abs(np.abs(rim - 0.2) - 0.5).max() < 5e-3
     pins[0, 1] *= np.exp(0.1j)
-    sound(live.moved(pins), pins)
+    sound(live.follow(pins), pins)
 
 
 @pytest.mark.slow
@@ -122,7 +122,7 @@ def test_a_hole_without_partner_is_followed_too(more):
     live = Live.of(fit, Settings(), pins)
     assert live.met
     pins[0, 1] += 0.05
-    assert live.moved(pins).met
+    assert live.follow(pins).met
 
 
 @pytest.mark.parametrize("side", [0, 1])
@@ -134,12 +134,12 @@ def test_a_drag_waits_for_a_new_mesh_and_lags_behind_without_folds(side):
     pins[1, side] -= 0.9 * (pins[1, side] - pins[2, side])
     steps = 0
     while steps < STEPS_PER_MESH - 1:
-        live, steps = live.moved(pins, dragged=True), steps + 1
+        live, steps = live.follow(pins, dragged=True), steps + 1
         assert live.map.injectivity.certified
         assert live.state.faces is faces
     gap = np.abs(live.map(pins[:, 0]) - pins[:, 1]).max()
     assert gap < 1e-8 or not live.met
-    sound(live.moved(pins), pins)
+    sound(live.follow(pins), pins)
 
 
 @pytest.mark.parametrize("side", [0, 1])
@@ -160,7 +160,7 @@ def test_a_step_of_a_drag_keeps_to_its_budget_and_goes_on_with_the_next(side, mo
     for _ in range(STEPS_PER_MESH // 2):
         made.clear()
         meshes.append(live.state.faces)
-        live = live.moved(pins, dragged=True)
+        live = live.follow(pins, dragged=True)
         assert live.state.faces is not meshes[-1] or 0 < sum(made) * len(meshes[-1]) <= BUDGET_TRIANGLE_STEPS
     assert len({id(faces) for faces in meshes}) <= 2
     sound(live, pins)
@@ -176,7 +176,7 @@ def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on(more, side
     live = Live.of(fit, Settings(), pins)
     for _ in range(4):
         pins[0, 1] += 0.02
-        live = live.moved(pins, dragged=True)
+        live = live.follow(pins, dragged=True)
     seen = sound(live, pins)
     rested = iccm.fit(shapes.pear(), shapes.blob(), exact_pins=True, pins=pins, start=live.start, **hole)
     assert rested.status.ok
@@ -193,7 +193,7 @@ def test_a_drag_begins_where_the_last_one_ended_also_around_a_hole_of_the_target
     pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0]]])
     live = Live.of(fit, Settings(), pins, softness=soft(pins))
     pins[0, 1] += 0.1
-    live = live.moved(pins, softness=soft(pins))
+    live = live.follow(pins, softness=soft(pins))
     kept = iccm.fit(*outlines, target_holes=holes, pins=pins, start=live.start, keep_start=True)
     begun_again = Live.of(kept, Settings(), pins, softness=soft(pins), covering_map=live.start, dragged=True)
     z = fit.interior
@@ -205,7 +205,7 @@ def test_what_cannot_be_is_refused_by_name():
     _, live, pins = begun()
     pins[1, 1] = pins[0, 1]
     with pytest.raises(InputError, match="pins 1 and 2"):
-        live.moved(pins)
+        live.follow(pins)
 
 
 def soft(pins, **settings):
@@ -223,7 +223,7 @@ def test_soft_pins_are_followed_on_the_mesh_of_the_map(side):
     faces, pins = live.state.faces, pins + 0j
     for _ in range(6):
         pins[1, side] *= 1 - 0.06
-        live = live.moved(pins, softness=soft(pins), dragged=True)
+        live = live.follow(pins, softness=soft(pins), dragged=True)
         assert live.map.injectivity.certified and live.met
     assert live.state.faces is faces
     gap = np.abs(live.map(pins[:, 0]) - pins[:, 1])
@@ -235,7 +235,7 @@ def test_what_is_released_is_the_map_that_was_dragged_to():
     pins = pins + 0j
     for _ in range(5):
         pins[1, 1] *= 0.94
-        live = live.moved(pins, softness=soft(pins), dragged=True)
+        live = live.follow(pins, softness=soft(pins), dragged=True)
     seen = live.map
     fit = iccm.fit(live.pair.source, live.pair.target, pins=pins, start=live.start)
     z = fit.interior
@@ -246,7 +246,7 @@ def test_a_soft_pin_more_needs_no_other_mesh():
     live, pins = begun_softly()
     faces = live.state.faces
     more = np.append(pins, [[0.5j, live.map(np.array([0.5j]))[0] + 0.05]], axis=0)
-    live = live.moved(more, softness=soft(more))
+    live = live.follow(more, softness=soft(more))
     assert live.state.faces is faces and len(live.patches.points) == 4
     assert abs(live.map(more[3:, 0])[0] - more[3, 1]) < live.patches.softness.tolerances[3]
 
@@ -257,6 +257,6 @@ def test_exact_pins_go_with_soft_ones():
     live = Live.of(fit, Settings(), pins, softness=softness)
     pins = pins + 0j
     pins[0, 1] *= 0.95
-    live = live.moved(pins, softness=softness)
+    live = live.follow(pins, softness=softness)
     assert live.met and abs(live.map(pins[:1, 0])[0] - pins[0, 1]) < 1e-8
     assert len(live.patches.points) == 2

@@ -457,7 +457,7 @@ def test_springs_of_a_converged_map_are_found_again():
     softness = Softness.of([Pin(0, 0, tolerance=0.05), Pin(0, 0, tolerance=0.5)])
     live = Live.of(free, Settings(), pairs, softness=softness)
     for _ in range(30):
-        live = live.moved(pairs, softness=softness)
+        live = live.follow(pairs, softness=softness)
     pins = live.state.energy.pins
     soft = replace(pins, springs=pins.springs / live.stiffening)
     bare = live.state.with_energy(replace(live.state.energy, pins=soft))
