@@ -58,9 +58,8 @@ NARROW_AIM, NARROW_TOLERANCE, NARROW_ROUNDS = 0.99, 0.01, 4
 """The same for maps that continue from another one, how far from it such pins may end, and the rounds that bring them
 there. The map that follows a drag aims at the same distance, so that it is hardly changed by the last rounds.
 """
-STIFFEST, SPRING_BISECTIONS = 1e4, 10
-"""Largest factor by which the springs of a map that is dragged or saved may be stiffer, and halvings of its logarithm
-to find it to 0.9 %. Stiffer ones pull a spike out of the map at a pin that is blocked.
+STIFFEST, SPRING_BISECTIONS = 1e6, 10
+"""Largest factor by which the springs of a saved map may be stiffer, and halvings of its logarithm to find it to 1.4 %.
 """
 MOST_PRESENT_LIMITS = 1.1
 """Distance of a pin from its place, relative to its limit, beyond which it is not held there by a stiffer spring."""
