@@ -252,10 +252,8 @@ class Live:
             stiffening = _factors_at(patches, springs or {})
             stiff = _stiffened(settings, stiffening)
             state, coarse = pair.carried_anyhow(sketch, exact, stiff, coarse=coarse)
-        age = STEPS_PER_MESH if exact is own_pins else 0
-        live = cls(
-            pair, settings, exact, patches, state, _least_area(state), coarse, age, stiffening=stiffening
-        )
+        # of the default age: another mesh may be made at once, because pins are sometimes blocked on this one
+        live = cls(pair, settings, exact, patches, state, _least_area(state), coarse, stiffening=stiffening)
         return live if exact is not own_pins else live.follow(pins, strokes, softness, dragged=dragged)
 
     def follow(
