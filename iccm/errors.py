@@ -23,6 +23,15 @@ def first_names(names: Sequence[str], most: int) -> str:
     return ", ".join(names[:most]) + others
 
 
+def all_names(names: Sequence[str]) -> str:
+    """Return all of some names for a sentence.
+
+    >>> all_names(["1", "2", "3"])
+    '1, 2 and 3'
+    """
+    return " and ".join([", ".join(names[:-1]), *names[-1:]]) if len(names) > 1 else "".join(names)
+
+
 class IccmError(Exception):
     """Base of every error that `iccm` raises deliberately; its text is one line, see `printable`."""
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real
 from ..curve import Curve
-from ..errors import InputError
+from ..errors import InputError, all_names
 from ..fits import FITS, leaves_out_parts, with_constraints
 from ..maps import bounds
 from ..maps.approximation import triangulated
@@ -223,8 +223,7 @@ def exact_pin_note(numbers: Index) -> str:
     labels = [str(number + 1) for number in numbers]
     if len(labels) == 1:
         return f"Pin {labels[0]} is met exactly, because as a soft pin it would miss its place (radius)."
-    listed = f"{', '.join(labels[:-1])} and {labels[-1]}"
-    return f"Pins {listed} are met exactly, because as soft pins some would miss their places (radius)."
+    return f"Pins {all_names(labels)} are met exactly, because as soft pins some would miss their places (radius)."
 
 
 def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, *, remesh: bool) -> _Attempt:

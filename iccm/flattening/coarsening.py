@@ -16,7 +16,7 @@ import numpy as np
 from ..arrays import Complex, Flags, Index, Real
 from ..balanced.minimise.energy import SOURCE_AREA
 from ..meshes.flatten import Flattening
-from ..meshes.mesh import Mesh, face_areas
+from ..meshes.mesh import Mesh, with_unit_area
 from ..meshes.patch import Patch
 from ..meshes.topology import Triangles
 from ..native import function
@@ -146,7 +146,7 @@ def by_coarser(
     vertices, faces, removed = small
     new_u = u.copy()
     new_u[vertices] = solve(surface(points[vertices], faces), vertices)
-    unit = points / np.sqrt(face_areas(points[sheet.faces]).sum())
+    unit = with_unit_area(points, sheet.faces)
     better = put_back(removed, unit, theta, new_u) and sheet.energy(new_u, theta) < sheet.energy(u, theta)
     return new_u if better else u
 

@@ -17,7 +17,7 @@ import numpy as np
 from ..arrays import Complex, Index, Real
 from ..balanced.minimise.newton import largest_step
 from ..balanced.minimise.terms import TermOnMesh
-from ..meshes.mesh import face_areas
+from ..meshes.mesh import with_unit_area
 from .coarsening import (
     NONE,
     Removed,
@@ -98,7 +98,7 @@ def nearly_relaxed(
     new_u[vertices] = relaxed(
         surface(points[vertices], coarse), points[vertices], u[vertices], theta, steps, tolerance
     )
-    unit = points / np.sqrt(face_areas(points[faces]).sum())
+    unit = with_unit_area(points, faces)
     return new_u if put_back(removed, unit, theta, new_u) else None
 
 
@@ -109,10 +109,11 @@ def _by_multigrid(
     grid = Grid.of(points, faces, u, theta)
     if grid.coarser is None:
         return u, False
-    previous = grid.gradient()[0]
-    if not grid.solve_coarsest_first(steps, tolerance) or grid.gradient()[0] > previous:
+    start_energy = grid.gradient()[0]
+    energy = grid.gradient()[0] if grid.solve_coarsest_first(steps, tolerance) else np.inf
+    if energy > start_energy:
         grid.start_from(u)
-    energy = grid.gradient()[0]
+        energy = start_energy
     no_forces = np.zeros(u.size, np.complex128)
     for _ in range(MOST_CYCLES):
         grid.cycle(no_forces)
@@ -144,7 +145,7 @@ class Grid:
     @classmethod
     def of(cls, points: Real, faces: Index, u: Complex, theta: float) -> "Grid":
         """Create it from a layout without folds, with coarser ones until they are small or cannot be coarsened."""
-        points = points / np.sqrt(face_areas(points[faces]).sum())
+        points = with_unit_area(points, faces)
         grid = cls(points, np.ascontiguousarray(faces), theta, u.copy())
         coarsened = much_coarser(points, faces, u, HUGE_VERTEX_COUNT, NONE)
         if coarsened is not None:

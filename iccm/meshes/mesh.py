@@ -227,6 +227,11 @@ def proper(faces: Index) -> NDArray[np.bool_]:
     return (a != b) & (b != c) & (c != a)
 
 
+def with_unit_area(points: Real, faces: Index) -> Real:
+    """Return points (n, 3) scaled so that the total area of triangles (m, 3) is one."""
+    return points / np.sqrt(face_areas(points[faces]).sum())
+
+
 def face_areas(triangle: Real) -> Real:
     """Return (m,) areas of (m, 3, 3) triangles in space."""
     areas = np.empty(len(triangle))

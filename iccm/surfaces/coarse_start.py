@@ -18,7 +18,7 @@ from ..balanced.search.final_mesh import LAST_DECREASE
 from ..balanced.search.levels import FINE_POWER
 from ..flattening.coarsening import Removed, coarser, put_back, smooth
 from ..flattening.free import LARGE_VERTEX_COUNT
-from ..meshes.mesh import face_areas
+from ..meshes.mesh import face_areas, with_unit_area
 from ..meshes.stretch import laid_flat, linear
 from .own_metric import OwnMetric
 
@@ -82,7 +82,7 @@ def _carried(
     """
     u = state.u.copy()
     u[coarse_vertices] = small.u
-    unit = points / np.sqrt(face_areas(points[state.faces]).sum())
+    unit = with_unit_area(points, state.faces)
     theta, share = state.energy.balance, state.boundary.area_share(True)
     if not put_back(removed, unit, theta, u, q=FINE_POWER, share=share) or folds(state.faces, u):
         return state, False

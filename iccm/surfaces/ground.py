@@ -8,7 +8,7 @@ from ..balanced.minimise.in_space import Ground
 from ..flattening.scaffold import filling
 from ..meshes.flatten import Flattening
 from ..meshes.locate import Locator
-from ..meshes.mesh import face_areas
+from ..meshes.mesh import with_unit_area
 from ..meshes.topology import Triangles
 from ..plane import Similarity
 
@@ -19,7 +19,7 @@ def ground_of(layout: Flattening, frame: Similarity) -> Ground:
     Holes are covered with triangles.
     """
     patch = layout.patch
-    points = patch.points / np.sqrt(face_areas(patch.points[patch.faces]).sum())
+    points = with_unit_area(patch.points, patch.faces)
     holes = [loop for loop in patch.loops if not np.isin(loop, layout.loop).all()]
     faces = np.concatenate([patch.faces, *(filling(layout.flat, hole) for hole in holes)])
     covered = replace(patch, triangles=Triangles(faces, len(points))) if holes else patch

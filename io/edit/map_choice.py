@@ -8,7 +8,10 @@ import numpy as np
 
 from ...maps.triangulated.map import TriangulatedMap
 
-# relative to the target's diagonal: maps are the same if 95 % of the points move by less (4 pixels of 800)
+MOST_POINTS_SHARE = (
+    0.95  # of the points of the source: as many move less than the displacement between two maps
+)
+# relative to the target's diagonal: maps are the same if their displacement is at most this (4 pixels of 800)
 AGREED_DIAGONAL_SHARE = 0.005
 
 
@@ -45,9 +48,16 @@ class MapChoice:
         return "kept" if self.fresh else "fresh"
 
 
-def same(map: TriangulatedMap, reference: TriangulatedMap) -> bool:
+def displacement(earlier: TriangulatedMap, later: TriangulatedMap) -> float:
+    """Return how far the images of points of the source move from one map to another, as the quantile MOST_POINTS_SHARE
+    over the vertices inside of the earlier map, in units of the target; infinite where the maps share no points.
+    """
+    inner = np.setdiff1d(np.arange(earlier.source.size), np.concatenate(earlier.loops))
+    distances = np.abs(later(earlier.source[inner]) - earlier.image[inner])
+    distances = distances[np.isfinite(distances)]
+    return float(np.quantile(distances, MOST_POINTS_SHARE)) if distances.size else np.inf
+
+
+def same(first: TriangulatedMap, second: TriangulatedMap) -> bool:
     """Return whether two maps of the same shapes look the same."""
-    inner = np.setdiff1d(np.arange(map.source.size), np.concatenate(map.loops))
-    gaps = np.abs(reference(map.source[inner]) - map.image[inner])
-    gaps = gaps[np.isfinite(gaps)]
-    return bool(gaps.size) and float(np.quantile(gaps, 0.95)) <= AGREED_DIAGONAL_SHARE * map.image_diagonal
+    return displacement(first, second) <= AGREED_DIAGONAL_SHARE * first.image_diagonal

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...arrays import Complex
 from ...balanced.constraints.soft import MOST_LIMIT_RATIO
 from ...balanced.search.partial import GOOD_STRETCH
-from ...errors import InputError
+from ...errors import InputError, all_names
 from ...maps.summary import WELL_SEEN_SHARE
 from ...maps.triangulated.map import TriangulatedMap
 from ...result import Fit
@@ -151,9 +151,7 @@ def stopped_sentence(pins: Sequence[int]) -> str:
 def _named(pins: Sequence[int]) -> str:
     """Return the numbers of pins (indices), as the page shows them, for a sentence."""
     numbers = [str(k + 1) for k in pins]
-    if len(numbers) == 1:
-        return f"pin {numbers[0]}"
-    return f"pins {', '.join(numbers[:-1])} and {numbers[-1]}"
+    return f"{'pin' if len(numbers) == 1 else 'pins'} {all_names(numbers)}"
 
 
 def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:

@@ -28,7 +28,7 @@ from ...status import Status
 from ..run.job import Job
 from ..run.report import as_json
 from ..shapes.starts import StartingMap
-from .map_choice import MapChoice, same
+from .map_choice import MapChoice, displacement, same
 from .map_update import (
     MISSED_DIAGONAL_SHARE,
     MapUpdate,
@@ -48,16 +48,16 @@ from .solving import fingerprint_of, softness_of_settings, solve_scene
 
 FOLLOWED_LIMIT_RATIO = 1.5
 """How far a soft pin may be from its place while it is dragged, relative to its limit, since the map lags behind."""
-STILL_SHARE, STILL_QUANTILE = 2e-4, 0.95
-"""A map has converged if, in a step, this quantile of its vertices moves less than this share of the target's
-diagonal: a sixth of a pixel of 800."""
+STILL_SHARE = 2e-4
+"""A map has converged if its displacement in a step is less than this share of the target's diagonal: a sixth of a
+pixel of 800."""
 MOST_SETTLING_SHARE = 0.005
-"""How far a map may settle after a pin was released, as the same quantile, relative to the target's diagonal. What is
+"""Largest displacement by which a map settles after a pin was released, relative to the target's diagonal. What is
 released stays where it was seen; further settling waits for the next drag.
 """
 MOST_PICTURE_SHARE = 0.01
-"""How far a released map may move from one picture to the next, in the same way, while it has not reached its pins. If
-it would move farther, it stays, and the pins stop short.
+"""Largest displacement of a released map from one picture to the next, relative to the target's diagonal, while it has
+not reached its pins. If it would move farther, it stays, and the pins stop short.
 """
 SHORT_AIMS = (NARROW_AIM, 0.0)
 """Distances at which soft pins stop short of their places, relative to their limits. At the first one their springs
@@ -201,9 +201,8 @@ class Session:
             springs = choice.springs if self._live is None else self._live.springs
         else:
             return None
-        pair = self.pair.source, self.pair.target
         with suppress(InputError):
-            start = StartingMap.of(visible, *pair, pins=self.pair.placed(scene).pins[:, 0]).map(*pair)
+            start = self._as_saved(visible, scene)
             choice = MapChoice(start, kept=True, springs=springs)
             solved = solve_scene(self.pair, scene, start, kept=True)
             if self._is_kept(scene, start, solved):
@@ -231,14 +230,14 @@ class Session:
         Returns:
             The update, with the scene whose map this is; None if the map cannot be kept.
         """
-        live, shapes, missed = self._live, (self.pair.source, self.pair.target), self._missed
+        live, missed = self._live, self._missed
         if live is None or live.coarse or not missed.size:
             return None
+        dragged_pins = self.pair.placed(scene).pins
         for aim in SHORT_AIMS:
             with suppress(InputError):
                 shortened = stop_short(self.pair, scene, self._last[0], live, missed, aim)
-                dragged_pins, pins = self.pair.placed(scene).pins, self.pair.placed(shortened).pins
-                start = StartingMap.of(live.start, *shapes, pins=pins[:, 0]).map(*shapes)
+                start, pins = self._as_saved(live.start, shortened), self.pair.placed(shortened).pins
                 solved = solve_scene(self.pair, shortened, start, kept=True)
                 if self._is_kept(shortened, start, solved):
                     springs = held_springs(live, dragged_pins[missed], pins[missed])
@@ -316,14 +315,16 @@ class Session:
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
         """Return the map to continue from, rounded as in a file; None to start from scratch."""
-        pair = self.pair.source, self.pair.target
         try:
             start = self._before(scene)
-            if start is None:
-                return None
-            return StartingMap.of(start, *pair, pins=self.pair.placed(scene).pins[:, 0]).map(*pair)
+            return None if start is None else self._as_saved(start, scene)
         except InputError:  # what is wrong with the scene will be reported from scratch, too
             return None
+
+    def _as_saved(self, map: TriangulatedMap, scene: Scene) -> TriangulatedMap:
+        """Return a map as a file with the pins of a scene holds it: rounded, finely where pins are."""
+        sides = self.pair.source, self.pair.target
+        return StartingMap.of(map, *sides, pins=self.pair.placed(scene).pins[:, 0]).map(*sides)
 
     def _before(self, scene: Scene) -> TriangulatedMap | None:
         """Return the coarse map that follows, or the last converged one.
@@ -511,10 +512,8 @@ class Session:
         return self._map
 
     def _moved_share(self, earlier: TriangulatedMap, later: TriangulatedMap) -> float:
-        """Return how far the images of most points moved, relative to the target's diagonal."""
-        inner = np.setdiff1d(np.arange(earlier.source.size), np.concatenate(earlier.loops))
-        distances = np.abs(later(earlier.source[inner]) - earlier.image[inner])
-        return float(np.nanquantile(distances, STILL_QUANTILE)) / self.pair.target.curve.diagonal
+        """Return the displacement between two maps, relative to the target's diagonal."""
+        return displacement(earlier, later) / self.pair.target.curve.diagonal
 
     def _bend(self, scene: Scene) -> MapUpdate:
         """Return the deformation, continued from the previous one."""

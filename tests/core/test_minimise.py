@@ -186,6 +186,18 @@ def test_the_line_search_accepts_the_energy_at_the_last_share_that_it_tried(powe
     assert energy == energy_at(share) <= most(share)
 
 
+@pytest.mark.parametrize("largest", [1.0, 0.37, 3e-7, 1e-9])
+def test_the_line_search_halves_the_step_until_it_is_accepted(largest):
+    """Beside a search written out; steps below 1e-8, where rounding dominates, are not tried."""
+
+    def energy_at(share):
+        return 3 - share if share <= largest else np.inf
+
+    shares = 0.9 * 0.5 ** np.arange(60)
+    wanted = next((s for s in shares[shares > 1e-8] if energy_at(s) <= 3), 0)
+    assert line_search(0.9, energy_at, lambda share: 3)[0] == wanted
+
+
 def test_a_line_search_that_finds_no_lower_energy_accepts_no_share():
     assert line_search(1.0, lambda share: 3 + share, lambda share: 3 - share)[0] == 0
 
