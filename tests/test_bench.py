@@ -294,3 +294,35 @@ def test_a_picture_is_found_on_the_canvas_or_on_a_part(tmp_path):
     frame = 30 * 20  # the whole box is painted, but the target leaves the frame's inside empty
     assert rows[0].covered == 1 and rows[0].cracks == 0
     assert rows[1].covered == pytest.approx(frame / (frame + 60 * 80), abs=0.02)
+
+
+def turned_around_two_pins(z, turns):
+    """Return the points turned about .1 + .2i: fully within .5 of it, and less and less up to a distance of .9."""
+    middle = 0.1 + 0.2j
+    share = np.clip((0.9 - np.abs(z - middle)) / 0.4, 0, 1)
+    return middle + (z - middle) * np.exp(2j * np.pi * turns * share)
+
+
+def test_maps_are_wound_if_pins_went_around_each_other():
+    from tests.bench.isotopy import wound
+
+    pins = np.array([-0.2 + 0.1j, 0.4 + 0.3j, -0.5 - 1.3j, 1.2 - 0.4j])  # the first two are turned
+    arcs = [pins[0] + (pin - pins[0]) * np.linspace(0, 1, 1000) for pin in pins[1:]]
+    bent = [arc + 0.1j * np.sin(np.pi * np.linspace(0, 1, arc.size)) for arc in arcs]
+    assert not wound(arcs, bent, pins)
+    turned = [turned_around_two_pins(arc, 1) for arc in arcs]
+    back = [turned_around_two_pins(arc, -1) for arc in turned]
+    assert np.abs(turned[0][-1] - pins[1]) < 1e-12
+    assert wound(arcs, turned, pins) and not wound(arcs, back, pins)
+
+
+def test_words_count_the_sides_on_which_a_path_passes():
+    from tests.bench.isotopy import word
+
+    punctures = np.array([0.3 + 0.1j, 2.0 - 0.4j])
+    circle = np.exp(2j * np.pi * np.arange(17) / 17)
+    assert word(0.3 + circle, punctures) == [-1]
+    assert word((0.3 + circle)[::-1], punctures) == [1]
+    assert word(np.concatenate([0.3 + circle, (0.3 + circle)[::-1]]), punctures) == []
+    assert word(1.1 + 2 * circle, punctures) in ([-1, -2], [-2, -1])
+    assert word(5 + circle, punctures) == []

@@ -17,7 +17,8 @@ last step and the converged one (`at once`), between the map seen at the release
 between two consecutive pictures after the release, of which there is one for each update in which the map settles
 (`picture`), and when the comparison shows the map from scratch (`replaced`). `settling` is the mean number of updates
 between the release and the converged map. `p95` is the stretch on 95 % of the target after the last drag, relative to
-the map from scratch with the same pins, before and after the comparison.
+the map from scratch with the same pins, before and after the comparison. `wound` is the number of pairs whose map
+differs from the one from scratch by more than a deformation that leaves the pins where they are.
 """
 
 import argparse
@@ -44,6 +45,7 @@ from iccm.io.shapes.shape import Shape
 from iccm.maps.triangulated.map import TriangulatedMap
 
 from . import shapes
+from .isotopy import wound
 from .live import Pin, place, reached, scene
 
 SETS = {
@@ -58,6 +60,7 @@ LEAST_DEPTH, LEAST_GAP = 0.02, 0.04
 NEW_PIN_SHARE = 0.5  # share of drags that begin with a new pin
 TRIES = 1000  # random places before a drag is given up
 PLAIN_JUMP = 1.0  # per cent of the diagonal
+ARC_POINTS = 1000  # on the arcs between pins, which show how the pins are wound around each other
 PATH_CELLS = 120  # along the longer side of the box in which paths are searched
 COST_AT_OUTLINE = 5.0  # of a step closer to the outline than LEAST_DEPTH, relative to one further inside
 
@@ -75,6 +78,7 @@ class Drags:
     replaced: list[float] = field(default_factory=list)
     settling: list[int] = field(default_factory=list)
     ratios: list[tuple[float, float]] = field(default_factory=list)
+    wound: list[bool] = field(default_factory=list)
 
     def add(self, other: "Drags") -> None:
         """Append the numbers of another pair."""
@@ -89,7 +93,7 @@ class Drags:
             cells.append(f"{np.max(jumps, initial=0):6.2f} {within:4d}/{len(jumps):3d}")
         cells.append(f"{np.mean(self.settling or [0]):5.1f}")
         before, after = (np.max([pair[k] for pair in self.ratios], initial=0) for k in (0, 1))
-        return f"{name[:52]:52}  {'  '.join(cells)}  {before:5.2f} {after:5.2f}"
+        return f"{name[:52]:52}  {'  '.join(cells)}  {before:5.2f} {after:5.2f} {sum(self.wound):4d}"
 
 
 def drawing(name: str, choice: random.Random) -> Path:
@@ -275,6 +279,25 @@ def compare(session: Session, pins: list[Pin], found: Drags) -> None:
     found.ratios[:] = [(continued, stretch(session))]
 
 
+def pinned(session: Session, pins: list[Pin]) -> Complex:
+    """Return the places of pins in the target."""
+    return np.array([session.pair.target.at(tuple(pin[1])) for pin in pins])
+
+
+def arcs_between(session: Session, pins: list[Pin]) -> list[Complex]:
+    """Return arcs of the source from the first pin to each of the others, as polylines."""
+    shape = session.pair.source
+    start, *others = (shape.at(tuple(pin[0])) for pin in pins)
+    shares = np.linspace(0, 1, ARC_POINTS)
+    return [along(path_inside(shape, start, end, holed=session.pair.job.holed), shares) for end in others]
+
+
+def images(session: Session, arcs: list[Complex]) -> list[Complex]:
+    """Return the images of arcs by the map that is shown; without points in places that it does not cover."""
+    curves = [session._map(arc) for arc in arcs]
+    return [curve[np.isfinite(curve)] for curve in curves]
+
+
 def measure(
     session: Session,
     drags: int,
@@ -293,8 +316,11 @@ def measure(
     if not comparing:
         compare(session, pins, found)
     ((continued, kept),) = found.ratios
+    arcs = arcs_between(session, pins)
+    continued_arcs = images(session, arcs)
     session.solve(scene(pins), "fresh")
     scratch = stretch(session)
+    found.wound[:] = [wound(continued_arcs, images(session, arcs), pinned(session, pins))]
     found.ratios[:] = [(continued / scratch, kept / scratch)]
     return found
 
@@ -314,7 +340,10 @@ def main() -> None:
     parser.add_argument("--straight", action="store_true", help="drag along straight lines")
     options = parser.parse_args()
     jumps = "  ".join(f"{name:>14}" for name in ("begun", "at once", "released", "picture", "replaced"))
-    print(f"{f'seed {options.seed}':52}  {'met':>8} {'short':>6}  {jumps}  {'settling':>5}  p95", flush=True)
+    print(
+        f"{f'seed {options.seed}':52}  {'met':>8} {'short':>6}  {jumps}  {'settling':>5}  {'p95':11} wound",
+        flush=True,
+    )
     every = Drags()
     for number, names in list(enumerate(combinations(SETS, 2)))[options.first : options.pairs]:
         choice = random.Random(f"{options.seed} {number}")
