@@ -1,7 +1,7 @@
 """Compare functions of the core with the same functions in plain Python."""
 
 
-def both(monkeypatch, module, plain, work):
+def run_both(monkeypatch, module, plain, work):
     """Return the results of work() with a module's functions of the core, and with plain ones instead.
 
     Args:

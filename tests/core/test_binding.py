@@ -35,9 +35,9 @@ def exported():
 
 def declared():
     modules = [
-        import_module(each.name)
-        for each in pkgutil.walk_packages(iccm.__path__, "iccm.")
-        if not each.name.startswith(("iccm.cli", "iccm.io", "iccm.plugins", "iccm.samples"))
+        import_module(info.name)
+        for info in pkgutil.walk_packages(iccm.__path__, "iccm.")
+        if not info.name.startswith(("iccm.cli", "iccm.io", "iccm.plugins", "iccm.samples"))
     ]
     modules.append(import_module("iccm.io.meshes.obj_scan"))
     return {
@@ -67,9 +67,9 @@ def test_records_are_the_structs_in_c():
     text = " ".join(re.sub("//.*", "", text).split())
     assert "System" in RECORDS
     for struct_record in RECORDS.values():
-        _, match, rest = text.partition(struct_record.declaration.removesuffix("}"))
+        _, match, following = text.partition(struct_record.declaration.removesuffix("}"))
         assert match, struct_record.declaration
-        assert rest.startswith("}") or "(" in rest.partition(";")[0], struct_record.declaration
+        assert following.startswith("}") or "(" in following.partition(";")[0], struct_record.declaration
 
 
 def test_a_record_checks_its_members():
@@ -96,8 +96,8 @@ def test_every_library_has_every_function():
     libraries = list(FOLDER.glob("core*.*"))
     assert libraries
     for path in libraries:
-        found = ctypes.CDLL(str(path))
-        assert all(hasattr(found, name) for name in names)
+        loaded = ctypes.CDLL(str(path))
+        assert all(hasattr(loaded, name) for name in names)
 
 
 def test_a_function_is_called_with_arrays():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from iccm.flattening import coarsening
-from tests.core.compare import both
+from tests.core.compare import run_both
 from tests.core.reference import coarsening as plain
 from tests.triangulations import irregular
 
@@ -35,9 +35,9 @@ def test_collapses(monkeypatch, seed):
         coarse, removed = coarsening.coarser(points, faces, z, z.size // 8, stay)
         return coarse, *removed
 
-    one, other = both(monkeypatch, coarsening, {"_remove": remove}, work)
-    assert len(one[0]) < 0.5 * len(faces) and np.isin(stay, one[0]).all()
-    for a, b in zip(one, other, strict=True):
+    compiled, expected = run_both(monkeypatch, coarsening, {"_remove": remove}, work)
+    assert len(compiled[0]) < 0.5 * len(faces) and np.isin(stay, compiled[0]).all()
+    for a, b in zip(compiled, expected, strict=True):
         assert np.array_equal(a, b)
 
 
@@ -64,29 +64,29 @@ def test_vertices_come_back(monkeypatch, seed, theta, bent, how):
         u = start.copy()
         return coarsening.put_back(removed, points, theta, u, **how), u
 
-    one, other = both(monkeypatch, coarsening, {"_put_back": put_back}, work)
-    assert one[0] == other[0] == (bent < 0.1)
-    assert np.allclose(one[1], other[1], rtol=0, atol=1e-12, equal_nan=True)
+    compiled, expected = run_both(monkeypatch, coarsening, {"_put_back": put_back}, work)
+    assert compiled[0] == expected[0] == (bent < 0.1)
+    assert np.allclose(compiled[1], expected[1], rtol=0, atol=1e-12, equal_nan=True)
 
 
 def test_vertices_are_moved_one_by_one(monkeypatch):
     points, faces, z = surface(1)
-    held = np.isin(np.arange(z.size), z.size - 1 - np.arange(9)) | (np.abs(z) > 0.9 * np.abs(z).max())
+    fixed = np.isin(np.arange(z.size), z.size - 1 - np.arange(9)) | (np.abs(z) > 0.9 * np.abs(z).max())
     bent = z + 0.03 * np.sin(9 * z.imag) * (1 + 0.5j)
     forces = 0.02 * z * np.exp(1j * z.real)
 
-    def smooth(faces, points, count, starts, around, held, forces, sweeps, theta, q, share, gain, u):
+    def smooth(faces, points, count, starts, around, fixed, forces, sweeps, theta, q, share, gain, u):
         assert (count, gain) == (u.size, plain.SMALL)
-        return plain.smooth(faces, points, starts, around, held, forces, sweeps, theta, q, share, u)
+        return plain.smooth(faces, points, starts, around, fixed, forces, sweeps, theta, q, share, u)
 
     def work():
         u = bent.copy()
-        coarsening.smooth(faces, points, held, 2, 1.0, u, forces=forces, q=3.0, share=0.5)
+        coarsening.smooth(faces, points, fixed, 2, 1.0, u, forces=forces, q=3.0, share=0.5)
         return u
 
-    one, other = both(monkeypatch, coarsening, {"_smooth": smooth}, work)
-    assert np.allclose(one, other, rtol=0, atol=1e-11)
-    assert (one[held] == bent[held]).all() and np.abs(one - bent).max() > 1e-3
+    compiled, expected = run_both(monkeypatch, coarsening, {"_smooth": smooth}, work)
+    assert np.allclose(compiled, expected, rtol=0, atol=1e-11)
+    assert (compiled[fixed] == bent[fixed]).all() and np.abs(compiled - bent).max() > 1e-3
 
 
 def test_gradient(monkeypatch):
@@ -103,9 +103,9 @@ def test_gradient(monkeypatch):
     def work():
         return coarsening.gradient(faces, flat, 0.7, bent, q=2.0, share=0.3)
 
-    one, other = both(monkeypatch, coarsening, {"_gradient": gradient}, work)
-    assert one[0] == pytest.approx(other[0], rel=1e-12)
-    assert np.allclose(one[1], other[1], rtol=1e-9, atol=1e-9 * np.abs(one[1]).max())
+    compiled, expected = run_both(monkeypatch, coarsening, {"_gradient": gradient}, work)
+    assert compiled[0] == pytest.approx(expected[0], rel=1e-12)
+    assert np.allclose(compiled[1], expected[1], rtol=1e-9, atol=1e-9 * np.abs(compiled[1]).max())
     folded = bent.copy()
     folded[faces[7, 0]] = 2 * bent[faces[7, 1]] - bent[faces[7, 0]]
     assert coarsening.gradient(faces, flat, 0.7, folded)[0] == np.inf
@@ -128,8 +128,8 @@ def test_interpolation_and_its_transpose(monkeypatch):
         return step, forces
 
     instead = {"_interpolate": interpolate, "_restrict": restrict}
-    (step, forces), other = both(monkeypatch, coarsening, instead, work)
-    assert np.allclose(step, other[0], rtol=0, atol=1e-12)
-    assert np.allclose(forces, other[1], rtol=0, atol=1e-12)
+    (step, forces), expected = run_both(monkeypatch, coarsening, instead, work)
+    assert np.allclose(step, expected[0], rtol=0, atol=1e-12)
+    assert np.allclose(forces, expected[1], rtol=0, atol=1e-12)
     kept = np.setdiff1d(np.arange(z.size), removed.vertex)
     assert np.vdot(np.exp(1j * z), step) == pytest.approx(np.vdot(forces[kept], step[kept]), rel=1e-12)

@@ -53,39 +53,41 @@ def mapped(ground):
 
 
 def test_the_energy_and_its_derivatives(mapped):
-    rest, surface, u, pattern, _ = mapped
+    rest_shapes, surface, u, pattern, _ = mapped
     objective = Objective.of(0.8, 2.0)
-    assert in_space.total_in_space(rest, surface, u, objective) == reference.total_in_space(
-        rest, surface, u, objective
+    assert in_space.total_in_space(rest_shapes, surface, u, objective) == reference.total_in_space(
+        rest_shapes, surface, u, objective
     )
-    assert np.isfinite(in_space.total_in_space(rest, surface, u, objective))
+    assert np.isfinite(in_space.total_in_space(rest_shapes, surface, u, objective))
     results = []
     for assemble in (in_space.assemble_in_space, reference.assemble_in_space):
         matrix, gradient = np.empty((pattern.columns.size, 4)), np.empty(u.size, complex)
-        energy = assemble(rest, surface, u, objective, matrix, gradient)
+        energy = assemble(rest_shapes, surface, u, objective, matrix, gradient)
         results.append(
             (energy, matrix, gradient, surface.points.copy(), surface.flat_images.copy(), surface.on.copy())
         )
-    for one, other in zip(*results):
-        assert np.array_equal(one, other)
+    for compiled, expected in zip(*results):
+        assert np.array_equal(compiled, expected)
 
 
 def test_a_fold_in_the_layout_is_infinite(mapped):
-    rest, surface, u, _, faces = mapped
+    rest_shapes, surface, u, _, faces = mapped
     folded = u.copy()
     folded[faces[3, 0]] += 2
     for total in (in_space.total_in_space, reference.total_in_space):
-        assert total(rest, surface, folded, Objective.of(1.0, 1.0)) == np.inf
+        assert total(rest_shapes, surface, folded, Objective.of(1.0, 1.0)) == np.inf
 
 
 def test_a_descent_lowers_the_energy_in_space(mapped):
-    rest, surface, u, pattern, faces = mapped
+    rest_shapes, surface, u, pattern, faces = mapped
     objective = Objective.of(0.8, 1.0)
     constraints = Constraints.of_fixed(u, np.arange(u.size) < 3)
-    system = newton.System.of(pattern, faces, rest, constraints)
+    system = newton.System.of(pattern, faces, rest_shapes, constraints)
     moved = u.copy()
     energy, steps, _ = newton.descend(system, objective, surface, moved, np.zeros(3), 5, 1e-9)
     assert steps > 0
-    assert energy == pytest.approx(reference.total_in_space(rest, surface, moved, objective), rel=1e-12)
-    assert energy < reference.total_in_space(rest, surface, u, objective)
+    assert energy == pytest.approx(
+        reference.total_in_space(rest_shapes, surface, moved, objective), rel=1e-12
+    )
+    assert energy < reference.total_in_space(rest_shapes, surface, u, objective)
     assert np.array_equal(moved[:3], u[:3])

@@ -38,8 +38,8 @@ def test_minimum_degree(monkeypatch, count, seed):
         )
 
     work = lambda: ordering._by_quotient_graph(faces, count)  # noqa: E731
-    for one, other in zip(*with_reference(monkeypatch, ordering, "_minimum_degree", plain, work)):
-        assert np.array_equal(one, other)
+    for compiled, expected in zip(*with_reference(monkeypatch, ordering, "_minimum_degree", plain, work)):
+        assert np.array_equal(compiled, expected)
 
 
 def test_minimum_degree_with_too_little_room_is_repeated(monkeypatch):
@@ -47,7 +47,8 @@ def test_minimum_degree_with_too_little_room_is_repeated(monkeypatch):
     enough = ordering._by_quotient_graph(faces, 200)
     monkeypatch.setattr(ordering, "FIRST_ENTRIES_PER_VERTEX", 1)
     assert all(
-        np.array_equal(one, other) for one, other in zip(enough, ordering._by_quotient_graph(faces, 200))
+        np.array_equal(expected, repeated)
+        for expected, repeated in zip(enough, ordering._by_quotient_graph(faces, 200))
     )
 
 
@@ -60,8 +61,8 @@ def test_columns_of_a_given_order(monkeypatch, count, seed):
         return reference.fill(starts, around, corners, order, ends, members)
 
     work = lambda: ordering._by_superlu(faces, count)  # noqa: E731
-    for one, other in zip(*with_reference(monkeypatch, ordering, "_fill", plain, work)):
-        assert np.array_equal(one, other)
+    for compiled, expected in zip(*with_reference(monkeypatch, ordering, "_fill", plain, work)):
+        assert np.array_equal(compiled, expected)
 
 
 @pytest.mark.parametrize("few, zeros", [(4, 0.2), (1, 0.0), (9, 0.5)])
@@ -76,6 +77,6 @@ def test_supernodes(monkeypatch, few, zeros):
         return reference.supernodes(parents, counts, size, free, old, room, place, starts, last)
 
     work = lambda: fronts.fronts_of(order)  # noqa: E731
-    one, other = with_reference(monkeypatch, fronts, "_supernodes", plain, work)
-    assert np.array_equal(one[0], other[0])
-    assert all(np.array_equal(a, b) for a, b in zip(one[1], other[1]))
+    compiled, expected = with_reference(monkeypatch, fronts, "_supernodes", plain, work)
+    assert np.array_equal(compiled[0], expected[0])
+    assert all(np.array_equal(a, b) for a, b in zip(compiled[1], expected[1]))

@@ -7,7 +7,7 @@ from iccm import buckets, sorting
 from iccm.flips import neighbours
 from iccm.maps import cauchy_green, enclosure, extended_inverse, folds, refinement
 from iccm.maps.triangulated import adjacency, evaluation, location, patches
-from tests.core.compare import both
+from tests.core.compare import run_both
 from tests.core.reference import cauchy_green as plain_cauchy_green
 from tests.core.reference import maps as plain
 from tests.core.reference import refinement as plain_refinement
@@ -16,9 +16,9 @@ from tests.triangulations import irregular
 BENT = np.array([0, 3 + 0.2j, 2.8 + 1.9j, 1.1 + 0.7j, 0.9 + 2.5j, -0.3 + 1.4j])
 
 
-def equal(one, other):
-    assert len(one) == len(other)
-    for a, b in zip(one, other):
+def equal(compiled, expected):
+    assert len(compiled) == len(expected)
+    for a, b in zip(compiled, expected):
         assert np.array_equal(a, b, equal_nan=np.asarray(a).dtype.kind in "fc")
 
 
@@ -38,9 +38,9 @@ def test_refinement_mends_thin_triangles(monkeypatch, h):
         refined = refinement.shaped(z, faces)
         return refined.z, refined.faces, refined.across
 
-    one, other = both(monkeypatch, refinement, {"_refine": refine}, work)
-    assert len(one[0]) > z.size + 10
-    equal(one, other)
+    compiled, expected = run_both(monkeypatch, refinement, {"_refine": refine}, work)
+    assert len(compiled[0]) > z.size + 10
+    equal(compiled, expected)
 
 
 def test_edges_of_triangles():
@@ -67,7 +67,7 @@ def test_pairs_are_sorted_and_equal_ones_stay_in_order(monkeypatch):
         edges = adjacency.edges_of(faces)
         return edges.ends, edges.sides, edges.rim, edges.beside, edges.opposite
 
-    equal(*both(monkeypatch, sorting, {"_order_pairs": order_pairs}, work))
+    equal(*run_both(monkeypatch, sorting, {"_order_pairs": order_pairs}, work))
 
 
 def test_nearest_segments_are_those_of_a_look_at_all():
@@ -121,9 +121,9 @@ def test_points_are_located_in_patches(monkeypatch):
         grid = buckets.BucketGrid(complex(x, y), size, columns, rows, begin, touching)
         plain._locate(control, boxes, grid, points, rounding, patch, place)
 
-    one, other = both(monkeypatch, location, {"_locate": locate}, lambda: locator(z))
-    assert 400 < np.count_nonzero(one[0] >= 0) < 1160
-    equal(one, other)
+    compiled, expected = run_both(monkeypatch, location, {"_locate": locate}, lambda: locator(z))
+    assert 400 < np.count_nonzero(compiled[0] >= 0) < 1160
+    equal(compiled, expected)
 
 
 def test_few_points_are_located_alike_without_buckets():
@@ -159,7 +159,7 @@ def test_patches_are_evaluated(monkeypatch):
         plain._evaluate(control, corners, triangle, place, start, stop, out)
 
     work = lambda: evaluation.evaluate(control, image, triangle, place, 1)  # noqa: E731
-    equal(*both(monkeypatch, evaluation, {"_evaluate": evaluate}, work))
+    equal(*run_both(monkeypatch, evaluation, {"_evaluate": evaluate}, work))
 
 
 @pytest.mark.parametrize("size", [0.01, 0.3])
@@ -175,9 +175,9 @@ def test_bulges_shrink(monkeypatch, size):
         plain._shrink(corners, most, flat, sides, bulge)
 
     work = lambda: patches.shrunk(faces, z + 0.1 * z**2, z, edges, free, limits)  # noqa: E731
-    one, other = both(monkeypatch, patches, {"_shrink": shrink}, work)
-    assert np.array_equal(one, other)
-    assert (one == 0).any() and (one != 0).any()
+    compiled, expected = run_both(monkeypatch, patches, {"_shrink": shrink}, work)
+    assert np.array_equal(compiled, expected)
+    assert (compiled == 0).any() and (compiled != 0).any()
 
 
 def test_sheets_of_a_folded_map(monkeypatch):
@@ -192,9 +192,9 @@ def test_sheets_of_a_folded_map(monkeypatch):
         plain._flood(widest, across, clearance, *np.empty((4, m), np.int64), reached)
 
     work = lambda: folds.by_sheets(image, faces, across, clearance)  # noqa: E731
-    one, other = both(monkeypatch, folds, {"_flood": flood}, work)
-    assert len(faces) // 4 < one[1] < len(faces)
-    equal(one, other)
+    compiled, expected = run_both(monkeypatch, folds, {"_flood": flood}, work)
+    assert len(faces) // 4 < compiled[1] < len(faces)
+    equal(compiled, expected)
 
 
 def test_bends_of_an_inverse(monkeypatch):
@@ -208,8 +208,8 @@ def test_bends_of_an_inverse(monkeypatch):
         plain._bends(faces, w, z_w, z_wbar, out)
 
     work = lambda: extended_inverse.bends(faces, z, *slopes, threads=1)  # noqa: E731
-    one, other = both(monkeypatch, extended_inverse, {"_bends": bends}, work)
-    assert np.isinf(one).any() and np.array_equal(one, other)
+    compiled, expected = run_both(monkeypatch, extended_inverse, {"_bends": bends}, work)
+    assert np.isinf(compiled).any() and np.array_equal(compiled, expected)
 
 
 def polygon_and_points(seed, count):
@@ -234,9 +234,9 @@ def test_cauchy_green_coordinates(monkeypatch, kind):
             fill(vertices, z[start:stop], out[start:stop])
 
     work = lambda: getattr(cauchy_green, kind)(polygon, z)  # noqa: E731
-    one, other = both(monkeypatch, cauchy_green, {f"_{kind}": compute}, work)
-    assert np.isfinite(one).all()
-    assert np.abs(one - other).max() < 1e-15 * np.abs(other).max()
+    compiled, expected = run_both(monkeypatch, cauchy_green, {f"_{kind}": compute}, work)
+    assert np.isfinite(compiled).all()
+    assert np.abs(compiled - expected).max() < 1e-15 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("m", [1, 2, 3])
@@ -270,13 +270,24 @@ def test_bounds_of_pieces(densities):
     half = rng.uniform(0, 0.05, middle.size)
     edge, rise = np.roll(polygon, -1) - polygon, random_complex(rng, densities, polygon.size)
     slope = random_complex(rng, 2, middle.size)
-    one, other = np.zeros((2, 4, middle.size))
+    compiled, expected = np.zeros((2, 4, middle.size))
     enclosure._bounds(
-        polygon, edge, polygon.size, rise, densities, middle, half, slope, 0, middle.size, middle.size, one
+        polygon,
+        edge,
+        polygon.size,
+        rise,
+        densities,
+        middle,
+        half,
+        slope,
+        0,
+        middle.size,
+        middle.size,
+        compiled,
     )
-    plain._bounds(polygon, edge, rise, middle, half, slope, other)
-    assert np.array_equal(one[3], other[3]) and 0 < one[3].sum() < middle.size
-    assert np.allclose(one, other, rtol=1e-13, atol=0)
+    plain._bounds(polygon, edge, rise, middle, half, slope, expected)
+    assert np.array_equal(compiled[3], expected[3]) and 0 < compiled[3].sum() < middle.size
+    assert np.allclose(compiled, expected, rtol=1e-13, atol=0)
 
 
 def test_numbers_of_single_precision_are_taken():
@@ -297,5 +308,5 @@ def test_numbers_of_single_precision_are_taken():
         results += [*buckets.nearest_segments(z + 1, z, z_w), neighbours(faces, z.size)]
         return [*results, cauchy_green.jets(BENT.astype(z.dtype), z_w[None, :6], z[faces].mean(axis=1))]
 
-    for one, other in zip(work(*narrow), work(*wide), strict=True):
-        assert np.allclose(one, other, rtol=1e-3, atol=1e-3, equal_nan=True)
+    for single, double in zip(work(*narrow), work(*wide), strict=True):
+        assert np.allclose(single, double, rtol=1e-3, atol=1e-3, equal_nan=True)

@@ -75,12 +75,12 @@ def test_affine_functions_at_texels():
     corners = triangles(18, 4, width, height)
     coefficients = rng.normal(size=(18, 3)) + 1j * rng.normal(size=(18, 3))
     owner = rng.integers(0, 18, 200).astype(np.int32)
-    at = rng.integers(0, width * (height - first), 200)
+    texels = rng.integers(0, width * (height - first), 200)
     ours, theirs = ([np.empty(200, complex) for _ in range(3)] for _ in range(2))
-    bake._evaluate(coefficients, corners, owner, at, at.size, first, height, width, *ours)
-    reference.evaluate(coefficients, corners, owner, at, first, (height, width), *theirs)
-    for one, other in zip(ours, theirs):
-        np.testing.assert_array_equal(one, other)
+    bake._evaluate(coefficients, corners, owner, texels, texels.size, first, height, width, *ours)
+    reference.evaluate(coefficients, corners, owner, texels, first, (height, width), *theirs)
+    for compiled, expected in zip(ours, theirs):
+        np.testing.assert_array_equal(compiled, expected)
 
 
 def test_walks_to_points():
@@ -112,8 +112,8 @@ def test_the_triangles_nearest_to_the_viewer():
     )
     render._nearest(corners, slopes, 25, *ours, height, width)
     reference.nearest(corners, slopes, *theirs)
-    for one, other in zip(ours, theirs):
-        np.testing.assert_array_equal(one, other)
+    for compiled, expected in zip(ours, theirs):
+        np.testing.assert_array_equal(compiled, expected)
 
 
 def test_corners_of_single_precision_are_fitted_and_rasterised():

@@ -7,7 +7,7 @@ from iccm import flips
 from iccm.balanced.errors import Stuck
 from iccm.balanced.meshing import delaunay, mesh
 from iccm.plane import polygon_area
-from tests.core.compare import both
+from tests.core.compare import run_both
 from tests.core.reference import meshing as plain
 
 
@@ -61,9 +61,9 @@ def compared(monkeypatch, *args, steps):
     with monkeypatch.context() as patched:
         patched.setattr(delaunay, "_clip_ears", clip_ears)
         plainly = work()
-    compiled, reference = both(monkeypatch, mesh, steps, work)
-    for one, other, third in zip(compiled, reference, plainly, strict=True):
-        assert np.array_equal(one, other) and np.array_equal(one, third)
+    compiled, reference = run_both(monkeypatch, mesh, steps, work)
+    for a, b, c in zip(compiled, reference, plainly, strict=True):
+        assert np.array_equal(a, b) and np.array_equal(a, c)
     return compiled
 
 
@@ -111,8 +111,8 @@ def test_a_clockwise_polygon_has_no_ears(monkeypatch):
     clockwise = np.array([0, 1j, 1 + 1.1j, 1.2 + 0.5j, 1])
     faces, across = np.empty((9, 3), np.int64), np.full((9, 3), -1)
     calls = lambda: delaunay.clip_ears(clockwise, faces, across)  # noqa: E731
-    one, other = both(monkeypatch, delaunay, {"_clip_ears": clip_ears}, calls)
-    assert one == other == -1
+    compiled, expected = run_both(monkeypatch, delaunay, {"_clip_ears": clip_ears}, calls)
+    assert compiled == expected == -1
 
 
 def triangulated(rng, count):
@@ -142,7 +142,7 @@ def test_flips_make_a_triangulation_delaunay_but_for_links(seed):
         assert stack[0] == 0
         results.append((f, a))
     assert not np.array_equal(results[0][0], faces)
-    assert all(np.array_equal(one, other) for one, other in zip(*results))
+    assert all(np.array_equal(compiled, expected) for compiled, expected in zip(*results))
     assert any({faces[t, 1], faces[t, 2]} <= set(row) for row in results[0][0].tolist())
 
 
@@ -158,7 +158,7 @@ def test_an_edge_is_recovered(seed):
         done = recover(z, f, a, len(f), v, w, np.full(50, -1))
         results.append((done, f, a))
     assert results[0][0] == results[1][0]
-    assert all(np.array_equal(one, other) for one, other in zip(*results))
+    assert all(np.array_equal(compiled, expected) for compiled, expected in zip(*results))
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -30,7 +30,7 @@ FOLDED = BENT + np.where(np.arange(Z.size) == Z.size - 1, 0.9, 0)
 NO_HOLD = Constraints.of_fixed(BENT, np.zeros(Z.size, bool))
 
 
-def rest(kind="plain"):
+def rest_shapes(kind="plain"):
     weights, aims = AREAS, np.empty(0, complex)
     if kind == "voids":
         weights = np.where(np.arange(AREAS.size) % 5 == 2, -0.3, 1.0) * AREAS
@@ -63,7 +63,7 @@ def constrained(goals):
 def matrix_and_gradient(kind="plain", objective=None, u=BENT):
     objective = objective or Objective.of(1.0, 3.0)
     matrix, gradient = np.empty((PATTERN.columns.size, 4)), np.empty(Z.size, complex)
-    value = energy.assemble(rest(kind), u, objective, matrix, gradient)
+    value = energy.assemble(rest_shapes(kind), u, objective, matrix, gradient)
     return value, matrix, gradient
 
 
@@ -78,7 +78,7 @@ OBJECTIVES = {
 
 @pytest.mark.parametrize("name", OBJECTIVES)
 def test_energy_and_derivatives(name):
-    objective, shapes = OBJECTIVES[name], rest(name.split()[-1])
+    objective, shapes = OBJECTIVES[name], rest_shapes(name.split()[-1])
     u = FOLDED if name == "untangling" else BENT
     matrix, gradient = np.empty((PATTERN.columns.size, 4)), np.empty(Z.size, complex)
     plain_matrix, plain_gradient = np.full_like(matrix, 3), np.full_like(gradient, 3)
@@ -90,9 +90,13 @@ def test_energy_and_derivatives(name):
 
 def test_folds_are_infinite():
     objective = Objective.of(1.0, 2.0)
-    assert energy.total(rest(), FOLDED, objective) == reference.total(rest(), FOLDED, objective) == np.inf
-    least = energy.least_determinant(rest(), FOLDED)
-    assert least == reference.least_determinant(rest(), FOLDED) < 0
+    assert (
+        energy.total(rest_shapes(), FOLDED, objective)
+        == reference.total(rest_shapes(), FOLDED, objective)
+        == np.inf
+    )
+    least = energy.least_determinant(rest_shapes(), FOLDED)
+    assert least == reference.least_determinant(rest_shapes(), FOLDED) < 0
 
 
 def test_geometry_of_triangles():
@@ -155,7 +159,7 @@ def test_directions_of_sliding_vertices():
 
 
 def test_the_cost_of_a_rotation():
-    cost, q = Upright.of(rest(), Z.size, 3.0), 2.0
+    cost, q = Upright.of(rest_shapes(), Z.size, 3.0), 2.0
     assert upright.rotation_factor(cost, BENT, q) == reference.rotation_factor(cost, BENT, q)
     turning = np.empty((2, Z.size), complex)
     assert upright.rotation_derivatives(cost, BENT, q, turning[0]) == reference.rotation_derivatives(
@@ -194,8 +198,8 @@ def test_the_line_search_halves_the_step_until_it_is_accepted(largest):
         return 3 - share if share <= largest else np.inf
 
     shares = 0.9 * 0.5 ** np.arange(60)
-    wanted = next((s for s in shares[shares > 1e-8] if energy_at(s) <= 3), 0)
-    assert line_search(0.9, energy_at, lambda share: 3)[0] == wanted
+    expected = next((s for s in shares[shares > 1e-8] if energy_at(s) <= 3), 0)
+    assert line_search(0.9, energy_at, lambda share: 3)[0] == expected
 
 
 def test_a_line_search_that_finds_no_lower_energy_accepts_no_share():
@@ -204,7 +208,7 @@ def test_a_line_search_that_finds_no_lower_energy_accepts_no_share():
 
 MODES = {
     "descending": (False, Objective.of(1.0, 3.0), ANY_ROTATION, False),
-    "upright": (False, Objective.of(1.0, 1.0), Upright.of(rest(), Z.size, 3.0), False),
+    "upright": (False, Objective.of(1.0, 1.0), Upright.of(rest_shapes(), Z.size, 3.0), False),
     "moving": (True, Objective.of(1.0, 1.0), ANY_ROTATION, False),
     "untangling": (False, Objective(1.0, 1.0, epsilon=0.3), ANY_ROTATION, False),
     "with one factor": (False, Objective.of(1.0, 1.0), ANY_ROTATION, True),
@@ -220,7 +224,7 @@ def test_a_descent(mode):
     results = []
     for descend in (newton.descend, reference.descend):
         u, s = start.copy(), tau.copy()
-        system = System.of(PATTERN, FACES, rest(), constraints, cost)
+        system = System.of(PATTERN, FACES, rest_shapes(), constraints, cost)
         result = descend(system, objective, None, u, s, 4, 1e-12)
         if factorised:
             result = descend(replace(system, factorised=True), objective, None, u, s, 2, 1e-12)
@@ -237,7 +241,7 @@ def test_a_quadratic_energy_takes_one_step():
     results = []
     for step in (newton.quadratic_step, reference.quadratic_step):
         constraints = Constraints.of_fixed(BENT, np.arange(Z.size) < COUNT)
-        system, u = System.of(PATTERN, FACES, rest(), constraints), BENT.copy()
+        system, u = System.of(PATTERN, FACES, rest_shapes(), constraints), BENT.copy()
         system.workspace.matrix[:], system.workspace.gradient[:] = matrix, gradient
         with np.errstate(invalid="ignore"):
             assert step(system, u, np.zeros(COUNT))

@@ -77,11 +77,11 @@ def by_reference(data):
 
 
 def compared(data):
-    one, other = by_core(data), by_reference(data)
-    assert len(one) == len(other)
-    for a, b in zip(one, other):
+    compiled, expected = by_core(data), by_reference(data)
+    assert len(compiled) == len(expected)
+    for a, b in zip(compiled, expected):
         assert np.array_equal(a, b), data
-    return one
+    return compiled
 
 
 def written(rng, count):

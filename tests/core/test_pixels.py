@@ -84,11 +84,11 @@ def halved(picture, taps, edge):
     """Both ways, in double precision."""
     for axis in (0, 1):
         n = picture.shape[axis]
-        at = 2 * np.arange((n + 1) // 2)[:, None] + np.arange(-5, 7)
-        beyond = (at < 0) | (at >= n)
+        taken = 2 * np.arange((n + 1) // 2)[:, None] + np.arange(-5, 7)
+        beyond = (taken < 0) | (taken >= n)
         if edge in (pyramid.REPEAT, pyramid.MIRROR):
-            at = pyramid._repeated(at, n, edge)
-        texels = np.moveaxis(picture, axis, 0)[np.clip(at, 0, n - 1)]
+            taken = pyramid._repeated(taken, n, edge)
+        texels = np.moveaxis(picture, axis, 0)[np.clip(taken, 0, n - 1)]
         if edge == pyramid.CLEAR:
             texels[beyond] = 0
         picture = np.moveaxis(np.einsum("itj...,t->ij...", texels, taps), 0, axis)
@@ -121,8 +121,8 @@ def test_stored_integers_are_decoded(kind, channels, alpha):
     table = rng.random((top + 1, channels), dtype=np.float32)
     expected = table[pixels, np.arange(channels)]
     if alpha >= 0:
-        others = [k for k in range(channels) if k != alpha]
-        expected[..., others] *= expected[..., [alpha]]
+        colours = [k for k in range(channels) if k != alpha]
+        expected[..., colours] *= expected[..., [alpha]]
     np.testing.assert_array_equal(pyramid.ready(pixels, table, alpha), expected)
     np.testing.assert_array_equal(pyramid.ready(pixels[:, ::2], table, alpha), expected[:, ::2])
 
@@ -140,12 +140,12 @@ def test_the_nearest_texels(edge, kind):
         table = rng.random((np.iinfo(kind).max + 1, c), dtype=np.float32)
         tex, ready = pyramid.compact(pixels, table, 2, edge, reduced=False), pyramid.ready(pixels, table, 2)
     xy = rng.uniform((-2 * w, -2 * h), (3 * w, 3 * h), (300, 2))
-    at = np.floor(xy).astype(int)
-    beyond = ((at < 0) | (at >= (w, h))).any(axis=1)
+    nearest = np.floor(xy).astype(int)
+    beyond = ((nearest < 0) | (nearest >= (w, h))).any(axis=1)
     if edge in (pyramid.REPEAT, pyramid.MIRROR):
-        j, i = (pyramid._repeated(at[:, k], n, edge) for k, n in enumerate((w, h)))
+        j, i = (pyramid._repeated(nearest[:, k], n, edge) for k, n in enumerate((w, h)))
     else:
-        j, i = (np.clip(at[:, k], 0, n - 1) for k, n in enumerate((w, h)))
+        j, i = (np.clip(nearest[:, k], 0, n - 1) for k, n in enumerate((w, h)))
     expected = ready[i, j]
     if edge == pyramid.CLEAR:
         expected[beyond] = 0

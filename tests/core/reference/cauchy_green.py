@@ -50,13 +50,13 @@ def _at_vertex(polygon, j):
 
 def _edge_logs(polygon, z, out):
     """Compute L_e for one point; at vertex j, the edges j - 1 and j have 0 and the sum of both."""
-    at = -1
+    vertex = -1
     for e in range(polygon.size):
         out[e] = _limit(polygon, z, e)
         if polygon[e] == z:
-            at = e
-    if at >= 0:
-        out[at] = _at_vertex(polygon, at)
+            vertex = e
+    if vertex >= 0:
+        out[vertex] = _at_vertex(polygon, vertex)
 
 
 def _edge_weights(polygon, z, out):

@@ -83,18 +83,18 @@ def _ring(faces, around, v, ring):
             if begin >= 0:
                 return 0
             begin = i
-    at = max(begin, 0)
+    edge = max(begin, 0)
     for i in range(d):
-        ring[i] = ends[at, 0]
+        ring[i] = ends[edge, 0]
         following = -1
         for j in range(d):
-            if ends[j, 0] == ends[at, 1]:
+            if ends[j, 0] == ends[edge, 1]:
                 following = j
         if following < 0:
-            ring[i + 1] = ends[at, 1]
+            ring[i + 1] = ends[edge, 1]
             return -(d + 1) if i == d - 1 else 0
-        at = following
-    return d if begin < 0 and at == 0 else 0
+        edge = following
+    return d if begin < 0 and edge == 0 else 0
 
 
 def _round(faces, points, z, starts, around, blocked, most, vertex, into, triangle, weights, ends, edges):
@@ -219,11 +219,11 @@ def _pull(points, edges, v, u, theta, power, measure):
             return np.inf, slope, xx, yy, xy
         w, w_p, w_d, w_pp, w_pd, w_dd = density_derivatives(ff + gg, ff - gg, theta, power, measure)
         f, g = 2 * alpha.conjugate() * f, 2 * alpha * g
-        p, d, same = f + g, f - g, 4 * w_p * dot(alpha, alpha)
+        p, d, scaling = f + g, f - g, 4 * w_p * dot(alpha, alpha)
         energy += area * w
         slope += area * (w_p * p + w_d * d)
-        xx += area * (same + w_pp * p.real**2 + 2 * w_pd * p.real * d.real + w_dd * d.real**2)
-        yy += area * (same + w_pp * p.imag**2 + 2 * w_pd * p.imag * d.imag + w_dd * d.imag**2)
+        xx += area * (scaling + w_pp * p.real**2 + 2 * w_pd * p.real * d.real + w_dd * d.real**2)
+        yy += area * (scaling + w_pp * p.imag**2 + 2 * w_pd * p.imag * d.imag + w_dd * d.imag**2)
         xy += area * (
             w_pp * p.real * p.imag + w_pd * (p.real * d.imag + p.imag * d.real) + w_dd * d.real * d.imag
         )
@@ -241,12 +241,12 @@ def _settle(points, edges, v, u, theta, power, measure, force=0j):
             return
         slope -= force
         step = -complex(yy * slope.real - xy * slope.imag, xx * slope.imag - xy * slope.real) / square
-        at, share = u[v], min(1.0, 0.5 * _room(edges, u, u[v], step))
-        u[v] = at + share * step
+        start, share = u[v], min(1.0, 0.5 * _room(edges, u, u[v], step))
+        u[v] = start + share * step
         below, slope, xx, yy, xy = _pull(points, edges, v, u, theta, power, measure)
-        gain = energy - below + dot(force, u[v] - at)
+        gain = energy - below + dot(force, u[v] - start)
         if not gain > 0:
-            u[v] = at
+            u[v] = start
             return
         if gain < SMALL * energy:
             return
@@ -277,13 +277,13 @@ def put_back(vertex, into, corners, weights, starts, edges, points, theta, q, me
     return True
 
 
-def smooth(faces, points, starts, around, held, forces, sweeps, theta, q, share, u):
+def smooth(faces, points, starts, around, fixed, forces, sweeps, theta, q, share, u):
     """Move each vertex that is not held to where the energy of its triangles, less the work of its force, is least,
     `sweeps` times.
     """
     for _ in range(sweeps):
         for v in range(u.size):
-            if held[v]:
+            if fixed[v]:
                 continue
             edges = []
             for t in around[starts[v] : starts[v + 1]]:

@@ -8,8 +8,8 @@ from tests.core.reference.minimise import assemble, total
 
 def _place_on(places, z, weights):
     last = len(places.grid) - 1
-    at = (z - places.low) * places.scale
-    column, row = int(min(max(at.real, 0), last)), int(min(max(at.imag, 0), last))
+    cell = (z - places.low) * places.scale
+    column, row = int(min(max(cell.real, 0), last)), int(min(max(cell.imag, 0), last))
     return walk_to(places.flat, places.faces, places.twin, z, places.grid[row, column], weights)
 
 
@@ -26,15 +26,15 @@ def _land(surface, u):
     """Compute the positions in space of vertices with places u (n,)."""
     places, points, slopes = surface.ground.places, surface.ground.points, surface.ground.slopes
     for v in range(u.size):
-        here = surface.points[v]
-        t = _place_on(places, u[v], here)
+        point = surface.points[v]
+        t = _place_on(places, u[v], point)
         a, b, c = places.faces[t, 0], places.faces[t, 1], places.faces[t, 2]
-        shares = here[0], here[1], here[2]
+        shares = point[0], point[1], point[2]
         # 0 unless the place is beside the surface, which is extended linearly there
         beside = u[v] - shares[0] * places.flat[a] - shares[1] * places.flat[b] - shares[2] * places.flat[c]
         for k in range(3):
-            here[k] = shares[0] * points[a, k] + shares[1] * points[b, k] + shares[2] * points[c, k]
-            here[k] += slopes[t, k, 0] * beside.real + slopes[t, k, 1] * beside.imag
+            point[k] = shares[0] * points[a, k] + shares[1] * points[b, k] + shares[2] * points[c, k]
+            point[k] += slopes[t, k, 0] * beside.real + slopes[t, k, 1] * beside.imag
         surface.on[v] = t
 
 
@@ -59,14 +59,14 @@ def _lay(surface, u):
         laid[3 * t], laid[3 * t + 1], laid[3 * t + 2] = 0j, complex(length, 0.0), complex(along, height)
 
 
-def total_in_space(rest, surface, u, objective):
+def total_in_space(rest_shapes, surface, u, objective):
     """Return the energy of images u (n,), without that of curves; infinite if a triangle is folded in the layout."""
     energy = total(surface.layout, u, surface.barrier)
     if energy == np.inf:
         return energy
     _land(surface, u)
     _lay(surface, u)
-    return energy + total(rest, surface.flat_images, objective)
+    return energy + total(rest_shapes, surface.flat_images, objective)
 
 
 def _fill_jacobians(surface, t, jacobians):
@@ -83,14 +83,14 @@ def _fill_jacobians(surface, t, jacobians):
                     jacobians[k, i, j] = along
 
 
-def assemble_in_space(rest, surface, u, objective, matrix, gradient):
+def assemble_in_space(rest_shapes, surface, u, objective, matrix, gradient):
     """Compute the energy, its gradient and the projected Hessian; second derivatives of the surface are omitted, so
     that it stays positive.
     """
     _land(surface, u)
     _lay(surface, u)
     energy = assemble(surface.layout, u, surface.barrier, matrix, gradient)
-    energy += assemble(rest, surface.flat_images, objective, surface.blocks, surface.slopes)
+    energy += assemble(rest_shapes, surface.flat_images, objective, surface.blocks, surface.slopes)
     corners, slots = surface.layout.corners, surface.layout.slots
     jacobians = np.empty((3, 2, 2))
     for t in range(corners.shape[0]):

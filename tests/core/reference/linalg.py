@@ -141,15 +141,15 @@ def supernodes(parents, counts, size, free, old, zeros, place, starts, last):
         place[c], old[free[c]] = free[c], c
         free[parents[c]] -= size[c]
     number = 0
-    for at in range(n):
-        c = old[at]
-        starts[number], last[number] = at, c
+    for position in range(n):
+        c = old[position]
+        starts[number], last[number] = position, c
         number += 1
         zeros[number - 1] = 0
         while number > 1 and parents[last[number - 2]] == last[number - 1]:
             above, below = number - 1, number - 2
             # merged with the child's front right before it, a front would store `empty` zeros, and save an update
-            more = at + 1 - starts[above]
+            more = position + 1 - starts[above]
             fewer = starts[above] - starts[below]
             empty = zeros[above] + zeros[below] + fewer * (more + counts[c] - counts[last[below]])
             whole = (fewer + more) * (fewer + more + 2 * counts[c]) // 2

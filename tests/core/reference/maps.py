@@ -130,19 +130,19 @@ def _evaluate(patches, corners, triangle, place, start, stop, out):
 
 def _shrink(corners, most, flat, sides, bulge):
     """Shrink the curvature of triangles that are not flat, in place, until all deviate by at most `most` (m,)."""
-    near, touched, rounds, go = np.ones(bulge.size, np.bool_), np.zeros(bulge.size, np.bool_), 0, True
+    active, touched, rounds, go = np.ones(bulge.size, np.bool_), np.zeros(bulge.size, np.bool_), 0, True
     while go:
         go, rounds = False, rounds + 1
         for t in range(len(sides)):
             a, b, c = sides[t]
-            if flat[t] or not (near[a] or near[b] or near[c]):
+            if flat[t] or not (active[a] or active[b] or active[c]):
                 continue
             if not _deviation(corners[t], bulge[a], bulge[b], bulge[c]) <= most[t]:
                 touched[a] = touched[b] = touched[c] = go = True
         for e in range(bulge.size):
             if touched[e]:
                 bulge[e] *= SHRINK if rounds % ROUNDS else 0.0
-            near[e], touched[e] = touched[e], False
+            active[e], touched[e] = touched[e], False
 
 
 def _deviation(corners, d0, d1, d2):
@@ -213,15 +213,15 @@ def _bends(faces, w, z_w, z_wbar, out):
         out[t] = worst
 
 
-def _bounds(polygon, edge, rise, middle, half, at, out):
+def _bounds(polygon, edge, rise, middle, half, slopes, out):
     """Compute for each piece |Φ″| + |Ψ″| at its centre, R of both, the sums in f_z and f_z̄, and whether a vertex lies
-    on it; `at` (m, p) are the derivatives of the densities' maps there.
+    on it; `slopes` (m, p) are the derivatives of the densities' maps there.
     """
-    n, both = polygon.size, rise.shape[0] > 1
+    n, two_densities = polygon.size, rise.shape[0] > 1
     for p in range(middle.size):
         m, r = middle[p], half[p]
         second0, second1 = 0j, 0j
-        rest, terms, error = 0.0, 0.0, 0.0
+        bound, terms, error = 0.0, 0.0, 0.0
         a = polygon[0] - m
         far_a = abs(a)
         for j in range(n):
@@ -232,19 +232,19 @@ def _bounds(polygon, edge, rise, middle, half, at, out):
                 break
             # `bent` is ρ_j in the formulas above, without the slope at the centre, which adds nothing to Φ″
             inverse = 1 / (a * b)
-            bent = rise[0, j] - at[0, p] * edge[j]
+            bent = rise[0, j] - slopes[0, p] * edge[j]
             second0 += bent * inverse
             size, steep = abs(bent), abs(rise[0, j])
-            if both:
-                bent = rise[1, j] - at[1, p] * edge[j]
+            if two_densities:
+                bent = rise[1, j] - slopes[1, p] * edge[j]
                 second1 += bent * inverse
                 size += abs(bent)
                 steep += abs(rise[1, j])
             product = (far_a - r) * (far_b - r)
-            rest += size * (far_a + far_b - 2 * r) / (product * product)
+            bound += size * (far_a + far_b - 2 * r) / (product * product)
             terms += steep * min(4.0 / abs(edge[j]), 1.0 / max(far_a, far_b))
             a, far_a = b, far_b
         out[0, p] = (abs(second0) + abs(second1)) / (2 * math.pi)
-        out[1, p] = rest / (2 * math.pi)
+        out[1, p] = bound / (2 * math.pi)
         out[2, p] = terms / (2 * math.pi)
         out[3, p] = error

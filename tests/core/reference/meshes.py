@@ -3,13 +3,15 @@
 import numpy as np
 
 
-def evaluate(coefficients, corners, owner, at, first, shape, z, zx, zy):
+def evaluate(coefficients, corners, owner, texels, first, shape, z, zx, zy):
     """Evaluate an affine function per triangle at its texels; texels that wrap around are moved back first."""
     height, width = shape
     for i in range(owner.size):
         t = owner[i]
-        x = beside(corners[t, 0, 0], corners[t, 1, 0], corners[t, 2, 0], at[i] % width + 0.5, width)
-        y = beside(corners[t, 0, 1], corners[t, 1, 1], corners[t, 2, 1], first + at[i] // width + 0.5, height)
+        x = beside(corners[t, 0, 0], corners[t, 1, 0], corners[t, 2, 0], texels[i] % width + 0.5, width)
+        y = beside(
+            corners[t, 0, 1], corners[t, 1, 1], corners[t, 2, 1], first + texels[i] // width + 0.5, height
+        )
         zx[i], zy[i] = coefficients[t, 1], coefficients[t, 2]
         z[i] = coefficients[t, 0] + zx[i] * x + zy[i] * y
 

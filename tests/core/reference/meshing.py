@@ -166,9 +166,9 @@ def _encroaches(z, faces, across, t, new, cavity, mark, stamp, links):
     an angle.
     """
     cavity[0], mark[t] = t, stamp
-    count, at = 1, 0
-    while at < count:
-        t, at = cavity[at], at + 1
+    count, position = 1, 0
+    while position < count:
+        t, position = cavity[position], position + 1
         for k in range(3):
             u = across[t, k]
             if u < 0 or is_constrained(links, faces[t, (k + 1) % 3], faces[t, (k + 2) % 3]):
@@ -230,8 +230,8 @@ def _refine(z, vertices, faces, across, triangles, stack, fixed, links, mark, ca
     for sweep in range(ROUNDS):
         before = vertices
         for t in range(triangles):
-            wanted, point = _defect(z, faces, t, sizes, sweep == 0)
-            if not wanted or vertices + 1 >= z.size:
+            improvable, point = _defect(z, faces, t, sizes, sweep == 0)
+            if not improvable or vertices + 1 >= z.size:
                 continue
             holder = _walk(z, faces, across, t, point, links)
             if holder < 0:

@@ -21,10 +21,10 @@ def _assemble(system, matrix, gradient, front, values, place, panel, tall):
     first, end = fronts.starts[front], fronts.starts[front + 1]
     for c in range(first, end):
         place[c] = 2 * (c - first)
-    at = 2 * (end - first)
+    row = 2 * (end - first)
     for p in range(fronts.beyond_starts[front], fronts.beyond_starts[front + 1]):
-        place[fronts.beyond[p]] = at
-        at += 2
+        place[fronts.beyond[p]] = row
+        row += 2
     for c in range(first, end):
         column, g = panel + place[c] * tall, gradient[system.order[c]]
         for p in range(system.starts[c], system.starts[c + 1]):
@@ -36,7 +36,7 @@ def _assemble(system, matrix, gradient, front, values, place, panel, tall):
         values[column + tall - 1], values[column + 2 * tall - 1] = g.real, g.imag
 
 
-def _extend_add(fronts, child, values, place, source, panel, tall, own, update):
+def _extend_add(fronts, child, values, place, source, panel, tall, pivots, update):
     """Add a child's update to the columns and the update of its parent's front."""
     beyond = fronts.beyond[fronts.beyond_starts[child] : fronts.beyond_starts[child + 1]]
     size = 2 * beyond.size + 1
@@ -45,8 +45,8 @@ def _extend_add(fronts, child, values, place, source, panel, tall, own, update):
         for half in range(2):
             left = values[source + (2 * p + half) * size : source + (2 * p + half + 1) * size]
             goal = panel + (column + half) * tall
-            if column >= own:
-                goal = update + (column - own + half) * (tall - own) - own
+            if column >= pivots:
+                goal = update + (column - pivots + half) * (tall - pivots) - pivots
             for q in range(p, beyond.size):
                 row = goal + place[beyond[q]]
                 values[row] += left[2 * q]
@@ -54,26 +54,26 @@ def _extend_add(fronts, child, values, place, source, panel, tall, own, update):
             values[goal + tall - 1] += left[size - 1]
 
 
-def _column(panel, tall, own, update, c):
+def _column(panel, tall, pivots, update, c):
     """Return the position of the diagonal entry of a front's column c: among its own columns, or in its update."""
-    return panel + c * (tall + 1) if c < own else update + (c - own) * (tall - own + 1)
+    return panel + c * (tall + 1) if c < pivots else update + (c - pivots) * (tall - pivots + 1)
 
 
-def _rank_8(values, block, begin, panel, tall, own, update):
+def _rank_8(values, block, begin, panel, tall, pivots, update):
     """Subtract the product of the eight columns at `block` with themselves from the lower triangle of all columns from
     `begin`.
     """
     for c in range(begin, tall - 1):
-        goal, at, count = _column(panel, tall, own, update, c), block + c, tall - c
+        goal, start, count = _column(panel, tall, pivots, update, c), block + c, tall - c
         x = values[goal : goal + count]
-        a = values[at : at + count]
-        b = values[at + 1 * tall : at + 1 * tall + count]
-        c_ = values[at + 2 * tall : at + 2 * tall + count]
-        d = values[at + 3 * tall : at + 3 * tall + count]
-        e = values[at + 4 * tall : at + 4 * tall + count]
-        f = values[at + 5 * tall : at + 5 * tall + count]
-        g = values[at + 6 * tall : at + 6 * tall + count]
-        h = values[at + 7 * tall : at + 7 * tall + count]
+        a = values[start : start + count]
+        b = values[start + 1 * tall : start + 1 * tall + count]
+        c_ = values[start + 2 * tall : start + 2 * tall + count]
+        d = values[start + 3 * tall : start + 3 * tall + count]
+        e = values[start + 4 * tall : start + 4 * tall + count]
+        f = values[start + 5 * tall : start + 5 * tall + count]
+        g = values[start + 6 * tall : start + 6 * tall + count]
+        h = values[start + 7 * tall : start + 7 * tall + count]
         a0, b0, c0, d0, e0, f0, g0, h0 = a[0], b[0], c_[0], d[0], e[0], f[0], g[0], h[0]
         for i in range(count):
             x[i] -= (
@@ -81,23 +81,23 @@ def _rank_8(values, block, begin, panel, tall, own, update):
             )
 
 
-def _rank_2(values, block, begin, panel, tall, own, update):
+def _rank_2(values, block, begin, panel, tall, pivots, update):
     """Do the same as `_rank_8` for two columns; four at once take as long as twice two."""
     for c in range(begin, tall - 1):
-        goal, at, count = _column(panel, tall, own, update, c), block + c, tall - c
+        goal, start, count = _column(panel, tall, pivots, update, c), block + c, tall - c
         x = values[goal : goal + count]
-        a = values[at : at + count]
-        b = values[at + tall : at + tall + count]
+        a = values[start : start + count]
+        b = values[start + tall : start + tall + count]
         a0, b0 = a[0], b[0]
         for i in range(count):
             x[i] -= a0 * a[i] + b0 * b[i]
 
 
-def _eliminate(values, panel, tall, own, update):
-    """Eliminate the `own` columns of a front; return False if they are not positive definite."""
+def _eliminate(values, panel, tall, pivots, update):
+    """Eliminate the `pivots` columns of a front; return False if they are not positive definite."""
     begin = 0
-    while begin < own:
-        wide = 8 if own - begin >= 8 else 2
+    while begin < pivots:
+        wide = 8 if pivots - begin >= 8 else 2
         block = panel + begin * tall
         for j in range(wide):
             column = block + j * tall
@@ -114,9 +114,9 @@ def _eliminate(values, panel, tall, own, update):
                 x[i] *= scale
         begin += wide
         if wide == 8:
-            _rank_8(values, block, begin, panel, tall, own, update)
+            _rank_8(values, block, begin, panel, tall, pivots, update)
         else:
-            _rank_2(values, block, begin, panel, tall, own, update)
+            _rank_2(values, block, begin, panel, tall, pivots, update)
     return True
 
 
@@ -135,29 +135,29 @@ def factorise(system, matrix, gradient, factor):
     number = fronts.parents.size
     sources[0] = fronts.panels[number]
     for front in range(number):
-        own = 2 * (fronts.starts[front + 1] - fronts.starts[front])
-        rest = 2 * (fronts.beyond_starts[front + 1] - fronts.beyond_starts[front]) + 1
-        panel, tall = fronts.panels[front], own + rest
+        pivots = 2 * (fronts.starts[front + 1] - fronts.starts[front])
+        size = 2 * (fronts.beyond_starts[front + 1] - fronts.beyond_starts[front]) + 1
+        panel, tall = fronts.panels[front], pivots + size
         update = sources[top]
-        values[panel : panel + own * tall] = 0.0
-        values[update : update + rest * rest] = 0.0
+        values[panel : panel + pivots * tall] = 0.0
+        values[update : update + size * size] = 0.0
         _assemble(system, matrix, gradient, front, values, place, panel, tall)
         # in postorder, the updates of a front's children are on top of the stack
         while top > 0 and fronts.parents[waiting[top - 1]] == front:
             top -= 1
-            _extend_add(fronts, waiting[top], values, place, sources[top], panel, tall, own, update)
-        if not _eliminate(values, panel, tall, own, update):
+            _extend_add(fronts, waiting[top], values, place, sources[top], panel, tall, pivots, update)
+        if not _eliminate(values, panel, tall, pivots, update):
             return False
         goal = sources[top]
         # its own update moves down over those that have been added
         if goal < update:
-            goals, left = values[goal : goal + rest * rest], values[update : update + rest * rest]
-            for i in range(rest * rest):
+            goals, left = values[goal : goal + size * size], values[update : update + size * size]
+            for i in range(size * size):
                 goals[i] = left[i]
-        if rest > 1:
+        if size > 1:
             waiting[top] = front
             top += 1
-            sources[top] = goal + rest * rest
+            sources[top] = goal + size * size
     return True
 
 
@@ -169,21 +169,21 @@ def forward_substitute(system, gradient, factor):
         left[2 * row], left[2 * row + 1] = g.real, g.imag
     for front in range(fronts.parents.size):
         first, end = fronts.starts[front], fronts.starts[front + 1]
-        own, beyond = (
+        pivots, beyond = (
             2 * (end - first),
             fronts.beyond[fronts.beyond_starts[front] : fronts.beyond_starts[front + 1]],
         )
-        tall, at = own + 2 * beyond.size + 1, fronts.panels[front]
-        for j in range(own):
-            column = at + j * tall
-            found = left[2 * first + j] / values[column + j]
-            values[column + tall - 1] = found
-            for i in range(j + 1, own):
-                left[2 * first + i] -= values[column + i] * found
+        tall, panel = pivots + 2 * beyond.size + 1, fronts.panels[front]
+        for j in range(pivots):
+            column = panel + j * tall
+            value = left[2 * first + j] / values[column + j]
+            values[column + tall - 1] = value
+            for i in range(j + 1, pivots):
+                left[2 * first + i] -= values[column + i] * value
             for p in range(beyond.size):
-                row = column + own + 2 * p
-                left[2 * beyond[p]] -= values[row] * found
-                left[2 * beyond[p] + 1] -= values[row + 1] * found
+                row = column + pivots + 2 * p
+                left[2 * beyond[p]] -= values[row] * value
+                left[2 * beyond[p] + 1] -= values[row + 1] * value
 
 
 def back_substitute(system, factor, step):
@@ -191,23 +191,23 @@ def back_substitute(system, factor, step):
     fronts, part, values = system.fronts, factor.part, factor.values
     for front in range(fronts.parents.size - 1, -1, -1):
         first, end = fronts.starts[front], fronts.starts[front + 1]
-        own, at = 2 * (end - first), fronts.panels[front + 1]
-        tall = own
+        pivots, panel_end = 2 * (end - first), fronts.panels[front + 1]
+        tall = pivots
         for p in range(fronts.beyond_starts[front], fronts.beyond_starts[front + 1]):
-            found = step[system.order[fronts.beyond[p]]]
-            part[tall], part[tall + 1] = found.real, found.imag
+            value = step[system.order[fronts.beyond[p]]]
+            part[tall], part[tall + 1] = value.real, value.imag
             tall += 2
         part[tall] = 1.0  # for the row of L⁻¹ g
         tall += 1
-        for j in range(own - 1, -1, -1):
-            later, column = part[j + 1 : tall], values[at + j + 1 - tall : at]
-            sums, rest, whole = [0.0] * 4, 0.0, later.size // 4 * 4
+        for j in range(pivots - 1, -1, -1):
+            later, column = part[j + 1 : tall], values[panel_end + j + 1 - tall : panel_end]
+            sums, remainder, whole = [0.0] * 4, 0.0, later.size // 4 * 4
             for i in range(whole):
                 sums[i % 4] += later[i] * column[i]
             for i in range(whole, later.size):
-                rest += later[i] * column[i]
-            part[j] = -((sums[0] + sums[2]) + (sums[1] + sums[3]) + rest) / values[at + j - tall]
-            at -= tall
+                remainder += later[i] * column[i]
+            part[j] = -((sums[0] + sums[2]) + (sums[1] + sums[3]) + remainder) / values[panel_end + j - tall]
+            panel_end -= tall
         for c in range(first, end):
             step[system.order[c]] = complex(part[2 * (c - first)], part[2 * (c - first) + 1])
 
@@ -364,18 +364,18 @@ def wirtinger(corners, gradients, u, t):
     return a, b
 
 
-def total(rest, u, objective):
+def total(rest_shapes, u, objective):
     """Return the energy of the images u (n,); infinite if a triangle is folded, unless epsilon > 0 (untangling)."""
     theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
-    corners, gradients, weights = rest.corners, rest.gradients, rest.weights
+    corners, gradients, weights = rest_shapes.corners, rest_shapes.gradients, rest_shapes.weights
     energy = 0.0
     for t in range(corners.shape[0]):
         a, b = wirtinger(corners, gradients, u, t)
         aa, bb = dot(a, a), dot(b, b)
         if epsilon > 0:
             energy += abs(weights[t]) * untangling_derivatives(aa + bb, aa - bb, epsilon)[0]
-        elif aa > bb and rest.aims.size > 0 and rest.aims[t] != 0:
-            a -= rest.aims[t]
+        elif aa > bb and rest_shapes.aims.size > 0 and rest_shapes.aims[t] != 0:
+            a -= rest_shapes.aims[t]
             energy += weights[t] * (dot(a, a) + bb)
         elif aa > bb and weights[t] < 0:
             energy -= weights[t] * void_derivatives(aa + bb, aa - bb, objective.forward)[0]
@@ -386,11 +386,11 @@ def total(rest, u, objective):
     return energy
 
 
-def least_determinant(rest, u):
+def least_determinant(rest_shapes, u):
     """Return the smallest determinant of all triangles."""
     least = np.inf
-    for t in range(rest.corners.shape[0]):
-        a, b = wirtinger(rest.corners, rest.gradients, u, t)
+    for t in range(rest_shapes.corners.shape[0]):
+        a, b = wirtinger(rest_shapes.corners, rest_shapes.gradients, u, t)
         least = min(least, dot(a, a) - dot(b, b))
     return least
 
@@ -417,7 +417,7 @@ def _add(matrix, slot, r, s, x, y, a, b):
     matrix[slot, 3] += r.imag * a.imag + s.imag * b.imag + x.real * a.real + y.real * b.real
 
 
-def assemble(rest, u, objective, matrix, gradient):
+def assemble(rest_shapes, u, objective, matrix, gradient):
     """Return the energy at u; compute its gradient and projected Hessian.
 
     Args:
@@ -428,7 +428,12 @@ def assemble(rest, u, objective, matrix, gradient):
         gradient: (n,) complex, x + iy, written.
     """
     theta, q, share, epsilon = objective.theta, objective.q, objective.share, objective.epsilon
-    corners, slots, gradients, weights = rest.corners, rest.slots, rest.gradients, rest.weights
+    corners, slots, gradients, weights = (
+        rest_shapes.corners,
+        rest_shapes.slots,
+        rest_shapes.gradients,
+        rest_shapes.weights,
+    )
     for p in range(matrix.shape[0]):
         matrix[p, 0] = matrix[p, 1] = matrix[p, 2] = matrix[p, 3] = 0.0
     for v in range(gradient.size):
@@ -436,9 +441,9 @@ def assemble(rest, u, objective, matrix, gradient):
     energy = 0.0
     for t in range(corners.shape[0]):
         a, b = wirtinger(corners, gradients, u, t)
-        aimed = epsilon == 0 and rest.aims.size > 0 and rest.aims[t] != 0
+        aimed = epsilon == 0 and rest_shapes.aims.size > 0 and rest_shapes.aims[t] != 0
         if aimed:  # quadratic: its derivatives by a - c and b are those of p
-            a -= rest.aims[t]
+            a -= rest_shapes.aims[t]
         aa, bb, weight = dot(a, a), dot(b, b), abs(weights[t])
         if aimed:
             w, w_p, w_d, w_pp, w_pd, w_dd = aa + bb, 1.0, 0.0, 0.0, 0.0, 0.0
@@ -456,7 +461,7 @@ def assemble(rest, u, objective, matrix, gradient):
         # the chain rule for |a| and |b|, p = |a|² + |b|² and d = |a|² - |b|²: slopes over |a| and |b|, which are also
         # the tangential eigenvalues, then the 2 × 2 block of the radial directions
         along_a, along_b = 2 * weight * (w_p + w_d), 2 * weight * (w_p - w_d)
-        radial_a, radial_b, both = _projected(
+        radial_a, radial_b, coupling = _projected(
             along_a + 4 * weight * (w_pp + 2 * w_pd + w_dd) * aa,
             along_b + 4 * weight * (w_pp - 2 * w_pd + w_dd) * bb,
             4 * weight * (w_pp - w_dd) * size_a * size_b,
@@ -470,7 +475,7 @@ def assemble(rest, u, objective, matrix, gradient):
             alpha = gradients[t, k]
             a, b = unit_a * alpha.conjugate(), unit_b * alpha
             gradient[corners[t, k]] += along_a * a + along_b * b
-            r, s = radial_a * a + both * b, both * a + radial_b * b
+            r, s = radial_a * a + coupling * b, coupling * a + radial_b * b
             x, y = around_a * a, around_b * b
             for m in range(k, 3):
                 alpha = gradients[t, m]
@@ -506,20 +511,20 @@ def way_to_corners(rail, s):
     count = corners.size
     if count == 0:
         return False, -length, length
-    near = SAME_PLACE * length
+    tolerance = SAME_PLACE * length
     s -= np.floor(s / length) * length
     k, end = 0, count
     while k < end:  # the first corner not before s, by a bisection, since NumPy's compiles slowly
         middle = (k + end) // 2
-        if corners[middle] < s - near:
+        if corners[middle] < s - tolerance:
             k = middle + 1
         else:
             end = middle
     behind = (corners[k - 1] if k > 0 else corners[count - 1] - length) - s
-    on = k < count and corners[k] <= s + near
+    on = k < count and corners[k] <= s + tolerance
     k += 1 if on else 0
     ahead = (corners[k] if k < count else corners[k - count] + length) - s
-    return on or behind > -near or ahead < near, behind, ahead
+    return on or behind > -tolerance or ahead < tolerance, behind, ahead
 
 
 def gap_ahead(border, tau, v):
@@ -740,10 +745,10 @@ def moved(constraints, u, tau, t, space):
 
 def _moment(upright, u):
     """Return the moment S."""
-    found = 0j
+    moment = 0j
     for v in range(u.size):
-        found += upright.moments[v] * u[v]
-    return found
+        moment += upright.moments[v] * u[v]
+    return moment
 
 
 def rotation_cost(weight, cosine):
@@ -856,13 +861,18 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
     Returns:
         The energy, the number of steps, and how many of the last ones gained less than the tolerance.
     """
-    pattern, rest, constraints, space = system.pattern, system.rest, system.constraints, system.workspace
+    pattern, rest_shapes, constraints, space = (
+        system.pattern,
+        system.rest,
+        system.constraints,
+        system.workspace,
+    )
     border, matrix, gradient, step = constraints.border, space.matrix, space.gradient, space.step
     upright, turning = system.upright, space.turning
     energy, small, crawling, before, damping = np.inf, 0, 0, np.inf, 0.0
     factor, curvature = 1.0, 0.0
     for done in range(steps):
-        energy = assemble(rest, u, objective, matrix, gradient)
+        energy = assemble(rest_shapes, u, objective, matrix, gradient)
         energy += border_energy(border, tau)
         if upright.weight > 0:  # energy and derivatives are those of the product with its second factor
             slope, curvature = rotation_derivatives(upright, u, objective.q, turning)
@@ -897,7 +907,7 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             moved(constraints, u, tau, share, space)
             new_energy = border_energy(border, space.new_tau)
             if new_energy < np.inf:
-                new_energy += total(rest, space.new_u, objective)
+                new_energy += total(rest_shapes, space.new_u, objective)
                 new_energy *= rotation_factor(upright, space.new_u, objective.q)
             return new_energy
 

@@ -143,7 +143,7 @@ def _integer(data, k, end):
     return sign * value, True
 
 
-def _numbers(data, k, row, least, slow, base, found):
+def _numbers(data, k, row, least, slow, base, listed):
     """Fill `row` from the line at k. Returns the count of numbers read and of those listed in `slow` (place, byte)."""
     read = 0
     while read < row.size and not _at_end(data, k):
@@ -151,11 +151,11 @@ def _numbers(data, k, row, least, slow, base, found):
         value, exact = _number(data, k, end)
         row[read] = value
         if not exact:
-            slow[found, 0], slow[found, 1] = base + read, k
-            found += 1
+            slow[listed, 0], slow[listed, 1] = base + read, k
+            listed += 1
         read += 1
         k = _skip_blanks(data, max(end, k + 1))
-    return (read >= least), found
+    return (read >= least), listed
 
 
 def _resolve(data, k, end, seen):
@@ -225,16 +225,16 @@ def fill(
             k = _skip_blanks(data, end)
             while not _at_end(data, k):
                 end = _token_end(data, k)
-                one = _slash(data, k, end)
-                two = _slash(data, min(one + 1, end), end)
-                corners[c, 0], good = _resolve(data, k, one, n[VERTEX])
-                corners[c, 1], fine = _resolve(data, min(one + 1, end), two, n[TEXTURE])
-                normals[c], known = _resolve(data, min(two + 1, end), end, n[NORMAL])
-                if not known:
+                first_slash = _slash(data, k, end)
+                second_slash = _slash(data, min(first_slash + 1, end), end)
+                corners[c, 0], good = _resolve(data, k, first_slash, n[VERTEX])
+                corners[c, 1], fine = _resolve(data, min(first_slash + 1, end), second_slash, n[TEXTURE])
+                normals[c], good_normal = _resolve(data, min(second_slash + 1, end), end, n[NORMAL])
+                if not good_normal:
                     normals[c] = ABSENT
-                if not (good and fine) or one == k:
+                if not (good and fine) or first_slash == k:
                     return BAD_INDEX, line, 0, 0, 0
-                relative[c] = one + 1 < end and data[one + 1] == MINUS
+                relative[c] = first_slash + 1 < end and data[first_slash + 1] == MINUS
                 corner_at[c] = k
                 c += 1
                 k = _skip_blanks(data, max(end, k + 1))
@@ -260,9 +260,9 @@ def rewrite(data, start, stop, corner_at, new_vt, out):
     digits = np.empty(20, np.uint8)
     for c in range(corner_at.size):
         end = _token_end(data, corner_at[c])
-        one = _slash(data, corner_at[c], end)
-        two = _slash(data, min(one + 1, end), end)
-        while k < one:
+        first_slash = _slash(data, corner_at[c], end)
+        second_slash = _slash(data, min(first_slash + 1, end), end)
+        while k < first_slash:
             out[written] = data[k]
             written += 1
             k += 1
@@ -276,7 +276,7 @@ def rewrite(data, start, stop, corner_at, new_vt, out):
         for d in range(used):
             out[written + d] = digits[used - 1 - d]
         written += used
-        k = two
+        k = second_slash
     while k < stop:
         out[written] = data[k]
         written += 1

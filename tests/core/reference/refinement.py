@@ -115,10 +115,10 @@ def _terminal(z, faces, across, t):
         u = across[t, k]
         if u < 0:
             return t, k
-        j, other = _longest(z, faces, u)
-        if across[u, j] == t or other <= longest:
+        j, length = _longest(z, faces, u)
+        if across[u, j] == t or length <= longest:
             break
-        t, k, longest = u, j, other
+        t, k, longest = u, j, length
     for v in (t, across[t, k]):
         first, _ = _longest(z, faces, v)
         i, j = (first + 1) % 3, (first + 2) % 3
@@ -158,7 +158,7 @@ def _by_counting(key, order, count):
         place[k + 1] += 1
     for k in range(count):
         place[k + 1] += place[k]
-    for at in order:
-        out[place[key[at]]] = at
-        place[key[at]] += 1
+    for item in order:
+        out[place[key[item]]] = item
+        place[key[item]] += 1
     return out
