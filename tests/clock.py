@@ -7,9 +7,9 @@ class Clock:
     """Advances by a step at every reading, and counts the readings."""
 
     def __init__(self, monkeypatch):
-        self.now, self.asked, self.step = 0.0, 0, 0.0
+        self.now, self.checks, self.step = 0.0, 0, 0.0
         monkeypatch.setattr(deadline.time, "monotonic", self)
 
     def __call__(self):
-        self.asked, self.now = self.asked + 1, self.now + self.step
+        self.checks, self.now = self.checks + 1, self.now + self.step
         return self.now

@@ -53,15 +53,15 @@ def test_outputs_are_whole_or_a_line_names_the_limit(meshes, iccm, monkeypatch, 
     assert done.code in (0, 1), done.err
     outputs = sorted(path for path in Path.cwd().glob("out*"))
     assert outputs
-    asked = clock.asked
+    checks = clock.checks
     for share in (0.1, 0.5, 0.9):
         for path in outputs:
             path.unlink()
-        clock.now, clock.step = 0.0, 10 / (share * asked)
+        clock.now, clock.step = 0.0, 10 / (share * checks)
         done = iccm(*line)
         left = sorted(path for path in Path.cwd().glob("out*"))
         if done.code == 2:
-            (message,) = [each for each in done.lines if not each.startswith("note: ")]
+            (message,) = [printed for printed in done.lines if not printed.startswith("note: ")]
             assert message.startswith("error: ") and "--time-limit" in message
             assert not left
         else:

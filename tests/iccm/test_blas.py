@@ -37,7 +37,7 @@ print(hashlib.sha256(fit.map.phi.tobytes() + repr(fit.report()).encode()).hexdig
 
 @pytest.mark.slow
 def test_the_bytes_do_not_depend_on_the_variable():
-    found = set()
+    outputs = set()
     for count in ("1", "2", "4"):
         env = {**os.environ, "OPENBLAS_NUM_THREADS": count}
         run = subprocess.run(
@@ -47,5 +47,5 @@ def test_the_bytes_do_not_depend_on_the_variable():
             env=env,
             cwd=Path(__file__).parents[2],
         )
-        found.add(run.stdout or run.stderr)
-    assert len(found) == 1 and "Error" not in found.pop()
+        outputs.add(run.stdout or run.stderr)
+    assert len(outputs) == 1 and "Error" not in outputs.pop()

@@ -21,15 +21,15 @@ def densest(a, b):
     rings = [shapely.LinearRing(xy_of(z)) for z in (a, b)]
     points = [boundary_samples(z, max(2, 10_000 // z.size)) for z in (a, b)]
     away = [shapely.distance(shapely.points(xy_of(z)), ring) for z, ring in zip(points, reversed(rings))]
-    return max(each.max() for each in away)
+    return max(distances.max() for distances in away)
 
 
-@pytest.mark.parametrize(("one", "other"), list(combinations(SHAPES, 2)))
-def test_the_distance_of_two_outlines_is_the_densest_samplings(one, other):
-    a, b = SHAPES[one], SHAPES[other]
-    found, truth = hausdorff(Curve(a), Curve(b)), densest(a, b)
-    assert 0.99 * truth - 1e-9 <= found <= truth + 1e-3
-    assert hausdorff(Curve(b), Curve(a)) == found
+@pytest.mark.parametrize(("first", "second"), list(combinations(SHAPES, 2)))
+def test_the_distance_of_two_outlines_is_the_densest_samplings(first, second):
+    a, b = SHAPES[first], SHAPES[second]
+    distance, truth = hausdorff(Curve(a), Curve(b)), densest(a, b)
+    assert 0.99 * truth - 1e-9 <= distance <= truth + 1e-3
+    assert hausdorff(Curve(b), Curve(a)) == distance
 
 
 def test_an_outline_with_more_vertices_is_no_farther():
@@ -58,9 +58,9 @@ def test_between_samples_the_papers_image_is_seen():
 
 
 def test_far_from_the_origin_the_image_of_the_boundary_is_the_same():
-    near = iccm.fit(pear(), arrow(), method="paper").map
-    far = replace(near, polygon=near.polygon + 3e7, phi=near.phi - 2e7j)
-    image, moved = (Curve(outline(map, 1e-3)) for map in (near, far))
+    at_origin = iccm.fit(pear(), arrow(), method="paper").map
+    shifted = replace(at_origin, polygon=at_origin.polygon + 3e7, phi=at_origin.phi - 2e7j)
+    image, moved = (Curve(outline(map, 1e-3)) for map in (at_origin, shifted))
     assert hausdorff(image, Curve(moved.z + 2e7j)) < 2e-3
 
 

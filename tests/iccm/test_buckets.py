@@ -22,24 +22,26 @@ def test_nearest_is_nearest(count, spread):
     draw = lambda n, size: size * (rng.standard_normal(n) + 1j * rng.standard_normal(n))  # noqa: E731
     start, w = draw(count, 1.0), draw(300, spread)
     end = start + draw(count, 0.3)
-    found, part = nearest_segments(w, start, end)
+    nearest, part = nearest_segments(w, start, end)
     away = distances(w, start, end)
     assert np.all((part >= 0) & (part <= 1))
-    assert np.allclose(np.abs(start[found] + part * (end - start)[found] - w), away.min(axis=1), rtol=1e-12)
-    assert np.allclose(away[np.arange(300), found], away.min(axis=1), rtol=1e-12)
+    assert np.allclose(
+        np.abs(start[nearest] + part * (end - start)[nearest] - w), away.min(axis=1), rtol=1e-12
+    )
+    assert np.allclose(away[np.arange(300), nearest], away.min(axis=1), rtol=1e-12)
 
 
 def test_of_equals_the_first_is_taken():
     corners = np.array([0, 1, 1 + 1j, 1j])
-    found, part = nearest_segments(np.array([0.5 + 0.5j, 0]), corners, np.roll(corners, -1))
-    assert found.tolist() == [0, 0] and part.tolist() == [0.5, 0.0]
+    nearest, part = nearest_segments(np.array([0.5 + 0.5j, 0]), corners, np.roll(corners, -1))
+    assert nearest.tolist() == [0, 0] and part.tolist() == [0.5, 0.0]
 
 
 def test_segments_without_length_or_on_a_line_and_points_nowhere():
     start = np.array([0, 1, 1, 3], complex)
     end = np.array([1, 1, 3, 4], complex)
-    found, part = nearest_segments(np.array([2 + 5j, np.nan, np.inf, -7]), start, end)
-    assert found.tolist() == [2, 0, 0, 0] and part[[0, 3]].tolist() == [0.5, 0.0]
+    nearest, part = nearest_segments(np.array([2 + 5j, np.nan, np.inf, -7]), start, end)
+    assert nearest.tolist() == [2, 0, 0, 0] and part[[0, 3]].tolist() == [0.5, 0.0]
 
 
 def test_a_bucket_holds_every_box_that_touches_it():

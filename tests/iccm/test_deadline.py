@@ -25,14 +25,14 @@ def clock(monkeypatch):
 
 def test_without_a_limit_nothing_is_asked(clock):
     iccm.fit(SQUARE, T)
-    assert clock.asked == 0
+    assert clock.checks == 0
 
 
 def test_enough_time_changes_nothing(clock):
     plain = iccm.fit(SQUARE, FLOWER)
     with deadline.limited(1.0):
         limited = iccm.fit(SQUARE, FLOWER)
-    assert clock.asked > 10
+    assert clock.checks > 10
     assert limited.map.image.tobytes() == plain.map.image.tobytes() and limited.notes == plain.notes
 
 
@@ -41,21 +41,21 @@ def test_a_search_that_is_ended_gives_the_best_map_so_far_with_a_note(clock, met
     options = {"method": method} | ({"vertices": 60} if method == "paper" else {})
     with deadline.limited(1.0):
         iccm.fit(SQUARE, FLOWER, **options)
-    asked, found = clock.asked, 0
+    checks, maps = clock.checks, 0
     for share in (0.1, 0.3, 0.5, 0.7, 0.9):
-        clock.now, clock.step = 0.0, 1 / (share * asked)
+        clock.now, clock.step = 0.0, 1 / (share * checks)
         with deadline.limited(deadline.SEARCH_TIME_SHARE * 1.4):
             try:
                 fit = iccm.fit(SQUARE, FLOWER, **options)
             except deadline.TimeUp as error:
                 assert "--time-limit" in str(error)
                 continue
-        found += 1
+        maps += 1
         assert fit.ended in (Status.LIMIT, Status.GAP) and not fit.status.ok
         assert any("--time-limit" in note for note in fit.notes)
         if method == "balanced":
             assert fit.certificate.share == 1  # an unfinished map does not fold either
-    assert found >= 2
+    assert maps >= 2
 
 
 def layout_of(height, n):
@@ -96,9 +96,9 @@ def test_ended_searches_with_surfaces_or_constraints_give_a_map_or_a_line(clock,
     source, target, options = PROBLEMS[name]()
     with deadline.limited(1.0):
         iccm.fit(source, target, **options)
-    asked, maps, lines = clock.asked, 0, 0
+    checks, maps, lines = clock.checks, 0, 0
     for share in (0.2, 0.9):
-        clock.now, clock.step = 0.0, 1 / (share * asked)
+        clock.now, clock.step = 0.0, 1 / (share * checks)
         with deadline.limited(deadline.SEARCH_TIME_SHARE * 1.4):
             try:
                 fit = iccm.fit(source, target, **options)

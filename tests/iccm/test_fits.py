@@ -31,9 +31,9 @@ def test_the_command_line_offers_and_explains_every_fit():
 
 def test_menus_escape_and_capitalise_the_words_of_the_table():
     lists = script("docs/lists.py")
-    another = {"stretch": fits.FitMode("Stretch", "to the <box>", "the boxes are mapped")}
-    assert '"stretch">Stretch: to the &lt;box&gt;<' in lists.menu_of_inkscape(another)
-    assert '("stretch", "Stretch", "To the <box>")' in lists.menu_of_blender(another)
+    table = {"stretch": fits.FitMode("Stretch", "to the <box>", "the boxes are mapped")}
+    assert '"stretch">Stretch: to the &lt;box&gt;<' in lists.menu_of_inkscape(table)
+    assert '("stretch", "Stretch", "To the <box>")' in lists.menu_of_blender(table)
 
 
 def test_the_page_and_the_add_on_offer_the_fits_of_what_they_map():
@@ -115,12 +115,12 @@ def test_the_solver_refuses_what_the_table_does_not_list():
 @pytest.mark.parametrize("name", [name for name, mode in fits.FITS.items() if mode.leaves_out_parts])
 def test_a_partial_fit_reaches_the_maps_of_drawings(name):
     drawings = [Drawing(shapely.box(0, 0, *size)) for size in ((3, 1), (2, 1.5))]
-    asked = []
+    fit_modes = []
 
     def solver(source, target, source_holes, target_holes, options):
-        asked.append(options.fit)
+        fit_modes.append(options.fit)
         raise iccm.InputError("not solved here")
 
     with pytest.raises(iccm.InputError):
         fit_drawings(*drawings, Options(fit=name), solver)
-    assert asked == [name]
+    assert fit_modes == [name]

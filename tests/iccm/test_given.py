@@ -157,8 +157,8 @@ def test_the_way_back_has_a_value_everywhere_inside_the_target():
     assert fit.uncovered > 0.01 and np.isnan(fit.inverse(w)).any()
     back = fit.transform.inverse(w)
     assert np.isfinite(back).all()
-    known = np.isfinite(fit.inverse(w))
-    assert np.array_equal(back[known], fit.inverse(w)[known])
+    covered = np.isfinite(fit.inverse(w))
+    assert np.array_equal(back[covered], fit.inverse(w)[covered])
     outside = np.array([500 + 500j, fit.target.box[0] - 5])
     assert np.isnan(fit.transform.inverse(outside)).all()
 
@@ -199,11 +199,11 @@ def test_outlines_pins_strokes_and_holes_come_back_bit_for_bit(tmp_path):
     given = dict(pins=pins, strokes=[(stroke, goal)], source_holes=[hole], target_holes=[opening])
     fit = iccm.fit(OUTLINE, GOAL_OUTLINE, **given)
     fit.save(tmp_path / "map.npz")
-    for found in (fit, iccm.load(tmp_path / "map.npz")):
-        assert np.array_equal(found.source.z, OUTLINE) and np.array_equal(found.target.z, GOAL_OUTLINE)
-        assert np.array_equal(found.pins, pins)
-        assert np.array_equal(found.strokes[0][0].z, stroke) and np.array_equal(found.strokes[0][1].z, goal)
-        assert set(found.source_holes[0].z) == set(hole) and set(found.target_holes[0].z) == set(opening)
+    for result in (fit, iccm.load(tmp_path / "map.npz")):
+        assert np.array_equal(result.source.z, OUTLINE) and np.array_equal(result.target.z, GOAL_OUTLINE)
+        assert np.array_equal(result.pins, pins)
+        assert np.array_equal(result.strokes[0][0].z, stroke) and np.array_equal(result.strokes[0][1].z, goal)
+        assert set(result.source_holes[0].z) == set(hole) and set(result.target_holes[0].z) == set(opening)
     assert fit.boundary["hausdorff"] < 1e-6
 
 
@@ -243,25 +243,27 @@ def test_other_pictures_are_refused_with_the_cure(plain, picture):
 
 def test_transfer_takes_what_fit_does():
     carried = iccm.transfer(iccm.checkerboard(64), shapely.Polygon(FLAG), GOAL, size=40, fit="whole")
-    same = iccm.transfer(iccm.checkerboard(64), complex_of(FLAG), complex_of(GOAL), size=40, fit="whole")
-    assert np.array_equal(carried.pixels, same.pixels)
+    transferred = iccm.transfer(
+        iccm.checkerboard(64), complex_of(FLAG), complex_of(GOAL), size=40, fit="whole"
+    )
+    assert np.array_equal(carried.pixels, transferred.pixels)
 
 
 def test_progress_is_told_and_cancelling_ends():
     seen = []
     iccm.fit(FLAG, GOAL, progress=seen.append)
     assert seen and all(
-        isinstance(each, iccm.Progress) and 0 <= each.done <= max(each.of, each.done) for each in seen
+        isinstance(step, iccm.Progress) and 0 <= step.done <= max(step.of, step.done) for step in seen
     )
-    asked = []
+    calls = []
 
     def cancel():
-        asked.append(True)
-        return len(asked) > 2
+        calls.append(True)
+        return len(calls) > 2
 
     with pytest.raises(iccm.Cancelled):
         iccm.fit(FLAG, GOAL, cancel=cancel)
-    assert len(asked) == 3
+    assert len(calls) == 3
     stopped = threading.Event()
     stopped.set()
     with pytest.raises(iccm.Cancelled):
@@ -293,8 +295,8 @@ def test_a_notebook_shows_the_map(plain):
     assert picture.mode == "RGBA" and len(picture.getcolors(picture.width * picture.height)) > 20
     assert plain.summary() in plain._repr_html_() and "data:image/png;base64," in plain._repr_html_()
     carried = iccm.warp(plain, np.linspace(0, 1, 2000 * 8).reshape(2000, 8), size=(900, 500))
-    shown = Image.open(io.BytesIO(carried._repr_png_()))
-    assert max(shown.size) <= 640 and shown.size[0] / shown.size[1] == pytest.approx(1.8, rel=0.02)
+    image = Image.open(io.BytesIO(carried._repr_png_()))
+    assert max(image.size) <= 640 and image.size[0] / image.size[1] == pytest.approx(1.8, rel=0.02)
 
 
 def test_a_map_is_drawn_into_axes_that_are_there(plain):

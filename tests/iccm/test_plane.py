@@ -104,8 +104,8 @@ def test_repeated_vertices_are_left_out(z, data):
 @given(st.lists(st.lists(st.sampled_from([0, 1, 1 + 1e-13, 3 - 2j, 1e9]), max_size=5), max_size=4))
 def test_vertices_that_repeat_go_from_many_rings_at_once_as_from_each(rings):
     rings = [np.array(ring, dtype=complex) for ring in rings]
-    for each, alone in zip(distinct_each(rings), map(distinct, rings), strict=True):
-        assert np.array_equal(each, alone)
+    for together, alone in zip(distinct_each(rings), map(distinct, rings), strict=True):
+        assert np.array_equal(together, alone)
 
 
 @given(POINTS, COMPLEX, COMPLEX, st.booleans())
@@ -121,8 +121,8 @@ def test_a_similarity_is_found_again(z, factor, shift, weighted):
 def test_no_similarity_is_closer(z, w):
     w = np.resize(w, z.size)
     assume(np.ptp(z.real) > 1e-3)
-    near = Similarity.fit(z, w)
-    best = np.sum(np.abs(near(z) - w) ** 2)
+    closest = Similarity.fit(z, w)
+    best = np.sum(np.abs(closest(z) - w) ** 2)
     matrix = np.column_stack([z, np.ones(z.size)])
     factor, shift = np.linalg.lstsq(matrix, w, rcond=None)[0]
     assert best == pytest.approx(np.sum(np.abs(factor * z + shift - w) ** 2), rel=1e-6, abs=1e-9)

@@ -15,11 +15,11 @@ FAR = shapely.box(20, 0, 21, 3)
 
 def test_a_union_joins_what_overlaps_or_touches_and_nothing_else():
     parts = [shapely.box(0, 0, 2, 1), shapely.box(1, 0, 3, 2), shapely.box(3, 0, 4, 1), FAR]
-    found = unite(
+    union = unite(
         [shapely.MultiPolygon(parts[:1]), *parts[1:], shapely.Polygon(), shapely.LineString([(0, 0), (9, 9)])]
     )
-    assert found.is_valid and found.geom_type == "MultiPolygon" and len(found.geoms) == 2
-    assert found.equals(shapely.union_all(parts))
+    assert union.is_valid and union.geom_type == "MultiPolygon" and len(union.geoms) == 2
+    assert union.equals(shapely.union_all(parts))
 
 
 @pytest.mark.parametrize("nothing", [[], [shapely.Polygon()], shapely.GeometryCollection()])
@@ -37,16 +37,16 @@ def test_filling_holes_swallows_what_lies_in_them():
 def test_an_offset_of_parts_is_that_of_the_region(distance):
     region = shapely.MultiPolygon([RING, ISLAND, FAR])
     whole = shapely.buffer(region, distance, join_style="mitre")
-    found = offset(region, distance, join_style="mitre")
-    assert found.is_valid and found.symmetric_difference(whole).area < 1e-9 * whole.area
+    result = offset(region, distance, join_style="mitre")
+    assert result.is_valid and result.symmetric_difference(whole).area < 1e-9 * whole.area
 
 
 def test_neighbourhoods_hold_each_part_and_what_is_near_it():
     region = shapely.MultiPolygon([RING, ISLAND, FAR])
-    near = list(neighbourhoods(region, 0.6))
-    assert [share for _, share in near] == [0.5, 0.5, 1.0]
-    assert near[0][0].equals(shapely.MultiPolygon([RING, ISLAND])) and near[2][0].equals(FAR)
-    around, reach = near[1][0], shapely.box(*ISLAND.bounds).buffer(0.6, join_style="mitre")
+    areas = list(neighbourhoods(region, 0.6))
+    assert [share for _, share in areas] == [0.5, 0.5, 1.0]
+    assert areas[0][0].equals(shapely.MultiPolygon([RING, ISLAND])) and areas[2][0].equals(FAR)
+    around, reach = areas[1][0], shapely.box(*ISLAND.bounds).buffer(0.6, join_style="mitre")
     assert around.symmetric_difference(shapely.union(ISLAND, RING.intersection(reach))).area < 1e-12
 
 
@@ -80,10 +80,10 @@ def test_small_regions_are_offset_as_large_ones_are(monkeypatch):
     at_once = {distance: offset_each(regions, distance, join_style="mitre") for distance in (0.3, -0.1)}
     monkeypatch.setattr("iccm.polygons.SMALL_REGION_PARTS", 0)
     monkeypatch.setattr("iccm.polygons.REGIONS_AT_ONCE", 2)
-    for distance, found in at_once.items():
+    for distance, offsets in at_once.items():
         apart = offset_each(regions, distance, join_style="mitre")
-        for one, other in zip(found[[0, 2]], apart[[0, 2]]):
-            assert one.symmetric_difference(other).area < 1e-9
+        for whole, by_parts in zip(offsets[[0, 2]], apart[[0, 2]]):
+            assert whole.symmetric_difference(by_parts).area < 1e-9
     assert at_once[0.3][1].symmetric_difference(offset(touching, 0.3, join_style="mitre")).area < 1e-9
 
 

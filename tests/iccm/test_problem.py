@@ -36,9 +36,9 @@ CONFORMAL = {
 def test_what_the_balanced_method_alone_does_is_refused_by_others(name):
     options = CONFORMAL[name]
     assert not Options(**options).is_balanced
-    for own in set(BALANCED_ONLY) - set(options):
-        with pytest.raises(InputError, match=f"^{own}: .* (conformal|paper)"):
-            Options(**options, **{own: another_value(own)})
+    for option in set(BALANCED_ONLY) - set(options):
+        with pytest.raises(InputError, match=f"^{option}: .* (conformal|paper)"):
+            Options(**options, **{option: another_value(option)})
 
 
 def test_what_the_others_do_is_refused_by_the_balanced_method():
@@ -64,11 +64,14 @@ def test_real_arrays_make_the_same_map_as_complex_ones():
     z = np.array([0, 2, 2 + 1j, 1j])
     pins = np.array([[0.5 + 0.5j, 0.6 + 0.5j]])
     strokes = [(np.array([1 + 0.2j, 1 + 0.8j]), np.array([1.1 + 0.2j, 1.1 + 0.8j]))]
-    known = {"method": "conformal", "max_iterations": 5}
-    one = iccm.fit(z, 2 * z, pins=pins, strokes=strokes, **known)
+    settings = {"method": "conformal", "max_iterations": 5}
+    from_complex = iccm.fit(z, 2 * z, pins=pins, strokes=strokes, **settings)
     pairs = [[xy_of(line) for line in pair] for pair in strokes]
-    two = iccm.fit(xy_of(z), xy_of(2 * z), pins=xy_of(pins), strokes=pairs, **known)
-    assert np.array_equal(one.map.polygon, two.map.polygon) and one.energies == two.energies
+    from_real = iccm.fit(xy_of(z), xy_of(2 * z), pins=xy_of(pins), strokes=pairs, **settings)
+    assert (
+        np.array_equal(from_complex.map.polygon, from_real.map.polygon)
+        and from_complex.energies == from_real.energies
+    )
 
 
 def test_a_result_is_told_in_a_line():
@@ -76,5 +79,5 @@ def test_a_result_is_told_in_a_line():
     fit = iccm.deform(z, pins=[(0.5 + 0.5j, 0.6 + 0.5j), (1.5 + 0.5j, 1.5 + 0.5j)])
     assert repr(fit).startswith("<Fit: met, TriangulatedMap with ") and repr(fit).endswith(", 2 pins>")
     assert "\n" not in repr(fit.transform) and "TriangulatedMap: " in repr(fit.transform)
-    shown = repr(iccm.warp(fit, iccm.checkerboard(), size=16))
-    assert shown.startswith("<Transfer: ") and repr(fit) in shown and "\n" not in shown
+    text = repr(iccm.warp(fit, iccm.checkerboard(), size=16))
+    assert text.startswith("<Transfer: ") and repr(fit) in text and "\n" not in text

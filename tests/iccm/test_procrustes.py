@@ -41,9 +41,9 @@ def test_the_mean_of_copies_is_the_shape():
 def test_the_order_of_specimens_does_not_matter():
     shapes = varied(7)
     order = np.array([3, 6, 0, 2, 5, 1, 4])
-    one, other = superimpose(shapes), superimpose(shapes[order])
-    assert other.mean == pytest.approx(one.mean, abs=1e-10)
-    assert other.distances == pytest.approx(one.distances[order], abs=1e-10)
+    superimposed, reordered = superimpose(shapes), superimpose(shapes[order])
+    assert reordered.mean == pytest.approx(superimposed.mean, abs=1e-10)
+    assert reordered.distances == pytest.approx(superimposed.distances[order], abs=1e-10)
 
 
 def test_two_shapes_have_the_distance_of_scipy():

@@ -14,9 +14,9 @@ DROP = np.array([0, 1, 1.3 + 0.7j, 1.1 + 1.4j, 0.2 + 1.1j, -0.3 + 0.5j])
 
 @pytest.fixture
 def heard():
-    said = []
-    with progress.heard(lambda *what: said.append(what)):
-        yield said
+    messages = []
+    with progress.heard(lambda *what: messages.append(what)):
+        yield messages
 
 
 def test_a_listener_hears_what_is_done_in_its_block(heard):

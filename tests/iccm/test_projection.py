@@ -82,13 +82,13 @@ def test_every_pixel_shows_what_a_ray_through_it_hits(name):
     assert fit.certificate.certified and fit.status.ok and not fit.notes
     x, y = np.meshgrid(np.linspace(-75, 75, 91), np.linspace(-65, 65, 79))
     pixels = x + 1j * y
-    expected, found = traced(pixels), fit.inverse(pixels)
-    both = np.isfinite(expected) & np.isfinite(found)
+    expected, actual = traced(pixels), fit.inverse(pixels)
+    hit = np.isfinite(expected) & np.isfinite(actual)
     # a pixel on the border may be seen by one and not by the other
-    assert both.sum() > 1000 and (np.isfinite(expected) ^ np.isfinite(found)).sum() < 0.03 * both.sum()
+    assert hit.sum() > 1000 and (np.isfinite(expected) ^ np.isfinite(actual)).sum() < 0.03 * hit.sum()
     # where the surface is seen edge-on, a point of the picture is a long strip of the sheet
-    assert np.quantile(np.abs(expected - found)[both], 0.98) < 3e-4 * abs(BOX[1] - BOX[0])
-    assert np.nanmax(np.abs(fit.map(expected[both]) - pixels[both])) < 6e-4 * 120
+    assert np.quantile(np.abs(expected - actual)[hit], 0.98) < 3e-4 * abs(BOX[1] - BOX[0])
+    assert np.nanmax(np.abs(fit.map(expected[hit]) - pixels[hit])) < 6e-4 * 120
 
 
 @pytest.mark.parametrize(("turn", "pitch"), some_fast([(160, -35), (20, 0), (160, 23.5), (40, 90)], 1))
@@ -132,11 +132,11 @@ def test_a_homography_is_that_of_scikit_image():
     view = planar(corners, (-172j, 448 + 0j)).view
     fit = solve(view, Canvas((0j, 300 + 50j)))
     flat = np.array([[0, 50], [300, 50], [300, 0], [0, 0]])
-    known = transform.ProjectiveTransform.from_estimate(flat, np.c_[corners.real, corners.imag])
+    reference = transform.ProjectiveTransform.from_estimate(flat, np.c_[corners.real, corners.imag])
     x, y = np.meshgrid(np.linspace(1, 299, 60), np.linspace(1, 49, 20))
-    expected = known(np.c_[x.ravel(), y.ravel()])
-    found = fit.inverse(x.ravel() + 1j * y.ravel())
-    assert np.abs(found - (expected[:, 0] + 1j * expected[:, 1])).max() < 0.05  # pixels of 448
+    expected = reference(np.c_[x.ravel(), y.ravel()])
+    preimages = fit.inverse(x.ravel() + 1j * y.ravel())
+    assert np.abs(preimages - (expected[:, 0] + 1j * expected[:, 1])).max() < 0.05  # pixels of 448
 
 
 def photographed(surface, half_angle, focal, turn, pitch):
@@ -154,12 +154,12 @@ def test_a_label_is_found_from_six_points_on_a_photograph(top, pitch):
     surface, half = Revolved(top, 41, 95), 0.95
     points, camera = photographed(surface, half, 3400.0, 8, pitch)
     marks = points + np.random.default_rng(3).normal(size=(6, 2)) @ [1.5, 1.5j]
-    found = revolved(2 * top, 82, 95, marks, (-3000j, 4000 + 0j))
-    width = found.view.label[0]
-    assert width == pytest.approx(2 * half * surface.radius, rel=0.02) and found.error < 8
+    estimate = revolved(2 * top, 82, 95, marks, (-3000j, 4000 + 0j))
+    width = estimate.view.label[0]
+    assert width == pytest.approx(2 * half * surface.radius, rel=0.02) and estimate.error < 8
     u, v = np.meshgrid(np.linspace(-0.5, 0.5, 9), np.linspace(-0.5, 0.5, 9))
     true = camera.image(surface.place(u * 2 * half * surface.radius + 1j * v * surface.size[1]))
-    away = np.abs(found.view.image(u * width + 1j * v * found.view.label[1]) - true)
+    away = np.abs(estimate.view.image(u * width + 1j * v * estimate.view.label[1]) - true)
     assert away.max() < 15  # pixels of 4000, for marks that are 2 off
 
 

@@ -36,10 +36,10 @@ def test_a_transform_takes_what_it_gives(fit):
 def test_maps_one_after_the_other(fit):
     onward = iccm.fit(arrow(), blob(), method="balanced")
     z = inside(pear(), 30)
-    both = fit.then(onward)
-    assert np.array_equal(both(z), onward.map(fit.map(z)), equal_nan=True)
-    known = np.isfinite(both(z))
-    assert known.mean() > 0.8 and np.abs(both.inverse(both(z)) - z)[known].max() < 1e-5
+    composed = fit.then(onward)
+    assert np.array_equal(composed(z), onward.map(fit.map(z)), equal_nan=True)
+    finite = np.isfinite(composed(z))
+    assert finite.mean() > 0.8 and np.abs(composed.inverse(composed(z)) - z)[finite].max() < 1e-5
     there_and_back = fit.then(fit.inverted())
     assert np.abs(there_and_back(z) - z).max() < 1e-6
 
@@ -69,8 +69,8 @@ def test_energies_by_term_of_each_triangle():
     assert np.allclose(terms["area"], (sheet.scales**2 + sheet.scales**-2) / 2)
     assert np.allclose(terms["total"], terms["angle"] * terms["area"] ** 3)
     assert min(value.min() for value in terms.values()) >= 1 - 1e-12
-    same = iccm.fit(pear(), 3 * pear(), method="paper").triangles.energies()["total"]
-    assert np.median(same) == pytest.approx(1, abs=1e-5)
+    energies = iccm.fit(pear(), 3 * pear(), method="paper").triangles.energies()["total"]
+    assert np.median(energies) == pytest.approx(1, abs=1e-5)
 
 
 def test_pairs_are_not_taken_for_points_of_the_real_axis(fit):
@@ -93,8 +93,8 @@ def test_an_stmap_and_back(balanced):
     pixel = (balanced.target.box[1] - balanced.target.box[0]).real / st.shape[1]
     off = np.abs(back(z) - w)
     assert np.isfinite(off).all() and np.median(off) < 0.01 * pixel and off.max() < pixel
-    there = back(z)
-    assert np.abs(back.inverse(there) - z).max() < 0.01 and np.isnan(back(2 * balanced.source.box[1]))
+    images = back(z)
+    assert np.abs(back.inverse(images) - z).max() < 0.01 and np.isnan(back(2 * balanced.source.box[1]))
 
 
 def test_a_mirrored_stmap_and_one_with_a_seam():
@@ -122,8 +122,8 @@ def test_the_figure_of_a_map(balanced, tmp_path):
         "log10 area scale, relative to its median",
         "dilatation (1 = conformal)",
     ]
-    (shown,) = figure.axes[2].images
-    assert shown.get_array().shape[2] == 4 and len(np.unique(shown.get_array()[..., 0])) > 100
+    (image,) = figure.axes[2].images
+    assert image.get_array().shape[2] == 4 and len(np.unique(image.get_array()[..., 0])) > 100
     words = " ".join(figure.axes[5].texts[0].get_text().split())
     assert balanced.status.value in words and all(f"note: {note}" in words for note in balanced.notes)
     figure.savefig(tmp_path / "fit.png")

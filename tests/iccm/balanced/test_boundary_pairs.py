@@ -57,10 +57,10 @@ def test_close_corners_of_the_two_outlines_become_one_pair():
 
 @settings(max_examples=40, deadline=None)
 @given(st.floats(0.1, 0.9), st.floats(0.1, 0.9), st.floats(-2, 2))
-def test_a_match_is_bent_through_its_anchors(at, goal, shift):
+def test_a_match_is_bent_through_its_anchors(place, goal, shift):
     length, target = 3.0, 5.0
     match = Match(np.array([0.0, 1.0, length]), shift + np.array([0.0, 2.5, target]))
-    anchors = Match(np.array([0.0, at * length]), np.array([0.0, goal * target]))
+    anchors = Match(np.array([0.0, place * length]), np.array([0.0, goal * target]))
     bent = pass_through(match, anchors)
     assert np.allclose(bent.at(anchors.s), anchors.tau, atol=1e-9)
     assert bent.tau[-1] - bent.tau[0] == pytest.approx(target)
@@ -126,10 +126,10 @@ def test_a_turned_shape_matches_at_that_turn():
 
 def test_matches_alike_count_once():
     curve = polygon([1.0] * 8)
-    found = Different(curve, curve)
+    distinct = Different(curve, curve)
     matches = arclength_matches(curve, curve)
-    assert all(found.add(match) for match in matches)
-    assert not found.add(Match(matches[2].s, matches[2].tau + 0.01 * curve.length))
+    assert all(distinct.add(match) for match in matches)
+    assert not distinct.add(Match(matches[2].s, matches[2].tau + 0.01 * curve.length))
 
 
 def test_arclengths_go_to_the_given_outline_and_back():

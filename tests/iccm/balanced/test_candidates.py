@@ -40,8 +40,8 @@ def test_maps_that_are_alike_run_once(screened):
 
 
 def test_turned_maps_are_not_alike(screened):
-    first, other = screened[0], replace(screened[0], u=screened[0].u * np.exp(0.1j))
-    assert candidates.are_equivalent(first, first) and not candidates.are_equivalent(first, other)
+    first, rotated = screened[0], replace(screened[0], u=screened[0].u * np.exp(0.1j))
+    assert candidates.are_equivalent(first, first) and not candidates.are_equivalent(first, rotated)
 
 
 def test_the_winner_is_about_as_good_as_any_map_released_to_the_end(screened):

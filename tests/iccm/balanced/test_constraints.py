@@ -140,12 +140,12 @@ def test_going_on_without_a_change_changes_little():
 
 def test_a_kept_start_is_the_result_if_it_meets_the_pins():
     first = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.8j)])
-    near = [(0.4 + 0.4j, 0.52 + 0.8j)]  # within the tolerance of a soft pin
-    kept = iccm.fit(SQUARE, TEE, pins=near, start=first, keep_start=True)
+    pins = [(0.4 + 0.4j, 0.52 + 0.8j)]  # within the tolerance of a soft pin
+    kept = iccm.fit(SQUARE, TEE, pins=pins, start=first, keep_start=True)
     assert kept.status is Status.REACHED and one_to_one(kept)
     z = first.interior
     assert np.abs(first.map(z) - kept.map(z)).max() < 1e-12
-    moved = iccm.fit(SQUARE, TEE, pins=near, start=first)
+    moved = iccm.fit(SQUARE, TEE, pins=pins, start=first)
     assert np.abs(first.map(z) - moved.map(z)).max() > 1e-4
     far = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.2j)], start=first, keep_start=True)
     assert far.status is Status.REACHED and np.abs(first.map(z) - far.map(z)).max() > 0.1
@@ -263,8 +263,8 @@ def test_a_stroke_may_begin_on_the_outline(turn):
     stroke = tuple(np.array(side)[::turn] for side in ([0.5, 0.5 + 0.5j], [1, 0.6 + 0.9j]))
     fit = iccm.fit(SQUARE, ELL, strokes=[stroke])
     assert fit.status is Status.REACHED and one_to_one(fit) and off_line(fit) < 2e-4 * fit.diagonal
-    at = np.abs(fit.map(stroke[0]) - stroke[1])[::turn]
-    assert at[0] < 1e-9 and at[1] > 0.05
+    misses = np.abs(fit.map(stroke[0]) - stroke[1])[::turn]
+    assert misses[0] < 1e-9 and misses[1] > 0.05
 
 
 def test_strokes_from_outline_to_outline_part_the_shape():

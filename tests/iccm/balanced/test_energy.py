@@ -30,8 +30,8 @@ def assembled(u, theta=1.0, q=1.0, epsilon=0.0):
 def times(matrix, w):
     """The product of the symmetric block matrix with a plane vector per vertex."""
     rows = np.repeat(np.arange(w.size), np.diff(SYSTEM.starts))
-    blocks, at = matrix.reshape(-1, 2, 2), np.argsort(SYSTEM.position)
-    x = np.stack([w.real, w.imag], axis=1)[at]
+    blocks, order = matrix.reshape(-1, 2, 2), np.argsort(SYSTEM.position)
+    x = np.stack([w.real, w.imag], axis=1)[order]
     y = np.zeros_like(x)
     np.add.at(y, rows, np.einsum("pij,pj->pi", blocks, x[SYSTEM.columns]))
     off = rows != SYSTEM.columns

@@ -40,8 +40,8 @@ def test_distortion_leaves_what_matters():
     worst = []
     for given in ({"fit": "whole"}, {"importance": matters}, {"importance": (matters, BOX)}):
         fit = iccm.fit(FLAG, BEAN, **given)
-        near = np.abs(fit.map.source[fit.map.faces].mean(axis=1) - (1 + 0.9j)) < 0.4
-        worst.append(np.quantile(fit.triangles.dilatations[near], 0.9) - 1)
+        close = np.abs(fit.map.source[fit.map.faces].mean(axis=1) - (1 + 0.9j)) < 0.4
+        worst.append(np.quantile(fit.triangles.dilatations[close], 0.9) - 1)
         assert fit.certificate.share == 1 and fit.boundary["hausdorff"] <= 1e-3
     assert worst[1] < 0.5 * worst[0] and worst[1] == pytest.approx(worst[2], rel=1e-9)
 

@@ -142,16 +142,16 @@ def test_similar_domains_have_the_similarity():
     solution = solved(FACE, moved, replace(SMALL, turn=None))
     assert np.abs(factor * solution.map.source + shift - solution.map.image).max() < 1e-8
     assert solution.partners == ((2, 0), (1, 1), (0, 2)) and solution.energy == pytest.approx(1, abs=1e-9)
-    other = FACE[0], tuple(Curve(hole.z + 0.02) for hole in FACE[1])
-    assert solved(FACE, other).energy > 1 + 1e-5
+    shifted = FACE[0], tuple(Curve(hole.z + 0.02) for hole in FACE[1])
+    assert solved(FACE, shifted).energy > 1 + 1e-5
 
 
 def test_moving_and_mirroring_both_shapes_changes_nothing():
     blob = domain(STEPS * (1 + 0.2 * (STEPS**3).real + 0.2 * (STEPS**2).imag), 0.3 * STEPS - 0.1 + 0.2j)
     plain = solved(blob, RING)
     for place in (lambda z: 40 * z - 7 + 9j, lambda z: -z.conj()):
-        both = [domain(place(outer.z), *(place(h.z) for h in holes)) for outer, holes in (blob, RING)]
-        assert solved(*both).energy == pytest.approx(plain.energy, rel=1e-6)
+        domains = [domain(place(outer.z), *(place(h.z) for h in holes)) for outer, holes in (blob, RING)]
+        assert solved(*domains).energy == pytest.approx(plain.energy, rel=1e-6)
 
 
 def test_a_mesh_with_holes_covers_all_but_them():
@@ -188,9 +188,13 @@ def test_the_match_of_a_cut_out_hole_is_prescribed(monkeypatch):
     matched = []
     search = initial_matches.elastic_matches
     monkeypatch.setattr(
-        initial_matches, "elastic_matches", lambda *which: matched.append(which) or search(*which)
+        initial_matches, "elastic_matches", lambda *args: matched.append(args) or search(*args)
     )
-    holes = Partners(source, target, (), lambda here, there: given if here == 1 else None).of(outer).holes
+    holes = (
+        Partners(source, target, (), lambda source_hole, target_hole: given if source_hole == 1 else None)
+        .of(outer)
+        .holes
+    )
     assert [hole.match is given for hole in holes] == [hole.source == 1 for hole in holes]
     assert len(matched) == len(holes) - 1  # nothing is searched for that is given
     for hole, alone in zip(holes, plain.holes, strict=True):
@@ -313,13 +317,13 @@ def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):
         source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.15j]], start=first, **given
     )
     assert again.status.ok and sorted(again.hole_partners) == sorted(first.hole_partners)
-    assert [each["error"] < 1e-9 for each in again.report()["pins"]] == [True]
+    assert [result["error"] < 1e-9 for result in again.report()["pins"]] == [True]
     assert all(h["gap"] <= 1e-3 for h in again.report()["holes"] if h["gap"] is not None)
     assert again.report()["injective"]["certified"]
-    same = len(source[1]) >= len(
+    same_mesh = len(source[1]) >= len(
         target[1]
     )  # what fills surplus holes of the target is not part of the earlier map
-    assert (again.map.source.size == first.map.source.size) == same
+    assert (again.map.source.size == first.map.source.size) == same_mesh
 
 
 def test_a_start_with_other_holes_is_told():

@@ -71,9 +71,9 @@ def test_graded_sizes_make_small_triangles_where_asked():
     areas[:3, :3] = 0.0005
     low, high = min(ELL.real), max(ELL.real)
     z, faces = triangulate(outline, Sizes(complex(low, low), (high - low) / 10, areas))
-    _, found = geometry(z, faces)
+    _, triangle_areas = geometry(z, faces)
     away = np.abs(z[faces].mean(1))
-    assert 3 * np.median(found[away < 0.15]) < np.median(found[away > 0.8])
+    assert 3 * np.median(triangle_areas[away < 0.15]) < np.median(triangle_areas[away > 0.8])
     check(outline, z, faces)
 
 

@@ -28,16 +28,16 @@ def test_an_outline_finds_itself_where_it_went():
     star = Curve(DISC * (1.5 + 0.5 * np.cos(5 * np.angle(DISC))))
     for factor, shift in ((1, 3 + 2j), (1.1, 0), (np.exp(0.1j), 1j)):
         now = Curve(np.roll(factor * star.z + shift, 7))
-        found = now.at(match_outlines(star, now))
-        assert np.abs(found - (factor * star.z + shift)).max() < 0.01 * star.diagonal
+        matched = now.at(match_outlines(star, now))
+        assert np.abs(matched - (factor * star.z + shift)).max() < 0.01 * star.diagonal
 
 
 def test_a_limb_that_moves_is_followed():
     before, now = figure(0), figure(8)
     tip = before.z.real.argmax()
-    found = now.at(match_outlines(before, now))
-    assert abs(found[tip] - now.z[now.z.real.argmax()]) < 0.22  # half the width of the arm
-    assert np.abs(found - before.z).max() < 1.2 * np.radians(8) * 2.1  # no farther than the arm swings
+    matched = now.at(match_outlines(before, now))
+    assert abs(matched[tip] - now.z[now.z.real.argmax()]) < 0.22  # half the width of the arm
+    assert np.abs(matched - before.z).max() < 1.2 * np.radians(8) * 2.1  # no farther than the arm swings
 
 
 def test_harmonic_functions_lie_between_what_they_are_on_the_border():
@@ -46,9 +46,9 @@ def test_harmonic_functions_lie_between_what_they_are_on_the_border():
     given = np.where(np.isin(np.arange(map.source.size), border), 1 + 2j, 0)
     # translations are exact
     assert np.abs(harmonic(map.source, map.faces, border, given) - (1 + 2j)).max() < 1e-12
-    found = harmonic(map.source, map.faces, border, np.where(given != 0, map.source**2, 0))
-    assert np.abs(found - map.source**2).max() < 0.1  # z² is harmonic; the weights are clamped from below
-    assert np.abs(found).max() <= np.abs(map.source[border] ** 2).max() + 1e-12
+    values = harmonic(map.source, map.faces, border, np.where(given != 0, map.source**2, 0))
+    assert np.abs(values - map.source**2).max() < 0.1  # z² is harmonic; the weights are clamped from below
+    assert np.abs(values).max() <= np.abs(map.source[border] ** 2).max() + 1e-12
 
 
 def test_maps_of_the_same_shapes_are_left_alone_and_other_holes_refused():
@@ -61,8 +61,8 @@ def test_maps_of_the_same_shapes_are_left_alone_and_other_holes_refused():
 def test_holes_are_met_as_closely_as_the_outer_outline():
     hole = [0.1 * DISC[::-1]]
     fit = iccm.fit(DISC, 2 * DISC, source_holes=hole, target_holes=[2 * hole[0]])
-    near = [Curve(2.01 * hole[0])]  # a thousandth of the whole, several thousandths of the hole
-    assert carry_map(fit.map, fit.source, fit.target, (fit.source_holes, near)) is fit.map
+    moved_holes = [Curve(2.01 * hole[0])]  # a thousandth of the whole, several thousandths of the hole
+    assert carry_map(fit.map, fit.source, fit.target, (fit.source_holes, moved_holes)) is fit.map
 
 
 @pytest.mark.parametrize("moves", [slow("target"), "source"])
@@ -141,6 +141,6 @@ def test_a_map_onto_moved_outlines_costs_little_more_than_one_from_scratch_whate
     source, target = np.array([0, 3, 3 + 2j, 2j]), banner(0.0)[1] / 40
     moved = target + 0.15j * np.sin(target.real)
     start = iccm.fit(source, target, fit="whole", balance=balance)
-    found = iccm.fit(source, moved, fit="whole", balance=balance, start=start)
+    carried = iccm.fit(source, moved, fit="whole", balance=balance, start=start)
     alone = iccm.fit(source, moved, fit="whole", balance=balance)
-    assert found.status.ok and found.energies[-1]["total"] < 1.1 * alone.energies[-1]["total"]
+    assert carried.status.ok and carried.energies[-1]["total"] < 1.1 * alone.energies[-1]["total"]

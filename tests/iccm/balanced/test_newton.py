@@ -138,8 +138,8 @@ def test_folds_are_undone_with_the_outline_held():
 def test_the_harmonic_start_is_the_mean_of_its_neighbours_by_half_cotangents():
     start = begun(SQUARE, ELL, 0.3)
     corners, u = start.pattern.corners, start.u.copy()
-    rest = RestShapes.of(start.pattern, *geometry(start.z, corners))
-    untangle(start.pattern, rest, u, np.arange(u.size) < start.border, True, 0, 0)
+    rest_shapes = RestShapes.of(start.pattern, *geometry(start.z, corners))
+    untangle(start.pattern, rest_shapes, u, np.arange(u.size) < start.border, True, 0, 0)
     pull = np.zeros_like(u)
     for triangle in corners:
         for i, j, k in (np.roll(triangle, -shift) for shift in range(3)):

@@ -146,12 +146,12 @@ def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was(u_onto_square):
 def test_whole_outlines_name_the_partial_map_that_is_much_better():
     bend = np.exp(1j * np.linspace(0.3, 6, 30))
     arc = Curve.domain(np.concatenate([2 * bend, 1.4 * bend[::-1]]))
-    (said,) = [
+    (advice,) = [
         note for note in iccm.fit(arc, DISC, fit="whole").notes if note.startswith("With fit set to auto")
     ]
     fit = iccm.fit(arc, DISC)
     figures = fit.report()["dilatation"]["p95"], 100 * fit.left_out, 100 * fit.uncovered
-    match = re.search(r"dilatation ([\d.]+) .*; ([\d.]+)% of the source .* ([\d.]+)% of the target", said)
+    match = re.search(r"dilatation ([\d.]+) .*; ([\d.]+)% of the source .* ([\d.]+)% of the target", advice)
     assert [float(text) for text in match.groups()] == pytest.approx(figures, abs=0.06)
     assert not any("set to auto" in note for note in fit.notes + iccm.fit(SQUARE, DISC, fit="whole").notes)
 
@@ -161,9 +161,9 @@ def test_symmetric_pairs_stay_symmetric(u_onto_square):
     z = fit.interior[np.abs(fit.interior.real) > 0.1]
     middle = 0.5 * sum(SQUARE.box).real
     w, mirrored = fit.map(z), fit.map(-z.conj())
-    known = np.isfinite(w) & np.isfinite(mirrored)
-    assert known.mean() > 0.9
-    assert np.abs((w - middle) + (mirrored - middle).conj())[known].max() < 1e-6
+    finite = np.isfinite(w) & np.isfinite(mirrored)
+    assert finite.mean() > 0.9
+    assert np.abs((w - middle) + (mirrored - middle).conj())[finite].max() < 1e-6
 
 
 @pytest.mark.slow
@@ -243,10 +243,10 @@ def test_rings_of_passed_holes_are_cut_to_what_is_shown():
 
 
 def test_a_hole_beyond_the_map_has_no_outline_in_it():
-    square, near, far = (Curve(w + np.array([0, 1, 1 + 1j, 1j])) for w in (0, 0.5, 2))
-    (ring,) = rings_within([near, far], square)
+    square, overlapping, outside = (Curve(w + np.array([0, 1, 1 + 1j, 1j])) for w in (0, 0.5, 2))
+    (ring,) = rings_within([overlapping, outside], square)
     assert abs(Curve(ring).area) == pytest.approx(0.5)
-    assert rings_within([far], square) == []
+    assert rings_within([outside], square) == []
 
 
 def test_mouths_lie_outside_also_behind_a_spit():

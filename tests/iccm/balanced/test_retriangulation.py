@@ -33,10 +33,10 @@ def flips(state: DiscreteMap) -> list[np.ndarray]:
     beyond = {(tri[k], tri[k - 2]): (t, tri[k - 1]) for t, tri in enumerate(faces) for k in range(3)}
     for (b, c), (t, a) in beyond.items():
         if b < c and (c, b) in beyond:
-            other, d = beyond[c, b]
+            neighbour, d = beyond[c, b]
             if min(a, d) >= state.border or max(a, d) >= state.border > min(a, d):
                 flipped = state.faces.copy()
-                flipped[t], flipped[other] = (a, b, d), (a, d, c)
+                flipped[t], flipped[neighbour] = (a, b, d), (a, d, c)
                 if not folds(flipped, state.z) and not folds(flipped, state.u):
                     flipped_edges.append(flipped)
     return flipped_edges

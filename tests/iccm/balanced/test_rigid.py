@@ -159,17 +159,17 @@ def test_the_density_of_regions_has_these_derivatives():
     z, faces = triangulate(np.exp(2j * np.pi * np.arange(16) / 16) / np.sqrt(np.pi), Sizes.even(0.05))
     pattern = system_of(faces, (np.arange(16) + 1) % 16, z.size)
     aims = np.where(np.arange(len(faces)) % 3 == 0, 1.1 + 0.2j, 0)
-    rest = RestShapes.of(pattern, *energy.geometry(z, pattern.corners), aims)
+    shapes = RestShapes.of(pattern, *energy.geometry(z, pattern.corners), aims)
     u, objective = z + 0.15 * z**2 + 0.1 * z.conj(), Objective.of(1.0, 3.0)
     matrix, gradient = np.empty((pattern.columns.size, 4)), np.empty(z.size, complex)
-    value = energy.assemble(rest, u, objective, matrix, gradient)
-    assert value == pytest.approx(rest.energy(u, objective), rel=1e-12)
-    way = np.exp(1j * np.arange(z.size))
-    ahead, behind = (rest.energy(u + h * way, objective) for h in (1e-6, -1e-6))
-    assert (ahead - behind) / 2e-6 == pytest.approx(np.vdot(gradient, way).real, rel=1e-6)
-    alone = rest._replace(weights=rest.weights * (aims != 0))
+    value = energy.assemble(shapes, u, objective, matrix, gradient)
+    assert value == pytest.approx(shapes.energy(u, objective), rel=1e-12)
+    direction = np.exp(1j * np.arange(z.size))
+    ahead, behind = (shapes.energy(u + h * direction, objective) for h in (1e-6, -1e-6))
+    assert (ahead - behind) / 2e-6 == pytest.approx(np.vdot(gradient, direction).real, rel=1e-6)
+    alone = shapes._replace(weights=shapes.weights * (aims != 0))
     assert alone.energy((1.1 + 0.2j) * z + 5, objective) == pytest.approx(0, abs=1e-20)
-    assert rest.energy(z.conj(), objective) == np.inf
+    assert shapes.energy(z.conj(), objective) == np.inf
 
 
 @pytest.mark.parametrize("strain", [0.05, 5e-3, 1e-4])
@@ -223,12 +223,12 @@ def test_a_region_that_leaves_no_room_beside_it_is_made_smaller():
     bar, ring = np.array([0, 12, 12 + 1j, 1j]), np.exp(1j * np.linspace(0.3, 6, 60))
     region = np.array([9, 10, 10 + 0.2j, 9.3 + 0.2j, 9.3 + 0.9j, 9 + 0.9j]) + 0.05j
     fit = iccm.fit(bar, np.append(3 * ring, 2.6 * ring[::-1]), rigid=[region])
-    (found,) = fit.rigid
-    assert fit.status.ok and found.is_rigid and 0.2 < found.scale < 0.98
+    (shrunk,) = fit.rigid
+    assert fit.status.ok and shrunk.is_rigid and 0.2 < shrunk.scale < 0.98
     (match,) = (re.search(r"room .*up to (0\.\d\d) ", note) for note in fit.notes if "room" in note)
     assert fit.certificate.share == 1 and match
-    (same,) = iccm.fit(fit.source, fit.target, rigid=[region], rigid_size=float(match[1])).rigid
-    assert same.is_rigid and same.scale == pytest.approx(float(match[1]), rel=0.02)
+    (repeated,) = iccm.fit(fit.source, fit.target, rigid=[region], rigid_size=float(match[1])).rigid
+    assert repeated.is_rigid and repeated.scale == pytest.approx(float(match[1]), rel=0.02)
 
 
 @pytest.mark.parametrize("angle", np.linspace(0.0, 1.5, 7))
@@ -270,12 +270,14 @@ def test_a_region_of_the_target_is_one_of_the_inverse_problem():
     assert with_target_region.status.ok and with_target_region.certificate.report()["certified"]
     np.testing.assert_array_equal(with_target_region.map.image, with_source_region.map.source)
     np.testing.assert_array_equal(with_target_region.map.source, with_source_region.map.image)
-    (region,), (same,) = with_target_region.rigid, with_source_region.rigid
+    (region,), (inverse,) = with_target_region.rigid, with_source_region.rigid
     assert (
-        region.is_rigid and region.of_target and region.dilatation == pytest.approx(same.dilatation, abs=1e-3)
+        region.is_rigid
+        and region.of_target
+        and region.dilatation == pytest.approx(inverse.dilatation, abs=1e-3)
     )
-    assert region.scale * same.scale == pytest.approx(1, abs=1e-3) and region.turn == pytest.approx(
-        -same.turn, abs=0.1
+    assert region.scale * inverse.scale == pytest.approx(1, abs=1e-3) and region.turn == pytest.approx(
+        -inverse.turn, abs=0.1
     )
 
 

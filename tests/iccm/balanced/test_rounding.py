@@ -29,8 +29,8 @@ def test_noise_is_rounded_away():
     domains = unit(shaken(arrow())), unit(shaken(ell()))
     first = rounded(*domains, NONE)
     again = rounded(*(Curve(shaken(np.roll(c.z, 2))) for c in domains), NONE)
-    for one, other in zip(first[:2], again[:2]):
-        assert np.array_equal(one.z, other.z) and np.array_equal(one.z, on_grid(one.z))
+    for curve, repeated in zip(first[:2], again[:2]):
+        assert np.array_equal(curve.z, repeated.z) and np.array_equal(curve.z, on_grid(curve.z))
 
 
 def test_outlines_that_would_touch_stay_as_they_are():

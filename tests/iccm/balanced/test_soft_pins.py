@@ -88,8 +88,11 @@ def test_a_map_and_its_inverse_have_the_same_springs():
     cores = pins.cores(z, u, faces)
     forward = pins.springs_on_mesh(z, u, faces, cores, 1.0, forward=True)
     back = pins.inverse().springs_on_mesh(u, z, faces, cores, 1.0, forward=False)
-    for one, other in zip(forward, back):
-        assert one.values(u)[0] == pytest.approx(other.values(u)[0], rel=1e-9) and one.values(u)[0] > 1e-3
+    for springs, inverse_springs in zip(forward, back):
+        assert (
+            springs.values(u)[0] == pytest.approx(inverse_springs.values(u)[0], rel=1e-9)
+            and springs.values(u)[0] > 1e-3
+        )
     assert np.allclose(pins.multipliers(z, u, faces), pins.inverse().multipliers(u, z, faces))
     assert np.array_equal(pins.inverse().pairs, pins.pairs[:, ::-1])
 

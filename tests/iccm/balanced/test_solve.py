@@ -197,15 +197,15 @@ def test_a_turn_asked_for_is_kept_or_told(fit, turn):
     assert turn < 90 or away < 1e-3
 
 
-@pytest.mark.parametrize("asked", some_fast([None, "any", 0, 90], {"any", 0}))
-def test_pins_that_turn_a_picture_otherwise_than_asked_are_told(asked):
+@pytest.mark.parametrize("angle", some_fast([None, "any", 0, 90], {"any", 0}))
+def test_pins_that_turn_a_picture_otherwise_than_asked_are_told(angle):
     """A flag rotated by 40 degrees, with pins that agree with the rotation."""
     pins = np.array([0.6 + 1j, 2 + 1j])
     turned = np.exp(1j * np.radians(40))
-    fit = iccm.fit(FLAG, FLAG.z * turned, pins=np.stack([pins, pins * turned], axis=1), turn=asked)
+    fit = iccm.fit(FLAG, FLAG.z * turned, pins=np.stack([pins, pins * turned], axis=1), turn=angle)
     assert fit.distortion.turn == pytest.approx(40, abs=5)
     notes = [note for note in fit.notes if "(turn)" in note]
-    assert bool(notes) == (asked in (0, 90)) and all(f"instead of {asked}" in note for note in notes)
+    assert bool(notes) == (angle in (0, 90)) and all(f"instead of {angle}" in note for note in notes)
 
 
 def test_a_finer_tolerance_is_met():
@@ -347,10 +347,10 @@ def test_a_square_onto_a_rectangle_is_symmetric(height):
     square, rectangle = np.array([0, 1, 1 + 1j, 1j]), np.array([0, 160, 160 + 1j * height, 1j * height])
     fit = iccm.fit(square, rectangle)
     x, y = np.meshgrid(np.linspace(0.05, 0.95, 9), np.linspace(0.05, 0.95, 9))
-    at, diagonal = fit.map(x + 1j * y), abs(rectangle[2])
+    images, diagonal = fit.map(x + 1j * y), abs(rectangle[2])
     across, over = fit.map(1 - x + 1j * y), fit.map(x + 1j * (1 - y))
-    assert np.abs(across - (160 - at.conj())).max() < 1e-3 * diagonal  # the requested gap
-    assert np.abs(over - (at.conj() + 1j * height)).max() < 1e-3 * diagonal
+    assert np.abs(across - (160 - images.conj())).max() < 1e-3 * diagonal  # the requested gap
+    assert np.abs(over - (images.conj() + 1j * height)).max() < 1e-3 * diagonal
     assert abs(fit.report()["turn"]) < 0.1
 
 

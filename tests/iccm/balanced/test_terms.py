@@ -32,20 +32,20 @@ class ScaleGradient(Term):
     def stencils(self, faces):
         return np.concatenate([faces[k] for k in neighbours(faces)], axis=1)
 
-    def on_mesh(self, rest):
-        return ScaleGradientOnMesh(self.weight, rest)
+    def on_mesh(self, shapes):
+        return ScaleGradientOnMesh(self.weight, shapes)
 
     def of_part(self, share):
         return ScaleGradient(self.weight / share)
 
 
 class ScaleGradientOnMesh(TermOnMesh):
-    def __init__(self, weight, rest):
-        self.weight, self.rest, self.pairs = weight, rest, neighbours(rest.corners)
-        self.stencils = np.concatenate([rest.corners[k] for k in self.pairs], axis=1)
+    def __init__(self, weight, shapes):
+        self.weight, self.shapes, self.pairs = weight, shapes, neighbours(shapes.corners)
+        self.stencils = np.concatenate([shapes.corners[k] for k in self.pairs], axis=1)
 
     def scales(self, u):
-        alpha, corners = self.rest.gradients, u[self.rest.corners]
+        alpha, corners = self.shapes.gradients, u[self.shapes.corners]
         f_z, f_zbar = (alpha * corners).sum(axis=1), (alpha.conj() * corners).sum(axis=1)
         determinant = np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2
         slope = 2 * (f_z[:, None] * alpha.conj() - f_zbar[:, None] * alpha) / determinant[:, None]
@@ -70,8 +70,8 @@ PATTERN = system_of(FACES, np.empty(0, np.int64), Z.size, [ScaleGradient(1.0).st
 
 
 def assembled(u, weight=0.3):
-    rest = RestShapes(FACES, NO_SLOTS, *geometry(Z, FACES))
-    terms = TermsOnMesh([ScaleGradient(weight).on_mesh(rest)], PATTERN)
+    shapes = RestShapes(FACES, NO_SLOTS, *geometry(Z, FACES))
+    terms = TermsOnMesh([ScaleGradient(weight).on_mesh(shapes)], PATTERN)
     matrix, gradient = np.zeros((PATTERN.columns.size, 4)), np.zeros(Z.size, complex)
     return terms.add_derivatives(u, matrix, gradient), gradient, matrix
 
@@ -79,14 +79,14 @@ def assembled(u, weight=0.3):
 def dense(matrix):
     """The matrix (2n, 2n) given by blocks of the upper triangle, in the order of the vertices."""
     n = Z.size
-    found = np.zeros((n, 2, n, 2))
+    result = np.zeros((n, 2, n, 2))
     rows = np.repeat(np.arange(n), np.diff(PATTERN.starts))
     for row, column, block in zip(
         PATTERN.order[rows], PATTERN.order[PATTERN.columns], matrix.reshape(-1, 2, 2)
     ):
-        found[row, :, column] = block
-        found[column, :, row] = block.T
-    return found.reshape(2 * n, 2 * n)
+        result[row, :, column] = block
+        result[column, :, row] = block.T
+    return result.reshape(2 * n, 2 * n)
 
 
 def test_the_gradient_is_that_of_the_sum():
@@ -114,8 +114,8 @@ def test_blocks_of_the_matrix_are_those_of_all_pairs_of_a_stencil():
 
 def test_a_pattern_without_a_term_has_no_place_for_it():
     plain = system_of(FACES, np.empty(0, np.int64), Z.size)
-    rest = RestShapes(FACES, NO_SLOTS, *geometry(Z, FACES))
-    terms = TermsOnMesh([ScaleGradient(1.0).on_mesh(rest)], plain)
+    shapes = RestShapes(FACES, NO_SLOTS, *geometry(Z, FACES))
+    terms = TermsOnMesh([ScaleGradient(1.0).on_mesh(shapes)], plain)
     with pytest.raises(ValueError, match="stencils"):
         terms.add_derivatives(BENT, np.zeros((plain.columns.size, 4)), np.zeros(Z.size, complex))
 
@@ -123,8 +123,8 @@ def test_a_pattern_without_a_term_has_no_place_for_it():
 def sum_of(fit, weight=1.0):
     z, u, faces = fit.map.source, fit.map.image, fit.map.faces
     z, u = (w / np.sqrt(iccm.curve.Curve(w[fit.map.loops[0]]).area) for w in (z, u))
-    rest = RestShapes(faces, NO_SLOTS, *geometry(z, faces))
-    return float(ScaleGradient(weight).on_mesh(rest).values(u).sum())
+    shapes = RestShapes(faces, NO_SLOTS, *geometry(z, faces))
+    return float(ScaleGradient(weight).on_mesh(shapes).values(u).sum())
 
 
 def test_a_map_has_less_of_what_a_term_counts():

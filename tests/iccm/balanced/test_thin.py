@@ -17,9 +17,9 @@ def untangled(monkeypatch):
     sizes: list[int] = []
     untangle = discrete_map.untangle
 
-    def counted(pattern, rest, u, *rest_of_it):
+    def counted(pattern, rest_shapes, u, *args):
         sizes.append(u.size)
-        return untangle(pattern, rest, u, *rest_of_it)
+        return untangle(pattern, rest_shapes, u, *args)
 
     monkeypatch.setattr(discrete_map, "untangle", counted)
     return sizes

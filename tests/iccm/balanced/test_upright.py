@@ -35,11 +35,11 @@ def mesh():
 
 
 def test_a_similarity_costs_what_its_turn_does():
-    z, faces, rest = mesh()
+    z, faces, rest_shapes = mesh()
     for turn in (0.0, 0.4, np.pi):
         u = 1.7 * np.exp(1j * turn) * z + 2
         assert turn_of(z, u, faces) == pytest.approx(turn, abs=1e-12)
-        cost = rotation_factor(Upright.of(rest, z.size, 3.0), u, 2.0)
+        cost = rotation_factor(Upright.of(rest_shapes, z.size, 3.0), u, 2.0)
         assert cost == pytest.approx((1 + 1.5 * (1 - np.cos(turn))) ** 2)
         assert rotation_cost(3.0, np.cos(turn)) ** 2 == pytest.approx(cost)
 
@@ -51,8 +51,8 @@ def test_the_inverse_map_turns_the_other_way():
 
 
 def test_derivatives_by_differences():
-    z, _, rest = mesh()
-    upright, q = Upright.of(rest, z.size, 3.0), 3.0
+    z, _, rest_shapes = mesh()
+    upright, q = Upright.of(rest_shapes, z.size, 3.0), 3.0
     u = np.exp(0.5j) * z + 0.05 * z.conj()
     step = 1e-6 * (np.cos(7 * z.real) + 1j * np.sin(5 * z.imag))
     gradient = np.empty(z.size, np.complex128)

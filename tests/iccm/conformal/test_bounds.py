@@ -75,8 +75,8 @@ def cotangents(nodes, faces, panels):
         keys.append(triangulation.keys(b, c, nodes.size))
         values.append(corner.real / corner.imag)
     panel_keys = triangulation.keys(np.arange(panels), (np.arange(panels) + 1) % panels, nodes.size)
-    unique, at = np.unique(np.concatenate(keys), return_inverse=True)
-    return np.bincount(at, np.concatenate(values))[~np.isin(unique, panel_keys)]
+    unique, indices = np.unique(np.concatenate(keys), return_inverse=True)
+    return np.bincount(indices, np.concatenate(values))[~np.isin(unique, panel_keys)]
 
 
 @pytest.mark.parametrize(

@@ -105,10 +105,10 @@ def test_measures_grow_from_corners_with_the_angles_power():
     assert power[square_corner] == pytest.approx(2)
     mass = h.masses(np.array([0.5 + 0.5j]))[0]
     s = h.ends - h.ends[start]
-    near = (s > 0.003) & (s < 0.1)
+    close = (s > 0.003) & (s < 0.1)
     growth = np.polyfit(
-        np.log(s[near]),
-        np.log(np.cumsum(np.roll(mass, -start))[: s.size])[np.flatnonzero(near) - start - 1],
+        np.log(s[close]),
+        np.log(np.cumsum(np.roll(mass, -start))[: s.size])[np.flatnonzero(close) - start - 1],
         1,
     )[0]
     assert growth == pytest.approx(2 / 3, abs=0.03)
@@ -161,11 +161,11 @@ def test_the_distortion_is_the_variance_of_the_log_of_the_derivative(p):
 
 
 def test_the_least_distortion_between_similar_shapes_is_the_similarity():
-    h, other = measure(Curve(pear())), measure(Curve(pear() * np.exp(1j)))
-    best = search(h, other)
+    h, rotated = measure(Curve(pear())), measure(Curve(pear() * np.exp(1j)))
+    best = search(h, rotated)
     assert best.distortion < 1e-3
     s = np.linspace(0, 1, 50) * h.curve.length
-    assert np.abs(other.curve.at(best.forward(s)) - h.curve.at(s) * np.exp(1j)).max() < 5e-3
+    assert np.abs(rotated.curve.at(best.forward(s)) - h.curve.at(s) * np.exp(1j)).max() < 5e-3
     assert np.allclose(best.backward(best.forward(s)), s, atol=1e-6 * h.curve.length)
 
 
@@ -206,9 +206,9 @@ def test_panels_shrink_towards_corners_and_where_it_is_thin():
 def test_the_division_does_not_depend_on_start_or_direction():
     z = arrow()
     whole = Curve(z).at(graded(Curve(z), 0.2, np.full(8, 1e-3)))
-    for other in (np.roll(z, 3), z[::-1].conj()):
-        curve = Curve(other)
+    for polygon in (np.roll(z, 3), z[::-1].conj()):
+        curve = Curve(polygon)
         places = curve.at(graded(curve, 0.2, np.full(8, 1e-3)))
-        places = places if other[0] != z[-1].conj() else places.conj()
+        places = places if polygon[0] != z[-1].conj() else places.conj()
         assert places.size == whole.size
         assert np.abs(places[:, None] - whole).min(axis=1).max() < 1e-9

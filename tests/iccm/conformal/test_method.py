@@ -123,8 +123,8 @@ def test_a_shape_far_from_the_origin_loses_only_its_digits():
     """As with metres in a national grid: the same map, up to the rounding of the coordinates."""
     z, far = inside(pear(), 60, 0.02), 4e5 + 5e6j
     fit = conformal_fit(pear() + far, arrow() - far)
-    near = fitted("smooth to corners")
-    assert np.abs(fit.map(z + far) + far - near.map(z)).max() < 1e-3 * near.diagonal
+    original = fitted("smooth to corners")
+    assert np.abs(fit.map(z + far) + far - original.map(z)).max() < 1e-3 * original.diagonal
     report = fit.report()
     assert report["boundary"]["hausdorff"] < 3e-3 and report["injective"]["depth"] < 0.02
 

@@ -32,9 +32,9 @@ def counted(target, covered):
     w = x[None, :] + 1j * y[:, None]
     painted = shapely.contains_xy(target, w.real, w.imag)
     result = painted & covered(w)
-    near = [(i, j) for i in range(-3, 4) for j in range(-3, 4) if i * i + j * j <= 9]
-    grown = np.any([np.roll(result, shift, (0, 1)) for shift in near], axis=0)
-    closed = np.all([np.roll(grown, shift, (0, 1)) for shift in near], axis=0)
+    disc = [(i, j) for i in range(-3, 4) for j in range(-3, 4) if i * i + j * j <= 9]
+    grown = np.any([np.roll(result, shift, (0, 1)) for shift in disc], axis=0)
+    closed = np.all([np.roll(grown, shift, (0, 1)) for shift in disc], axis=0)
     return (closed & painted & ~result).sum() / painted.sum()
 
 
@@ -56,12 +56,12 @@ def test_the_cracks_of_a_map_are_those_of_its_picture(fit):
     bars = shapely.MultiPolygon([STAR, shapely.transform(STAR, lambda xy: 0.9 * xy + [3.1, 1.4])])
     result = iccm.fit(bars, PLATE, fit=fit, opaque=False)
 
-    def shown(w):
+    def is_covered(w):
         z = result.inverse(w)
         inside = np.isfinite(z)
         return inside & shapely.contains_xy(bars, np.where(inside, z, 0).real, np.where(inside, z, 0).imag)
 
-    by_hand = counted(PLATE, shown)
+    by_hand = counted(PLATE, is_covered)
     assert result.report()["cracks"] == pytest.approx(by_hand, abs=0.002)
 
 

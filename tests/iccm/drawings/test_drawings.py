@@ -61,9 +61,9 @@ def test_the_tightest_frame_of_bars_leaves_the_space_beside_them_free():
 
 def test_a_small_part_far_away_need_not_be_in_every_frame():
     dot = shapely.box(30, 30, 30.2, 30.1)
-    first, *others = frames_of(shapely.union(RING, dot))
+    first, *remaining = frames_of(shapely.union(RING, dot))
     assert first.left_out == pytest.approx(dot.area / (RING.area + dot.area))
-    assert all(frame.left_out == 0 for frame in others)
+    assert all(frame.left_out == 0 for frame in remaining)
 
 
 def test_hairlines_are_filled_and_other_gaps_stay():
@@ -289,7 +289,7 @@ def test_joined_frames_that_cost_much_more_than_paired_parts_are_not_looked_for(
     assert len(ranked) == 1 < len(compared)
     for best in (ranked[0], compared[0]):
         assert best.cost == ranked[0].cost and len(best.pairs) == 2
-    assert min(other.cost for other in compared[1:]) > best.cost
+    assert min(frame.cost for frame in compared[1:]) > best.cost
 
 
 @pytest.mark.slow

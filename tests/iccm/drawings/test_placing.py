@@ -50,8 +50,8 @@ def test_no_other_place_and_no_other_rotation_is_larger():
             turn = np.exp(1j * rng.uniform(-np.pi, np.pi)) if rotation is None else 1.0
             place = complex(rng.uniform(0, 8), rng.uniform(0, 10))
             factor = 1.03 * abs(copy.factor) * turn
-            other = iccm.plane.Similarity(factor, place - factor * (2.5 + 1.5j))
-            assert not SHIELD.covers(transform_region(SIGN, other))
+            candidate = iccm.plane.Similarity(factor, place - factor * (2.5 + 1.5j))
+            assert not SHIELD.covers(transform_region(SIGN, candidate))
 
 
 def test_a_copy_that_has_room_lies_in_its_middle():
@@ -117,7 +117,7 @@ def test_the_picture_is_rotated_as_asked(place):
     assert np.degrees(np.angle(np.diff(fit.map(z))))[0] == pytest.approx(40)
     largest = iccm.fit(SHIELD, SIGN, place=place, turn="any")
     upright = iccm.fit(SHIELD, SIGN, place=place)
-    scales = [abs(np.diff(each.map(np.array([4 + 5j, 4.1 + 5j])))[0]) for each in (largest, upright)]
+    scales = [abs(np.diff(placed.map(np.array([4 + 5j, 4.1 + 5j])))[0]) for placed in (largest, upright)]
     assert scales[0] > scales[1] if place == "inside" else scales[0] < scales[1]
 
 

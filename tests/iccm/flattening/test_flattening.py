@@ -63,11 +63,11 @@ def winding(turns, n=90, m=9):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_surface_that_can_be_unrolled_is_unrolled(method):
-    found = flatten(disk_patch(grid(13, 7, cylinder)), method=method)
-    report = found.report()
+    layout = flatten(disk_patch(grid(13, 7, cylinder)), method=method)
+    report = layout.report()
     assert report["dilatation"]["max"] == pytest.approx(1, abs=2e-3)
-    assert found.strained(100) == pytest.approx(1, abs=2e-3)
-    assert overlap(found) is None
+    assert layout.strained(100) == pytest.approx(1, abs=2e-3)
+    assert overlap(layout) is None
 
 
 def test_a_hidden_plane_of_a_large_closed_surface_is_nearly_even_and_does_not_overlap(monkeypatch):
@@ -98,11 +98,11 @@ def test_newton_ends_where_the_energy_has_no_slope():
 
 def test_the_energy_is_half_the_symmetric_dirichlet_energy():
     patch = disk_patch(grid(9, 9, dome))
-    found = flatten(patch, method="balanced")
-    major, minor = found.stretch
+    layout = flatten(patch, method="balanced")
+    major, minor = layout.stretch
     area = face_areas(patch.points[patch.faces])
     expected = np.sum(area * (major**2 + minor**2 + major**-2 + minor**-2)) / (4 * area.sum())
-    unit = found.flat / np.sqrt(area.sum())
+    unit = layout.flat / np.sqrt(area.sum())
     assert surface(patch.points, patch.faces).energy(unit, 1.0) == pytest.approx(expected)
 
 
@@ -164,9 +164,9 @@ def test_the_outline_stays_the_one_that_was_chosen_as_the_seam_grows():
     )
     patch = disk_patch(mesh)
     lengths = [len(loop) for loop in patch.loops]
-    found = flatten(patch, loop=2, grow=True)
+    layout = flatten(patch, loop=2, grow=True)
     chosen = set(patch.vertex[patch.loops[1]].tolist())
-    assert len(lengths) > 1 and chosen <= set(found.patch.vertex[found.loop].tolist())
+    assert len(lengths) > 1 and chosen <= set(layout.patch.vertex[layout.loop].tolist())
 
 
 def test_the_seam_of_a_chart_goes_on_through_convex_vertices_until_angles_are_kept():
@@ -200,10 +200,10 @@ def test_angles_about_the_corners_of_a_box_are_three_right_ones():
 def test_a_ramp_that_winds_comes_apart(laps):
     patch = disk_patch(winding(laps))
     assert overlap(flatten(patch, method="lscm")) == "an outline that crosses itself"
-    found = flatten(patch)
-    assert found.method == "conformal" and "crosses itself" in found.notes[0]
-    assert overlap(found) is None
-    assert found.report()["dilatation"]["p95"] < 1.15
+    layout = flatten(patch)
+    assert layout.method == "conformal" and "crosses itself" in layout.notes[0]
+    assert overlap(layout) is None
+    assert layout.report()["dilatation"]["p95"] < 1.15
 
 
 def test_a_hole_that_crosses_itself_is_an_overlap():
@@ -235,14 +235,14 @@ def test_a_scaffold_holds_what_free_newton_would_let_overlap():
     patch = disk_patch(winding(1.4, 40, 4))
     sheet = surface(patch.points, patch.faces)
     start = tutte.convex(patch, patch.loops[0]) / np.sqrt(np.pi)
-    free, held = (
+    free, scaffolded = (
         sheet.relaxed(start, 1.0, 150, 1e-5),
         relax_with_scaffold(sheet, start, patch.loops, 1.0, range(200), 1e-5),
     )
     outline = patch.loops[0]
     assert overlap(Flattening(patch, free, outline, "free")) is not None
-    assert overlap(Flattening(patch, held, outline, "held")) is None
-    assert 1 < sheet.energy(free, 1.0) < sheet.energy(held, 1.0) < sheet.energy(start, 1.0)
+    assert overlap(Flattening(patch, scaffolded, outline, "held")) is None
+    assert 1 < sheet.energy(free, 1.0) < sheet.energy(scaffolded, 1.0) < sheet.energy(start, 1.0)
 
 
 def test_a_layout_that_leaves_a_scaffold_no_room_stays(monkeypatch):
@@ -261,9 +261,9 @@ def test_the_methods_that_can_be_typed_are_those_there_are():
 def test_faces_without_area_are_laid_out_by_newton_and_refused_by_least_squares():
     points = [[0, 0, 0], [1, 0, 0], [1, 1, 0.1], [0, 1, 0], [0.5, 0, 0]]
     patch = disk_patch(Mesh.triangles("seam", points, [[0, 4, 1], [0, 1, 2], [0, 2, 3]]))
-    found = flatten(patch)
-    assert found.method == "conformal"
-    assert overlap(found) is None
+    layout = flatten(patch)
+    assert layout.method == "conformal"
+    assert overlap(layout) is None
     with pytest.raises(InputError, match="seam: LSCM has no solution"):
         flatten(patch, method="lscm")
 
@@ -277,8 +277,8 @@ def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
         taken.extend(itertools.islice(steps, 140))
         return start
 
-    monkeypatch.setattr(seams, "sharper", lambda found: replace(found.patch))
-    monkeypatch.setattr(method, "_angle_loss", lambda found: np.inf)
+    monkeypatch.setattr(seams, "sharper", lambda flattening: replace(flattening.patch))
+    monkeypatch.setattr(method, "_angle_loss", lambda flattening: np.inf)
     monkeypatch.setattr(method, "_relax", slow)
     monkeypatch.setattr(method, "_conformal", lambda even, sheet, steps: even)
     assert method._lengthen_seam(layout) is layout
@@ -317,21 +317,21 @@ def test_vertices_of_a_flat_surface_come_back_where_they_were_and_rest_there():
     flat = np.column_stack([z.real, z.imag, 0 * z.real])
     faces, removed = coarsening.coarser(flat, patch.faces, z, 300)
     image = np.exp(0.7j) * z + 3
-    found = np.full_like(image, np.nan)
-    found[np.unique(faces)] = image[np.unique(faces)]
-    assert coarsening.put_back(removed, flat, 1.0, found)
-    assert np.abs(found - image).max() < 1e-12
+    restored = np.full_like(image, np.nan)
+    restored[np.unique(faces)] = image[np.unique(faces)]
+    assert coarsening.put_back(removed, flat, 1.0, restored)
+    assert np.abs(restored - image).max() < 1e-12
 
 
 def test_vertices_come_back_without_folds_whatever_became_of_their_triangles():
     patch, z = annulus_cut_open()
     faces, removed = coarsening.coarser(patch.points, patch.faces, z, 300)
-    found = np.full_like(z, np.nan)
+    restored = np.full_like(z, np.nan)
     kept = np.unique(faces)
-    rest = surface(patch.points[kept], np.searchsorted(kept, faces))
-    found[kept] = rest.relaxed(z[kept], 1.0, 40, 1e-6)
-    assert coarsening.put_back(removed, patch.points, 1.0, found)
-    assert (triangle_areas(found[patch.faces]) > 0).all()
+    coarse = surface(patch.points[kept], np.searchsorted(kept, faces))
+    restored[kept] = coarse.relaxed(z[kept], 1.0, 40, 1e-6)
+    assert coarsening.put_back(removed, patch.points, 1.0, restored)
+    assert (triangle_areas(restored[patch.faces]) > 0).all()
 
 
 @pytest.mark.parametrize("theta", [1.0, 0.1])
@@ -348,9 +348,9 @@ def test_the_pull_on_a_vertex_is_the_slope_of_the_energy_of_the_whole(theta):
         u[v] += by
         return sheet.energy(u, theta), plain._pull(unit, around, v, u, theta, 1.0, 0.0)
 
-    (whole, (own, slope, xx, yy, xy)), h = moved(0), 1e-3 * np.abs(z[around] - z[v]).min()
+    (whole, (local, slope, xx, yy, xy)), h = moved(0), 1e-3 * np.abs(z[around] - z[v]).min()
     east, west, north, south = (moved(h * way) for way in (1, -1, 1j, -1j))
-    assert east[0] - whole == pytest.approx(east[1][0] - own, rel=1e-6)
+    assert east[0] - whole == pytest.approx(east[1][0] - local, rel=1e-6)
     assert slope == pytest.approx((east[0] - west[0] + 1j * (north[0] - south[0])) / (2 * h), rel=1e-3)
     turns = [(a[1][1] - b[1][1]) / (2 * h) for a, b in ((east, west), (north, south))]
     assert [xx, xy, xy, yy] == pytest.approx([w for t in turns for w in (t.real, t.imag)], rel=1e-3)
@@ -362,8 +362,8 @@ def test_the_way_by_coarser_triangulations_leads_where_newton_leads(monkeypatch)
     exact = sheet.energy(sheet.relaxed(z, 1.0, 60, 1e-12), 1.0)
     monkeypatch.setattr(coarsening, "LARGE_VERTEX_COUNT", 100)
     monkeypatch.setattr("iccm.flattening.free.LARGE_VERTEX_COUNT", 100)
-    found = sheet.energy(multigrid.relaxed(sheet, patch.points, z, 1.0, 60, 1e-5), 1.0)
-    assert exact - 1e-12 <= found < exact * (1 + 2e-5)
+    energy = sheet.energy(multigrid.relaxed(sheet, patch.points, z, 1.0, 60, 1e-5), 1.0)
+    assert exact - 1e-12 <= energy < exact * (1 + 2e-5)
 
 
 def bumpy(x, y):
@@ -410,10 +410,10 @@ def test_a_coarser_layout_is_the_same_at_the_vertices_that_are_left():
     patch, z = annulus_cut_open()
     layout = Flattening(patch, z, patch.loops[0], "balanced")
     assert coarsening.coarser_layout(layout, z.size + 1) is None  # there is none for a small surface
-    found, kept = coarsening.coarser_layout(layout, z.size)
-    assert kept.size < 0.5 * z.size and len(found.patch.loops) == 2 and overlap(found) is None
-    assert np.array_equal(found.patch.points, patch.points[kept]) and np.array_equal(found.flat, z[kept])
-    assert np.isin(kept[found.loop], layout.loop).all()
+    coarse, kept = coarsening.coarser_layout(layout, z.size)
+    assert kept.size < 0.5 * z.size and len(coarse.patch.loops) == 2 and overlap(coarse) is None
+    assert np.array_equal(coarse.patch.points, patch.points[kept]) and np.array_equal(coarse.flat, z[kept])
+    assert np.isin(kept[coarse.loop], layout.loop).all()
 
 
 def test_the_seam_of_a_large_surface_grows_on_a_coarser_triangulation(monkeypatch):
@@ -430,15 +430,15 @@ def test_ways_of_a_seam_that_it_does_without_are_left_out(monkeypatch):
     patch = disk_patch(sphere(40, 30), cut=True)
     start = method._start(patch, patch.loops[0])
     _, _, alone = method._with_seam(start, True, method.SEAM_ROUNDS)
-    rim, ends, asked = np.concatenate(patch.loops), seams.ends, []
+    rim, ends, calls = np.concatenate(patch.loops), seams.ends, []
     beside = patch.faces[np.isin(patch.faces, rim).sum(axis=1) == 1]
     short = int(np.setdiff1d(beside, rim)[0])  # next to the seam: a cut there helps little
 
     def first_the_short_one(result, joins):
-        asked.append(result)
-        return [short] if len(asked) == 1 else ends(result, joins)
+        calls.append(result)
+        return [short] if len(calls) == 1 else ends(result, joins)
 
     monkeypatch.setattr(seams, "ends", first_the_short_one)
-    layout, _, found = method._with_seam(start, True, method.SEAM_ROUNDS)
-    assert len(asked) > 1 and short not in found and len(found) <= len(alone) + 1
+    layout, _, paths = method._with_seam(start, True, method.SEAM_ROUNDS)
+    assert len(calls) > 1 and short not in paths and len(paths) <= len(alone) + 1
     assert layout.strained(95) < method.STRETCHED_P95 and overlap(layout) is None

@@ -60,8 +60,8 @@ def test_back_again_the_shapes_are_the_same():
     back = iccm.Fit(inverse, fit.ended, [], fit.target, fit.source, fit.pins, [])
     forward = [map.image for map in iccm.morph(fit, [0.25, 0.5, 0.75])]
     again = [map.image for map in iccm.morph(back, [0.25, 0.5, 0.75])][::-1]
-    for one, other in zip(forward, again):
-        assert np.abs(one - other).max() < 1e-2 * Curve(U).diagonal
+    for shape, reverse_shape in zip(forward, again):
+        assert np.abs(shape - reverse_shape).max() < 1e-2 * Curve(U).diagonal
 
 
 def test_the_source_may_begin_elsewhere():

@@ -51,11 +51,11 @@ def test_entries_in_one_place_add_up():
     halves = hermitian.Hermitian(
         diagonal, np.hstack([ends, ends[::-1]]), np.append(0.3 * values, 0.7 * values.conj())
     )
-    one, other = (
+    summed, repeated = (
         hermitian.solve(matrix, points, right)
         for matrix in (hermitian.Hermitian(diagonal, ends, values), halves)
     )
-    assert other == pytest.approx(one, abs=1e-12)
+    assert repeated == pytest.approx(summed, abs=1e-12)
 
 
 def test_parts_are_not_coupled_but_by_what_comes_after_them():
@@ -66,10 +66,10 @@ def test_parts_are_not_coupled_but_by_what_comes_after_them():
     begins = {}
     for number, (start, _, children) in enumerate(nodes):
         begins[number] = min([start, *(begins[child] for child in children)])
-        for one in children:
-            for other in children:
-                if one != other:
-                    a, b = (slice(begins[child], nodes[child][1]) for child in (one, other))
+        for row_child in children:
+            for column_child in children:
+                if row_child != column_child:
+                    a, b = (slice(begins[child], nodes[child][1]) for child in (row_child, column_child))
                     assert not coupled[a, b].any()
 
 

@@ -15,16 +15,16 @@ def mesh(count: int, seed: int = 0):
 
 def columns_by_sets(faces, order):
     """The columns of the factor, by eliminating one vertex after the other from the graph."""
-    near = [set() for _ in order]
+    neighbours = [set() for _ in order]
     for face in faces.tolist():
         for v in face:
-            near[v].update(face)
+            neighbours[v].update(face)
     columns = []
     for v in order.tolist():
-        column = near[v] - {v}
+        column = neighbours[v] - {v}
         for w in column:
-            near[w] |= column
-            near[w].discard(v)
+            neighbours[w] |= column
+            neighbours[w].discard(v)
         columns.append(column)
     return columns
 

@@ -61,12 +61,14 @@ def test_solutions_are_scipys(count, seed, large, monkeypatch):
 
 def test_parts_of_a_mesh_that_nothing_joins():
     (points, faces, matrix), shift = mesh(90, 5), 90
-    both = Hermitian(
+    two_parts = Hermitian(
         np.tile(matrix.diagonal, 2), np.hstack([matrix.ends, matrix.ends + shift]), np.tile(matrix.values, 2)
     )
     right = np.arange(180.0) + 1j
-    expected_values = expected(both, right)
-    assert by_blocks(np.vstack([faces, faces + shift]), both, right) == pytest.approx(
+    expected_values = expected(two_parts, right)
+    assert by_blocks(np.vstack([faces, faces + shift]), two_parts, right) == pytest.approx(
         expected_values, rel=1e-9
     )
-    assert solve(both, np.vstack([points, points + 7]), right) == pytest.approx(expected_values, rel=1e-9)
+    assert solve(two_parts, np.vstack([points, points + 7]), right) == pytest.approx(
+        expected_values, rel=1e-9
+    )

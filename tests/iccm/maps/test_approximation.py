@@ -68,9 +68,9 @@ def test_preimages_of_random_points_are_within_the_error(map):
     z, away = drawn.extended_inverse(w)
     w, z = w[away == 0], z[away == 0]
     exact = newton(map, w, z)
-    known = np.isfinite(exact)
-    assert known.mean() > 0.999 and w.size > 200
-    within(np.abs(exact - z)[known] / texels(map.polygon))
+    finite = np.isfinite(exact)
+    assert finite.mean() > 0.999 and w.size > 200
+    within(np.abs(exact - z)[finite] / texels(map.polygon))
 
 
 def test_images_of_random_points_are_within_the_error(map):
@@ -85,10 +85,10 @@ def test_exact_preimages_lie_on_the_sheet_that_is_drawn(map):
     drawn = triangulated(map)
     w = drawn(inside(map.polygon, 400))
     z = inverse(map, w)
-    known = np.isfinite(z)
-    assert np.abs(map(z[known]) - w[known]).max() < 1e-8 * drawn.image_diagonal
-    near = np.abs(drawn.extended_inverse(w[known])[0] - z[known]) <= MOST * texels(map.polygon)
-    assert near.mean() > 0.99
+    finite = np.isfinite(z)
+    assert np.abs(map(z[finite]) - w[finite]).max() < 1e-8 * drawn.image_diagonal
+    close = np.abs(drawn.extended_inverse(w[finite])[0] - z[finite]) <= MOST * texels(map.polygon)
+    assert close.mean() > 0.99
 
 
 def test_a_map_without_folds_is_certain_to_be_one_to_one():
@@ -129,9 +129,9 @@ def test_triangles_have_good_shapes_and_cover_the_inside(polygon):
 
 def test_far_from_the_origin_refinement_ends_as_it_does_there():
     p = pear()
-    near = HarmonicMap(p, p + 0.1 * p**2, 0 * p)
-    far = HarmonicMap(p + 1e6, near.phi - 1e6j, 0 * p)
-    faces = [len(triangulated(map).faces) for map in (near, far)]
+    at_origin = HarmonicMap(p, p + 0.1 * p**2, 0 * p)
+    far_away = HarmonicMap(p + 1e6, at_origin.phi - 1e6j, 0 * p)
+    faces = [len(triangulated(map).faces) for map in (at_origin, far_away)]
     assert faces[1] == pytest.approx(faces[0], rel=0.05)
 
 

@@ -55,8 +55,8 @@ def test_identities_with_a_tiny_edge(polygon, t, direction):
     """A vertex is doubled at a distance of 1e-9; points are on the tiny edge, at its ends and beside it."""
     along = polygon[1] - polygon[0]
     tiny = np.insert(polygon, 1, polygon[0] + 1e-9 * along / abs(along))
-    near = tiny[0] + (tiny[1] - tiny[0]) * t
-    z = np.concatenate([places(tiny, t), [near, near * (1 - 1e-7), near * (1 - 1e-3)]])
+    on_edge = tiny[0] + (tiny[1] - tiny[0]) * t
+    z = np.concatenate([places(tiny, t), [on_edge, on_edge * (1 - 1e-7), on_edge * (1 - 1e-3)]])
     check_identities(tiny, z)
 
 
@@ -73,8 +73,8 @@ def test_coordinates_at_the_boundary_are_the_limit_from_inside():
     corner = (np.roll(polygon, -1) - polygon) + (np.roll(polygon, 1) - polygon)
     corner[3] *= -1  # reflex: the bisector of the edges points out of the domain
     for z, step in ((0.7 * polygon + 0.3 * np.roll(polygon, -1), inward), (polygon, corner)):
-        near = cauchy_green.coordinates(polygon, z + 1e-9 * step)
-        assert np.abs(near - cauchy_green.coordinates(polygon, z)).max() < 1e-7
+        inside = cauchy_green.coordinates(polygon, z + 1e-9 * step)
+        assert np.abs(inside - cauchy_green.coordinates(polygon, z)).max() < 1e-7
 
 
 def test_coordinates_are_the_cauchy_integral_of_hat_functions():
@@ -112,8 +112,8 @@ def test_derivatives_on_edges_are_the_limit_from_inside():
     polygon = ell()
     z = 0.7 * polygon + 0.3 * np.roll(polygon, -1)
     inward = 1j * (np.roll(polygon, -1) - polygon)
-    near = cauchy_green.derivatives(polygon, z + 1e-9 * inward)
-    assert np.abs(near - cauchy_green.derivatives(polygon, z)).max() < 1e-7
+    inside = cauchy_green.derivatives(polygon, z + 1e-9 * inward)
+    assert np.abs(inside - cauchy_green.derivatives(polygon, z)).max() < 1e-7
 
 
 FUNCTIONS = {

@@ -142,8 +142,8 @@ def test_what_stands_in_the_way_is_said():
     assert folded["obstacle"] == "at depth 8.9e-01: f_z has 1 zero" and folded["share"] == 0
     fine = certify(map_of(circle(200), lambda z: z)).report()
     assert fine["obstacle"] == "" and fine["certified"]
-    near = certify(map_of(circle(400), lambda z: z + 0.505 * z**2))
-    assert near.certified and near.depth > 3e-4 and "f_z has 1 zero" in near.obstacle
+    certificate = certify(map_of(circle(400), lambda z: z + 0.505 * z**2))
+    assert certificate.certified and certificate.depth > 3e-4 and "f_z has 1 zero" in certificate.obstacle
 
 
 def random_map(seed, n=24, strength=0.25):

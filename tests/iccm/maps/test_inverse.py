@@ -102,8 +102,8 @@ def test_crowded_limb_is_inverted():
 
 def test_threads_do_not_change_the_bytes(map):
     z = inside(map, 20000)
-    one, two = (np.stack(map.jet(z, threads)) for threads in (1, 2))
-    assert one.tobytes() == two.tobytes()
+    one_thread, two_threads = (np.stack(map.jet(z, threads)) for threads in (1, 2))
+    assert one_thread.tobytes() == two_threads.tobytes()
 
 
 def test_where_the_map_is_nearly_flat_the_inverse_is_right_or_nan():
@@ -114,9 +114,9 @@ def test_where_the_map_is_nearly_flat_the_inverse_is_right_or_nan():
         [p + 0.3 * t * (np.roll(p, 1) - p) + t * (p.mean() - p) for t in np.geomspace(1e-9, 1e-2, 40)]
     )
     w = fit.map(z[fit.source.contains(z)])
-    found = inverse(fit.map, w)
-    known = np.isfinite(found)
-    assert known.mean() > 0.98
-    f, slope, _ = fit.map.jet(found[known])
+    preimages = inverse(fit.map, w)
+    finite = np.isfinite(preimages)
+    assert finite.mean() > 0.98
+    f, slope, _ = fit.map.jet(preimages[finite])
     assert np.abs(slope).min() < 1e-4
-    assert (np.abs(w[known] - f) <= 1e-8 * fit.map.diagonal * np.abs(slope)).all()
+    assert (np.abs(w[finite] - f) <= 1e-8 * fit.map.diagonal * np.abs(slope)).all()

@@ -84,12 +84,12 @@ def test_a_texel_belongs_to_the_triangle_that_holds_its_centre():
 
 
 def test_overlaps_are_counted():
-    one = np.array([[0, 0], [8, 0], [0, 8]], float)
-    ownership = rasterise(np.stack([one, one + 20, one + 2]), 16, 16)
+    triangle = np.array([[0, 0], [8, 0], [0, 8]], float)
+    ownership = rasterise(np.stack([triangle, triangle + 20, triangle + 2]), 16, 16)
     shared = sum((x + 0.5) + (y + 0.5) < 8 for x in range(2, 8) for y in range(2, 8))
     assert ownership.overlaps == shared
     covered = sum(x + y + 1 < 8 for x in range(8) for y in range(8))
-    assert rasterise(np.stack([one, one, one]), 16, 16).overlaps == covered
+    assert rasterise(np.stack([triangle, triangle, triangle]), 16, 16).overlaps == covered
 
 
 def test_what_lies_outside_is_cut_off_or_comes_in_on_the_other_side():
@@ -189,9 +189,9 @@ def test_baking_into_the_preimages_gives_the_texture_back(cells):
 
 
 def test_interpolated_and_solved_texels_agree():
-    (solved, one), _ = baked(square_grid(6, g), 64, max_error=1e-9)
+    (solved, report), _ = baked(square_grid(6, g), 64, max_error=1e-9)
     (quick, two), _ = baked(square_grid(6, g), 64, max_error=0.5)
-    assert one["exact_triangles"] == 72
+    assert report["exact_triangles"] == 72
     assert two["exact_triangles"] < 72
     assert np.abs(solved - quick).max() < 1.0 / 256
 
@@ -386,14 +386,18 @@ def square_of(xy):
 def test_normals_of_a_textured_mesh_come_from_the_frame_of_its_chart(place, matrix):
     """The source's own chart is rotated or mirrored on the surface, the target's is not."""
     mesh, n = square_grid(4), np.array([0.6, 0.3, 0.74])
-    found = flatten(disk_patch(mesh))
-    object.__setattr__(found, "flat", found.flat + (mesh.points[0, :2] @ [1, 1j] - found.flat[0]))
-    uv = place(mesh.uv)[mesh.uv_corners[found.patch.corner]]
-    source = Surface.of(Locator(found), uv, (16, 16))
-    faces = mesh.uv_corners[found.patch.corner]
-    grid = layout("grid", mesh.uv, faces, found.patch.triangles.twin, 32, 32)
+    flattening = flatten(disk_patch(mesh))
+    object.__setattr__(
+        flattening, "flat", flattening.flat + (mesh.points[0, :2] @ [1, 1j] - flattening.flat[0])
+    )
+    uv = place(mesh.uv)[mesh.uv_corners[flattening.patch.corner]]
+    source = Surface.of(Locator(flattening), uv, (16, 16))
+    faces = mesh.uv_corners[flattening.patch.corner]
+    grid = layout("grid", mesh.uv, faces, flattening.patch.triangles.twin, 32, 32)
     identity = ExtendedInverse(HarmonicMap(SQUARE, SQUARE, 0 * SQUARE))
-    out, _ = baking.bake([BakedPart(found, identity, source)], grid, Sampler(one_normal(n), kind="normal"))
+    out, _ = baking.bake(
+        [BakedPart(flattening, identity, source)], grid, Sampler(one_normal(n), kind="normal")
+    )
     expected = stored(np.append(np.array(matrix) @ n[:2], n[2]))
     assert np.abs(out.astype(int) - expected).max() <= 1
 

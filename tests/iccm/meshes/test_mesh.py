@@ -115,7 +115,7 @@ def sheet(n, height):
     x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
     k = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
     a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
-    faces = np.concatenate([np.stack(each, -1).reshape(-1, 3) for each in ((a, b, c), (a, c, d))])
+    faces = np.concatenate([np.stack(corners, -1).reshape(-1, 3) for corners in ((a, b, c), (a, c, d))])
     return np.column_stack([x.ravel(), y.ravel(), height(x, y).ravel()]), faces, k
 
 
@@ -174,10 +174,10 @@ def test_boxes_that_share_an_edge_are_what_each_is_alone():
     import trimesh
 
     box = trimesh.creation.box()
-    both = trimesh.util.concatenate([box, box.copy().apply_translation([1, 1, 0])])
-    both.merge_vertices()
-    assert len(both.vertices) == 14
-    joined = Joined.of(Mesh.triangles("boxes", both.vertices, both.faces))
+    boxes = trimesh.util.concatenate([box, box.copy().apply_translation([1, 1, 0])])
+    boxes.merge_vertices()
+    assert len(boxes.vertices) == 14
+    joined = Joined.of(Mesh.triangles("boxes", boxes.vertices, boxes.faces))
     assert joined.sizes == [12, 12] and joined.notes == ("cut along 1 edge with more than two faces",)
     for piece in (1, 2):
         with pytest.raises(InputError, match="is closed"):
@@ -317,8 +317,8 @@ def test_corners_at_a_pole_are_all_where_it_is(tmp_path):
     ]
     (tmp_path / "globe.obj").write_text("\n".join(lines))
     shape = mesh_reading.read(str(tmp_path / "globe.obj"))
-    at = shape.flattening.flat[shape.corners[0]].reshape(rows, columns, 4)
-    north, south = at[0][:, [0, 3]], at[-1][:, [1, 2]]
+    corners = shape.flattening.flat[shape.corners[0]].reshape(rows, columns, 4)
+    north, south = corners[0][:, [0, 3]], corners[-1][:, [1, 2]]
     assert (north == north[0, 0]).all() and (south == south[0, 0]).all() and north[0, 0] != south[0, 0]
 
 
@@ -472,13 +472,13 @@ def test_an_obj_without_faces_is_a_drawing_not_a_mesh(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("where", "message"), [(0.3, "too few numbers"), (0.7, "a face needs at least 3 corners")]
+    ("share", "message"), [(0.3, "too few numbers"), (0.7, "a face needs at least 3 corners")]
 )
-def test_a_file_of_200_megabytes_cut_in_the_middle(where, message, tmp_path):
+def test_a_file_of_200_megabytes_cut_in_the_middle(share, message, tmp_path):
     text = grid_text(1800).encode()
     assert len(text) > 200_000_000
     path = tmp_path / "big.obj"
-    path.write_bytes(text[: text.index(b"\n", int(where * len(text))) + 9])
+    path.write_bytes(text[: text.index(b"\n", int(share * len(text))) + 9])
     with pytest.raises(InputError) as error:
         mesh_reading.read(str(path))
     assert message in str(error.value)

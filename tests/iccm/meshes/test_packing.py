@@ -58,9 +58,9 @@ def test_any_outline_is_filled_but_not_its_holes():
 
 
 def test_copies_take_different_places():
-    same = chart(np.random.default_rng(5), 1.0)
-    packing = pack([same] * 30, shapely.box(0, 0, 1, 1), margin=1, rotates=True)
-    placed = regions([same] * 30, packing)
+    outline = chart(np.random.default_rng(5), 1.0)
+    packing = pack([outline] * 30, shapely.box(0, 0, 1, 1), margin=1, rotates=True)
+    placed = regions([outline] * 30, packing)
     assert shapely.union_all(placed).area == pytest.approx(sum(copy.area for copy in placed))
 
 

@@ -80,12 +80,12 @@ def brute_force(layout, n):
     uv = layout(x, y)
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     mesh = Triangulation(*uv.T, faces)
-    at = (LinearTriInterpolator(mesh, w)(*texels()).filled(np.nan) for w in (x, y))
-    return colour(*at)
+    coordinates = (LinearTriInterpolator(mesh, w)(*texels()).filled(np.nan) for w in (x, y))
+    return colour(*coordinates)
 
 
 @pytest.fixture
-def there(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "old.obj", upright)
     old_texture(tmp_path / "old.png")
@@ -93,7 +93,7 @@ def there(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("layout", "n", "shuffled", "same"),
+    ("layout", "n", "shuffled", "same_triangles"),
     [
         (turned(0.4, bent=0.03), 16, False, 512),
         (turned(0.4, bent=0.03), 16, True, 512),
@@ -101,8 +101,10 @@ def there(tmp_path, monkeypatch):
         (turned(-1.0, bent=0.03), 25, False, 0),  # another mesh of the surface
     ],
 )
-def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, iccm, layout, n, shuffled, same):
-    write(there / "new.obj", layout, n, shuffled=shuffled)
+def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(
+    folder, iccm, layout, n, shuffled, same_triangles
+):
+    write(folder / "new.obj", layout, n, shuffled=shuffled)
     done = iccm(
         "relayout",
         "old.obj",
@@ -116,8 +118,8 @@ def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, icc
         "--report",
         "r.json",
     )
-    report = json.loads((there / "r.json").read_text())
-    assert (done.code, report["status"], report["same_triangles"]) == (0, "done", same)
+    report = json.loads((folder / "r.json").read_text())
+    assert (done.code, report["status"], report["same_triangles"]) == (0, "done", same_triangles)
     expected, picture = brute_force(layout, n), image_files.read("o.png").pixels.astype(float)
     inside = np.isfinite(expected).all(axis=-1)
     assert inside.sum() > 0.2 * N * N
@@ -136,17 +138,17 @@ def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(there, icc
         (True, lambda x, y, z: ((x + 2) ** 2, y + 2, z), "auto"),  # another shape and order, by connectivity
     ],
 )
-def test_the_same_faces_in_another_shape_or_place_are_found(there, iccm, shuffled, place, match):
-    write(there / "new.obj", turned(0.4, bent=0.03), shuffled=shuffled)
-    lines = (there / "new.obj").read_text().splitlines()
+def test_the_same_faces_in_another_shape_or_place_are_found(folder, iccm, shuffled, place, match):
+    write(folder / "new.obj", turned(0.4, bent=0.03), shuffled=shuffled)
+    lines = (folder / "new.obj").read_text().splitlines()
     moved = [
         f"v {' '.join(map(str, place(*map(float, line[2:].split()))))}" for line in lines if line[:2] == "v "
     ]
-    (there / "new.obj").write_text("\n".join(moved + [line for line in lines if line[:2] != "v "]) + "\n")
+    (folder / "new.obj").write_text("\n".join(moved + [line for line in lines if line[:2] != "v "]) + "\n")
     words = ("--texture", "old.png", "-o", "o.png", "--size", N, "--match", match, "--report", "r.json")
     done = iccm("relayout", "old.obj", "new.obj", *words)
     assert done.code == 0, done.err
-    assert json.loads((there / "r.json").read_text())["same_triangles"] == 512
+    assert json.loads((folder / "r.json").read_text())["same_triangles"] == 512
     expected, picture = (
         brute_force(turned(0.4, bent=0.03), 16),
         image_files.read("o.png").pixels.astype(float),
@@ -155,24 +157,24 @@ def test_the_same_faces_in_another_shape_or_place_are_found(there, iccm, shuffle
     assert (np.abs(picture - expected)[inside] > 8).any(axis=-1).mean() <= 0.01
 
 
-def test_what_lies_nowhere_near_is_refused(there, iccm):
-    write(there / "new.obj", turned(0.4), 9, height=lambda x, y: hill(x, y) + 50)
+def test_what_lies_nowhere_near_is_refused(folder, iccm):
+    write(folder / "new.obj", turned(0.4), 9, height=lambda x, y: hill(x, y) + 50)
     for match, tried in (
         ("auto", "by position, by index, by topology"),
         ("index", "--match index"),
     ):
         done = iccm("relayout", "old.obj", "new.obj", "--texture", "old.png", "-o", "o.png", "--match", match)
         assert done.code == 2 and tried in done.err
-        assert not (there / "o.png").exists()
+        assert not (folder / "o.png").exists()
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("kind", ["normal", "normal-down"])
-def test_normals_turn_with_the_tangents(there, iccm, kind, mirrored):
+def test_normals_turn_with_the_tangents(folder, iccm, kind, mirrored):
     """On a plane, the tangents are the layouts' own directions."""
     angle, up = 0.7, 1 if kind == "normal" else -1
-    write(there / "flat.obj", upright, height=plane)
-    write(there / "new.obj", turned(angle, mirrored), height=plane)
+    write(folder / "flat.obj", upright, height=plane)
+    write(folder / "new.obj", turned(angle, mirrored), height=plane)
     n = np.array([0.5, 0.2, np.sqrt(1 - 0.29)])
     stored = np.tile((128 + 127 * n * [1, up, 1]).round().astype(np.uint8), (N, N, 1))
     image_files.write("n.png", image_files.Image(stored))
@@ -185,8 +187,8 @@ def test_normals_turn_with_the_tangents(there, iccm, kind, mirrored):
     assert normal == pytest.approx([seen.real, seen.imag, n[2]], abs=0.015)
 
 
-def test_several_textures_keep_their_type_and_names(there, iccm):
-    write(there / "new.obj", turned(0.3))
+def test_several_textures_keep_their_type_and_names(folder, iccm):
+    write(folder / "new.obj", turned(0.3))
     image_files.write("rough.tif", image_files.Image(np.full((64, 64, 1), 30000, np.uint16)))
     words = ("--texture", "old.png", "--data", "rough.tif", "-o", "new-{stem}.tif", "--size", "128")
     assert iccm("relayout", "old.obj", "new.obj", *words).code == 0
@@ -196,11 +198,11 @@ def test_several_textures_keep_their_type_and_names(there, iccm):
     assert image_files.read("new-old.tif").pixels.dtype == np.uint8
 
 
-def test_what_lies_too_far_from_the_old_surface_is_empty_and_told(there, iccm):
-    write(there / "new.obj", turned(0.0), 10, lambda x, y: hill(x, y) + 0.3 * (x > 0.55))
+def test_what_lies_too_far_from_the_old_surface_is_empty_and_told(folder, iccm):
+    write(folder / "new.obj", turned(0.0), 10, lambda x, y: hill(x, y) + 0.3 * (x > 0.55))
     words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json", "--padding", "0", "--size", N)
     done = iccm("relayout", "old.obj", "new.obj", *words)
-    report = json.loads((there / "r.json").read_text())
+    report = json.loads((folder / "r.json").read_text())
     assert (done.code, report["status"]) == (1, "far")
     assert 0.3 < report["far_texels"] / report["layout"]["covered_texels"] < 0.6
     assert f"{report['far_texels']} texels stay empty, because they are farther from old.obj" in done.err
@@ -220,20 +222,20 @@ def test_what_lies_too_far_from_the_old_surface_is_empty_and_told(there, iccm):
         (lambda x, y: 0.45 * upright(x, y), N, N, 2 * N),  # at most twice the old texture
     ],
 )
-def test_pictures_are_as_dense_on_the_surface_as_the_old_ones(there, iccm, layout, width, height, side):
+def test_pictures_are_as_dense_on_the_surface_as_the_old_ones(folder, iccm, layout, width, height, side):
     image_files.write("t.png", image_files.Image(np.zeros((height, width, 3), np.uint8)))
-    write(there / "new.obj", layout, 4)
-    write(there / "old.obj", upright, 4)
+    write(folder / "new.obj", layout, 4)
+    write(folder / "old.obj", upright, 4)
     words = ("--texture", "t.png", "-o", "o.png", "--report", "r.json")
     assert iccm("relayout", "old.obj", "new.obj", *words).code == 0
     shape = image_files.read("o.png").pixels.shape
     assert shape[:2] == (side, side)
-    assert json.loads((there / "r.json").read_text())["size"] == [shape[1], shape[0]]
+    assert json.loads((folder / "r.json").read_text())["size"] == [shape[1], shape[0]]
 
 
-def test_a_triangle_far_smaller_than_a_texel_does_not_make_pictures_larger(there, iccm):
+def test_a_triangle_far_smaller_than_a_texel_does_not_make_pictures_larger(folder, iccm):
     """It is a quarter of a texel high in the old layout, and a thousandth of that in the new one."""
-    write(there / "new.obj", turned(0.0))
+    write(folder / "new.obj", turned(0.0))
     words = (
         "relayout",
         "old.obj",
@@ -249,23 +251,23 @@ def test_a_triangle_far_smaller_than_a_texel_does_not_make_pictures_larger(there
     sizes = []
     for _ in range(2):
         assert iccm(*words).code == 0
-        sizes.append(json.loads((there / "r.json").read_text())["size"])
+        sizes.append(json.loads((folder / "r.json").read_text())["size"])
         for name, uv in (
             ("old", "vt 0 .96\nvt .04 .96\nvt 0 .961\n"),
             ("new", "vt .9 .1\nvt .94 .1\nvt .9 .100001\n"),
         ):
-            with (there / f"{name}.obj").open("a") as file:
+            with (folder / f"{name}.obj").open("a") as file:
                 file.write("v 2 0 0\nv 2.1 0 0\nv 2 .1 0\n" + uv + "f -3/-3 -2/-2 -1/-1\n")
     assert sizes[1] == pytest.approx(sizes[0], rel=0.02)
 
 
-def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(there, iccm, monkeypatch):
+def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(folder, iccm, monkeypatch):
     monkeypatch.setattr("iccm.meshes.relayout.LARGEST_TEXELS_ACROSS", 8)
     image_files.write("t.png", image_files.Image(np.zeros((16, 16, 3), np.uint8)))
-    write(there / "new.obj", lambda x, y: upright(x, y) / 2, 4)
-    write(there / "old.obj", upright, 4)
-    (there / "old.obj").write_text("mtllib m.mtl\nusemtl a\n" + (there / "old.obj").read_text())
-    (there / "m.mtl").write_text("newmtl a\nmap_Kd t.png\n")
+    write(folder / "new.obj", lambda x, y: upright(x, y) / 2, 4)
+    write(folder / "old.obj", upright, 4)
+    (folder / "old.obj").write_text("mtllib m.mtl\nusemtl a\n" + (folder / "old.obj").read_text())
+    (folder / "m.mtl").write_text("newmtl a\nmap_Kd t.png\n")
     for words in (["--texture", "t.png", "-o", "o.png"], ["-o", "o.obj"]):
         done = iccm("relayout", "old.obj", "new.obj", *words)
         assert "use --size 32" in done.err
@@ -275,15 +277,15 @@ def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(the
 
 
 @pytest.mark.slow
-def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):
+def test_a_palette_becomes_a_picture_with_room_for_its_colours(folder, iccm):
     """If charts are points, each on its own colour, the old picture's size does not matter."""
     x, y, quads = grid(4)
     palette = np.random.default_rng(1).integers(0, 256, (1, 16, 3)).astype(np.uint8)
     image_files.write("t.png", image_files.Image(palette))
     rows = [f"v {a} {b} 0" for a, b in zip(x, y)] + [f"vt {(k + 0.5) / 16} 0.5" for k in range(16)]
     rows += ["f " + " ".join(f"{c + 1}/{k + 1}" for c in quad) for k, quad in enumerate(quads)]
-    (there / "old.obj").write_text("\n".join(rows) + "\n")
-    write(there / "new.obj", lambda x, y: np.column_stack([x, y]), 4, plane)
+    (folder / "old.obj").write_text("\n".join(rows) + "\n")
+    write(folder / "new.obj", lambda x, y: np.column_stack([x, y]), 4, plane)
     assert iccm("relayout", "old.obj", "new.obj", "--texture", "t.png", "-o", "o.png").code == 0
     picture = image_files.read("o.png").pixels
     side = len(picture) // 4
@@ -294,21 +296,21 @@ def test_a_palette_becomes_a_picture_with_room_for_its_colours(there, iccm):
         assert np.abs(tile - palette[0, k]).max() <= 1
 
 
-def test_triangles_without_area_in_the_new_layout_are_told(there, iccm):
+def test_triangles_without_area_in_the_new_layout_are_told(folder, iccm):
     """The right half of its faces is a line there."""
-    write(there / "old.obj", upright, 4, plane)
-    write(there / "new.obj", lambda x, y: np.column_stack([np.minimum(x, 0.5), y]), 4, plane)
+    write(folder / "old.obj", upright, 4, plane)
+    write(folder / "new.obj", lambda x, y: np.column_stack([np.minimum(x, 0.5), y]), 4, plane)
     image_files.write("t.png", image_files.Image(np.full((8, 8, 3), 200, np.uint8)))
     done = iccm("relayout", "old.obj", "new.obj", "--texture", "t.png", "-o", "o.png")
     assert done.code == 0
     assert "new.obj: 50.0% of the surface shows no texture" in done.err
 
 
-def test_a_layout_without_area_is_not_done(there, iccm):
-    write(there / "new.obj", lambda x, y: 0 * upright(x, y), 4)
+def test_a_layout_without_area_is_not_done(folder, iccm):
+    write(folder / "new.obj", lambda x, y: 0 * upright(x, y), 4)
     words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json")
     done = iccm("relayout", "old.obj", "new.obj", *words)
-    assert (done.code, json.loads((there / "r.json").read_text())["status"]) == (1, "empty")
+    assert (done.code, json.loads((folder / "r.json").read_text())["status"]) == (1, "empty")
     assert "cover no texel" in done.err
 
 
@@ -322,13 +324,13 @@ def test_a_layout_without_area_is_not_done(there, iccm):
         (("--texture", "old.png", "-o", "o.xyz"), "o.xyz"),
     ],
 )
-def test_wrong_words_are_told_in_a_line(there, iccm, words, message):
-    write(there / "new.obj", turned(0.3))
+def test_wrong_words_are_told_in_a_line(folder, iccm, words, message):
+    write(folder / "new.obj", turned(0.3))
     image_files.write("grey.png", image_files.Image(np.zeros((8, 8, 1), np.uint8)))
     done = iccm("relayout", "old.obj", "new.obj", *words)
     assert done.code == 2
     assert message in done.err
-    assert not (there / "o.png").exists()
+    assert not (folder / "o.png").exists()
 
 
 def test_partners_are_found_however_faces_are_ordered_and_turned():

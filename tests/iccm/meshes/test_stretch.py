@@ -15,9 +15,9 @@ def numbers(*shape):
 def test_maps_are_composed_and_inverted():
     first, then, z = Linear(numbers(5), numbers(5)), Linear(numbers(5), numbers(5)), numbers(5)
     image = first.a * z + first.b * z.conj()
-    both = then @ first
-    assert both.a * z + both.b * z.conj() == pytest.approx(then.a * image + then.b * image.conj())
-    assert both.determinant == pytest.approx(first.determinant * then.determinant)
+    composed = then @ first
+    assert composed.a * z + composed.b * z.conj() == pytest.approx(then.a * image + then.b * image.conj())
+    assert composed.determinant == pytest.approx(first.determinant * then.determinant)
     back = first.inverse()
     assert back.a * image + back.b * image.conj() == pytest.approx(z)
 

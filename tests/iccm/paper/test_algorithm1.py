@@ -49,9 +49,9 @@ def test_the_energy_never_increases(job, order):
 def test_both_halves_of_each_step_lower_the_energy(name):
     """Zeroth order, by hand: the global step with fixed targets, and the local step with a fixed map."""
     constraints = {k: v for k, v in JOBS[name].items() if k in ("pins", "strokes")}
-    rest = {k: v for k, v in JOBS[name].items() if k not in constraints}
+    settings = {k: v for k, v in JOBS[name].items() if k not in constraints}
     problem = NormalisedProblem.of(Problem.of(pear(), arrow(), **constraints), as_begun=True)
-    options = Options(method="paper", **rest)
+    options = Options(method="paper", **settings)
     polygon, s = discretise(problem.source, 40)
     basis = Basis(polygon.z, options.quasi is not None)
     system = System(assemble(problem, options, basis, polygon))
@@ -214,8 +214,8 @@ def test_reversing_the_vertices_changes_nothing(job, order):
     source, target = pear(), arrow()
     z = inside(source)
     fit = iccm.fit(source, target, **job, order=order)
-    other = iccm.fit(np.roll(source[::-1], 1), np.roll(target[::-1], 1), **job, order=order)
-    assert np.abs(fit.map(z) - other.map(z)).max() < 1e-12
+    reverse = iccm.fit(np.roll(source[::-1], 1), np.roll(target[::-1], 1), **job, order=order)
+    assert np.abs(fit.map(z) - reverse.map(z)).max() < 1e-12
 
 
 @pytest.mark.parametrize("order", [0, 1])
@@ -287,8 +287,8 @@ def test_options_out_of_range_are_refused_in_one_line(name, call):
     value, message = BAD_OPTIONS[name]
     with pytest.raises(iccm.InputError) as caught:
         call(**{name.split()[0]: value})
-    said = str(caught.value)
-    assert "\n" not in said and all(part in said for part in message.split(" … "))
+    error = str(caught.value)
+    assert "\n" not in error and all(part in error for part in message.split(" … "))
 
 
 BAD_INPUT = {

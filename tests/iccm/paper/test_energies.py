@@ -124,11 +124,11 @@ def test_consistency_is_what_the_coordinates_do_not_reproduce(setting):
     n = setting.polygon.z.size
     share = setting.rng.uniform(0.5, 1.5, n) / n
     term = consistency(setting.basis, share, 0.4)
-    near = setting.polygon.z * (1 - 1e-9)  # the random polygons are stars around 0
+    inner = setting.polygon.z * (1 - 1e-9)  # the random polygons are stars around 0
     defects = []
     for integral, values in ((setting.holomorphic, setting.phi), (setting.conjugate, setting.psi.conj())):
         g = values * (1 - 1e-9)
-        whole = [at_vertex(integral, z, v) for z, v in zip(near, g)]
+        whole = [at_vertex(integral, z, v) for z, v in zip(inner, g)]
         defects.append(np.sum(share * np.abs(np.array(whole) - values) ** 2))
     assert term.energy(setting.x, term.follow(share)) == pytest.approx(0.4 * sum(defects), rel=1e-5)
 

@@ -95,12 +95,12 @@ def test_the_solution_is_that_of_a_general_minimiser():
         for m, w, p, j in zip(
             np.sqrt(term.weight * term.measure), term.matrix, target.points, range(term.measure.size)
         ):
-            both = [(w.real, -w.imag, p.real), (w.imag, w.real, p.imag)]
+            equations = [(w.real, -w.imag, p.real), (w.imag, w.real, p.imag)]
             if target.normals is not None:
                 turned = np.sqrt(1 - LAMBDA) * target.normals[j].conj() * np.append(w, p)
-                both = [tuple(np.sqrt(LAMBDA) * part for part in parts) for parts in both]
-                both.append((turned[:-1].real, -turned[:-1].imag, turned[-1].real))
-            for a, b, c in both:
+                equations = [tuple(np.sqrt(LAMBDA) * part for part in parts) for parts in equations]
+                equations.append((turned[:-1].real, -turned[:-1].imag, turned[-1].real))
+            for a, b, c in equations:
                 rows.append(m * np.concatenate([a, b]))
                 right.append(m * c)
     best = scipy.optimize.lsq_linear(np.array(rows, float), np.array(right, float), tol=1e-15).x
@@ -138,8 +138,8 @@ def test_only_right_hand_sides_change_between_solves():
     """Solving is linear in the targets of zeroth order: the matrix is factorised once."""
     system, a = everything(0, True)
     b = [Target(t.points * 1j + 0.3) for t in a]
-    both = [Target(s.points + t.points) for s, t in zip(a, b)]
-    assert np.abs(system.solve(both) - system.solve(a) - system.solve(b)).max() < 1e-10
+    targets = [Target(s.points + t.points) for s, t in zip(a, b)]
+    assert np.abs(system.solve(targets) - system.solve(a) - system.solve(b)).max() < 1e-10
 
 
 def test_without_enough_equations_the_least_coefficients_are_taken():

@@ -63,9 +63,9 @@ def closest(polygon, w, closed=True):
     edge = np.abs(w[:, None] - foot).argmin(axis=1)
     foot = foot[np.arange(w.size), edge]
     away = w - foot
-    near = np.abs(away) < 1e-12 * np.ptp(polygon.real)
+    on_line = np.abs(away) < 1e-12 * np.ptp(polygon.real)
     across = along[edge] / np.abs(along[edge]) * 1j
-    return foot, np.where(near, across, away / np.where(near, 1, np.abs(away)))
+    return foot, np.where(on_line, across, away / np.where(on_line, 1, np.abs(away)))
 
 
 def by_arclength(source, samples, target):
@@ -82,7 +82,7 @@ def published(source, samples, target, order, quasi):
     Minimises ‖C f̂ - ŵ‖², or ‖Re(conj(N) (C f̂ - ŵ))‖² + λ‖C f̂ - ŵ‖² (Eq. 13), and ‖conj(D) ψ̂‖² (Eq. 10), as real
     least squares in Re φ̂, Im φ̂, Re ψ̂, Im ψ̂.
     """
-    both = values(source, samples, quasi)
+    weights = values(source, samples, quasi)
     rows, right = [], []
     if quasi:
         parts = samples.size // source.size
@@ -92,9 +92,9 @@ def published(source, samples, target, order, quasi):
         right = [np.zeros(2 * samples.size)]
     w, normal, energies = by_arclength(source, samples, target), None, []
     for _ in range(STEPS + 1):
-        system, aim = distance(both, w, order, normal)
+        system, aim = distance(weights, w, order, normal)
         energies.append(least([system, *rows], [aim, *right]))
-        w, normal = closest(target, together(both @ energies[-1]))
+        w, normal = closest(target, together(weights @ energies[-1]))
     return energies
 
 
@@ -140,10 +140,10 @@ def test_each_step_is_that_of_the_equations(name, order, quasi, per_edge):
     options |= {"quasi": QUASI} if quasi else {}
     expected = published(source, samples, target, order, quasi)
     z = inside(source)
-    at = values(source, np.append(samples, z), quasi)
+    weights = values(source, np.append(samples, z), quasi)
     for steps in range(1, STEPS + 1):
         fit = iccm.fit(source, target, method="paper", literal=True, max_iterations=steps, **options)
-        w = together(at @ expected[fit.iterations])
+        w = together(weights @ expected[fit.iterations])
         assert np.abs(fit.map(np.append(samples, z)) - w).max() <= 1e-12 * np.ptp(target.real)
         away = np.abs(closest(target, w[: samples.size])[0] - w[: samples.size])
         radius = 1 / abs(NormalisedProblem.of(Problem.of(source, target)).target_frame.factor)
@@ -169,11 +169,11 @@ def test_pins_and_strokes_are_those_of_the_equations(order, quasi):
     along = np.linspace(*drawn[0], STROKE_SAMPLES)
     places = (source, along, pins[:, 0])
     boundary, stroke, points = (values(source, z, quasi) for z in places)
-    rest = [(2 * points, 2 * apart(pins[:, 1]))]  # the root of β
+    constraints = [(2 * points, 2 * apart(pins[:, 1]))]  # the root of β
     if quasi:
         steps = np.roll(source, -1) - source
         d = coordinates(source, source + 0.5 * steps, 1).conj() * np.sqrt(QUASI)
-        rest.append(
+        constraints.append(
             (
                 np.hstack([np.zeros((2 * source.size, 2 * source.size)), real_rows(d)]),
                 np.zeros(2 * source.size),
@@ -184,7 +184,11 @@ def test_pins_and_strokes_are_those_of_the_equations(order, quasi):
     for before, after in pairwise(maps):
         w, t = closest(target, before(source)), closest(drawn[1], before(along), closed=False)
         rows, aim = distance(stroke, t[0], order, t[1])
-        parts = [distance(boundary, w[0], order, w[1]), (np.sqrt(0.5) * rows, np.sqrt(0.5) * aim), *rest]
+        parts = [
+            distance(boundary, w[0], order, w[1]),
+            (np.sqrt(0.5) * rows, np.sqrt(0.5) * aim),
+            *constraints,
+        ]
         x = least(*zip(*parts))
         assert np.abs(together(values(source, z, quasi) @ x) - after(z)).max() <= 1e-12 * np.ptp(target.real)
 

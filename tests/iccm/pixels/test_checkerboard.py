@@ -15,8 +15,8 @@ def test_each_digit_tells_itself_and_a_mirror():
     drawn = [_drawn(str(k), HEIGHT) for k in range(10)]
     ink = drawn[8].sum()
     for k, digit in enumerate(drawn):
-        for other in drawn[k + 1 :]:
-            assert np.abs(digit - other).sum() > 0.1 * ink
+        for mark in drawn[k + 1 :]:
+            assert np.abs(digit - mark).sum() > 0.1 * ink
         if k not in (0, 8):
             assert np.abs(digit - digit[:, ::-1]).sum() > 0.1 * ink
     assert np.allclose(drawn[6], drawn[9][::-1, ::-1], atol=1e-6)

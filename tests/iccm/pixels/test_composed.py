@@ -22,9 +22,7 @@ def square(size, to, shift):
 
 
 def several(*maps):
-    return Several(
-        maps, [Curve(np.concatenate([each.image[loop] for loop in each.loops])).box for each in maps]
-    )
+    return Several(maps, [Curve(np.concatenate([map.image[loop] for loop in map.loops])).box for map in maps])
 
 
 def bands(map, canvas):
@@ -35,14 +33,14 @@ def bands(map, canvas):
 def test_small_parts_lie_over_large_ones():
     below, above = square(8, 1 + 1j, 100), square(2, 4 + 4j, 200)
     canvas = Canvas(100, 100, (0, 10 + 10j))
-    found = bands(several(above, below), canvas)
-    z, cover = (np.concatenate([getattr(band, name) for band in found]) for name in ("z", "coverage"))
+    strips = bands(several(above, below), canvas)
+    z, cover = (np.concatenate([getattr(band, name) for band in strips]) for name in ("z", "coverage"))
     assert (z[42:58, 42:58].real > 199).all() and (z[12:38, 12:88].real < 102).all()
     assert (cover[11:89, 11:89] == 1).all() and cover[:9].max() == 0 and np.isnan(z[:9]).all()
     assert np.isfinite(z[cover > 0]).all()
     alone = bands(below, canvas)
-    assert np.array_equal(found[0].z[:38], alone[0].z[:38], equal_nan=True)
-    assert np.array_equal(found[0].right[:38], alone[0].right[:38], equal_nan=True)
+    assert np.array_equal(strips[0].z[:38], alone[0].z[:38], equal_nan=True)
+    assert np.array_equal(strips[0].right[:38], alone[0].right[:38], equal_nan=True)
 
 
 def test_parts_that_share_an_edge_leave_no_seam():
@@ -102,9 +100,9 @@ def test_a_map_between_mirror_images_stands_for_one_between_the_planes(source, t
     assert band.z[inner] == pytest.approx(expected, abs=1e-9)
     for axis, slope in ((1, band.right), (0, band.down)):
         step = np.diff(band.z, axis=axis)
-        both = inner[:, :-1] & inner[:, 1:] if axis else inner[:-1] & inner[1:]
+        pairs = inner[:, :-1] & inner[:, 1:] if axis else inner[:-1] & inner[1:]
         before = slope[:, :-1] if axis else slope[:-1]
-        assert np.abs(step - before)[both].max() < 0.2 * np.abs(step)[both].min()
+        assert np.abs(step - before)[pairs].max() < 0.2 * np.abs(step)[pairs].min()
 
 
 def test_a_picture_is_cut_by_parts_with_holes():
@@ -112,8 +110,8 @@ def test_a_picture_is_cut_by_parts_with_holes():
     canvas = Canvas(50, 40, (0j, 5 + 4j))
     part = np.array([0.57 + 1j, 4 + 1j, 4 + 3.22j, 0.57 + 3.22j])
     hole = np.array([2 + 2j, 2 + 2.5j, 3 + 2.5j, 3 + 2j])
-    other = np.array([4.5 + 0j, 5 + 0j, 5 + 0.5j, 4.5 + 0.5j])
-    band = preimages.of(Cut(map, [part, hole, other]), canvas, 1e-3)(0)
+    island = np.array([4.5 + 0j, 5 + 0j, 5 + 0.5j, 4.5 + 0.5j])
+    band = preimages.of(Cut(map, [part, hole, island]), canvas, 1e-3)(0)
     area = band.coverage.sum() * canvas.step[0] * canvas.step[1]
     assert area == pytest.approx(3.43 * 2.22 - 0.5 + 0.25, rel=1e-5)
     assert (band.coverage[16:19, 21:29] == 0).all() and np.isnan(band.z[16:19, 21:29]).all()

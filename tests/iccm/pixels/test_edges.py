@@ -50,40 +50,40 @@ def test_a_texture_that_is_mirrored_is_even_about_its_edges(size, kind):
     about_left = filters.read(tex, xy * (-1, 1), flip, filters.FILTERS[kind])
     about_right = filters.read(tex, np.array([2 * width, 0]) + xy * (-1, 1), flip, filters.FILTERS[kind])
     again = filters.read(tex, xy + np.array([0, 2 * height]), TURNS, filters.FILTERS[kind])
-    for other in (about_left, about_right, again):
-        assert other == pytest.approx(values, abs=2e-5)
+    for copy in (about_left, about_right, again):
+        assert copy == pytest.approx(values, abs=2e-5)
 
 
 @pytest.mark.parametrize("kind", ["linear", "cubic", "lanczos"])
 def test_a_tile_is_filtered_as_the_same_tiles_side_by_side(kind):
     tile = np.random.default_rng(2).random((64, 64, 3)).astype(np.float32)
-    one = pyramid.pyramid(tile, pyramid.REPEAT)
+    single = pyramid.pyramid(tile, pyramid.REPEAT)
     many = pyramid.pyramid(np.tile(tile, (8, 8, 1)), pyramid.CLAMP)
     few = TURNS[np.abs(TURNS).max(axis=1) < 8]  # whose kernels stay among these
     xy = 256 + 64 * PLACES[: len(few)]
-    found, wanted = (filters.read(tex, xy, few, filters.FILTERS[kind]) for tex in (one, many))
-    assert found == pytest.approx(wanted, abs=1e-5)
+    effect, expected = (filters.read(tex, xy, few, filters.FILTERS[kind]) for tex in (single, many))
+    assert effect == pytest.approx(expected, abs=1e-5)
 
 
 @pytest.mark.parametrize(("edge", "mode"), [("repeat", "wrap"), ("mirror", "symmetric"), ("clamp", "edge")])
 def test_a_spline_through_a_tile_is_that_through_all_around_it(edge, mode):
     tile = np.random.default_rng(2).random((20, 26, 2)).astype(np.float32)
-    one = pyramid.pyramid(tile, pyramid.EDGES[edge], spline=True)
+    single = pyramid.pyramid(tile, pyramid.EDGES[edge], spline=True)
     many = pyramid.pyramid(np.pad(tile, [(40, 40), (40, 40), (0, 0)], mode=mode), pyramid.CLAMP, spline=True)
     xy = np.random.default_rng(3).uniform(-3, [29, 23], (300, 2))
-    near = np.tile([0.3, 0.1, -0.1, 0.3], (300, 1))
-    effect = filters.read(one, xy, near, filters.SPLINE)
-    assert effect == pytest.approx(filters.read(many, xy + 40, near, filters.SPLINE), abs=1e-4)
+    magnified = np.tile([0.3, 0.1, -0.1, 0.3], (300, 1))
+    effect = filters.read(single, xy, magnified, filters.SPLINE)
+    assert effect == pytest.approx(filters.read(many, xy + 40, magnified, filters.SPLINE), abs=1e-4)
 
 
 @pytest.mark.parametrize(("edge", "mode"), [("repeat", "wrap"), ("mirror", "symmetric")])
 def test_reductions_of_a_tile_are_those_of_all_around_it(edge, mode):
     tile = np.random.default_rng(2).random((64, 48, 2)).astype(np.float32)
-    one = pyramid.pyramid(tile, pyramid.EDGES[edge])
+    single = pyramid.pyramid(tile, pyramid.EDGES[edge])
     many = pyramid.pyramid(np.pad(tile, [(64, 64), (64, 64), (0, 0)], mode=mode), pyramid.CLAMP)
     xy = np.random.default_rng(3).uniform(-4, [52, 68], (300, 2))
     wide = np.tile([3.0, 0.5, -0.4, 2.6], (300, 1))
-    effect = filters.read(one, xy, wide, filters.LINEAR)
+    effect = filters.read(single, xy, wide, filters.LINEAR)
     assert effect == pytest.approx(filters.read(many, xy + 64, wide, filters.LINEAR), abs=1e-5)
 
 
@@ -91,8 +91,8 @@ def test_rows_that_are_reduced_strip_by_strip_are_those_reduced_at_once(monkeypa
     picture = np.random.default_rng(4).random((200, 7, 2)).astype(np.float32)
     whole = [pyramid.pyramid(picture, edge).texels for edge in (pyramid.REPEAT, pyramid.MIRROR)]
     monkeypatch.setattr(pyramid, "STRIP_VALUES", 1)
-    for edge, wanted in zip((pyramid.REPEAT, pyramid.MIRROR), whole):
-        assert np.array_equal(pyramid.pyramid(picture, edge).texels, wanted)
+    for edge, expected in zip((pyramid.REPEAT, pyramid.MIRROR), whole):
+        assert np.array_equal(pyramid.pyramid(picture, edge).texels, expected)
 
 
 def test_a_turned_texture_is_where_it_is_turned_to():
@@ -101,5 +101,5 @@ def test_a_turned_texture_is_where_it_is_turned_to():
     turned = Texture(np.rot90(pixels).copy(), (1 + 1j, 5 + 5j), turn=-1j)  # back again
     z = 3 + 3j + RNG.uniform(-1.9, 1.9, 50) + 1j * RNG.uniform(-1.9, 1.9, 50)
     right, down = np.full(50, 0.3 + 0.1j, np.complex64), np.full(50, 0.2 - 0.4j, np.complex64)
-    found = [Sampler(each).values(each.places(z, right, down)) for each in (plain, turned)]
-    assert found[1] == pytest.approx(found[0], abs=1e-5)
+    values = [Sampler(texture).values(texture.places(z, right, down)) for texture in (plain, turned)]
+    assert values[1] == pytest.approx(values[0], abs=1e-5)

@@ -30,7 +30,7 @@ def axes(turn):
 def defined(tex, level, place, stretch, name):
     """The mean of a level's texels around a place, weighted by k(u) k(v), (u, v) = S⁻¹ d."""
     size, h, w = tex.size[level], tex.height[level], tex.width[level]
-    held = tex.base if level == 0 else tex.texels[tex.start[level] :][: h * w].reshape(h, w, -1)
+    pixels = tex.base if level == 0 else tex.texels[tex.start[level] :][: h * w].reshape(h, w, -1)
     radius, kernel = KERNELS[name]
     if np.linalg.eigvalsh(stretch).min() >= 4 * size:
         stretch = 4 * size * np.eye(2)
@@ -39,7 +39,7 @@ def defined(tex, level, place, stretch, name):
     i, j = (np.arange(int(v) - reach, int(v) + reach) for v in (y, x))
     away = np.stack(np.meshgrid(j + 0.5 - x, i + 0.5 - y), axis=2) @ np.linalg.inv(stretch / size)
     weights = kernel(np.abs(away[..., 0])) * kernel(np.abs(away[..., 1]))
-    texels = held[np.clip(i, 0, h - 1)][:, np.clip(j, 0, w - 1)].astype(float)
+    texels = pixels[np.clip(i, 0, h - 1)][:, np.clip(j, 0, w - 1)].astype(float)
     if tex.edge == pyramid.CLEAR:
         texels[(i < 0) | (i >= h)] = 0
         texels[:, (j < 0) | (j >= w)] = 0
@@ -58,8 +58,8 @@ def test_a_filter_is_what_it_is_defined_to_be(name, channels, edge, shape):
     xy[0], turn[0] = np.round(xy[0]) + 0.5, (1, 0, 0, 1)
     turn[1], turn[2] = np.nan, 0
     effect = filters.read(tex, xy, turn, filters.FILTERS[name])
-    for place, each, value in zip(xy, turn, effect):
-        stretch = axes(each)
+    for place, matrix, value in zip(xy, turn, effect):
+        stretch = axes(matrix)
         short = np.linalg.eigvalsh(stretch).min()
         level = int(np.flatnonzero(tex.size <= short * (1 + 1e-12)).max())
         assert value == pytest.approx(defined(tex, level, place, stretch, name), abs=2e-6)
@@ -99,9 +99,9 @@ def test_a_clamped_kernel_stays_within_its_texels(channels):
     turn = rng.normal(0, 0.6, (400, 4))
     plain, clamped = (filters.read(tex, xy, turn, filters.CUBIC, clamp) for clamp in (False, True))
     changed = 0
-    for place, each, before, after in zip(xy, turn, plain, clamped):
-        held = taps(tex, place, axes(each))
-        assert after == pytest.approx(np.clip(before, held.min(axis=0), held.max(axis=0)), abs=1e-6)
+    for place, matrix, before, after in zip(xy, turn, plain, clamped):
+        texels = taps(tex, place, axes(matrix))
+        assert after == pytest.approx(np.clip(before, texels.min(axis=0), texels.max(axis=0)), abs=1e-6)
         changed += bool((after != before).any())
     assert changed > 100
 
@@ -125,8 +125,8 @@ def test_a_picture_that_is_shrunk_keeps_the_range_of_its_texels(edge, stored):
     else:
         tex = pyramid.pyramid(pyramid.ready(texels, table, -1), edge, clamped=True)
     for factor in (1.5, 2.3, 6.8, 13.1):
-        at = np.arange(factor / 2 + 24, 360, factor)
-        xy = np.stack(np.meshgrid(at, at), axis=2).reshape(-1, 2)
+        centres = np.arange(factor / 2 + 24, 360, factor)
+        xy = np.stack(np.meshgrid(centres, centres), axis=2).reshape(-1, 2)
         value = filters.read(tex, xy, np.tile([factor, 0, 0, factor], (len(xy), 1)), filters.CUBIC, True)
         if edge == pyramid.CLEAR:  # transparent black is among the texels near the edge
             value = value[np.abs(xy - [192, 256]).max(axis=1) < 60]
@@ -139,8 +139,8 @@ def contrast(clamped, factor, wavelength):
     across, down = 2 * np.pi / (factor * wavelength) * np.array([np.cos(0.3), np.sin(0.3)])
     wave = 0.5 + 0.2 * np.sin(across * j + down * i)
     tex = pyramid.pyramid(wave.astype(np.float32)[..., None], pyramid.CLAMP, clamped=clamped)
-    at = np.arange(100, 412, factor)
-    xy = np.stack(np.meshgrid(at, at), axis=2).reshape(-1, 2)
+    centres = np.arange(100, 412, factor)
+    xy = np.stack(np.meshgrid(centres, centres), axis=2).reshape(-1, 2)
     values = filters.read(tex, xy, np.tile([factor, 0, 0, factor], (len(xy), 1)), filters.CUBIC, clamped)
     phase = (xy - 0.5) @ [across, down]
     waves = np.stack([np.sin(phase), np.cos(phase), np.ones_like(phase)], axis=1)

@@ -25,28 +25,28 @@ def sticker(opacity: float = 1.0) -> np.ndarray:
 @pytest.mark.parametrize("opacity", [1.0, 0.6])
 def test_alpha_is_that_of_the_inside_up_to_the_outline_and_beyond(opacity):
     pixels = sticker(opacity)
-    made = without_own_edge(Texture(pixels, BOX, 3), [DISK]).pixels
-    assert (made[..., 3] == round(255 * opacity)).all()
+    result = without_own_edge(Texture(pixels, BOX, 3), [DISK]).pixels
+    assert (result[..., 3] == round(255 * opacity)).all()
     kept = pixels[..., 3] >= 128 * opacity  # what is covered by half keeps its colour
-    assert np.array_equal(made[kept, :3], pixels[kept, :3])
+    assert np.array_equal(result[kept, :3], pixels[kept, :3])
     beyond = ~kept & (np.hypot(*(np.mgrid[:N, :N] - 15.5)) < 14)  # others take the colour of the nearest
     ramp = 8 * np.moveaxis(np.mgrid[:N, :N], 0, 2)
-    assert np.abs(made[beyond, :2].astype(int) - ramp[beyond]).max() <= 16
+    assert np.abs(result[beyond, :2].astype(int) - ramp[beyond]).max() <= 16
 
 
 def test_associated_alpha_is_treated_as_straight_alpha():
     straight = sticker().astype(np.float32) / 255
     associated = np.concatenate([straight[..., :3] * straight[..., 3:], straight[..., 3:]], axis=2)
-    made = without_own_edge(Texture(straight, BOX, 3, "linear"), [DISK]).pixels
-    other = without_own_edge(Texture(associated, BOX, 3, "linear", True), [DISK]).pixels
-    assert other == pytest.approx(made, abs=1e-5)
+    from_straight = without_own_edge(Texture(straight, BOX, 3, "linear"), [DISK]).pixels
+    from_associated = without_own_edge(Texture(associated, BOX, 3, "linear", True), [DISK]).pixels
+    assert from_associated == pytest.approx(from_straight, abs=1e-5)
 
 
 def test_a_transparent_window_inside_stays():
     pixels = sticker()
     pixels[13:19, 12:18, 3] = 0
-    made = without_own_edge(Texture(pixels, BOX, 3), [DISK]).pixels
-    assert np.array_equal(made[10:22, 9:21], pixels[10:22, 9:21])
+    result = without_own_edge(Texture(pixels, BOX, 3), [DISK]).pixels
+    assert np.array_equal(result[10:22, 9:21], pixels[10:22, 9:21])
 
 
 def _faded(x, y):
@@ -85,14 +85,14 @@ def test_the_outline_of_an_oblong_texture_is_found():
     outline = 2 * texels.real + 1j * (20 - texels.imag)
     pixels = np.full((20, 50, 4), 90, np.uint8)
     pixels[..., 3] = np.rint(255 * coverage_box(texels, 0, 20, 50))
-    made = without_own_edge(Texture(pixels, (0j, 100 + 20j), 3), [outline]).pixels
-    assert (made[..., 3] == 255).all()
+    result = without_own_edge(Texture(pixels, (0j, 100 + 20j), 3), [outline]).pixels
+    assert (result[..., 3] == 255).all()
 
 
 def test_a_float_texture_keeps_how_transparent_it_is():
     pixels = sticker(0.6).astype(np.float32) / 255
-    made = without_own_edge(Texture(pixels, BOX, 3, "linear"), [DISK]).pixels
-    assert made[..., 3] == pytest.approx(0.6, abs=1e-6)
+    result = without_own_edge(Texture(pixels, BOX, 3, "linear"), [DISK]).pixels
+    assert result[..., 3] == pytest.approx(0.6, abs=1e-6)
 
 
 def test_what_is_transparent_up_to_the_outline_lends_no_colour():
@@ -100,8 +100,8 @@ def test_what_is_transparent_up_to_the_outline_lends_no_colour():
     pixels = sticker()
     pixels[pixels[..., 3] > 0, :3] = 200
     pixels[20:] = 0
-    made = without_own_edge(Texture(pixels, BOX, 3), [DISK]).pixels
-    assert (made[made[..., 3] > 0, :3] == 200).all() and (made[24:29, 16, 3] == 0).all()
+    result = without_own_edge(Texture(pixels, BOX, 3), [DISK]).pixels
+    assert (result[result[..., 3] > 0, :3] == 200).all() and (result[24:29, 16, 3] == 0).all()
 
 
 def test_a_sticker_enlarged_is_opaque_up_to_the_targets_own_edge():

@@ -30,8 +30,8 @@ def test_paper_shows_where_nothing_is_painted(dtype, associated):
     largest = np.iinfo(dtype).max if np.dtype(dtype).kind == "u" else 1
     got = texture.pixels[1] / largest
     paper = INK_SHARE * colour + (1 - INK_SHARE)
-    wanted = np.array([colour, colour, (colour + paper) / 2, paper, paper])
-    np.testing.assert_allclose(got[:, :3], wanted, atol=2.1 / 255)
+    expected = np.array([colour, colour, (colour + paper) / 2, paper, paper])
+    np.testing.assert_allclose(got[:, :3], expected, atol=2.1 / 255)
     np.testing.assert_allclose(got[:, 3], 1)
 
 

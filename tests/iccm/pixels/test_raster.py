@@ -15,15 +15,15 @@ def mask(seed, shape, share):
     ("shape", "share"), [((13, 29), 0.1), ((29, 13), 0.5), ((1, 17), 0.2), ((17, 1), 0.2)]
 )
 def test_the_nearest_pixel_is_the_nearest(shape, share):
-    known = mask(3, shape, share)
-    nearest_pixels = raster.nearest(known)
-    rows, columns = np.nonzero(known)
+    marked = mask(3, shape, share)
+    nearest_pixels = raster.nearest(marked)
+    rows, columns = np.nonzero(marked)
     y, x = np.mgrid[: shape[0], : shape[1]]
     away = np.hypot(y[..., None] - rows, x[..., None] - columns)
     np.testing.assert_allclose(nearest_pixels.distances, away.min(axis=-1), rtol=1e-6)
-    at = np.divmod(nearest_pixels.numbers, shape[1])
-    np.testing.assert_allclose(np.hypot(at[0] - y, at[1] - x), away.min(axis=-1), rtol=1e-12)
-    assert known[at].all()
+    indices = np.divmod(nearest_pixels.numbers, shape[1])
+    np.testing.assert_allclose(np.hypot(indices[0] - y, indices[1] - x), away.min(axis=-1), rtol=1e-12)
+    assert marked[indices].all()
 
 
 def test_nothing_is_near_where_nothing_is_known():
@@ -34,8 +34,8 @@ def test_nothing_is_near_where_nothing_is_known():
 
 def test_the_depth_of_a_mask_is_that_of_opencv():
     inside = mask(4, (211, 307), 0.995)
-    wanted = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    np.testing.assert_allclose(raster.depths(inside), wanted, atol=1e-5)
+    expected = cv2.distanceTransform(inside.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    np.testing.assert_allclose(raster.depths(inside), expected, atol=1e-5)
 
 
 @pytest.mark.parametrize("reach", [1, 2, 9])
@@ -53,10 +53,10 @@ def test_extremes_in_squares_are_those_of_opencv(reach):
 @pytest.mark.parametrize("size", [(20, 31), (57, 19), (19, 57), (1, 1), (38, 57)])
 def test_means_over_areas_are_exact(size):
     pixels = np.random.default_rng(6).random((57, 38, 3))
-    found = raster.resized_by_area(pixels, size)
+    resized = raster.resized_by_area(pixels, size)
     fine = pixels.repeat(size[1], axis=0).repeat(size[0], axis=1)
-    wanted = fine.reshape(size[1], 57, size[0], 38, 3).mean(axis=(1, 3))
-    np.testing.assert_allclose(found, wanted, atol=1e-6)
+    expected = fine.reshape(size[1], 57, size[0], 38, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(resized, expected, atol=1e-6)
     assert raster.resized_by_area((255 * pixels).astype(np.uint8), size).dtype == np.uint8
 
 
@@ -69,10 +69,10 @@ def test_means_do_not_depend_on_the_bands_they_are_computed_in(monkeypatch):
 
 def test_a_linear_ramp_stays_one_at_a_higher_resolution():
     pixels = np.add.outer(np.arange(8.0), 3 * np.arange(5.0))
-    found = raster.resized_linearly(pixels, (15, 32))
+    resized = raster.resized_linearly(pixels, (15, 32))
     y, x = (np.arange(32) + 0.5) / 4 - 0.5, (np.arange(15) + 0.5) / 3 - 0.5
-    wanted = np.add.outer(np.clip(y, 0, 7), 3 * np.clip(x, 0, 4))
-    np.testing.assert_allclose(found, wanted, atol=1e-5)
+    expected = np.add.outer(np.clip(y, 0, 7), 3 * np.clip(x, 0, 4))
+    np.testing.assert_allclose(resized, expected, atol=1e-5)
 
 
 def test_doubling_interpolates_linearly():
@@ -84,8 +84,8 @@ def test_doubling_interpolates_linearly():
 @pytest.mark.parametrize(("sigma", "most"), [(1, 1e-6), (3.3, 1e-6), (20, 0.01)])
 def test_gaussians_are_those_of_opencv(sigma, most):
     pixels = np.random.default_rng(8).random((150, 210, 3)).astype(np.float32)
-    found = raster.blurred(pixels, sigma)
-    assert np.abs(found - cv2.GaussianBlur(pixels, (0, 0), sigma)).max() < most
+    blurred = raster.blurred(pixels, sigma)
+    assert np.abs(blurred - cv2.GaussianBlur(pixels, (0, 0), sigma)).max() < most
     assert raster.blurred(pixels[..., 0] > 0.5, sigma).shape == (150, 210)
 
 
@@ -99,10 +99,10 @@ def test_pieces_are_those_of_opencv(diagonally):
     )
     assert pieces.count == count - 1 > 20
     for k in range(pieces.count):
-        here = pieces.labels == k + 1
-        (other,) = set(labels[here].tolist())
-        left, top, width, height, area = boxes[other]
-        assert area == pieces.sizes[k] == here.sum()
+        piece = pieces.labels == k + 1
+        (label,) = set(labels[piece].tolist())
+        left, top, width, height, area = boxes[label]
+        assert area == pieces.sizes[k] == piece.sum()
         assert pieces.boxes[k].tolist() == [top, left, top + height, left + width]
         assert pieces.extents[k].tolist() == [height, width]
     large = pieces.sizes > 5

@@ -9,7 +9,7 @@ from PIL import Image
 from iccm.pixels.thumbnail import LARGEST_SIDE_PIXELS, png
 
 
-def shown(pixels):
+def thumbnail_pixels(pixels):
     with Image.open(BytesIO(png(pixels))) as image:
         return np.asarray(image)
 
@@ -23,18 +23,18 @@ def shown(pixels):
     ],
 )
 def test_black_stays_black_and_white_stays_white_in_every_depth(pixels, expected):
-    assert shown(pixels.reshape(1, -1, 1)).ravel().tolist() == expected
+    assert thumbnail_pixels(pixels.reshape(1, -1, 1)).ravel().tolist() == expected
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_channels_keep_their_meaning(channels):
     pixels = np.random.default_rng(channels).integers(0, 256, (3, 5, channels), np.uint8)
-    assert np.array_equal(shown(pixels).reshape(3, 5, channels), pixels)
+    assert np.array_equal(thumbnail_pixels(pixels).reshape(3, 5, channels), pixels)
 
 
 @pytest.mark.parametrize("shape", [(2 * LARGEST_SIDE_PIXELS + 1, 3), (3, 2 * LARGEST_SIDE_PIXELS + 1)])
 def test_large_pictures_are_thinned_out_whichever_side_is_longer(shape):
     pixels = np.arange(shape[0] * shape[1], dtype=np.uint32).astype(np.uint8).reshape(*shape, 1)
-    made = shown(pixels)
-    assert LARGEST_SIDE_PIXELS / 2 < max(made.shape) <= LARGEST_SIDE_PIXELS
-    assert np.array_equal(made, pixels[::3, ::3, 0])
+    thumbnail = thumbnail_pixels(pixels)
+    assert LARGEST_SIDE_PIXELS / 2 < max(thumbnail.shape) <= LARGEST_SIDE_PIXELS
+    assert np.array_equal(thumbnail, pixels[::3, ::3, 0])

@@ -114,8 +114,8 @@ def test_slopes_are_the_changes_from_pixel_to_pixel():
     z, right, down, *_ = whole(map, Canvas(400, 300, BOX))
     across, below = 0.5 * (z[:, 2:] - z[:, :-2]), 0.5 * (z[2:] - z[:-2])
     for change, slope in ((across, right[:, 1:-1]), (below, down[1:-1])):
-        known = np.isfinite(change) & np.isfinite(slope)
-        assert np.quantile(np.abs(change - slope)[known], 0.98) < 0.02 * np.abs(slope[known]).mean()
+        finite = np.isfinite(change) & np.isfinite(slope)
+        assert np.quantile(np.abs(change - slope)[finite], 0.98) < 0.02 * np.abs(slope[finite]).mean()
 
 
 def test_a_gap_between_neighbours_would_show(map):
@@ -132,8 +132,8 @@ def test_a_gap_between_neighbours_would_show(map):
 
 def test_threads_change_nothing():
     map, canvas = MAPS["ring"](), Canvas(333, 777, BOX)
-    for one, many in zip(whole(map, canvas, 1), whole(map, canvas, 5)):
-        assert np.array_equal(one, many, equal_nan=True)
+    for by_one, by_five in zip(whole(map, canvas, 1), whole(map, canvas, 5)):
+        assert np.array_equal(by_one, by_five, equal_nan=True)
 
 
 def test_a_band_is_the_same_alone():

@@ -90,15 +90,15 @@ def test_a_turn_by_90_degrees_is_a_turn_by_90_degrees():
 )
 def test_source_points_stay_within_the_error_asked_for(map):
     canvas = Canvas(700, 500, BOX)
-    for asked in (1e-3, 1e-5):
-        source = preimages.of(map, canvas, asked)
+    for max_error in (1e-3, 1e-5):
+        source = preimages.of(map, canvas, max_error)
         for row in range(0, canvas.height, BAND_ROWS):
             band = source(row)
             inner = band.coverage == 1
             w, z = canvas.centres(band.row, len(band.z))[inner], band.z[inner]
             exact, step = inverse(map, w), canvas.step[0]
             good = np.isfinite(exact)
-            assert good.mean() > 0.999 and np.abs(z - exact)[good].max(initial=0) <= asked
+            assert good.mean() > 0.999 and np.abs(z - exact)[good].max(initial=0) <= max_error
             across = (inverse(map, w + 0.01 * step) - exact) / 0.01
             good = np.isfinite(across)
             assert np.abs(band.right[inner] - across)[good].max(initial=0) <= 0.05 * step
@@ -124,8 +124,8 @@ def test_outline_pixels_hold_their_exact_coverage():
 
 def test_coverage_ignores_direction_and_cuts_at_the_border():
     loop = np.array([-3 + 1.5j, 4.25 + 1.5j, 4.25 + 9j, -3 + 9j])
-    for one in (loop, loop[::-1]):
-        area, inside = coverage(one, 1, 3, 6)
+    for polygon in (loop, loop[::-1]):
+        area, inside = coverage(polygon, 1, 3, 6)
         assert np.allclose(area, [[0.5] * 4 + [0.125, 0], [1] * 4 + [0.25, 0], [1] * 4 + [0.25, 0]])
         assert inside[2].tolist() == [True] * 4 + [False] * 2
 
@@ -222,13 +222,13 @@ def test_what_is_not_finite_stays_where_it_is_under_nearest():
     broken = holed()[1]
     map, canvas = conformal(lambda z: z + 0.2 * z**2), Canvas(300, 300, BOX)
     number = np.arange(broken[..., 0].size, dtype=np.float32).reshape(*broken.shape[:2], 1)
-    made, which = (
+    result, indices = (
         warp(map, Texture(picture, BOX, transfer="linear"), canvas, filter="nearest").pixels
         for picture in (broken, number)
     )
-    inside = which[..., 1] > 0
-    expected = broken.reshape(-1, 3)[which[inside, 0].astype(int)]
-    assert np.array_equal(made[inside, :3], expected, equal_nan=True)
+    inside = indices[..., 1] > 0
+    expected = broken.reshape(-1, 3)[indices[inside, 0].astype(int)]
+    assert np.array_equal(result[inside, :3], expected, equal_nan=True)
     assert not np.isfinite(expected).all()
 
 
@@ -237,11 +237,11 @@ def test_what_is_not_finite_under_alpha_0_has_no_colour(associated):
     picture = np.zeros((40, 40, 4), np.float32)
     picture[:, 20:] = [0.8, 0.4, 0.2, 1]
     picture[:, :20, :3] = np.nan
-    made = warp(IDENTITY, Texture(picture, BOX, 3, "linear", associated), Canvas(230, 230, BOX)).pixels
-    alpha = made[..., 3:]
+    result = warp(IDENTITY, Texture(picture, BOX, 3, "linear", associated), Canvas(230, 230, BOX)).pixels
+    alpha = result[..., 3:]
     assert ((alpha > 0.1) & (alpha < 0.9)).any()
     seen = alpha[..., 0] > 0.01
-    straight = made[seen, :3] / (alpha[seen] if associated else 1)
+    straight = result[seen, :3] / (alpha[seen] if associated else 1)
     assert np.abs(straight - [0.8, 0.4, 0.2]).max() < 1e-4
 
 
@@ -255,9 +255,9 @@ def test_a_reader_leaves_out_what_is_not_finite():
     xy = np.random.default_rng(1).uniform(0, 100, (500, 2))
     turn = np.tile([1.7, 0.2, -0.1, 0.6], (500, 1))
     read = {name: Sampler(texture, name) for name in ("cubic", "nearest")}
-    made = {name: one(lambda part: Places(xy[part], turn[part]), 500) for name, one in read.items()}
-    assert np.isfinite(made["cubic"]).all()
-    assert 0.02 < np.isnan(made["nearest"]).any(axis=1).mean() < 0.2
+    results = {name: reader(lambda part: Places(xy[part], turn[part]), 500) for name, reader in read.items()}
+    assert np.isfinite(results["cubic"]).all()
+    assert 0.02 < np.isnan(results["nearest"]).any(axis=1).mean() < 0.2
 
 
 @pytest.mark.parametrize("dtype, transfer", [(np.uint8, "srgb"), (np.uint16, "srgb"), (np.float32, "linear")])
@@ -269,9 +269,9 @@ def test_a_reader_gives_back_colours_over_alpha_as_they_are_stored(dtype, transf
     pixel = (value * top).astype(dtype)
     texture = Texture(np.broadcast_to(pixel, (9, 9, 4)).copy(), BOX, 3, transfer, associated)
     xy, turn = np.full((40, 2), 4.3), np.tile([0.5, 0, 0, 0.5], (40, 1))
-    made = Sampler(texture, filter)(lambda part: Places(xy[part], turn[part]), 40)
-    assert made.dtype == dtype
-    assert np.abs(made / top - pixel / top).max() < 1e-6
+    result = Sampler(texture, filter)(lambda part: Places(xy[part], turn[part]), 40)
+    assert result.dtype == dtype
+    assert np.abs(result / top - pixel / top).max() < 1e-6
 
 
 def test_a_filter_that_overshoots_half_stays_finite():
@@ -298,10 +298,10 @@ def test_outside_the_texture_box():
 
 def test_the_bytes_do_not_depend_on_the_threads():
     picture, map = noise((90, 70, 4), np.uint8), conformal(lambda z: z + 0.2 * z**2)
-    one, three = (
+    one_thread, three_threads = (
         warp(map, Texture(picture, BOX, 3), Canvas(500, 400, BOX), threads=k).pixels for k in (1, 3)
     )
-    assert one.tobytes() == three.tobytes()
+    assert one_thread.tobytes() == three_threads.tobytes()
 
 
 def test_what_is_asked_wrongly_is_told():
@@ -370,10 +370,10 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
     picture = cv2.GaussianBlur(rough, (0, 0), 6).reshape(rough.shape)
     alpha = 3 if channels == 4 else -1
     plain, compact = [], []
-    for made, limit in ((plain, 1 << 40), (compact, 0)):
+    for results, limit in ((plain, 1 << 40), (compact, 0)):
         monkeypatch.setattr("iccm.pixels.sampler.LARGE_VALUES", limit)
         for map, size in ((IDENTITY, 300), (conformal(lambda z: z + 0.2 * z**2), 40)):
-            made.append(
+            results.append(
                 warp(map, Texture(picture, BOX, alpha), Canvas(size, size, BOX), filter=filter).pixels
             )
     top = np.iinfo(dtype).max
@@ -411,16 +411,16 @@ def test_pixels_made_at_once_are_those_made_step_by_step(monkeypatch, filter, ch
 
 def test_a_texture_turned_by_90_degrees_is_read_in_squares(monkeypatch):
     """So that little of it is in memory at a time."""
-    asked = []
+    calls = []
 
     class Recorder(Memory):
         def release(self):
-            asked.append(None)
+            calls.append(None)
 
     sampler = Sampler(Texture(noise((64, 64, 3), np.uint8), BOX), memory=Recorder())
-    asked.clear()
+    calls.clear()
     whole(Warp(conformal(lambda z: 1j * z), sampler, Canvas(1000, 200, BOX)), threads=1)
-    assert len(asked) == 2 * 4  # bands of 128 rows, 256 columns at a time
+    assert len(calls) == 2 * 4  # bands of 128 rows, 256 columns at a time
 
 
 class Halved:
@@ -446,8 +446,8 @@ class Doubling:
 def test_another_kind_of_map_brings_its_own_preimages():
     half = conformal(lambda z: z / 2, SQUARE)
     texture, canvas = Texture(checkerboard(64), BOX), Canvas(80, 80, (-0.5 - 0.5j, 0.5 + 0.5j))
-    one, two = (warp(map, texture, canvas).pixels.astype(int) for map in (half, Halved()))
-    assert np.abs(one - two)[1:-1, 1:-1].max() <= 1
+    by_iccm, by_duck_type = (warp(map, texture, canvas).pixels.astype(int) for map in (half, Halved()))
+    assert np.abs(by_iccm - by_duck_type)[1:-1, 1:-1].max() <= 1
     rows = [np.concatenate(list(stmap(map, BOX, canvas))) for map in (half, Halved())]
     assert np.abs(rows[0] - rows[1])[1:-1, 1:-1].max() < 1e-5
 
@@ -455,12 +455,12 @@ def test_another_kind_of_map_brings_its_own_preimages():
 @pytest.mark.parametrize("channels", [1, 3])
 @pytest.mark.parametrize("method", ["nearest", "push-pull"])
 def test_padding_reaches_as_far_as_asked_and_leaves_what_is_known(method, channels):
-    pixels, known = noise((40, 50, channels), np.uint8), np.zeros((40, 50), bool)
-    known[15:20, 20:30] = True
-    pixels[~known] = 0
+    pixels, painted = noise((40, 50, channels), np.uint8), np.zeros((40, 50), bool)
+    painted[15:20, 20:30] = True
+    pixels[~painted] = 0
     before = pixels.copy()
-    pad(pixels, known, 4, method)
-    assert np.array_equal(pixels[known], before[known])
+    pad(pixels, painted, 4, method)
+    assert np.array_equal(pixels[painted], before[painted])
     assert not pixels[:, :16].any() and not pixels[25:].any()
     if method == "nearest":
         assert np.array_equal(pixels[15:20, 17], before[15:20, 20])
@@ -468,15 +468,15 @@ def test_padding_reaches_as_far_as_asked_and_leaves_what_is_known(method, channe
 
 def test_push_pull_interpolates_between_what_is_known():
     """Two pixels are known; reduced, they are two opposite corners of 2 by 2, and the others are their mean."""
-    pixels, known = np.full((4, 4, 1), 99, np.float32), np.zeros((4, 4), bool)
-    pixels[0, 0], pixels[3, 3], known[[0, 3], [0, 3]] = 8, 0, True
-    pad(pixels, known, -1)
+    pixels, painted = np.full((4, 4, 1), 99, np.float32), np.zeros((4, 4), bool)
+    pixels[0, 0], pixels[3, 3], painted[[0, 3], [0, 3]] = 8, 0, True
+    pad(pixels, painted, -1)
     assert pixels[..., 0] == pytest.approx(np.array([[8, 7, 5, 4], [7, 6, 4, 3], [5, 4, 2, 1], [4, 3, 1, 0]]))
 
 
 def test_padded_integers_are_rounded():
-    pixels, known = noise((30, 40, 3), np.uint8), np.random.default_rng(1).random((30, 40)) < 0.1
+    pixels, painted = noise((30, 40, 3), np.uint8), np.random.default_rng(1).random((30, 40)) < 0.1
     exact = pixels.astype(np.float32)
-    pad(pixels, known, -1)
-    pad(exact, known, -1)
+    pad(pixels, painted, -1)
+    pad(exact, painted, -1)
     assert np.array_equal(pixels, np.rint(exact))

@@ -51,7 +51,7 @@ def test_what_is_loaded_is_what_was_saved_bit_for_bit(fits, tmp_path):
         assert loaded.map(z).tobytes() == w.tobytes(), name
         assert loaded.inverse(w).tobytes() == fit.inverse(w).tobytes(), name
         assert loaded.report() == fit.report() and loaded.status is fit.status, name
-        pixels = [iccm.warp(each, iccm.checkerboard(64), size=64).pixels for each in (fit, loaded)]
+        pixels = [iccm.warp(map, iccm.checkerboard(64), size=64).pixels for map in (fit, loaded)]
         assert pixels[0].tobytes() == pixels[1].tobytes(), name
         loaded.save(tmp_path / "again.npz")
         assert (tmp_path / "again.npz").read_bytes() == path.read_bytes(), name
@@ -71,9 +71,9 @@ def test_the_reader_of_the_page_evaluates_the_map(bent, saved, monkeypatch, caps
 
 def changed(path, **arrays):
     """Write the file with other arrays; None removes one."""
-    with np.load(path) as held:
-        found = {**held, **arrays}
-    np.savez(path, **{name: values for name, values in found.items() if values is not None})
+    with np.load(path) as file:
+        contents = {**file, **arrays}
+    np.savez(path, **{name: values for name, values in contents.items() if values is not None})
 
 
 @pytest.mark.parametrize(
@@ -103,8 +103,8 @@ def changed(path, **arrays):
     ],
 )
 def test_what_is_no_sound_map_is_refused_in_a_line(saved, name, change):
-    with np.load(saved) as held:
-        given = held[name]
+    with np.load(saved) as file:
+        given = file[name]
     changed(saved, **{name: change(given)})
     with pytest.raises(InputError, match=r"map\.npz") as error:
         iccm.load(saved)
@@ -204,8 +204,8 @@ def test_arrays_stored_by_columns_are_read(bent, saved):
     ],
 )
 def test_values_of_another_type_are_refused(saved, key, value):
-    with np.load(saved) as held:
-        about = json.loads(str(held["about"]))
+    with np.load(saved) as file:
+        about = json.loads(str(file["about"]))
     changed(saved, about=np.array(json.dumps(about | {key: value})))
     with pytest.raises(InputError, match=r"map\.npz.*about") as error:
         iccm.load(saved)

@@ -36,6 +36,6 @@ def frame(inner):
     ],
 )
 def test_a_hole_may_be_open_or_a_slit_but_not_turned_over(inner, certified):
-    found = frame(inner)
-    assert found.one_to_one == certified
-    assert ("injective" in found.report()) == certified
+    certificate = frame(inner)
+    assert certificate.one_to_one == certified
+    assert ("injective" in certificate.report()) == certified

@@ -25,22 +25,22 @@ def test_a_coarser_triangulation_leads_to_the_same_map(monkeypatch, mirrored, ne
     sizes = []
     real = coarse_start._carried
 
-    def watched(state, points, small, *rest):
-        found = real(state, points, small, *rest)
-        sizes.append((small.u.size, state.u.size, found[0] is state, found[1]))
-        return found
+    def watched(state, points, small, *args):
+        result = real(state, points, small, *args)
+        sizes.append((small.u.size, state.u.size, result[0] is state, result[1]))
+        return result
 
     monkeypatch.setattr(coarse_start, "LARGE_VERTEX_COUNT", 300)
     monkeypatch.setattr(coarse_start, "DIRECT_VERTEX_COUNT", 10**6 if newton else 300)
     monkeypatch.setattr(coarse_start, "MOST_SWEEPS", 100)
     monkeypatch.setattr(coarse_start, "_carried", watched)
-    found = iccm.fit(outline, layout)
+    fit = iccm.fit(outline, layout)
     (small, whole, unchanged, _), *_ = sizes
     assert sizes[-1][3] is not newton
     assert small < 0.5 * whole and not unchanged
-    assert found.energies[-1]["total"] == pytest.approx(
+    assert fit.energies[-1]["total"] == pytest.approx(
         plain.energies[-1]["total"], rel=1e-3 if newton else 4e-3
     )
-    assert (triangle_areas(found.map.source[found.map.faces]) > 0).all()
-    shift = np.abs(found.map.source - plain.map.source)
+    assert (triangle_areas(fit.map.source[fit.map.faces]) > 0).all()
+    shift = np.abs(fit.map.source - plain.map.source)
     assert np.quantile(shift, 0.95) < 0.01 * np.ptp(plain.map.source.real)

@@ -33,11 +33,11 @@ def shuffled(points, faces, shape):
 @pytest.mark.parametrize("shape", [lambda x: x, lambda x: x @ [[0, 9.0, 0], [0, 0, 9], [8, 0, 0]] + 4])
 def test_each_of_many_equal_pieces_finds_its_own(shape):
     points, faces = fans(SEEDS_TRIED + 20)
-    new, wanted = shuffled(points, faces, shape)
-    assert np.array_equal(isomorphism(Polygons.triangles(points, faces), new), wanted.ravel())
+    new, expected = shuffled(points, faces, shape)
+    assert np.array_equal(isomorphism(Polygons.triangles(points, faces), new), expected.ravel())
 
 
 def test_other_connectivity_has_no_partner():
     points, faces = fans(5)
-    other = np.concatenate([faces[:-1], [[0, 1, 5]]])
-    assert isomorphism(Polygons.triangles(points, faces), Polygons.triangles(points, other)) is None
+    reconnected = np.concatenate([faces[:-1], [[0, 1, 5]]])
+    assert isomorphism(Polygons.triangles(points, faces), Polygons.triangles(points, reconnected)) is None

@@ -62,13 +62,13 @@ def capsule(n, long=3.0):
     return Mesh.triangles("capsule", unit * (1, 1, long) * width ** (1, 1, 0), hull(unit))
 
 
-def away(fit, here, there):
+def away(fit, source, target):
     """Distances in space, relative to the diagonal, of the target's vertices from their preimages."""
-    z = fit.inverse(there.flat)
-    face, weights = Locator(here)(z, 1)
-    came = np.einsum("pk,pkc->pc", weights, here.patch.points[here.patch.faces[face]])
-    size = np.linalg.norm(np.ptp(there.patch.points, axis=0))
-    return np.linalg.norm(came - there.patch.points, axis=1) / size
+    z = fit.inverse(target.flat)
+    face, weights = Locator(source)(z, 1)
+    came = np.einsum("pk,pkc->pc", weights, source.patch.points[source.patch.faces[face]])
+    size = np.linalg.norm(np.ptp(target.patch.points, axis=0))
+    return np.linalg.norm(came - target.patch.points, axis=1) / size
 
 
 def on_rim(layout, step):
@@ -105,11 +105,11 @@ def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
     tips = [int(np.argmax(points @ limb)) for limb in LIMBS]
     pins = [(tuple(points[tip].tolist()), f"v{tip + 1}") for tip in tips]
     inputs = Inputs(Job(source=source, target=target, pin=pins, cut=True))
-    here, there = inputs.shape(source), inputs.shape(target, target=True)
+    source_shape, target_shape = inputs.shape(source), inputs.shape(target, target=True)
     marks = constraints.collect(
-        here, there, ConstraintsFile(pins=[Pin(source=a, target=b) for a, b in pins])
+        source_shape, target_shape, ConstraintsFile(pins=[Pin(source=a, target=b) for a, b in pins])
     ).pins
-    fit = iccm.fit(here.domain, there.domain, pins=marks)
+    fit = iccm.fit(source_shape.domain, target_shape.domain, pins=marks)
     assert fit.status is Status.REACHED
     apart = away(fit, *fit.layouts)
     assert np.median(apart) < 0.008  # 0.0165 with cuts along the edges, and no more triangles
@@ -120,14 +120,14 @@ def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
 def test_distances_are_geodesic(n):
     whole = sound_piece(capsule(n))
     fine, stops = trilateration.subdivide(whole.points, whole.faces), np.array([0, n // 3])
-    found = trilateration.distances(fine, fine.carried(whole.points), stops)[:n]
+    distances = trilateration.distances(fine, fine.carried(whole.points), stops)[:n]
     none, faces = np.zeros(0, np.int64), np.ascontiguousarray(whole.faces)
     exact = [
         igl.exact_geodesic(whole.points, faces, stops[k : k + 1], none, np.arange(n), none) for k in (0, 1)
     ]
     exact = np.column_stack(exact) / np.sqrt(face_areas(whole.points[whole.faces]).sum())
-    assert (found > exact - 1e-9).all()
-    assert np.median(found - exact) < 0.005
+    assert (distances > exact - 1e-9).all()
+    assert np.median(distances - exact) < 0.005
 
 
 def test_distances_on_flat_triangles_are_those_in_the_plane():
@@ -140,11 +140,11 @@ def test_distances_on_flat_triangles_are_those_in_the_plane():
     points = once.carried(corners)
     again = trilateration.subdivide(points, once.faces)
     places = again.carried(points)
-    found = trilateration.distances(again, places, np.array([0]))[:, 0] * np.sqrt(6)
+    distances = trilateration.distances(again, places, np.array([0]))[:, 0] * np.sqrt(6)
     beside = places.min(axis=1) == 0  # on the three sides around the first corner
     straight = np.linalg.norm(places, axis=1)[beside]
-    np.testing.assert_allclose(found[beside], straight, rtol=0.02)
-    assert (found[~beside] > np.linalg.norm(places, axis=1)[~beside] + 0.01).all()
+    np.testing.assert_allclose(distances[beside], straight, rtol=0.02)
+    assert (distances[~beside] > np.linalg.norm(places, axis=1)[~beside] + 0.01).all()
 
 
 def subdivided():
@@ -169,88 +169,88 @@ def subdivided():
 
 def test_geodesics_on_flat_subdivided_faces_end():
     whole, stops = subdivided(), np.array([28, 4])
-    found = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, : len(whole.points)]
+    distances = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, : len(whole.points)]
     fine = trilateration.subdivide(whole.points, whole.faces)
-    other = trilateration.distances(fine, fine.carried(whole.points), stops)[: len(whole.points)].T
+    continuous = trilateration.distances(fine, fine.carried(whole.points), stops)[: len(whole.points)].T
     area = face_areas(whole.points[whole.faces]).sum()
-    np.testing.assert_allclose(found / np.sqrt(area), other, rtol=0.01, atol=1e-12)
-    np.testing.assert_allclose(found[0, 4], found[1, 28])
+    np.testing.assert_allclose(distances / np.sqrt(area), continuous, rtol=0.01, atol=1e-12)
+    np.testing.assert_allclose(distances[0, 4], distances[1, 28])
     cut = cut_through(whole, [28, 4, 0])
     assert len(cut.loops) == 1 and not cut.genus
-    across = sum(found[k, end] for k, end in ((0, 4), (1, 0)))
+    across = sum(distances[k, end] for k, end in ((0, 4), (1, 0)))
     assert across - 1e-9 < cut.seam_length * np.sqrt(area) < 1.3 * across
 
 
 @pytest.mark.parametrize("n", [160, 3000])
 def test_ways_between_points_on_edges_are_nearly_geodesic(n):
     whole, stops = sound_piece(limbed(n)), np.array([0, n // 3])
-    found = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, :n]
+    distances = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, :n]
     none, faces = np.zeros(0, np.int64), np.ascontiguousarray(whole.faces)
     exact = np.array(
         [igl.exact_geodesic(whole.points, faces, stops[[k]], none, np.arange(n), none) for k in (0, 1)]
     )
-    assert (found > exact - 1e-9).all()
-    assert (found - exact).mean() < 0.003 * exact.mean() and (found < 1.015 * exact + 1e-12).all()
+    assert (distances > exact - 1e-9).all()
+    assert (distances - exact).mean() < 0.003 * exact.mean() and (distances < 1.015 * exact + 1e-12).all()
 
 
 @pytest.mark.slow
 def test_horns_go_onto_horns_without_landmarks_on_them():
-    here, there = (flatten(disk_patch(horned(*how))) for how in ((500, 1), (900, 2)))
-    rims = [on_rim(even_layout(each), 20) for each in (here, there)]
-    assert icp_start.unlikeness(even_layout(here).boundary, even_layout(there).boundary, *rims) < 0.05
-    fit = iccm.fit(here, there, pins=np.column_stack([on_rim(each, 40) for each in (here, there)]))
+    source, target = (flatten(disk_patch(horned(*how))) for how in ((500, 1), (900, 2)))
+    rims = [on_rim(even_layout(layout), 20) for layout in (source, target)]
+    assert icp_start.unlikeness(even_layout(source).boundary, even_layout(target).boundary, *rims) < 0.05
+    fit = iccm.fit(source, target, pins=np.column_stack([on_rim(layout, 40) for layout in (source, target)]))
     assert fit.status.ok
-    found = away(fit, here, there)
-    assert np.median(found) < 0.01
-    assert np.quantile(found, 0.95) < 0.03
+    misses = away(fit, source, target)
+    assert np.median(misses) < 0.01
+    assert np.quantile(misses, 0.95) < 0.03
 
 
 @pytest.fixture(scope="module")
 def shaken():
     """A map of a surface onto a copy on its own triangles, with inner vertices displaced."""
-    here, there = (even_layout(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
-    frames = [frame_of(each.boundary) for each in (here, there)]
-    curves = [unit_curve(frame, each.boundary) for frame, each in zip(frames, (here, there))]
-    metrics = tuple(LaidMetric.of(each, frame) for each, frame in zip((here, there), frames))
+    source, target = (even_layout(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
+    frames = [frame_of(layout.boundary) for layout in (source, target)]
+    curves = [unit_curve(frame, layout.boundary) for frame, layout in zip(frames, (source, target))]
+    metrics = tuple(LaidMetric.of(layout, frame) for layout, frame in zip((source, target), frames))
     problem = UnitProblem(*curves, WITHOUT_ROTATION, metrics=metrics)
     level = multilevel.Level.of(problem, 0.08, 1e-3, 1e-3, 20.0)
     match = icp_start._interpolate(*curves, (curves[0].z[:1], curves[1].z[[0]]))
     state = level.mapped(match).unfolded()
-    return replace(state, ground=ground_of(there, frames[1]))
+    return replace(state, ground=ground_of(target, frames[1]))
 
 
 def test_the_gradient_in_space_is_that_of_the_energy(shaken):
-    rest, surface = replace(shaken, energy=Energy(0.8, 0.0))._in_space(shaken.ground)
+    rest_shapes, surface = replace(shaken, energy=Energy(0.8, 0.0))._in_space(shaken.ground)
     objective, matrix = Objective.of(0.8, 1.0), np.empty((shaken.pattern.columns.size, 4))
     gradient = np.empty(shaken.u.size, complex)
-    value = assemble_in_space(rest, surface, shaken.u, objective, matrix, gradient)
-    assert value == pytest.approx(total_in_space(rest, surface, shaken.u, objective))
+    value = assemble_in_space(rest_shapes, surface, shaken.u, objective, matrix, gradient)
+    assert value == pytest.approx(total_in_space(rest_shapes, surface, shaken.u, objective))
     step = 1e-7
     for v in np.random.default_rng(1).integers(shaken.border, shaken.u.size, 12):
-        found = []
+        differences = []
         for way in (1, 1j):
             ends = [shaken.u + sign * step * way * (np.arange(shaken.u.size) == v) for sign in (1, -1)]
-            found.append(
-                np.subtract(*(total_in_space(rest, surface, u, objective) for u in ends)) / (2 * step)
+            differences.append(
+                np.subtract(*(total_in_space(rest_shapes, surface, u, objective) for u in ends)) / (2 * step)
             )
         scale = 1e-4 * max(1, abs(gradient[v]))
-        assert abs(complex(*found) - gradient[v]) < scale
+        assert abs(complex(*differences) - gradient[v]) < scale
 
 
 @pytest.mark.slow
 def test_newtons_method_in_space_lowers_the_energy_and_folds_nothing(shaken):
     def energy(state):
-        rest, surface = state._in_space(state.ground)
+        rest_shapes, surface = state._in_space(state.ground)
         tau, constraints = state.constraints(True, True, state.inside.at_target)
-        inside = total_in_space(rest, surface, state.u, Objective.of(1.0, 1.0))
+        inside = total_in_space(rest_shapes, surface, state.u, Objective.of(1.0, 1.0))
         return inside + border_energy(constraints.border, tau)
 
-    before, found = energy(shaken), shaken.forward(1.0, 40, 1e-3)
-    assert found.value == pytest.approx(energy(found))
-    assert found.value < 0.9 * before
-    assert (triangle_areas(found.u[found.faces]) > 0).all()
-    outline = found.matched.target.curve
-    assert outline.distances(found.u[: found.border]).max() < 1e-9
+    before, result = energy(shaken), shaken.forward(1.0, 40, 1e-3)
+    assert result.value == pytest.approx(energy(result))
+    assert result.value < 0.9 * before
+    assert (triangle_areas(result.u[result.faces]) > 0).all()
+    outline = result.matched.target.curve
+    assert outline.distances(result.u[: result.border]).max() < 1e-9
 
 
 def test_a_fold_is_undone_and_the_rest_stays(shaken):
@@ -264,11 +264,11 @@ def test_a_fold_is_undone_and_the_rest_stays(shaken):
         rings[state.faces[rings[state.faces].any(axis=1)]] = True
     u[worst] += 0.25
     assert (triangle_areas(u[state.faces]) <= 0).any()
-    found = unfold_in(u, state.faces, np.arange(u.size) < state.border, state.u)
-    assert (triangle_areas(found[state.faces]) > 0).all()
-    moved = np.abs(found - state.u) > 1e-12
+    unfolded = unfold_in(u, state.faces, np.arange(u.size) < state.border, state.u)
+    assert (triangle_areas(unfolded[state.faces]) > 0).all()
+    moved = np.abs(unfolded - state.u) > 1e-12
     assert moved.sum() < 0.5 * u.size
-    np.testing.assert_array_equal(found[: state.border], state.u[: state.border])
+    np.testing.assert_array_equal(unfolded[: state.border], state.u[: state.border])
 
 
 @pytest.mark.slow
@@ -292,9 +292,9 @@ def test_seams_take_an_order_in_which_they_are_the_same_on_both():
 def test_seams_of_one_surface_agree_in_any_order():
     whole = sound_piece(capsule(500))
     stops = np.array(nearest(whole, np.array([[0, 0, 3], [1, 0, 1], [0, 1, -1], [0, 0, -3.0]])))
-    (found,) = seams.agreed_orders(whole, whole, np.column_stack([stops, stops]))
-    assert sorted(found) == [0, 1, 2, 3]
-    assert seams._unlikeness(whole, whole, np.column_stack([stops, stops])[found]) < 1e-6
+    (order,) = seams.agreed_orders(whole, whole, np.column_stack([stops, stops]))
+    assert sorted(order) == [0, 1, 2, 3]
+    assert seams._unlikeness(whole, whole, np.column_stack([stops, stops])[order]) < 1e-6
 
 
 def test_the_cheapest_orders_come_first():
@@ -302,8 +302,8 @@ def test_the_cheapest_orders_come_first():
     cost += cost.T
     every = [way for way in permutations(range(6)) if way[0] < way[-1]]
     totals = sorted(sum(cost[a, b] for a, b in pairwise(way)) for way in every)
-    found = [sum(cost[a, b] for a, b in pairwise(way.tolist())) for way in seams._orders(cost)]
-    assert found == pytest.approx(totals[: seams.ORDERS_TRIED])
+    costs = [sum(cost[a, b] for a, b in pairwise(way.tolist())) for way in seams._orders(cost)]
+    assert costs == pytest.approx(totals[: seams.ORDERS_TRIED])
 
 
 def test_many_landmarks_are_put_in_order_too():
@@ -322,21 +322,23 @@ def test_vertices_are_inserted_where_they_are_asked_for(spot):
     points = np.column_stack([x.ravel(), y.ravel(), x.ravel() * y.ravel()])
     uv = points[:, :2] @ [[2, 1], [0, 3.0]] + 0.5
     mesh = Mesh("sheet", points, quads, 4 * np.arange(5), uv=uv, uv_corners=quads)
-    found = with_vertices(sound_piece(mesh), np.array([[*spot, spot[0] * spot[1]]]))
-    faces = found.corners.reshape(-1, 3)
+    result = with_vertices(sound_piece(mesh), np.array([[*spot, spot[0] * spot[1]]]))
+    faces = result.corners.reshape(-1, 3)
     old = sound_piece(mesh)
-    assert face_areas(found.points[faces]).sum() == pytest.approx(face_areas(old.points[old.faces]).sum())
-    np.testing.assert_array_equal(found.points[:9], points)
-    there = found.points[np.abs(found.points[:, :2] - spot).max(axis=1) < 0.1]
-    assert len(there) == 1
+    assert face_areas(result.points[faces]).sum() == pytest.approx(face_areas(old.points[old.faces]).sum())
+    np.testing.assert_array_equal(result.points[:9], points)
+    inserted = result.points[np.abs(result.points[:, :2] - spot).max(axis=1) < 0.1]
+    assert len(inserted) == 1
     np.testing.assert_allclose(
-        found.uv[found.uv_corners], found.points[found.corners][:, :2] @ [[2, 1], [0, 3.0]] + 0.5, atol=1e-12
+        result.uv[result.uv_corners],
+        result.points[result.corners][:, :2] @ [[2, 1], [0, 3.0]] + 0.5,
+        atol=1e-12,
     )
 
 
 def sheet(width, n=9):
     """A flat sheet, 1 high."""
-    x, y = (each.ravel() for each in np.meshgrid(np.linspace(0, width, n), np.linspace(0, 1, n)))
+    x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(0, width, n), np.linspace(0, 1, n)))
     xy = np.column_stack([x, y])
     return Mesh.triangles("sheet", np.column_stack([xy, 0 * x]), Delaunay(xy).simplices)
 
@@ -344,9 +346,9 @@ def sheet(width, n=9):
 @pytest.mark.slow
 @pytest.mark.parametrize(("width", "status"), [(1.2, "REACHED"), (40, "TWISTED")])
 def test_a_surface_that_is_squeezed_onto_another_is_not_reached(width, status):
-    here, there = (flatten(disk_patch(sheet(each))) for each in (1, width))
-    corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (here, there)]
-    fit = iccm.fit(here, there, pins=[corners])
+    source, target = (flatten(disk_patch(sheet(w))) for w in (1, width))
+    corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (source, target)]
+    fit = iccm.fit(source, target, pins=[corners])
     assert fit.status.name == status
     assert fit.status.ok == (status == "REACHED")
     assert any("strongly stretched" in note for note in fit.notes) == (status == "TWISTED")
@@ -354,9 +356,9 @@ def test_a_surface_that_is_squeezed_onto_another_is_not_reached(width, status):
 
 @pytest.mark.slow
 def test_where_a_map_between_surfaces_all_but_folds_a_note_says_so():
-    here, there = (flatten(disk_patch(sheet(each))) for each in (1, 400))
-    corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (here, there)]
-    notes = iccm.fit(here, there, pins=[corners]).report()["notes"]
+    source, target = (flatten(disk_patch(sheet(width))) for width in (1, 400))
+    corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (source, target)]
+    notes = iccm.fit(source, target, pins=[corners]).report()["notes"]
     assert any(note.startswith("squeezed: ") and "folds" in note for note in notes)
-    notes = iccm.fit(here, here, pins=[[corners[0], corners[0]]]).report()["notes"]
+    notes = iccm.fit(source, source, pins=[[corners[0], corners[0]]]).report()["notes"]
     assert not any("squeezed" in note for note in notes)

@@ -30,51 +30,51 @@ def layout_of(count, places=PLACES, halvings=0):
     patch = layout.patch
     foot = patch.points[:, :2][patch.faces]
     matrix = np.stack([foot[:, 1] - foot[:, 0], foot[:, 2] - foot[:, 0]], axis=-1)
-    found = []
+    positions = []
     for place in places:
         shares = np.linalg.solve(matrix, (place - foot[:, 0])[..., None])[..., 0]
         weights = np.column_stack([1 - shares.sum(axis=1), shares])
         triangle = int(np.argmax(weights.min(axis=1)))
-        found.append(weights[triangle] @ layout.flat[patch.faces[triangle]])
-    return layout, np.array(found)
+        positions.append(weights[triangle] @ layout.flat[patch.faces[triangle]])
+    return layout, np.array(positions)
 
 
 @pytest.mark.slow
 def test_a_surface_has_soft_pins_that_come_close_to_their_places():
-    layout, here = layout_of(13)
-    fit = iccm.fit(layout, circle(), pins=list(zip(here, GOALS)))
-    missed = np.abs(fit.map(here) - GOALS)
+    layout, pinned = layout_of(13)
+    fit = iccm.fit(layout, circle(), pins=list(zip(pinned, GOALS)))
+    missed = np.abs(fit.map(pinned) - GOALS)
     assert fit.status.ok and (missed > 1e-4).all() and (missed < fit.softness.limits).all()
-    back = iccm.fit(circle(), layout, pins=list(zip(GOALS, here)))
-    assert back.status.ok and (np.abs(back.map(GOALS) - here) < back.softness.limits).all()
-    exact = iccm.fit(layout, circle(), pins=list(zip(here, GOALS)), exact_pins=True)
-    assert np.abs(exact.map(here) - GOALS).max() < 1e-9
-    strain = [found.distortion.quantile(found.distortion.stretches, 0.95) for found in (fit, exact)]
+    back = iccm.fit(circle(), layout, pins=list(zip(GOALS, pinned)))
+    assert back.status.ok and (np.abs(back.map(GOALS) - pinned) < back.softness.limits).all()
+    exact = iccm.fit(layout, circle(), pins=list(zip(pinned, GOALS)), exact_pins=True)
+    assert np.abs(exact.map(pinned) - GOALS).max() < 1e-9
+    strain = [result.distortion.quantile(result.distortion.stretches, 0.95) for result in (fit, exact)]
     assert strain[0] < strain[1]
 
 
 @pytest.mark.slow
 def test_a_patch_of_a_surface_does_not_depend_on_its_layout():
-    layout, here = layout_of(17)
+    layout, pinned = layout_of(17)
     scale = np.abs(layout.flat).max()
-    bent, there = warped(layout), here / scale + 0.3 * (here / scale) ** 2
-    derivative = np.abs(1 + 0.6 * here / scale) / scale
+    bent, warped_pinned = warped(layout), pinned / scale + 0.3 * (pinned / scale) ** 2
+    derivative = np.abs(1 + 0.6 * pinned / scale) / scale
     radius, tolerance = 0.15, 0.03
-    found = [
+    fits = [
         iccm.fit(
-            each,
+            surface,
             circle(),
             pins=[
                 iccm.Pin(z, w, radius=radius * factor, tolerance=tolerance)
                 for z, w, factor in zip(places, GOALS, factors)
             ],
         )
-        for each, places, factors in ((layout, here, [1, 1]), (bent, there, derivative))
+        for surface, places, factors in ((layout, pinned, [1, 1]), (bent, warped_pinned, derivative))
     ]
-    images = [fit.map(each.flat) for fit, each in zip(found, (layout, bent))]
+    images = [fit.map(surface.flat) for fit, surface in zip(fits, (layout, bent))]
     away = np.abs(images[0] - images[1])
     assert np.median(away) < 2e-3 and away.max() < 0.03  # the outline's edges are 0.1 long
-    assert found[1].softness.radii == pytest.approx(
+    assert fits[1].softness.radii == pytest.approx(
         radius * derivative, rel=0.05
     )  # of a triangle, not of a point
 
@@ -84,8 +84,8 @@ def test_maps_with_soft_pins_converge_as_a_surface_is_refined():
     sample = np.array([[0.3, 0.35], [0.5, 0.55], [0.62, 0.7], [0.2, 0.2]])
 
     def images(halvings, exact):
-        layout, here = layout_of(7, halvings=halvings)
-        fit = iccm.fit(layout, circle(), pins=list(zip(here, GOALS)), exact_pins=exact)
+        layout, pinned = layout_of(7, halvings=halvings)
+        fit = iccm.fit(layout, circle(), pins=list(zip(pinned, GOALS)), exact_pins=exact)
         return fit.map(layout_of(7, sample, halvings)[1])
 
     steps = {}
@@ -98,13 +98,13 @@ def test_maps_with_soft_pins_converge_as_a_surface_is_refined():
 
 @pytest.mark.slow
 def test_pins_between_surfaces_are_landmarks_unless_a_radius_is_given():
-    source, here = layout_of(13)
-    target, there = layout_of(17, PLACES + np.array([[0.04, 0.02], [-0.03, 0.03]]))
-    exact = iccm.fit(source, target, pins=list(zip(here, there)))
-    assert np.abs(exact.map(here) - there).max() < 1e-9 and not exact.softness.is_soft.any()
-    pins = [iccm.Pin(here[0], there[0], radius=0.2), (here[1], there[1])]
+    source, source_points = layout_of(13)
+    target, target_points = layout_of(17, PLACES + np.array([[0.04, 0.02], [-0.03, 0.03]]))
+    exact = iccm.fit(source, target, pins=list(zip(source_points, target_points)))
+    assert np.abs(exact.map(source_points) - target_points).max() < 1e-9 and not exact.softness.is_soft.any()
+    pins = [iccm.Pin(source_points[0], target_points[0], radius=0.2), (source_points[1], target_points[1])]
     soft = iccm.fit(source, target, pins=pins)
-    missed = np.abs(soft.map(here) - there)
+    missed = np.abs(soft.map(source_points) - target_points)
     assert soft.status.ok and soft.softness.is_soft.tolist() == [True, False]
     assert missed[1] < 1e-9 < missed[0] <= soft.softness.limits[0]
 
@@ -127,8 +127,8 @@ def _dilatation(fit, layout, z, step=1e-3):
     face, _ = Locator(layout)(z, 1)
     corners = layout.patch.faces[face]
     to_surface = linear(layout.flat[corners], laid_flat(layout.patch.points[corners]))
-    here = fit.map(np.stack([z, z + step, z + 1j * step]))
-    dx, dy = (here[1] - here[0]) / step, (here[2] - here[0]) / step
+    images = fit.map(np.stack([z, z + step, z + 1j * step]))
+    dx, dy = (images[1] - images[0]) / step, (images[2] - images[0]) / step
     a, b = (dx - 1j * dy) / 2, (dx + 1j * dy) / 2
     # (a dz + b dz̄) after the inverse of (p dz + q dz̄)
     p, q = to_surface.a, to_surface.b
@@ -138,6 +138,6 @@ def _dilatation(fit, layout, z, step=1e-3):
 
 
 def test_a_rotation_of_a_patch_is_refused_on_a_surface():
-    layout, here = layout_of(9)
+    layout, pinned = layout_of(9)
     with pytest.raises(InputError, match="turn"):
-        iccm.fit(layout, circle(), pins=[iccm.Pin(here[0], GOALS[0], turn=20)])
+        iccm.fit(layout, circle(), pins=[iccm.Pin(pinned[0], GOALS[0], turn=20)])

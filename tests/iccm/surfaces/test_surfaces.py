@@ -53,8 +53,8 @@ def cap(angle, rings=14, spokes=48):
     points = [np.column_stack([np.sin(t) * ring, np.full(spokes, np.cos(t))]) for t in theta]
     k = 1 + np.arange(rings * spokes).reshape(rings, spokes)
     faces = [np.column_stack([np.zeros(spokes, int), k[0], np.roll(k[0], -1)])]
-    for near, far in itertools.pairwise(k):
-        a, b, c, d = near, far, np.roll(far, -1), np.roll(near, -1)
+    for inner, outer in itertools.pairwise(k):
+        a, b, c, d = inner, outer, np.roll(outer, -1), np.roll(inner, -1)
         faces += [np.column_stack([a, b, c]), np.column_stack([a, c, d])]
     return Mesh.triangles("cap", np.concatenate([[[0, 0, 1.0]], *points]), np.concatenate(faces))
 
@@ -88,8 +88,8 @@ def test_a_metric_is_that_of_the_surface():
     outline = Curve.domain(squeezed.flat[squeezed.loop])
     frame = frame_of(outline).rotated(0.4)
     triangles = frame(np.array([[0, 0.3, 0.1 + 0.2j], [-0.2, -0.1j, 0.2]]) + frame.centre)
-    found = LaidMetric.of(squeezed, frame).over(triangles)
-    major, minor = np.abs(found.a) + np.abs(found.b), np.abs(found.a) - np.abs(found.b)
+    jacobian = LaidMetric.of(squeezed, frame).over(triangles)
+    major, minor = np.abs(jacobian.a) + np.abs(jacobian.b), np.abs(jacobian.a) - np.abs(jacobian.b)
     np.testing.assert_allclose(major / minor, 3, rtol=1e-9)
     np.testing.assert_allclose(major * minor, 1, rtol=1e-9)  # both areas are normalised
 
@@ -99,9 +99,9 @@ def test_a_metric_in_a_mirror_is_mirrored():
     frame = frame_of(Curve.domain(layout.flat[layout.loop])).rotated(0.3)
     mirrored = frame._replace(mirrored=True)
     corners = layout.flat[layout.patch.faces[::7]]
-    plain, other = (LaidMetric.of(layout, f).over(f(corners)) for f in (frame, mirrored))
-    np.testing.assert_allclose(other.a, plain.a.conj(), atol=1e-12)
-    np.testing.assert_allclose(other.b, plain.b.conj(), atol=1e-12)
+    plain, reflected = (LaidMetric.of(layout, f).over(f(corners)) for f in (frame, mirrored))
+    np.testing.assert_allclose(reflected.a, plain.a.conj(), atol=1e-12)
+    np.testing.assert_allclose(reflected.b, plain.b.conj(), atol=1e-12)
 
 
 class Constant:
@@ -123,14 +123,14 @@ def test_rest_shapes_give_the_jacobian_between_surfaces(sides):
     metrics = (Constant(1.4 + 0j, 0.3 + 0.6j), Constant(0.8 + 0j, -0.2 + 0.1j))
     gradients, areas = rest_geometry(z, u, faces, tuple(m if on else None for m, on in zip(metrics, sides)))
     values = u[faces]
-    found = (gradients * values).sum(1), (gradients.conj() * values).sum(1)
+    jacobian = (gradients * values).sum(1), (gradients.conj() * values).sum(1)
     expected, size = Linear(np.array([1.3 + 0.4j]), np.array([0.2 - 0.5j])), 1.0
     if sides[0]:
         kept = metrics[0].over(z[:1])
         expected, size = expected @ kept.inverse(), kept.determinant
     if sides[1]:
         expected = metrics[1].over(z[:1]) @ expected
-    singular = [np.abs(a) + s * np.abs(b) for a, b in (found, expected) for s in (1, -1)]
+    singular = [np.abs(a) + s * np.abs(b) for a, b in (jacobian, expected) for s in (1, -1)]
     np.testing.assert_allclose(singular[0], np.broadcast_to(singular[2], 20), rtol=1e-9)
     np.testing.assert_allclose(singular[1], np.broadcast_to(singular[3], 20), rtol=1e-9)
     plain = rest_geometry(z, u, faces, (None, None))[1]
@@ -153,16 +153,16 @@ def test_a_sheet_that_is_rolled_up_goes_onto_its_rectangle_without_stretch(layou
 def test_the_figures_of_a_surface_do_not_depend_on_its_layout():
     layout = flatten(disk_patch(grid(21, 21, hill)))
     heart = rectangle(1.0, 1.0)
-    one, other = (stretch_of(iccm.fit(each, heart)) for each in (layout, warped(layout)))
-    assert one["p95"] == pytest.approx(other["p95"], rel=0.02)
-    assert one["p50"] == pytest.approx(other["p50"], rel=0.02)
+    plain, distorted = (stretch_of(iccm.fit(surface, heart)) for surface in (layout, warped(layout)))
+    assert plain["p95"] == pytest.approx(distorted["p95"], rel=0.02)
+    assert plain["p50"] == pytest.approx(distorted["p50"], rel=0.02)
 
 
 def test_a_map_and_its_inverse_are_as_even():
     layout = flatten(disk_patch(grid(17, 17, hill)))
-    there, back = iccm.fit(layout, circle()), iccm.fit(circle(), layout)
+    forward, back = iccm.fit(layout, circle()), iccm.fit(circle(), layout)
     # stretch is max(s1, 1/s2) over the target's area: the inverse has it with the weights of the other side
-    assert stretch_of(there)["p95"] == pytest.approx(stretch_of(back)["p95"], rel=0.15)
+    assert stretch_of(forward)["p95"] == pytest.approx(stretch_of(back)["p95"], rel=0.15)
 
 
 def radial(angle, theta, q, n=400):
@@ -180,8 +180,8 @@ def radial(angle, theta, q, n=400):
         s, c = stretches(logs)
         return float(weight @ [density(0.5 * (a * a + b * b), a * b, theta, q, 0.5) for a, b in zip(s, c)])
 
-    found = scipy.optimize.minimize(energy, np.zeros(n), method="L-BFGS-B", options={"maxiter": 60})
-    s, c = stretches(found.x)
+    optimum = scipy.optimize.minimize(energy, np.zeros(n), method="L-BFGS-B", options={"maxiter": 60})
+    s, c = stretches(optimum.x)
     return np.maximum(np.maximum(s, c), 1 / np.minimum(s, c)), weight * s * c
 
 
@@ -200,8 +200,8 @@ def test_a_cap_of_a_sphere_goes_onto_a_disc_as_the_best_radial_map_does():
 def test_a_conformal_map_of_a_surface_has_the_surface_s_figures():
     layout = flatten(disk_patch(cap(2.2)))
     flat = iccm.fit(layout.boundary, circle(), method="conformal")
-    own = iccm.fit(layout, circle(), method="conformal")
-    assert stretch_of(own)["p95"] > 1.3 * stretch_of(flat)["p95"]
+    spatial = iccm.fit(layout, circle(), method="conformal")
+    assert stretch_of(spatial)["p95"] > 1.3 * stretch_of(flat)["p95"]
 
 
 def test_texture_coordinates_fold_nowhere_and_the_triangles_are_the_surface_s_own():
@@ -262,21 +262,21 @@ def test_strokes_of_a_surface_are_met():
     assert fit.report()["strokes"][0]["error"] < 5e-4
 
 
-@pytest.mark.parametrize("known", [True, False])
-def test_holes_of_a_surface_close_or_are_passed_over(known):
+@pytest.mark.parametrize("listed", [True, False])
+def test_holes_of_a_surface_close_or_are_passed_over(listed):
     mesh = grid(17, 17, hill)
     middle = mesh.points[mesh.corners.reshape(-1, 3)].mean(axis=1)
     kept = np.hypot(middle[:, 0] - 0.3, middle[:, 1] - 0.6) > 0.12
     layout = flatten(disk_patch(mesh.part(kept, "holed")))
     hole = next(loop for loop in layout.patch.loops if not np.array_equal(loop, layout.loop))
-    fit = iccm.fit(layout, circle(), source_holes=[layout.flat[hole]] if known else [])
+    fit = iccm.fit(layout, circle(), source_holes=[layout.flat[hole]] if listed else [])
     assert fit.status.ok
     image = lift(fit.map(layout.flat), layout.patch.faces, layout.loop, 2.0)
     a, b, c = image[layout.patch.faces].T
     assert (((b - a).conj() * (c - a)).imag > 0).all()
     size = abs(Curve(image[hole]).area)
     natural = np.pi * abs(Curve(layout.flat[hole]).area) / layout.boundary.area
-    assert size < 0.25 * natural if known else 0.25 * natural < size < 2 * natural
+    assert size < 0.25 * natural if listed else 0.25 * natural < size < 2 * natural
 
 
 def test_a_hole_of_a_surface_goes_onto_the_target_s():
@@ -292,18 +292,18 @@ def test_a_hole_of_a_surface_goes_onto_the_target_s():
 
 @pytest.mark.slow
 def test_remeshed_copies_go_onto_each_other():
-    one, other = (flatten(disk_patch(grid(n, n, hill, f"hill {n}"))) for n in (16, 23))
+    coarse, fine = (flatten(disk_patch(grid(n, n, hill, f"hill {n}"))) for n in (16, 23))
     places = [(3, 3), (12, 3), (12, 12), (3, 12), (8, 8), (6, 10)]
     rows = [5 * 0 + i * 16 + j for i, j in places]
-    points = one.patch.points[rows]
-    near = [int(np.argmin(((other.patch.points - p) ** 2).sum(axis=1))) for p in points]
-    goal = other.patch.points[near]
-    here = [int(np.argmin(((one.patch.points - p) ** 2).sum(axis=1))) for p in goal]
-    fit = iccm.fit(one, other, pins=np.column_stack([one.flat[here], other.flat[near]]))
-    face, weight = Locator(one)(fit.inverse(other.flat), 1)
-    found = np.einsum("pk,pkc->pc", weight, one.patch.points[one.patch.faces[face]])
-    away = np.linalg.norm(found - other.patch.points, axis=1) / np.linalg.norm(
-        np.ptp(other.patch.points, axis=0)
+    points = coarse.patch.points[rows]
+    nearest_fine = [int(np.argmin(((fine.patch.points - p) ** 2).sum(axis=1))) for p in points]
+    goal = fine.patch.points[nearest_fine]
+    nearest_coarse = [int(np.argmin(((coarse.patch.points - p) ** 2).sum(axis=1))) for p in goal]
+    fit = iccm.fit(coarse, fine, pins=np.column_stack([coarse.flat[nearest_coarse], fine.flat[nearest_fine]]))
+    face, weight = Locator(coarse)(fit.inverse(fine.flat), 1)
+    images = np.einsum("pk,pkc->pc", weight, coarse.patch.points[coarse.patch.faces[face]])
+    away = np.linalg.norm(images - fine.patch.points, axis=1) / np.linalg.norm(
+        np.ptp(fine.patch.points, axis=0)
     )
     assert fit.status.ok
     assert np.median(away) < 0.015  # the pins themselves are off by up to half an edge, 0.02
@@ -315,7 +315,7 @@ def test_new_vertices_are_where_they_should_be():
     faces = mesh.corners.reshape(-1, 3)
     refined = RefinedSurface.of(faces, 16)
     refined, inside = refined.with_point(4, np.array([0.5, 0.3, 0.2]))
-    refined, there = refined.with_point(0, np.array([0.0, 1.0, 0.0]))
+    refined, vertex = refined.with_point(0, np.array([0.0, 1.0, 0.0]))
     edge_face = int(np.flatnonzero(np.isin(refined.faces, [5, 6]).sum(axis=1) == 2)[0])
     weights = np.where(np.isin(refined.faces[edge_face], [5, 6]), [0.25, 0.25, 0.25], 0)
     refined, on_edge = refined.with_point(edge_face, weights / weights.sum())
@@ -324,7 +324,7 @@ def test_new_vertices_are_where_they_should_be():
     refined = refined.without_chords(still)
     refined = refined.with_points_on(np.array([1, 2, 1]), np.array([2, 3, 2]), np.array([0.2, 0.5, 0.7]))
     points = refined.carried(mesh.points)
-    assert there == faces[0][1]
+    assert vertex == faces[0][1]
     np.testing.assert_allclose(points[inside], np.array([0.5, 0.3, 0.2]) @ mesh.points[faces[4]])
     np.testing.assert_allclose(points[on_edge], mesh.points[[5, 6]].mean(axis=0))
     flat = points[:, 0] + 1j * points[:, 1]
@@ -344,9 +344,9 @@ def test_triangles_on_a_straight_side_are_lifted_and_others_stay():
     loop = np.arange(5)
     flat = np.array([0, 0.5, 1, 1 + 1j, 1j], complex)
     faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4]])
-    found = lift(flat, faces, loop, 2**0.5)
-    assert found[1].imag < 0
-    np.testing.assert_array_equal(np.delete(found, 1), np.delete(flat, 1))
+    lifted = lift(flat, faces, loop, 2**0.5)
+    assert lifted[1].imag < 0
+    np.testing.assert_array_equal(np.delete(lifted, 1), np.delete(flat, 1))
     hollow = flat + 0.1j * (np.arange(5) == 1)
     np.testing.assert_array_equal(lift(hollow, faces, loop, 2**0.5), hollow)
 
@@ -365,7 +365,7 @@ def test_a_closed_surface_is_cut_through_points_along_geodesics():
     piece = disk_patch(mesh, cut=True, through=points)
     outline = piece.loops[0]
     ends = [np.flatnonzero(np.linalg.norm(piece.points[outline] - p, axis=1) < 1e-9) for p in points]
-    assert [len(each) for each in ends] == [1, 2, 1]
+    assert [len(group) for group in ends] == [1, 2, 1]
     assert piece.genus == 0 and len(piece.loops) == 1
     length = np.linalg.norm(piece.points[outline] - np.roll(piece.points[outline], -1, axis=0), axis=1).sum()
     assert length == pytest.approx(2 * np.pi, rel=0.02)  # twice half a great circle
@@ -391,9 +391,9 @@ def test_linear_maps_compose_and_invert():
     rng = np.random.default_rng(2)
     z, w, v = (rng.standard_normal((7, 3)) + 1j * rng.standard_normal((7, 3)) for _ in range(3))
     first, second = linear(z, w), linear(w, v)
-    both, back = second @ first, linear(w, z)
-    np.testing.assert_allclose(both.a, linear(z, v).a, rtol=1e-8)
-    np.testing.assert_allclose(both.b, linear(z, v).b, rtol=1e-8)
+    composed, back = second @ first, linear(w, z)
+    np.testing.assert_allclose(composed.a, linear(z, v).a, rtol=1e-8)
+    np.testing.assert_allclose(composed.b, linear(z, v).b, rtol=1e-8)
     np.testing.assert_allclose(first.inverse().a, back.a, rtol=1e-8)
 
 
@@ -408,9 +408,9 @@ def test_a_surface_goes_onto_shapes_with_bays_and_from_them_as_its_outline_would
         assert fit.uncovered == pytest.approx(0, abs=1e-3)
         assert stretch_of(fit)["p95"] == pytest.approx(stretch_of(plain)["p95"], rel=0.1)
     assert stretch_of(iccm.fit(flat, u))["p95"] > 1.2 * stretch_of(plain)["p95"]
-    contained, both = iccm.fit(u, flat, fit="contain"), iccm.fit(u, rectangle(1, 1), fit="contain")
+    contained, with_bays = iccm.fit(u, flat, fit="contain"), iccm.fit(u, rectangle(1, 1), fit="contain")
     assert contained.status.ok and contained.report()["injective"]["certified"]
-    assert contained.uncovered == pytest.approx(both.uncovered, abs=2e-3) and both.uncovered > 1e-3
+    assert contained.uncovered == pytest.approx(with_bays.uncovered, abs=2e-3) and with_bays.uncovered > 1e-3
 
 
 @pytest.mark.slow
@@ -425,11 +425,11 @@ def test_rigid_regions_of_a_surface_have_pins_and_are_refused():
     assert fit.status.ok and region.is_rigid and np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
     assert region.turn == pytest.approx(90, abs=1)  # as the pins determine, and so is its size
     assert region.scale == pytest.approx(0.1 / (0.06 * size) * np.sqrt(2 / Curve(circle()).area), rel=0.02)
-    for region, told in (
+    for region, message in (
         (0.01 * disc + 9 * size, "no triangle"),
         (middle + 1e-4 * (disc - middle), "no triangle"),
     ):
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=message):
             iccm.fit(layout, circle(), rigid=[region])
     with pytest.raises(InputError, match=r"region 1: no similarity.*pins"):
         wrong = np.append(pins, [[middle + 0.06j * size, -0.2]], axis=0)

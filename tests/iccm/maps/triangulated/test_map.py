@@ -230,8 +230,8 @@ def test_any_shape_and_any_number_of_threads():
     assert map.inverse(w).shape == w.shape
     assert map(0.3 + 0.2j).shape == ()
     assert map.inverse(np.empty(0, complex)).shape == (0,)
-    for one, four in zip(map.jet(map.inverse(w), 1), map.jet(map.inverse(w), 4)):
-        assert np.array_equal(one, four, equal_nan=True)
+    for by_one, by_four in zip(map.jet(map.inverse(w), 1), map.jet(map.inverse(w), 4)):
+        assert np.array_equal(by_one, by_four, equal_nan=True)
 
 
 def test_pickled_it_is_the_same_and_no_larger_than_its_data():
