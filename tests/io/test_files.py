@@ -150,11 +150,11 @@ def test_a_mistake_names_the_file_and_not_the_temporary_one(tmp_path):
 def test_temporary_files_of_an_output_are_known_by_their_names(tmp_path):
     out = tmp_path / "picture.png"
     with files.replacing(out) as temporary:
-        others = [tmp_path / name for name in (".picture.png", ".picture.abc.png", "picture.abcdefgh.png")]
-        for path in others:
+        kept = [tmp_path / name for name in (".picture.png", ".picture.abc.png", "picture.abcdefgh.png")]
+        for path in kept:
             path.touch()
         assert files.sweep([tmp_path / "other.png", tmp_path / "picture.tif"]) == []
-        assert files.sweep([out]) == [temporary] and all(path.exists() for path in others)
+        assert files.sweep([out]) == [temporary] and all(path.exists() for path in kept)
         temporary.touch()
 
 
@@ -239,13 +239,13 @@ def test_whole_surrogate_pairs_are_characters(tmp_path):
 
 def test_paths_on_several_drives(monkeypatch):
     monkeypatch.setattr(files, "os", SimpleNamespace(path=ntpath))
-    here = files.relative_path(r"C:\out\a.png", r"C:\out\site")
-    there = files.relative_path(r"D:\out\a.png", r"C:\out\site")
+    same_drive = files.relative_path(r"C:\out\a.png", r"C:\out\site")
+    other_drive = files.relative_path(r"D:\out\a.png", r"C:\out\site")
     common = files.common_folder([r"C:\out\a", r"c:\out\b"])
     with pytest.raises(InputError) as caught:
         files.common_folder([r"C:\out\a", r"D:\out\b"])
     monkeypatch.undo()
-    assert (here, there, common) == (r"..\a.png", r"D:\out\a.png", r"C:\out")
+    assert (same_drive, other_drive, common) == (r"..\a.png", r"D:\out\a.png", r"C:\out")
     assert "C:, D:" in str(caught.value) and "one drive" in str(caught.value)
 
 

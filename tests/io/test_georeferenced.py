@@ -30,7 +30,7 @@ ELL = [
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """A region in metres, an asymmetric picture, and the current folder around them."""
     crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3057"}}
     region = {"type": "Polygon", "coordinates": [[*ELL, ELL[0]]]}
@@ -47,7 +47,7 @@ def place(file):
         return read.transform, read.crs, read.width, read.height
 
 
-def test_a_region_on_a_map_becomes_a_geotiff(here, iccm):
+def test_a_region_on_a_map_becomes_a_geotiff(folder, iccm):
     assert (
         iccm("map", "chart.png", "ell.geojson", "--fit", "whole", "--size", "120x180", "-o", "out.tif").code
         == 0
@@ -74,7 +74,7 @@ def marks(pixels, alpha):
 
 
 @pytest.mark.slow
-def test_an_old_map_lies_where_its_map_says(here, iccm):
+def test_an_old_map_lies_where_its_map_says(folder, iccm):
     """The marks of places on a drawn map of Iceland, as rasterio locates them, to a pixel."""
     for name in ("iceland.geojson", "old-iceland.png", "old-iceland.points"):
         Path(name).write_bytes((FILES / name).read_bytes())
@@ -93,11 +93,11 @@ def test_an_old_map_lies_where_its_map_says(here, iccm):
         assert len(placed) == len(expected) == 8
         assert np.abs(placed[:, None] - expected).min(axis=0).max() < file.res[0]
     rows = [line.split(",")[:2] for line in Path("old-iceland.points").read_text().splitlines()[2:]]
-    known = np.array([complex(float(x), float(y)) for x, y in rows])
-    assert np.abs(known[:, None] - placed).min(axis=1).max() < 10_000  # soft pins of a map of 500 km
+    true_places = np.array([complex(float(x), float(y)) for x, y in rows])
+    assert np.abs(true_places[:, None] - placed).min(axis=1).max() < 10_000  # soft pins of a map of 500 km
 
 
-def test_world_and_projection_files_say_the_same(here, iccm):
+def test_world_and_projection_files_say_the_same(folder, iccm):
     outputs = "-o", "out.tif", "-o", "out.png", "-o", "out.pgw", "-o", "out.prj"
     assert iccm("map", "chart.png", "ell.geojson", "--fit", "whole", "--size", "120", *outputs).code == 0
     of_tiff, of_world = place("out.tif")[0], place("out.png")[0]
@@ -109,7 +109,7 @@ def test_world_and_projection_files_say_the_same(here, iccm):
     assert np.allclose(again @ (40, 60), of_tiff @ (80, 120)) and crs.to_epsg() == 3057
 
 
-def test_a_turned_geotiff_stays_turned(here, iccm):
+def test_a_turned_geotiff_stays_turned(folder, iccm):
     affine = rasterio.Affine(30, 9, 400000, 12, -40, 700000)
     pixels = np.full((3, 50, 80), 90, np.uint8)
     how = {"driver": "GTiff", "width": 80, "height": 50, "count": 3, "dtype": "uint8"}
@@ -122,22 +122,22 @@ def test_a_turned_geotiff_stays_turned(here, iccm):
         assert np.allclose(placed @ (2 * x, 2 * y), affine @ (x, y))
 
 
-def test_saved_maps_keep_both_places(here, iccm):
+def test_saved_maps_keep_both_places(folder, iccm):
     affine = rasterio.Affine(2, 0, 1000, 0, -2, 5000)
     how = {"driver": "GTiff", "width": 60, "height": 90, "count": 3, "dtype": "uint8"}
     with rasterio.open("scan.tif", "w", crs="EPSG:32627", transform=affine, **how) as file:
         file.write(np.moveaxis(np.asarray(Image.open("chart.png")), 2, 0))
     assert iccm("map", "scan.tif#canvas", "ell.geojson", "--fit", "whole", "-o", "map.npz").code == 0
     assert iccm("apply", "map.npz", "chart.png", "--size", "120", "-o", "there.tif").code == 0
-    there, crs, *_ = place("there.tif")
-    assert np.allclose(there @ (80, 120), (460000, 500000)) and crs.to_epsg() == 3057
+    transform, crs, *_ = place("there.tif")
+    assert np.allclose(transform @ (80, 120), (460000, 500000)) and crs.to_epsg() == 3057
     assert iccm("apply", "map.npz", "there.tif", "--inverse", "--size", "120", "-o", "back.tif").code == 0
     back, crs, *_ = place("back.tif")
     assert np.allclose(back[:6], (1.5, 0, 1000, 0, -1.5, 5000)) and crs.to_epsg() == 32627
 
 
 @pytest.mark.slow
-def test_ground_control_points_of_a_geotiff_are_pins(here, iccm):
+def test_ground_control_points_of_a_geotiff_are_pins(folder, iccm):
     points = [(15, 20, 405000, 510000), (48, 75, 450000, 508000), (12, 70, 412000, 580000)]
     control = [rasterio.control.GroundControlPoint(row=y, col=x, x=u, y=v) for x, y, u, v in points]
     how = {"driver": "GTiff", "width": 60, "height": 90, "count": 3, "dtype": "uint8"}
@@ -154,7 +154,7 @@ def test_ground_control_points_of_a_geotiff_are_pins(here, iccm):
     assert none.code == 2
 
 
-def test_islands_across_the_antimeridian_lie_together(here, iccm):
+def test_islands_across_the_antimeridian_lie_together(folder, iccm):
     Path("fiji.geojson").write_bytes(FIJI.read_bytes())
     given = "--parts", "largest", "--target-box", "bbox", "--size", "200"
     assert iccm("map", "chart.png", "fiji.geojson#4", "--fit", "whole", *given, "-o", "taveuni.tif").code == 0
@@ -173,7 +173,7 @@ def test_islands_across_the_antimeridian_lie_together(here, iccm):
             assert file.read(4)[file.index(x, y)] > 128
 
 
-def test_without_rasterio_a_picture_is_written_with_a_note(here, iccm, monkeypatch):
+def test_without_rasterio_a_picture_is_written_with_a_note(folder, iccm, monkeypatch):
     monkeypatch.setitem(sys.modules, "rasterio", None)
     done = iccm(
         "map", "chart.png", "ell.geojson", "--fit", "whole", "--size", "60", "-o", "out.tif", "-o", "out.tfw"
@@ -189,14 +189,14 @@ def test_without_rasterio_a_picture_is_written_with_a_note(here, iccm, monkeypat
     ]
 
 
-def test_a_drawing_has_no_world_file(here, iccm):
+def test_a_drawing_has_no_world_file(folder, iccm):
     Path("heart.svg").write_bytes((FILES / "heart.svg").read_bytes())
     done = iccm("map", "chart.png", "heart.svg", "-o", "out.png", "-o", "out.pgw")
     assert done.code == 2 and "out.pgw" in done.err and not Path("out.png").exists()
 
 
 @pytest.mark.parametrize("content", ["1\n2\n3", "a b c d e f", "0 0 0 0 5 5", "nan 0 0 -1 0 0"])
-def test_a_world_file_that_is_not_one_is_ignored_with_a_note(here, content):
+def test_a_world_file_that_is_not_one_is_ignored_with_a_note(folder, content):
     Path("chart.pgw").write_text(content)
     placed, note = georeferenced.read(Path("chart.png"))
     assert placed is None and "chart.pgw" in note

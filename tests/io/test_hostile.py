@@ -45,10 +45,10 @@ def glb(picture, tree=None, points=POINTS, uv=UV):
     """A sheet of four triangles with a picture, and with parts of its JSON replaced."""
     parts = [points.astype("<f4"), uv.astype("<f4"), FACES.astype("<u2")]
     parts = [part.tobytes() for part in parts] + [picture]
-    views, at = [], 0
+    views, length = [], 0
     for part in parts:
-        views.append({"buffer": 0, "byteOffset": at, "byteLength": len(part)})
-        at += len(part) + -len(part) % 4
+        views.append({"buffer": 0, "byteOffset": length, "byteLength": len(part)})
+        length += len(part) + -len(part) % 4
     data = b"".join(part + bytes(-len(part) % 4) for part in parts)
     image = {"bufferView": 3, "mimeType": "image/png"}
     scene = SHEET | {"buffers": [{"byteLength": len(data)}], "bufferViews": views, "images": [image]}
@@ -72,7 +72,7 @@ def sheet(shapes):
     return write
 
 
-def shown(transform):
+def with_transform(transform):
     """Materials whose texture a transform places."""
     info = {"index": 0, "extensions": {"KHR_texture_transform": transform}}
     return {"materials": [{"pbrMetallicRoughness": {"baseColorTexture": info}}]}
@@ -100,8 +100,8 @@ COMMANDS = [
         {"samplers": [{"wrapS": [33071]}]},
         {"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 2, "mode": "4"}]}]},
         {"accessors": [{**SHEET["accessors"][0], "byteOffset": "0"}, *SHEET["accessors"][1:]]},
-        shown({"rotation": 1e308}),
-        shown({"offset": [float("inf"), 0]}),
+        with_transform({"rotation": 1e308}),
+        with_transform({"offset": [float("inf"), 0]}),
     ],
 )
 def test_numbers_out_of_range_in_glb_files_are_refused(sheet, iccm, tree):
@@ -116,7 +116,7 @@ def test_numbers_out_of_range_in_glb_files_are_refused(sheet, iccm, tree):
     [[0, 1], *(slow(scale) for scale in ([0, 0], [1e-9, 1], [-1, 0]))],
 )
 def test_textures_that_a_transform_shrinks_to_a_line_or_point_are_shown_so(sheet, iccm, scale):
-    sheet(shown({"scale": scale}))
+    sheet(with_transform({"scale": scale}))
     for command in COMMANDS:
         typed = iccm(*command, "--force") if command[0] != "info" else iccm(*command)
         assert typed.code in (0, 1), typed.err
@@ -153,8 +153,8 @@ def saved(shapes):
 def test_lines_with_positions_that_are_null_are_refused(saved, iccm, kind, null):
     ring = [[20, 20], [60, 20], null, [20, 70], [20, 20]]
     depth = kind.startswith("Multi") + kind.endswith("Polygon")
-    at = [ring] if depth == 1 else [[ring]] if depth == 2 else ring
-    Path("a.geojson").write_text(json.dumps({"type": kind, "coordinates": at}))
+    coordinates = [ring] if depth == 1 else [[ring]] if depth == 2 else ring
+    Path("a.geojson").write_text(json.dumps({"type": kind, "coordinates": coordinates}))
     typed = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
     assert typed.code == 2 and "a.geojson" in typed.err and not Path("b.geojson").exists()
 

@@ -47,14 +47,14 @@ def test_as_many_threads_as_fit():
 
 
 @pytest.mark.parametrize(
-    ("held", "kept", "fits"), [(100, 0, True), (200, 140, True), (200, 150, False), (500, 0, False)]
+    ("resident", "kept", "fits"), [(100, 0, True), (200, 140, True), (200, 150, False), (500, 0, False)]
 )
-def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch, held, kept, fits):
+def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch, resident, kept, fits):
     """The memory that the process will hold counts, or that it already holds, and that of pictures in memory."""
     monkeypatch.setattr(room, "resident", lambda: 0)
     bounded = room.Bounded(room.SOLVED + room.MARGIN + 200 * MIB)
     bounded((kept * MIB,), np.uint8)
-    monkeypatch.setattr(room, "resident", lambda: held * MIB)
+    monkeypatch.setattr(room, "resident", lambda: resident * MIB)
     if fits:
         bounded.check(55 * MIB, "work")
     else:
@@ -124,7 +124,7 @@ def test_a_run_stays_within_its_bound(tmp_path, source):
         "--size",
         "4096",
     ]
-    made, peaks = [], []
+    outputs, peaks = [], []
     for bound in ("64G", "560M"):
         # of its own memory: wait4 also counts that of the process it was forked from
         code = (
@@ -135,7 +135,7 @@ def test_a_run_stays_within_its_bound(tmp_path, source):
         line = [sys.executable, "-c", code, *command, "--method", "paper", "--memory", bound]
         done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True)
         peaks.append(int(done.stdout) / 1024)
-        made.append((tmp_path / "o.tif").read_bytes())
-    assert made[0] == made[1]
+        outputs.append((tmp_path / "o.tif").read_bytes())
+    assert outputs[0] == outputs[1]
     assert peaks[1] < 560 < peaks[0]
     assert {path.name for path in tmp_path.iterdir()} == {"a.svg", "a.obj", "b.svg", "t.tif", "o.tif"}

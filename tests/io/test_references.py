@@ -151,12 +151,12 @@ def test_what_is_no_statement_is_not_in_a_library(tmp_path):
 
 
 def test_what_may_be_read(tmp_path):
-    inside, other = tmp_path / "a" / "b.png", tmp_path / "c.png"
+    inside, outside = tmp_path / "a" / "b.png", tmp_path / "c.png"
     assert references.may_be_read(inside, tmp_path / "a") and not references.may_be_read(
-        other, tmp_path / "a"
+        outside, tmp_path / "a"
     )
     assert not references.may_be_read(tmp_path / "ab", tmp_path / "a")
     assert not references.may_be_read(tmp_path / "a" / "\0", tmp_path / "a")
     with references.outside(True):
-        assert references.may_be_read(other, tmp_path / "a")
-    assert not references.may_be_read(other, tmp_path / "a")
+        assert references.may_be_read(outside, tmp_path / "a")
+    assert not references.may_be_read(outside, tmp_path / "a")

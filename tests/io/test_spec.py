@@ -44,7 +44,7 @@ def test_an_outline_of_a_part(tmp_path):
     part = '<g id="g"><path d="M0 0H9V9H0z"/><path d="M20 0H23V3H20z"/></g><path d="M40 0H90V50H40z"/>'
     (tmp_path / "a.svg").write_text(SVG.format(part))
     name = str(tmp_path / "a.svg")
-    areas = [shapes.read(name + which).curve.area for which in ("", "#2", "#g", "#g#1", "#g#2")]
+    areas = [shapes.read(name + suffix).curve.area for suffix in ("", "#2", "#g", "#g#1", "#g#2")]
     assert areas == pytest.approx([2500, 81, 81, 81, 9])
     with pytest.raises(InputError, match="no outline 3; it has 2"):
         shapes.read(name + "#g#3")

@@ -48,8 +48,8 @@ def drawn(path):
 
 
 def test_refit_stays_within_its_tolerance():
-    def image(which, t):
-        return np.where(which == 0, np.exp(2j * np.pi * t), t + 1j * np.sin(9 * t))
+    def image(curve, t):
+        return np.where(curve == 0, np.exp(2j * np.pi * t), t + 1j * np.sin(9 * t))
 
     cubics = refit(image, 2, 1e-4)
     for k, control in enumerate(cubics):
@@ -63,12 +63,12 @@ def test_refit_stays_within_its_tolerance():
 
 
 def test_refit_goes_straight_where_the_curve_all_but_stands_still():
-    def image(which, t):
-        return np.where(which == 0, t**2 - 1e-4j * t, 1 - (1 - t) ** 2 + 1e-4j * (1 - t))
+    def image(curve, t):
+        return np.where(curve == 0, t**2 - 1e-4j * t, 1 - (1 - t) ** 2 + 1e-4j * (1 - t))
 
     first, last = refit(image, 2, 1e-3)
-    cubic, same = first[0], last[-1][::-1]
-    for p in (cubic, same):
+    cubic, reversed_cubic = first[0], last[-1][::-1]
+    for p in (cubic, reversed_cubic):
         toward = next(q for q in p[1:] if abs(q - p[0]) > 1e-12) - p[0]
         assert abs(np.angle(toward / (p[3] - p[0]))) < 0.2
 
@@ -94,11 +94,11 @@ def test_points_of_many_pieces_are_those_of_each():
         Arc(1 + 1j, 2 + 0j, 1j, 0.3, 2.0, 5j),
         Span(Bezier((1j, 3 - 1j, 4j)), 0.1, 0.4),
     ]
-    which = np.array([5, 5, 0, 3, 3, 3, 1, 4, 2, 2, 0, 5])
-    t = np.linspace(0, 1, which.size)
-    each = np.array([pieces[k].at(np.array([s]))[0] for k, s in zip(which, t)])
-    assert np.abs(Places(pieces)(which, t) - each).max() < 1e-14
-    assert Places([])(which[:0], t[:0]).size == 0
+    numbers = np.array([5, 5, 0, 3, 3, 3, 1, 4, 2, 2, 0, 5])
+    t = np.linspace(0, 1, numbers.size)
+    expected = np.array([pieces[k].at(np.array([s]))[0] for k, s in zip(numbers, t)])
+    assert np.abs(Places(pieces)(numbers, t) - expected).max() < 1e-14
+    assert Places([])(numbers[:0], t[:0]).size == 0
 
 
 def test_paths_are_the_images_of_the_shapes(source, tmp_path):
@@ -132,9 +132,9 @@ def test_the_identity_draws_the_same(source, tmp_path):
     artwork.carry(source, curved(source, lambda z: z), source, tmp_path / "b.svg", tolerance=0.01)
     before = {d.tag: d for d in drawn(source.path)}
     after = drawn(tmp_path / "b.svg")
-    line, same = reader.runs_of(before["polyline"], 1e-5)[0].z, reader.runs_of(after[3], 1e-5)[0].z
-    assert np.abs(same[[0, -1]] - line[[0, -1]]).max() < 0.01
-    assert np.abs(same[:, None] - line).min(axis=0).max() < 0.01
+    line, redrawn = reader.runs_of(before["polyline"], 1e-5)[0].z, reader.runs_of(after[3], 1e-5)[0].z
+    assert np.abs(redrawn[[0, -1]] - line[[0, -1]]).max() < 0.01
+    assert np.abs(redrawn[:, None] - line).min(axis=0).max() < 0.01
 
 
 def test_only_svg_has_artwork(source, tmp_path):
@@ -335,8 +335,8 @@ def test_a_line_that_is_cut_off_keeps_its_direction(tmp_path, d):
 
 
 def test_a_line_that_all_but_misses_the_source_is_left_out_or_short(tmp_path):
-    near = 3e-4 * 180 * 2**0.5
-    lines = [(90 + (near - 10.0**-k) * 2**-0.5) * 2 for k in range(2, 15)]
+    reach = 3e-4 * 180 * 2**0.5
+    lines = [(90 + (reach - 10.0**-k) * 2**-0.5) * 2 for k in range(2, 15)]
     drawing = "".join(f'<path d="M{x - 80} 80L80 {x - 80}Z" stroke="red" fill="none"/>' for x in lines)
     _, notes = body(tmp_path, drawing)
     assert sum(int(note.split(" × shape")[0]) for note in notes) == len(lines)
@@ -390,9 +390,9 @@ def test_markers_stay_at_the_vertices_of_the_shape(tmp_path):
     line, dots = elements["a"]
     assert style_of(line)["marker-mid"] == "none" and style_of(dots)["marker-start"] == "none"
     (run,) = path_data.runs(dots.get("d"))
-    at = np.array([run.start, *(piece.last() for piece in run.pieces)])
+    vertices = np.array([run.start, *(piece.last() for piece in run.pieces)])
     z = np.array([-50, 0, 50])
-    assert np.abs(at - (0.5 * z + 0.0005 * z**2)).max() < 0.02
+    assert np.abs(vertices - (0.5 * z + 0.0005 * z**2)).max() < 0.02
     assert len(path_data.runs(line.get("d"))[0].pieces) > 2
     references = referred(elements, dots, "marker-mid")
     assert references.get("viewBox") == "0 0 6 4" and abs(float(references.get("markerWidth")) - 3) < 0.1
@@ -673,10 +673,10 @@ def test_what_was_carried_can_be_carried_again(tmp_path):
     elements = list(ElementTree.parse(tmp_path / "b.svg").getroot().iter())
     names = [e.get("id") for e in elements if e.get("id")]
     assert "mapped-1" in once and len(names) == len(set(names))
-    found = {e.get("id"): e for e in elements}
-    place = affine.parse(referred(found, found["b"], "fill").get("gradientTransform"))
+    by_id = {e.get("id"): e for e in elements}
+    place = affine.parse(referred(by_id, by_id["b"], "fill").get("gradientTransform"))
     assert np.abs(place(np.array([0, 1, 1j])) - np.array([-9 - 9j, 9 - 9j, -9 + 9j])).max() < 1e-3
-    assert abs(outline(referred(found, found["a"], "clip-path")[0]).real.max() - 50) < 0.05
+    assert abs(outline(referred(by_id, by_id["a"], "clip-path")[0]).real.max() - 50) < 0.05
 
 
 def test_definitions_are_those_that_are_used(tmp_path):

@@ -47,34 +47,36 @@ def rendered(tmp_path):
             np.uint8,
         )
 
-        def at(x, y):
+        def pixel_at(x, y):
             column, row = (int(10 * (x - box[0].real)), int(10 * (y + box[1].imag)))
             return tuple(rendered_drawing.pixels[row, column].tolist())
 
-        return at
+        return pixel_at
 
     return render
 
 
 def test_colours_are_straight_and_composited_in_srgb(rendered):
-    at = rendered(
+    pixel_at = rendered(
         '<rect width="10" height="20" fill="#c86432" fill-opacity=".5"/>'
         '<rect x="10" width="10" height="20" fill="#c86432"/>'
         '<rect x="15" width="10" height="20" fill="#0000ff" opacity=".25"/>'
     )
-    assert at(5, 5) == pytest.approx((200, 100, 50, 128), abs=1)  # premultiplied it would be 100, 50, 25
-    assert at(12, 5) == (200, 100, 50, 255)
-    assert at(17, 5) == pytest.approx((150, 75, 0.75 * 50 + 64, 255), abs=1)
-    assert at(22, 5) == pytest.approx((0, 0, 255, 64), abs=1) and at(30, 5) == (0, 0, 0, 0)
+    assert pixel_at(5, 5) == pytest.approx(
+        (200, 100, 50, 128), abs=1
+    )  # premultiplied it would be 100, 50, 25
+    assert pixel_at(12, 5) == (200, 100, 50, 255)
+    assert pixel_at(17, 5) == pytest.approx((150, 75, 0.75 * 50 + 64, 255), abs=1)
+    assert pixel_at(22, 5) == pytest.approx((0, 0, 255, 64), abs=1) and pixel_at(30, 5) == (0, 0, 0, 0)
 
 
 def test_places_are_those_of_the_reader(rendered):
     body = '<rect x="2" y="3" width="4" height="5" fill="red"/><rect x="50%" width="25%" height="20%" fill="lime"/>'
     for box in (WHOLE, (-9j, 24 - 1j), (-10 - 30j, 60 + 10j)):
-        at = rendered(body, box=box)
-        assert at(3, 4)[:2] == (255, 0) and at(5.9, 7.9)[3] == 255
-        assert at(1.9, 4)[3] == at(3, 8.1)[3] == at(6.1, 4)[3] == 0
-        assert at(21, 3.9)[:2] == (0, 255) and at(21, 4.1)[3] == 0
+        pixel_at = rendered(body, box=box)
+        assert pixel_at(3, 4)[:2] == (255, 0) and pixel_at(5.9, 7.9)[3] == 255
+        assert pixel_at(1.9, 4)[3] == pixel_at(3, 8.1)[3] == pixel_at(6.1, 4)[3] == 0
+        assert pixel_at(21, 3.9)[:2] == (0, 255) and pixel_at(21, 4.1)[3] == 0
     beyond = rendered('<rect x="35" y="15" width="10" height="10" fill="red"/>', box=(-30j, 50 + 0j))
     assert beyond(44, 24)[0] == 255  # of the canvas
     scaled = rendered(
@@ -125,8 +127,11 @@ def test_an_embedded_picture_is_shown(rendered, tmp_path):
     image_files.write(tmp_path / "a.png", Image(np.full((8, 16, 3), (255, 0, 0), np.uint8)))
     data = b64encode((tmp_path / "a.png").read_bytes()).decode()
     for kind in ("image/png", ""):  # old drawings of Illustrator omit it
-        at = rendered(f'<image x="4" width="16" height="8" href="data:{kind};base64,{data}"/>')
-        assert at(5, 1) == at(19, 7) == (255, 0, 0, 255) and at(21, 4)[3] == at(3, 4)[3] == 0
+        pixel_at = rendered(f'<image x="4" width="16" height="8" href="data:{kind};base64,{data}"/>')
+        assert (
+            pixel_at(5, 1) == pixel_at(19, 7) == (255, 0, 0, 255)
+            and pixel_at(21, 4)[3] == pixel_at(3, 4)[3] == 0
+        )
 
 
 def test_letters_are_where_the_shape_has_them(tmp_path):
@@ -222,7 +227,7 @@ SOURCE = (
 )
 
 
-def shown(name):
+def pixel_reader(name):
     pixels = image_files.read(name).pixels
     height, width = pixels.shape[:2]
     return lambda x, y: tuple(pixels[int(y * height), int(x * width)].tolist())
@@ -240,22 +245,22 @@ def files(tmp_path, monkeypatch):
 def test_a_drawing_is_its_own_picture(files, iccm):
     transparent = "--gaps", "transparent"
     assert iccm("map", "a.svg", "b.svg", "--size", "100", *transparent, "-o", "o.png").code == 0
-    at = shown("o.png")
-    assert at(0.6, 0.6) == pytest.approx((200, 100, 50, 128), abs=2)
+    pixel_at = pixel_reader("o.png")
+    assert pixel_at(0.6, 0.6) == pytest.approx((200, 100, 50, 128), abs=2)
     # the second rectangle begins a sixteenth of the width inside: x 30 of 200 and y 20 of 180
-    assert at(0.2, 0.2) == pytest.approx((0, 0, 200, 255), abs=2) and at(0.7, 0.2)[2] < 60
-    assert at(0.02, 0.5)[3] == 0
+    assert pixel_at(0.2, 0.2) == pytest.approx((0, 0, 200, 255), abs=2) and pixel_at(0.7, 0.2)[2] < 60
+    assert pixel_at(0.02, 0.5)[3] == 0
     assert iccm("map", "a.svg", "b.svg", "--size", "100", "--texture", "checker", "-o", "c.png").code == 0
-    assert shown("c.png")(0.6, 0.6)[3] == 255
+    assert pixel_reader("c.png")(0.6, 0.6)[3] == 255
     assert iccm("map", "b.svg", "b.svg", "--size", "100", "--texture", "a.svg", "-o", "d.png").code == 0
-    assert shown("d.png")(0.6, 0.6) == pytest.approx((200, 100, 50, 128), abs=2)
+    assert pixel_reader("d.png")(0.6, 0.6) == pytest.approx((200, 100, 50, 128), abs=2)
 
 
 def test_a_file_called_checker_is_that_file(files, iccm):
     image_files.write(files / "grey.png", Image(np.full((8, 8, 3), 77, np.uint8)))
     (files / "grey.png").rename(files / "checker")
     assert iccm("map", "b.svg", "b.svg", "--size", "50", "--texture", "checker", "-o", "o.png").code == 0
-    assert shown("o.png")(0.5, 0.5) == (77, 77, 77, 255)
+    assert pixel_reader("o.png")(0.5, 0.5) == (77, 77, 77, 255)
 
 
 def test_the_checkerboard_is_remembered_where_a_job_is_written_down():
@@ -266,7 +271,7 @@ def test_the_checkerboard_is_remembered_where_a_job_is_written_down():
 
 
 @pytest.fixture
-def made(monkeypatch):
+def rendered_sizes(monkeypatch):
     """Return a list to which the size of each rendering is added."""
     sizes = []
     render = rendering.render
@@ -279,18 +284,18 @@ def made(monkeypatch):
 
 
 @pytest.mark.slow
-def test_it_is_rendered_as_finely_as_the_map_samples_it(files, made):
+def test_it_is_rendered_as_finely_as_the_map_samples_it(files, rendered_sizes):
     """A narrow part of the source is magnified to most of a large picture."""
     from iccm.io.run.execute import run
 
     for size in (200, 1500):
         run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
-    assert made[0] == (1024, 1024) == made[1] and len(made) == 3
+    assert rendered_sizes[0] == (1024, 1024) == rendered_sizes[1] and len(rendered_sizes) == 3
     extent = 16 * (1 + 2 * texture.BESIDE_SIZE_SHARE)  # units across; 16 units become 160 of 200, 1200 pixels
-    assert made[2][0] == pytest.approx(extent * 1200 / 16, rel=0.05)
+    assert rendered_sizes[2][0] == pytest.approx(extent * 1200 / 16, rel=0.05)
     job = Job(source="a.svg", target="b.svg", size=(900,), output=("m.png",), max_pixels=900_000, force=True)
     run(job)
-    assert 800_000 < made[-1][0] * made[-1][1] <= 900_000
+    assert 800_000 < rendered_sizes[-1][0] * rendered_sizes[-1][1] <= 900_000
 
 
 def test_the_letters_of_a_drawing_are_outlined_once_for_all_its_sizes(tmp_path, monkeypatch):
@@ -325,7 +330,7 @@ def test_the_renderer_ends_without_who_started_it():
 
 
 @pytest.mark.slow
-def test_a_small_result_needs_no_large_rendering(files, made, monkeypatch):
+def test_a_small_result_needs_no_large_rendering(files, rendered_sizes, monkeypatch):
     """However much of the source a pixel shows: a number of texels for each pixel, or the size before the map is
     known.
     """
@@ -335,7 +340,7 @@ def test_a_small_result_needs_no_large_rendering(files, made, monkeypatch):
     monkeypatch.setattr(texture, "MOST_RENDERED_PIXELS", 2_000_000)
     for size in (24, 40, 90):
         run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
-    sizes = [width * height for width, height in made if (width, height) != (1024, 1024)]
+    sizes = [width * height for width, height in rendered_sizes if (width, height) != (1024, 1024)]
     assert len(sizes) == 2 and sizes[0] == pytest.approx(40 * 36 * texture.MOST_PIXELS_PER_PIXEL, rel=0.01)
     assert sizes[1] == pytest.approx(texture.MOST_RENDERED_PIXELS, rel=0.01)
 
@@ -352,8 +357,13 @@ def test_a_mesh_holds_the_rendered_drawing(files, iccm):
     view = scene["bufferViews"][scene["images"][0]["bufferView"]]
     start = 20 + length + 8 + view.get("byteOffset", 0)
     (files / "held.png").write_bytes(data[start : start + view["byteLength"]])
-    at = shown("held.png")
-    assert at(0.5, 0.6) == pytest.approx((200, 100, 50, 128), abs=1) and at(0.2, 0.2) == (0, 0, 200, 255)
+    pixel_at = pixel_reader("held.png")
+    assert pixel_at(0.5, 0.6) == pytest.approx((200, 100, 50, 128), abs=1) and pixel_at(0.2, 0.2) == (
+        0,
+        0,
+        200,
+        255,
+    )
 
 
 def test_a_stroke_at_the_outline_is_shown_in_its_whole_width(files, iccm):

@@ -249,7 +249,7 @@ def test_the_journal_forgives_torn_lines(tmp_path):
 
 
 @pytest.fixture
-def told(tmp_path):
+def journal_entry(tmp_path):
     """`told(path, **changed)`: whether a journal in tmp_path/out is trusted that records a file as written by a job."""
     root, away = tmp_path / "out", tmp_path / "away.json"
     root.mkdir()
@@ -258,7 +258,7 @@ def told(tmp_path):
     (tmp_path / "in").write_text("x")
     (root / "link").symlink_to(tmp_path)
 
-    def told(path, output="r.json", **changed):
+    def journal_entry(path, output="r.json", **changed):
         job = Job(source=str(tmp_path / "in"), report=str(root / output))
         digest = hashlib.sha256(b"made").hexdigest()
         result = {"status": "done", "message": "", "figures": {}, "notes": []}
@@ -267,14 +267,14 @@ def told(tmp_path):
         (root / journal.NAME).write_text(json.dumps(line) + "\n")
         return Journal(root).finished(journal.key(job), job)
 
-    return told
+    return journal_entry
 
 
-def test_the_journal_is_believed_of_files_in_its_folder_and_of_those_of_the_job(told, tmp_path):
-    assert told("r.json") is not None
-    assert told("../away.json", output="../away.json") is not None
+def test_the_journal_is_believed_of_files_in_its_folder_and_of_those_of_the_job(journal_entry, tmp_path):
+    assert journal_entry("r.json") is not None
+    assert journal_entry("../away.json", output="../away.json") is not None
     for path in ("../away.json", str(tmp_path / "away.json"), "link/away.json", "gone.json", "a\0b"):
-        assert told(path) is None, path
+        assert journal_entry(path) is None, path
 
 
 @pytest.mark.parametrize(
@@ -291,8 +291,8 @@ def test_the_journal_is_believed_of_files_in_its_folder_and_of_those_of_the_job(
         {"notes": None},
     ],
 )
-def test_results_of_another_form_are_none(told, changed):
-    assert told("r.json", **changed) is None
+def test_results_of_another_form_are_none(journal_entry, changed):
+    assert journal_entry("r.json", **changed) is None
 
 
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere it is not known whether a process has ended")
@@ -417,11 +417,11 @@ def test_a_batch_from_end_to_end(shapes, shell):
     """Two workers and one give the same bytes; --resume skips unchanged jobs, and only those."""
     (shapes / "jobs.toml").write_text(MANIFEST)
     env = os.environ | {"SOURCE_DATE_EPOCH": "1700000000"}
-    one = shell("iccm batch jobs.toml --root one -j 1", env=env)
+    first = shell("iccm batch jobs.toml --root one -j 1", env=env)
     two = shell("iccm batch jobs.toml --root two -j 2 --threads 2", env=env)
-    assert one.returncode == two.returncode == 0, one.stderr + two.stderr
-    assert len(rows(one.stdout)) == 6 and "6 done" in one.stderr
-    assert {r["status"] for r in rows(one.stdout).values()} == {"done"}
+    assert first.returncode == two.returncode == 0, first.stderr + two.stderr
+    assert len(rows(first.stdout)) == 6 and "6 done" in first.stderr
+    assert {r["status"] for r in rows(first.stdout).values()} == {"done"}
     pictures = {n: h for n, h in hashes(shapes / "one").items() if n.endswith(".png")}
     assert len(pictures) == 6 and pictures.items() <= hashes(shapes / "two").items()
     reports = [json.loads((shapes / name / "square-blob.json").read_text()) for name in ("one", "two")]

@@ -48,11 +48,11 @@ def test_defaults_and_templates(folder):
     size = "8x9"
     name = "special {number}"
     """
-    one, two = jobs(text, folder=folder)
+    first, second = jobs(text, folder=folder)
     out = str(folder / "out")
-    assert one.job.output == (f"{out}/a-leaf.png", f"{out}/a.svg.jpg")
-    assert one.job.report == f"{out}/a/b-1.json" and one.job.size == (64,)
-    assert two.job.size == (8, 9) and two.name == "special 2" and two.job.output == ()
+    assert first.job.output == (f"{out}/a-leaf.png", f"{out}/a.svg.jpg")
+    assert first.job.report == f"{out}/a/b-1.json" and first.job.size == (64,)
+    assert second.job.size == (8, 9) and second.name == "special 2" and second.job.output == ()
 
 
 def test_globs_multiply_in_a_fixed_order(folder):
@@ -266,10 +266,10 @@ def test_keys_that_are_there_twice_are_told(shapes):
     assert "line 1: the key 'size' is given twice" in message
 
 
-@pytest.mark.parametrize("other", ["A.PNG", "é.png", "\u212b.png"])
-def test_names_that_are_one_file_on_many_disks_are_told(shapes, other):
+@pytest.mark.parametrize("name", ["A.PNG", "é.png", "\u212b.png"])
+def test_names_that_are_one_file_on_many_disks_are_told(shapes, name):
     pairs = {"A.PNG": "a.png", "é.png": "e\u0301.png", "\u212b.png": "å.png"}
-    errors = listed(shapes, {**JOB, "output": pairs[other]}, {**JOB, "output": other})
+    errors = listed(shapes, {**JOB, "output": pairs[name]}, {**JOB, "output": name})
     assert len(errors) == 1 and "the same file on case-insensitive disks" in errors[0]
 
 

@@ -12,7 +12,7 @@ from iccm.io.pictures import image_files
 from iccm.io.pictures.image_files import Image
 
 
-def shown(pixels, path, **more):
+def thumbnail_of(pixels, path, **more):
     image_files.write(path, Image(pixels, **more))
     address = overview.thumbnail(str(path))
     with Pillow.open(BytesIO(base64.b64decode(address.partition(",")[2]))) as picture:
@@ -28,12 +28,12 @@ def test_black_grey_and_white_stay_so(tmp_path, dtype, suffix, space):
     pixels = np.repeat(
         (np.array([[0, 0.21, 0.63, 1], [1, 0.63, 0.21, 0]]) * top).astype(dtype)[..., None], 3, axis=2
     )
-    thumbnail = shown(pixels, tmp_path / f"a{suffix}", colorspace=space)
+    thumbnail = thumbnail_of(pixels, tmp_path / f"a{suffix}", colorspace=space)
     assert thumbnail[..., 0] == pytest.approx(np.array([[0, 53.5, 160.6, 255], [255, 160.6, 53.5, 0]]), abs=1)
 
 
 def test_oblong_pictures_keep_their_proportions(tmp_path):
-    thumbnail = shown(np.full((64, 640, 4), 200, np.uint8), tmp_path / "a.png", alpha=3)
+    thumbnail = thumbnail_of(np.full((64, 640, 4), 200, np.uint8), tmp_path / "a.png", alpha=3)
     assert thumbnail.shape[1] == overview.THUMBNAIL_PIXELS and thumbnail.shape[0] == pytest.approx(
         overview.THUMBNAIL_PIXELS / 10, abs=1
     )

@@ -67,7 +67,7 @@ def start():
 
 def children(pid):
     """The running child processes of a process."""
-    found = []
+    pids = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             fields = stat.read_text().rpartition(")")[2].split()
@@ -78,8 +78,8 @@ def children(pid):
             and fields[0] != "Z"
             and "spawn_main" in (stat.parent / "cmdline").read_text()
         ):
-            found.append(int(stat.parent.name))
-    return found
+            pids.append(int(stat.parent.name))
+    return pids
 
 
 def alive(pid):
@@ -90,10 +90,10 @@ def alive(pid):
 def until(condition, seconds=80):
     """Wait for a condition that must become true."""
     end = time.monotonic() + seconds
-    while not (found := condition()):
+    while not (result := condition()):
         assert time.monotonic() < end, "it never came"
         time.sleep(0.02)
-    return found
+    return result
 
 
 def writing(folder):
@@ -171,10 +171,10 @@ def test_a_worker_in_native_code_ends_with_its_parent(tmp_path):
     (tmp_path / "code.py").write_text(code)
     quiet = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     begun = subprocess.Popen([sys.executable, tmp_path / "code.py"], **quiet)
-    found = int(begun.stdout.readline())
+    worker = int(begun.stdout.readline())
     begun.wait()
-    assert alive(found)
-    until(lambda: not alive(found), 60)
+    assert alive(worker)
+    until(lambda: not alive(worker), 60)
 
 
 @pytest.mark.slow
@@ -202,9 +202,9 @@ def test_a_signal_stops_cleanly_with_a_summary(folder, start, number):
 def test_an_interrupt_while_a_batch_is_resumed_prints_no_traceback(folder, start, moment):
     """Ctrl-C reaches workers, too, also while they import modules."""
     assert ended(start("-j", "2"))[0] == WHOLE
-    made = sorted((folder / "out").glob("*.png"))
-    kept = {path: path.read_bytes() for path in made[1:]}
-    made[0].unlink()
+    pictures = sorted((folder / "out").glob("*.png"))
+    kept = {path: path.read_bytes() for path in pictures[1:]}
+    pictures[0].unlink()
     (folder / "jobs.jsonl").write_text(manifest(size=1000) + "\n" + json.dumps(LARGE))
     process = start("-j", "2", "--resume", start_new_session=True)
     moments = {
@@ -335,8 +335,8 @@ def test_an_input_deleted_half_way(folder, start):
 
 @pytest.mark.slow
 def test_two_batches_at_once_on_the_same_outputs(folder, start):
-    both = [start("-j", "1", "--force"), start("-j", "1", "--force")]
-    for process in both:
+    batches = [start("-j", "1", "--force"), start("-j", "1", "--force")]
+    for process in batches:
         counts, _, err = ended(process)
         assert process.returncode == 0 and counts == WHOLE, err
     assert whole(folder / "out")

@@ -84,8 +84,8 @@ def test_a_map_that_one_of_two_materials_has_comes_together_in_one(folder, iccm)
 
 def test_gltf_arrays_that_are_shorter_than_its_positions_are_refused(gltf, iccm):
     tree, changed = gltf
-    at = tree["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]
-    tree["accessors"][at]["count"] -= 1
+    accessor = tree["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"]
+    tree["accessors"][accessor]["count"] -= 1
     changed(tree)
     for line in (("relayout", "bad.glb", "good.obj", "-o", "o.obj"), ("flatten", "bad.glb", "--uv", "o.glb")):
         refused(iccm(*line), "TEXCOORD_0")
@@ -93,8 +93,8 @@ def test_gltf_arrays_that_are_shorter_than_its_positions_are_refused(gltf, iccm)
 
 def test_a_gltf_whose_positions_are_no_points_is_refused(gltf, iccm):
     tree, changed = gltf
-    at = tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
-    tree["accessors"][at]["type"] = "VEC2"
+    accessor = tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
+    tree["accessors"][accessor]["type"] = "VEC2"
     changed(tree)
     done = iccm("relayout", "bad.glb", "good.obj", "-o", "o.obj")
     for word in ("bad.glb", "meshes/0/primitives/0", "POSITION", "VEC2", "VEC3"):

@@ -30,22 +30,22 @@ def parsed(path):
     """Coordinates, and by material the vertices and coordinates (m, 3, 2) of corners, read by a few lines of Python."""
     vt, faces, material = [], {}, None
     for line in path.read_text().splitlines():
-        word, _, rest = line.partition(" ")
+        word, _, arguments = line.partition(" ")
         if word == "vt":
-            vt.append([float(x) for x in rest.split()])
+            vt.append([float(x) for x in arguments.split()])
         elif word == "usemtl":
-            material = rest
+            material = arguments
         elif word == "f":
             faces.setdefault(material, []).append(
-                [[int(k) - 1 for k in c.split("/")[:2]] for c in rest.split()]
+                [[int(k) - 1 for k in c.split("/")[:2]] for c in arguments.split()]
             )
     return np.array(vt), {name: np.array(corners) for name, corners in faces.items()}
 
 
 def looked_up(name, uv):
     pixels = np.asarray(Image.open(name).convert("RGB")).astype(float)
-    at = (np.column_stack([uv[:, 0], 1 - uv[:, 1]]) * pixels.shape[1::-1]).astype(int)
-    return pixels[at[:, 1], at[:, 0]]
+    pixel = (np.column_stack([uv[:, 0], 1 - uv[:, 1]]) * pixels.shape[1::-1]).astype(int)
+    return pixels[pixel[:, 1], pixel[:, 0]]
 
 
 @pytest.fixture
@@ -76,14 +76,14 @@ def test_pictures_of_several_materials_are_where_they_were(painted, iccm):
         ("right", "o-right-Kd.png", 0.5),
     ):
         assert (before[name][..., 0] == after[name][..., 0]).all()
-        there, here = (
+        old_uv, new_uv = (
             np.einsum("k,mkc->mc", weights, vt[f[name][..., 1]]) for vt, f in ((old, before), (new, after))
         )
-        there = there * scale
-        expected_shade = shade(np.column_stack([there[:, 0], 1 - there[:, 1]]), 1)
+        old_uv = old_uv * scale
+        expected_shade = shade(np.column_stack([old_uv[:, 0], 1 - old_uv[:, 1]]), 1)
         assert (
             np.quantile(
-                np.abs(looked_up(painted / picture_name.replace("Kd", "kd"), here) - expected_shade), 0.99
+                np.abs(looked_up(painted / picture_name.replace("Kd", "kd"), new_uv) - expected_shade), 0.99
             )
             < 8
         )

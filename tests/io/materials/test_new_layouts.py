@@ -23,9 +23,9 @@ def write(path, layout, head=""):
             x = (column + np.array([0, 1, 1, 0])) / CELLS
             y = (row + np.array([0, 0, 1, 1])) / CELLS
             uv = layout(x, y, (column + 0.5) / CELLS)
-            at = 4 * len(faces)
+            first = 4 * len(faces)
             rows += [f"v {a} {b} 0" for a, b in zip(x, y)] + [f"vt {u:.9g} {v:.9g}" for u, v in uv]
-            faces.append("f " + " ".join(f"{at + k}/{at + k}" for k in range(1, 5)))
+            faces.append("f " + " ".join(f"{first + k}/{first + k}" for k in range(1, 5)))
     path.write_text(head + "\n".join([*rows, *faces]) + "\n")
 
 
@@ -55,7 +55,7 @@ def middles():
 
 
 @pytest.fixture
-def there(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     u, v = middles()
     pixels = shade((u - 0.05) / 0.9, (v - 0.05) / 0.9).round().astype(np.uint8)
@@ -73,10 +73,10 @@ PICTURE = ("--texture", "kd.png", "-o", "o.png")
 
 
 @pytest.mark.parametrize("words", [PICTURE, ("-o", "o.obj")])
-def test_stacked_charts_that_show_different_places_have_a_status(there, iccm, words):
-    write(there / "new.obj", folded)
+def test_stacked_charts_that_show_different_places_have_a_status(folder, iccm, words):
+    write(folder / "new.obj", folded)
     done = relayout(iccm, *words)
-    report = json.loads((there / "r.json").read_text())
+    report = json.loads((folder / "r.json").read_text())
     layout = report["layout"]
     assert (done.code, report["status"]) == (1, "overlapping")
     assert layout["conflicting_texels"] / layout["covered_texels"] == pytest.approx(1 / 3, abs=0.02)
@@ -87,21 +87,23 @@ def test_stacked_charts_that_show_different_places_have_a_status(there, iccm, wo
 
 
 @pytest.mark.parametrize("words", [PICTURE, ("-o", "o.obj")])
-def test_stacked_charts_that_show_the_same_place_are_right(there, iccm, words):
-    write(there / "new.obj", folded)
-    write(there / "stacked.obj", lambda x, y, m: 0.9 * folded(x, y, m) + 0.02, "mtllib m.mtl\nusemtl cloth\n")
+def test_stacked_charts_that_show_the_same_place_are_right(folder, iccm, words):
+    write(folder / "new.obj", folded)
+    write(
+        folder / "stacked.obj", lambda x, y, m: 0.9 * folded(x, y, m) + 0.02, "mtllib m.mtl\nusemtl cloth\n"
+    )
     done = relayout(iccm, *words, old="stacked.obj")
-    report = json.loads((there / "r.json").read_text())
+    report = json.loads((folder / "r.json").read_text())
     assert (done.code, report["status"], report["layout"]["conflicting_texels"]) == (0, "done", 0)
     assert report["layout"]["overlapping_texels"] > 0.2 * report["layout"]["covered_texels"]
 
 
 @pytest.mark.parametrize("words", [PICTURE, ("-o", "o.obj")])
-def test_charts_of_tiles_that_would_overlap_are_refused(there, iccm, words):
-    write(there / "new.obj", in_two_tiles)
+def test_charts_of_tiles_that_would_overlap_are_refused(folder, iccm, words):
+    write(folder / "new.obj", in_two_tiles)
     done = relayout(iccm, *words)
     assert done.code == 2 and "new.obj" in done.err and "<UDIM>" in done.err, done.err
-    assert not (there / "o.png").exists() and not (there / "o.obj").exists()
+    assert not (folder / "o.png").exists() and not (folder / "o.obj").exists()
 
 
 def off(picture, first):
@@ -113,16 +115,16 @@ def off(picture, first):
     return (np.abs(picture.astype(float) - shade(x, y))[inside] > 8).any(axis=-1).mean()
 
 
-def test_tiles_become_pictures_of_their_own(there, iccm):
-    write(there / "new.obj", in_two_tiles)
+def test_tiles_become_pictures_of_their_own(folder, iccm):
+    write(folder / "new.obj", in_two_tiles)
     done = relayout(iccm, "--texture", "kd.png", "-o", "o.<UDIM>.png")
     assert done.code == 0, done.err
     for number in (1001, 1002):
         assert off(image_files.read(f"o.{number}.png").pixels, number == 1001) <= 0.005
 
 
-def test_tiles_become_materials_of_a_glb(there, iccm):
-    write(there / "new.obj", in_two_tiles)
+def test_tiles_become_materials_of_a_glb(folder, iccm):
+    write(folder / "new.obj", in_two_tiles)
     done = relayout(iccm, "-o", "o.glb")
     assert done.code == 0 and "2 tiles" in done.err, done.err
     file = rich_glb.read("o.glb")
@@ -138,39 +140,43 @@ def test_tiles_become_materials_of_a_glb(there, iccm):
     assert seen == {True, False}
 
 
-def test_triangles_larger_than_the_picture_are_refused(there, iccm):
-    write(there / "new.obj", lambda x, y, _: np.column_stack([20 * x, 0.1 + 0.3 * y]))
+def test_triangles_larger_than_the_picture_are_refused(folder, iccm):
+    write(folder / "new.obj", lambda x, y, _: np.column_stack([20 * x, 0.1 + 0.3 * y]))
     done = relayout(iccm, *PICTURE)
     assert done.code == 2 and "new.obj" in done.err and "repeat" in done.err, done.err
 
 
-def test_a_layout_in_another_tile_is_shown_by_textures_that_repeat(there, iccm):
+def test_a_layout_in_another_tile_is_shown_by_textures_that_repeat(folder, iccm):
     """Although the old one's are clamped."""
     points, normals, uv, faces = rich_glb.sheet(8)
     old = rich_glb.rich(
-        points, normals, uv, faces, colour=(there / "kd.png").read_bytes()
+        points, normals, uv, faces, colour=(folder / "kd.png").read_bytes()
     )  # its sampler clamps and mirrors
-    (there / "old.glb").write_bytes(old)
+    (folder / "old.glb").write_bytes(old)
     for name, shift in (("here", 0), ("beside", 1)):
         moved = uv @ [[0.6, 0.2], [-0.2, 0.6]] + [0.25 + shift, 0.1]
-        (there / f"{name}.glb").write_bytes(rich_glb.rich(points, normals, moved, faces))
+        (folder / f"{name}.glb").write_bytes(rich_glb.rich(points, normals, moved, faces))
         assert iccm("relayout", "old.glb", f"{name}.glb", "-o", f"o-{name}.glb", "--size", 64).code == 0
-    here, beside = (rich_glb.read(f"o-{name}.glb") for name in ("here", "beside"))
-    indices = [file.materials[0].pbrMetallicRoughness.baseColorTexture.index for file in (here, beside)]
+    in_place, in_next_tile = (rich_glb.read(f"o-{name}.glb") for name in ("here", "beside"))
+    indices = [
+        file.materials[0].pbrMetallicRoughness.baseColorTexture.index for file in (in_place, in_next_tile)
+    ]
     wraps = [
         {(file.samplers[texture.sampler].wrapS, file.samplers[texture.sampler].wrapT)}
-        for file, texture in zip((here, beside), (here.textures[indices[0]], beside.textures[indices[1]]))
+        for file, texture in zip(
+            (in_place, in_next_tile), (in_place.textures[indices[0]], in_next_tile.textures[indices[1]])
+        )
     ]
     assert wraps == [{(33071, 33648)}, {(10497, 10497)}]
-    one, other = (
+    picture, next_picture = (
         np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, index)))).astype(int)
-        for file, index in zip((here, beside), indices)
+        for file, index in zip((in_place, in_next_tile), indices)
     )
-    assert np.ptp(one) > 50 and (np.abs(one - other) > 8).mean() < 0.005
+    assert np.ptp(picture) > 50 and (np.abs(picture - next_picture) > 8).mean() < 0.005
 
 
 @pytest.mark.parametrize("way", ["relayout", "carry"])
-def test_slots_that_share_a_picture_share_it_afterwards(there, iccm, way):
+def test_slots_that_share_a_picture_share_it_afterwards(folder, iccm, way):
     """Occlusion in red, roughness in green, metal in blue of one picture."""
     points, normals, uv, faces = rich_glb.sheet(8)
     u, v = middles()
@@ -179,9 +185,9 @@ def test_slots_that_share_a_picture_share_it_afterwards(there, iccm, way):
     make = rich_glb.read_bytes(rich_glb.rich(points, normals, uv, faces, rough=packed.getvalue()))
     rough = make.materials[0].pbrMetallicRoughness.metallicRoughnessTexture
     make.materials[0].occlusionTexture = gl.OcclusionTextureInfo(index=rough.index)
-    (there / "old.glb").write_bytes(b"".join(make.save_to_bytes()))
+    (folder / "old.glb").write_bytes(b"".join(make.save_to_bytes()))
     turned = uv @ [[0.6, 0.2], [-0.2, 0.6]] + [0.25, 0.1]
-    (there / "new.glb").write_bytes(rich_glb.rich(points, normals, turned, faces))
+    (folder / "new.glb").write_bytes(rich_glb.rich(points, normals, turned, faces))
     if way == "relayout":
         done = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", N)
     else:
@@ -195,6 +201,6 @@ def test_slots_that_share_a_picture_share_it_afterwards(there, iccm, way):
         material.normalTexture,
         material.occlusionTexture,
     )
-    colour, rough, bump, occlusion = (out.textures[each.index].source for each in slots)
+    colour, rough, bump, occlusion = (out.textures[slot.index].source for slot in slots)
     assert rough == occlusion and len({colour, rough, bump}) == 3
     assert len(out.images) == 3

@@ -43,7 +43,7 @@ def picture(seed, channels=3):
     return stream.getvalue()
 
 
-def wanted(uv, seed):
+def expected_pixels(uv, seed):
     """What a picture has to be in another layout (n, 2), v down; NaN outside: matplotlib finds where texels lie."""
     mesh = Triangulation(*uv.T, FACES)
     old = np.stack(
@@ -52,12 +52,12 @@ def wanted(uv, seed):
     return shade(old, seed)
 
 
-def off(made, uv, seed, channels=(0, 1, 2)):
+def off(actual, uv, seed, channels=(0, 1, 2)):
     """The share of texels inside charts that are off by more than 8 of 255."""
-    right = wanted(uv, seed)[..., list(channels)]
+    right = expected_pixels(uv, seed)[..., list(channels)]
     inside = np.isfinite(right).all(axis=-1)
     assert inside.sum() > 0.2 * N * N
-    return (np.abs(made.astype(float)[inside] - right[inside]) > 8).any(axis=-1).mean()
+    return (np.abs(actual.astype(float)[inside] - right[inside]) > 8).any(axis=-1).mean()
 
 
 def pixels(content):
@@ -65,7 +65,7 @@ def pixels(content):
 
 
 @pytest.fixture
-def there(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """A folder with old.glb and new.glb, the same surface in two layouts, and the same as OBJ."""
     monkeypatch.chdir(tmp_path)
     more = {"colour": picture(1), "rough": picture(2), "occlusion": picture(3), "light": picture(4)}
@@ -93,11 +93,11 @@ def material_set_of(file, number=0):
     return file.materials[number]
 
 
-def test_all_maps_of_a_glb_go_into_another_layout_and_the_rest_of_it_stays(there, iccm):
+def test_all_maps_of_a_glb_go_into_another_layout_and_the_rest_of_it_stays(folder, iccm):
     done = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", N, "--report", "r.json")
     assert done.code == 0, done.err
-    assert json.loads((there / "r.json").read_text())["same_triangles"] == len(FACES)
-    old, new, out = (rich_glb.read(there / name) for name in ("old.glb", "new.glb", "out.glb"))
+    assert json.loads((folder / "r.json").read_text())["same_triangles"] == len(FACES)
+    old, new, out = (rich_glb.read(folder / name) for name in ("old.glb", "new.glb", "out.glb"))
     whole(new, out)
     before, after = corners(new, body(new)), corners(out, body(out))
     assert set(before) == set(after) and all((values == after[name]).all() for name, values in before.items())
@@ -116,100 +116,100 @@ def test_all_maps_of_a_glb_go_into_another_layout_and_the_rest_of_it_stays(there
     assert out.materials[1] == new.materials[1]
 
 
-def test_normals_look_the_same_in_space(there, iccm):
+def test_normals_look_the_same_in_space(folder, iccm):
     assert iccm("relayout", "old.glb", "new.glb#body", "-o", "out.glb", "--size", N).code == 0
-    old, out = (rich_glb.read(there / name) for name in ("old.glb", "out.glb"))
+    old, out = (rich_glb.read(folder / name) for name in ("old.glb", "out.glb"))
     for weights in ([0.6, 0.3, 0.1], [1 / 3, 1 / 3, 1 / 3]):
-        same = np.einsum("mi,mi->m", lit(old, weights), lit(out, weights))
-        angle = np.degrees(np.arccos(np.clip(same, -1, 1)))
+        cosine = np.einsum("mi,mi->m", lit(old, weights), lit(out, weights))
+        angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
         assert np.median(angle) < 1 and angle.max() < 3
 
 
-def test_a_texture_that_is_named_takes_the_place_of_the_materials_own(there, iccm):
-    (there / "mine.png").write_bytes(picture(7))
+def test_a_texture_that_is_named_takes_the_place_of_the_materials_own(folder, iccm):
+    (folder / "mine.png").write_bytes(picture(7))
     done = iccm("relayout", "old.glb", "new.glb", "--texture", "mine.png", "-o", "out.glb", "--size", str(N))
     assert done.code == 0, done.err
-    out = rich_glb.read(there / "out.glb")
+    out = rich_glb.read(folder / "out.glb")
     colours = rich_glb.picture(out, material_set_of(out).pbrMetallicRoughness.baseColorTexture.index)
     assert off(pixels(colours), BENT, 7) <= 0.005
     assert off(pixels(rich_glb.picture(out, material_set_of(out).emissiveTexture.index)), BENT, 4) <= 0.005
 
 
-def test_an_objs_materials_become_a_glbs(there, iccm):
+def test_an_objs_materials_become_a_glbs(folder, iccm):
     done = iccm("relayout", "old.obj", "new.glb#body", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
     assert "map_ks: dropped, because the other format" in done.err
-    new, out = (rich_glb.read(there / name) for name in ("new.glb", "out.glb"))
+    new, out = (rich_glb.read(folder / name) for name in ("new.glb", "out.glb"))
     whole(new, out)
     material_set = material_set_of(out)
     rough = material_set.pbrMetallicRoughness
     assert off(pixels(rich_glb.picture(out, rough.baseColorTexture.index)), BENT, 1) <= 0.005
-    both = pixels(rich_glb.picture(out, rough.metallicRoughnessTexture.index))
-    assert off(both[..., [1]], BENT, 2, channels=[0]) <= 0.005
-    assert rough.metallicFactor == 0.5 and (both[..., 2][both[..., 1] > 0] == 255).all()
-    old = rich_glb.read(there / "old.glb")
-    same = np.einsum("mi,mi->m", lit(old, [0.6, 0.3, 0.1]), lit(out, [0.6, 0.3, 0.1]))
-    assert np.degrees(np.arccos(np.clip(same, -1, 1))).max() < 3
+    packed = pixels(rich_glb.picture(out, rough.metallicRoughnessTexture.index))
+    assert off(packed[..., [1]], BENT, 2, channels=[0]) <= 0.005
+    assert rough.metallicFactor == 0.5 and (packed[..., 2][packed[..., 1] > 0] == 255).all()
+    old = rich_glb.read(folder / "old.glb")
+    cosine = np.einsum("mi,mi->m", lit(old, [0.6, 0.3, 0.1]), lit(out, [0.6, 0.3, 0.1]))
+    assert np.degrees(np.arccos(np.clip(cosine, -1, 1))).max() < 3
 
 
 @pytest.mark.parametrize("out", ["out.obj", "out.glb"])
 @pytest.mark.parametrize("old", ["old.obj", "old.glb"])
-def test_an_obj_gets_materials(there, iccm, old, out):
-    lines = (there / "new.obj").read_text().splitlines()
-    without_vertex_colours(there / "old.glb")
+def test_an_obj_gets_materials(folder, iccm, old, out):
+    lines = (folder / "new.obj").read_text().splitlines()
+    without_vertex_colours(folder / "old.glb")
     done = iccm("relayout", old, "new.obj", "-o", out, "--size", N)
     assert done.code == 0, done.err
     if out == "out.glb":
-        file = rich_glb.read(there / out)
+        file = rich_glb.read(folder / out)
         assert len(corners(file, body(file))["NORMAL"]) == FACES.size
-        made = pixels(
+        colours = pixels(
             rich_glb.picture(file, material_set_of(file).pbrMetallicRoughness.baseColorTexture.index)
         )
     else:
-        written = (there / out).read_text().splitlines()
+        written = (folder / out).read_text().splitlines()
         assert [line for line in written if line not in ("mtllib out.mtl", "usemtl iccm")] == lines
-        made = pixels(next(map(lambda p: p.read_bytes(), mesh_files.read(out).textures())))
-        library = (there / "out.mtl").read_text()
+        colours = pixels(next(map(lambda p: p.read_bytes(), mesh_files.read(out).textures())))
+        library = (folder / "out.mtl").read_text()
         assert ("map_Bump -bm 0.7 out-bump.png" if old == "old.obj" else "map_Pm out-pm.png") in library
         for line in library.splitlines():
-            assert not line.endswith(".png") or (there / line.split()[-1]).is_file()
-    assert off(made, BENT, 1) <= 0.005
+            assert not line.endswith(".png") or (folder / line.split()[-1]).is_file()
+    assert off(colours, BENT, 1) <= 0.005
 
 
-def test_a_mesh_that_lies_elsewhere_leaves_no_files(there, iccm):
-    lines = (there / "new.obj").read_text().splitlines()
+def test_a_mesh_that_lies_elsewhere_leaves_no_files(folder, iccm):
+    lines = (folder / "new.obj").read_text().splitlines()
     bent = [line if line[:2] != "v " else f"v {k} {k * k % 97} {k % 13}" for k, line in enumerate(lines)]
     # One face fewer: the order says nothing either.
-    (there / "new.obj").write_text("\n".join(bent[:-1]) + "\n")
-    before = {path.name for path in there.iterdir()}
+    (folder / "new.obj").write_text("\n".join(bent[:-1]) + "\n")
+    before = {path.name for path in folder.iterdir()}
     done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", 16, "--match", "position")
     assert done.code == 2 and "no part of it matches" in done.err
-    assert {path.name for path in there.iterdir()} == before
+    assert {path.name for path in folder.iterdir()} == before
 
 
-def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(there, iccm):
+def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(folder, iccm):
     """Blender takes a bump map without -bm as one of strength 0."""
-    new = (there / "new.obj").read_text().splitlines()
+    new = (folder / "new.obj").read_text().splitlines()
     first = next(k for k, line in enumerate(new) if line.startswith("f "))
-    (there / "new.obj").write_text("\n".join(["mtllib old.mtl", *new[:first], "usemtl cloth", *new[first:]]))
-    library = (there / "old.mtl").read_text()
-    (there / "old.mtl").write_text(library + "newmtl bare\nKd 1 1 1\n")
-    old = (there / "old.obj").read_text().splitlines()
+    (folder / "new.obj").write_text("\n".join(["mtllib old.mtl", *new[:first], "usemtl cloth", *new[first:]]))
+    library = (folder / "old.mtl").read_text()
+    (folder / "old.mtl").write_text(library + "newmtl bare\nKd 1 1 1\n")
+    old = (folder / "old.obj").read_text().splitlines()
     half = [k for k, line in enumerate(old) if line.startswith("f ")]
     old.insert(half[len(half) // 5], "usemtl bare")
-    (there / "old.obj").write_text("\n".join(old))
-    (there / "new.obj").write_text((there / "new.obj").read_text().replace("usemtl cloth", "usemtl bare"))
+    (folder / "old.obj").write_text("\n".join(old))
+    (folder / "new.obj").write_text((folder / "new.obj").read_text().replace("usemtl cloth", "usemtl bare"))
     done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
     assert done.code == 0, done.err
-    assert "map_Bump -bm 1 out-bump.png" in (there / "out.mtl").read_text()
+    assert "map_Bump -bm 1 out-bump.png" in (folder / "out.mtl").read_text()
 
 
 @pytest.mark.parametrize(
     ("bare", "plain"), [(False, False), (True, False), (False, True)]
 )  # whether what is plain green has coordinates; whether no colours are in pictures
-def test_several_materials_become_one_with_their_factors(there, iccm, bare, plain):
+def test_several_materials_become_one_with_their_factors(folder, iccm, bare, plain):
     """Half of the old surface shows a picture times red, half of it no picture but green."""
-    make, file, halves = in_halves(there)
+    make, file, halves = in_halves(folder)
     material_set = file.materials[0]
     material_set.normalTexture = material_set.occlusionTexture = material_set.emissiveTexture = None
     material_set.emissiveFactor = [0, 0, 0]
@@ -218,32 +218,32 @@ def test_several_materials_become_one_with_their_factors(there, iccm, bare, plai
     material_set.pbrMetallicRoughness.baseColorFactor = [1, 0.25, 0.25, 1]
     green = gl.PbrMetallicRoughness(baseColorFactor=[0, 0.5, 0, 1])
     file.materials[1] = gl.Material(name="green", pbrMetallicRoughness=green)
-    one, hat = file.meshes[0].primitives[0], file.meshes[1].primitives[0]
-    one.indices = halves[0]
-    attributes = gl.Attributes(POSITION=one.attributes.POSITION) if bare else one.attributes
+    sheet, hat = file.meshes[0].primitives[0], file.meshes[1].primitives[0]
+    sheet.indices = halves[0]
+    attributes = gl.Attributes(POSITION=sheet.attributes.POSITION) if bare else sheet.attributes
     file.meshes[0].primitives.append(gl.Primitive(attributes=attributes, indices=halves[1], material=1))
     hat.material = None
     file.buffers.clear()
-    (there / "two.glb").write_bytes(make.bytes())
+    (folder / "two.glb").write_bytes(make.bytes())
     done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
-    out = rich_glb.read(there / "out.glb")
+    out = rich_glb.read(folder / "out.glb")
     rough = material_set_of(out).pbrMetallicRoughness
     assert rough.baseColorFactor == [1, 1, 1, 1]
-    made = pixels(rich_glb.picture(out, rough.baseColorTexture.index)).astype(float)
-    right = np.full_like(made, 255) if plain else wanted(BENT, 1)
-    at = np.stack(
+    colours = pixels(rich_glb.picture(out, rough.baseColorTexture.index)).astype(float)
+    expected = np.full_like(colours, 255) if plain else expected_pixels(BENT, 1)
+    centres = np.stack(
         [
             LinearTriInterpolator(Triangulation(*BENT.T, FACES), POINTS[:, 0])(
                 *np.moveaxis(texels(), -1, 0)
             ).filled(np.nan)
         ]
     )[0]
-    red, green = (at < 0.49), (at > 0.51)
+    red, green = (centres < 0.49), (centres > 0.51)
     linear = lambda v: np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)  # noqa: E731
-    assert (np.abs(made[red] - right[red])[:, 0] > 8).mean() <= 0.005
-    assert np.abs(linear(made[red][:, 1] / 255) - 0.25 * linear(right[red][:, 1] / 255)).max() < 0.03
-    assert (np.abs(linear(made[green] / 255) - [0, 0.5, 0]) < 0.01).all()
+    assert (np.abs(colours[red] - expected[red])[:, 0] > 8).mean() <= 0.005
+    assert np.abs(linear(colours[red][:, 1] / 255) - 0.25 * linear(expected[red][:, 1] / 255)).max() < 0.03
+    assert (np.abs(linear(colours[green] / 255) - [0, 0.5, 0]) < 0.01).all()
 
 
 def without_vertex_colours(path):
@@ -253,9 +253,9 @@ def without_vertex_colours(path):
     file.save_binary(str(path))
 
 
-def in_halves(there):
+def in_halves(folder):
     """old.glb as a builder and a file, and the indices of its left half and its right."""
-    make, file = rich_glb.Builder(), rich_glb.read(there / "old.glb")
+    make, file = rich_glb.Builder(), rich_glb.read(folder / "old.glb")
     make.file, make.data = file, file.binary_blob()
     return (
         make,
@@ -264,33 +264,33 @@ def in_halves(there):
     )
 
 
-def write_halves(there, make, file, halves):
+def write_halves(folder, make, file, halves):
     """two.glb, whose first mesh has a primitive of each half and the first two materials."""
-    one = file.meshes[0].primitives[0]
+    left = file.meshes[0].primitives[0]
     file.meshes[1].primitives[0].material = None
-    one.indices = halves[0]
-    file.meshes[0].primitives.append(gl.Primitive(attributes=one.attributes, indices=halves[1], material=1))
+    left.indices = halves[0]
+    file.meshes[0].primitives.append(gl.Primitive(attributes=left.attributes, indices=halves[1], material=1))
     file.buffers.clear()
-    (there / "two.glb").write_bytes(make.bytes())
+    (folder / "two.glb").write_bytes(make.bytes())
 
 
 @pytest.fixture
-def clear(there):
+def clear(folder):
     """two.glb: its left half an opaque material, its right half one of a mask, both of the same picture with alpha."""
-    without_vertex_colours(there / "old.glb")
-    make, file, halves = in_halves(there)
-    made, clear = io.BytesIO(), np.where(texels()[..., 0] < 0.5, 100, 150)
-    rgba = np.dstack([shade(texels(), 1).round(), clear]).astype(np.uint8)
-    Image.fromarray(rgba).save(made, "PNG")
-    texture_info = gl.TextureInfo(index=make.texture(made.getvalue()))
+    without_vertex_colours(folder / "old.glb")
+    make, file, halves = in_halves(folder)
+    png, opacity = io.BytesIO(), np.where(texels()[..., 0] < 0.5, 100, 150)
+    rgba = np.dstack([shade(texels(), 1).round(), opacity]).astype(np.uint8)
+    Image.fromarray(rgba).save(png, "PNG")
+    texture_info = gl.TextureInfo(index=make.texture(png.getvalue()))
     for k, (name, mode) in enumerate((("wall", "OPAQUE"), ("leaf", "MASK"))):
         cutoff = 0.5 if mode == "MASK" else None
         look = gl.PbrMetallicRoughness(baseColorTexture=texture_info)
         file.materials[k] = gl.Material(
             name=name, alphaMode=mode, alphaCutoff=cutoff, pbrMetallicRoughness=look
         )
-    write_halves(there, make, file, halves)
-    return there
+    write_halves(folder, make, file, halves)
+    return folder
 
 
 def test_what_is_opaque_and_what_is_not_stay_materials_of_their_own(clear, iccm):
@@ -304,11 +304,11 @@ def test_what_is_opaque_and_what_is_not_stay_materials_of_their_own(clear, iccm)
     seen = []
     for part in parts:
         material = out.materials[part.material]
-        at = corners(out, part)["POSITION"].reshape(-1, 3, 3).mean(axis=1)
-        assert ((at[:, 0] < 0.5) == (material.alphaMode == "OPAQUE")).all()
-        made = pixels(rich_glb.picture(out, material.pbrMetallicRoughness.baseColorTexture.index))
-        assert made.shape[2] == (3 if material.alphaMode == "OPAQUE" else 4)
-        seen.append(len(at))
+        centres = corners(out, part)["POSITION"].reshape(-1, 3, 3).mean(axis=1)
+        assert ((centres[:, 0] < 0.5) == (material.alphaMode == "OPAQUE")).all()
+        colours = pixels(rich_glb.picture(out, material.pbrMetallicRoughness.baseColorTexture.index))
+        assert colours.shape[2] == (3 if material.alphaMode == "OPAQUE" else 4)
+        seen.append(len(centres))
     assert sum(seen) == len(FACES) and min(seen) > 0
 
 
@@ -323,7 +323,7 @@ def test_of_an_obj_a_picture_says_what_is_opaque(clear, iccm, factor, cutoff):
     library = (clear / "out.mtl").read_text()
     assert "map_d out-d.png" in library
     cover, kd = (np.asarray(Image.open(clear / f"out-{word}.png")) for word in ("d", "kd"))
-    at = np.stack(
+    uv = np.stack(
         [
             LinearTriInterpolator(Triangulation(*BENT.T, FACES), values)(
                 *np.moveaxis(texels(), -1, 0)
@@ -331,29 +331,29 @@ def test_of_an_obj_a_picture_says_what_is_opaque(clear, iccm, factor, cutoff):
             for values in (POINTS[:, 0], UV[:, 0])
         ]
     )
-    left, right, low = at[0] < 0.45, at[0] > 0.55, at[1] < 0.47
+    left, right, low = uv[0] < 0.45, uv[0] > 0.55, uv[1] < 0.47
     assert (
         (cover[left] == 255).all()
         and (cover[right & low] == 0).all()
-        and (cover[right & (at[1] > 0.53)] == 255).all()
+        and (cover[right & (uv[1] > 0.53)] == 255).all()
     )
-    assert (np.abs(kd.astype(float) - wanted(BENT, 1))[left] > 8).mean() <= 0.005
+    assert (np.abs(kd.astype(float) - expected_pixels(BENT, 1))[left] > 8).mean() <= 0.005
 
 
-def test_materials_whose_normals_are_scaled_differently_stay_apart(there, iccm):
-    make, file, halves = in_halves(there)
+def test_materials_whose_normals_are_scaled_differently_stay_apart(folder, iccm):
+    make, file, halves = in_halves(folder)
     file.materials[1] = deepcopy(file.materials[0])
     file.materials[0].normalTexture.scale, file.materials[1].normalTexture.scale = 0.8, 0.4
-    write_halves(there, make, file, halves)
+    write_halves(folder, make, file, halves)
     done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
     assert done.code == 0 and "has 2 materials" in done.err, done.err
-    out = rich_glb.read(there / "out.glb")
+    out = rich_glb.read(folder / "out.glb")
     scales = [out.materials[part.material].normalTexture.scale for part in out.meshes[0].primitives]
     assert sorted(scales) == [0.4, 0.8]
 
 
-def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(there, iccm):
-    make, file, _ = in_halves(there)
+def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(folder, iccm):
+    make, file, _ = in_halves(folder)
     stream = io.BytesIO()
     rgba = np.dstack([shade(texels(), 1).round(), np.zeros((N, N))]).astype(np.uint8)
     Image.fromarray(rgba).save(stream, "PNG")
@@ -363,22 +363,22 @@ def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(there, iccm)
         )
     )
     file.buffers.clear()
-    (there / "old.glb").write_bytes(make.bytes())
+    (folder / "old.glb").write_bytes(make.bytes())
     assert iccm("relayout", "old.glb", "new.glb#body", "-o", "out.glb", "--size", N).code == 0
-    out = rich_glb.read(there / "out.glb")
+    out = rich_glb.read(folder / "out.glb")
     colours = rich_glb.picture(out, out.materials[0].pbrMetallicRoughness.baseColorTexture.index)
     assert off(pixels(colours)[..., :3], BENT, 1) <= 0.005
 
 
-def test_an_objs_materials_stay_as_opaque_as_they_are(there, iccm):
-    old = (there / "old.obj").read_text().splitlines()
+def test_an_objs_materials_stay_as_opaque_as_they_are(folder, iccm):
+    old = (folder / "old.obj").read_text().splitlines()
     half = [k for k, line in enumerate(old) if line.startswith("f ")]
     old.insert(half[len(half) // 2], "usemtl glass")
-    (there / "old.obj").write_text("\n".join(old))
-    with (there / "old.mtl").open("a") as library:
+    (folder / "old.obj").write_text("\n".join(old))
+    with (folder / "old.mtl").open("a") as library:
         library.write("newmtl glass\nKd 1 1 1\nTr 0.7\nmap_Kd kd.png\n")
     assert iccm("relayout", "old.obj", "new.obj", "-o", "out.glb", "--size", N).code == 0
-    out = rich_glb.read(there / "out.glb")
+    out = rich_glb.read(folder / "out.glb")
     modes = {m.alphaMode: m.pbrMetallicRoughness.baseColorFactor for m in out.materials}
     assert set(modes) == {"OPAQUE", "BLEND"} and modes["BLEND"] == pytest.approx([1, 1, 1, 0.3])
     assert iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N).err.count(
@@ -398,20 +398,20 @@ def test_an_objs_materials_stay_as_opaque_as_they_are(there, iccm):
         (("old.obj", "new.obj", "-o", "out.gltf"), "use .obj and .glb"),
     ],
 )
-def test_wrong_words_are_told_in_a_line(there, iccm, words, message):
+def test_wrong_words_are_told_in_a_line(folder, iccm, words, message):
     done = iccm("relayout", *words)
     assert done.code == 2 and message in done.err and len(done.lines) == 1, done.err
-    assert not list(there.glob("out*"))
+    assert not list(folder.glob("out*"))
 
 
-def test_pictures_beside_an_obj_are_not_replaced_unasked(there, iccm):
-    (there / "out-kd.png").write_bytes(b"mine")
+def test_pictures_beside_an_obj_are_not_replaced_unasked(folder, iccm):
+    (folder / "out-kd.png").write_bytes(b"mine")
     done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
     assert done.code == 2 and "out-kd.png: the file exists" in done.err
-    assert (there / "out-kd.png").read_bytes() == b"mine" and not (there / "out.obj").exists()
+    assert (folder / "out-kd.png").read_bytes() == b"mine" and not (folder / "out.obj").exists()
 
 
-def test_materials_for_a_mesh_that_is_no_obj_are_written_to_glb(there, iccm):
+def test_materials_for_a_mesh_that_is_no_obj_are_written_to_glb(folder, iccm):
     """An OBJ with a library is written of an OBJ's own lines; it ended with an internal error."""
     assert iccm("flatten", "new.obj", "--uv", "new.ply").code == 0
     done = iccm("relayout", "old.glb#body", "new.ply", "-o", "out.obj", "--size", N)

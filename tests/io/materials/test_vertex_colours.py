@@ -45,18 +45,18 @@ def mesh(uv, colours=None, picture=None, factor=(1, 1, 1, 1), mode=None):
 
 
 @pytest.fixture
-def there(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def relaid(iccm, there, old, new, out="out.glb"):
+def relaid(iccm, folder, old, new, out="out.glb"):
     """What comes out for an old and a new file: the file, its picture, what was said."""
-    (there / "old.glb").write_bytes(old)
-    (there / "new.glb").write_bytes(new)
+    (folder / "old.glb").write_bytes(old)
+    (folder / "new.glb").write_bytes(new)
     done = iccm("relayout", "old.glb", "new.glb", "-o", out, "--size", N)
     assert done.code == 0, done.err
-    file = rich_glb.read(there / out)
+    file = rich_glb.read(folder / out)
     texture_index = file.materials[
         file.meshes[0].primitives[0].material
     ].pbrMetallicRoughness.baseColorTexture.index
@@ -68,7 +68,7 @@ def off(picture, linear):
     t = (np.arange(N) + 0.5) / N
     mesh = Triangulation(*TURNED.T, FACES)
     right = np.stack(
-        [LinearTriInterpolator(mesh, each)(*np.meshgrid(t, t)).filled(np.nan) for each in linear.T], -1
+        [LinearTriInterpolator(mesh, channel)(*np.meshgrid(t, t)).filled(np.nan) for channel in linear.T], -1
     )
     inside = np.isfinite(right).all(axis=-1)
     assert inside.sum() > 0.2 * N * N
@@ -77,25 +77,25 @@ def off(picture, linear):
 
 @pytest.mark.parametrize("coloured", [False, True])  # the new mesh
 @pytest.mark.parametrize("unwrapped", [False, True])  # the old mesh
-def test_vertex_colours_alone_become_a_texture(there, iccm, coloured, unwrapped):
+def test_vertex_colours_alone_become_a_texture(folder, iccm, coloured, unwrapped):
     new = mesh(TURNED, 0.5 * LINEAR[::-1] if coloured else None)
-    file, picture, done = relaid(iccm, there, mesh(UV if unwrapped else None, LINEAR), new)
+    file, picture, done = relaid(iccm, folder, mesh(UV if unwrapped else None, LINEAR), new)
     assert off(picture, LINEAR) <= 0.01
     assert file.meshes[0].primitives[0].attributes.COLOR_0 is None
     assert "vertex colors" in done.err and "old.glb" in done.err
     assert ("removed" in done.err) == coloured
 
 
-def test_factors_of_the_material_still_multiply_them(there, iccm):
-    file, picture, _ = relaid(iccm, there, mesh(UV, LINEAR, factor=(*FACTOR, 1)), mesh(TURNED))
+def test_factors_of_the_material_still_multiply_them(folder, iccm):
+    file, picture, _ = relaid(iccm, folder, mesh(UV, LINEAR, factor=(*FACTOR, 1)), mesh(TURNED))
     assert off(picture, LINEAR) <= 0.01
     assert file.materials[0].pbrMetallicRoughness.baseColorFactor == [*FACTOR, 1]
 
 
-def test_alpha_of_vertices_shows_where_the_material_does(there, iccm):
+def test_alpha_of_vertices_shows_where_the_material_does(folder, iccm):
     alpha = 0.3 + 0.5 * POINTS[:, :1]
     old = mesh(UV, np.hstack([LINEAR, alpha]), mode="BLEND")
-    _, picture, _ = relaid(iccm, there, old, mesh(TURNED))
+    _, picture, _ = relaid(iccm, folder, old, mesh(TURNED))
     assert picture.shape[2] == 4 and off(picture, LINEAR) <= 0.01
     inside = picture[..., 3][N // 2 - 9 : N // 2 + 9, N // 2 - 9 : N // 2 + 9]
     assert 0.3 * 255 < inside.min() < inside.max() < 0.8 * 255 and np.ptp(inside) > 5
@@ -107,26 +107,26 @@ def plain(colour):
     return stream.getvalue()
 
 
-def test_they_multiply_the_texture_where_the_new_mesh_has_none(there, iccm):
+def test_they_multiply_the_texture_where_the_new_mesh_has_none(folder, iccm):
     grey = 0.2158605  # linear, of 128
-    _, picture, done = relaid(iccm, there, mesh(UV, LINEAR, plain([128] * 3)), mesh(TURNED))
+    _, picture, done = relaid(iccm, folder, mesh(UV, LINEAR, plain([128] * 3)), mesh(TURNED))
     assert off(picture, grey * LINEAR) <= 0.01 and "vertex colors" in done.err
 
 
-def test_a_new_mesh_with_vertex_colours_keeps_them_beside_the_texture(there, iccm):
+def test_a_new_mesh_with_vertex_colours_keeps_them_beside_the_texture(folder, iccm):
     new = mesh(TURNED, LINEAR)
-    file, picture, _ = relaid(iccm, there, mesh(UV, LINEAR, plain([128, 90, 40])), new)
+    file, picture, _ = relaid(iccm, folder, mesh(UV, LINEAR, plain([128, 90, 40])), new)
     assert (picture[N // 2, N // 2] == [128, 90, 40]).all()
     kept = rich_glb.values(file, file.meshes[0].primitives[0].attributes.COLOR_0)
     assert np.allclose(kept, LINEAR, atol=1e-6)
 
 
-def test_vertex_colours_that_only_the_new_mesh_has_are_reported(there, iccm):
-    _, picture, done = relaid(iccm, there, mesh(UV, None, plain([128, 90, 40])), mesh(TURNED, LINEAR))
+def test_vertex_colours_that_only_the_new_mesh_has_are_reported(folder, iccm):
+    _, picture, done = relaid(iccm, folder, mesh(UV, None, plain([128, 90, 40])), mesh(TURNED, LINEAR))
     assert (picture[N // 2, N // 2] == [128, 90, 40]).all() and "vertex colors" in done.err
 
 
-def test_those_of_a_ply_are_srgb(there, iccm):
+def test_those_of_a_ply_are_srgb(folder, iccm):
     rows = [
         "{} {} {} {} {} {} {} {}".format(*p, u, 1 - v, *c)
         for p, (u, v), c in zip(POINTS, UV, encoded(LINEAR).round().astype(int))
@@ -136,37 +136,37 @@ def test_those_of_a_ply_are_srgb(there, iccm):
     head = ["ply", "format ascii 1.0", f"element vertex {len(POINTS)}", *properties]
     head += [f"element face {len(FACES)}", "property list uchar int vertex_indices", "end_header"]
     faces = ["3 {} {} {}".format(*face) for face in FACES]
-    (there / "old.ply").write_text("\n".join([*head, *rows, *faces]) + "\n")
-    (there / "new.glb").write_bytes(mesh(TURNED))
+    (folder / "old.ply").write_text("\n".join([*head, *rows, *faces]) + "\n")
+    (folder / "new.glb").write_bytes(mesh(TURNED))
     done = iccm("relayout", "old.ply", "new.glb", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
-    file = rich_glb.read(there / "out.glb")
+    file = rich_glb.read(folder / "out.glb")
     texture_index = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
     picture = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, texture_index)))).astype(float)
     assert off(picture, LINEAR) <= 0.01
 
 
 @pytest.mark.parametrize("top", [1, 255])
-def test_those_of_an_obj_are_srgb_and_need_no_coordinates(there, iccm, top):
+def test_those_of_an_obj_are_srgb_and_need_no_coordinates(folder, iccm, top):
     """Numbers after the positions, as MeshLab, Blender and scanners write them."""
     colours = encoded(LINEAR) / 255 * top
     rows = ["v {} {} {} {:.6f} {:.6f} {:.6f}".format(*p, *c) for p, c in zip(POINTS, colours)]
     faces = ["f {} {} {}".format(*face) for face in np.array(FACES) + 1]
-    (there / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
-    (there / "new.glb").write_bytes(mesh(TURNED))
+    (folder / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
+    (folder / "new.glb").write_bytes(mesh(TURNED))
     done = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
-    file = rich_glb.read(there / "out.glb")
+    file = rich_glb.read(folder / "out.glb")
     colours = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
     picture = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, colours)))).astype(float)
     assert off(picture, LINEAR) <= 0.01
 
 
-def test_an_obj_with_colours_of_some_vertices_only_has_none(there, iccm):
+def test_an_obj_with_colours_of_some_vertices_only_has_none(folder, iccm):
     """It is refused for its missing coordinates, as one without colours."""
     rows = ["v {} {} {}".format(*p) + " .1 .2 .3" * (k > 0) for k, p in enumerate(POINTS)]
     faces = ["f {} {} {}".format(*face) for face in np.array(FACES) + 1]
-    (there / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
-    (there / "new.glb").write_bytes(mesh(TURNED))
+    (folder / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
+    (folder / "new.glb").write_bytes(mesh(TURNED))
     done = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
-    assert done.code == 2 and "old.obj" in done.err and not (there / "out.glb").exists()
+    assert done.code == 2 and "old.obj" in done.err and not (folder / "out.glb").exists()

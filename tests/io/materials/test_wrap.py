@@ -41,20 +41,22 @@ def texture(n=N):
 
 
 def glb(path, uv, across="repeat", down="repeat", picture=None):
-    made = Builder()
-    attributes = gl.Attributes(POSITION=made.accessor(SQUARE, "VEC3"), TEXCOORD_0=made.accessor(uv, "VEC2"))
-    primitive = gl.Primitive(attributes=attributes, indices=made.accessor(FACES, "SCALAR"))
+    builder = Builder()
+    attributes = gl.Attributes(
+        POSITION=builder.accessor(SQUARE, "VEC3"), TEXCOORD_0=builder.accessor(uv, "VEC2")
+    )
+    primitive = gl.Primitive(attributes=attributes, indices=builder.accessor(FACES, "SCALAR"))
     if picture:
-        made.file.samplers.append(gl.Sampler(wrapS=WRAPS[across], wrapT=WRAPS[down]))
-        texture_info = gl.TextureInfo(index=made.texture(picture, sampler=0))
-        made.file.materials.append(
+        builder.file.samplers.append(gl.Sampler(wrapS=WRAPS[across], wrapT=WRAPS[down]))
+        texture_info = gl.TextureInfo(index=builder.texture(picture, sampler=0))
+        builder.file.materials.append(
             gl.Material(pbrMetallicRoughness=gl.PbrMetallicRoughness(baseColorTexture=texture_info))
         )
         primitive.material = 0
-    made.file.meshes.append(gl.Mesh(primitives=[primitive], name="sheet"))
-    made.file.nodes.append(gl.Node(mesh=0))
-    made.file.scenes.append(gl.Scene(nodes=[0]))
-    path.write_bytes(made.bytes())
+    builder.file.meshes.append(gl.Mesh(primitives=[primitive], name="sheet"))
+    builder.file.nodes.append(gl.Node(mesh=0))
+    builder.file.scenes.append(gl.Scene(nodes=[0]))
+    path.write_bytes(builder.bytes())
 
 
 def obj(path, uv, head=""):

@@ -31,17 +31,17 @@ def folded():
 def write_gifti(path, *arrays):
     """Write arrays, given as pairs of an intent and data, by nibabel."""
     kinds = {"f": "NIFTI_TYPE_FLOAT32", "i": "NIFTI_TYPE_INT32"}
-    held = [
+    data_arrays = [
         gifti.GiftiDataArray(
             data.astype(f"{data.dtype.kind}4"), intent=intent, datatype=kinds[data.dtype.kind]
         )
         for intent, data in arrays
     ]
-    gifti.GiftiImage(darrays=held).to_filename(path)
+    gifti.GiftiImage(darrays=data_arrays).to_filename(path)
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """The strip as a GIFTI file and as a surface of FreeSurfer, with the height as curvature."""
     monkeypatch.chdir(tmp_path)
     points, faces = folded()
@@ -53,7 +53,7 @@ def here(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["a.surf.gii", "a.surf.gii.gz", "lh.white"])
-def test_a_surface_is_read(name, here):
+def test_a_surface_is_read(name, folder):
     points, faces = folded()
     mesh = mesh_files.read(name).mesh
     assert np.allclose(mesh.points, points, atol=1e-5)
@@ -77,7 +77,7 @@ def test_surfaces_that_nibabel_ships_are_read():
         mesh_files.read(str(SHIPPED / "rh.shape.curv.gii"))
 
 
-def test_a_patch_has_the_triangles_of_its_surface(here):
+def test_a_patch_has_the_triangles_of_its_surface(folder):
     points, faces = folded()
     in_patch = np.flatnonzero(points[:, 0] < 30)
     numbers = np.where(points[in_patch, 0] > 26, -1, 1) * (in_patch + 1)
@@ -93,7 +93,7 @@ def test_a_patch_has_the_triangles_of_its_surface(here):
         mesh_files.read("rh.cut.patch.3d")
 
 
-def test_a_picture_shows_the_overlay_where_the_flattening_takes_it(here, iccm):
+def test_a_picture_shows_the_overlay_where_the_flattening_takes_it(folder, iccm):
     done = iccm(
         "flatten", "a.surf.gii", "--overlay", "lh.curv", "-o", "a.tif", "-o", "a.png", "-o", "flat.obj"
     )
@@ -108,14 +108,14 @@ def test_a_picture_shows_the_overlay_where_the_flattening_takes_it(here, iccm):
     pixel = max(high - low) * 1.02 / 1024
     middle = flat[triangles].mean(axis=1)
     column, row = (middle[:, 0] - (low + high)[0] / 2) / pixel, ((low + high)[1] / 2 - middle[:, 1]) / pixel
-    at = picture[(picture.shape[0] / 2 + row).astype(int), (picture.shape[1] / 2 + column).astype(int)]
-    assert np.abs(at - points[faces, 0].mean(axis=1)).max() < 0.2  # a pixel is 0.05 wide
+    positions = picture[(picture.shape[0] / 2 + row).astype(int), (picture.shape[1] / 2 + column).astype(int)]
+    assert np.abs(positions - points[faces, 0].mean(axis=1)).max() < 0.2  # a pixel is 0.05 wide
     assert np.isnan(picture[0, 0])
     colours = np.asarray(Image.open("a.png"))
     assert colours.shape[2] == 4 and colours[0, 0, 3] == 0 and (colours[..., 3] == 255).mean() > 0.4
 
 
-def test_overlays_of_every_kind_have_the_same_values(here):
+def test_overlays_of_every_kind_have_the_same_values(folder):
     count = 20
     values = np.linspace(-3, 8, count).astype(np.float32)
     write_gifti("v.shape.gii", ("NIFTI_INTENT_SHAPE", values))
@@ -132,7 +132,7 @@ def test_overlays_of_every_kind_have_the_same_values(here):
     )
 
 
-def test_labels_have_their_colours_and_no_others(here, iccm):
+def test_labels_have_their_colours_and_no_others(folder, iccm):
     keys = (folded()[0][:, 1] > 7).astype(np.int32)
     table = np.array([[200, 10, 30, 0, 0], [20, 40, 220, 0, 1]])
     freesurfer.write_annot("lh.two.annot", keys, table, ["red", "blue"], fill_ctab=True)
@@ -156,7 +156,7 @@ def test_a_closed_surface_is_cut_open(tmp_path, monkeypatch, iccm):
     assert done.code == 0 and "cut open" in done.err, done.err
 
 
-def test_what_is_not_a_surface_or_an_overlay_is_refused(here, iccm):
+def test_what_is_not_a_surface_or_an_overlay_is_refused(folder, iccm):
     Path("rh.broken").write_bytes(b"\xff\xff\xfecreated\n\n" + struct.pack(">ii", 5, 1 << 30))
     Path("junk.gii").write_text("<GIFTI>")
     Path("lh.bad").write_bytes(b"\xff\xff\xff\0\0")
@@ -171,4 +171,4 @@ def test_what_is_not_a_surface_or_an_overlay_is_refused(here, iccm):
     ):
         done = iccm("flatten", *arguments)
         assert done.code == 2 and done.err and "Traceback" not in done.err, (arguments, done.err)
-    assert not list(here.glob("no.*"))
+    assert not list(folder.glob("no.*"))

@@ -65,15 +65,18 @@ def test_every_geometry_gets_its_partner_and_new_coordinates(pair, iccm):
     for number, (name, low) in enumerate({"left": 110, "right": 10}.items()):
         primitive = new.meshes[number].primitives[0]
         assert new.meshes[number].name == name
-        at = corners(new, primitive)
-        assert (at["POSITION"] == corners(old, old.meshes[number].primitives[0])["POSITION"]).all()
+        attributes = corners(new, primitive)
+        assert (attributes["POSITION"] == corners(old, old.meshes[number].primitives[0])["POSITION"]).all()
         square = np.column_stack(
-            [(low + 80 * (at["POSITION"][:, 0] - 1.5 * number)) / 200, 0.9 - 0.8 * at["POSITION"][:, 1]]
+            [
+                (low + 80 * (attributes["POSITION"][:, 0] - 1.5 * number)) / 200,
+                0.9 - 0.8 * attributes["POSITION"][:, 1],
+            ]
         )
-        assert at["TEXCOORD_0"] == pytest.approx(square, abs=2e-3)
+        assert attributes["TEXCOORD_0"] == pytest.approx(square, abs=2e-3)
         look = new.materials[primitive.material]
-        shown = rich_glb.picture(new, look.pbrMetallicRoughness.baseColorTexture.index)
-        assert look.name == f"paint of {name}" and shown == (pair / "ramp.png").read_bytes()
+        picture = rich_glb.picture(new, look.pbrMetallicRoughness.baseColorTexture.index)
+        assert look.name == f"paint of {name}" and picture == (pair / "ramp.png").read_bytes()
 
 
 @pytest.mark.parametrize("words", [["--bake"], ["--plane", "uv"]])
@@ -81,12 +84,12 @@ def test_the_layout_of_all_geometries_is_filled(pair, iccm, words):
     given = ["--texture", "ramp.png", "--size", "200", "--padding", "0"]
     done = iccm("map", "pair.svg", "pair.glb", "--parts", "all", *words, *given, "-o", "o.png")
     assert done.code == 0, done.err
-    made = image_files.read("o.png").pixels.astype(int)
+    pixels = image_files.read("o.png").pixels.astype(int)
     for (u, v, size), low in zip(PLACES.values(), (110, 10)):
         for a, b in ((0.2, 0.3), (0.5, 0.5), (0.8, 0.6)):
             row, column = int((1 - v - size * b) * 200), int((u + size * a) * 200)
-            wanted = 255 * (low + 80 * a) / 200, 255 * (0.1 + 0.8 * b)
-            assert made[row, column, :2] == pytest.approx(wanted, abs=8)
+            expected = 255 * (low + 80 * a) / 200, 255 * (0.1 + 0.8 * b)
+            assert pixels[row, column, :2] == pytest.approx(expected, abs=8)
 
 
 def test_maps_of_every_material_are_carried(pair, iccm):
@@ -97,10 +100,10 @@ def test_maps_of_every_material_are_carried(pair, iccm):
     new = rich_glb.read("out.glb")
     for number in (0, 1):
         primitive = new.meshes[number].primitives[0]
-        at = corners(new, primitive)["TEXCOORD_0"].mean(axis=0)
+        centre = corners(new, primitive)["TEXCOORD_0"].mean(axis=0)
         info = new.materials[primitive.material].pbrMetallicRoughness.baseColorTexture
         pixels = np.asarray(Image.open(io.BytesIO(rich_glb.picture(new, info.index))))
-        assert pixels[tuple((at[::-1] * pixels.shape[:2]).astype(int))].tolist() == [200 * number, 50, 50]
+        assert pixels[tuple((centre[::-1] * pixels.shape[:2]).astype(int))].tolist() == [200 * number, 50, 50]
 
 
 @pytest.mark.slow
@@ -133,11 +136,11 @@ def test_the_largest_geometry_is_taken_and_the_share_of_the_file_told(pair, iccm
     )
     assert done.code == 0, done.err
     old, new = rich_glb.read("uneven.glb"), rich_glb.read("out.glb")
-    same = [
+    unchanged = [
         np.array_equal(*(corners(file, file.meshes[k].primitives[0])["TEXCOORD_0"] for file in (old, new)))
         for k in (0, 1)
     ]
-    assert same == [True, False]
+    assert unchanged == [True, False]
     assert json.loads((pair / "r.json").read_text())["mapped"] == 0.5
     assert "'right' is the largest" in done.err
     assert "32 of 64 faces are mapped (50%)" in done.err
@@ -157,9 +160,9 @@ def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
         rich_glb.values(file, attributes.WEIGHTS_0)[:, :1],
     )
     turned = np.column_stack([1 - points[:, 1], points[:, 0] + 1, points[:, 2]])  # about the hip at (0, 1, 0)
-    wanted = share * points + (1 - share) * turned
+    expected = share * points + (1 - share) * turned
     mesh = mesh_files.read(f"{path}#body").mesh
-    assert mesh.points == pytest.approx(wanted, abs=1e-6)
+    assert mesh.points == pytest.approx(expected, abs=1e-6)
     assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(1)
 
 
@@ -184,9 +187,9 @@ def test_a_mesh_with_instances_is_where_it_is_whatever_the_order_of_nodes(pair, 
     for name, order in {"one.glb": ("far", "near", "beside"), "other.glb": ("beside", "far", "near")}.items():
         file = gl.GLTF2().load("pair.glb")
         file.nodes = [gl.Node(name="left", mesh=1)]
-        for each in order:
-            rounded = [value + 1e-6 * (name == "other.glb") for value in places[each]]
-            file.nodes.append(gl.Node(name=each, mesh=0, translation=rounded))
+        for node in order:
+            rounded = [value + 1e-6 * (name == "other.glb") for value in places[node]]
+            file.nodes.append(gl.Node(name=node, mesh=0, translation=rounded))
         file.scenes[0].nodes = list(range(4))
         file.save(name)
     done = iccm("relayout", "one.glb", "other.glb", "-o", "out.glb", "--report", "r.json")

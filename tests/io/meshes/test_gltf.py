@@ -33,8 +33,8 @@ def ball(shapes):
     """A folder with ball.glb, a closed mesh with the same contents."""
     import trimesh
 
-    made = trimesh.creation.icosphere(1)
-    points, faces = np.asarray(made.vertices), np.asarray(made.faces)
+    sphere = trimesh.creation.icosphere(1)
+    points, faces = np.asarray(sphere.vertices), np.asarray(sphere.faces)
     (shapes / "ball.glb").write_bytes(rich_glb.rich(points, points, 0.5 + 0.4 * points[:, :2], faces))
     return shapes
 
@@ -46,25 +46,25 @@ def body(file):
 def corners(file, primitive):
     """All attributes of the corners by name."""
     vertex = rich_glb.values(file, primitive.indices).ravel().astype(int)
-    held = {k: v for k, v in vars(primitive.attributes).items() if v is not None}
-    held |= {
+    numbers = {k: v for k, v in vars(primitive.attributes).items() if v is not None}
+    numbers |= {
         f"target {k}": v for target in primitive.targets for k, v in dict(target).items() if v is not None
     }
-    return {name: rich_glb.values(file, number)[vertex] for name, number in held.items()}
+    return {name: rich_glb.values(file, number)[vertex] for name, number in numbers.items()}
 
 
-def whole(one, two):
+def whole(old, new):
     """Check that everything except the mesh is unchanged."""
     for key in SAME:
-        assert getattr(one, key) == getattr(two, key), key
-    assert one.meshes[0].extras == two.meshes[0].extras and one.meshes[0].weights == two.meshes[0].weights
-    assert repr(one.meshes[1:]) == repr(two.meshes[1:])
-    named = [accessor for skin in one.skins for accessor in [skin.inverseBindMatrices]]
-    named += [number for a in one.animations for s in a.samplers for number in (s.input, s.output)]
-    named += [one.meshes[1].primitives[0].indices, one.meshes[1].primitives[0].attributes.POSITION]
+        assert getattr(old, key) == getattr(new, key), key
+    assert old.meshes[0].extras == new.meshes[0].extras and old.meshes[0].weights == new.meshes[0].weights
+    assert repr(old.meshes[1:]) == repr(new.meshes[1:])
+    named = [accessor for skin in old.skins for accessor in [skin.inverseBindMatrices]]
+    named += [number for a in old.animations for s in a.samplers for number in (s.input, s.output)]
+    named += [old.meshes[1].primitives[0].indices, old.meshes[1].primitives[0].attributes.POSITION]
     for number in named:
-        assert (rich_glb.values(one, number) == rich_glb.values(two, number)).all()
-        a, b = (dataclasses.replace(f.accessors[number], bufferView=0, byteOffset=0) for f in (one, two))
+        assert (rich_glb.values(old, number) == rich_glb.values(new, number)).all()
+        a, b = (dataclasses.replace(f.accessors[number], bufferView=0, byteOffset=0) for f in (old, new))
         assert a == b
 
 
@@ -80,8 +80,8 @@ def test_a_flattening_changes_coordinates_alone(rich, iccm):
     for name, values in before.items():
         assert (values == after[name]).all(), name
     shape = mesh_reading.read("rich.glb#body")
-    own = shape.flattening.flat[shape.flattening.patch.faces].ravel()
-    ratio = np.ptp(own.real) / np.ptp(flat[:, 0]), np.ptp(own.imag) / np.ptp(flat[:, 1])
+    own_layout = shape.flattening.flat[shape.flattening.patch.faces].ravel()
+    ratio = np.ptp(own_layout.real) / np.ptp(flat[:, 0]), np.ptp(own_layout.imag) / np.ptp(flat[:, 1])
     assert ratio[0] == pytest.approx(ratio[1], rel=1e-5)
     # every texture is unchanged: it uses the old coordinates
     look, was = new.materials[0], old.materials[0]
@@ -123,26 +123,26 @@ def test_vertices_added_at_the_rim_have_what_lies_between_the_old_ones(rich, icc
     old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
     whole(old, new)
     before, after = corners(old, body(old)), corners(new, body(new))
-    for held in (before, after):  # weights by joint, in any order
-        joints, weights = held.pop("JOINTS_0").astype(int), held.pop("WEIGHTS_0")
-        held["bound"] = np.stack([(weights * (joints == k)).sum(axis=1) for k in range(2)], axis=1)
-        assert np.allclose(held["bound"].sum(axis=1), 1, atol=1e-6)
+    for attributes in (before, after):  # weights by joint, in any order
+        joints, weights = attributes.pop("JOINTS_0").astype(int), attributes.pop("WEIGHTS_0")
+        attributes["bound"] = np.stack([(weights * (joints == k)).sum(axis=1) for k in range(2)], axis=1)
+        assert np.allclose(attributes["bound"].sum(axis=1), 1, atol=1e-6)
     assert len(after["POSITION"]) > len(before["POSITION"])
     mothers, flat = before["POSITION"].reshape(-1, 3, 3), after["POSITION"].reshape(-1, 3, 3)
-    for k, made in enumerate(flat):
+    for k, triangle in enumerate(flat):
         fits = []
         for j, mother in enumerate(mothers):
             share = np.linalg.lstsq(
-                np.vstack([mother.T, np.ones(3)]), np.vstack([made.T, np.ones(3)]), rcond=None
+                np.vstack([mother.T, np.ones(3)]), np.vstack([triangle.T, np.ones(3)]), rcond=None
             )[0]
-            fits.append((max(-share.min(), np.abs(mother.T @ share - made.T).max()), j, share))
-        off, j, share = min(fits, key=lambda each: each[0])
+            fits.append((max(-share.min(), np.abs(mother.T @ share - triangle.T).max()), j, share))
+        off, j, share = min(fits, key=lambda candidate: candidate[0])
         assert off < 1e-5
         for name in ("COLOR_0", "bound", "target POSITION", "NORMAL", "TANGENT"):
-            own = share.T @ before[name].reshape(-1, 3, before[name].shape[1])[j]
+            expected = share.T @ before[name].reshape(-1, 3, before[name].shape[1])[j]
             if name in ("NORMAL", "TANGENT"):
-                own[:, :3] /= np.linalg.norm(own[:, :3], axis=1, keepdims=True)
-            assert np.abs(own - after[name].reshape(-1, 3, own.shape[1])[k]).max() < (
+                expected[:, :3] /= np.linalg.norm(expected[:, :3], axis=1, keepdims=True)
+            assert np.abs(expected - after[name].reshape(-1, 3, expected.shape[1])[k]).max() < (
                 0.51 if name == "COLOR_0" else 1e-4
             )
 
@@ -218,28 +218,28 @@ def bumps(size=256):
     x, y = np.meshgrid(np.linspace(0, 9, size), np.linspace(0, 7, size))
     n = np.stack([0.5 * np.sin(x), 0.4 * np.cos(y), 1 + 0 * x], -1)
     n /= np.linalg.norm(n, axis=-1, keepdims=True)
-    made = io.BytesIO()
-    Image.fromarray((128 + 127 * n).round().astype(np.uint8)).save(made, "PNG")
-    return made.getvalue()
+    png = io.BytesIO()
+    Image.fromarray((128 + 127 * n).round().astype(np.uint8)).save(png, "PNG")
+    return png.getvalue()
 
 
 def lit(file, weights):
     """Normals (m, 3) in space at points of the triangles, by the formulas in §3.7.2.1 and §3.9.3 of glTF."""
     primitive = body(file)
-    at = {
+    attributes = {
         name: np.einsum("k,mkc->mc", weights, v.reshape(-1, 3, v.shape[1]))
         for name, v in corners(file, primitive).items()
     }
     info = file.materials[primitive.material].normalTexture
-    uv = at[f"TEXCOORD_{info.texCoord or 0}"]
+    uv = attributes[f"TEXCOORD_{info.texCoord or 0}"]
     pixels = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, info.index))).convert("RGB")).astype(
         float
     )
     place = np.clip((uv * pixels.shape[1::-1]).astype(int), 0, pixels.shape[0] - 1)
     n = (pixels[place[:, 1], place[:, 0]] - 128) / 127
-    normal, tangent, hand = at["NORMAL"], at["TANGENT"][:, :3], at["TANGENT"][:, 3:]
-    made = n[:, :1] * tangent + n[:, 1:2] * hand * np.cross(normal, tangent) + n[:, 2:] * normal
-    return made / np.linalg.norm(made, axis=1, keepdims=True)
+    normal, tangent, hand = attributes["NORMAL"], attributes["TANGENT"][:, :3], attributes["TANGENT"][:, 3:]
+    normals = n[:, :1] * tangent + n[:, 1:2] * hand * np.cross(normal, tangent) + n[:, 2:] * normal
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
 def test_carried_maps_look_the_same_in_space(rich, iccm):
@@ -255,8 +255,8 @@ def test_carried_maps_look_the_same_in_space(rich, iccm):
     turned = np.abs(corners(new, body(new))["TANGENT"] - corners(old, body(old))["TANGENT"]).max()
     assert turned > 0.5  # the new layout is different
     for weights in ([0.6, 0.3, 0.1], [1 / 3, 1 / 3, 1 / 3]):
-        same = np.einsum("mi,mi->m", lit(old, weights), lit(new, weights))
-        angle = np.degrees(np.arccos(np.clip(same, -1, 1)))
+        cosine = np.einsum("mi,mi->m", lit(old, weights), lit(new, weights))
+        angle = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
         assert np.median(angle) < 1.5 and np.quantile(angle, 0.95) < 4
     assert rich_glb.picture(new, look.pbrMetallicRoughness.baseColorTexture.index) != rich_glb.picture(old, 0)
 
@@ -282,7 +282,7 @@ def test_maps_are_carried_beside_a_new_texture(rich, iccm):
     )
 
 
-def quantized(tmp_path, **said):
+def quantized(tmp_path, **options):
     """A file whose coordinates are normalised 16-bit integers, some of them in a sparse accessor."""
     make = rich_glb.Builder()
     points, _, uv, faces = rich_glb.sheet(2)
@@ -304,7 +304,7 @@ def quantized(tmp_path, **said):
         "KHR_texture_transform": {"offset": [0.25, 0.5], "scale": [0.5, 0.25], "rotation": np.pi / 2}
     }
     texture = make.texture(rich_glb.png((1, 2, 3)))
-    info = gl.TextureInfo(index=texture, extensions=transform if said.get("transform") else {})
+    info = gl.TextureInfo(index=texture, extensions=transform if options.get("transform") else {})
     make.file.materials.append(
         gl.Material(pbrMetallicRoughness=gl.PbrMetallicRoughness(baseColorTexture=info))
     )
@@ -323,10 +323,10 @@ def test_sparse_and_normalised_accessors_and_placed_textures(tmp_path):
     expected[4] = [1.5, 2.5, 12]
     assert part.points == pytest.approx(expected, abs=1e-6)
     # by hand: shrunk, turned counter-clockwise as v points down, moved
-    found = part.triangles().uv
+    placed = part.triangles().uv
     u, v = 0.5 * uv[:, 0], 0.25 * uv[:, 1]
-    assert found[:, 0] == pytest.approx(v + 0.25, abs=1e-4)
-    assert 1 - found[:, 1] == pytest.approx(-u + 0.5, abs=1e-4)
+    assert placed[:, 0] == pytest.approx(v + 0.25, abs=1e-4)
+    assert 1 - placed[:, 1] == pytest.approx(-u + 0.5, abs=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -352,9 +352,9 @@ def squeezed(folder, *, damage=lambda data: data, number=1):
     import pygltflib as gl
 
     kinds = {"POSITION": (points, "VEC3"), "NORMAL": (normal, "VEC3"), "TEXCOORD_0": (uv, "VEC2")}
-    held = {name: make.accessor(each.astype(np.float32), kind) for name, (each, kind) in kinds.items()}
+    accessors = {name: make.accessor(array.astype(np.float32), kind) for name, (array, kind) in kinds.items()}
     indices = make.accessor(faces.astype(np.uint16).reshape(-1, 1), "SCALAR")
-    primitive = gl.Primitive(attributes=gl.Attributes(**held), indices=indices)
+    primitive = gl.Primitive(attributes=gl.Attributes(**accessors), indices=indices)
     make.file.meshes.append(gl.Mesh(name="sheet", primitives=[primitive]))
     make.file.nodes.append(gl.Node(mesh=0))
     make.file.scenes.append(gl.Scene(nodes=[0]))
@@ -367,8 +367,8 @@ def squeezed(folder, *, damage=lambda data: data, number=1):
     position = next(a["unique_id"] for a in DracoPy.decode(data).attributes if a["attribute_type"] == 0)
     tree = json.loads(plain[20 : 20 + int.from_bytes(plain[12:16], "little")])
     numbers = {"POSITION": position, "NORMAL": number, "TEXCOORD_0": 2}
-    said = {"bufferView": 0, "attributes": numbers}
-    tree["meshes"][0]["primitives"][0]["extensions"] = {gltf_compressed.DRACO: said}
+    extension = {"bufferView": 0, "attributes": numbers}
+    tree["meshes"][0]["primitives"][0]["extensions"] = {gltf_compressed.DRACO: extension}
     tree |= {"extensionsUsed": [gltf_compressed.DRACO], "extensionsRequired": [gltf_compressed.DRACO]}
     for accessor in tree["accessors"]:
         del accessor["bufferView"]
@@ -378,10 +378,10 @@ def squeezed(folder, *, damage=lambda data: data, number=1):
 
 def corners_of_accessor(file, number):
     """The single precision values (n, 3) of an accessor."""
-    said = file.accessors[number]
-    view = file.bufferViews[said.bufferView]
-    start = (view.byteOffset or 0) + (said.byteOffset or 0)
-    return np.frombuffer(file.binary_blob(), "<f4", 3 * said.count, start).reshape(-1, 3).astype(float)
+    accessor = file.accessors[number]
+    view = file.bufferViews[accessor.bufferView]
+    start = (view.byteOffset or 0) + (accessor.byteOffset or 0)
+    return np.frombuffer(file.binary_blob(), "<f4", 3 * accessor.count, start).reshape(-1, 3).astype(float)
 
 
 def test_what_draco_compressed_is_the_mesh_it_was(tmp_path, iccm):
@@ -432,14 +432,14 @@ def packed(folder, name="EXT_meshopt_compression", **wrong):
     whole = gltf.read(folder / "plain.glb")
     tree, data = json.loads(json.dumps(whole.tree)), b""
     for k, view in enumerate(tree["bufferViews"]):
-        said = next(each for each in tree["accessors"] if each["bufferView"] == k)
-        stride = len(whole.views[k]) // said["count"]
-        mode = "TRIANGLES" if said["type"] == "SCALAR" else "ATTRIBUTES"
+        accessor = next(entry for entry in tree["accessors"] if entry["bufferView"] == k)
+        stride = len(whole.views[k]) // accessor["count"]
+        mode = "TRIANGLES" if accessor["type"] == "SCALAR" else "ATTRIBUTES"
         values = np.frombuffer(whole.views[k], np.uint8 if mode == "ATTRIBUTES" else np.uint16)
-        rows = values.reshape(said["count"], -1) if mode == "ATTRIBUTES" else values
+        rows = values.reshape(accessor["count"], -1) if mode == "ATTRIBUTES" else values
         packed = meshopt.encode_gltf_buffer(rows, mode)
-        here = {"buffer": 0, "byteOffset": len(data), "byteLength": len(packed), "byteStride": stride}
-        view |= {"buffer": 1, "extensions": {name: here | {"count": said["count"], "mode": mode}}}
+        extension = {"buffer": 0, "byteOffset": len(data), "byteLength": len(packed), "byteStride": stride}
+        view |= {"buffer": 1, "extensions": {name: extension | {"count": accessor["count"], "mode": mode}}}
         data += packed
     tree["bufferViews"][0]["extensions"][name] |= wrong
     (folder / "packed.bin").write_bytes(data)
@@ -455,15 +455,17 @@ def packed(folder, name="EXT_meshopt_compression", **wrong):
 @pytest.mark.parametrize("name", gltf_compressed.MESHOPT)
 def test_what_meshopt_compressed_is_the_mesh_it_was(tmp_path, iccm, name):
     packed(tmp_path, name)
-    plain, found = (
-        gltf.primitives(gltf.read(tmp_path / each))["sheet"].triangles()
-        for each in ("plain.glb", "meshopt.gltf")
+    plain, unpacked = (
+        gltf.primitives(gltf.read(tmp_path / file))["sheet"].triangles()
+        for file in ("plain.glb", "meshopt.gltf")
     )
     for values in ("points", "normals", "uv"):
-        assert np.array_equal(getattr(plain, values), getattr(found, values))
-    faces = [mesh.corners.reshape(-1, 3) for mesh in (plain, found)]  # a triangle may begin at any corner
-    one, two = (np.take_along_axis(f, (f.argmin(1)[:, None] + np.arange(3)) % 3, 1) for f in faces)
-    assert np.array_equal(one, two)
+        assert np.array_equal(getattr(plain, values), getattr(unpacked, values))
+    faces = [mesh.corners.reshape(-1, 3) for mesh in (plain, unpacked)]  # a triangle may begin at any corner
+    plain_faces, unpacked_faces = (
+        np.take_along_axis(f, (f.argmin(1)[:, None] + np.arange(3)) % 3, 1) for f in faces
+    )
+    assert np.array_equal(plain_faces, unpacked_faces)
     assert iccm("flatten", tmp_path / "meshopt.gltf", "--uv", tmp_path / "out.glb").code == 0
     new = rich_glb.read(tmp_path / "out.glb")
     assert not new.extensionsUsed and not new.extensionsRequired and not new.buffers[0].extensions

@@ -26,9 +26,9 @@ class JsonMesh(MeshFormat):
         tree = files.read_json(self.path, max_bytes=MOST_BYTES)
         starts = np.cumsum([0, *map(len, tree["faces"])])
         uv = np.array(tree["uv"], float) if "uv" in tree else None
-        at = np.concatenate(tree["uv_faces"]) if "uv" in tree else None
+        uv_corners = np.concatenate(tree["uv_faces"]) if "uv" in tree else None
         points = np.array(tree["points"], float)
-        mesh = Mesh(str(self.path), points, np.concatenate(tree["faces"]), starts, uv, at)
+        mesh = Mesh(str(self.path), points, np.concatenate(tree["faces"]), starts, uv, uv_corners)
         return {self.path.name: MeshFile.whole(self.path, MeshContent(mesh))}
 
     @classmethod
@@ -50,7 +50,7 @@ class JsonMesh(MeshFormat):
 
 
 @pytest.fixture
-def known(shapes, monkeypatch):
+def folder(shapes, monkeypatch):
     """A folder with a sheet of quads, longer than wide, in a format that has just been registered."""
     module = ModuleType("iccm.io.meshes.json_mesh")
     module.JsonMesh = JsonMesh
@@ -76,10 +76,10 @@ def at_corners(name):
     return mesh.points[mesh.corners], mesh.uv[mesh.uv_corners]
 
 
-def test_a_mesh_is_read_mapped_and_written(known, iccm):
+def test_a_mesh_is_read_mapped_and_written(folder, iccm):
     assert "faces: 15" in iccm("info", "a.mjson").out
-    made = ("-o", "o.mjson", "-o", "o.obj", "--subdivide-rim")
-    assert iccm("map", "square.svg", "a.mjson", *made).code == 0
+    outputs = ("-o", "o.mjson", "-o", "o.obj", "--subdivide-rim")
+    assert iccm("map", "square.svg", "a.mjson", *outputs).code == 0
     (points, uv), (same_points, same_uv) = at_corners("o.mjson"), at_corners("o.obj")
     assert len(points) > 60  # corners of 15 quads, and of the triangles at the boundary
     assert np.allclose(points, same_points, atol=1e-8) and np.allclose(uv, same_uv, atol=1e-8)
@@ -88,7 +88,7 @@ def test_a_mesh_is_read_mapped_and_written(known, iccm):
     assert refused.code == 2 and "15 faces" in refused.err
 
 
-def test_what_a_format_has_no_place_for_is_refused_in_a_line(known, iccm):
+def test_what_a_format_has_no_place_for_is_refused_in_a_line(folder, iccm):
     given = {"--carry-maps": "materials", "--normal": "normal"}
     for option, why in given.items():
         words = ("map", "square.svg", "a.mjson", "-o", "o.mjson", option)
@@ -96,16 +96,16 @@ def test_what_a_format_has_no_place_for_is_refused_in_a_line(known, iccm):
         assert done.code == 2 and why in done.err and len(done.lines) == 1
 
 
-def test_triangles_in_the_place_of_polygons_keep_their_coordinates(known):
+def test_triangles_in_the_place_of_polygons_keep_their_coordinates(folder):
     """A quad whose diagonal is split at its midpoint; coordinates are linear in the positions, before and after."""
     from iccm.surfaces.subdivided import Subdivision
 
     content = mesh_files.read("a.mjson").content
-    one, two, three = np.eye(3)  # corners of a triangle, and the midpoint of the diagonal of each
-    first, second = (one + three) / 2, (one + two) / 2
-    weights = np.array([[one, two, first], [first, two, three], [one, second, three], [second, two, three]])
+    a, b, c = np.eye(3)  # corners of a triangle, and the midpoint of the diagonal of each
+    first, second = (a + c) / 2, (a + b) / 2
+    weights = np.array([[a, b, first], [first, b, c], [a, second, c], [second, b, c]])
     corners = np.array([[0, 1, 2], [0, 1, 2], [0, 2, 3], [0, 2, 3]])
-    made = content.subdivide(Subdivision(np.zeros(4, np.int64), corners, weights)).polygons
-    assert made.sizes.tolist() == [3] * 4 + [4] * 14
-    x, y, _ = made.points[made.corners].T
-    assert np.allclose(made.uv[made.uv_corners], np.column_stack([x / 4, y / 7]))
+    polygons = content.subdivide(Subdivision(np.zeros(4, np.int64), corners, weights)).polygons
+    assert polygons.sizes.tolist() == [3] * 4 + [4] * 14
+    x, y, _ = polygons.points[polygons.corners].T
+    assert np.allclose(polygons.uv[polygons.uv_corners], np.column_stack([x / 4, y / 7]))

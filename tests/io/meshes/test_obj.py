@@ -42,35 +42,37 @@ FORMS = {
 }
 
 
-def every(found):
-    return np.ones(len(found.face_at), bool)
+def every(parsed):
+    return np.ones(len(parsed.face_at), bool)
 
 
 @pytest.mark.parametrize("data", FORMS.values(), ids=FORMS.keys())
 def test_what_a_file_says(data):
-    found = parse(data, Path("m.obj"))
-    assert found.v[3].tolist() == [0, 1, 0]
-    assert found.vt.tolist() == [[0, 0], [1, 0], [1, 1]]
-    assert np.diff(found.starts).tolist() == [4, 3, 3]
-    assert found.corners[:, 0].tolist() == [0, 1, 2, 3, 0, 1, 4, 3, 2, 4]
-    assert found.corners[:, 1].tolist() == [0, 1, 2, 0, -1, -1, -1, 0, 1, 2]
-    assert found.parts()[1:] == ["walls", "south", "wing", "Red Brick", "Roof", "roof"]
-    assert found.faces_of("wing").tolist() == [True, True, False]
-    assert found.faces_of("Roof").tolist() == [False, False, True]
-    assert found.mesh().lines[[0, 2]].tolist() == [16, 20]
+    mesh_file = parse(data, Path("m.obj"))
+    assert mesh_file.v[3].tolist() == [0, 1, 0]
+    assert mesh_file.vt.tolist() == [[0, 0], [1, 0], [1, 1]]
+    assert np.diff(mesh_file.starts).tolist() == [4, 3, 3]
+    assert mesh_file.corners[:, 0].tolist() == [0, 1, 2, 3, 0, 1, 4, 3, 2, 4]
+    assert mesh_file.corners[:, 1].tolist() == [0, 1, 2, 0, -1, -1, -1, 0, 1, 2]
+    assert mesh_file.parts()[1:] == ["walls", "south", "wing", "Red Brick", "Roof", "roof"]
+    assert mesh_file.faces_of("wing").tolist() == [True, True, False]
+    assert mesh_file.faces_of("Roof").tolist() == [False, False, True]
+    assert mesh_file.mesh().lines[[0, 2]].tolist() == [16, 20]
 
 
 @pytest.mark.parametrize("data", FORMS.values(), ids=FORMS.keys())
 def test_no_change_gives_the_same_bytes(data, tmp_path):
-    found = parse(data, Path("m.obj"))
-    assert found.data == data
+    mesh_file = parse(data, Path("m.obj"))
+    assert mesh_file.data == data
     # even if every texture index is replaced, all other lines are kept
-    again = obj_write.retexture(found, every(found), found.vt, np.maximum(found.corners[:, 1], 0))
+    again = obj_write.retexture(
+        mesh_file, every(mesh_file), mesh_file.vt, np.maximum(mesh_file.corners[:, 1], 0)
+    )
     strip = [line for line in data.splitlines() if not line.strip().startswith((b"vt", b"f", b"5/"))]
     kept = [line for line in again.splitlines() if not line.strip().startswith((b"vt", b"f", b"5/"))]
     assert strip == kept
     assert (b"\r\n" in data) == (b"\r\n" in again)
-    assert parse(again, Path("m.obj")).v.tobytes() == found.v.tobytes()
+    assert parse(again, Path("m.obj")).v.tobytes() == mesh_file.v.tobytes()
 
 
 def test_an_obj_of_absolute_indices_written_with_its_own_coordinates_is_the_same_file():
@@ -86,14 +88,14 @@ def test_an_obj_of_absolute_indices_written_with_its_own_coordinates_is_the_same
     ]
     for newline in ("\n", "\r\n"):
         data = newline.join(lines).encode()
-        found = parse(data, Path("m.obj"))
-        assert obj_write.retexture(found, every(found), found.vt, found.corners[:, 1]) == data
+        mesh_file = parse(data, Path("m.obj"))
+        assert obj_write.retexture(mesh_file, every(mesh_file), mesh_file.vt, mesh_file.corners[:, 1]) == data
 
 
 def test_only_vt_lines_and_texture_indices_change():
-    found = parse(MIXED.encode(), Path("m.obj"))
+    mesh_file = parse(MIXED.encode(), Path("m.obj"))
     uv = np.array([[0.1, 0.2], [0.3, 0.4]])
-    again = obj_write.retexture(found, every(found), uv, np.arange(10) % 2).decode().split("\n")
+    again = obj_write.retexture(mesh_file, every(mesh_file), uv, np.arange(10) % 2).decode().split("\n")
     expected = MIXED.split("\n")
     expected[8:11] = ["vt 0.1 0.2", "vt 0.3 0.4"]
     expected[14] = "f 1/1/1 2/2/1 3/1/1 4/2/1"
@@ -105,13 +107,13 @@ def test_only_vt_lines_and_texture_indices_change():
 
 def test_a_part_leaves_the_other_faces_their_coordinates():
     data = MIXED.replace("f -5//1 -4//1 -1//1", "f 1/3 2/-2 5/1").encode()
-    found = parse(data, Path("m.obj"))
-    roof = found.faces_of("roof")
+    mesh_file = parse(data, Path("m.obj"))
+    roof = mesh_file.faces_of("roof")
     again = parse(
-        obj_write.retexture(found, roof, np.array([[7.0, 8], [9, 9]]), np.array([0, 1, 1])), Path("m.obj")
+        obj_write.retexture(mesh_file, roof, np.array([[7.0, 8], [9, 9]]), np.array([0, 1, 1])), Path("m.obj")
     )
     for face in (0, 1):
-        old, new = (o.vt[o.corners[o.starts[face] : o.starts[face + 1], 1]] for o in (found, again))
+        old, new = (o.vt[o.corners[o.starts[face] : o.starts[face + 1], 1]] for o in (mesh_file, again))
         assert old.tolist() == new.tolist()
     assert again.vt[again.corners[again.starts[2] :, 1]].tolist() == [[7, 8], [9, 9], [9, 9]]
     assert again.data.count(b"\n") == data.count(b"\n") + 2
@@ -119,9 +121,10 @@ def test_a_part_leaves_the_other_faces_their_coordinates():
 
 def test_a_part_before_the_others_moves_their_indices():
     data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\ng a\nf 1/1 2/1 3/1\nvt 5 5\ng b\nf 1/2 2/-1 3/1\nf 1/-2 2/2 3/2\n"
-    found = parse(data, Path("m.obj"))
+    mesh_file = parse(data, Path("m.obj"))
     again = parse(
-        obj_write.retexture(found, found.faces_of("a"), np.array([[3.0, 3]]), np.zeros(3, int)), Path("m")
+        obj_write.retexture(mesh_file, mesh_file.faces_of("a"), np.array([[3.0, 3]]), np.zeros(3, int)),
+        Path("m"),
     )
     assert again.vt[again.corners[:, 1], 0].tolist() == [3, 3, 3, 5, 5, 0, 0, 5, 5]
 
@@ -142,8 +145,8 @@ NUMBERS = [
 
 def test_numbers_are_converted_exactly():
     text = "\n".join(f"v {a} {a} 1" for a in NUMBERS)
-    found = parse(text.encode(), Path("m.obj"))
-    assert found.v[:, 0].tobytes() == np.array([float(a) for a in NUMBERS]).tobytes()
+    mesh_file = parse(text.encode(), Path("m.obj"))
+    assert mesh_file.v[:, 0].tobytes() == np.array([float(a) for a in NUMBERS]).tobytes()
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -190,11 +193,11 @@ def test_noise_is_refused_or_read_but_never_crashes(seed):
         data[k] = rng.integers(0, 256)
     data = bytes(data[: rng.integers(1, len(data))])
     try:
-        found = parse(data, Path("m.obj"))
+        mesh_file = parse(data, Path("m.obj"))
     except InputError as error:
         assert "\n" not in str(error)
     else:
-        assert found.corners.shape[0] == found.starts[-1]
+        assert mesh_file.corners.shape[0] == mesh_file.starts[-1]
 
 
 def test_a_file_that_is_missing_or_empty_is_refused(tmp_path):
@@ -207,8 +210,8 @@ def test_a_file_that_is_missing_or_empty_is_refused(tmp_path):
 def test_overlong_numbers_and_names_with_spaces(tmp_path):
     path = tmp_path / "a name with spaces.obj"
     path.write_bytes(b"v 0." + b"1" * 90 + b" 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    found = obj.read(path)
-    assert found.v[0, 0] == pytest.approx(1 / 9)
+    mesh_file = obj.read(path)
+    assert mesh_file.v[0, 0] == pytest.approx(1 / 9)
 
 
 LIBRARY = [
@@ -269,20 +272,20 @@ def test_a_shared_or_missing_material_is_made_anew(tmp_path):
     library = material_library.Library(tuple(LIBRARY), tmp_path)
     rename = {"Roof": "Roof_iccm", None: "iccm"}
     text = material_library.bind(library, rename, "iccm_plain", showing(rename, "f.png"), tmp_path / "o.mtl")
-    found = material_library.Library(tuple(text.splitlines()), tmp_path)
-    assert list(found.materials()) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
-    assert found.texture("Roof") is None
-    assert found.texture("Red Brick") == (tmp_path / "old brick.png", ("repeat", "repeat"))
-    assert [found.texture(n)[0].name for n in ("Roof_iccm", "iccm")] == ["f.png", "f.png"]
-    assert "Kd 0 0 1" in found.materials()["Roof_iccm"]
+    shared = material_library.Library(tuple(text.splitlines()), tmp_path)
+    assert list(shared.materials()) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
+    assert shared.texture("Roof") is None
+    assert shared.texture("Red Brick") == (tmp_path / "old brick.png", ("repeat", "repeat"))
+    assert [shared.texture(n)[0].name for n in ("Roof_iccm", "iccm")] == ["f.png", "f.png"]
+    assert "Kd 0 0 1" in shared.materials()["Roof_iccm"]
 
 
 def test_usemtl_lines_go_around_the_part(tmp_path):
     data = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl M\ng a\nf 1 2 3\ng b\nf 1 2 3\ng c\nf 2 3 1\n"
-    found = parse(data, tmp_path / "m.obj")
+    mesh_file = parse(data, tmp_path / "m.obj")
     binding = obj_write.Binding("new.mtl", {"M": "M_iccm"}, "")
     text = obj_write.retexture(
-        found, found.faces_of("b"), np.zeros((1, 2)), np.zeros(3, int), binding
+        mesh_file, mesh_file.faces_of("b"), np.zeros((1, 2)), np.zeros(3, int), binding
     ).decode()
     assert text.splitlines() == [
         *["mtllib new.mtl", "v 0 0 0", "v 1 0 0", "v 0 1 0", "usemtl M", "g a", "f 1 2 3", "g b"],
@@ -295,8 +298,8 @@ def test_lines_that_end_with_a_return_alone_stay_so(shapes, iccm):
     (shapes / "a.obj").write_bytes(text.encode())
     assert "kind: mesh" in iccm("info", "a.obj").out
     assert iccm("flatten", "a.obj", "--uv", "b.obj").code == 0
-    made = (shapes / "b.obj").read_bytes()
-    assert b"\n" not in made and made.count(b"\rvt ") == 5
+    written = (shapes / "b.obj").read_bytes()
+    assert b"\n" not in written and written.count(b"\rvt ") == 5
     assert iccm("map", "square.svg", "b.obj", "-o", "c.obj").code == 0
 
 

@@ -65,11 +65,11 @@ def test_a_flattening_adds_two_properties_and_nothing_else(shapes, iccm, form):
     (shapes / "a.ply").write_bytes(content(form))
     done = iccm("flatten", "a.ply", "--uv", "out.ply")
     assert done.code == 0, done.err
-    made = (shapes / "out.ply").read_bytes()
+    written = (shapes / "out.ply").read_bytes()
     head = HEADER.format(form=form).replace(
         "double weight\n", "double weight\nproperty float s\nproperty float t\n"
     )
-    assert made.startswith(head.encode())
+    assert written.startswith(head.encode())
     old, new = ply.read(shapes / "a.ply"), ply.read(shapes / "out.ply")
     for name in ("camera", "face", "edge"):
         assert (old.tables[name].cells == new.tables[name].cells).all()
@@ -79,13 +79,13 @@ def test_a_flattening_adds_two_properties_and_nothing_else(shapes, iccm, form):
     flat, uv = shape.flattening.flat[np.argsort(shape.flattening.patch.vertex)], new.vertices(("s", "t"))
     assert uv == pytest.approx(_unit(flat), abs=1e-6)
     again = iccm("flatten", "out.ply", "--uv", "again.ply")
-    assert again.code == 0 and (shapes / "again.ply").read_bytes() == made
+    assert again.code == 0 and (shapes / "again.ply").read_bytes() == written
 
 
 def _unit(flat):
     low = flat.real.min() + 1j * flat.imag.min()
-    at = (flat - low) / max(np.ptp(flat.real), np.ptp(flat.imag))
-    return np.column_stack([at.real, at.imag])
+    scaled = (flat - low) / max(np.ptp(flat.real), np.ptp(flat.imag))
+    return np.column_stack([scaled.real, scaled.imag])
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -95,8 +95,8 @@ def test_vertices_are_split_where_coordinates_part(tmp_path, form):
     uv = np.column_stack(
         [corners + 0.25, np.where(np.arange(18) < 8, 0.5, 0.75)]
     )  # the first two quads separately
-    made, notes = ply_write.with_coordinates(whole, np.ones(5, bool), uv, np.arange(18), None)
-    new = ply.parse(made, tmp_path / "b.ply")
+    written, notes = ply_write.with_coordinates(whole, np.ones(5, bool), uv, np.arange(18), None)
+    new = ply.parse(written, tmp_path / "b.ply")
     assert notes == [] and len(new.tables["vertex"].starts) - 1 > 9
     for name in ("x", "y", "z", "red", "weight"):
         before, after = (t.tables["vertex"].column(name)[t.polygons[0]] for t in (whole, new))
@@ -118,8 +118,8 @@ def test_coordinates_of_corners_are_changed_in_place(shapes, iccm):
         lines[first + k] = f"{row} {2 * len(face)} " + " ".join("0.5" for _ in range(2 * len(face)))
     (shapes / "a.ply").write_text("\n".join(lines))
     assert iccm("flatten", "a.ply", "--uv", "out.ply").code == 0
-    made = (shapes / "out.ply").read_text().split("\n")
-    assert made[:first] == lines[:first] and made[first + 5 :] == lines[first + 5 :]
+    written = (shapes / "out.ply").read_text().split("\n")
+    assert written[:first] == lines[:first] and written[first + 5 :] == lines[first + 5 :]
     uv = mesh_files.read("out.ply").mesh
     assert np.ptp(uv.uv[uv.uv_corners], axis=0).max() == pytest.approx(1)
 
@@ -151,7 +151,7 @@ def test_strips_get_faces_when_their_vertices_are_split(tmp_path):
     )
     whole = ply.parse(text.encode(), tmp_path / "a.ply")
     uv = np.arange(12.0).reshape(6, 2)
-    made, _ = ply_write.with_coordinates(whole, np.ones(2, bool), uv, np.arange(6), None)
-    new = ply.parse(made, tmp_path / "b.ply")
-    assert "element face 2" in made.decode() and "tristrips" not in made.decode()
+    written, _ = ply_write.with_coordinates(whole, np.ones(2, bool), uv, np.arange(6), None)
+    new = ply.parse(written, tmp_path / "b.ply")
+    assert "element face 2" in written.decode() and "tristrips" not in written.decode()
     assert (new.vertices(("s", "t"))[new.polygons[0]] == uv).all()

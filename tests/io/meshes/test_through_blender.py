@@ -50,7 +50,7 @@ json.dump(result, open(sys.argv[-1], "w"))
 
 
 @pytest.fixture
-def there(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """A folder with old.glb: a body with a skin and a morph target, and a hat that two nodes show."""
     if why := lacking():
         pytest.skip(f"NO BLENDER TESTS: pip install bpy in a virtual environment build/bpy: {why}")
@@ -78,7 +78,7 @@ def in_order(corners):
     return rounded[np.lexsort(rounded.T)]
 
 
-def test_skins_morph_targets_and_instances_survive_new_coordinates(there, iccm):
+def test_skins_morph_targets_and_instances_survive_new_coordinates(folder, iccm):
     for words in (("flatten", "old.glb#body", "--uv", "new.glb"),):
         done = iccm(*words)
         assert done.code == 0, done.err
@@ -91,11 +91,11 @@ def test_skins_morph_targets_and_instances_survive_new_coordinates(there, iccm):
     assert new["beside"]["users"] == 2
     assert not np.allclose(old["person"]["uv"], new["person"]["uv"])
     # the pose counts: what is compared is not the rest shape
-    rest = rich_glb.sheet(6)[0]
-    assert np.abs(np.asarray(new["person"]["corners"]).max(axis=0) - rest.max(axis=0)).max() > 0.1
+    rest_pose = rich_glb.sheet(6)[0]
+    assert np.abs(np.asarray(new["person"]["corners"]).max(axis=0) - rest_pose.max(axis=0)).max() > 0.1
 
 
-def test_what_blender_writes_again_gets_the_materials_of_the_old_file(there, iccm):
+def test_what_blender_writes_again_gets_the_materials_of_the_old_file(folder, iccm):
     assert iccm("flatten", "old.glb#body", "--uv", "new.glb").code == 0
     through_blender("new.glb")
     done = iccm("relayout", "old.glb", "new-back.glb", "-o", "out.glb", "--size", 128, "--report", "r.json")

@@ -56,12 +56,12 @@ def test_coordinates_are_written_so_that_usd_reads_them(scene, iccm):
     with open("flat.obj") as file:
         lines = [line.split() for line in file]
     flat = np.array([words[1:3] for words in lines if words[0] == "v"], float)
-    at = np.concatenate(
+    vertices = np.concatenate(
         [np.array([w.partition("/")[0] for w in words[1:]], int) - 1 for words in lines if words[0] == "f"]
     )
     # the OBJ lists triangles first, the USD polygons in their order: compare the extents and all points as sets
     scale = np.ptp(st, axis=0).max() / np.ptp(flat, axis=0).max()
-    ours = np.unique(np.round((flat[at] - flat.min(axis=0)) * scale, 4), axis=0)
+    ours = np.unique(np.round((flat[vertices] - flat.min(axis=0)) * scale, 4), axis=0)
     theirs = np.unique(np.round(st - st.min(axis=0), 4), axis=0)
     assert ours.shape == theirs.shape and np.abs(ours - theirs).max() < 2e-4
 

@@ -84,9 +84,9 @@ def test_coordinates_are_written_so_that_vtk_reads_them(file, suffix, iccm):
     corners = vtk_to_numpy(surface.GetPolys().GetConnectivityArray())
     assert np.diff(vtk_to_numpy(surface.GetPolys().GetOffsetsArray())).tolist() == COUNTS
     assert np.allclose(vtk_to_numpy(surface.GetPoints().GetData())[corners], POINTS[CORNERS])
-    same = mesh_files.read("out.ply").mesh  # another format, by other code
+    mesh = mesh_files.read("out.ply").mesh  # another format, by other code
     coordinates = vtk_to_numpy(surface.GetPointData().GetTCoords())[corners]
-    assert np.allclose(coordinates, same.uv[same.uv_corners], atol=1e-6)
+    assert np.allclose(coordinates, mesh.uv[mesh.uv_corners], atol=1e-6)
     assert np.ptp(coordinates, axis=0).min() > 0.1
 
 
@@ -134,8 +134,8 @@ def test_the_surface_of_a_volume_is_read(tmp_path, monkeypatch, suffix):
         grid,
         f"a{suffix}",
     )
-    found = mesh_files.read(f"a{suffix}")
-    assert found.mesh.sizes.tolist() == [3] * 6 and "surface" in found.notes[0]
+    surface = mesh_files.read(f"a{suffix}")
+    assert surface.mesh.sizes.tolist() == [3] * 6 and "surface" in surface.notes[0]
 
 
 def test_bad_files_are_refused_in_one_line(tmp_path, monkeypatch, iccm):

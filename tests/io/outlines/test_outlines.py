@@ -21,8 +21,8 @@ def ring(x, y, side):
     return [[x, y], [x + side, y], [x + side, y + side], [x, y + side], [x, y]]
 
 
-def feature(geometry, **said):
-    return {"type": "Feature", **said, "geometry": geometry}
+def feature(geometry, **members):
+    return {"type": "Feature", **members, "geometry": geometry}
 
 
 COUNTRIES = {
@@ -50,7 +50,7 @@ def test_features_of_geojson_by_name_with_holes_and_parts(tmp_path):
     assert big.curve.area == 100 and len(big.holes) == 1 and not big.flip
     assert shape.read(f"{path}#7").curve.area == 100 and shape.read(str(path)).curve.area == 100
     assert shape.read(f"{path}#Two").curve.area == 25 and shape.read(f"{path}#Two#2").curve.area == 9
-    assert [each.curve.area for each in shape.read_all(str(path))] == [100, 25, 9]
+    assert [outline.curve.area for outline in shape.read_all(str(path))] == [100, 25, 9]
     assert describe(path)["ids"] == ["7", "Big", "Two"]
     with pytest.raises(InputError, match="no 'None' in the file; it has 7, Big, Two"):
         shape.read(f"{path}#None")
@@ -92,11 +92,11 @@ def test_annotations_of_pictures_lie_on_their_canvas(tmp_path):
 
 def test_words_of_a_font_are_kerned_letters_with_counters():
     letters = shape.read_all(f"{FONT}#text=bo")
-    assert [len(each.holes) for each in letters] == [1, 1] and letters[0].flip
+    assert [len(glyph.holes) for glyph in letters] == [1, 1] and letters[0].flip
     alone = {letter: shape.read(f"{FONT}#text={letter}") for letter in "AV"}
     pair = shape.read_all(f"{FONT}#text=AV")
-    widths = {letter: float(np.ptp(each.curve.z.real)) for letter, each in alone.items()}
-    apart = max(each.curve.z.real.max() for each in pair) - min(each.curve.z.real.min() for each in pair)
+    widths = {letter: float(np.ptp(glyph.curve.z.real)) for letter, glyph in alone.items()}
+    apart = max(glyph.curve.z.real.max() for glyph in pair) - min(glyph.curve.z.real.min() for glyph in pair)
     assert apart < widths["A"] + widths["V"]  # kerned: V reaches over A
     assert len(shape.read_all(f"{FONT}#text=ij")) == 4
     low, high = shape.read(f"{FONT}#text=H").curve.box
@@ -104,13 +104,13 @@ def test_words_of_a_font_are_kerned_letters_with_counters():
         low.imag == pytest.approx(-80) and -30 < high.imag < 0
     )  # on a baseline at 80, y down, of 100 to the em
     assert shape.read(f"{FONT}#text=H").box[0].imag == -100
-    for said, why in (
+    for text, why in (
         ("", "a font needs a text"),
         ("#text=", "a font needs a text"),
         ("#text=\u4e00", "lacks letters"),
     ):
         with pytest.raises(InputError, match=why):
-            shape.read(f"{FONT}{said}")
+            shape.read(f"{FONT}{text}")
 
 
 def test_closed_lines_of_dxf_by_layer(tmp_path):
@@ -200,9 +200,9 @@ ACROSS = {
 def test_polygons_across_the_antimeridian_are_in_one_piece(tmp_path, kind):
     path = tmp_path / "a.geojson"
     path.write_text(json.dumps(feature(ACROSS[kind], properties={"name": "Fiji"})))
-    (one,) = shape.read_all(str(path))
-    assert one.curve.box == (177 - 19j, 182 - 16j) and one.curve.area == pytest.approx(15)
-    assert any("Fiji" in note and "180°" in note for note in one.notes)
+    (outline,) = shape.read_all(str(path))
+    assert outline.curve.box == (177 - 19j, 182 - 16j) and outline.curve.area == pytest.approx(15)
+    assert any("Fiji" in note and "180°" in note for note in outline.notes)
 
 
 def test_islands_on_both_sides_of_the_antimeridian_lie_beside_each_other(tmp_path):
@@ -255,9 +255,9 @@ def test_features_in_a_bare_list_and_on_lines(tmp_path):
     listed = tmp_path / "q.geojson"
     listed.write_text(json.dumps(COUNTRIES["features"]))
     by_line = tmp_path / "l.geojsonl"
-    by_line.write_text("\n".join("\x1e" + json.dumps(each) for each in COUNTRIES["features"]) + "\n\n")
+    by_line.write_text("\n".join("\x1e" + json.dumps(outline) for outline in COUNTRIES["features"]) + "\n\n")
     for path in (listed, by_line):
-        assert [each.curve.area for each in shape.read_all(str(path))] == [100, 25, 9]
+        assert [outline.curve.area for outline in shape.read_all(str(path))] == [100, 25, 9]
 
 
 def test_geojson_without_polygons_says_what_it_has(tmp_path):
@@ -276,8 +276,8 @@ def test_geojson_without_polygons_says_what_it_has(tmp_path):
 
 
 def test_a_word_in_a_font_is_described_and_web_fonts_are_named():
-    found = describe(f"{FONT}#text=On")
-    assert found["outlines_in_all"] == 2 and found["ids"] == ["text=On"]
+    description = describe(f"{FONT}#text=On")
+    assert description["outlines_in_all"] == 2 and description["ids"] == ["text=On"]
 
 
 def test_web_fonts_are_refused_by_name(tmp_path):

@@ -23,10 +23,10 @@ def prepared(image, suffix):
 
 def test_16_bits_become_the_nearest_of_8_and_white_stays_white():
     levels = np.array([0, 1, 40, 128, 254, 255])
-    near = np.concatenate(
+    around = np.concatenate(
         [levels * 257, np.maximum(levels * 257 - 128, 0), np.minimum(levels * 257 + 128, 65535)]
     )
-    pixels = near.astype(np.uint16).reshape(3, 6, 1)
+    pixels = around.astype(np.uint16).reshape(3, 6, 1)
     for suffix in (".webp", ".jpg"):
         prepared_texture = prepared(Image(pixels), suffix)
         assert prepared_texture.dtype == np.uint8
@@ -171,8 +171,8 @@ def test_negative_light_is_kept(tmp_path):
     image = image_files.read(tmp_path / "a.exr")
     sampler = Sampler(image.texture((0j, 6 + 4j)))
     z, step = np.array([3.3 + 1.7j]), np.array([1.5 + 0j])
-    shown = sampler.stored(sampler.values(sampler.texture.places(z, step, -1j * step)))
-    assert shown[0] == pytest.approx([-0.5, 0.25, 2.0], abs=1e-3)
+    stored = sampler.stored(sampler.values(sampler.texture.places(z, step, -1j * step)))
+    assert stored[0] == pytest.approx([-0.5, 0.25, 2.0], abs=1e-3)
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".jp2", ".ppm", ".dds", ".tga", ".avif"])

@@ -14,8 +14,8 @@ from tests import fuzz
 @pytest.fixture(scope="module")
 def exr(tmp_path_factory):
     path = tmp_path_factory.mktemp("exr") / "a.exr"
-    said = {"ImageDescription": ("string", "hello there"), "Artist": ("string", "someone")}
-    image = image_files.Image(np.full((4, 4, 4), 0.5, np.float32), 3, True, "lin_rec709", said)
+    metadata = {"ImageDescription": ("string", "hello there"), "Artist": ("string", "someone")}
+    image = image_files.Image(np.full((4, 4, 4), 0.5, np.float32), 3, True, "lin_rec709", metadata)
     image_files.write(path, image)
     return path.read_bytes()
 
@@ -24,9 +24,9 @@ def exr(tmp_path_factory):
 @pytest.mark.parametrize("byte", [0xFF, 0xC3, 0x80])
 def test_a_byte_of_the_header_that_is_no_text(exr, byte, tmp_path):
     noted = 0
-    for at in range(8, min(700, len(exr)), 3):
+    for position in range(8, min(700, len(exr)), 3):
         content = bytearray(exr)
-        content[at] = byte
+        content[position] = byte
         (tmp_path / "b.exr").write_bytes(content)
         try:
             image = image_files.read(tmp_path / "b.exr", max_pixels=1 << 16)

@@ -155,8 +155,8 @@ def test_lab_is_converted(tmp_path):
     lab = np.random.default_rng(2).uniform([30, -20, -20], [90, 20, 20], (9, 7, 3)).round()
     stored = np.rint(lab * [2.55, 1, 1]).astype(int)
     Pillow.fromarray((stored & 255).astype(np.uint8), "LAB").save(tmp_path / "a.tif")
-    wanted = srgb_of_lab(stored / [2.55, 1, 1])
-    assert np.abs(image_files.read(tmp_path / "a.tif").pixels - wanted).max() < 3
+    expected = srgb_of_lab(stored / [2.55, 1, 1])
+    assert np.abs(image_files.read(tmp_path / "a.tif").pixels - expected).max() < 3
 
 
 def test_an_animated_png_says_that_its_first_picture_is_used(tmp_path):
@@ -172,16 +172,16 @@ def test_an_animated_png_says_that_its_first_picture_is_used(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "brand, said",
+    "brand, message",
     [
         (b"avif", r"cannot read this picture \(AVIF\)"),
         (b"heic", r"reading HEIC needs the package pi-heif: pip install 'iccm\[heic\]'"),
     ],
 )
-def test_forms_that_are_not_read_are_named(tmp_path, brand, said, monkeypatch):
+def test_forms_that_are_not_read_are_named(tmp_path, brand, message, monkeypatch):
     monkeypatch.setitem(sys.modules, "pi_heif", None)  # as if the extra were not installed
     (tmp_path / "a.avif").write_bytes(b"\0\0\0\x1cftyp" + brand + bytes(40))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         image_files.read(tmp_path / "a.avif")
 
 
@@ -258,7 +258,7 @@ def test_usual_colour_spaces_are_what_opencolorio_takes_them_for(name):
     config = oiio.ColorConfig()
     assert config.resolve(name) in config.getColorSpaceNames()
     assert config.equivalent(name, USUAL[name])
-    assert [other for other in TRANSFERS if config.equivalent(name, other)] == [USUAL[name]]
+    assert [space for space in TRANSFERS if config.equivalent(name, space)] == [USUAL[name]]
 
 
 def test_other_colour_spaces_go_through_opencolorio():
@@ -474,9 +474,9 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("which", REFUSED)
-def test_what_cannot_be_written_is_refused_before_the_solving(circles, monkeypatch, which):
-    change, message = REFUSED[which]
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_written_is_refused_before_the_solving(circles, monkeypatch, case):
+    change, message = REFUSED[case]
     monkeypatch.setattr("iccm.io.run.execute.solve_pairs", lambda state: pytest.fail("solved"))
     monkeypatch.setattr("iccm.io.memory.resident", lambda: 100 << 20)  # whatever ran before in this process
     with pytest.raises(InputError, match=message):
@@ -488,11 +488,11 @@ def test_padding_of_associated_alpha_divides_it_out(circles):
     pixels = np.full((9, 9, 4), 0.5, np.float32) * [0.8, 0.6, 0.4, 1]
     image_files.write("half.exr", Image(pixels.astype(np.float32), 3, True, "lin_rec709"))
     run(circles.model_copy(update={"texture": "half.exr", "padding": -1, "output": ("o.tif",)}))
-    made = image_files.read("o.tif")
-    assert not made.associated
-    assert made.pixels[..., 3].min() == 0
-    assert made.pixels[..., 3].max() == pytest.approx(0.5)
-    assert np.abs(made.pixels[..., :3] - [0.8, 0.6, 0.4]).max() < 1e-5
+    image = image_files.read("o.tif")
+    assert not image.associated
+    assert image.pixels[..., 3].min() == 0
+    assert image.pixels[..., 3].max() == pytest.approx(0.5)
+    assert np.abs(image.pixels[..., :3] - [0.8, 0.6, 0.4]).max() < 1e-5
 
 
 @pytest.mark.parametrize("suffix", [".png", ".tif", ".exr", ".webp", ".bmp"])
@@ -517,34 +517,34 @@ def test_colours_over_alpha_mean_the_same_in_every_format(tmp_path, suffix, dtyp
 
 
 @pytest.mark.parametrize(
-    "change, told",
+    "change, warned",
     [
         ({"output": ("o.tif",)}, 1),
         ({"output": ("o.tif",), "colorspace": "ACEScg"}, 0),
         ({"output": ("o.png",)}, 0),
     ],
 )
-def test_that_a_format_does_not_say_the_colour_space_is_told(circles, change, told):
+def test_that_a_format_does_not_say_the_colour_space_is_told(circles, change, warned):
     image_files.write("linear.png", Image(noise((9, 9, 3), np.uint8), colorspace="lin_rec709"))
     notes = run(circles.model_copy(update={"texture": "linear.png", **change})).notes
-    assert sum("colour space lin_rec709" in note for note in notes) == told
+    assert sum("colour space lin_rec709" in note for note in notes) == warned
 
 
 @pytest.mark.parametrize(
-    "name, top, told",
+    "name, top, warned",
     some_fast(
         [("o.png", 9.5, 1), ("o.webp", -1, 1), ("o.png", 1, 0), ("o.exr", 9.5, 0), ("o.tif", 9.5, 0)],
         {("o.png", 9.5, 1), ("o.tif", 9.5, 0)},
     ),
 )
-def test_that_a_format_clips_is_told(circles, iccm, name, top, told):
+def test_that_a_format_clips_is_told(circles, iccm, name, top, warned):
     image_files.write("bright.exr", Image(np.full((8, 8, 3), top, np.float32), colorspace="lin_rec709"))
     job = circles.model_copy(update={"texture": "bright.exr", "output": (name,)})
-    assert sum("stores values from 0 to 1; 100.0% of the texels" in note for note in run(job).notes) == told
+    assert sum("stores values from 0 to 1; 100.0% of the texels" in note for note in run(job).notes) == warned
     assert iccm("map", "a.svg", "b.svg", "--stmap", "map.exr", "--size", "9", "-q").code == 0
     applied = iccm("apply", "map.exr", "bright.exr", "-o", f"again-{name}")
     notes = [line for line in applied.lines if f"again-{name}: " in line and "clipped" in line]
-    assert applied.code == 0 and len(notes) == told
+    assert applied.code == 0 and len(notes) == warned
     assert all("0 to 1" in note and "100.0%" in note and ".exr" in note for note in notes)
 
 
@@ -557,8 +557,8 @@ LOSING = [
 ]
 
 
-@pytest.mark.parametrize("change, told", LOSING)
-def test_that_colours_under_alpha_0_are_lost_is_told_where_they_are_kept_apart(circles, change, told):
+@pytest.mark.parametrize("change, warned", LOSING)
+def test_that_colours_under_alpha_0_are_lost_is_told_where_they_are_kept_apart(circles, change, warned):
     job = circles.model_copy(update={"texture": "straight.png", "output": ("o.webp",), **change})
     notes = [note for note in run(job).notes if "does not keep colours where alpha is 0" in note]
-    assert len(notes) == told
+    assert len(notes) == warned

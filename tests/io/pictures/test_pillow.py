@@ -77,8 +77,8 @@ def test_pictures_in_glb_files_keep_their_pixels(tmp_path):
     pixels = np.random.default_rng(3).integers(0, 256, (7, 5, 3), np.uint8)
     for suffix in ("tif", "bmp", "webp"):
         image_files.write(tmp_path / f"a.{suffix}", image_files.Image(pixels))
-        made = picture_file(tmp_path / f"a.{suffix}")
-        assert np.array_equal(np.asarray(Pillow.open(io.BytesIO(made))), pixels)
+        data = picture_file(tmp_path / f"a.{suffix}")
+        assert np.array_equal(np.asarray(Pillow.open(io.BytesIO(data))), pixels)
     image_files.write(tmp_path / "a.exr", image_files.Image(pixels.astype(np.float32)))
     with pytest.raises(InputError, match=r"a\.exr.*PNG"):
         picture_file(tmp_path / "a.exr")
@@ -86,10 +86,10 @@ def test_pictures_in_glb_files_keep_their_pixels(tmp_path):
 
 def test_pictures_are_opened_with_pillow_in_one_place():
     opens = re.compile(r"\b(?:Image|Pillow|PIL)\.open\(")
-    found = {
+    modules = {
         path.relative_to(ROOT).as_posix()
         for folder in ("iccm", "io", "cli", "plugins")
         for path in (ROOT / folder).rglob("*.py")
         if opens.search(path.read_text(encoding="utf-8"))
     }
-    assert found == {"io/pictures/pillow.py"}
+    assert modules == {"io/pictures/pillow.py"}

@@ -147,8 +147,8 @@ def test_a_picture_of_several_tiles_is_read_where_s_and_t_say(tmp_path):
         np.float32
     )
     stmap_files.apply(st, Image(pixels), tmp_path / "a.png", tiles=(1 + 0j, 4 + 2j), filter="nearest")
-    made = image_files.read(tmp_path / "a.png").pixels
-    assert np.array_equal(made[..., :3], pixels) and (made[..., 3] == 255).all()
+    result = image_files.read(tmp_path / "a.png").pixels
+    assert np.array_equal(result[..., :3], pixels) and (result[..., 3] == 255).all()
 
 
 def test_places_on_the_edge_of_a_tile_belong_to_no_tile():

@@ -67,8 +67,10 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
     for name, share in (("median", 0.5), ("p95", 0.95), ("max", 1.0)):
         assert report["dilatation"][name] == pytest.approx(quantile(dilatation, area, share), rel=1e-6)
     assert report["stretch"]["p95"] == pytest.approx(quantile(stretch, area, 0.95), rel=1e-6)
-    near = np.sqrt(major * minor) / scale
-    assert report["scale"]["within2"] == pytest.approx(area[(near < 2) & (near > 0.5)].sum() / area.sum())
+    triangle_scale = np.sqrt(major * minor) / scale
+    assert report["scale"]["within2"] == pytest.approx(
+        area[(triangle_scale < 2) & (triangle_scale > 0.5)].sum() / area.sum()
+    )
     scales = np.log10(area / (np.abs(np.linalg.det(d)) / 2))
     weights, sign = np.abs(np.linalg.det(d)), 1
     # the plane's area relative to the surface's, normalised by the mean, over the surface

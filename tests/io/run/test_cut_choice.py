@@ -16,7 +16,7 @@ SIDES, HEIGHT, TAPER = 18, 0.5, 0.8
 
 
 @pytest.fixture
-def there(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """A folder with a shape, and a flat can that is narrower above."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "shape.svg").write_text(SHAPE)
@@ -48,7 +48,7 @@ def mapped(iccm, *words):
 
 
 @pytest.mark.slow
-def test_a_cut_is_taken_that_stretches_the_picture_less(there, iccm, monkeypatch):
+def test_a_cut_is_taken_that_stretches_the_picture_less(folder, iccm, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr(cut_choice, "SEAM_EXTENSIONS", ())
         for_flattening, _ = mapped(iccm)
@@ -62,7 +62,7 @@ def test_a_cut_is_taken_that_stretches_the_picture_less(there, iccm, monkeypatch
 
 
 @pytest.mark.parametrize("large", [False, True])
-def test_only_small_meshes_without_landmarks_have_a_choice(there, iccm, monkeypatch, large):
+def test_only_small_meshes_without_landmarks_have_a_choice(folder, iccm, monkeypatch, large):
     if large:
         monkeypatch.setattr(cut_choice, "MOST_TRIANGLES", 100)
         _, notes = mapped(iccm)

@@ -78,7 +78,7 @@ def test_complex_numbers_of_a_report_are_x_and_y():
     assert report.as_json({"at": np.array([1 + 2j]), "bad": float("inf")}) == {"at": [[1, 2]], "bad": None}
 
 
-def found(gap=0.001, certified=True, share=1.0, pins=()):
+def report_of(gap=0.001, certified=True, share=1.0, pins=()):
     return {
         "boundary": {"hausdorff": gap},
         "injective": {"certified": certified, "share": share, "folded": 0.0},
@@ -93,10 +93,10 @@ def found(gap=0.001, certified=True, share=1.0, pins=()):
     [({"gap": 0.5}, "boundary"), ({"certified": False}, "injective"), ({"share": 0.9}, "90.0%")],
 )
 def test_what_puts_a_picture_in_doubt_is_told(figures, part):
-    assert report.doubts(found(), 0.01, False) == []
-    (doubt,) = report.doubts(found(**figures), 0.01, False)
+    assert report.doubts(report_of(), 0.01, False) == []
+    (doubt,) = report.doubts(report_of(**figures), 0.01, False)
     assert part in doubt
-    (cured,) = report.doubts(found(**figures, pins=[{}]), 0.01, False)
+    (cured,) = report.doubts(report_of(**figures, pins=[{}]), 0.01, False)
     assert cured.startswith(doubt) and "--quasi" in cured
 
 

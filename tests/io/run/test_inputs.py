@@ -42,8 +42,8 @@ def test_long_lines_and_blocks(shapes, monkeypatch):
     text = "# " + "x" * 90 + " f 1\n" + MESH.replace("mtllib", "  mtllib") + "f 1 2 4"
     (shapes / "m.obj").write_text(text)
     (shapes / "m.mtl").write_text("")
-    found = obj_format.ObjFormat(shapes / "m.obj")
-    assert (found.count_faces(9), found.files_named()) == (3, [str(shapes / "m.mtl")])
+    mesh = obj_format.ObjFormat(shapes / "m.obj")
+    assert (mesh.count_faces(9), mesh.files_named()) == (3, [str(shapes / "m.mtl")])
     (shapes / "m.obj").write_text("")
     assert obj_format.ObjFormat(shapes / "m.obj").count_faces(9) == 0
 

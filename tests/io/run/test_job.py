@@ -88,13 +88,13 @@ def test_every_value_of_a_job_is_an_option_of_its_commands_and_back(name, comman
 
 
 def test_apply_takes_its_options_from_the_same_place():
-    same = {parameter.name: parameter for parameter in map.command.params}
+    of_map = {parameter.name: parameter for parameter in map.command.params}
     for parameter in apply.command.params[2:]:
         if parameter.name in options_of(ApplyOptions):
             continue
-        other = same[parameter.name]
+        counterpart = of_map[parameter.name]
         assert (parameter.help, parameter.default, repr(parameter.type)) == (
-            other.help, other.default, repr(other.type)
+            counterpart.help, counterpart.default, repr(counterpart.type)
         )  # fmt: skip
     assert {"filter", "kind", "edge", "colorspace", "memory"} <= {p.name for p in apply.command.params}
 

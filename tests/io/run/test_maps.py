@@ -93,8 +93,11 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
     done = iccm("map", "square.svg", "sheet.obj", *given, "-o", "x.glb", "-o", "x.obj")
     assert done.code == 0, done.err
     whole = gltf.read(material / "x.glb")
-    (shown,) = whole.tree["materials"]
-    slots = {slot: whole.image(whole.source_of(info["index"])) for slot, info in gltf_materials.slots(shown)}
+    (material_entry,) = whole.tree["materials"]
+    slots = {
+        slot: whole.image(whole.source_of(info["index"]))
+        for slot, info in gltf_materials.slots(material_entry)
+    }
     assert slots == {
         gltf_materials.BASE: (material / "texture.png").read_bytes(),
         gltf_materials.NORMALS: (material / "normal.png").read_bytes(),
@@ -140,15 +143,15 @@ def test_a_mesh_beside_a_picture_shows_colours_alone(material, iccm, given):
     assert len(errors) == 2 and all(given[1] in line and "--texture" in line for line in errors)
     assert "x.glb: " in errors[0] and "x.obj: " in errors[1]
     assert not gltf.read(material / "x.glb").tree.get("images") and not (material / "x.mtl").exists()
-    both = iccm(
+    result = iccm(
         "map", "square.svg", "sheet.obj", "--texture", "texture.png", *given, "-o", "t.png", *out, "--force"
     )
-    errors = [line for line in both.lines if "cannot include" in line]
-    assert both.code == 0 and len(errors) == 2 and all(given[1] in line for line in errors)
+    errors = [line for line in result.lines if "cannot include" in line]
+    assert result.code == 0 and len(errors) == 2 and all(given[1] in line for line in errors)
     assert "texture.png" not in "".join(errors)
     whole = gltf.read(material / "x.glb")
-    (shown,) = whole.tree["materials"]
-    assert [slot for slot, _ in gltf_materials.slots(shown)] == [gltf_materials.BASE]
+    (material_entry,) = whole.tree["materials"]
+    assert [slot for slot, _ in gltf_materials.slots(material_entry)] == [gltf_materials.BASE]
     assert (material / "x.mtl").read_text().split()[-2:] == ["map_Kd", "texture.png"]
 
 

@@ -24,9 +24,9 @@ ODD = st.one_of(
 
 def likely(hint):
     """Values that an option takes."""
-    choices = [each for part in (hint, *get_args(hint)) for each in get_args(part) if get_origin(part)]
-    known = st.sampled_from([each for each in choices if isinstance(each, str | int)] or ["a.png"])
-    return st.one_of(known, ODD)
+    choices = [choice for part in (hint, *get_args(hint)) for choice in get_args(part) if get_origin(part)]
+    valid = st.sampled_from([choice for choice in choices if isinstance(choice, str | int)] or ["a.png"])
+    return st.one_of(valid, ODD)
 
 
 @pytest.mark.slow

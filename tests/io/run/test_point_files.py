@@ -87,8 +87,8 @@ def test_points_of_other_programs_are_pins_in_the_units_of_the_files(tmp_path, p
     for side, points in (("source", SOURCE), ("target", TARGET)):
         (tmp_path / side).mkdir()
         write(tmp_path / side / form, points)
-    found = point_files.read_pairs(str(tmp_path / "source" / form), str(tmp_path / "target" / form))
-    pairs = found.in_file_units(*pair)
+    read = point_files.read_pairs(str(tmp_path / "source" / form), str(tmp_path / "target" / form))
+    pairs = read.in_file_units(*pair)
     assert np.allclose([a for _, a, _ in pairs], SOURCE) and np.allclose([b for _, _, b in pairs], TARGET)
     named = form in ("table.csv", "labelme.json", "named.json", "manager.zip")
     assert [name for name, _, _ in pairs] == (
@@ -112,16 +112,16 @@ def test_missing_landmarks_are_left_out(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("other", "words"),
+    ("content", "words"),
     [
         ("name,x,y\neye,1,2\nnose,3,4\n", ["t.csv", "ear"]),
         ("name,x,y\neye,1,2\nnose,3,4\near,5,6\ntail,7,8\n", ["table.csv", "tail"]),
         ("x,y\n1,2\n3,4\n", ["t.csv", "2 points", "3"]),
     ],
 )
-def test_points_without_a_partner_are_refused(tmp_path, other, words):
+def test_points_without_a_partner_are_refused(tmp_path, content, words):
     write(tmp_path / "table.csv", SOURCE)
-    (tmp_path / "t.csv").write_text(other)
+    (tmp_path / "t.csv").write_text(content)
     with pytest.raises(InputError) as error:
         point_files.read_pairs(str(tmp_path / "table.csv"), str(tmp_path / "t.csv"))
     assert all(word in str(error.value) for word in words)
@@ -161,8 +161,8 @@ def test_many_names_are_compared_in_little_time(tmp_path):
 
 def test_damaged_regions_are_read_quietly(tmp_path, caplog):
     data = bytearray(roifile.ImagejRoi.frompoints(np.array(SOURCE), name="cell").tobytes())
-    at = data.index("cell".encode("utf-16-be"))
-    (tmp_path / "a.roi").write_bytes(data[: at + 3])  # the end of the name is missing
+    position = data.index("cell".encode("utf-16-be"))
+    (tmp_path / "a.roi").write_bytes(data[: position + 3])  # the end of the name is missing
     document.read(str(tmp_path / "a.roi"))
     assert not caplog.records  # which are printed where nothing else is done with them
 

@@ -20,7 +20,7 @@ class Blank:
     bounds = BOX
 
 
-def made(**options):
+def load(**options):
     job = Job(source="a.svg", target="b.svg", **options)
     image = texture.image_of(job, Blank(), Memory())
     return image, texture.sampler_of(job, image, options.pop("box", BOX), [], Memory(), 1)
@@ -34,28 +34,28 @@ def grey(tmp_path):
 
 
 def test_the_next_job_finds_the_same_texture(grey):
-    (image, sampler), (again, same) = made(texture=str(grey)), made(texture=str(grey))
-    assert again is image and same is sampler
-    assert made()[1] is made()[1]  # the checkerboard
+    (image, sampler), (again, same_sampler) = load(texture=str(grey)), load(texture=str(grey))
+    assert again is image and same_sampler is sampler
+    assert load()[1] is load()[1]  # the checkerboard
 
 
 def test_what_is_asked_or_written_otherwise_is_made_anew(grey):
-    image, sampler = made(texture=str(grey))
-    again, other = made(texture=str(grey), filter="linear")
-    assert again is image and other is not sampler
-    assert made(texture=str(grey), colorspace="data")[0] is not image
-    assert made(texture=str(grey), memory="1G")[0] is not made(texture=str(grey), memory="1G")[0]
+    image, sampler = load(texture=str(grey))
+    again, new_sampler = load(texture=str(grey), filter="linear")
+    assert again is image and new_sampler is not sampler
+    assert load(texture=str(grey), colorspace="data")[0] is not image
+    assert load(texture=str(grey), memory="1G")[0] is not load(texture=str(grey), memory="1G")[0]
     image_files.write(grey, Image(np.full((8, 8, 3), 200, np.uint8)))
     os.utime(grey, ns=(1, 1))
-    assert (made(texture=str(grey))[0].pixels == 200).all()
+    assert (load(texture=str(grey))[0].pixels == 200).all()
     grey.unlink()
     with pytest.raises(InputError, match="no such file"):
-        made(texture=str(grey))
+        load(texture=str(grey))
     with pytest.raises(InputError, match="max-pixels"):
         image_files.write(grey, image)
-        made(texture=str(grey), max_pixels=9)
+        load(texture=str(grey), max_pixels=9)
 
 
 def test_a_large_texture_is_not_kept(grey, monkeypatch):
     monkeypatch.setattr(texture, "KEPT_VALUES", 100)
-    assert made(texture=str(grey))[0] is not made(texture=str(grey))[0]
+    assert load(texture=str(grey))[0] is not load(texture=str(grey))[0]

@@ -23,9 +23,9 @@ def listed(tmp_path, content):
     return listing.read(path)
 
 
-def paired(source, target, found=None):
+def paired(source, target, listed=None):
     """Pins and strokes for a solver that weights them equally."""
-    collected = constraints.collect(source, target, found)
+    collected = constraints.collect(source, target, listed)
     collected.check_weights()
     return collected.pins, collected.strokes
 

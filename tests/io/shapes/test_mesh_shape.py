@@ -112,17 +112,17 @@ def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
             name=out,
             texture=texture,
         )
-    one, other = (mesh_reading.read(str(tmp_path / name)) for name in ("o.obj", "o" + suffix))
+    from_obj, converted = (mesh_reading.read(str(tmp_path / name)) for name in ("o.obj", "o" + suffix))
     places = []
-    for shape in (one, other):
+    for shape in (from_obj, converted):
         uv = shape.file.mesh.uv[shape.uv_faces].reshape(-1, 2)
         points = shape.flattening.patch.points[shape.flattening.patch.faces].reshape(-1, 3)
         places.append(np.unique(np.column_stack([points, uv]).round(5), axis=0))
     assert np.abs(places[0] - places[1]).max() < 2e-5
     if suffix == ".ply":
-        assert other.pictures == ()
+        assert converted.pictures == ()
     else:
-        assert (mesh_reading.read_texture(other).pixels == colours().pixels).all()
+        assert (mesh_reading.read_texture(converted).pixels == colours().pixels).all()
 
 
 def test_formats_without_coordinates_are_refused(tmp_path):
@@ -348,8 +348,8 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
 def test_pull_back_is_threads_free(tmp_path):
     shape = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", n=9)))
     z = shape.flattening.flat
-    one, two = (ExtendedInverse(identity(shape), threads)(z) for threads in (1, 2))
-    assert (one == two).all()
+    one_thread, two_threads = (ExtendedInverse(identity(shape), threads)(z) for threads in (1, 2))
+    assert (one_thread == two_threads).all()
 
 
 def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
@@ -656,8 +656,8 @@ def put_on_two(folder, name="a.obj"):
     (folder / "a.mtl").write_text("\n".join(["newmtl plain", *text, ""]))
     lines = write_mesh(folder / name, n=6, head="mtllib a.mtl").read_text().splitlines()
     first = next(k for k, line in enumerate(lines) if line.startswith("f"))
-    for at, material in ((first + 24, "blue"), (first + 6, "red"), (first, "plain")):
-        lines.insert(at, f"usemtl {material}")
+    for index, material in ((first + 24, "blue"), (first + 6, "red"), (first, "plain")):
+        lines.insert(index, f"usemtl {material}")
     (folder / name).write_text("\n".join(lines) + "\n")
 
 
@@ -665,11 +665,11 @@ def put_on_two(folder, name="a.obj"):
 def test_one_of_several_textures_is_carried_with_a_note(tmp_path, shapes, iccm):
     put_on_two(shapes)
     words = ["square.svg", "--method", "paper", "--vertices", "60", "--size", "32", "-o"]
-    both = iccm("map", "a.obj", *words, "both.png")
+    whole = iccm("map", "a.obj", *words, "both.png")
     note = "note: a.obj: red.png replaces all of its 2 textures; choose one part with file#part"
-    assert note in both.lines and image_files.read("both.png").pixels[16, 16].tolist() == [255, 0, 0, 255]
-    one = iccm("map", "a.obj#blue", *words, "one.png")
-    assert "textures" not in one.err and image_files.read("one.png").pixels[16, 16].tolist() == [
+    assert note in whole.lines and image_files.read("both.png").pixels[16, 16].tolist() == [255, 0, 0, 255]
+    part = iccm("map", "a.obj#blue", *words, "one.png")
+    assert "textures" not in part.err and image_files.read("one.png").pixels[16, 16].tolist() == [
         0,
         0,
         255,
@@ -682,18 +682,20 @@ def test_a_texture_repeats_beyond_its_edges(tmp_path):
     edges.
     """
     flat = {"height": lambda x, y: 0 * x, "n": 2}
-    near, far, across = (mesh_reading.read(str(write_mesh(tmp_path / f"{k}.obj", **flat))) for k in "abc")
-    far.file.mesh.uv[:] += (2, -1)
+    inside, shifted, across = (
+        mesh_reading.read(str(write_mesh(tmp_path / f"{k}.obj", **flat))) for k in "abc"
+    )
+    shifted.file.mesh.uv[:] += (2, -1)
     across.file.mesh.uv[:] *= 1.45
     border = 0.013 * (1 + 1j)  # pixels on the outline have their centres outside
-    canvas = Canvas(64, 64, (near.box[0] - border, near.box[1] + border))
-    texture = [warped_texture(s, colours(64), canvas).pixels for s in (near, far, across)]
+    canvas = Canvas(64, 64, (inside.box[0] - border, inside.box[1] + border))
+    texture = [warped_texture(s, colours(64), canvas).pixels for s in (inside, shifted, across)]
     assert np.abs(texture[0].astype(int) - texture[1]).max() <= 1
-    u = 1.45 * (canvas.centres(32, 1).real.ravel() - near.box[0].real)
+    u = 1.45 * (canvas.centres(32, 1).real.ravel() - inside.box[0].real)
     clear = np.abs(u - np.round(u)) > 0.05  # the filter reads both sides of an edge of the texture
     clear &= u < 1.45  # pixels on the outline show a nearby boundary point, not the nearest
     assert np.abs(texture[2][32, clear, 0] - 255 * np.mod(u[clear], 1)).max() < 3
-    assert [s.beyond_unit > 0 for s in (near, far, across)] == [False, True, True]
+    assert [s.beyond_unit > 0 for s in (inside, shifted, across)] == [False, True, True]
 
 
 @pytest.mark.parametrize("words", [["a.obj", "square.svg"], ["square.svg", "a.obj", "--bake"]])

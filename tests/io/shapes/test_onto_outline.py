@@ -65,8 +65,8 @@ def test_a_mesh_is_laid_out_onto_an_outline(folder, outline):
     assert code == 0 and report["status"] == "done" and report["overlap"] is None
     assert report["uv"] == {"flipped": 0, "degenerate": 0}
     assert report["boundary"]["given"] < 1e-3  # at the vertices; edges between them cut off curves
-    assert [each["path"] for each in report["inputs"]] == ["sheet.obj", outline]
-    low, high = (complex(*each) if isinstance(each, list) else complex(each) for each in report["box"])
+    assert [item["path"] for item in report["inputs"]] == ["sheet.obj", outline]
+    low, high = (complex(*item) if isinstance(item, list) else complex(item) for item in report["box"])
     if outline == "square.svg":  # in the outline's own coordinates, y up
         np.testing.assert_allclose([low.real, low.imag, high.real, high.imag], [1, -8, 8, -1], atol=0.01)
     written = mesh_files.read("uv.obj").mesh
@@ -99,19 +99,21 @@ def test_landmarks_open_closed_meshes_alike(folder):
     (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": marks, "target": marks}}))
     listed = listing.read(folder / "marks.json")
     places = [pin.source for pin in listed.all_pins]
-    one, other = (mesh_reading.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
-    collected = constraints.collect(one, other, listed)
+    source, target = (mesh_reading.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
+    collected = constraints.collect(source, target, listed)
     assert len(collected.pins) == 10  # both ends of the cut once, the others on both of its sides
     assert collected.names[0] == ["m0", *np.repeat(["m1", "m2", "m3", "m4"], 2), "m5"]
-    for shape, pins in ((one, collected.pins[:, 0]), (other, collected.pins[:, 1])):
+    for shape, pins in ((source, collected.pins[:, 0]), (target, collected.pins[:, 1])):
         assert shape.curve.distances(pins).max() < 1e-9
     import iccm
 
-    fit = iccm.fit(one.domain, other.domain, pins=collected.pins)
+    fit = iccm.fit(source.domain, target.domain, pins=collected.pins)
     assert fit.status.ok
-    flat, patch = other.flattening.flat, other.flattening.patch
-    face, weight = one.locator(fit.inverse(flat), 1)
-    came = np.einsum("pk,pkc->pc", weight, one.flattening.patch.points[one.flattening.patch.faces[face]])
+    flat, patch = target.flattening.flat, target.flattening.patch
+    face, weight = source.locator(fit.inverse(flat), 1)
+    came = np.einsum(
+        "pk,pkc->pc", weight, source.flattening.patch.points[source.flattening.patch.faces[face]]
+    )
     away = np.linalg.norm(came - patch.points, axis=1) / np.linalg.norm(np.ptp(patch.points, axis=0))
     assert np.median(away) < 0.02  # the edges of the coarse one are 0.04 long
     assert away.max() < 0.15
@@ -132,12 +134,14 @@ def test_landmarks_in_any_order_are_met_in_the_midst_of_faces(folder):
     (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": exact, "target": named}}))
     job = Job(source="coarse.obj", target="fine.obj", constraints="marks.json", cut=True)
     inputs = Inputs(job)
-    one, other = inputs.shape(job.source), inputs.shape(job.target, target=True)
-    collected = constraints.collect(one, other, inputs.listed)
+    source_shape, target_shape = inputs.shape(job.source), inputs.shape(job.target, target=True)
+    collected = constraints.collect(source_shape, target_shape, inputs.listed)
     assert len(collected.pins) == 10
-    for at, there in zip(one.to_space(collected.pins[:, 0]), other.to_space(collected.pins[:, 1])):
+    for source_point, target_point in zip(
+        source_shape.to_space(collected.pins[:, 0]), target_shape.to_space(collected.pins[:, 1])
+    ):
         assert (
-            np.linalg.norm(at - there) < 0.03
+            np.linalg.norm(source_point - target_point) < 0.03
         )  # the coarse one is that far inside, and its edges are 0.25 long
     words = ["--constraints", "marks.json", "-o", "new.obj", "--report", "r.json"]
     code = command("map", "coarse.obj", "fine.obj", "--cut", *words)

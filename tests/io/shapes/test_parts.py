@@ -22,14 +22,14 @@ def drawn(tmp_path):
 
 def test_all_shapes_are_read_and_know_how_they_are_named(drawn):
     drawing = drawn(f'<g id="face">{FACE}</g><path id="brow" d="M30 20h20v3h-20z"/>')
-    assert [each.part for each in drawing] == ["1", "2", "3", "4"]
-    assert [each.names for each in drawing] == [("face",)] * 3 + [("brow",)]
-    assert np.allclose([each.bounds for each in drawing], (10 - 90j, 90 - 10j), atol=0.01)
+    assert [outline.part for outline in drawing] == ["1", "2", "3", "4"]
+    assert [outline.names for outline in drawing] == [("face",)] * 3 + [("brow",)]
+    assert np.allclose([outline.bounds for outline in drawing], (10 - 90j, 90 - 10j), atol=0.01)
     assert drawing[3].curve.box[0] == 30 - 23j
     picked = shape.read(f"{drawing[3].spec}#{drawing[3].part}")
     assert np.array_equal(picked.curve.z, drawing[3].curve.z)
     within = shape.read_all(drawing[0].spec + "#face")
-    assert [each.part for each in within] == ["face#1", "face#2", "face#3"]
+    assert [outline.part for outline in within] == ["face#1", "face#2", "face#3"]
     assert shape.read_all(drawing[0].spec + "#2")[0].curve.area == drawing[1].curve.area
     with pytest.raises(InputError, match="no 'nose' in the file"):
         shape.read_all(drawing[0].spec + "#nose")
@@ -46,7 +46,7 @@ def test_what_no_map_can_have_is_said(drawn):
 def test_partners_have_the_same_place_and_size(drawn):
     face, mask = drawn(FACE), drawn(MASK, "b.svg")
     pairs = parts.pair(face, mask)
-    size = {each: k for k, each in enumerate(each.curve.box[0].real for each in mask)}
+    size = {left: k for k, left in enumerate(part.curve.box[0].real for part in mask)}
     assert pairs[0] == (0, size[5.0]) and len(pairs) == 3
     for i, j in pairs[1:]:
         assert (face[i].curve.box[0].real < 50) == (mask[j].curve.box[0].real < 50)
@@ -61,7 +61,7 @@ def squares(*places):
 
 def left_and_top(shapes):
     """The upper left corner of each square, y down."""
-    return [(each.curve.box[0].real, -each.curve.box[1].imag) for each in shapes]
+    return [(square.curve.box[0].real, -square.curve.box[1].imag) for square in shapes]
 
 
 def test_a_turn_is_counter_clockwise(drawn):
@@ -70,8 +70,8 @@ def test_a_turn_is_counter_clockwise(drawn):
         drawn(squares((10, 10), (80, 10), (80, 40))),
         drawn(squares((10, 80), (10, 10), (40, 10)), "b.svg"),
     )
-    here, there = left_and_top(source), left_and_top(target)
-    partners = {here[i]: there[j] for i, j in parts.pair(source, target, turn=90)}
+    source_corners, target_corners = left_and_top(source), left_and_top(target)
+    partners = {source_corners[i]: target_corners[j] for i, j in parts.pair(source, target, turn=90)}
     assert partners == {(10, 10): (10, 80), (80, 10): (10, 10), (80, 40): (40, 10)}
 
 
@@ -90,7 +90,7 @@ def test_a_name_counts_unless_a_program_gave_it(drawn, name, given):
     source = drawn(square.format(f'id="{name}"', 10) + square.format("", 70))
     target = drawn(square.format("", 10) + square.format(f'id="{name}"', 70), "b.svg")
     pairs = dict(parts.pair(source, target))
-    named = [next(k for k, each in enumerate(shapes) if name in each.names) for shapes in (source, target)]
+    named = [next(k for k, part in enumerate(shapes) if name in part.names) for shapes in (source, target)]
     assert (pairs[named[0]] == named[1]) == given
 
 

@@ -34,10 +34,11 @@ def test_vertices_are_those_of_the_same_place_whatever_their_order(shuffled, bal
     rng = np.random.default_rng(1)
     order = rng.permutation(len(points)) if shuffled else np.arange(len(points))
     place = np.argsort(order)  # the new index of each vertex
-    other = place[faces][rng.permutation(len(faces))] if shuffled else faces
+    new_faces = place[faces][rng.permutation(len(faces))] if shuffled else faces
     longer = points[order] * [1, 1.2, 3] + 0.05 * np.sin(7 * points[order])
     pins = same_vertices(
-        (written(tmp_path / "a.obj", points, faces), written(tmp_path / "b.obj", longer, other)), (None, None)
+        (written(tmp_path / "a.obj", points, faces), written(tmp_path / "b.obj", longer, new_faces)),
+        (None, None),
     )
     assert len({end for _, end in pins}) == PINNED_VERTICES
     for start, end in pins:

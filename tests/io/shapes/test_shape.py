@@ -58,17 +58,17 @@ def mutated(data, rng):
     """The bytes with a few of them changed, removed, repeated, or replaced by likely causes of errors."""
     data = bytearray(data)
     for _ in range(rng.choice([1, 1, 2, 3, 6])):
-        at, other = rng.randrange(len(data) + 1), rng.randrange(len(data) + 1)
+        position, origin = rng.randrange(len(data) + 1), rng.randrange(len(data) + 1)
         change = rng.choice(["byte", "loss", "token", "repeat", "number"])
         if change == "byte":
-            data[at : at + 1] = bytes([rng.randrange(256)])
+            data[position : position + 1] = bytes([rng.randrange(256)])
         elif change == "loss":
-            del data[at : at + rng.randrange(1, 30)]
+            del data[position : position + rng.randrange(1, 30)]
         elif change == "repeat":
-            data[at:at] = data[other : other + rng.randrange(40)]
+            data[position:position] = data[origin : origin + rng.randrange(40)]
         else:
             length = 0 if change == "token" else rng.randrange(1, 5)
-            data[at : at + length] = rng.choice(TOKENS).encode()
+            data[position : position + length] = rng.choice(TOKENS).encode()
     return bytes(data)
 
 

@@ -24,8 +24,8 @@ SIDE = 200
 @functools.cache
 def covered(inside, supersampling=16):
     """The share (SIDE, SIDE) of each pixel for which inside(x, y) holds, with pixel centres at +0.5."""
-    at = (np.arange(SIDE * supersampling) + 0.5) / supersampling
-    fine = inside(at[None, :], at[:, None]).astype(np.float32)
+    coordinates = (np.arange(SIDE * supersampling) + 0.5) / supersampling
+    fine = inside(coordinates[None, :], coordinates[:, None]).astype(np.float32)
     shares = fine.reshape(SIDE, supersampling, SIDE, supersampling).mean(axis=(1, 3))
     shares.flags.writeable = False  # it is shared
     return shares
@@ -60,10 +60,10 @@ def ring(outline):
 @pytest.mark.parametrize("hard, gap", [(False, 0.5), (True, 0.8)])
 def test_the_outline_is_within_a_pixel_and_has_no_staircase(shape, hard, gap):
     field = covered(shape)
-    (outline,), rest = silhouette.traced((field >= 0.5).astype(np.float32) if hard else field)
+    (outline,), ignored = silhouette.traced((field >= 0.5).astype(np.float32) if hard else field)
     assert outline.area == pytest.approx(shapely.Polygon(TRUE[shape]).area, rel=1e-3)
     assert shapely.hausdorff_distance(ring(outline), TRUE[shape], densify=0.02) < gap
-    assert outline.z.size < 180 and (outline.holes, rest) == ((), 0)
+    assert outline.z.size < 180 and (outline.holes, ignored) == ((), 0)
     assert np.sort(turns(outline.z))[:-4].max(initial=0) < 10  # degrees; a rectangle has four corners
 
 
@@ -78,8 +78,8 @@ def leaf(x, y):
     return ((x - 60.4) ** 2 + (y - 97.2) ** 2 < 90**2) & ((x - 141.7) ** 2 + (y - 110.9) ** 2 < 90**2)
 
 
-@pytest.mark.parametrize("hard, off, near", [(False, 0.05, 0.6), (True, 0.25, 1.5)])
-def test_curves_are_smooth_and_corners_sharp(hard, off, near):
+@pytest.mark.parametrize("hard, off, tip_distance", [(False, 0.05, 0.6), (True, 0.25, 1.5)])
+def test_curves_are_smooth_and_corners_sharp(hard, off, tip_distance):
     """A small picture shown large does not look like a polygon: between its tips the leaf is round."""
     field = covered(leaf)
     (outline,), _ = silhouette.traced((field >= 0.5).astype(np.float32) if hard else field)
@@ -89,7 +89,7 @@ def test_curves_are_smooth_and_corners_sharp(hard, off, near):
     rise = 1j * across / abs(across) * np.sqrt(90**2 - (abs(across) / 2) ** 2)
     sharpest = np.argsort(turns(outline.z))[-2:]
     for tip in (middle + rise, middle - rise):
-        assert np.abs(outline.z[sharpest] - tip).min() < near
+        assert np.abs(outline.z[sharpest] - tip).min() < tip_distance
     assert np.sort(turns(outline.z))[:-2].max() < 6
     points = shapely.points(shapely.get_coordinates(shapely.segmentize(ring(outline), 0.5)))
     assert shapely.distance(points, truth).mean() < off
@@ -132,8 +132,8 @@ def test_read_flips_to_the_core_plane(tmp_path):
 def test_masks_of_any_two_colours(tmp_path, shape, ground):
     part = covered(disc)[..., None]
     colours = part * np.broadcast_to(shape, 3) + (1 - part) * np.broadcast_to(ground, 3)
-    found = shapes.read(written(tmp_path, np.rint(colours).astype(np.uint8)))
-    assert found.curve.area == pytest.approx(np.pi * 60**2, rel=3e-3)
+    outline = shapes.read(written(tmp_path, np.rint(colours).astype(np.uint8)))
+    assert outline.curve.area == pytest.approx(np.pi * 60**2, rel=3e-3)
 
 
 @pytest.mark.parametrize("suffix, depth", [(".tif", np.uint16), (".exr", np.float32), (".png", np.uint16)])
@@ -183,8 +183,8 @@ def test_pieces_that_touch_at_a_corner_are_two():
 @pytest.mark.slow
 def test_a_mask_with_noise_is_bounded():
     noise = np.random.default_rng(3).random((300, 300)).astype(np.float32)
-    shape, rest = silhouette.traced(noise)
-    assert len(shape) <= limits.PIECES and rest > 1000
+    shape, ignored = silhouette.traced(noise)
+    assert len(shape) <= limits.PIECES and ignored > 1000
 
 
 @pytest.mark.parametrize(
@@ -265,12 +265,12 @@ def test_a_shape_cut_off_by_the_edge_is_no_photograph(tmp_path):
 def test_a_flag_or_a_landscape_is_a_rectangle(tmp_path, name):
     """What reaches three or four sides has no background, however plain its colours are."""
     y, x = np.mgrid[:120, :SIDE]
-    there = {
+    masks = {
         "cross": (abs(x - 70) < 14) | (abs(y - 60) < 14),
         "horizon": y > 80 + 9 * np.sin(x / 30),
         "bands": x > 110,
     }
-    pixels = np.where(there[name][..., None], (200, 30, 40), (240, 240, 250)).astype(np.uint8)
+    pixels = np.where(masks[name][..., None], (200, 30, 40), (240, 240, 250)).astype(np.uint8)
     shape = shapes.read(written(tmp_path, pixels))
     assert shape.curve.area == 120 * SIDE and "rectangle" in shape.notes[0] and shape.coloured
 
@@ -293,7 +293,7 @@ def test_lines_around_several_things_are_all_filled(tmp_path):
     rings = [(60, 70, 40), (150, 120, 25)]
     away = np.min([abs(np.hypot(x - a, y - b) - r) for a, b, r in rings], axis=0)
     outlines = shapes.read_all(written(tmp_path, np.where(away < 1.5, 0, 255).astype(np.uint8)[..., None]))
-    assert [round(each.curve.area) for each in outlines] == [
+    assert [round(outline.curve.area) for outline in outlines] == [
         pytest.approx(np.pi * (r + 1.5) ** 2, rel=0.02) for _, _, r in rings
     ]
 

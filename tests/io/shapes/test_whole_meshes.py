@@ -111,5 +111,5 @@ def test_faces_of_both_sides_and_without_area_get_coordinates_too(shapes, iccm):
     assert done.code == 0, done.err
     assert json.loads((shapes / "r.json").read_text())["mapped"] == 1
     mesh = mesh_files.read("o.obj").mesh
-    at = mesh.uv[mesh.uv_corners]
-    assert at[18:36].reshape(6, 3, 2)[:, ::-1] == pytest.approx(at[:18].reshape(6, 3, 2))
+    uv = mesh.uv[mesh.uv_corners]
+    assert uv[18:36].reshape(6, 3, 2)[:, ::-1] == pytest.approx(uv[:18].reshape(6, 3, 2))

@@ -251,13 +251,13 @@ def test_a_stretch_of_lines_is_what_its_commands_say():
         + "C1 2 3 4 5 6" * 100
         + "A3 4 5 0 1 7 8" * 9
     )
-    (one,), (many,) = path_data.runs(d), path_data.runs(d, joined=True)
-    ends = [piece.last() for piece in one.pieces]
-    assert len(many.pieces) < len(one.pieces) and many.pieces[-1].last() == ends[-1]
-    straight = [piece for piece in one.pieces if not piece.bend()]
+    (separate,), (merged,) = path_data.runs(d), path_data.runs(d, joined=True)
+    ends = [piece.last() for piece in separate.pieces]
+    assert len(merged.pieces) < len(separate.pieces) and merged.pieces[-1].last() == ends[-1]
+    straight = [piece for piece in separate.pieces if not piece.bend()]
     parts = [
         piece.z[1:] if isinstance(piece, Lines) else [piece.last()]
-        for piece in many.pieces
+        for piece in merged.pieces
         if isinstance(piece, Lines) or not piece.bend()
     ]
     assert np.array_equal(np.concatenate(parts), [piece.last() for piece in straight])
@@ -276,8 +276,8 @@ def test_flattening_many_pieces_at_once_is_flattening_each():
         ]
         tolerance = 1e-4 * diagonal(np.array(rough))
         counts = [max(1, int(np.ceil(np.sqrt(p.bend() / (8 * tolerance))))) for p in pieces]
-        each = np.concatenate([p.at(np.arange(1, n + 1) / n) for p, n in zip(pieces, counts)])
-        assert flattened.z.size == 1 + each.size and np.abs(flattened.z[1:] - each).max() < 1e-9
+        expected = np.concatenate([p.at(np.arange(1, n + 1) / n) for p, n in zip(pieces, counts)])
+        assert flattened.z.size == 1 + expected.size and np.abs(flattened.z[1:] - expected).max() < 1e-9
 
 
 @pytest.mark.parametrize(

@@ -30,8 +30,8 @@ def area(shape):
     return shapely.Polygon(xy_of(shape.curve.z), [xy_of(hole) for hole in shape.holes]).area
 
 
-def mask(content, said=""):
-    return f'<mask id="c" {said}>{content}</mask><g mask="url(#c)">{BLOCK}</g>'
+def mask(content, attributes=""):
+    return f'<mask id="c" {attributes}>{content}</mask><g mask="url(#c)">{BLOCK}</g>'
 
 
 WHITE = '<path fill="#fff" d="M10 10h20v10H10z"/>'

@@ -145,13 +145,13 @@ def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
 def boxes(tmp_path, body):
     """The boxes of all letters from left to right, in the file's directions."""
     shapes, _ = drawn(tmp_path, body)
-    z = [each.to_file(each.curve.z) for each in shapes]
+    z = [letter.to_file(letter.curve.z) for letter in shapes]
     return sorted((round(p[:, 0].min(), 2), round(p[:, 1].min(), 2), round(p[:, 0].max(), 2)) for p in z)
 
 
 def test_letters_have_places_of_their_own(tmp_path):
-    (h, o, _), other = boxes(tmp_path, TEXT.format(x="9 70 120", more='dy="0 5"', text="hou")), "hou"
-    alone = [boxes(tmp_path, TEXT.format(x=x, more="", text=letter))[0] for x, letter in zip((9, 70), other)]
+    (h, o, _), word = boxes(tmp_path, TEXT.format(x="9 70 120", more='dy="0 5"', text="hou")), "hou"
+    alone = [boxes(tmp_path, TEXT.format(x=x, more="", text=letter))[0] for x, letter in zip((9, 70), word)]
     assert h == alone[0] and o == pytest.approx((alone[1][0], alone[1][1] + 5, alone[1][2]), abs=0.02)
 
 
@@ -182,15 +182,17 @@ def test_a_text_is_as_long_as_it_says(tmp_path):
     assert np.ptp(ratios) < 0.02 and ratios[0] > 1.8
 
 
-@pytest.mark.parametrize("offset, at", [("0", 0), ("25%", 40), ("16", 16)])
-def test_a_text_follows_a_path(tmp_path, offset, at):
+@pytest.mark.parametrize("offset, start", [("0", 0), ("25%", 40), ("16", 16)])
+def test_a_text_follows_a_path(tmp_path, offset, start):
     """Along a descending line, letters are rotated by its angle; those beyond its end are not drawn."""
     path = '<defs><path id="p" transform="translate(10 0)" d="M0 20 L128 116"/></defs>'
     text = f'<textPath href="#p" startOffset="{offset}">hou</textPath>'
     shapes, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text))
-    turned = f'<g transform="translate(10 20) rotate({np.degrees(np.arctan2(96, 128))}) translate({at} -60)">'
+    turned = (
+        f'<g transform="translate(10 20) rotate({np.degrees(np.arctan2(96, 128))}) translate({start} -60)">'
+    )
     expected, _ = drawn(tmp_path, turned + TEXT.format(x=0, more="", text="hou") + "</g>")
-    middles = [sorted(complex(each.curve.z.mean()).real for each in side) for side in (shapes, expected)]
+    middles = [sorted(complex(letter.curve.z.mean()).real for letter in side) for side in (shapes, expected)]
     assert len(shapes) == 3 and np.allclose(*middles, atol=0.1)
     far, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text.replace(f'"{offset}"', '"70%"', 1)))
     assert len(far) < 3
