@@ -20,7 +20,7 @@ from ..parallel import thread_count
 
 # relative to the memory left when the first picture is read: for arrays that are kept; the rest is for temporary ones
 CACHE_MEMORY_SHARE = 0.25
-MIB = 1 << 20
+MIB = 1 << 20  # bytes of a mebibyte
 MARGIN = 64 * MIB  # for memory that libraries take, or that the allocator does not return
 SOLVED = 340 * MIB  # memory of a process after solving for a map, without pictures
 

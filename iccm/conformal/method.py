@@ -46,6 +46,7 @@ LONGEST_PANEL_RADII = 0.05  # longest panel of the harmonic measure, in radii, a
 CORNER_PANEL_RADII = 1e-3  # panel length at corners, in radii, at COARSEST_SHARE
 COARSEST_SHARE, FINEST_SHARE = 1e-3, 1e-6
 """Tolerances between which panels shrink with the fourth root of the tolerance, at corners with its power 2/3."""
+# Shortest panel at a corner, relative to the radius, however much the correspondence enlarges it.
 LEAST_CORNER_PANEL_SHARE = 1e-6
 # Largest image of a panel at a corner, relative to the diagonal of the other shape.
 LARGEST_IMAGE_SHARE = 0.01

@@ -28,7 +28,7 @@ QUOTIENT_STEP_SPACINGS = 0.05
 """Step of the difference quotients along the target, relative to the vertices' spacing."""
 MOST_STEP_STRAIN = 1.0  # largest strain in one step
 PRIOR_WEIGHT = 0.1  # inverse of the expected squared strain, relative to the residual
-FIRST_DAMPING = 1e-3
+FIRST_DAMPING = 1e-3  # of the first step; divided or multiplied by ten as steps succeed or fail
 MOST_DAMPING = 1e3  # damping above which a step is given up
 SLOW_RESIDUAL_SHARE = 0.9  # stop when a step leaves more than this share of the residual
 

@@ -13,7 +13,7 @@ MOST_CRS_CHARACTERS = 20_000  # of the description of a coordinate reference sys
 
 Affine = tuple[float, float, float, float, float, float]
 """a, b, c, d, e, f of X = a x + b y + c and Y = d x + e y + f."""
-IDENTITY: Affine = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+IDENTITY: Affine = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)  # X = x, Y = y
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,7 @@ from numpy.typing import NDArray
 from ...arrays import Flags, Index, Real
 from ...native import function
 
-OTHER, VERTEX, TEXTURE, NORMAL, FACE, STATEMENT = range(6)
-FEW_CORNERS, BAD_INDEX, FEW_NUMBERS = 1, 2, 3
-ABSENT = -1
-OUTSIDE_INDEX = -2  # a relative index that reaches before the first vertex
+OTHER, VERTEX, TEXTURE, NORMAL, FACE, STATEMENT = range(6)  # kinds of lines, as the core numbers them
 Bytes = NDArray[np.uint8]
 
 _count = function("int64_t iccm_meshes_count_obj(const uint8_t *data, int64_t size, int64_t *lines)")

@@ -10,7 +10,7 @@ from ...polygons import polygons_of, unite
 
 Rings = list[Complex]
 NEAR_DEGREES = 1e-6  # degrees: a tenth of a metre
-POLE_DEGREES = 90.0
+POLE_DEGREES = 90.0  # latitude
 
 
 def joined(polygons: Sequence[Rings]) -> Sequence[Rings]:

@@ -18,7 +18,7 @@ from . import image_files
 from .image import Image
 
 MARK = "<UDIM>"
-TILES_PER_ROW = 10
+TILES_PER_ROW = 10  # by the UDIM convention: tiles are 1001 + column + 10 row
 
 
 def is_pattern(name: str | Path | bytes | None) -> bool:

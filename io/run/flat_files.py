@@ -14,7 +14,7 @@ from ..meshes import mesh_files
 from ..meshes.mesh_format import NewCoordinates, ShownPictures, Written
 from ..shapes.mesh_shape import MeshShape
 
-NUMBERS_PER_LINE = 8
+POINTS_PER_LINE = 8  # so that lines stay below 200 characters
 
 
 def check(name: str, *, overlay: bool = False) -> None:
@@ -112,7 +112,7 @@ def write_uvs(
 def _path(z) -> str:
     """Return a closed path with a few points per line, for tools that read line by line."""
     words = [f"{p.real:.9g},{-p.imag:.9g}" for p in z]
-    rows = [" ".join(words[k : k + NUMBERS_PER_LINE]) for k in range(0, len(words), NUMBERS_PER_LINE)]
+    rows = [" ".join(words[k : k + POINTS_PER_LINE]) for k in range(0, len(words), POINTS_PER_LINE)]
     return "M" + "\n".join(rows) + "Z"
 
 

@@ -26,7 +26,7 @@ FAR_FROM_OUTLINE_SHARE = 0.1
 TOLERANCE_SHARE = 0.01
 """Distance by which landmarks inside may miss their places, relative to the root of the standard shape's area. With
 0.003 drawn wings are as well aligned, with 0.03 half as well."""
-NUMBERS_PER_LINE = 8
+POINTS_PER_LINE = 8  # so that lines stay below 200 characters
 
 Pin = tuple[tuple[float, float], tuple[float, float], dict[str, float]]
 
@@ -82,7 +82,7 @@ class Standard:
         """Return the outline as an SVG file with the canvas of the pictures."""
         width, height = self.size
         words = [f"{x:.9g},{y:.9g}" for x, y in map(self.to_file, self.outline.tolist())]
-        rows = [" ".join(words[k : k + NUMBERS_PER_LINE]) for k in range(0, len(words), NUMBERS_PER_LINE)]
+        rows = [" ".join(words[k : k + POINTS_PER_LINE]) for k in range(0, len(words), POINTS_PER_LINE)]
         path = "M" + "\n".join(rows) + "Z"
         size = f'width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
         return (

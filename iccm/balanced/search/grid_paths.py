@@ -18,6 +18,7 @@ GRID_CELLS_ACROSS = 160  # along the longer side
 NARROW_SHARE = 0.04
 LEAST_CLEARANCE_CELLS = 0.2  # relative to the cell size
 STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
+"""Rows and columns to four of the eight neighbours of a cell; the others are their opposites."""
 
 
 def route(domain: Curve, begin: complex, goal: complex, obstacles: Complex) -> Complex:
