@@ -3,6 +3,7 @@
 import {byId} from './dom.js';
 import {finer, simplified} from './geometry.js';
 import {STROKE_TOLERANCE} from './gestures.js';
+import {isPossible, RANGES} from './pin_settings.js';
 
 /** @import {Editor} from './editor.js' */
 /** @import {Link} from './link.js' */
@@ -11,6 +12,7 @@ import {STROKE_TOLERANCE} from './gestures.js';
 
 /** @type {Side[]} */
 const SIDES = ['source', 'target'];
+const AXES = ['x', 'y', 'z'];
 
 /**
  * @param {object} parts
@@ -182,7 +184,12 @@ export function actionsOf({editor, link, panes, hello, report, putDown}) {
         return;
       }
       if (typed.length !== count && !(hello.deforming && typed.length === count + 1)) {
-        report('Enter as many numbers as before.', true);
+        const axes = [pin.source, pin.target].map((place) => AXES.slice(0, place.length).join(', '));
+        report(`Enter ${count} numbers: ${axes.join(' → ')}.`, true);
+        return;
+      }
+      if (typed.length > count && !isPossible('turn', typed[count])) {
+        report(`Rotation: enter ${RANGES.turn}.`, true);
         return;
       }
       pin.source = typed.slice(0, split);

@@ -6,6 +6,20 @@ import {report} from './status.js';
 
 /** @import {Editor} from './editor.js' */
 /** @import {Link} from './link.js' */
+/** @import {Pin} from './types.d.ts' */
+
+/** @param {Pin} pin */
+const placesOf = ({source, target}) => JSON.stringify([source, target]);
+
+/**
+ * Return the pins of a file that are not there yet. Pins whose places are the same on both sides are the same.
+ * @param {Pin[]} pins
+ * @param {Pin[]} read
+ */
+export function newPins(pins, read) {
+  const known = new Set(pins.map(placesOf));
+  return read.filter((pin) => !known.has(placesOf(pin)));
+}
 
 /**
  * @param {Editor} editor
@@ -22,9 +36,10 @@ export function listenToLandmarks(editor, link) {
       report(answer.error ?? '', true);
       return;
     }
-    editor.scene.pins.push(...answer.pins);
-    report(`Added ${answer.pins.length} pins from ${file.name}.`);
-    editor.commit();
+    const {pins} = editor.scene, added = newPins(pins, answer.pins), known = answer.pins.length - added.length;
+    pins.push(...added);
+    report(`Added ${added.length} pins from ${file.name}${known ? `; ${known} are there already` : ''}.`);
+    if (added.length) editor.commit();
   };
   for (const element of document.querySelectorAll('[data-landmarks]')) {
     const button = /** @type {HTMLButtonElement} */ (element);

@@ -8,6 +8,12 @@ import {report} from './status.js';
 /** @import {Actions, Hello, PaneScene, Patch, Pin, PinSettings} from './types.d.ts' */
 
 const FIELDS = /** @type {const} */ (['radius', 'tolerance', 'turn', 'scale']);
+const MAX_ROTATION = 360;  // degrees
+const LABELS = {radius: 'Radius', tolerance: 'Tolerance', turn: 'Rotation', scale: 'Size'};
+export const RANGES = {
+  radius: 'a number of at least 0', tolerance: 'a number greater than 0',
+  turn: `an angle from -${MAX_ROTATION} to ${MAX_ROTATION} degrees`, scale: 'a number greater than 0',
+};
 const PULLING = 1 / 3;  // of the automatic radius and tolerance: such a patch moves rather than keeping its form
 
 /**
@@ -28,12 +34,13 @@ export function showPinSettings(scene, hello, actions) {
     if (document.activeElement !== field) field.value = textOf(pin[name]);
     field.placeholder = placeholderOf(name, patch);
     field.onchange = () => {
-      if (field.validity.badInput) {
+      const value = field.valueAsNumber, isEmpty = Number.isNaN(value) && !field.validity.badInput;
+      if (!isEmpty && !isPossible(name, value)) {
         field.value = textOf(pin[name]);
-        report('Enter a number, or nothing.', true);
+        report(`${LABELS[name]}: enter ${RANGES[name]}, or nothing.`, true);
         return;
       }
-      actions.hold(item, {[name]: valueOf(field, name)});
+      actions.hold(item, {[name]: isEmpty ? null : value});
     };
   }
   for (const [name, settings] of Object.entries(presets(pin, patch))) {
@@ -56,14 +63,13 @@ function placeholderOf(name, patch) {
 }
 
 /**
- * Return the value typed in a field; null if it is empty or not allowed.
- * @param {HTMLInputElement} field
+ * Return whether a setting may have a value.
  * @param {typeof FIELDS[number]} name
+ * @param {number} value
  */
-function valueOf(field, name) {
-  const value = field.valueAsNumber;
-  const isPossible = name === 'turn' || value > 0 || (name === 'radius' && value === 0);
-  return Number.isFinite(value) && isPossible ? value : null;
+export function isPossible(name, value) {
+  if (name === 'turn') return Math.abs(value) <= MAX_ROTATION;
+  return Number.isFinite(value) && (value > 0 || (name === 'radius' && value === 0));
 }
 
 /**

@@ -4,7 +4,8 @@ import {test} from 'node:test';
 import {actionsOf, removeFromStroke} from '../../../../io/edit/page/actions.js';
 import {attraction} from '../../../../io/edit/page/attraction.js';
 import {strokeOf} from '../../../../io/edit/page/gestures.js';
-import {presets} from '../../../../io/edit/page/pin_settings.js';
+import {newPins} from '../../../../io/edit/page/landmarks.js';
+import {isPossible, presets} from '../../../../io/edit/page/pin_settings.js';
 
 /** @import {Scene} from '../../../../io/edit/page/types.d.ts' */
 
@@ -80,12 +81,12 @@ function recorded() {
     moved: (/** @type {number[]} */ place, /** @type {number[]} */ by) => place.map((value, k) => value + 10 * by[k]),
   };
   const link = {ask: async () => ({points: [[5, 55]]})};
-  const hello = {deforming: false};
+  const hello = {deforming: false};  // whether numbers may end with an angle
   const actions = actionsOf(/** @type {any} */ ({
     editor, link, panes: {source: pane, target: pane}, hello, report: (/** @type {string} */ text) => reports.push(text),
     setPen: () => {},
   }));
-  return {actions, scene, done, reports, locked, editor};
+  return {actions, scene, done, reports, locked, editor, hello};
 }
 
 test('pins that are selected are dragged together', () => {
@@ -120,9 +121,19 @@ test('suggested pins that are accepted are suggested no longer', () => {
 test('typed places are taken if there are as many numbers as before', () => {
   const {actions, scene, done, reports} = recorded();
   actions.move({kind: 'pins', number: 1}, [1, 2, 3]);
-  assert.deepEqual([scene.pins[1].target, done, reports.length], [[2, 10], [], 1]);
+  assert.deepEqual([scene.pins[1].target, done], [[2, 10], []]);
+  assert.match(reports[0], /4 .*x, y → x, y/);
   actions.move({kind: 'pins', number: 1}, [1, 2, 3, 4]);
   assert.deepEqual([scene.pins[1].source, scene.pins[1].target, done], [[1, 2], [3, 4], ['commit']]);
+});
+
+test('an angle may be typed after the places of a pin that deforms', () => {
+  const {actions, scene, done, reports, hello} = recorded();
+  hello.deforming = true;
+  actions.move({kind: 'pins', number: 1}, [1, 2, 3, 4, 1000]);
+  assert.deepEqual([scene.pins[1].target, done, reports.length], [[2, 10], [], 1]);
+  actions.move({kind: 'pins', number: 1}, [1, 2, 3, 4, -90]);
+  assert.deepEqual([scene.pins[1].target, scene.pins[1].turn, done], [[3, 4], -90, ['commit']]);
 });
 
 test('what is said of a pin is a step of its own, or part of a drag; nothing of a locked one', () => {
@@ -141,4 +152,18 @@ test('presets keep the rotation; pulling takes a third of what was chosen, to fo
   assert.deepEqual(found.keep, {radius: null, tolerance: null, turn: 30, scale: null});
   assert.deepEqual(found.pull, {radius: 1.333, tolerance: 0.1667, turn: 30, scale: null});
   assert.deepEqual(found.nail, {radius: 0, tolerance: null, turn: 30, scale: null});
+});
+
+test('settings of pins have ranges', () => {
+  for (const [name, value] of /** @type {const} */ ([['radius', 0], ['tolerance', 0.1], ['turn', -360], ['scale', 2]])) {
+    assert.ok(isPossible(name, value), name);
+  }
+  for (const [name, value] of /** @type {const} */ ([
+    ['radius', -1], ['tolerance', 0], ['turn', 361], ['turn', NaN], ['scale', 0], ['scale', NaN],
+  ])) assert.ok(!isPossible(name, value), `${name} ${value}`);
+});
+
+test('pins of a file that are there already are not added again', () => {
+  const pin = (/** @type {number} */ x, name = '') => ({name, weight: 1, source: [x, 1], target: [x, 2], turn: null});
+  assert.deepEqual(newPins([pin(1), pin(2, 'nose')], [pin(2), pin(3)]), [pin(3)]);
 });
