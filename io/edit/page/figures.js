@@ -17,6 +17,9 @@ export function rounded(value) {
 /** @param {number} share */
 const percent = (share) => `${(100 * share).toFixed(1)} %`;
 
+/** @param {number} angle */
+const degrees = (angle) => `${(Math.round(10 * angle) / 10 || 0).toFixed(1)}°`;  // never -0.0
+
 /** @param {number[]} values */
 const together = (values) => values.map(rounded).join('   ');
 
@@ -32,7 +35,7 @@ export function figureRows(figures) {
     ['stretch', 'median, 95 %, largest', stretch ? together([stretch.p50, stretch.p95, stretch.max]) : null],
     ['dilatation', 'median, 95 %, largest', dilatation ? together([dilatation.median, dilatation.p95, dilatation.max]) : null],
     ['scale', 'within a factor of 2', scale ? percent(scale.within2) : null],
-    ['rotation', 'counter-clockwise', turn === undefined ? null : `${turn.toFixed(1)}°`],
+    ['rotation', 'counter-clockwise', turn === undefined ? null : degrees(turn)],
     ['outline', 'largest distance, relative to the diagonal', boundary ? boundary.hausdorff.toExponential(1) : null],
     ['one-to-one', 'certified share', injective ? certificate(injective) : null],
   ];
@@ -64,8 +67,9 @@ export function showFigures(table, kind, figures) {
   const body = table.tBodies[0];
   body.replaceChildren(...figureRows(figures).map(([name, hint, value]) => {
     const row = document.createElement('tr'), head = document.createElement('th'), cell = document.createElement('td');
-    head.textContent = name;
-    head.title = hint;
+    const explanation = document.createElement('small');
+    head.append(name, explanation);
+    explanation.textContent = hint;
     head.scope = 'row';
     cell.textContent = value ?? '–';
     row.append(head, cell);

@@ -231,6 +231,10 @@ def test_the_patch_of_a_pin_is_shown_resized_and_made_exact(page, tmp_path, shel
     assert edited.settled() == "full"
     dragged = edited.scene["pins"][0]["radius"]
     assert dragged == pytest.approx(0.5 * chosen, rel=0.1)
+    enter = "(e => { e.value = arguments[0]; e.onchange(); })(document.querySelector('#pin [name=turn]'))"
+    edited.js(enter, "1e9")
+    assert "-360 to 360" in edited.js("document.getElementById('status').textContent")
+    assert edited.scene["pins"][0]["turn"] is None and edited.settled() == "full"
     edited.js("document.querySelector('#source .handle.pin').focus()")
     edited.key("e")
     edited.wait("iccm.scene.pins[0].radius === 0")
@@ -1239,6 +1243,8 @@ def test_a_photograph_is_its_rectangle_its_silhouette_or_what_a_lasso_encloses(p
     names = "[...document.querySelectorAll('[data-role=source] .parts button')].map((e) => e.textContent)"
     offered = edited.js(names)
     assert "whole picture" in offered and offered[-1] == "Lasso…"
+    beyond = "[...document.querySelectorAll('.parts button')].filter((e) => e.scrollWidth > e.clientWidth)"
+    assert edited.js(f"{beyond}.map((e) => e.textContent)") == []
     edited.js("document.querySelector('[data-role=source] .parts button:last-child').click()")
     edited.wait("document.querySelector('#lasso[open]')")
     left, top, width, height = edited.js(
@@ -1403,3 +1409,6 @@ def test_landmarks_of_other_programs_become_pins_and_back(page, tmp_path):
         time.sleep(0.05)
     again = (folder / "rose-leaf.csv").read_text().replace('"', "").splitlines()
     assert again == ["eye,true,259,156,240,200", "chin,true,167,340,190,300"]
+    field.send_keys(str(folder / "rose-leaf.csv"))
+    edited.wait("document.getElementById('status').textContent.includes('2 are there already')")
+    assert len(edited.scene["pins"]) == 2

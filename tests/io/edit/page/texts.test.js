@@ -26,6 +26,7 @@ test('each figure has a row, and those that are not known a dash', () => {
     stretch: '1.02   1.5   210', dilatation: null, scale: '98.7 %', rotation: null, outline: null,
     'one-to-one': '100.00 %', shown: '95.0 %', covered: '50.0 %', 'rigid 1': '1.000   × 0.5',
   });
+  assert.equal(figureRows({turn: -0.04})[3][2], '0.0°');
   const partial = figureRows({left_out: 0.25, uncovered: 0, injective: {certified: false, share: 0.5}});
   assert.deepEqual(partial.slice(5).map(([, , value]) => value), ['not certified', '25.0 %', '0.0 %']);
 });
