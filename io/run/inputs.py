@@ -235,8 +235,11 @@ class Inputs(Files):
             return None
         from ...curve import polygon_of
         from ..shapes import mesh_reading
+        from ..shapes.holes import is_drawn_by_lines
 
-        holes = () if job.holes == "fill" else source.holes
+        # as the map treats them later, see `without_holes`
+        is_filled = job.holes == "fill" or (job.holes == "auto" and job.holed and is_drawn_by_lines(source))
+        holes = () if is_filled else source.holes
         if source.drawing is not None and not source.drawing.is_one_part and job.whole_drawings:
             region = source.drawing.painted
         else:

@@ -84,6 +84,24 @@ def test_pieces_lie_inside_the_outline_of_the_source_and_upright(machine, shapes
         assert ((bx - ax) * (y - ay) - (by - ay) * (x - ax) <= 0).all()
 
 
+def test_pieces_lie_in_what_a_line_encloses_unless_its_inside_is_a_hole(shapes, iccm):
+    (shapes / "ring.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 90">'
+        '<circle cx="40" cy="45" r="35" fill="none" stroke="black" stroke-width="4"/></svg>'
+    )
+    sheet = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 0.4, 0], [0, 0.5, 0]], [[0, 1, 2], [0, 2, 3]])
+    trimesh.util.concatenate([sheet, sheet.copy().apply_translation((0, 4, 0))]).export(shapes / "two.obj")
+    widths = {}
+    for holes in ("auto", "keep"):
+        done = iccm("map", "ring.svg", "two.obj", "--holes", holes, "-o", f"{holes}.obj")
+        assert done.code == 0, done.err
+        x, y = 90 * (mesh_files.read(f"{holes}.obj").mesh.uv * (1, -1) + (0, 1)).T
+        widths[holes] = np.ptp(x)
+        radii = np.hypot(x - 40, y - 45)
+        assert radii.max() <= 37.01 and (holes == "auto" or radii.min() >= 32.99)
+    assert widths["auto"] > 40 > 20 > widths["keep"]
+
+
 @pytest.mark.slow
 def test_one_piece_is_taken_where_it_is_asked_for_or_where_pins_need_it(machine, shapes, iccm):
     for words in (["--parts", "largest"], ["--pin", "50,50:v300"]):
