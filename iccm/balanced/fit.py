@@ -44,6 +44,7 @@ EVEN_BALANCE = 1.0  # the balance with equal weights of angles and areas
 # Relative to the whole map's dilatation: a partial map with less is suggested.
 WORTHWHILE_DILATATION_SHARE = 0.5
 NOTED_AREA_SHARE = 5e-4  # relative to the area; less is not reported
+NOTED_DISTANCE = 5e-5  # relative to the diagonal; in per cent, less reads 0.00
 
 
 def solve(
@@ -621,14 +622,16 @@ def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> Flags:
 
 
 def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
-    """Return a note on the largest distance of soft pins from their places."""
+    """Return a note on the largest distance of soft pins from their places, if there is any."""
     if not len(pins):
         return []
     points, places = pins.T
     largest = float(np.abs(map(points) - places).max()) / diagonal(map.image)
+    if largest < NOTED_DISTANCE:
+        return []
     return [
-        f"Pins are soft: they come within {largest:.2%} of the target's diagonal of their places "
-        "(exact_pins takes them there exactly)."
+        f"Pins are soft: they come within {largest:.2%} of the target's diagonal of their places; exact ones "
+        "would come exactly there (exact_pins)."
     ]
 
 

@@ -393,5 +393,6 @@ def check_inside(shape: Shape, kind: str, points: list[complex]) -> None:
     outside = np.flatnonzero(~shape.curve.contains(z) & (gap > 1e-6 * shape.curve.diagonal))
     if outside.size:
         x, y = shape.to_file(z[outside[0]])
-        position = f"({x:g}, {y:g}) is {gap[outside[0]]:.3g} outside the shape"
+        rounded_gap = float(f"{gap[outside[0]]:.3g}")  # so that thousands have no exponent
+        position = f"({x:g}, {y:g}) is {rounded_gap:g} outside the shape"
         raise InputError(f"{shape.spec}: {kind} {outside[0] + 1}: {position}; move it inside")

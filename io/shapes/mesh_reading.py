@@ -187,13 +187,13 @@ def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
 
 def _summed(layouts: Sequence[Flattening]) -> list[str]:
     """Return notes on all pieces; notes that several have in common are given once."""
-    notes = [f"{len(layouts)} pieces are mapped, packed side by side at one scale; --parts largest maps one"]
+    notes = [f"{len(layouts)} pieces are packed side by side at one scale; --parts largest takes one"]
     cut = [layout for layout in layouts if len(layout.patch.seam)]
     if cut:
         edges = sum(len(layout.patch.seam) for layout in cut)
         notes.append(
-            f"cut open along {edges} edges of {len(cut)} piece{'s' if len(cut) > 1 else ''} that are closed or "
-            "bag-like; --no-cut refuses them"
+            f"cut open along {edges} edges of {len(cut)} closed or bag-like piece{'s' if len(cut) > 1 else ''}; "
+            "--no-cut refuses closed ones"
         )
     kinds = dict.fromkeys(
         note

@@ -297,6 +297,10 @@ def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, message):
         (("map", "square.svg", "blob.svg", "-o", "x.gif7"), ["x.gif7", "suffix"]),
         (("map", "square.svg", "blob.svg", "--pin", "1,2,3"), ["--pin", "SX,SY:TX,TY"]),
         (("map", "square.svg", "blob.svg", "--pin", "1,2:30,40"), ["square.svg: pin 1", "outside", "(1, 2)"]),
+        (
+            ("map", "square.svg", "blob.svg", "--pin", "4e3,50:30,40"),
+            ["square.svg: pin 1", "is 3910 outside"],
+        ),
         (("map", "square.svg", "blob.svg", "--size", "99999x99999"), ["--size", "--max-pixels"]),
         (("map", "square.svg"), ["Missing argument", "iccm map --help"]),
         (("map", "square.svg", "blob.svg", "--bogus"), ["--bogus", "iccm map --help"]),

@@ -41,7 +41,10 @@ class TexturedMesh(Output):
                 f"{self.name}: a mesh can only be written if the target is a mesh, and "
                 f"{job.target} is not; use a picture's suffix"
             )
-        formats.check(self.name, "uv", "unknown suffix for -o")
+        problem = "unknown suffix for -o"
+        if formats.of(self.name).mesh:
+            problem = f"{formats.suffix_of(self.name)[1:].upper()} files cannot hold texture coordinates"
+        formats.check(self.name, "uv", problem)
         if leaves_bare(job.fit):
             raise InputError(
                 f"{self.name}: with --fit {job.fit}, parts of {job.target} get no texture coordinates; "

@@ -339,6 +339,11 @@ def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, 
         assert done.code == 2
         assert message in done.err
         assert len(done.lines) == 1
+    (tmp_path / "drawing.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg"><rect width="9" height="9"/></svg>'
+    )
+    done = iccm("map", "drawing.svg", "hill.obj", "-o", "x.stl")
+    assert done.code == 2 and "STL files cannot hold texture coordinates" in done.err
     assert iccm("flatten", "tetra.obj").code == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == [
         *("drawing.svg", "hill.obj", "tetra-flat.svg", "tetra.obj")
