@@ -88,7 +88,7 @@ def test_a_map_says_what_pictures_show(saved, iccm):
     assert typed.code == 2 and "map.npz" in typed.err and "target_box" in typed.err
 
 
-def there(points):
+def image_of(points):
     """Points of a file with y down, as images of the saved map."""
     w = core.load("map.npz").map(np.array(points) @ [1, -1j])
     return np.column_stack([w.real, -w.imag])
@@ -146,7 +146,7 @@ def test_tables_go_there_and_back(saved, shapes, iccm):
     lines = (shapes / "q.csv").read_bytes().decode().split("\r\n")
     assert lines[0] == "name,X,Y" and len(lines) == 502 and lines[8].startswith('"cell, 7",')
     result = np.array([line.rsplit(",", 2)[1:] for line in lines[1:-1]], float)
-    assert np.array_equal(result, there(points))
+    assert np.array_equal(result, image_of(points))
     report = json.loads((shapes / "q.json").read_text())
     assert report["points"] == 502 and report["points_outside"] == 1
     assert iccm("apply", "map.npz", "q.csv", "--inverse", "-o", "r.csv").code == 0
@@ -166,7 +166,7 @@ def test_columns_are_named_or_numbered(saved, shapes, iccm):
     (shapes / "n.csv").write_text("u;v;x;y\n50;40;0;0\n60;30;0;0\n")
     assert iccm("apply", "map.npz", "t.tsv", "-o", "t2.tsv", "--columns", "1,3").code == 0
     assert iccm("apply", "map.npz", "n.csv", "-o", "n2.csv", "--columns", "u,v").code == 0
-    expected = there([(50, 40), (60, 30)])
+    expected = image_of([(50, 40), (60, 30)])
     rows = [line.split("\t") for line in (shapes / "t2.tsv").read_text().splitlines()]
     assert np.array_equal(np.array([[row[0], row[2]] for row in rows], float), expected) and rows[1][1] == "b"
     rows = [line.split(";") for line in (shapes / "n2.csv").read_text().splitlines()[1:]]
@@ -201,11 +201,11 @@ def test_geojson_keeps_what_it_says(saved, shapes, iccm):
         assert data["name"] == "Grüße" and "bbox" not in data
         assert [feature["properties"]["n"] for feature in data["features"]] == list(numbers)
     point, polygon, line, lost = (feature["geometry"] for feature in data["features"][:4])
-    assert point == {"type": "Point", "coordinates": [*there([(50, 40)])[0].tolist(), 7]}
+    assert point == {"type": "Point", "coordinates": [*image_of([(50, 40)])[0].tolist(), 7]}
     rings = polygon["coordinates"]
     assert len(rings) == 2 and all(ring[0] == ring[-1] for ring in rings) and len(rings[0]) > 8
     assert line["type"] == "LineString" and lost == {"type": "Point", "coordinates": []}
-    assert data["features"][4]["geometry"]["geometries"][0]["coordinates"] == there([(50, 40)]).tolist()
+    assert data["features"][4]["geometry"]["geometries"][0]["coordinates"] == image_of([(50, 40)]).tolist()
 
 
 def test_features_that_are_null_are_dropped(saved, shapes, iccm):
@@ -215,11 +215,11 @@ def test_features_that_are_null_are_dropped(saved, shapes, iccm):
     typed = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson")
     assert typed.code == 0, typed.err
     (result,) = json.loads((shapes / "h.geojson").read_text(encoding="utf-8"))["features"]
-    assert result["geometry"]["coordinates"] == there([(50, 40)])[0].tolist()
+    assert result["geometry"]["coordinates"] == image_of([(50, 40)])[0].tolist()
 
 
 def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
-    expected = there([(50, 40), (60, 30)])
+    expected = image_of([(50, 40), (60, 30)])
     for content in (
         [[50, 40], [60, 30]],
         {"left": [50, 40], "right": [60, 30]},
@@ -332,12 +332,17 @@ def test_a_drawing_becomes_a_picture_where_one_is_written(saved, shapes, iccm):
 
 def farthest(points, images):
     """The largest distance of the images of points from the nearest of some positions."""
-    return np.linalg.norm(there(points)[:, None] - images, axis=2).min(axis=1).max()
+    return np.linalg.norm(image_of(points)[:, None] - images, axis=2).min(axis=1).max()
 
 
 def test_regions_of_imagej_and_point_sets_of_elastix(saved, shapes, iccm):
     square, hole = [(20, 20), (20, 70), (75, 70), (75, 20)], [(30, 30), (40, 30), (40, 45)]
-    path = [number for ring in (square, hole) for k, at in enumerate(ring) for number in (float(k > 0), *at)]
+    path = [
+        number
+        for ring in (square, hole)
+        for k, corner in enumerate(ring)
+        for number in (float(k > 0), *corner)
+    ]
     path = [*path[:12], 4.0, *path[12:], 4.0]
     regions = {
         "dots": (roifile.ROI_TYPE.POINT, square),
@@ -354,14 +359,14 @@ def test_regions_of_imagej_and_point_sets_of_elastix(saved, shapes, iccm):
     rois[-1].multi_coordinates, rois[-1].shape_roi_size = np.array(path, np.float32), len(path)
     roifile.roiwrite("rois.zip", rois)
     assert iccm("apply", "map.npz", "rois.zip", "-o", "there.zip").code == 0
-    found = {roi.name: roi for roi in roifile.roiread("there.zip")}
-    assert set(found) == set(regions) and {roi.position for roi in found.values()} == {5}
+    written = {roi.name: roi for roi in roifile.roiread("there.zip")}
+    assert set(written) == set(regions) and {roi.position for roi in written.values()} == {5}
     for name, points in (("dots", square), ("line", hole), ("cell", square)):
-        images = found[name].coordinates()
-        assert found[name].roitype == regions[name][0]
+        images = written[name].coordinates()
+        assert written[name].roitype == regions[name][0]
         # lines get more vertices where they bend; those of the file are among them
         assert farthest(points, images) < 1e-3
-    rings = found["ring"].coordinates(multi=True)
+    rings = written["ring"].coordinates(multi=True)
     assert len(rings) == 2 and farthest(hole, rings[1]) < 1e-3
     Path("cell.roi").write_bytes(rois[2].tobytes())
     assert iccm("apply", "map.npz", "cell.roi", "-o", "there.roi").code == 0
@@ -370,7 +375,7 @@ def test_regions_of_imagej_and_point_sets_of_elastix(saved, shapes, iccm):
     assert iccm("apply", "map.npz", "in.pts", "-o", "out.pts").code == 0
     head, count, *rows = Path("out.pts").read_text().splitlines()
     places = np.array([row.split() for row in rows], float)
-    assert (head, count) == ("point", "2") and np.allclose(places, there([(20, 20), (75, 30)]))
+    assert (head, count) == ("point", "2") and np.allclose(places, image_of([(20, 20), (75, 30)]))
 
 
 def test_without_an_output_the_option_is_named(saved, iccm):

@@ -41,8 +41,8 @@ def results(typed):
 def test_a_pattern_a_folder_or_files_become_a_job_each(icons, iccm, sources):
     typed = iccm("batch", *sources, "disk.svg", *SMALL, "-o", "out/{source.stem}-on-{target.stem}.png")
     assert typed.code == 0 and results(typed) == {"square-disk": "done", "blob-disk": "done"}
-    made = sorted(path.name for path in (icons / "out").glob("*.png"))
-    assert made == ["blob-on-disk.png", "square-on-disk.png"]
+    pictures = sorted(path.name for path in (icons / "out").glob("*.png"))
+    assert pictures == ["blob-on-disk.png", "square-on-disk.png"]
 
 
 @pytest.mark.slow

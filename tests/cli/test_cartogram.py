@@ -39,14 +39,14 @@ def write(name, crs="EPSG:3035", **values):
 
 def read(name):
     features = json.loads(Path(name).read_text())["features"]
-    return features, np.array([shapely.from_geojson(json.dumps(each["geometry"])) for each in features])
+    return features, np.array([shapely.from_geojson(json.dumps(feature["geometry"])) for feature in features])
 
 
 def test_areas_properties_and_the_coordinate_system(folder, iccm):
     typed = iccm("cartogram", "three.geojson", "--by", "pop", "-o", "out.geojson", "--report", "out.json")
     assert typed.code == 0, typed.err
     features, regions = read("out.geojson")
-    assert [each["properties"] for each in features] == [
+    assert [feature["properties"] for feature in features] == [
         {"name": "A", "pop": 30},
         {"name": "B", "pop": 10},
         {"name": "C", "pop": 20},
@@ -77,7 +77,7 @@ def test_values_from_a_table(folder, iccm):
     typed = iccm("cartogram", "three.geojson", "--values", "votes.csv", "--by", "votes", "-o", "out.geojson")
     assert typed.code == 0 and "B" in typed.err
     features, regions = read("out.geojson")
-    assert [each["properties"]["votes"] for each in features] == [3000, None, 1000]
+    assert [feature["properties"]["votes"] for feature in features] == [3000, None, 1000]
     assert regions[0].area / regions[2].area == pytest.approx(3, rel=4e-3)
 
 

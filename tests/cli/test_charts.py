@@ -65,7 +65,7 @@ def pixels(name):
     return image_files.read(name).pixels.astype(int)
 
 
-def at(picture, u, v):
+def pixel_at(picture, u, v):
     """The pixel of a picture of the layout, or of its only tile, at given coordinates."""
     height, width = picture.shape[:2]
     return picture[int((1 - v) * height), int(u * width)]
@@ -82,7 +82,7 @@ def test_a_picture_goes_onto_a_chart_which_may_be_mirrored(sheets, iccm):
         # of the whole layout, however little of it the chart takes up
         assert share == pytest.approx(size[1] ** 2, abs=0.01)
         for a, b in ((0.25, 0.25), (0.25, 0.75), (0.75, 0.5)):
-            red, green = at(picture, low[0] + a * size[0], low[1] + b * size[1])[:2]
+            red, green = pixel_at(picture, low[0] + a * size[0], low[1] + b * size[1])[:2]
             expected = 255 * np.array([0.1 + 0.8 * a, 0.1 + 0.8 * b])  # square.svg leaves a margin
             assert (red, green) == pytest.approx(tuple(expected), abs=6)
 
@@ -98,8 +98,8 @@ def test_a_mirrored_chart_gives_its_texture_the_right_way_round(sheets, iccm):
     a = pixels("a.png")
     for name in ("b.png", "c.png", "d.png"):
         assert np.abs(pixels(name)[2:-2, 2:-2] - a[2:-2, 2:-2]).max() <= 3, name
-    assert at(a, 0.5, 0.5)[:2] == pytest.approx([255 * 0.65, 255 * 0.65], abs=6)
-    assert at(a, 0.1, 0.5)[0] > at(a, 0.9, 0.5)[0] + 100  # u decreases to the right
+    assert pixel_at(a, 0.5, 0.5)[:2] == pytest.approx([255 * 0.65, 255 * 0.65], abs=6)
+    assert pixel_at(a, 0.1, 0.5)[0] > pixel_at(a, 0.9, 0.5)[0] + 100  # u decreases to the right
 
 
 def test_pins_on_a_chart_are_coordinates_or_vertices(sheets, iccm):
@@ -134,7 +134,7 @@ def test_all_charts_by_name_into_one_picture_as_baking_them(sheets, iccm):
     inside = a[..., 3] == 255
     assert inside.mean() == pytest.approx(0.25 + 0.0625, abs=0.01)
     assert np.abs(a[..., :3] - b[..., :3])[inside].max() <= 6
-    red = at(a, 0.05 + 0.125, 0.1 + 0.125)[0]
+    red = pixel_at(a, 0.05 + 0.125, 0.1 + 0.125)[0]
     assert red == pytest.approx(255 * 0.75, abs=6)  # "left" is on the right of the drawing
     mesh = obj.read("n.obj").mesh()
     middle = mesh.uv[mesh.uv_corners].reshape(2, -1, 2).mean(axis=1)
@@ -145,9 +145,9 @@ def test_all_charts_by_name_into_one_picture_as_baking_them(sheets, iccm):
 def test_without_names_parts_go_by_place(sheets, iccm):
     words = ["--parts", "all", "--texture", "ramp.png", "--size", "200"]
     assert iccm("map", "places.svg", "pair.obj#uv", *words, "-o", "a.png").code == 0
-    assert at(pixels("a.png"), 0.05 + 0.125, 0.1 + 0.125)[0] == pytest.approx(255 * 0.25, abs=6)
+    assert pixel_at(pixels("a.png"), 0.05 + 0.125, 0.1 + 0.125)[0] == pytest.approx(255 * 0.25, abs=6)
     assert iccm("map", "places.svg", "pair.obj", *words, "--bake", "-o", "b.png").code == 0
-    assert at(pixels("b.png"), 0.65, 0.65)[0] == pytest.approx(255 * 0.75, abs=6)
+    assert pixel_at(pixels("b.png"), 0.65, 0.65)[0] == pytest.approx(255 * 0.75, abs=6)
 
 
 @pytest.mark.slow
@@ -166,20 +166,22 @@ def test_all_charts_of_a_mesh_onto_those_of_another(sheets, iccm):
     for number, (low, size) in zip((1001, 1002, 1011), TILES.values()):
         u, v = (np.sort([a, a + b]) % 1 for a, b in zip(low, size))
         rows, columns = (slice(int(64 * a) + 2, int(64 * b) - 2) for a, b in ((1 - v[1], 1 - v[0]), u))
-        there = pixels(f"skin.{number}.png")
-        there = there.repeat(64 // len(there), axis=0).repeat(64 // len(there), axis=1)[rows, columns]
+        expected = pixels(f"skin.{number}.png")
+        expected = expected.repeat(64 // len(expected), axis=0).repeat(64 // len(expected), axis=1)[
+            rows, columns
+        ]
         for name in ("same", "through"):
-            assert np.abs(pixels(f"{name}.{number}.png")[rows, columns, :3] - there).max() <= 8, (
+            assert np.abs(pixels(f"{name}.{number}.png")[rows, columns, :3] - expected).max() <= 8, (
                 name,
                 number,
             )
     words = ["--parts", "all", "--plane", "uv"]
     assert iccm("map", "tiles.obj", "one.obj", *words, *skin, "-o", "one.png", "--size", "200").code == 0
     assert iccm("relayout", "tiles.obj", "one.obj", *skin, "-o", "re.png", "--size", "200").code == 0
-    one, again = pixels("one.png"), pixels("re.png")
-    inside = one[..., 3] == 255
+    mapped, relaid = pixels("one.png"), pixels("re.png")
+    inside = mapped[..., 3] == 255
     assert inside.mean() == pytest.approx(0.48, abs=0.01)
-    assert np.abs(one[..., :3] - again)[inside].max() <= 6
+    assert np.abs(mapped[..., :3] - relaid)[inside].max() <= 6
 
 
 def test_layouts_of_tiles_are_made_from_one_picture(sheets, iccm):
@@ -190,7 +192,7 @@ def test_layouts_of_tiles_are_made_from_one_picture(sheets, iccm):
         "ramp.1002.png",
         "ramp.1011.png",
     ]
-    red, green = at(pixels("ramp.1002.png"), 0.6, 0.5)[:2]  # the middle of "right"
+    red, green = pixel_at(pixels("ramp.1002.png"), 0.6, 0.5)[:2]  # the middle of "right"
     assert (red, green) == pytest.approx((255 * 0.72, 255 * 0.22), abs=6)
 
 
@@ -291,16 +293,16 @@ def bounds_of(path):
     """Return the lower and upper corners of the texture coordinates of each group."""
     bounds, uv, name = {}, [], ""
     for line in path.read_text().splitlines():
-        word, *rest = line.split() or [""]
+        word, *arguments = line.split() or [""]
         if word == "vt":
-            uv.append([float(number) for number in rest[:2]])
+            uv.append([float(number) for number in arguments[:2]])
         elif word == "g":
-            name = rest[0]
+            name = arguments[0]
         elif word == "f":
-            bounds.setdefault(name, []).extend(int(number.split("/")[1]) - 1 for number in rest)
+            bounds.setdefault(name, []).extend(int(number.split("/")[1]) - 1 for number in arguments)
     return {
-        name: np.round([np.min(at, axis=0), np.max(at, axis=0)], 3)
-        for name, at in ((name, np.array(uv)[numbers]) for name, numbers in bounds.items())
+        name: np.round([np.min(corners, axis=0), np.max(corners, axis=0)], 3)
+        for name, corners in ((name, np.array(uv)[numbers]) for name, numbers in bounds.items())
     }
 
 

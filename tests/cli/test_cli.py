@@ -271,8 +271,8 @@ def test_what_overlaps_is_told_and_refused_where_that_is_asked_for(shapes, iccm)
 )
 def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, message):
     entries = {
-        kind: [{"name": name, "source": a, "target": b} for name, a, b in each]
-        for kind, each in listed.items()
+        kind: [{"name": name, "source": a, "target": b} for name, a, b in triples]
+        for kind, triples in listed.items()
     }
     (shapes / "c.json").write_text(json.dumps(entries))
     typed = iccm("map", "square.svg", "disk.svg", "--constraints", "c.json", "-o", "o.png")

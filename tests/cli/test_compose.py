@@ -17,7 +17,7 @@ BOX = np.array([0, 5, 5 + 3j, 3j])
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def map_folder(tmp_path_factory):
     """A folder with maps from a leaf to an L, from the L to a box, and from a ring to another."""
     folder = tmp_path_factory.mktemp("maps")
     core.fit(LEAF, ELL, fit="whole").save(folder / "leaf-ell.npz")
@@ -29,16 +29,16 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture
-def maps(made, tmp_path, monkeypatch):
+def maps(map_folder, tmp_path, monkeypatch):
     """Those maps in the current folder."""
-    for path in made.iterdir():
+    for path in map_folder.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())
     monkeypatch.chdir(tmp_path)
 
 
-def error(found, expected, diagonal):
+def error(actual, expected, diagonal):
     """The distance of points that 99 % of them keep, relative to a diagonal; none may be missing."""
-    away = np.abs(found - expected) / diagonal
+    away = np.abs(actual - expected) / diagonal
     assert np.isfinite(away).all()
     return np.quantile(away, 0.99)
 
@@ -46,15 +46,18 @@ def error(found, expected, diagonal):
 def test_maps_are_composed_and_certified_again(maps, iccm):
     typed = iccm("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz")
     assert typed.code == 0, typed.err
-    first, second, both = (core.load(f"{name}.npz") for name in ("leaf-ell", "ell-box", "leaf-box"))
-    assert both.certificate.certified and both.status.ok
-    assert both.boundary["hausdorff"] < 1e-3
-    z = both.interior
-    assert error(both.map(z), second.map(first.map(z)), both.diagonal) < 2e-4
-    w = both.map(z)
-    assert error(both.inverse(w), first.inverse(second.inverse(w)), both.diagonal) < 2e-4
-    area = np.abs(both.target.area)
-    assert area == pytest.approx(15) and both.target.distances(both.image).max() < 1e-3 * both.diagonal
+    first, second, composed = (core.load(f"{name}.npz") for name in ("leaf-ell", "ell-box", "leaf-box"))
+    assert composed.certificate.certified and composed.status.ok
+    assert composed.boundary["hausdorff"] < 1e-3
+    z = composed.interior
+    assert error(composed.map(z), second.map(first.map(z)), composed.diagonal) < 2e-4
+    w = composed.map(z)
+    assert error(composed.inverse(w), first.inverse(second.inverse(w)), composed.diagonal) < 2e-4
+    area = np.abs(composed.target.area)
+    assert (
+        area == pytest.approx(15)
+        and composed.target.distances(composed.image).max() < 1e-3 * composed.diagonal
+    )
 
 
 @pytest.mark.slow
@@ -63,22 +66,26 @@ def test_a_tilde_inverts_a_map_in_any_place(maps, iccm):
     assert iccm("compose", "~leaf-ell.npz", "-o", "ell-leaf.npz").code == 0
     assert iccm("compose", "leaf-ell.npz", "ell-leaf.npz", "-o", "same.npz").code == 0
     first, second = core.load("leaf-ell.npz"), core.load("ell-box.npz")
-    back, inverse, same = (core.load(f"{name}.npz") for name in ("box-leaf", "ell-leaf", "same"))
+    back, inverse, identity = (core.load(f"{name}.npz") for name in ("box-leaf", "ell-leaf", "same"))
     assert back.certificate.certified and inverse.certificate.certified
     w = inverse.interior
     assert error(inverse.map(w), first.inverse(w), first.diagonal) < 2e-4
-    z = same.interior
-    assert error(same.map(z), z, same.diagonal) < 4e-4  # two approximations
+    z = identity.interior
+    assert error(identity.map(z), z, identity.diagonal) < 4e-4  # two approximations
     u = back.interior
     assert error(back.map(u), first.inverse(second.inverse(u)), back.diagonal) < 4e-4
 
 
 def test_holes_are_composed_too(maps, iccm):
     assert iccm("compose", "rings.npz", "~rings.npz", "-o", "same.npz").code == 0
-    same = core.load("same.npz")
-    assert same.certificate.certified and len(same.map.loops) == 2 and list(same.hole_partners) == [(0, 0)]
-    assert error(same.map(same.interior), same.interior, same.diagonal) < 4e-4
-    assert not np.isfinite(same.map(np.array([1.3 + 0j]))).any()  # in the hole
+    identity = core.load("same.npz")
+    assert (
+        identity.certificate.certified
+        and len(identity.map.loops) == 2
+        and list(identity.hole_partners) == [(0, 0)]
+    )
+    assert error(identity.map(identity.interior), identity.interior, identity.diagonal) < 4e-4
+    assert not np.isfinite(identity.map(np.array([1.3 + 0j]))).any()  # in the hole
 
 
 def test_a_composition_carries_what_its_maps_carry_one_after_the_other(maps, iccm):
@@ -119,11 +126,11 @@ def test_a_chain_carries_geometry_exactly_and_back(maps, iccm):
     done = iccm("apply", *chain, "in.geojson", "-o", "box.geojson", "--report", "r.json")
     assert done.code == 0 and "1 points outside" in done.err
     first, second = (core.load(name) for name in chain)
-    found = places("box.geojson")
-    assert found["Point"] @ [1, 1j] == pytest.approx(second.map(first.map(np.array([1 + 0.5j])))[0])
+    carried = places("box.geojson")
+    assert carried["Point"] @ [1, 1j] == pytest.approx(second.map(first.map(np.array([1 + 0.5j])))[0])
     ends = second.map(first.map(np.array([-0.4j, 2.5 + 0.2j])))
-    assert found["LineString"][[0, -1]] @ [1, 1j] == pytest.approx(ends)
-    assert len(found["LineString"]) > 2  # it is bent
+    assert carried["LineString"][[0, -1]] @ [1, 1j] == pytest.approx(ends)
+    assert len(carried["LineString"]) > 2  # it is bent
     assert json.loads(Path("r.json").read_text())["maps"] == list(chain)
     for back in (("~ell-box.npz", "~leaf-ell.npz"), (*chain, "--inverse")):
         names, options = [n for n in back if n != "--inverse"], [n for n in back if n == "--inverse"]
@@ -142,8 +149,8 @@ def test_a_chain_carries_pictures_through_the_composition(maps, iccm):
     for names, out in ((("leaf-box.npz",), "one.png"), (("leaf-ell.npz", "ell-box.npz"), "chain.png")):
         done = iccm("apply", *names, "t.png", "-o", out, "--size", "64")
         assert done.code == 0, done.err
-    one, chain = (np.asarray(Image.open(name)) for name in ("one.png", "chain.png"))
-    assert (one == chain).all() and chain[..., :3].std() > 20
+    composed, chain = (np.asarray(Image.open(name)) for name in ("one.png", "chain.png"))
+    assert (composed == chain).all() and chain[..., :3].std() > 20
 
 
 @pytest.mark.parametrize(

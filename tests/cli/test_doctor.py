@@ -40,10 +40,10 @@ def test_every_requirement_is_examined(findings):
 
 
 def test_what_is_missing_or_too_old_is_said(findings, monkeypatch):
-    def version(name, there=metadata.version):
+    def version(name, installed=metadata.version):
         if name in ("tinycss2", "distributed"):
             raise metadata.PackageNotFoundError(name)
-        return {"click": "8.1.7", "uvicorn": "0.1", "tqdm": "999.0rc1"}.get(name) or there(name)
+        return {"click": "8.1.7", "uvicorn": "0.1", "tqdm": "999.0rc1"}.get(name) or installed(name)
 
     monkeypatch.setattr(metadata, "version", version)
     code, results = findings()

@@ -42,7 +42,7 @@ def pattern(path, version="R2010", block="FRONT"):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """A pattern in inches, an ellipse in millimetres, and the pattern's outline twice as large and rotated."""
     monkeypatch.chdir(tmp_path)
     pattern("a.dxf")
@@ -76,8 +76,8 @@ def entities(name):
 def points_of(entity, distance=1e-4):
     """Points (p,) densely on an entity."""
     if entity.dxftype() in ("POINT", "TEXT"):
-        at = entity.dxf.location if entity.dxftype() == "POINT" else entity.dxf.insert
-        return np.array([complex(at.x, at.y)])
+        place = entity.dxf.location if entity.dxftype() == "POINT" else entity.dxf.insert
+        return np.array([complex(place.x, place.y)])
     hatch = entity.dxftype() == "HATCH"
     path = next(iter(paths.from_hatch(entity))) if hatch else paths.make_path(entity)
     z = np.array([complex(v.x, v.y) for v in path.flattening(distance)])
@@ -105,7 +105,7 @@ def distances(z, line):
 
 
 @pytest.mark.parametrize("version", [slow("R2010"), "R12"])
-def test_every_entity_is_where_the_map_takes_it_and_keeps_its_layer_and_colour(version, here, iccm):
+def test_every_entity_is_where_the_map_takes_it_and_keeps_its_layer_and_colour(version, folder, iccm):
     pattern("a.dxf", version)
     done = iccm(
         "map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf", "--max-line-error", ".02"
@@ -132,7 +132,7 @@ def test_every_entity_is_where_the_map_takes_it_and_keeps_its_layer_and_colour(v
     assert ("SPLINE" in kinds) == (version != "R12")
 
 
-def test_arcs_stay_arcs_where_the_map_is_a_similarity(here, iccm):
+def test_arcs_stay_arcs_where_the_map_is_a_similarity(folder, iccm):
     conformal = ("--method", "conformal", "--parts", "largest")  # the balanced method prefers upright maps
     done = iccm("map", "a.dxf#FRONT", "twice.dxf", "-o", "map.npz", "-o", "out.dxf", *conformal)
     assert done.code == 0, done.err
@@ -151,27 +151,27 @@ def test_arcs_stay_arcs_where_the_map_is_a_similarity(here, iccm):
         assert distances(turn * points_of(old), points_of(new)).max() < 0.05
 
 
-def test_blocks_that_are_not_bent_stay_the_same_and_others_are_copied(here, iccm):
+def test_blocks_that_are_not_bent_stay_the_same_and_others_are_copied(folder, iccm):
     document = ezdxf.readfile("a.dxf")
     drill = document.blocks.new("DRILL")
     drill.add_circle((0, 0), 1e-4)
     mark = document.blocks.new("MARK")
     mark.add_lwpolyline([(0, 0), (4, 0), (4, 1)])
-    for at in ((21, 9), (24, 13)):
-        document.modelspace().add_blockref("DRILL", at)
-        document.modelspace().add_blockref("MARK", at).add_attrib("SIZE", "38", at)
+    for insertion in ((21, 9), (24, 13)):
+        document.modelspace().add_blockref("DRILL", insertion)
+        document.modelspace().add_blockref("MARK", insertion).add_attrib("SIZE", "38", insertion)
     document.modelspace().add_blockref("MARK", (90, 90))
     document.saveas("a.dxf")
     done = iccm("map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf")
     assert done.code == 0 and "outside" in done.err, done.err
-    made, _ = entities("out.dxf")
-    names = [entity.dxf.name for entity in made.modelspace()]
+    written, _ = entities("out.dxf")
+    names = [entity.dxf.name for entity in written.modelspace()]
     assert names.count("DRILL") == 2 and len(set(names)) == 4 and "MARK" not in names
     map = core.load("map.npz").map
-    inserted = {entity.dxf.name: entity for entity in made.modelspace()}
-    marks = [entity for entity in made.modelspace() if entity.dxf.name.startswith("MARK")]
-    for at, entity in zip((21 + 9j, 24 + 13j), marks):
-        place = map(np.array([at]))[0]
+    inserted = {entity.dxf.name: entity for entity in written.modelspace()}
+    marks = [entity for entity in written.modelspace() if entity.dxf.name.startswith("MARK")]
+    for insertion, entity in zip((21 + 9j, 24 + 13j), marks):
+        place = map(np.array([insertion]))[0]
         assert abs(complex(*entity.dxf.insert.vec2) - place) < 1e-9
         assert (
             entity.attribs[0].dxf.text == "38"
@@ -180,7 +180,7 @@ def test_blocks_that_are_not_bent_stay_the_same_and_others_are_copied(here, iccm
     assert inserted["FRONT"].dxf.layer == "0"
 
 
-def test_each_piece_follows_its_own_map(here, iccm):
+def test_each_piece_follows_its_own_map(folder, iccm):
     old, new = ezdxf.new(), ezdxf.new()
     old.units = new.units = 4
     for document, size in ((old, 1), (new, 3)):
@@ -196,20 +196,20 @@ def test_each_piece_follows_its_own_map(here, iccm):
     new.saveas("new.dxf")
     done = iccm("map", "old.dxf#1", "new.dxf#1", "--parts", "all", "-o", "out.dxf")
     assert done.code == 0, done.err
-    made, parts = entities("out.dxf")
-    assert [entity.dxf.name for entity in made.modelspace()] == ["FRONT", "SLEEVE"]
+    written, parts = entities("out.dxf")
+    assert [entity.dxf.name for entity in written.modelspace()] == ["FRONT", "SLEEVE"]
     assert [e.dxf.layer for e in parts] == ["1", "7", "4"] * 2
     for outline, grain, notch in (parts[:3], parts[3:]):
         piece = shapely.Polygon(np.array(outline.get_points("xy")))
         assert piece.contains(
             shapely.LineString(np.column_stack([points_of(grain).real, points_of(grain).imag]))
         )
-        at = points_of(notch)[0]
-        assert shapely.distance(piece.exterior, shapely.Point(at.real, at.imag)) < 0.2
+        point = points_of(notch)[0]
+        assert shapely.distance(piece.exterior, shapely.Point(point.real, point.imag)) < 0.2
 
 
 @pytest.mark.slow
-def test_back_and_forth_and_from_inches_to_the_units_of_a_drawing(here, iccm):
+def test_back_and_forth_and_from_inches_to_the_units_of_a_drawing(folder, iccm):
     Path("sheet.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" width="20cm" height="10cm" viewBox="0 0 400 200">'
         '<path d="M20 30 L250 60 L370 170 L40 150 Z"/></svg>'
@@ -234,7 +234,7 @@ def test_back_and_forth_and_from_inches_to_the_units_of_a_drawing(here, iccm):
         assert distances(points_of(new), INCH * points_of(old)).max() < 0.1
 
 
-def test_mirrored_entities_and_what_leaves_the_piece(here, iccm):
+def test_mirrored_entities_and_what_leaves_the_piece(folder, iccm):
     document = ezdxf.readfile("a.dxf")
     space = document.modelspace()
     space.add_arc((-24, 14), 1, 0, 90, dxfattribs={"extrusion": (0, 0, -1), "layer": "MIRROR"})
@@ -247,18 +247,18 @@ def test_mirrored_entities_and_what_leaves_the_piece(here, iccm):
     )
     assert done.code == 0 and "partly outside" in done.err
     map = core.load("map.npz").map
-    _, made = entities("out.dxf")
+    _, entities_out = entities("out.dxf")
     for layer in ("MIRROR", "LONG"):
         old = [e for e in ezdxf.readfile("a.dxf").modelspace() if e.dxf.layer == layer]
-        new = [e for e in made if e.dxf.layer == layer]
+        new = [e for e in entities_out if e.dxf.layer == layer]
         assert len(old) == len(new)
-        for one, other in zip(old, new):
-            expected = map(points_of(one))
+        for before, after in zip(old, new):
+            expected = map(points_of(before))
             expected = expected[~np.isnan(expected)]
-            assert distances(expected, points_of(other)).max() < 0.05
+            assert distances(expected, points_of(after)).max() < 0.05
 
 
-def test_what_cannot_be_written_as_dxf_is_refused(here, iccm):
+def test_what_cannot_be_written_as_dxf_is_refused(folder, iccm):
     Path("heart.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H90V50H0Z"/></svg>')
     for arguments in (
         ("map", "heart.svg", "ellipse.dxf", "-o", "no.dxf"),
@@ -268,10 +268,10 @@ def test_what_cannot_be_written_as_dxf_is_refused(here, iccm):
     ):
         done = iccm(*arguments)
         assert done.code == 2 and "Traceback" not in done.err, arguments
-    assert not list(here.glob("no.*"))
+    assert not list(folder.glob("no.*"))
 
 
-def test_blocks_that_contain_themselves_or_too_much_are_refused(here, iccm):
+def test_blocks_that_contain_themselves_or_too_much_are_refused(folder, iccm):
     document = ezdxf.new()
     previous = document.blocks.new("B0")
     previous.add_circle((0, 0), 1)

@@ -23,7 +23,7 @@ SOURCE, TARGET = (160, 100), (108, 120)
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory, iccm_once):
+def field_folder(tmp_path_factory, iccm_once):
     """The files of a map from a leaf to an L, and a smooth picture of the leaf's canvas."""
     return iccm_once(tmp_path_factory.mktemp("field"))
 
@@ -48,9 +48,9 @@ def iccm_once():
 
 
 @pytest.fixture
-def here(made, tmp_path, monkeypatch):
+def field_files(field_folder, tmp_path, monkeypatch):
     """Those files in the current folder."""
-    for path in made.iterdir():
+    for path in field_folder.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())
     monkeypatch.chdir(tmp_path)
 
@@ -88,7 +88,7 @@ def close(picture, expected, inside):
 
 
 @pytest.mark.parametrize("suffix", [".nrrd", ".mha", ".nii", ".nii.gz"])
-def test_simpleitk_resamples_to_the_same_picture(here, iccm, suffix):
+def test_simpleitk_resamples_to_the_same_picture(field_files, iccm, suffix):
     done = iccm("field", "map.npz", "-o", f"field{suffix}")
     assert done.code == 0, done.err
     field = itk.ReadImage(f"field{suffix}", itk.sitkVectorFloat64)
@@ -100,7 +100,7 @@ def test_simpleitk_resamples_to_the_same_picture(here, iccm, suffix):
     assert close(itk.GetArrayFromImage(resampled), *ours(iccm))
 
 
-def test_the_places_and_axes_of_pictures_in_space_are_kept(here, iccm):
+def test_the_places_and_axes_of_pictures_in_space_are_kept(field_files, iccm):
     moving = itk.ReadImage("leaf.png")
     moving.SetSpacing((0.25, 0.5))
     moving.SetOrigin((-7, 30))
@@ -119,7 +119,7 @@ def test_the_places_and_axes_of_pictures_in_space_are_kept(here, iccm):
     assert close(itk.GetArrayFromImage(resampled), *ours(iccm, tuple(2 * side for side in TARGET)))
 
 
-def test_opencv_remaps_to_the_same_picture(here, iccm):
+def test_opencv_remaps_to_the_same_picture(field_files, iccm):
     assert iccm("field", "map.npz", "-o", "remap.npz").code == 0
     with np.load("remap.npz") as arrays:
         x, y, mask = arrays["map_x"], arrays["map_y"], arrays["mask"]
@@ -129,7 +129,7 @@ def test_opencv_remaps_to_the_same_picture(here, iccm):
     assert (remapped[mask == 0] == 0).all() and mask[inside].min() == 1 and (mask == 0).any()
 
 
-def test_pixel_vectors_lead_to_the_source(here, iccm):
+def test_pixel_vectors_lead_to_the_source(field_files, iccm):
     assert iccm("field", "map.npz", "--vectors", "pixels", "-o", "v.exr").code == 0
     assert iccm("field", "map.npz", "-o", "st.exr").code == 0
     import OpenImageIO
@@ -147,7 +147,7 @@ def test_pixel_vectors_lead_to_the_source(here, iccm):
 @pytest.mark.parametrize(
     "options", [("field.nrrd",), ("remap.npz",), ("v.exr", "--vectors", "pixels"), ("st.tif",)]
 )
-def test_apply_reads_each_field_back(here, iccm, options):
+def test_apply_reads_each_field_back(field_files, iccm, options):
     done = iccm("field", "map.npz", *options[1:], "-o", options[0], "--moving", "leaf.png")
     assert done.code == 0, done.err
     done = iccm("apply", options[0], "leaf.png", "-o", "back.png", "--filter", "linear")
@@ -155,15 +155,15 @@ def test_apply_reads_each_field_back(here, iccm, options):
     assert close(pixels("back.png"), *ours(iccm))
 
 
-def test_the_inverse_and_a_chain_with_it(here, iccm):
+def test_the_inverse_and_a_chain_with_it(field_files, iccm):
     assert iccm("field", "~map.npz", "-o", "back.nrrd").code == 0
     assert iccm("field", "map.npz", "-o", "field.nrrd").code == 0
-    there, back = (
+    forward, back = (
         itk.DisplacementFieldTransform(itk.ReadImage(name)) for name in ("field.nrrd", "back.nrrd")
     )
     assert itk.ReadImage("back.nrrd").GetSize() == SOURCE
     for place in ((30.0, 30.0), (24.0, 90.0), (80.0, 70.0)):
-        assert back.TransformPoint(there.TransformPoint(place)) == pytest.approx(place, abs=0.2)
+        assert back.TransformPoint(forward.TransformPoint(place)) == pytest.approx(place, abs=0.2)
     assert iccm("field", "map.npz", "~map.npz", "-o", "same.nrrd").code == 0
     away = itk.GetArrayFromImage(itk.ReadImage("same.nrrd"))
     assert away.shape == (SOURCE[1], SOURCE[0], 2) and np.abs(away).max() < 0.1
@@ -182,14 +182,14 @@ def test_the_inverse_and_a_chain_with_it(here, iccm):
         (("map.npz", "map.npz", "-o", "f.nrrd"), "map.npz"),
     ],
 )
-def test_wrong_fields_are_refused_in_one_line(here, iccm, given, named):
+def test_wrong_fields_are_refused_in_one_line(field_files, iccm, given, named):
     Path("bad.nrrd").write_bytes(b"NRRD0004\nnonsense")
     refused = iccm("field", *given)
     assert refused.code == 2 and named in refused.err and len(refused.lines) == 1
     assert not Path("f.nrrd").exists() and not Path("out.png").exists()
 
 
-def test_damaged_arrays_are_refused(here, iccm):
+def test_damaged_arrays_are_refused(field_files, iccm):
     np.savez("remap.npz", map_x=np.zeros((3, 4)), map_y=np.zeros((4, 3)))
     refused = iccm("apply", "remap.npz", "leaf.png", "-o", "out.png")
     assert refused.code == 2 and "map_x" in refused.err and len(refused.lines) == 1
@@ -284,7 +284,7 @@ def test_fields_of_itk_read_no_other_file_and_hold_what_they_promise(tmp_path, m
     assert "\n" not in str(refused.value) and capfd.readouterr().err == ""
 
 
-def test_a_field_with_data_in_another_file_is_refused_by_commands(here, iccm):
+def test_a_field_with_data_in_another_file_is_refused_by_commands(field_files, iccm):
     file, content = HOSTILE_FIELDS["data in another file"]
     Path(file).write_bytes(content())
     for arguments in (

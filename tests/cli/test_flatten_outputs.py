@@ -21,8 +21,10 @@ def half(shapes):
 def test_what_only_a_mesh_can_be_has_coordinates(half, iccm, mesh, suffix):
     typed = iccm("flatten", mesh, *GIVEN, "-o", f"out{suffix}")
     assert typed.code == 0 and f"wrote out{suffix}" in typed.lines
-    same = iccm("flatten", mesh, *GIVEN, "--uv", f"same{suffix}")
-    assert same.code == 0 and (half / f"out{suffix}").read_bytes() == (half / f"same{suffix}").read_bytes()
+    repeated = iccm("flatten", mesh, *GIVEN, "--uv", f"same{suffix}")
+    assert (
+        repeated.code == 0 and (half / f"out{suffix}").read_bytes() == (half / f"same{suffix}").read_bytes()
+    )
 
 
 def test_a_flat_mesh_is_still_one(half, iccm):

@@ -47,8 +47,8 @@ def test_the_help_of_a_topic_has_its_options_alone(iccm, topic):
     topic_options = [name for name, (_, option) in of_command("map").items() if option.topic == topic]
     hidden = [name for name in topic_options if "map" in of_command("map")[name][1].hidden]
     assert topic_options and all(rows_in(text, name) == (name not in hidden) for name in topic_options)
-    others = set(of_command("map")) - set(topic_options)
-    assert not any(rows_in(text, name) for name in others)
+    elsewhere = set(of_command("map")) - set(topic_options)
+    assert not any(rows_in(text, name) for name in elsewhere)
     assert iccm("help", "map", topic).out == text
 
 
@@ -118,7 +118,7 @@ def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
     command += ["--size", "32", "-o", "out.png", "--watch"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as running:
 
-        def told(until):
+        def wait_for(until):
             lines = []
             while not lines or until not in lines[-1]:
                 lines.append(running.stderr.readline())
@@ -126,12 +126,12 @@ def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
             return lines
 
         try:
-            told("Ctrl-C")
+            wait_for("Ctrl-C")
             first = (shapes / "out.png").read_bytes()
             (shapes / "disk.svg").write_text("<svg")
-            told("error: disk.svg")
+            wait_for("error: disk.svg")
             shutil.copy("blob.svg", "disk.svg")
-            told("no folds")
+            wait_for("no folds")
             assert (shapes / "out.png").read_bytes() != first
             time.sleep(0.5)  # so that the run has already returned its exit code
             running.send_signal(signal.SIGINT)

@@ -101,8 +101,8 @@ def add_specimens(files):
     ],
 )
 def test_the_examples_of_a_command_run(files, shell, iccm, command):
-    shown = examples(iccm, command)
-    assert shown
+    lines = examples(iccm, command)
+    assert lines
     if command == "check":
         assert (
             shell(
@@ -119,7 +119,7 @@ def test_the_examples_of_a_command_run(files, shell, iccm, command):
         (files / "jobs.toml").unlink()
     if command == "standardize":
         add_specimens(files)
-    for line in shown:
+    for line in lines:
         if "| jq" in line and not shutil.which("jq"):
             continue
         line = line.replace("jobs.toml --resume", "jobs.toml --force")

@@ -87,13 +87,15 @@ def test_more_holes_in_one_shape_are_told(holed, iccm):
 
 @pytest.mark.slow
 def test_partners_by_the_names_of_what_is_drawn_in_them(holed, iccm):
-    found = [shape.read(f"{name}.svg") for name in "ab"]
-    assert sorted(found[0].hole_names) == [("one",), ("two",)]
-    named = holes.named_partners(*found, ([0, 1], [0, 1]))
-    assert {found[0].hole_names[i] == found[1].hole_names[j] for i, j in named} == {True} and len(named) == 2
+    drawings = [shape.read(f"{name}.svg") for name in "ab"]
+    assert sorted(drawings[0].hole_names) == [("one",), ("two",)]
+    named = holes.named_partners(*drawings, ([0, 1], [0, 1]))
+    assert {drawings[0].hole_names[i] == drawings[1].hole_names[j] for i, j in named} == {True} and len(
+        named
+    ) == 2
     _, report = mapped(iccm, "a.svg", "b.svg", "--parts", "largest")  # without what is drawn inside the holes
-    _, same = mapped(iccm, "eyes.svg", "eyes.svg")
-    assert [h["source"] for h in report["holes"]] == [h["source"] for h in same["holes"]][::-1]
+    _, unnamed = mapped(iccm, "eyes.svg", "eyes.svg")
+    assert [h["source"] for h in report["holes"]] == [h["source"] for h in unnamed["holes"]][::-1]
 
 
 def test_pins_in_holes_say_that_they_go_together(holed, iccm):

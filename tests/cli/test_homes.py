@@ -21,7 +21,7 @@ def environment(home):
 def test_two_processes_in_a_new_home_at_once(shapes):
     """Both fill the caches of libraries, such as the list of fonts for plots."""
     (shapes / "home").mkdir()
-    both = [
+    processes = [
         subprocess.Popen(
             [ICCM, *MAP, f"{name}.png", "--plot", f"{name}-plot.png"],
             env=environment(shapes / "home"),
@@ -30,7 +30,7 @@ def test_two_processes_in_a_new_home_at_once(shapes):
         )
         for name in "ab"
     ]
-    for process in both:
+    for process in processes:
         _, err = process.communicate(timeout=90)
         assert process.returncode in (0, 1) and "Traceback" not in err and "error" not in err, err
     for suffix in (".png", "-plot.png"):

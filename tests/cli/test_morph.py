@@ -46,10 +46,10 @@ def test_the_source_begins_amid_the_targets_canvas(shapes, iccm):
     alpha = pixels("m-1.png")[..., 3]
     assert alpha.shape == (36, 48)
     for axis, share in ((0, 0.6), (1, 0.8)):
-        at = np.flatnonzero(alpha.max(axis=axis) > 127)
+        painted = np.flatnonzero(alpha.max(axis=axis) > 127)
         size = alpha.shape[1 - axis]
-        assert at.size / size == pytest.approx(share, abs=0.04)
-        assert (at[0] + at[-1] + 1) / 2 / size == pytest.approx(0.5, abs=0.02)
+        assert painted.size / size == pytest.approx(share, abs=0.04)
+        assert (painted[0] + painted[-1] + 1) / 2 / size == pytest.approx(0.5, abs=0.02)
 
 
 def test_animations_hold_every_frame_and_textures_fade(shapes, iccm):

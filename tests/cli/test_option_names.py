@@ -159,8 +159,8 @@ def test_other_names_are_documented():
     page = (Path(__file__).parents[2] / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
     for command in COMMANDS:
         for name, (_, option) in of_command(command).items():
-            for other in (*dict(option.aliases), *option.old):
-                assert f"`--{other}" in page, (command, name, other)
+            for alias in (*dict(option.aliases), *option.old):
+                assert f"`--{alias}" in page, (command, name, alias)
 
 
 def test_zero_is_a_value_and_no_default():

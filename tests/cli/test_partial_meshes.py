@@ -34,9 +34,9 @@ def test_what_is_uncovered_is_transparent_where_it_is_in_the_plain_shape(shapes,
         assert done.code == 0 and 0.9 < report.get("covered", 1 - report.get("uncovered", 0)) < 0.98
         pixels.append(image_files.read(Path("o.png")).pixels.astype(float))
     plain, baked = pixels
-    shown = [picture[..., 3] > 127 for picture in pixels]
-    assert 0.9 < shown[0].mean() < 0.98
-    assert (shown[0] != shown[1]).mean() < 0.01
+    opaque = [picture[..., 3] > 127 for picture in pixels]
+    assert 0.9 < opaque[0].mean() < 0.98
+    assert (opaque[0] != opaque[1]).mean() < 0.01
     certain = (plain[..., 3] == 255) & (baked[..., 3] == 255)
     assert np.abs(plain - baked)[certain].mean() < 1
 

@@ -211,8 +211,10 @@ def test_a_part_without_a_map_is_left_out_told_and_counted(drawings, iccm):
     assert ["/" in face for face in faces] == [True, True, False]
     alone = iccm("map", "square.svg", "two.obj#piece-1", "-o", "alone.obj", "--report", "alone.json")
     assert alone.code == 0
-    own = json.loads((drawings / "alone.json").read_text())
-    assert own["dilatation"] == report["dilatation"] and own["boundary"] == report["boundary"]
+    alone_report = json.loads((drawings / "alone.json").read_text())
+    assert (
+        alone_report["dilatation"] == report["dilatation"] and alone_report["boundary"] == report["boundary"]
+    )
 
 
 def test_where_no_part_has_a_map_nothing_is_written(drawings, iccm):

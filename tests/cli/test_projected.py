@@ -15,13 +15,13 @@ CORNERS = (
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     for name in ("page.png", "coffee.jpg", "sign.svg"):
         (tmp_path / name).write_bytes((FILES / name).read_bytes())
     monkeypatch.chdir(tmp_path)
 
 
-def test_a_photo_of_a_page_is_rectified_as_by_scikit_image(here, iccm):
+def test_a_photo_of_a_page_is_rectified_as_by_scikit_image(folder, iccm):
     transform = pytest.importorskip("skimage.transform")
     assert (
         iccm("map", f"page.png#plane={CORNERS}", "sheet:300x50", "-o", "flat.png", "--size", "300x50").code
@@ -30,15 +30,15 @@ def test_a_photo_of_a_page_is_rectified_as_by_scikit_image(here, iccm):
     corners = np.array([[float(x) for x in word.split(",")] for word in CORNERS.split(":")])
     # pixels are counted from the centre of the first one there
     flat = np.array([[0, 0], [300, 0], [300, 50], [0, 50]])
-    known = transform.ProjectiveTransform.from_estimate(flat - 0.5, corners - 0.5)
+    reference = transform.ProjectiveTransform.from_estimate(flat - 0.5, corners - 0.5)
     page = np.asarray(Image.open("page.png"), float)
-    expected = transform.warp(page, known, output_shape=(50, 300), order=1)[2:-2, 2:-2]
+    expected = transform.warp(page, reference, output_shape=(50, 300), order=1)[2:-2, 2:-2]
     picture = pixels("flat.png")[2:-2, 2:-2, 0]
     assert np.corrcoef(expected.ravel(), picture.ravel())[0, 1] > 0.995
     assert np.abs(expected - picture).mean() < 1.5
 
 
-def test_a_picture_laid_on_a_photo_comes_back_flat(here, iccm):
+def test_a_picture_laid_on_a_photo_comes_back_flat(folder, iccm):
     place = "coffee.jpg#plane=30,180:120,200:100,250:5,220"
     assert (
         iccm("map", "sign.svg", place, "-o", "on.png", "-o", "map.npz", "-o", "on.svg", "--size", "1600").code
@@ -55,7 +55,7 @@ def test_a_picture_laid_on_a_photo_comes_back_flat(here, iccm):
     assert np.abs(back - sign)[8:-8, 8:-8, :3].mean() < 6
 
 
-def test_a_label_on_a_bottle_is_unrolled_in_its_proportions(here, iccm):
+def test_a_label_on_a_bottle_is_unrolled_in_its_proportions(folder, iccm):
     """A photograph is made by tracing rays, which knows nothing of the points that are marked."""
     width, height, pitch, distance, focal = 800, 600, 0.25, 330.0, 1500.0
     radius, size = 41.0, (70.0, 46.7)
@@ -81,7 +81,7 @@ def test_a_label_on_a_bottle_is_unrolled_in_its_proportions(here, iccm):
         k = np.argmin((s[rows, columns] - near_s) ** 2 + (v[rows, columns] - near_v) ** 2)
         return f"{columns[k] + 0.5},{rows[k] + 0.5}"
 
-    marks = ":".join(mark(*at) for at in [(0, 0), (0.55, 0), (1, 0), (1, 1), (0.45, 1), (0, 1)])
+    marks = ":".join(mark(*place) for place in [(0, 0), (0.55, 0), (1, 0), (1, 1), (0.45, 1), (0, 1)])
     done = iccm("map", f"bottle.png#cylinder=82x46.7:{marks}", "sheet", "-o", "flat.png", "--size", "400")
     assert done.code == 0, done.err
     flat = Image.open("flat.png").convert("RGB")
@@ -90,7 +90,7 @@ def test_a_label_on_a_bottle_is_unrolled_in_its_proportions(here, iccm):
     assert np.corrcoef(picture.ravel(), label[8:-8, 8:-8].ravel())[0, 1] > 0.97
 
 
-def test_lettering_on_a_cylinder_keeps_its_proportions_in_front(here, iccm):
+def test_lettering_on_a_cylinder_keeps_its_proportions_in_front(folder, iccm):
     assert iccm("map", "sign.svg", "cylinder:90x40,label=40x24", "-o", "mug.png", "--size", "900").code == 0
     is_painted = pixels("mug.png")[..., 3] > 128
     rows, columns = np.flatnonzero(is_painted.any(axis=1)), np.flatnonzero(is_painted.any(axis=0))
@@ -101,7 +101,7 @@ def test_lettering_on_a_cylinder_keeps_its_proportions_in_front(here, iccm):
     assert rows.size / columns.size == pytest.approx(middle / chord, rel=0.01)
 
 
-def test_a_sheet_without_a_size_of_its_own_keeps_the_proportions_of_the_picture(here, iccm):
+def test_a_sheet_without_a_size_of_its_own_keeps_the_proportions_of_the_picture(folder, iccm):
     assert iccm("map", "coffee.jpg", "plane:90x200", "-o", "wall.png", "--size", "450x1000").code == 0
     is_painted = pixels("wall.png")[..., 3] > 128
     assert (is_painted.any(axis=0).sum() / is_painted.any(axis=1).sum()) == pytest.approx(400 / 267, rel=0.01)
@@ -125,20 +125,20 @@ def test_a_sheet_without_a_size_of_its_own_keeps_the_proportions_of_the_picture(
         ("none.jpg#plane=1,2:30,4:5,60:80,70", "none.jpg"),
     ],
 )
-def test_what_is_wrong_with_a_target_is_said_in_one_line(here, iccm, target, about):
+def test_what_is_wrong_with_a_target_is_said_in_one_line(folder, iccm, target, about):
     done = iccm("map", "sign.svg", target, "-o", "wrong.png")
     assert done.code == 2 and about in done.err and done.err.count("\n") == 1
     assert not Path("wrong.png").exists()
 
 
 @pytest.mark.parametrize("given", [("--pin", "1,2:3,4"), ("--method", "conformal"), ("--fit", "cover")])
-def test_options_of_a_search_are_refused(here, iccm, given):
+def test_options_of_a_search_are_refused(folder, iccm, given):
     done = iccm("map", "sign.svg", "cylinder:90x100", *given, "-o", "wrong.png")
     assert done.code == 2 and given[0] in done.err
 
 
 @pytest.mark.slow
-def test_a_batch_maps_onto_generated_shapes_and_marked_photographs(here, iccm):
+def test_a_batch_maps_onto_generated_shapes_and_marked_photographs(folder, iccm):
     Path("jobs.toml").write_text(
         f"""
         [[job]]
@@ -157,6 +157,6 @@ def test_a_batch_maps_onto_generated_shapes_and_marked_photographs(here, iccm):
     assert {path.name for path in Path("out").glob("*.png")} == {"sign-cylinder.png", "page-flat.png"}
 
 
-def test_default_names_are_those_of_files(here, iccm):
+def test_default_names_are_those_of_files(folder, iccm):
     assert iccm("map", f"page.png#plane={CORNERS}", "sheet", "--size", "64").code == 0
     assert Path("page-plane-sheet.png").exists()

@@ -134,8 +134,8 @@ def test_grey_in_a_mask_is_partly_rigid(drawn, iccm):
         middles = fit.map.source[fit.map.faces].mean(axis=1)
         low, high = fit.source.box
         scale = (high - low).real / 80  # the square is drawn from 10 to 90
-        near = np.abs(middles - (low + scale * (30 + 40j))) / scale
-        worst.append(np.quantile(fit.triangles.dilatations[(near > 12) & (near < 30)], 0.95) - 1)
+        distance = np.abs(middles - (low + scale * (30 + 40j))) / scale
+        worst.append(np.quantile(fit.triangles.dilatations[(distance > 12) & (distance < 30)], 0.95) - 1)
         assert fit.rigid[0].is_rigid
     assert worst[1] < 0.9 * worst[0]
 
@@ -158,21 +158,26 @@ def pipe_glb(path):
     lines = [line.split() for line in pipe().splitlines()]
     points = np.array([line[1:] for line in lines if line[0] == "v"], float)
     faces: list[list] = []
-    for word, *rest in lines:
+    for word, *arguments in lines:
         if word == "usemtl":
             faces.append([])
         elif word == "f":
-            a, b, c, d = (int(index) - 1 for index in rest)
+            a, b, c, d = (int(index) - 1 for index in arguments)
             faces[-1] += [[a, b, c], [a, c, d]]
     views: list[bytes] = []
     tree: dict = {"asset": {"version": "2.0"}, "bufferViews": [], "accessors": []}
 
     def accessor(values, component, kind):
-        said = {"bufferView": len(views), "componentType": component, "count": len(values), "type": kind}
+        description = {
+            "bufferView": len(views),
+            "componentType": component,
+            "count": len(values),
+            "type": kind,
+        }
         if kind == "VEC3":
-            said |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+            description |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
         tree["bufferViews"].append({"buffer": 0, "byteLength": values.nbytes})
-        tree["accessors"].append(said)
+        tree["accessors"].append(description)
         views.append(values.tobytes())
         return len(views) - 1
 
@@ -196,13 +201,13 @@ def pipe_glb(path):
 def test_a_material_of_a_glb_is_a_region_like_that_of_an_obj(drawn, iccm, name):
     (drawn / "pipe.obj").write_text(pipe())
     pipe_glb(drawn / "pipe.glb")
-    found = []
+    regions = []
     for source, region in (("pipe.obj", "#paper"), ("pipe.glb#pipe", name)):
         common = ("--report", "r.json", "--stmap", "o.tif", "--size", "60", "--force")
         done = iccm("map", source, "blob.svg", "--rigid", region, *common)
         assert done.code == 0, done.err
-        found += json.loads((drawn / "r.json").read_text())["regions"]
-    obj, glb = found
+        regions += json.loads((drawn / "r.json").read_text())["regions"]
+    obj, glb = regions
     for key in ("dilatation", "scale"):  # positions in a GLB have single precision
         assert glb[key] == pytest.approx(obj[key], abs=2e-3)
     assert "1 geometry of other meshes" in done.err
@@ -228,8 +233,8 @@ def test_nothing_is_bent_on_a_region_of_a_mesh(drawn, iccm, region):
     common = ("--texture", "mask.png", "-o", "uv.obj", "--report", "r.json")
     done = iccm("map", "blob.svg", "pipe.obj", "--rigid-target", region, *common)
     assert done.code == 0, done.err
-    (found,) = json.loads((drawn / "r.json").read_text())["regions"]
-    assert found["of"] == "target" and found["dilatation"] <= 1.02
+    (reported,) = json.loads((drawn / "r.json").read_text())["regions"]
+    assert reported["of"] == "target" and reported["dilatation"] <= 1.02
     lines = (drawn / "uv.obj").read_text().splitlines()
     v, vt = (
         np.array([line.split()[1:] for line in lines if line.split()[0] == key], float) for key in ("v", "vt")

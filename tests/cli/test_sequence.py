@@ -26,7 +26,7 @@ def frames(shapes):
     return shapes
 
 
-def told(typed):
+def done_frames(typed):
     return [line.split(",")[0] for line in typed.lines if ": done" in line]
 
 
@@ -35,7 +35,9 @@ def test_frames_go_on_from_each_other_and_are_resumed(frames, iccm):
     command = ("map", "square.svg", "frames/*.svg", "--sequence", "-o", "out/{target.stem}.png", *SMALL)
     typed = iccm(*command)
     assert typed.code == 0, typed.err
-    assert told(typed) == [f"square-f{k}: done" for k in (8, 9, 10, 11)]  # in numerical order, 8 before 10
+    assert done_frames(typed) == [
+        f"square-f{k}: done" for k in (8, 9, 10, 11)
+    ]  # in numerical order, 8 before 10
     maps = [core.load(f"out/f{k}.npz") for k in range(8, 12)]
     z = maps[0].interior
     steps = np.abs(np.diff([fit.map(z) for fit in maps], axis=0))
@@ -66,8 +68,8 @@ def test_textures_and_sources_are_frames_too(frames, iccm):
 
 def test_a_manifest_has_sequences_too(frames):
     job = {"source": "frames/*.svg", "target": "disk.svg", "sequence": True, "output": "{source.stem}.png"}
-    other = {"source": "square.svg", "target": "disk.svg"}
-    lines = [json.dumps(each) for each in (job, other, job | {"output": "{number}.png"})]
+    single = {"source": "square.svg", "target": "disk.svg"}
+    lines = [json.dumps(entry) for entry in (job, single, job | {"output": "{number}.png"})]
     tasks = manifest.read("\n".join(lines), "-", root=Path("."))
     assert [task.after for task in tasks] == [0, 1, 2, 3, 0, 0, 6, 7, 8]
     assert tasks[1].name == "f9-disk" and [Path(name).name for name in tasks[1].job.output] == [

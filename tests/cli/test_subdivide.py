@@ -86,11 +86,11 @@ def test_all_geometries_of_a_glb_are_divided_in_one_document(iccm, box):
     Path("two.glb").write_bytes(scene.export(file_type="glb"))
     report = mapped(iccm, "two.glb", "--subdivide", "1")
     assert report["mapped"] == 1 and report["uv"] == {"flipped": 0, "degenerate": 0}
-    made = trimesh.load_scene("out.glb")
-    assert len(made.geometry) == 2
-    assert all(len(value.faces) == 48 and is_closed(value) for value in made.geometry.values())
-    assert np.allclose(made.bounds, scene.bounds)
-    assert made.area == pytest.approx(scene.area)
+    divided = trimesh.load_scene("out.glb")
+    assert len(divided.geometry) == 2
+    assert all(len(value.faces) == 48 and is_closed(value) for value in divided.geometry.values())
+    assert np.allclose(divided.bounds, scene.bounds)
+    assert divided.area == pytest.approx(scene.area)
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,10 @@ def bowl(tmp_path, monkeypatch):
     """A bowl of quads with normals and coordinates, and a triangle beside it."""
     monkeypatch.chdir(tmp_path)
     Path("round.svg").write_text(SVG)
-    x, y = (each.ravel() for each in np.meshgrid(np.linspace(-1, 1, N + 1), np.linspace(-1, 1, N + 1)))
+    x, y = (
+        coordinates.ravel()
+        for coordinates in np.meshgrid(np.linspace(-1, 1, N + 1), np.linspace(-1, 1, N + 1))
+    )
     normals = np.column_stack([-0.6 * x, -0.6 * y, np.ones(x.size)])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     lines = ["o bowl"]
@@ -111,8 +114,8 @@ def test_what_vertices_have_is_interpolated_and_other_parts_stay(bowl, iccm):
         part_colours[:, 1] > 0.6
     )  # where |y| is linear between old vertices
     assert np.allclose(part_colours[rim, 3:5], np.abs(part_colours[rim, :2]))
-    other = mesh_files.read("out.obj#other").mesh
-    assert np.array_equal(other.points[other.corners], [[9, 0, 0], [10, 0, 0], [9, 1, 0]])
+    triangle = mesh_files.read("out.obj#other").mesh
+    assert np.array_equal(triangle.points[triangle.corners], [[9, 0, 0], [10, 0, 0], [9, 1, 0]])
 
 
 @pytest.mark.slow

@@ -62,17 +62,17 @@ def test_the_common_path_needs_no_posix(shapes, arguments):
     ["iccm map sq", "iccm map --texture sq", "iccm batch sq", "iccm info sq", "iccm map a.svg b.svg -o sq"],
 )
 def test_names_of_files_are_completed(shapes, typed):
-    asked = {
+    variables = {
         "COMP_WORDS": typed,
         "COMP_CWORD": str(len(typed.split()) - 1),
         "_ICCM_COMPLETE": "bash_complete",
     }
     command = [sys.executable, "-c", "from iccm.cli import main; main()"]
-    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | asked)
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | variables)
     assert done.stdout == "file,sq\n"
 
 
-def typed_in_bash(line, wanted):
+def typed_in_bash(line, expected):
     """What an interactive bash with iccm's completion shows after a line that ends with a tab."""
     import pty
     import select
@@ -84,7 +84,7 @@ def typed_in_bash(line, wanted):
     seen, end = b"", time.monotonic() + 60
     begin = 'eval "$(_ICCM_COMPLETE=bash_source iccm)"; bind "set bell-style none"; echo rea"dy"\n'
     try:
-        for text, until in ((begin, b"ready"), (line, wanted.encode())):
+        for text, until in ((begin, b"ready"), (line, expected.encode())):
             os.write(screen, text.encode())
             seen = b""
             while until not in seen and time.monotonic() < end:

@@ -24,14 +24,14 @@ def box_of(spec):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     """A folder with a slanted shape."""
     monkeypatch.chdir(tmp_path)
     Path("flag.svg").write_text(SVG.format('<path id="flag" d="M20 30 L250 60 L270 170 L40 150 Z"/>'))
     return tmp_path
 
 
-def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(here, iccm):
+def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(folder, iccm):
     left, top, width, height = box_of(f"{FONT}#text=Rg#bbox")
     Path("twice.svg").write_text(
         SVG.format(f'<rect x="7" y="11" width="{2 * width}" height="{2 * height}"/>')
@@ -47,7 +47,7 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(here, iccm):
     assert Path("out.svg").read_text().count("<path ") == 2 and "<text" not in Path("out.svg").read_text()
 
 
-def test_a_word_fills_the_target_and_stays_inside(here, iccm):
+def test_a_word_fills_the_target_and_stays_inside(folder, iccm):
     done = iccm("map", "--text", "HE", "flag.svg", "-o", "out.svg", "--report", "r.json")
     assert done.code == 0, done.err
     drawn = reader.read(Path("out.svg")).painted
@@ -59,7 +59,7 @@ def test_a_word_fills_the_target_and_stays_inside(here, iccm):
 
 
 @pytest.mark.slow
-def test_a_word_is_a_target(here, iccm):
+def test_a_word_is_a_target(folder, iccm):
     done = iccm("map", "flag.svg", "--target-text", "T", "--font", str(SERIF), "-o", "out.svg")
     assert done.code == 0, done.err
     drawing, word = (
@@ -71,7 +71,7 @@ def test_a_word_is_a_target(here, iccm):
 
 
 @pytest.mark.slow
-def test_fonts_are_files_or_names(here, iccm):
+def test_fonts_are_files_or_names(folder, iccm):
     assert iccm("map", "--text", "T", "--font", str(SERIF), "flag.svg", "-o", "file.svg").code == 0
     assert iccm("map", "--text", "T", "--font", "DejaVu Serif", "flag.svg", "-o", "name.svg").code == 0
     assert iccm("map", "--text", "T", "flag.svg", "-o", "bold.svg").code == 0
@@ -94,13 +94,13 @@ def test_fonts_are_files_or_names(here, iccm):
         (("--font", "x.ttf", "flag.svg", "flag.svg"), "--font"),
     ],
 )
-def test_wrong_words_are_refused_in_a_line(here, iccm, given, named):
+def test_wrong_words_are_refused_in_a_line(folder, iccm, given, named):
     refused = iccm("map", *given, "-o", "out.svg")
     assert refused.code == 2 and named in refused.err and len(refused.err.splitlines()) == 1
     assert not Path("out.svg").exists()
 
 
-def test_the_box_of_a_drawing_and_of_its_parts(here):
+def test_the_box_of_a_drawing_and_of_its_parts(folder):
     body = '<g id="both"><rect id="a" x="10" y="20" width="30" height="40"/><circle cx="100" cy="90" r="20"/></g>'
     Path("logo.svg").write_text(SVG.format(body))
     assert box_of("logo.svg#bbox") == pytest.approx((10, 20, 110, 90), abs=0.1)
@@ -110,13 +110,13 @@ def test_the_box_of_a_drawing_and_of_its_parts(here):
     assert box_of("named.svg#bbox") == pytest.approx((10, 20, 30, 40))
 
 
-def test_the_box_of_a_feature_has_y_up(here):
+def test_the_box_of_a_feature_has_y_up(folder):
     ring = [[3, 1], [9, 2], [5, 8], [3, 1]]
     Path("a.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
     low, high = shape.read("a.geojson#bbox", whole=True).box
     assert (low, high) == (3 + 1j, 9 + 8j)
 
 
-def test_the_canvas_of_a_word_is_its_line(here):
+def test_the_canvas_of_a_word_is_its_line(folder):
     left, top, width, height = box_of(f"{FONT}#text=x#canvas")
     assert (left, top, height) == (0, 0, 100) and width > box_of(f"{FONT}#text=x#bbox")[2]
