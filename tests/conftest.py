@@ -51,12 +51,12 @@ def reports_are_valid(monkeypatch):
     from iccm.io.run import flatten, relayout, report
 
     def checked(make, schema):
-        def made(*given, **named):
+        def validated(*given, **named):
             result = make(*given, **named)
             validator(schema).validate(report.as_json(result))
             return result
 
-        return made
+        return validated
 
     for home, name, schema in (
         (report, "build", "report-1"),

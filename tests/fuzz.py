@@ -302,7 +302,7 @@ def glb() -> bytes:
                 [(4, 5126, "VEC3"), (4, 5126, "VEC2"), (6, 5123, "SCALAR")]
             )
         ],
-        "bufferViews": [{"buffer": 0, "byteOffset": at, "byteLength": size} for at, size in views],
+        "bufferViews": [{"buffer": 0, "byteOffset": start, "byteLength": size} for start, size in views],
         "buffers": [{"byteLength": len(data)}],
     }
     text = json.dumps(scene).encode()
@@ -475,26 +475,26 @@ def mutated(kind: str, seed: int) -> bytes:
 
 def mutate(rng: random.Random, data: bytearray) -> None:
     """Make one change: bytes, words, numbers, a cut, or a copy."""
-    at = rng.randrange(len(data) + 1)
-    to = min(len(data), at + rng.choice((1, 2, 5, 20, 200)))
+    start = rng.randrange(len(data) + 1)
+    end = min(len(data), start + rng.choice((1, 2, 5, 20, 200)))
     way = rng.randrange(7)
-    if way == 0 and at < len(data):
-        data[at] ^= 1 << rng.randrange(8)
+    if way == 0 and start < len(data):
+        data[start] ^= 1 << rng.randrange(8)
     elif way == 1:
-        del data[at:to]
+        del data[start:end]
     elif way == 2:
-        data[at:at] = rng.choice(WORDS) * rng.choice((1, 1, 1, 2, 500))
+        data[start:start] = rng.choice(WORDS) * rng.choice((1, 1, 1, 2, 500))
     elif way == 3:
-        data[at:at] = data[at:to] * rng.choice((1, 3, 100))
+        data[start:start] = data[start:end] * rng.choice((1, 3, 100))
     elif way == 4 and rng.random() < 0.3:
-        del data[at:]
+        del data[start:]
     elif way == 5:
         numbers = list(re.finditer(rb"\d+(\.\d+)?", data))
         if numbers:
             match = rng.choice(numbers)
             data[match.start() : match.end()] = rng.choice(WORDS)
-    elif way == 6 and at < len(data):
-        data[at] = rng.randrange(256)
+    elif way == 6 and start < len(data):
+        data[start] = rng.randrange(256)
 
 
 def misdirect(kind: str, rng: random.Random, data: bytearray) -> None:
@@ -602,9 +602,9 @@ def changed_npz(rng: random.Random, data: bytes) -> bytes:
     else:
         values = np.load(io.BytesIO(member_bytes)).copy()
         if values.size and values.dtype.kind in "cfi":
-            at = rng.randrange(values.size)
+            index = rng.randrange(values.size)
             choices = [*FLOATS, 1e99, 1e101] if values.dtype.kind in "cf" else [-2, -1, 0, 1, 7, 2**31 - 1]
-            values.flat[at] = (
+            values.flat[index] = (
                 rng.choice(choices) if rng.random() < 0.5 else values.flat[rng.randrange(values.size)]
             )
         out = io.BytesIO()
@@ -655,13 +655,13 @@ def renumber(rng: random.Random, data: bytearray) -> None:
 
 def mend(data: bytearray) -> None:
     """Correct the checksums, so that a changed PNG passes the first check."""
-    at = 8
-    while at + 12 <= len(data):
-        (size,) = struct.unpack_from(">I", data, at)
-        if at + 12 + size > len(data):
+    start = 8
+    while start + 12 <= len(data):
+        (size,) = struct.unpack_from(">I", data, start)
+        if start + 12 + size > len(data):
             break
-        struct.pack_into(">I", data, at + 8 + size, zlib.crc32(data[at + 4 : at + 8 + size]))
-        at += 12 + size
+        struct.pack_into(">I", data, start + 8 + size, zlib.crc32(data[start + 4 : start + 8 + size]))
+        start += 12 + size
 
 
 def read(kind: str, folder: Path, data: bytes) -> None:

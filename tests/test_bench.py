@@ -129,9 +129,11 @@ def test_a_bench_that_hangs_is_given_up_and_every_goal_is_listed(tmp_path, monke
     assert bench.main([]) == 1
     output = capsys.readouterr().out
     assert "given up after 5 s" in output
-    first, second, *others, count = output[output.rindex(" goals") :].splitlines()[1:]
+    first, second, *unmeasured, count = output[output.rindex(" goals") :].splitlines()[1:]
     assert first.startswith("GOAL met     the first run, x") and second.startswith("GOAL NOT MET imports")
-    assert len(others) == len(GOALS) - 2 and all("not measured in this run" in line for line in others)
+    assert len(unmeasured) == len(GOALS) - 2 and all(
+        "not measured in this run" in line for line in unmeasured
+    )
     assert count == f"1 of {len(GOALS)} met"
 
 
@@ -168,8 +170,8 @@ def test_figures_of_reports_are_those_of_the_files(tmp_path):
     x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9)))
     rows = [f"v {a} {b} {0.4 * np.sin(3 * a) * b}" for a, b in zip(x, y)]
     rows += [f"vt {0.1 + 0.8 * a} {0.1 + 0.6 * b + 0.2 * a * a}" for a, b in zip(x, y)]
-    at = [9 * j + i + 1 for j in range(8) for i in range(8)]
-    rows += ["f " + " ".join(f"{v}/{v}" for v in (k, k + 1, k + 10, k + 9)) for k in at]
+    corners = [9 * j + i + 1 for j in range(8) for i in range(8)]
+    rows += ["f " + " ".join(f"{v}/{v}" for v in (k, k + 1, k + 10, k + 9)) for k in corners]
     (tmp_path / "sheet.obj").write_text("\n".join(rows))
     results = list(checked(tmp_path / "sheet.obj", tmp_path))
     assert [mode for mode, *_ in results] == [
@@ -265,8 +267,8 @@ def test_what_is_shown_of_a_source_is_measured_through_the_map():
     up = (down + 0.5) / 300
     places = np.stack([across + 0.05 * (up - 0.5), up], -1)
     visible = (right >= 20) & (right < 180)
-    assert coverage.shown(places, visible, source) == pytest.approx(0.3 / 0.5, abs=0.02)
-    assert coverage.shown(places, np.zeros_like(visible), source) == 0
+    assert coverage.shown_share(places, visible, source) == pytest.approx(0.3 / 0.5, abs=0.02)
+    assert coverage.shown_share(places, np.zeros_like(visible), source) == 0
 
 
 @pytest.mark.skipif(os.name != "posix", reason="the bench limits its commands in ways that only POSIX has")

@@ -109,8 +109,8 @@ def folder(shapes):
     Path("elsewhere.mha").write_text("\n".join([*lines, "ElementDataFile = ../canary.mtl"]) + "\n")
     Path("a.csv").write_text("x,y\n30,40\n60,45\n")
     with zipfile.ZipFile("b.zip", "w") as archive:
-        for number, at in enumerate([(1, 1), (2, 2)]):
-            region = roifile.ImagejRoi.frompoints(np.array([at], float))
+        for number, place in enumerate([(1, 1), (2, 2)]):
+            region = roifile.ImagejRoi.frompoints(np.array([place], float))
             region.roitype = roifile.ROI_TYPE.POINT
             archive.writestr(f"../../{number}.roi", region.tobytes())
     job = {"source": "square.svg", "target": "disk.svg", "output": "o.png", "size": 16, "method": "paper"}

@@ -91,9 +91,9 @@ def test_results_and_verdicts_are_as_their_schemas(shapes, iccm):
     assert {verdict["state"] for verdict in verdicts} == {"same", "differs"}
     for name, lines in (("result-1", results), ("check-1", verdicts)):
         schema = validator(name).schema
-        for one in lines:
-            validator(name).validate(one)
-            assert described(one, schema, schema) == []
+        for entry in lines:
+            validator(name).validate(entry)
+            assert described(entry, schema, schema) == []
 
 
 def test_a_wrong_report_is_refused(shapes, iccm):

@@ -69,7 +69,7 @@ def test_the_pages_of_iccm_do_not_use_terms_to_avoid(path):
         matches = re.findall(r">([^<>{}]+)<|(?:title|aria-label)=\"([^\"]+)\"", text.partition("<script>")[0])
     else:
         matches = re.findall(r"'([^'\n]* [^'\n]*)'|`([^`]* [^`]*)`", re.sub(r"(?s:/\*.*?\*/)|//.*", "", text))
-    assert not uses(" . ".join(" ".join(found) for found in matches), TERMS)
+    assert not uses(" . ".join(" ".join(words) for words in matches), TERMS)
 
 
 def test_terms_to_avoid_are_found_in_code():

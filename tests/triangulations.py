@@ -95,9 +95,9 @@ def scattered(map, count, seed=0):
     """Triangles (count,) and barycentric coordinates (count, 3): inside, on edges and at corners."""
     rng = np.random.default_rng(seed)
     place = rng.dirichlet([0.5] * 3, count)
-    at = np.arange(count)
-    place[at[::3], rng.integers(0, 3, at[::3].size)] = 0
-    place[::7] = np.eye(3)[rng.integers(0, 3, at[::7].size)]
+    numbers = np.arange(count)
+    place[numbers[::3], rng.integers(0, 3, numbers[::3].size)] = 0
+    place[::7] = np.eye(3)[rng.integers(0, 3, numbers[::7].size)]
     return rng.integers(0, len(map.faces), count), place / place.sum(axis=1, keepdims=True)
 
 

@@ -54,14 +54,14 @@ def main(names: list[str]) -> int:
     """Run the requested benches; return 1 if one failed, 2 if one is unknown."""
     options = QUICK if "--quick" in names else OPTIONS
     names = [name for name in names if name != "--quick"]
-    there = [name for name in ORDER if (HERE / f"{name}.py").exists()]
-    unknown = sorted(set(names) - set(there))
+    available = [name for name in ORDER if (HERE / f"{name}.py").exists()]
+    unknown = sorted(set(names) - set(available))
     if unknown:
-        print(f"no bench {unknown[0]!r}; there is {', '.join(there)}", file=sys.stderr)
+        print(f"no bench {unknown[0]!r}; there is {', '.join(available)}", file=sys.stderr)
         return 2
     ended: list[tuple[str, str, float]] = []
     goals: list[str] = []
-    for name in names or there:
+    for name in names or available:
         print(f"\n{'=' * 20} {name}", flush=True)
         start = time.perf_counter()
         how = run(name, options.get(name, "").split(), goals)
@@ -89,10 +89,10 @@ def run(name: str, options: list[str], goals: list[str]) -> str:
     watch = threading.Timer(LONGEST, lambda: (late.set(), stop(process)))
     watch.start()
     try:
-        for said in process.stdout:
-            print(said, end="", flush=True)
-            if said.startswith(MARK):
-                goals.append(said)
+        for printed in process.stdout:
+            print(printed, end="", flush=True)
+            if printed.startswith(MARK):
+                goals.append(printed)
         code = process.wait()
     except KeyboardInterrupt:
         return STOPPED

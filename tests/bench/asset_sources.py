@@ -201,13 +201,13 @@ def by_trimesh(path: Path, pictures: Path, out: Path) -> None:
             name_wanted = Path(name.strip().replace("\\", "/"))
             for folder in (pictures, *pictures.parents[:8]):
                 for place in ((folder / name_wanted).parent, folder):
-                    for found in sorted(place.iterdir()) if place.is_dir() else ():
+                    for candidate in sorted(place.iterdir()) if place.is_dir() else ():
                         if (
-                            found.is_file()
-                            and found.stem.lower() == name_wanted.stem.lower()
-                            and is_picture(found)
+                            candidate.is_file()
+                            and candidate.stem.lower() == name_wanted.stem.lower()
+                            and is_picture(candidate)
                         ):
-                            return found.read_bytes()
+                            return candidate.read_bytes()
             raise FileNotFoundError(name)
 
     scene = trimesh.load_scene(path, resolver=Anywhere(str(path)))

@@ -78,28 +78,28 @@ class File:
             return np.arange(self.tree.accessors[primitive.attributes.POSITION].count).reshape(-1, 3)
         return self.values(primitive.indices).reshape(-1, 3).astype(np.int64)
 
-    def colours(self, primitive: gl.Primitive, which: NDArray, weights: NDArray) -> NDArray:
+    def colours(self, primitive: gl.Primitive, triangles: NDArray, weights: NDArray) -> NDArray:
         """Return (p, 3) base colours, 0 … 255, at points of triangles.
 
         Texels are decoded before they are interpolated, as glTF requires (§3.9.2).
         """
-        return 255 * encoded(self.light(primitive, which, weights))
+        return 255 * encoded(self.light(primitive, triangles, weights))
 
-    def light(self, primitive: gl.Primitive, which: NDArray, weights: NDArray) -> NDArray:
+    def light(self, primitive: gl.Primitive, triangles: NDArray, weights: NDArray) -> NDArray:
         """Return (p, 3) the same in linear light, 0 … 1."""
         material = None if primitive.material is None else self.tree.materials[primitive.material]
         physical = material and material.pbrMetallicRoughness
         if not physical:
-            return np.full((which.size, 3), 1.0)
+            return np.full((triangles.size, 3), 1.0)
         factor = np.array(physical.baseColorFactor or (1, 1, 1, 1))[:3]
         texture_info = physical.baseColorTexture
-        texels = np.full((which.size, 3), 1.0)
+        texels = np.full((triangles.size, 3), 1.0)
         if texture_info is not None:
-            texels = self._texels(primitive, texture_info, which, weights)
+            texels = self._texels(primitive, texture_info, triangles, weights)
         return texels * factor
 
     def _texels(
-        self, primitive: gl.Primitive, texture_info: gl.TextureInfo, which: NDArray, weights: NDArray
+        self, primitive: gl.Primitive, texture_info: gl.TextureInfo, triangles: NDArray, weights: NDArray
     ) -> NDArray:
         texture = self.tree.textures[texture_info.index]
         sampler = None if texture.sampler is None else self.tree.samplers[texture.sampler]
@@ -110,13 +110,15 @@ class File:
         # composited over black
         pixels = _linear(pixels[..., :3]) * (1.0 if mode in (None, "OPAQUE") else pixels[..., 3:])
         uv = self.values(getattr(primitive.attributes, f"TEXCOORD_{texture_info.texCoord or 0}"))
-        at = np.einsum("pk,pkc->pc", weights, uv[self.faces(primitive)[which]])
+        places = np.einsum("pk,pkc->pc", weights, uv[self.faces(primitive)[triangles]])
         transform = (texture_info.extensions or {}).get("KHR_texture_transform", {})
         c, s = np.cos(transform.get("rotation", 0)), np.sin(transform.get("rotation", 0))
-        at = (at * transform.get("scale", (1, 1))) @ np.array([[c, -s], [s, c]]) + transform.get(
+        places = (places * transform.get("scale", (1, 1))) @ np.array([[c, -s], [s, c]]) + transform.get(
             "offset", (0, 0)
         )
-        return _bilinear(pixels, at, [getattr(sampler, name, None) or 10497 for name in ("wrapS", "wrapT")])
+        return _bilinear(
+            pixels, places, [getattr(sampler, name, None) or 10497 for name in ("wrapS", "wrapT")]
+        )
 
 
 def _bilinear(pixels: NDArray, uv: NDArray, wraps: list[int]) -> NDArray:
@@ -253,10 +255,10 @@ def differences(old: Path, new: Path) -> NDArray:
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         if not area.sum() > 0:
             continue
-        which = rng.choice(len(area), PLACES // len(before.primitives) + 1, p=area / area.sum())
-        weights = rng.dirichlet((1, 1, 1), which.size)
+        triangles = rng.choice(len(area), PLACES // len(before.primitives) + 1, p=area / area.sum())
+        weights = rng.dirichlet((1, 1, 1), triangles.size)
         distances.append(
-            np.abs(before.colours(a, which, weights) - after.colours(b, which, weights)).mean(axis=1)
+            np.abs(before.colours(a, triangles, weights) - after.colours(b, triangles, weights)).mean(axis=1)
         )
     return np.concatenate(distances)
 

@@ -214,8 +214,8 @@ def verdict(attempt: Attempt, folder: Path, result: "subprocess.CompletedProcess
     lines = result.stderr.strip().splitlines()
     errors = lines[-1:] if attempt.python else [line for line in lines if line.startswith("error:")]
     is_short = 0 < len(errors) <= MOST_LINES_OF_AN_ERROR
-    where = "\n".join(errors if attempt.python else lines)
-    if attempt.cure and result.returncode in (1, 2) and is_short and re.search(attempt.cure, where):
+    text = "\n".join(errors if attempt.python else lines)
+    if attempt.cure and result.returncode in (1, 2) and is_short and re.search(attempt.cure, text):
         return "helps"
     return "fails"
 
@@ -228,8 +228,8 @@ def _has_new_file(attempt: Attempt, folder: Path) -> bool:
 
 def run(attempt: Attempt, files: Path | None) -> tuple[str, str, float]:
     """Run one attempt in a fresh folder; return its verdict, the last lines it wrote and its seconds."""
-    with tempfile.TemporaryDirectory() as where:
-        folder = Path(where)
+    with tempfile.TemporaryDirectory() as directory:
+        folder = Path(directory)
         prepare(folder)
         if files:
             shutil.copytree(files, folder, dirs_exist_ok=True)

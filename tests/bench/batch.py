@@ -98,11 +98,11 @@ class Batch:
     memory: list[float]
 
 
-def run(manifest: Path, *where: str, cluster: Any = None) -> Batch:
+def run(manifest: Path, *options: str, cluster: Any = None) -> Batch:
     """Run a manifest on local workers, or on a cluster."""
     root, given = manifest.parent / "out", len(manifest.read_text().splitlines())
     memory, ended, results, start = [], [], [], time.perf_counter()
-    with command(manifest, root, *where) as process:
+    with command(manifest, root, *options) as process:
         threading.Thread(target=watch, args=(process.pid, memory), daemon=True).start()
         for number, line in enumerate(process.stdout, 1):
             ended.append(time.perf_counter())
@@ -119,9 +119,9 @@ def run(manifest: Path, *where: str, cluster: Any = None) -> Batch:
     return Batch(seconds, (ended[-1] - ended[0]) / count, used / count, inside, memory)
 
 
-def command(manifest: Path, root: Path, *where: str) -> subprocess.Popen:
+def command(manifest: Path, root: Path, *options: str) -> subprocess.Popen:
     """Start `iccm batch`."""
-    line = [ICCM, "batch", str(manifest), "--root", str(root), *where, "-q"]
+    line = [ICCM, "batch", str(manifest), "--root", str(root), *options, "-q"]
     return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
 
@@ -140,11 +140,11 @@ def watch(pid: int, memory: list[float]) -> None:
     with contextlib.suppress(psutil.NoSuchProcess):
         process = psutil.Process(pid)
         while process.is_running():
-            memory.append(sum(map(held, [process, *process.children(recursive=True)])))
+            memory.append(sum(map(memory_mib, [process, *process.children(recursive=True)])))
             time.sleep(0.25)
 
 
-def held(process: psutil.Process) -> float:
+def memory_mib(process: psutil.Process) -> float:
     """Return the memory of a process in MiB."""
     with contextlib.suppress(psutil.Error):
         memory = process.memory_full_info()
@@ -208,15 +208,17 @@ def workers(given: argparse.Namespace) -> None:
     """Compare two workers with one, and with the same work in one process without a batch."""
     with tempfile.TemporaryDirectory() as name:
         manifest = jobs(Path(name), given.jobs)
-        one, two = run(manifest, "-j", "1"), run(manifest, "-j", "2")
+        single, double = run(manifest, "-j", "1"), run(manifest, "-j", "2")
         base = alone(manifest)
     per = 1000 / given.jobs
-    print(f"{given.jobs} usual jobs: {one.seconds:.1f} s on one worker, {two.seconds:.1f} s on two")
-    print(f"  {one.steady / two.steady:.2f} x as fast between the first result and the last")
+    print(f"{given.jobs} usual jobs: {single.seconds:.1f} s on one worker, {double.seconds:.1f} s on two")
+    print(f"  {single.steady / double.steady:.2f} x as fast between the first result and the last")
     print(
-        f"  one process without a batch {base:.1f} s; more in a batch {per * (one.seconds - base):.1f} ms a job,"
+        f"  one process without a batch {base:.1f} s; more in a batch {per * (single.seconds - base):.1f} ms a job,"
     )
-    print(f"  of which outside the job itself {per * (one.seconds - one.inside):.1f} ms (start-up included)")
+    print(
+        f"  of which outside the job itself {per * (single.seconds - single.inside):.1f} ms (start-up included)"
+    )
 
 
 def alone(manifest: Path) -> float:

@@ -37,7 +37,7 @@ def main(words: list[str] | None = None) -> None:
 def balances(count: int, seed: int) -> None:
     """Print the table of balances."""
     rows = []
-    for (one, source), (two, target) in shapes.pairs(count, seed):
+    for (first, source), (second, target) in shapes.pairs(count, seed):
         for balance in BALANCES:
             distortion = iccm.fit(source, target, fit="whole", balance=balance).distortion
             low, high = (
@@ -47,7 +47,7 @@ def balances(count: int, seed: int) -> None:
                 (balance, high - low, distortion.quantile(distortion.dilatations, 0.95), distortion.turn)
             )
             print(
-                f"{one} to {two}, balance {balance:g}: {rows[-1][1]:.3f}, {rows[-1][2]:.3g}, {rows[-1][3]:.0f}°",
+                f"{first} to {second}, balance {balance:g}: {rows[-1][1]:.3f}, {rows[-1][2]:.3g}, {rows[-1][3]:.0f}°",
                 flush=True,
             )
     spread, K95, turn = (np.array([row[k] for row in rows]).reshape(-1, len(BALANCES)) for k in (1, 2, 3))
@@ -64,7 +64,7 @@ def bounds(count: int, seed: int) -> None:
     """Print the table of bounds."""
     rows, kinds = [], []
     print("pair, bound: asked, corners, found, over, p95 and energy by the free map's")
-    for (one, source), (two, target) in shapes.pairs(count, seed):
+    for (first, source), (second, target) in shapes.pairs(count, seed):
         free = iccm.fit(source, target, fit="whole").distortion
         for name, values, root in (("dilatation", "dilatations", 1.0), ("stretch", "stretches", 0.5)):
             usual = getattr(free, values)
@@ -76,7 +76,7 @@ def bounds(count: int, seed: int) -> None:
                 p95 = fit.distortion.quantile(attained, 0.95) / free.quantile(usual, 0.95)
                 cost = energy(fit.distortion) / energy(free)
                 print(
-                    f"{one} to {two}, {name} {share:g}: {bound:.3g}, {least:.3g}, {attained.max():.3g}, "
+                    f"{first} to {second}, {name} {share:g}: {bound:.3g}, {least:.3g}, {attained.max():.3g}, "
                     f"{over:.3%}, {p95:.3f}, {cost:.3f}",
                     flush=True,
                 )

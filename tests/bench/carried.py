@@ -76,9 +76,9 @@ def premultiplied(pixels: NDArray[np.uint8]) -> NDArray[np.float32]:
     return colours
 
 
-def different(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> float:
+def different(first: NDArray[np.uint8], second: NDArray[np.uint8]) -> float:
     """Return the share of pixels of a picture that no pixel near the same place of the other resembles."""
-    a, b = premultiplied(one), premultiplied(other)
+    a, b = premultiplied(first), premultiplied(second)
     kernel = np.ones((3, 3), np.uint8)
     low, high = cv2.erode(b, kernel), cv2.dilate(b, kernel)
     return float(((a < low - TOLERANCE) | (a > high + TOLERANCE)).any(axis=2).mean())
@@ -89,22 +89,22 @@ def carried(path: Path, folder: Path) -> tuple[float, float, str]:
     canvas = tree.parse(path.read_bytes()).canvas
     if canvas is None:
         raise RuntimeError("no canvas")
-    same, target, moved, fine, picture = (
+    unchanged, target, moved, fine, picture = (
         folder / name for name in ("same.svg", "target.svg", "bent.svg", "fine.png", "bent.png")
     )
     target.write_text(bent(canvas))
-    notes = run("map", f"{path}#canvas", f"{path}#canvas", "-o", same, "--force")
+    notes = run("map", f"{path}#canvas", f"{path}#canvas", "-o", unchanged, "--force")
     run("map", f"{path}#canvas", target, "-o", moved, "--force")
     Image.fromarray(drawn(path, canvas, FINE_PIXELS)).save(fine)
     run("map", f"{path}#canvas", target, "--texture", fine, "-o", picture, "--size", str(PIXELS), "--force")
-    first = different(drawn(path, canvas, PIXELS), drawn(same, canvas, PIXELS))
+    first = different(drawn(path, canvas, PIXELS), drawn(unchanged, canvas, PIXELS))
     pixels = np.asarray(Image.open(picture).convert("RGBA"))
     artwork = drawn(moved, canvas, PIXELS)
     height, width = pixels.shape[:2]
     if artwork.shape[:2] != (height, width):
         artwork = cv2.resize(artwork, (width, height), interpolation=cv2.INTER_AREA)
     second = max(different(pixels, artwork), different(artwork, pixels))
-    return max(first, different(drawn(same, canvas, PIXELS), drawn(path, canvas, PIXELS))), second, notes
+    return max(first, different(drawn(unchanged, canvas, PIXELS), drawn(path, canvas, PIXELS))), second, notes
 
 
 def chosen(count: int, seed: int) -> list[Path]:

@@ -69,7 +69,7 @@ def clear(curve: Curve, z: np.ndarray) -> np.ndarray:
 
 def apart(points: list, z: complex, unit: float) -> bool:
     """Return whether a point is far enough from the others."""
-    return all(abs(z - other) > CLEAR * unit for other in points)
+    return all(abs(z - point) > CLEAR * unit for point in points)
 
 
 def inner(rng, free: iccm.Fit, count: int, low: float, high: float) -> np.ndarray | None:
@@ -79,8 +79,8 @@ def inner(rng, free: iccm.Fit, count: int, low: float, high: float) -> np.ndarra
         z = complex(rng.choice(points))
         w = complex(free.map(np.array([z]))[0])
         way = rng.uniform(low, high) * np.exp(2j * np.pi * rng.uniform()) * free.target.diagonal
-        both = zip((z, w + way), (free.source, free.target), zip(*pins) if pins else ([], []))
-        if all(clear(c, np.array([p]))[0] and apart(have, p, c.diagonal) for p, c, have in both):
+        sides = zip((z, w + way), (free.source, free.target), zip(*pins) if pins else ([], []))
+        if all(clear(c, np.array([p]))[0] and apart(have, p, c.diagonal) for p, c, have in sides):
             pins.append((z, w + way))
         if len(pins) == count:
             return np.array(pins)
@@ -105,11 +105,11 @@ def outer(rng, free: iccm.Fit, count: int, slide: float) -> np.ndarray | None:
     return None
 
 
-def some_stuck(one: tuple | None, k: int) -> tuple:
+def some_stuck(line: tuple | None, k: int) -> tuple:
     """Return a stroke whose ends slide, or with pins at its ends, alternately."""
-    if one is None or k % 2:
-        return (), [one]
-    return np.column_stack([np.asarray(side)[[0, -1]] for side in one]), [one]
+    if line is None or k % 2:
+        return (), [line]
+    return np.column_stack([np.asarray(side)[[0, -1]] for side in line]), [line]
 
 
 def stroke(rng, free: iccm.Fit, low: float = 0.15, high: float = 0.4, turned: float = TURNED) -> tuple | None:
@@ -135,36 +135,36 @@ def stroke(rng, free: iccm.Fit, low: float = 0.15, high: float = 0.4, turned: fl
 
 def mixed(rng, free: iccm.Fit, count: int) -> tuple | None:
     """Return a stroke and pins inside and on the outline, as far as they are compatible."""
-    one = stroke(rng, free, 0.1, 0.25, 30)
+    line = stroke(rng, free, 0.1, 0.25, 30)
     pins = inner(rng, free, 1 + count % 2, 0.03, 0.1), outer(rng, free, 2 + count % 2, 0.05)
-    if one is None or any(part is None for part in pins):
+    if line is None or any(part is None for part in pins):
         return None
-    lines = [Curve(np.asarray(z), closed=False) for z in one]
+    lines = [Curve(np.asarray(z), closed=False) for z in line]
     far = [
         c.distances(side).min() > CLEAR * d.diagonal
         for c, side, d in zip(lines, pins[0].T, (free.source, free.target))
     ]
-    return (np.concatenate(pins), [one]) if all(far) else None
+    return (np.concatenate(pins), [line]) if all(far) else None
 
 
 def touching(rng, free: iccm.Fit, k: int) -> tuple:
     """Return a stroke from the outline inwards, or across the shape, and its unconstrained image with the ends moved
     along the outline and the middle displaced.
     """
-    source, target, both = free.source, free.target, k % 2
+    source, target, across = free.source, free.target, k % 2
     share = np.linspace(0, 1, 40)
     for _ in range(TRIES // 10):
-        z = ray(rng, source, both)
-        if z is None or not clear_but_for_ends(source, z, both):
+        z = ray(rng, source, across)
+        if z is None or not clear_but_for_ends(source, z, across):
             continue
         w = free.map(z) + displacement(rng, 0.02, 0.08) * target.diagonal * np.sin(np.pi * share) ** 2
-        at = target.closest(w[[0, -1]]) + rng.uniform(-0.03, 0.03, 2) * target.length
-        feet = target.at(at) - w[[0, -1]]
-        w = w + feet[0] * (1 - share) ** 2 + both * feet[1] * share**2
+        feet_at = target.closest(w[[0, -1]]) + rng.uniform(-0.03, 0.03, 2) * target.length
+        feet = target.at(feet_at) - w[[0, -1]]
+        w = w + feet[0] * (1 - share) ** 2 + across * feet[1] * share**2
         goal = Curve(w, closed=False)
         goal = Curve(goal.at(np.linspace(0, goal.length, 6)), closed=False)
         line = shapely.LineString(np.column_stack([goal.z.real, goal.z.imag]))
-        if line.is_simple and clear_but_for_ends(target, goal.at(share * goal.length), both):
+        if line.is_simple and clear_but_for_ends(target, goal.at(share * goal.length), across):
             return (), [(z[::13], goal.z)]
     return (), [None]
 
@@ -192,12 +192,14 @@ def ray(rng, curve: Curve, across: int) -> np.ndarray | None:
     return foot + np.linspace(0, lengths.min() * (1 if across else rng.uniform(0.4, 0.7)), 40) * way
 
 
-def clear_but_for_ends(curve: Curve, z: np.ndarray, both: int) -> bool:
-    """Return whether a polyline (n,) starts on the outline, ends there if `both`, and stays clear of it in between."""
+def clear_but_for_ends(curve: Curve, z: np.ndarray, both_ends: int) -> bool:
+    """Return whether a polyline (n,) starts on the outline, ends there if `both_ends`, and stays clear of it in
+    between.
+    """
     away = curve.distances(z)
     steps = np.arange(z.size) / z.size
-    far = np.minimum(steps, 1 - steps if both else 1.0)
-    inner = curve.contains(z[1 : z.size - both]).all()
+    far = np.minimum(steps, 1 - steps if both_ends else 1.0)
+    inner = curve.contains(z[1 : z.size - both_ends]).all()
     return bool(
         inner and np.all(away > np.minimum(CLEAR, 0.1 * far) * curve.diagonal - 1e-9 * curve.diagonal)
     )
@@ -292,13 +294,13 @@ def summed_up(rows: list[Row]) -> str:
 def run(kind: str, cases: list[Case], seed: int, share: float) -> list[Row]:
     """Run all cases of a kind; print a line for each, and a summary with the goals."""
     count, least, make = KINDS[kind]
-    rng, rows, failed, made = np.random.default_rng(seed), [], 0, 0
+    rng, rows, failed, tried = np.random.default_rng(seed), [], 0, 0
     for k in range(max(1, round(count * share))):
         drawn = drawn_for(rng, cases, make, k)
         if drawn is None:
             continue
         case, *request = drawn
-        made += 1
+        tried += 1
         name = f"{kind:8} {case.name:48} {len(request[0])}"
         try:
             row = measured(case, *request)
@@ -315,7 +317,7 @@ def run(kind: str, cases: list[Case], seed: int, share: float) -> list[Row]:
         )
     met = sum(row.met for row in rows)
     print(
-        f"{kind}: {met} of {made} met (goal {least:.0%}), folds {sum(not r.certified for r in rows)} (goal 0), "
+        f"{kind}: {met} of {tried} met (goal {least:.0%}), folds {sum(not r.certified for r in rows)} (goal 0), "
         f"no map {failed}, {summed_up(rows)}; seed {seed}\n"
     )
     return rows

@@ -92,7 +92,7 @@ def cracks(target: Mask, result: Mask) -> float:
     return float(filled.sum() / target.sum())
 
 
-def shown(places: NDArray, visible: Mask, source: Mask) -> float:
+def shown_share(places: NDArray, visible: Mask, source: Mask) -> float:
     """Return the share of the source drawing's painted area that a picture shows.
 
     Args:
@@ -131,9 +131,9 @@ def extra_holes(target: Mask, result: Mask) -> int:
     labels, count = ndimage.label(holes)
     if not count:
         return 0
-    which = np.arange(1, count + 1)
-    sizes = ndimage.sum_labels(holes, labels, which)
-    inside = ndimage.sum_labels(target, labels, which)
+    numbers = np.arange(1, count + 1)
+    sizes = ndimage.sum_labels(holes, labels, numbers)
+    inside = ndimage.sum_labels(target, labels, numbers)
     least = LEAST_HOLE_PIXELS * (max(target.shape) / CRACK_SIDE_PIXELS) ** 2
     return int(((sizes >= least) & (inside > sizes / 2)).sum())
 

@@ -173,9 +173,10 @@ def kin_pairs() -> list[tuple[Drawing, Drawing]]:
     fonts = {serif: "playfair", bold: "bangers", script: "vibes"}
     drawing_pairs = [
         tuple(
-            Drawing(f"{font}#text={text}", *word_svg(font, text), fonts[font]) for font, text in (one, other)
+            Drawing(f"{font}#text={text}", *word_svg(font, text), fonts[font])
+            for font, text in (source, target)
         )
-        for one, other in (((a, b), (c, d)) for a, b, c, d in letters)
+        for source, target in (((a, b), (c, d)) for a, b, c, d in letters)
     ]
     drawing_pairs += [(_named(a), _named(b)) for a, b in KIN]
     samples = shapes.ROOT / "samples" / "rose-leaf"
@@ -305,10 +306,10 @@ def word_svg(font: Path, text: str) -> tuple[str, Box]:
     uharfbuzz.shape(uharfbuzz.Font(uharfbuzz.Face(font.read_bytes())), buffer)
     path, bounds, pen_x = [], BoundsPen(outlines), 0
     for info, place in zip(buffer.glyph_infos, buffer.glyph_positions, strict=True):
-        at = Offset(pen_x + place.x_offset, place.y_offset)
+        offset = Offset(pen_x + place.x_offset, place.y_offset)
         pen = SVGPathPen(outlines)
-        outlines[names[info.codepoint]].draw(TransformPen(pen, at))
-        outlines[names[info.codepoint]].draw(TransformPen(bounds, at))
+        outlines[names[info.codepoint]].draw(TransformPen(pen, offset))
+        outlines[names[info.codepoint]].draw(TransformPen(bounds, offset))
         # one path each, so that overlapping glyphs stay filled
         path.append(f'<path d="{pen.getCommands()}"/>')
         pen_x += place.x_advance

@@ -186,7 +186,7 @@ def visible_share(places: Path, picture: Path, source: Drawing) -> float:
     pixels = oiio.ImageInput.open(str(places)).read_image()
     with Image.open(picture) as opened:
         result = coverage.painted(np.asarray(opened.convert("RGBA"))[..., 3])
-    return coverage.shown(pixels[..., :2], result & (pixels[..., 3] > 0.5), fine(source)[0])
+    return coverage.shown_share(pixels[..., :2], result & (pixels[..., 3] > 0.5), fine(source)[0])
 
 
 def painted_area(drawing: Drawing, box: Box, size: tuple[int, int]) -> coverage.Mask:
@@ -248,20 +248,22 @@ def goals(arms: dict[str, list[Row]]) -> None:
         ("no hole of its own", 0, lambda r: r.picture and not r.extra_holes),
         ("exit code 0", 0, lambda r: r.code == 0),
     ]
-    first, *others = arms
-    print(f"\ngoals: share of the pairs in {first}, asked for{''.join(f', {name}' for name in others)}")
+    first, *other_arms = arms
+    print(f"\ngoals: share of the pairs in {first}, asked for{''.join(f', {name}' for name in other_arms)}")
     for name, least, holds in requirements:
         shares = {arm: share(rows, holds) for arm, rows in arms.items()}
         verdict = "      " if not least else "holds " if shares[first] >= least - 1e-9 else "FAILS "
-        other_shares = " ".join(f"{shares[arm]:7.1%}" for arm in others)
+        other_shares = " ".join(f"{shares[arm]:7.1%}" for arm in other_arms)
         print(
             f"  {verdict} {name:24} {shares[first]:7.1%} {f'{least:.0%}' if least else '':>5} {other_shares}"
         )
     for arm, rows in arms.items():
-        both = [row for row in rows if row.picture and row.ours is not None]
-        if both:
-            agree = share(both, lambda r: abs(r.covered - r.ours) <= AGREES)
-            print(f"  {arm}: our `covered` within {AGREES} of the measured one on {agree:.1%} of {len(both)}")
+        pictured = [row for row in rows if row.picture and row.ours is not None]
+        if pictured:
+            agree = share(pictured, lambda r: abs(r.covered - r.ours) <= AGREES)
+            print(
+                f"  {arm}: our `covered` within {AGREES} of the measured one on {agree:.1%} of {len(pictured)}"
+            )
 
 
 def quantiles(arms: dict[str, list[Row]]) -> None:
@@ -380,8 +382,8 @@ def main(words: list[str] | None = None) -> None:
     pairs = kin_pairs() if given.kin else random_pairs(given.pairs, given.seed, empty)
     sets = Counter(drawing.part_of for pair in pairs for drawing in pair)
     chosen = [k for k in range(1, len(pairs) + 1) if not given.only or k in given.only]
-    which = "pairs of a kind" if given.kin else f"random pairs (seed {given.seed})"
-    print(f"## {len(pairs)} {which} of {len(sets)} sets: {', '.join(sorted(sets))}")
+    kind = "pairs of a kind" if given.kin else f"random pairs (seed {given.seed})"
+    print(f"## {len(pairs)} {kind} of {len(sets)} sets: {', '.join(sorted(sets))}")
     print(f"drawings that paint nothing, passed over: {len(empty)} {empty[:8]}")
     several = [any(part_count(drawing) > 1 for drawing in pair) for pair in pairs]
     kinds = [{drawing.kind for drawing in pair} for pair in pairs]

@@ -59,13 +59,13 @@ class Written(NamedTuple):
     @property
     def fans(self) -> tuple[NDArray, NDArray]:
         """Return (m, 3) vertices and coordinates of triangles."""
-        both = [
+        numbers = [
             [corners[0], corners[k], corners[k + 1]]
             for part in (0, 1)
             for corners in (face[part] for face in self.faces)
             for k in range(1, len(corners) - 1)
         ]
-        return np.array(both[: len(both) // 2]), np.array(both[len(both) // 2 :])
+        return np.array(numbers[: len(numbers) // 2]), np.array(numbers[len(numbers) // 2 :])
 
 
 def read(path: Path) -> Written:
@@ -130,7 +130,10 @@ def quantile(values: NDArray, weights: NDArray, share: float) -> float:
 
 def stretches(planar: NDArray, space: NDArray) -> tuple[NDArray, NDArray]:
     """Return (m, 2) singular values of the linear maps from triangles (m, 3, 2) to (m, 3, 3), and their orientation."""
-    e, d = (np.stack([at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]], axis=-1) for at in (space, planar))
+    e, d = (
+        np.stack([points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]], axis=-1)
+        for points in (space, planar)
+    )
     upright = np.linalg.det(d) > 0
     singular_values = np.full((len(d), 2), np.nan)
     singular_values[upright] = np.linalg.svd(e[upright] @ np.linalg.inv(d[upright]), compute_uv=False)
@@ -173,7 +176,7 @@ def rim(file: Written, plane: NDArray) -> Figures:
     outer = max((ring for ring in rings if len(ring) > 2), key=lambda ring: shapely.Polygon(ring).area)
     rings = shapely.LinearRing(outer), shapely.LinearRing(DISK)
     dense = [np.array(ring.segmentize(0.02).coords) for ring in rings]
-    away = [shapely.distance(shapely.points(at), other) for at, other in zip(dense, rings[::-1])]
+    away = [shapely.distance(shapely.points(places), other) for places, other in zip(dense, rings[::-1])]
     middles, lengths = (dense[0][1:] + dense[0][:-1]) / 2, np.linalg.norm(np.diff(dense[0], axis=0), axis=1)
     square = np.average(shapely.distance(shapely.points(middles), rings[1]) ** 2, weights=lengths)
     diagonal = float(np.linalg.norm(np.ptp(DISK, axis=0)))
@@ -197,10 +200,10 @@ def layout(file: Written, size: int) -> Figures:
             parent[root(vertex)] = root(uv[0])
     _, fans = file.fans
     turns = np.array([sign(*(exact[k] for k in fan)) for fan in fans])
-    at = file.uv[fans]
-    outside = ((at < -1e-9) | (at > 1 + 1e-9)).any(axis=(1, 2))
+    coordinates = file.uv[fans]
+    outside = ((coordinates < -1e-9) | (coordinates > 1 + 1e-9)).any(axis=(1, 2))
     times = np.zeros((size, size), int)
-    for z in at * size - 0.5:
+    for z in coordinates * size - 0.5:
         low, high = np.ceil(z.min(axis=0)).astype(int), np.floor(z.max(axis=0)).astype(int)
         x, y = np.meshgrid(*(np.arange(a, b + 1) for a, b in zip(low, high)))
         if x.size:
@@ -363,9 +366,9 @@ def checked(path: Path, folder: Path) -> Iterator[tuple[str, int, dict[str, Any]
 
     def kept(whole: dict[str, Any]) -> Figures:
         new = read(out)
-        same = len(new.fans[0])
+        count = len(new.fans[0])
         figures = {f"layout {name}": value for name, value in layout(new, SIDE).items()}
-        return figures | {"triangles": same, "same_triangles": same, "distance max": 0.0}
+        return figures | {"triangles": count, "same_triangles": count, "distance max": 0.0}
 
     yield from result("relayout", words, kept)
 
@@ -395,9 +398,10 @@ def _write_places(path: Path) -> None:
     import OpenImageIO as oiio
 
     size = 1024
-    at = (np.arange(size) + 0.5) / size
+    centres = (np.arange(size) + 0.5) / size
     pixels = np.stack(
-        [np.tile(at, (size, 1)), np.tile(at[::-1, None], (1, size)), np.zeros((size, size))], axis=-1
+        [np.tile(centres, (size, 1)), np.tile(centres[::-1, None], (1, size)), np.zeros((size, size))],
+        axis=-1,
     )
     out = oiio.ImageOutput.create(str(path))
     out.open(str(path), oiio.ImageSpec(size, size, 3, oiio.UINT16))

@@ -219,17 +219,17 @@ def first_order() -> list[Row]:
         ("rose-leaf/rose.svg", "rose-leaf/leaf.svg"),
     ]
     for axes, (a, b) in zip(panels[2:], pairs):
-        both = {f"order {k}": run(a, b, k) for k in (0, 1)}
-        energy(axes, both, f"energy, {orders.stem(a)} → {orders.stem(b)}")
+        by_order = {f"order {k}": run(a, b, k) for k in (0, 1)}
+        energy(axes, by_order, f"energy, {orders.stem(a)} → {orders.stem(b)}")
         rows += [
             (
                 f"{orders.stem(a)} → {orders.stem(b)}, {name}",
                 f"energy after 10 and 100 steps: "
                 f"{fit.energies[min(10, fit.iterations)]['total']:.1e}, {fit.energies[-1]['total']:.1e}",
             )
-            for name, fit in both.items()
+            for name, fit in by_order.items()
         ]
-        fits |= both
+        fits |= by_order
     fit = iccm.fit(source, target, method="balanced")
     rows.append(("square → France, balanced", caption(fit, "gap", "area", "K")))
     pictures.save(figure, "orders")
@@ -450,19 +450,19 @@ def ringing() -> list[Row]:
     pixels = np.asarray(drawn.resize((side, side), Image.Resampling.BOX))
     box = (0j, side * (1 + 1j))
     square = np.array([0, side, side * (1 + 1j), side * 1j])
-    same, canvas = HarmonicMap(square, square, 0 * square), pictures.canvas(box, size)
+    identity, canvas = HarmonicMap(square, square, 0 * square), pictures.canvas(box, size)
     samplers = {name: Sampler(Texture(pixels, box), name) for name in ("cubic", "linear")}
     unclamped = Sampler(Texture(pixels, box), "cubic")
     unclamped.clamped = False
     maps = {
         "before: cubic, unbounded": unclamped, "cubic (the default)": samplers["cubic"], "linear": samplers["linear"],
     }  # fmt: skip
-    images = {name: whole(Warp(same, sampler, canvas)).pixels for name, sampler in maps.items()}
+    images = {name: whole(Warp(identity, sampler, canvas)).pixels for name, sampler in maps.items()}
     images["OpenCV, cubic"] = cv2.resize(pixels, (size, size), interpolation=cv2.INTER_CUBIC)
     figure, panels = sheet(4, 1, 2.6)
-    rows, near = list[Row](), (slice(150, 270), slice(130, 250))
+    rows, crop = list[Row](), (slice(150, 270), slice(130, 250))
     for axes, (name, image) in zip(panels.ravel(), images.items()):
-        pictures.show_picture(axes, image[near][..., :3], box)
+        pictures.show_picture(axes, image[crop][..., :3], box)
         title(axes, name)
         colours = image[..., :3]
         darker = (colours < pixels.min(axis=(0, 1))).all(axis=2)

@@ -123,8 +123,8 @@ def _written(name: str, folder: Path) -> tuple[Job, tuple[int, int]]:
         patch.vertex, patch.vertex[np.concatenate([*patch.loops, np.zeros(0, np.int64)]).astype(int)]
     )
     marks = {f"m{k}": v for k, v in enumerate(inner[far_apart(whole.points[inner], LANDMARKS)].tolist())}
-    other, other_faces = _halved(whole.points, faces)
-    _write(folder / "copy.obj", other, other_faces)
+    points, other_faces = _halved(whole.points, faces)
+    _write(folder / "copy.obj", points, other_faces)
     _write(folder / "mesh.obj", whole.points, faces)
     source_places = {mark: whole.points[v].tolist() for mark, v in marks.items()}
     target_places = {mark: f"v{v + 1}" for mark, v in marks.items()}
@@ -162,9 +162,9 @@ if __name__ == "__main__":
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("what", nargs="*", help=f"onto, copies, or of {', '.join(MESHES)}")
-    asked = parser.parse_args().what
-    chosen = [name for name in asked if name in MESHES] or list(MESHES)
+    requested = parser.parse_args().what
+    chosen = [name for name in requested if name in MESHES] or list(MESHES)
     for name, work in (("onto", onto), ("copies", copies)):
-        if name in asked or not {"onto", "copies"} & set(asked):
+        if name in requested or not {"onto", "copies"} & set(requested):
             work(chosen)
     sys.exit(0)

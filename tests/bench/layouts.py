@@ -154,10 +154,10 @@ def by_iccm(mesh: Mesh, folder: Path) -> tuple[NDArray, float]:
     places, corners = [], []
     for line in (folder / "out.obj").read_text().splitlines():
         if line.startswith("vt "):
-            places.append([float(each) for each in line.split()[1:3]])
+            places.append([float(field) for field in line.split()[1:3]])
         elif line.startswith("f "):
             numbers = [word.split("/")[1] if "/" in word else "" for word in line.split()[1:]]
-            corners.append([int(each) - 1 if each else -1 for each in numbers])
+            corners.append([int(field) - 1 if field else -1 for field in numbers])
     number = np.array(corners)
     uv = np.concatenate([np.array(places), [[np.nan, np.nan]]])
     return uv[number], seconds

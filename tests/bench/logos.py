@@ -66,8 +66,8 @@ def main(words: list[str] | None = None) -> None:
             figures = "none"
         else:
             cpu = time.process_time() - started
-            (found,) = fit.rigid
-            figures = f"K {found.dilatation:.3f}, size {found.scale:.2f}"
+            (result,) = fit.rigid
+            figures = f"K {result.dilatation:.3f}, size {result.scale:.2f}"
             stretch = fit.distortion.quantile(fit.distortion.stretches, 0.95)
             print(f"{label}: {fit.status.name.lower()}, {figures}, {stretch:.1f}, {cpu:.1f}", flush=True)
             pictures.textured(axes, fit, texture, area, 400)

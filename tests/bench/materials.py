@@ -59,8 +59,8 @@ def turned(source: Path, out: Path) -> None:
     numbers = {p.attributes.TEXCOORD_0 for mesh in file.meshes for p in mesh.primitives} - {None}
     for accessor in (file.accessors[number] for number in numbers):
         view = file.bufferViews[accessor.bufferView]
-        at, stride = (view.byteOffset or 0) + (accessor.byteOffset or 0), view.byteStride or 8
-        uv = np.ndarray((accessor.count, 2), "<f4", blob, at, (stride, 4))
+        offset, stride = (view.byteOffset or 0) + (accessor.byteOffset or 0), view.byteStride or 8
+        uv = np.ndarray((accessor.count, 2), "<f4", blob, offset, (stride, 4))
         uv[:] = np.stack([1 - uv[:, 1], uv[:, 0]], axis=-1)
         if accessor.min or accessor.max:
             accessor.min, accessor.max = uv.min(axis=0).tolist(), uv.max(axis=0).tolist()

@@ -64,7 +64,7 @@ def files() -> None:
     mesh = triangles(500)
     faces = mesh.corners.reshape(-1, 3)
     with tempfile.TemporaryDirectory() as folder:
-        path, other = str(Path(folder) / "a.obj"), Path(folder) / "b.obj"
+        path, copy = str(Path(folder) / "a.obj"), Path(folder) / "b.obj"
         normals = np.zeros((0, 3)), np.zeros((0, 3), np.int64)
         write, *_ = best(lambda: igl.writeOBJ(path, mesh.points, faces, *normals, mesh.uv, faces))
         read, *_ = best(lambda: igl.readOBJ(path))
@@ -72,7 +72,7 @@ def files() -> None:
         every = np.ones(len(faces), bool)
 
         def rewrite() -> None:
-            other.write_bytes(obj_write.retexture(whole, every, mesh.uv, faces.ravel()))
+            copy.write_bytes(obj_write.retexture(whole, every, mesh.uv, faces.ravel()))
 
         again, *_ = best(rewrite)
     print(
@@ -93,9 +93,9 @@ def flattening() -> None:
         assert layout.boundary.z.size
 
     total, *_ = best(everything, 1)
-    others = total - solve
+    remainder = total - solve
     print(
-        f"patch, {len(mesh.points)} vertices  checks {checks:.2f} s   LSCM {solve:.2f} s   all else {others:.2f} s"
+        f"patch, {len(mesh.points)} vertices  checks {checks:.2f} s   LSCM {solve:.2f} s   all else {remainder:.2f} s"
     )
 
 
@@ -196,10 +196,10 @@ def angles() -> None:
 def rebake(mesh: str, picture: str) -> None:
     """Bake a textured mesh into its own layout, through a cut and its flattening; every texel should be unchanged."""
     shape, image = mesh_reading.read(mesh, cut=True), image_files.read(picture)
-    same = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
+    identity = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
     sampler = Sampler(image.texture(shape.box))
-    baked_picture, report = baked.bake([(shape, same, shape)], sampler, (width, height), padding=0)
+    baked_picture, report = baked.bake([(shape, identity, shape)], sampler, (width, height), padding=0)
     reached = baked_picture.any(axis=2)
     error = np.abs(baked_picture.astype(float) - image.pixels)[reached]
     print(

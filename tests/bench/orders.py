@@ -44,12 +44,12 @@ def needed(zeroth: np.ndarray, first: np.ndarray) -> int | None:
     return int(resolved[0]) if resolved.size else None
 
 
-def chosen(others: int, seed: int) -> list[tuple[str, str]]:
+def chosen(more: int, seed: int) -> list[tuple[str, str]]:
     """Return the samples' pairs in both directions, and others drawn from all of their shapes."""
-    both = [pair for a, b in PAIRS for pair in ((a, b), (b, a))]
+    directed = [pair for a, b in PAIRS for pair in ((a, b), (b, a))]
     names = sorted({name for pair in PAIRS for name in pair})
-    remaining = [pair for pair in itertools.permutations(names, 2) if pair not in both]
-    return both + random.Random(seed).sample(remaining, others)
+    remaining = [pair for pair in itertools.permutations(names, 2) if pair not in directed]
+    return directed + random.Random(seed).sample(remaining, more)
 
 
 def compare(pairs: Sequence[tuple[str, str]], lambdas: Sequence[float] = LAMBDAS) -> dict[float, float]:

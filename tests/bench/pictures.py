@@ -111,12 +111,12 @@ def outline(axes: Axes, z: np.ndarray, colour: str = INK, width: float = 1.0, cl
     axes.plot(z.real, z.imag, color=colour, lw=width, solid_joinstyle="round", **style)
 
 
-def dots(axes: Axes, at: np.ndarray, goal: np.ndarray | None = None) -> None:
+def dots(axes: Axes, places: np.ndarray, goal: np.ndarray | None = None) -> None:
     """Draw pins: filled at their images, rings at their targets."""
     if goal is not None:
         axes.plot(goal.real, goal.imag, "o", ms=9, mfc="none", mec="white", mew=3)
         axes.plot(goal.real, goal.imag, "o", ms=9, mfc="none", mec=MARK, mew=1.6)
-    axes.plot(at.real, at.imag, "o", ms=5, color=MARK, mec="white", mew=0.8)
+    axes.plot(places.real, places.imag, "o", ms=5, color=MARK, mec="white", mew=0.8)
 
 
 def field(
@@ -130,8 +130,8 @@ def field(
     low = complex(points.real.min(), points.imag.min()) - step / 2 * (1 + 1j)
     high = low + step * complex(grid.shape[1], grid.shape[0])
     # cells outside take the nearest value, and are clipped at the outline
-    near = distance_transform_edt(np.isnan(grid), return_distances=False, return_indices=True)
-    grid = np.pad(grid[tuple(near)], 2, mode="edge")
+    indices = distance_transform_edt(np.isnan(grid), return_distances=False, return_indices=True)
+    grid = np.pad(grid[tuple(indices)], 2, mode="edge")
     extent = (low.real - 2 * step, high.real + 2 * step, low.imag - 2 * step, high.imag + 2 * step)
     picture = axes.imshow(
         grid,

@@ -74,8 +74,8 @@ def placed(curve: iccm.Curve, choice: random.Random) -> tuple[str, np.ndarray]:
         size = np.sqrt(share * domain.area / KINDS[kind].area)
         shape = affinity.scale(KINDS[kind], size, size, origin=(0, 0))
         for _ in range(TRIES):
-            at = choice.uniform(left, right), choice.uniform(low, high)
-            if room.contains(moved_shape := affinity.translate(shape, *at)):
+            place = choice.uniform(left, right), choice.uniform(low, high)
+            if room.contains(moved_shape := affinity.translate(shape, *place)):
                 return kind, complex_of(shapely.get_coordinates(moved_shape.exterior)[:-1])
         share *= 0.9
 

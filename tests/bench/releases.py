@@ -45,10 +45,10 @@ def eyes(path: str) -> list[complex]:
         return []
     whole = drawn.curve
     size, best = whole.diagonal, (0.0, list[complex]())
-    for k, one in enumerate(parts):
-        for other in parts[k + 1 :]:
-            small, large = sorted((one.curve.area, other.curve.area))
-            a, b = (sum(each.curve.box) / 2 for each in (one, other))
+    for k, first in enumerate(parts):
+        for second in parts[k + 1 :]:
+            small, large = sorted((first.curve.area, second.curve.area))
+            a, b = (sum(part.curve.box) / 2 for part in (first, second))
             if (
                 max(EYES[0] * whole.area, large / ALIKE, best[0]) < small
                 and large < EYES[1] * whole.area
@@ -66,13 +66,13 @@ def pairs(count: int, seed: int) -> Iterator[tuple[str, str, list[list[complex]]
     choice = random.Random(seed)
     names = [name for name in shapes.drawings("noto") if "skin-tone" not in name]
     for _ in range(count):
-        found: list[tuple[str, list[complex]]] = []
-        while len(found) < 2:
+        drawings: list[tuple[str, list[complex]]] = []
+        while len(drawings) < 2:
             name = choice.choice(names)
-            if both := eyes(name):
-                found.append((f"{name}#silhouette", both))
-        (a, here), (b, there) = found
-        yield a, b, [list(ends) for ends in zip(here, there)]
+            if eye_pair := eyes(name):
+                drawings.append((f"{name}#silhouette", eye_pair))
+        (a, source_eyes), (b, target_eyes) = drawings
+        yield a, b, [list(ends) for ends in zip(source_eyes, target_eyes)]
 
 
 def inside(session: Session, side: int, rng: np.random.Generator) -> complex:
@@ -81,8 +81,8 @@ def inside(session: Session, side: int, rng: np.random.Generator) -> complex:
     low, high = curve.box
     while True:
         z = complex(rng.uniform(low.real, high.real), rng.uniform(low.imag, high.imag))
-        near = curve.nearest(np.array([z]))[0]
-        if curve.contains(np.array([z]))[0] and abs(near - z) > DEEP * curve.diagonal:
+        boundary = curve.nearest(np.array([z]))[0]
+        if curve.contains(np.array([z]))[0] and abs(boundary - z) > DEEP * curve.diagonal:
             return z
 
 
@@ -102,21 +102,21 @@ def measure(
         pin, side = (int(n) for n in rng.integers(2, size=2))
         start, goal = begin[pin][side], inside(session, side, rng)
         for share in np.arange(1, steps + 1) / steps:
-            ends = [list(each) for each in begin]
+            ends = [list(places) for places in begin]
             ends[pin][side] = start + share * (goal - start)
             session.scene = last = sent(ends)
             begun = time.process_time()
-            shown = session.follow(last)
-            if shown.drawn is not None:
-                frame(shown.head(0), shown.drawn)
+            update = session.follow(last)
+            if update.drawn is not None:
+                frame(update.head(0), update.drawn)
             updates.append(time.process_time() - begun)
         seen, begun = session._map, time.process_time()
         let_go = session.solve(last)
         releases.append(time.process_time() - begun)
-        missed += not shown.ok
-        if shown.ok and not let_go.ok:
+        missed += not update.ok
+        if update.ok and not let_go.ok:
             failed.append(f"pin {pin} end {side} to {goal:.4g}: {let_go.message}")
-        elif shown.ok:
+        elif update.ok:
             z = seen.source[seen.loops[0].size :]
             moved = np.abs(session._map(z) - seen(z)) / session.pair.target.curve.diagonal
             jumps.append(100 * float(np.nanquantile(moved, 0.95)))
@@ -139,8 +139,8 @@ def main() -> None:
     head = f"{'median':>7} {'95 %':>6} {'worst':>6}  {'update':>6} {'release':>7}  failed missed eyes"
     print(f"{'jump, % of the diagonal':58}  {head}", flush=True)
 
-    def line(name: str, found: list[list[float]], failed: int, missed: int, met: int) -> None:
-        jumps, updates, releases = (np.array(each or [np.nan]) for each in found)
+    def line(name: str, samples: list[list[float]], failed: int, missed: int, met: int) -> None:
+        jumps, updates, releases = (np.array(total or [np.nan]) for total in samples)
         middle, most = np.quantile(jumps, [0.5, 0.95])
         figures = f"{middle:7.2f} {most:6.2f} {jumps.max():6.2f}  {1000 * np.quantile(updates, 0.95):6.0f}"
         print(
@@ -150,12 +150,12 @@ def main() -> None:
     for a, b, begin in pairs(options.pairs, options.seed):
         name = " -> ".join(Path(spec.partition("#")[0]).stem for spec in (a, b))
         session = Session(make({"source": a, "target": b}))
-        *found, failed, missed, met = measure(session, begin, options.drags, options.steps, rng)
-        line(name, found, len(failed), missed, met)
+        *samples, failed, missed, met = measure(session, begin, options.drags, options.steps, rng)
+        line(name, samples, len(failed), missed, met)
         for text in failed:
             print(f"    {text}", flush=True)
-        for each, more in zip(every, found):
-            each.extend(more)
+        for total, more in zip(every, samples):
+            total.extend(more)
         lost = [lost[0] + len(failed), lost[1] + missed, lost[2] + met]
     line(f"all {len(every[0])} releases that were met", every, *lost)
 

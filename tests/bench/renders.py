@@ -38,13 +38,13 @@ class Seen(NamedTuple):
 
     Attributes:
         shape: height and width in samples.
-        at: (p,) samples with a surface, in rows.
+        hits: (p,) samples with a surface, in rows.
         triangle: (p,) the triangle in each.
         weights: (p, 3) barycentric coordinates there.
     """
 
     shape: tuple[int, int]
-    at: NDArray[np.int64]
+    hits: NDArray[np.int64]
     triangle: NDArray[np.int64]
     weights: NDArray
 
@@ -59,14 +59,14 @@ def view(corners: NDArray, axes: NDArray) -> Seen:
     screen[..., 1] = height - screen[..., 1]
     screen = np.ascontiguousarray(screen)
     owner = visible_triangles(screen, turned[..., 2], width, height)
-    at = np.flatnonzero(owner >= 0)
-    triangle = owner.ravel()[at].astype(np.int64)
+    samples = np.flatnonzero(owner >= 0)
+    triangle = owner.ravel()[samples].astype(np.int64)
     a, b, c = np.moveaxis(screen[triangle], 1, 0)
-    p = np.column_stack([at % width + 0.5, at // width + 0.5])
+    p = np.column_stack([samples % width + 0.5, samples // width + 0.5])
     area = _cross(b - a, c - a)
     second, third = _cross(p - a, c - a) / area, _cross(b - a, p - a) / area
     weights = np.stack([1 - second - third, second, third], axis=1)
-    return Seen((height, width), at, triangle, weights)
+    return Seen((height, width), samples, triangle, weights)
 
 
 def _cross(a: NDArray, b: NDArray) -> NDArray:
@@ -80,10 +80,10 @@ def picture(file: File, seen: Seen) -> NDArray:
     first = 0
     for part in file.primitives:
         count = len(file.faces(part))
-        own = np.flatnonzero((seen.triangle >= first) & (seen.triangle < first + count))
-        if own.size:
-            light = file.light(part, seen.triangle[own] - first, seen.weights[own])
-            samples[seen.at[own], :3], samples[seen.at[own], 3] = light, 1
+        of_part = np.flatnonzero((seen.triangle >= first) & (seen.triangle < first + count))
+        if of_part.size:
+            light = file.light(part, seen.triangle[of_part] - first, seen.weights[of_part])
+            samples[seen.hits[of_part], :3], samples[seen.hits[of_part], 3] = light, 1
         first += count
     pixels = samples.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, 4).mean(axis=(1, 3))
     pixels[..., :3] = 255 * encoded(pixels[..., :3] / np.maximum(pixels[..., 3:], 1e-9))
@@ -142,24 +142,24 @@ def main() -> None:
     given = parser.parse_args()
     paths = [path for path in given.folder.rglob("*.glb") if not given.names or path.name in given.names]
     paths.sort(key=lambda path: (path.stat().st_size, path))
-    known, shares, pixels = set[str](), [], 0
+    compared, shares, pixels = set[str](), [], 0
     alike = 0
     with tempfile.TemporaryDirectory() as folder:
         for path in filter(textured, paths):
-            if (key := shape_of(path)) in known:
+            if (key := shape_of(path)) in compared:
                 continue
-            known.add(key)
-            found = compare(path, Path(folder), given.keep)
+            compared.add(key)
+            differences = compare(path, Path(folder), given.keep)
             name = f"{path.parent.name[:12]:12} {path.name[:50]:50}"
-            if isinstance(found, str):
-                print(f"{name} {found}", flush=True)
+            if isinstance(differences, str):
+                print(f"{name} {differences}", flush=True)
                 continue
-            share = float((found <= LEVELS).mean())
+            share = float((differences <= LEVELS).mean())
             shares.append(share)
-            pixels += found.size
-            alike += int((found <= LEVELS).sum())
+            pixels += differences.size
+            alike += int((differences <= LEVELS).sum())
             print(
-                f"{name} {share:7.2%} mean {found.mean():5.2f} p99 {np.quantile(found, 0.99):6.1f}",
+                f"{name} {share:7.2%} mean {differences.mean():5.2f} p99 {np.quantile(differences, 0.99):6.1f}",
                 flush=True,
             )
     print(f"{alike / max(pixels, 1):.2%} of the pixels of {len(shares)} models within {LEVELS} of 255")

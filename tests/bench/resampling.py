@@ -104,16 +104,16 @@ def held_against_dense(map, raster, canvas, texel, count=20_000):
     """Return errors in texels at random pixels, half of them within 8 of the outline, and seconds per pixel of the
     dense sums.
     """
-    rng, z, w, near = np.random.default_rng(1), [], [], []
+    rng, z, w, at_edge = np.random.default_rng(1), [], [], []
     for band in in_order(raster, range(0, canvas.height, BAND_ROWS)):
         inner = band.coverage == 1
         edge = inner & (cv2.erode(inner.astype(np.uint8), np.ones((17, 17), np.uint8)) == 0)
         z.append(band.z[inner])
         w.append(canvas.centres(band.row, len(band.z))[inner])
-        near.append(edge[inner])
-    z, w, near = (np.concatenate(a) for a in (z, w, near))
+        at_edge.append(edge[inner])
+    z, w, at_edge = (np.concatenate(a) for a in (z, w, at_edge))
     pick = np.concatenate(
-        [rng.choice(np.flatnonzero(near == side), count // 2, replace=False) for side in (0, 1)]
+        [rng.choice(np.flatnonzero(at_edge == side), count // 2, replace=False) for side in (0, 1)]
     )
     z, w = z[pick], w[pick]
     start = time.perf_counter()
@@ -151,9 +151,9 @@ def quality():
             ):
                 result = compared(map, g, texels, pixels, samples)
                 cells = "".join(f"{result[k]:14.1f}" for k in kinds)
-                others = max(v for k, v in result.items() if not k.startswith("iccm"))
+                best_other = max(v for k, v in result.items() if not k.startswith("iccm"))
                 verdict = (
-                    "yes" if result["iccm spline"] > others - 0.005 else "NO"
+                    "yes" if result["iccm spline"] > best_other - 0.005 else "NO"
                 )  # to a hundredth of a decibel
                 print(f"{map_name:10}{row:8} {picture:9}{cells}   {verdict}")
     print()
@@ -256,7 +256,7 @@ def scaling(sizes=(1024, 2048, 4096, 8192, 16384)):
     print()
 
 
-def one(size, name=None):
+def run_warp(size, name=None):
     """Run one streamed warp in this process, of a file's texture or one of 2048²."""
     noise = np.random.default_rng(0)
     texture = (
@@ -368,12 +368,12 @@ def batch(count=30, few=2, rounds=2):
         took = side_by_side(lines, rounds)
     ours = np.subtract(*(took[f"iccm batch of {n}"] for n in (count, few))) / (count - few)
     theirs = np.divide(took.get("gdalwarp", (np.nan, np.nan)), count)
-    for kind, job, other in zip(("wall clock", "CPU"), ours, theirs):
-        beside = f", gdalwarp -tps default {other:.3f} s" if "gdalwarp" in took else ""
+    for kind, job, reference in zip(("wall clock", "CPU"), ours, theirs):
+        beside = f", gdalwarp -tps default {reference:.3f} s" if "gdalwarp" in took else ""
         print(f"{kind:10} iccm {job:.3f} s a job{beside}")
         name = f"a job of a batch by gdalwarp's default, {kind}"
         if "gdalwarp" in took:
-            goal(name, job / other, 1)
+            goal(name, job / reference, 1)
         else:
             unmeasured(name, NO_GDAL)
     print()
@@ -476,7 +476,7 @@ def main(arguments):
     parts = {"coordinates": coordinates, "quality": quality, "scaling": scaling, "command": command}
     parts |= {"batch": batch, "memory": memory}
     if arguments[:1] == ["one"]:
-        return one(int(arguments[1]), *arguments[2:])
+        return run_warp(int(arguments[1]), *arguments[2:])
     if arguments[:1] == ["peak"]:
         from iccm import cli
 

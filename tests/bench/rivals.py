@@ -154,9 +154,9 @@ def angles(mesh: Mesh, images: np.ndarray) -> np.ndarray:
     """
     turn = np.unwrap(np.angle((np.roll(images, -1) - images) / mesh.curve.edges))
     basis = Basis(mesh.nodes[mesh.rim])
-    at = basis.positions(mesh.curve.sample(1))
+    positions = basis.positions(mesh.curve.sample(1))
     keep = 1e-2 * consistency(basis, np.ones(mesh.boundary), 1.0).matrix
-    rows = np.vstack([np.hstack([at.imag, at.real]), real_form(keep)])
+    rows = np.vstack([np.hstack([positions.imag, positions.real]), real_form(keep)])
     right = np.concatenate([turn, np.zeros(2 * mesh.boundary)])
     coefficients = np.linalg.lstsq(rows, right, rcond=1e-10)[0]
     f = integrated(mesh, lambda z: np.exp(basis.positions(z) @ _complex(coefficients.reshape(2, -1).T)))

@@ -107,8 +107,8 @@ def frechet(a, b):
     for i in range(a.size + 1):
         left, row[0] = row[0], np.full(b.size, np.inf)
         for j in range(b.size + 1):
-            near = np.minimum(np.minimum(left, row[j]), row[j + 1])
-            left, row[j + 1] = row[j + 1], np.maximum(near, distances[i % a.size, (j + starts) % b.size])
+            best = np.minimum(np.minimum(left, row[j]), row[j + 1])
+            left, row[j + 1] = row[j + 1], np.maximum(best, distances[i % a.size, (j + starts) % b.size])
     return float(row[-1].min())
 
 

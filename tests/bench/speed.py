@@ -91,7 +91,7 @@ def cpu(work) -> float:
     return time.process_time() - start
 
 
-def both(work) -> tuple[float, float]:
+def timed(work) -> tuple[float, float]:
     """Return wall-clock and CPU seconds of some work in this process."""
     wall, start = time.perf_counter(), time.process_time()
     work()
@@ -185,7 +185,7 @@ def whole(size: int = 4096) -> None:
     rgba = [(x // 64 + y // 64) % 2 * 200 + 20, x % 256, y % 256, np.full_like(x, 255)]
     texture = np.stack(rgba, axis=2).astype(np.uint8)
     low, high = (complex(f(map.source.real), f(map.source.imag)) for f in (np.min, np.max))
-    at = [v.astype(np.float32) for v in (x, y)]
+    columns = [v.astype(np.float32) for v in (x, y)]
     with tempfile.TemporaryDirectory() as folder:
         like = image_files.Image(texture, 3)
 
@@ -194,21 +194,21 @@ def whole(size: int = 4096) -> None:
             image_files.write_bands(f"{folder}/a.png", like, size, size, blocks)
 
         def theirs() -> None:
-            cv2.imwrite(f"{folder}/b.png", cv2.remap(texture, *at, cv2.INTER_CUBIC))
+            cv2.imwrite(f"{folder}/b.png", cv2.remap(texture, *columns, cv2.INTER_CUBIC))
 
         def encoded(picture: np.ndarray) -> None:
             bands = (picture[row : row + 128] for row in range(0, size, 128))
             image_files.write_bands(f"{folder}/c.png", like, size, size, bands)
 
-        rounds = [[both(work) for work in (ours, theirs)] for _ in range(3)]
+        rounds = [[timed(work) for work in (ours, theirs)] for _ in range(3)]
         pixels = image_files.read(f"{folder}/a.png").pixels
-        encode = np.min([both(lambda: encoded(pixels)) for _ in range(3)], axis=0)
-    mine, other = np.min(rounds, axis=0)
+        encode = np.min([timed(lambda: encoded(pixels)) for _ in range(3)], axis=0)
+    mine, reference = np.min(rounds, axis=0)
     print(
         f"ours                 {mine[0]:.2f} s, {mine[1]:.2f} CPU-s, encoding alone {encode[0]:.2f}, {encode[1]:.2f}"
     )
-    print(f"cv2.remap and encode {other[0]:.2f} s, {other[1]:.2f} CPU-s")
-    for name, a, b in zip(names, mine, other):
+    print(f"cv2.remap and encode {reference[0]:.2f} s, {reference[1]:.2f} CPU-s")
+    for name, a, b in zip(names, mine, reference):
         goal(name, a / b, 2)
     goal("PNG encoding, its share of the whole warp's processor time", encode[1] / mine[1], 0.5)
 

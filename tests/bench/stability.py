@@ -65,8 +65,8 @@ def roughness(fit: iccm.Fit) -> float:
     loop = fit.map.loops[0]
     s, tau = (Curve(w[loop]).knots for w in (fit.map.source, fit.map.image))
     edge = np.sqrt(4 * Curve(fit.map.source[loop]).area / len(fit.map.faces))
-    at = np.linspace(0, s[-1], int(8 * s[-1] / edge) + 1)
-    slope = np.diff(np.interp(at, s, tau))
+    places = np.linspace(0, s[-1], int(8 * s[-1] / edge) + 1)
+    slope = np.diff(np.interp(places, s, tau))
     around = np.concatenate([slope[-8:], slope, slope[:8]])
     mean = np.convolve(around, np.ones(17) / 17, "valid")
     return float(np.sqrt(np.mean((slope / mean - 1) ** 2)))
@@ -132,12 +132,12 @@ def solved(source: Complex, target: Complex, change: Change) -> iccm.Fit:
 def pinned(source: Complex, target: Complex, change: Change) -> iccm.Fit:
     """Return the same with three pins of an unconstrained map, whose images are moved by 2 % of the diagonal."""
     free = solved(source, target, lambda z: z)
-    at = np.argsort(np.abs(free.interior - np.mean(source)))[
+    chosen = np.argsort(np.abs(free.interior - np.mean(source)))[
         [0, len(free.interior) // 4, len(free.interior) // 2]
     ]
-    goals = free.map(free.interior[at]) + 0.02 * span(target) * np.array([1, 1j, -1])
+    goals = free.map(free.interior[chosen]) + 0.02 * span(target) * np.array([1, 1j, -1])
     curves = (Curve.domain(change(z)) for z in (source, target))
-    return iccm.fit(*curves, pins=np.column_stack([free.interior[at], goals]))
+    return iccm.fit(*curves, pins=np.column_stack([free.interior[chosen], goals]))
 
 
 def pierced(source: Complex, target: Complex, change: Change) -> iccm.Fit:

@@ -25,9 +25,9 @@ def square_grid(n: int) -> tuple[np.ndarray, list[list[int]]]:
     return z, quads.reshape(-1, 4).tolist()
 
 
-def bump(z: np.ndarray, at: complex, wide: float, high: float) -> np.ndarray:
-    """Return a bell over the plane; `at` and `wide` may be used with a stretched z."""
-    return high * np.exp(-((np.abs(z - at) / wide) ** 2))
+def bump(z: np.ndarray, centre: complex, wide: float, high: float) -> np.ndarray:
+    """Return a bell over the plane; `centre` and `wide` may be used with a stretched z."""
+    return high * np.exp(-((np.abs(z - centre) / wide) ** 2))
 
 
 def face(z: np.ndarray) -> np.ndarray:

@@ -32,34 +32,36 @@ def fetched() -> None:
         subprocess.run(["npm", "install", "--silent", "--no-audit", PACKAGE], cwd=FOLDER, check=True)
 
 
-def theirs(at: Real, normals: Real, uv: Real) -> Real:
+def theirs(points: Real, normals: Real, uv: Real) -> Real:
     """Return (m, 3, 4) MikkTSpace's tangents at the corners of triangles, with their handedness."""
-    parts = [values.astype("<f4").tobytes() for values in (at, normals, uv)]
+    parts = [values.astype("<f4").tobytes() for values in (points, normals, uv)]
     (FOLDER / "in").write_bytes(b"".join(parts))
     subprocess.run(["node", "ask.cjs"], cwd=FOLDER, check=True)
     return np.fromfile(FOLDER / "out", "<f4").reshape(-1, 3, 4)
 
 
-def coordinates(at: Real) -> Real:
+def coordinates(points: Real) -> Real:
     """Return (m, 3, 2) coordinates around the axis, with a seam and the lower half mirrored."""
-    turn = np.arctan2(at[..., 1], at[..., 0]) / (2 * np.pi)
+    turn = np.arctan2(points[..., 1], points[..., 0]) / (2 * np.pi)
     turn -= np.round(turn - turn[:, :1])
-    upper = at[..., 2].mean(axis=1, keepdims=True) > 0
-    uv = np.stack([np.where(upper, turn, -turn), 0.3 * at[..., 2] + 0.05 * np.sin(5 * at[..., 0])], axis=-1)
+    upper = points[..., 2].mean(axis=1, keepdims=True) > 0
+    uv = np.stack(
+        [np.where(upper, turn, -turn), 0.3 * points[..., 2] + 0.05 * np.sin(5 * points[..., 0])], axis=-1
+    )
     return uv.astype(np.float32).astype(float)
 
 
 def compared(name: str, points: Real, faces: Index, normals: Real) -> None:
     """Print the angles between both."""
-    at, corner_faces = points[faces], np.arange(faces.size).reshape(-1, 3)
-    uv = coordinates(at)
+    corner_points, corner_faces = points[faces], np.arange(faces.size).reshape(-1, 3)
+    uv = coordinates(corner_points)
     sheet = Charted(
         name, points, faces, uv.reshape(-1, 2), corner_faces, normals.reshape(-1, 3), corner_faces
     )
-    tangents, reference = sheet.frames[1], theirs(at, normals, uv)
+    tangents, reference = sheet.frames[1], theirs(corner_points, normals, uv)
     angle = np.degrees(np.arccos(np.clip(np.sum(tangents * reference[..., :3], axis=-1), -1, 1)))
-    same = (np.sign(reference[..., 3]) == sheet.mirrored[:, None]).mean()
-    summary = f"median {np.median(angle):.4f}°   worst {angle.max():.3f}°   hands {same:.0%}"
+    agreement = (np.sign(reference[..., 3]) == sheet.mirrored[:, None]).mean()
+    summary = f"median {np.median(angle):.4f}°   worst {angle.max():.3f}°   hands {agreement:.0%}"
     print(f"{name:22} {len(faces):6} triangles   {summary}")
 
 

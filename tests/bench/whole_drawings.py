@@ -58,13 +58,13 @@ def fits() -> list[tuple[str, str]]:
         if all(drawing.is_one_part for drawing in map(drawing_of, pair)):
             continue
         line = cells[len(rows) // 2]
-        source, target = (each.spec for each in pair)
+        source, target = (outline.spec for outline in pair)
         given = {"source": source, "target": target, "texture": "checker"}
         with TemporaryDirectory() as folder:
             carried(line[0], folder, **given | {"target": source})
             largest = carried(line[1], folder, **given, parts="largest", fit="whole", target_box="viewbox")
             whole = carried(line[2], folder, **given, target_box="viewbox")
-        names = " → ".join(shapes.label(each) for each in pair)
+        names = " → ".join(shapes.label(outline) for outline in pair)
         for axes, head in zip(line, (shapes.label(pair[0]), "largest, whole", "auto")):
             pictures.title(axes, head)
         rows += [(f"{names}, largest outlines", caption(largest)), (f"{names}, auto", caption(whole))]

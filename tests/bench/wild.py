@@ -54,8 +54,8 @@ def judged(path: Path, before: Path | None = None) -> Figures:
     points, texts, polygons = _read(path)
     whole = [min(t for _, t in polygon) >= 0 for polygon in polygons]
     if before and before.suffix.lower() == ".obj":
-        _, old, same = _read(before)
-        kept = [[old[t : t + 1] for _, t in polygon] for polygon in same]
+        _, old, unchanged = _read(before)
+        kept = [[old[t : t + 1] for _, t in polygon] for polygon in unchanged]
         corner_texts = [[texts[t : t + 1] for _, t in polygon] for polygon in polygons]
         whole = [is_complete and a != b for is_complete, a, b in zip(whole, corner_texts, kept, strict=True)]
     polygons = [polygon for polygon, is_complete in zip(polygons, whole) if is_complete]
@@ -120,13 +120,13 @@ def _signs(plane: NDArray, texts: list[list[str]], triangles: NDArray) -> NDArra
 
 
 def _sizes(space: NDArray, plane: NDArray) -> tuple[tuple[float, float], float]:
-    along, other = space[:, 1] - space[:, 0], space[:, 2] - space[:, 0]
+    along, across = space[:, 1] - space[:, 0], space[:, 2] - space[:, 0]
     length = np.linalg.norm(along, axis=1)
-    area = np.linalg.norm(np.cross(along, other), axis=1)
+    area = np.linalg.norm(np.cross(along, across), axis=1)
     good = area > 0
-    along, other, length, area, plane = along[good], other[good], length[good], area[good], plane[good]
+    along, across, length, area, plane = along[good], across[good], length[good], area[good], plane[good]
     flat = np.zeros((len(area), 2, 2))  # columns are the edges
-    flat[:, 0, 0], flat[:, 0, 1] = length, (along * other).sum(axis=1) / length
+    flat[:, 0, 0], flat[:, 0, 1] = length, (along * across).sum(axis=1) / length
     flat[:, 1, 1] = area / length
     laid = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=2)
     values = np.linalg.svd(laid @ np.linalg.inv(flat), compute_uv=False)

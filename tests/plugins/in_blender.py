@@ -9,7 +9,7 @@ import numpy as np
 
 import bmesh  # isort: skip (included in the module bpy)
 
-found = {}
+results = {}
 QUARTERS = {
     (0.25, 0.25): (1, 0, 0, 1),
     (0.75, 0.25): (0, 1, 0, 1),
@@ -116,10 +116,10 @@ def picture(name, width, height, quarters, data=False):
 
 def material(colour, rough=None, normals=None):
     """Return a material that shows a picture, and others as its roughness and normals."""
-    made = bpy.data.materials.new(colour.name)
-    if made.node_tree is None:
-        made.use_nodes = True
-    tree = made.node_tree
+    new = bpy.data.materials.new(colour.name)
+    if new.node_tree is None:
+        new.use_nodes = True
+    tree = new.node_tree
     shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
     for image, socket in ((colour, "Base Color"), (rough, "Roughness")):
         if image:
@@ -133,7 +133,7 @@ def material(colour, rough=None, normals=None):
         node.image = normals
         tree.links.new(node.outputs["Color"], bent.inputs["Color"])
         tree.links.new(bent.outputs["Normal"], shader.inputs["Normal"])
-    bpy.context.object.data.materials.append(made)
+    bpy.context.object.data.materials.append(new)
 
 
 def nodes():
@@ -142,7 +142,7 @@ def nodes():
     return [node for slot in slots for node in slot.material.node_tree.nodes if node.type == "TEX_IMAGE"]
 
 
-def at(image, u, v):
+def pixel_at(image, u, v):
     """A picture's texel."""
     width, height = image.size
     k = 4 * (int(v * height) * width + int(u * width))
@@ -158,5 +158,5 @@ def inner(face):
     return (np.abs(middle(face) - 0.5) > 0.13).all()
 
 
-def write(found):
-    Path("found.json").write_text(json.dumps(found))
+def write(results):
+    Path("results.json").write_text(json.dumps(results))

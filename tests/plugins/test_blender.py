@@ -29,7 +29,7 @@ def lacking():
 @pytest.fixture
 def blender(tmp_path, monkeypatch):
     """`blender(code)` runs code in Blender, with the add-on from its archive, and returns what the code puts in
-    `found`.
+    `results`.
     """
     if why := lacking():
         pytest.skip(f"NO BLENDER TESTS: pip install bpy in a virtual environment build/bpy: {why}")
@@ -39,10 +39,10 @@ def blender(tmp_path, monkeypatch):
     Path("settings").mkdir()
 
     def run(code):
-        Path("code.py").write_text(f"{(HERE / 'in_blender.py').read_text()}\n{code}\nwrite(found)\n")
+        Path("code.py").write_text(f"{(HERE / 'in_blender.py').read_text()}\n{code}\nwrite(results)\n")
         done = subprocess.run([str(BPY), "code.py"], capture_output=True, text=True, timeout=200)
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
-        return json.loads(Path("found.json").read_text())
+        return json.loads(Path("results.json").read_text())
 
     return run
 
@@ -67,12 +67,12 @@ def test_islands_are_fitted_into_a_drawing_and_undone(blender):
     result = blender("""
 grid("a", 12, turned(.4, .2, .1, .5)); select(lambda face: True)
 undo_point("before")
-found["before"] = coordinates()
-found["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
-found["after"] = coordinates()
+results["before"] = coordinates()
+results["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+results["after"] = coordinates()
 undo_point("after")
 bpy.ops.ed.undo()
-found["undone"] = coordinates()
+results["undone"] = coordinates()
 """)
     before, after = (np.array(result[name]) for name in ("before", "after"))
     assert result["said"] == ["FINISHED"] and result["undone"] == result["before"]
@@ -87,8 +87,8 @@ def test_islands_stay_as_mirrored_as_they_are(blender):
     result = blender("""
 grid("a", 8, lambda x, y: (.9 - .4 * x, .1 + .4 * y), lambda x, y: (.1 + .3 * x, .6 + .3 * y))
 select(lambda face: True)
-found["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
-found["after"] = coordinates()
+results["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+results["after"] = coordinates()
 """)
     mirrored, plain = np.split(np.array(result["after"]), 2)
     assert (areas(mirrored) < 0).all() and (areas(plain) > 0).all()
@@ -100,20 +100,20 @@ def test_several_islands_share_an_outline_side_by_side(blender):
     result = blender("""
 grid("a", 8, lambda x, y: (.1 + .3 * x, .1 + .4 * y), lambda x, y: (.5 + .4 * x, .6 + .3 * y))
 select(lambda face: True)
-found["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
-found["after"] = coordinates()
+results["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+results["after"] = coordinates()
 import sys
 addon = sys.modules["bl_ext.user_default.iccm"]
-found["options"] = sorted(addon.ICCM_OT_fit_island.bl_options)
-found["readable"] = addon.readable("islands.svg: folds; outline.obj#uv: is open")
+results["options"] = sorted(addon.ICCM_OT_fit_island.bl_options)
+results["readable"] = addon.readable("islands.svg: folds; outline.obj#uv: is open")
 """)
     assert ".svg" not in result["readable"] and ".obj" not in result["readable"]
-    one, other = np.split(np.array(result["after"]), 2)
+    left, right = np.split(np.array(result["after"]), 2)
     assert result["said"] == ["FINISHED"] and result["options"] == ["REGISTER", "UNDO"]
-    assert (areas(one) > 0).all() and (areas(other) > 0).all()
-    away = np.hypot(*(np.reshape([one, other], (-1, 2)) - [0.5, 0.6]).T)
+    assert (areas(left) > 0).all() and (areas(right) > 0).all()
+    away = np.hypot(*(np.reshape([left, right], (-1, 2)) - [0.5, 0.6]).T)
     assert away.max() < 0.3 + 2e-3 and away.max() > 0.29
-    a, b = (union_all([Polygon(face) for face in side.tolist()]) for side in (one, other))
+    a, b = (union_all([Polygon(face) for face in side.tolist()]) for side in (left, right))
     assert a.intersection(b).area < 1e-6 * min(a.area, b.area)
 
 
@@ -121,8 +121,8 @@ def test_an_island_is_fitted_into_a_like_one_by_the_similarity(blender):
     result = blender("""
 grid("a", 6, lambda x, y: (.5 * x, .3 * y), lambda x, y: (.6 + .25 * x, .5 + .15 * y), lambda x, y: (.9 + .1 * x, y))
 select(lambda face: face.index < 72, active=40)
-found["said"] = operator("fit_island", outline="island", fit="whole", parts="each")
-found["after"] = coordinates()
+results["said"] = operator("fit_island", outline="island", fit="whole", parts="each")
+results["after"] = coordinates()
 """)
     faces = np.array(result["after"])
     assert result["said"] == ["FINISHED"]
@@ -135,8 +135,8 @@ def test_islands_are_fitted_into_a_curve(blender):
     result = blender("""
 bpy.ops.curve.primitive_bezier_circle_add(radius=3, location=(4, 5, 6)); bpy.context.object.name = "round"
 grid("a", 8, lambda x, y: (.4 * x, .4 * y), lambda x, y: (.5 + .4 * x, .5 + .4 * y)); select(lambda face: True)
-found["said"] = operator("fit_island", outline="curve", curve="round", parts="each")
-found["after"] = coordinates()
+results["said"] = operator("fit_island", outline="curve", curve="round", parts="each")
+results["after"] = coordinates()
 """)
     assert result["said"] == ["FINISHED"]
     for faces in np.split(np.array(result["after"]), 2):
@@ -156,15 +156,15 @@ select(lambda face: face.index < 64, synced={base})
 if {base}:
     material(picture("base", 128, 128, dict.fromkeys(QUARTERS, (0, .5, .5, 1))))
 undo_point("before")
-found["said"] = operator("transfer", picture="quarters", size=128)
+results["said"] = operator("transfer", picture="quarters", size=128)
 shown = nodes()[0].image
-found["name"], found["packed"], found["size"] = shown.name, shown.packed_file is not None, list(shown.size)
-found["at"] = [list(at(shown, .25 + .5 * x, .25 + .5 * y)) for x, y in QUARTERS]
-found["aside"] = list(at(shown, .1, .1))
-found["mode"] = bpy.context.object.mode
+results["name"], results["packed"], results["size"] = shown.name, shown.packed_file is not None, list(shown.size)
+results["at"] = [list(pixel_at(shown, .25 + .5 * x, .25 + .5 * y)) for x, y in QUARTERS]
+results["aside"] = list(pixel_at(shown, .1, .1))
+results["mode"] = bpy.context.object.mode
 undo_point("after")
 bpy.ops.ed.undo()
-found["undone"] = [node.image.name for node in nodes()]
+results["undone"] = [node.image.name for node in nodes()]
 """)
     assert result["said"] == ["FINISHED"] and result["packed"] and result["size"] == [128, 128]
     assert np.allclose(result["at"], [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 1, 1]], atol=0.01)
@@ -183,27 +183,27 @@ for face in mesh.polygons: face.material_index = int(face.index >= 48)
 mesh.uv_layers.active = mesh.uv_layers["new"]
 twin = bpy.data.objects.new("twin", mesh.copy()); bpy.context.collection.objects.link(twin)
 undo_point("before")
-found["said"] = operator("relayout")
-found["rendered"] = [layer.name for layer in mesh.uv_layers if layer.active_render]
+results["said"] = operator("relayout")
+results["rendered"] = [layer.name for layer in mesh.uv_layers if layer.active_render]
 images = [node.image for node in nodes()]
-found["names"] = [image.name for image in images]
-found["spaces"] = [image.colorspace_settings.name for image in images]
+results["names"] = [image.name for image in images]
+results["spaces"] = [image.colorspace_settings.name for image in images]
 old, new = coordinates("UVMap"), coordinates("new")
 pairs = [(0, quarters), (1, rough)]
-found["far"] = 0.0
+results["far"] = 0.0
 for number, face in enumerate(new):
     if mesh.polygons[number].material_index == 0 and inner(old[number]):
         for k, before in pairs:
-            a, b = at(images[k], *middle(face)), at(before, *middle(old[number]))
-            found["far"] = max(found["far"], float(np.abs(np.subtract(a, b)).max()))
-found["other"] = [list(at(images[3], *middle(new[60])))]
-found["normals"] = [list(at(images[2], *middle(new[k]))) for k in range(48) if inner(old[k])]
-found["twin"] = [node.image.name for slot in twin.material_slots for node in slot.material.node_tree.nodes
+            a, b = pixel_at(images[k], *middle(face)), pixel_at(before, *middle(old[number]))
+            results["far"] = max(results["far"], float(np.abs(np.subtract(a, b)).max()))
+results["other"] = [list(pixel_at(images[3], *middle(new[60])))]
+results["normals"] = [list(pixel_at(images[2], *middle(new[k]))) for k in range(48) if inner(old[k])]
+results["twin"] = [node.image.name for slot in twin.material_slots for node in slot.material.node_tree.nodes
                  if node.type == "TEX_IMAGE"]
 undo_point("after")
 bpy.ops.ed.undo()
-found["undone"] = [node.image.name for node in nodes()]
-found["again"] = operator("relayout")
+results["undone"] = [node.image.name for node in nodes()]
+results["again"] = operator("relayout")
 """)
     assert result["said"] == ["FINISHED"] and result["rendered"] == ["new"]
     assert result["names"] == ["quarters new", "rough new", "bent new", "other new"]
@@ -222,7 +222,7 @@ def test_what_cannot_be_done_is_said_and_nothing_changes(blender):
 grid("a", 4, lambda x, y: (x, y)); select(lambda face: True)
 picture("quarters", 64, 64, QUARTERS)
 before = coordinates()
-found["said"] = [
+results["said"] = [
     refused("fit_island", outline="file", filepath="/nowhere/disc.svg"),
     refused("fit_island", outline="file"),
     refused("fit_island", outline="island"),
@@ -232,11 +232,11 @@ found["said"] = [
     refused("relayout"),
 ]
 bpy.ops.mesh.select_all(action="DESELECT")
-found["said"] += [refused("transfer", picture="quarters")]
+results["said"] += [refused("transfer", picture="quarters")]
 preferences().python = "/nowhere/python"
 select(lambda face: True)
-found["said"] += [refused("transfer", picture="quarters")]
-found["same"] = before == coordinates() and len(bpy.data.images) == 1
+results["said"] += [refused("transfer", picture="quarters")]
+results["same"] = before == coordinates() and len(bpy.data.images) == 1
 """)
     parts = [
         "/nowhere/disc.svg",
@@ -250,8 +250,8 @@ found["same"] = before == coordinates() and len(bpy.data.images) == 1
         "/nowhere/python",
     ]
     assert result["same"] and len(result["said"]) == len(parts)
-    for said, part in zip(result["said"], parts):
-        assert part in said and "Traceback" not in said, said
+    for message, part in zip(result["said"], parts):
+        assert part in message and "Traceback" not in message, message
 
 
 def test_escape_ends_the_process_and_changes_nothing(blender):
@@ -280,19 +280,19 @@ context = types.SimpleNamespace(window_manager=manager, window=None, object=bpy.
     workspace=types.SimpleNamespace(status_text_set=texts.append))
 event = lambda kind: types.SimpleNamespace(type=kind)
 job = Job()
-found["begun"] = list(job.execute(context))
-found["waiting"] = list(job.modal(context, event("TIMER")))
-found["text"] = texts[-1]
+results["begun"] = list(job.execute(context))
+results["waiting"] = list(job.modal(context, event("TIMER")))
+results["text"] = texts[-1]
 folder = Path(job._folder.name)
-found["there"] = folder.is_dir()
-found["ended"] = list(job.modal(context, event("ESC")))
-found["left"] = [folder.exists(), job._process.poll() is None, texts[-2:], job.told]
-found["same"] = before == coordinates()
+results["there"] = folder.is_dir()
+results["ended"] = list(job.modal(context, event("ESC")))
+results["left"] = [folder.exists(), job._process.poll() is None, texts[-2:], job.told]
+results["same"] = before == coordinates()
 job = Job()
 job.execute(context)
 while (state := job.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
     time.sleep(.05)
-found["finished"], found["moved"] = list(state), before != coordinates()
+results["finished"], results["moved"] = list(state), before != coordinates()
 """.replace("DISC", repr(DISC))
     )
     assert result["begun"] == result["waiting"] == ["RUNNING_MODAL"] and result["there"]
@@ -316,15 +316,15 @@ def shown(cls, **values):
     return sorted(names)
 
 
-found["panel"] = shown(addon.ICCM_PT_texture)
+results["panel"] = shown(addon.ICCM_PT_texture)
 for cls, field, values in ((addon.ICCM_OT_fit_island, "outline", ("island", "file", "curve")),
                            (addon.ICCM_OT_transfer, "source", ("canvas", "shape", "file"))):
     names = set().union(*(shown(cls, **{field: value}) for value in values))
-    found[cls.__name__] = sorted(names ^ set(cls.__annotations__))
-found["preferences"] = shown(addon.Preferences)
-found["poll"] = [bpy.ops.iccm.fit_island.poll()]
+    results[cls.__name__] = sorted(names ^ set(cls.__annotations__))
+results["preferences"] = shown(addon.Preferences)
+results["poll"] = [bpy.ops.iccm.fit_island.poll()]
 grid("a", 2, lambda x, y: (x, y))
-found["poll"] += [bpy.ops.iccm.fit_island.poll()]
+results["poll"] += [bpy.ops.iccm.fit_island.poll()]
 """)
     assert result["panel"] == ["iccm.fit_island", "iccm.relayout", "iccm.transfer"]
     assert result["ICCM_OT_fit_island"] == result["ICCM_OT_transfer"] == []
@@ -334,9 +334,9 @@ found["poll"] += [bpy.ops.iccm.fit_island.poll()]
 def test_an_installed_folder_is_switched_on(blender):
     """As written by `iccm plugins install blender`, beside the add-on installed from the archive."""
     plugins.uninstall("blender")
-    assert [each.name for each in plugins.install("blender")] == ["iccm"]
+    assert [path.name for path in plugins.install("blender")] == ["iccm"]
     result = blender("""
 import addon_utils
-found["on"] = addon_utils.enable("bl_ext.user_default.iccm") is not None and hasattr(bpy.types, "ICCM_PT_texture")
+results["on"] = addon_utils.enable("bl_ext.user_default.iccm") is not None and hasattr(bpy.types, "ICCM_PT_texture")
 """)
     assert result["on"]

@@ -66,8 +66,8 @@ def profile(tmp_path, monkeypatch):
 def act(document, actions, ids):
     """The result of Inkscape actions on a document whose objects are selected one after the other."""
     Path("in.svg").write_text(document)
-    chosen = [f"select-by-id:{each}" for each in ids]
-    said = ";".join([*chosen, *actions, "export-filename:out.svg", "export-do"])
+    chosen = [f"select-by-id:{number}" for number in ids]
+    commands = ";".join([*chosen, *actions, "export-filename:out.svg", "export-do"])
     command = [
         "xvfb-run",
         "-a",
@@ -75,7 +75,7 @@ def act(document, actions, ids):
         "--",
         "inkscape",
         "--batch-process",
-        f"--actions={said}",
+        f"--actions={commands}",
         "in.svg",
     ]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
@@ -85,8 +85,8 @@ def act(document, actions, ids):
 def run(document, profile, *arguments):
     """The result of the extension on a document, called like Inkscape does, with its message and exit code."""
     Path("in.svg").write_text(document)
-    asked = ["inkscape", "--system-data-directory"]
-    data = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
+    query = ["inkscape", "--system-data-directory"]
+    data = subprocess.run(query, capture_output=True, text=True, check=True).stdout.strip()
     script = profile / "extensions" / "iccm" / "iccm_inkscape.py"
     command = ["/usr/bin/python3", str(script), *arguments, "--output=out.svg", "in.svg"]
     environment = os.environ | {"PYTHONPATH": f"{data}/extensions"}
@@ -99,8 +99,8 @@ def rendered(document):
     Path("shown.svg").write_text(document)
     command = ["inkscape", "--export-type=png", "--export-filename=shown.png", "-w", "1050", "shown.svg"]
     subprocess.run(command, check=True, capture_output=True)
-    shown = Image.open("shown.png").convert("RGBA")
-    return np.asarray(Image.alpha_composite(Image.new("RGBA", shown.size, "white"), shown))[..., :3] / 255
+    image = Image.open("shown.png").convert("RGBA")
+    return np.asarray(Image.alpha_composite(Image.new("RGBA", image.size, "white"), image))[..., :3] / 255
 
 
 def differing(a, b):
@@ -119,13 +119,13 @@ def expected(extra=""):
 
 
 def test_artwork_is_carried_through_all_transforms(profile):
-    made = act(page(), [f"{FIT}.noprefs"], ["art", "target"])
-    picture = rendered(made)
+    result = act(page(), [f"{FIT}.noprefs"], ["art", "target"])
+    picture = rendered(result)
     assert differing(picture, rendered(expected())) < 1e-3 < differing(picture, rendered(page()))
-    assert len(names(made)) == len(set(names(made)))
+    assert len(names(result)) == len(set(names(result)))
     group = next(
         element
-        for element in ElementTree.fromstring(made).iter(f"{SVG}g")
+        for element in ElementTree.fromstring(result).iter(f"{SVG}g")
         if element.get(LABEL) == "face in target"
     )
     assert not list(group.iter(f"{SVG}image")) and len(list(group.iter(f"{SVG}path"))) == 5
@@ -137,12 +137,12 @@ def test_a_picture_carries_what_paths_cannot_and_undo_takes_it_back_at_once(prof
     (profile / "preferences.xml").write_text(
         '<inkscape version="1"><group id="extensions" org.iccm.fit.result="picture"/></inkscape>'
     )
-    made = act(page(blur), [f"{FIT}.noprefs"], ["art", "target"])
-    assert len(list(ElementTree.fromstring(made).iter(f"{SVG}image"))) == 1
+    result = act(page(blur), [f"{FIT}.noprefs"], ["art", "target"])
+    assert len(list(ElementTree.fromstring(result).iter(f"{SVG}image"))) == 1
     assert (
-        differing(rendered(made), rendered(expected(blur)))
+        differing(rendered(result), rendered(expected(blur)))
         < 4e-3
-        < differing(rendered(made), rendered(page(blur)))
+        < differing(rendered(result), rendered(page(blur)))
     )
     undone = act(page(blur), [f"{FIT}.noprefs", "undo"], ["art", "target"])
     assert "image" not in undone and not np.abs(rendered(undone) - rendered(page(blur))).any()
@@ -154,12 +154,12 @@ def mark(name, x, y, number):
 
 def eyes(document):
     """The centres of elements of the class `eye`, in the coordinates of their layer."""
-    found = []
+    centres = []
     for element in ElementTree.fromstring(document).iter(f"{SVG}path"):
         if "eye" in element.get("class", ""):
             numbers = np.array(re.findall(r"-?[\d.]+(?:e-?\d+)?", element.get("d")), float).reshape(-1, 2)
-            found.append((numbers.min(axis=0) + numbers.max(axis=0)) / 2)
-    return found
+            centres.append((numbers.min(axis=0) + numbers.max(axis=0)) / 2)
+    return centres
 
 
 def plain(marks, extra=""):
@@ -171,25 +171,25 @@ def plain(marks, extra=""):
 
 
 def test_pins_that_are_drawn_are_met_however_they_are_ordered(profile):
-    there, back = mark("pin-eye", 30, 30, 1), mark("pin-eye", 130, 50, 2)
-    for marks in ([there, back], [back, there]):
-        made, said, code = run(plain(marks), profile, "--id=art", "--id=target", "--exact_pins=true")
-        assert (said, code) == ("", 0)
-        assert np.allclose(eyes(made), [[130, 50]], atol=NEAR)
-    soft, said, code = run(plain([there, back]), profile, "--id=art", "--id=target")
-    assert (said, code) == ("", 0) and NEAR < np.hypot(*(eyes(soft)[0] - [130, 50])) < 4
-    free = run(plain([there, back]), profile, "--id=art", "--id=target", "--pins=false")[0]
+    first, second = mark("pin-eye", 30, 30, 1), mark("pin-eye", 130, 50, 2)
+    for marks in ([first, second], [second, first]):
+        result, message, code = run(plain(marks), profile, "--id=art", "--id=target", "--exact_pins=true")
+        assert (message, code) == ("", 0)
+        assert np.allclose(eyes(result), [[130, 50]], atol=NEAR)
+    soft, message, code = run(plain([first, second]), profile, "--id=art", "--id=target")
+    assert (message, code) == ("", 0) and NEAR < np.hypot(*(eyes(soft)[0] - [130, 50])) < 4
+    free = run(plain([first, second]), profile, "--id=art", "--id=target", "--pins=false")[0]
     assert np.hypot(*(eyes(free)[0] - [130, 50])) > 2
 
 
 def test_a_large_circle_says_how_large_a_part_keeps_its_form(profile):
     def deformed(radius):
-        there = mark("pin-eye", 30, 30, 1).replace('r="1"', f'r="{radius}"')
-        made, said, code = run(
-            plain([there, mark("pin-eye", 130, 45, 2)]), profile, "--id=art", "--id=target"
+        pin = mark("pin-eye", 30, 30, 1).replace('r="1"', f'r="{radius}"')
+        result, message, code = run(
+            plain([pin, mark("pin-eye", 130, 45, 2)]), profile, "--id=art", "--id=target"
         )
-        assert (said, code) == ("", 0)
-        return eyes(made)[0]
+        assert (message, code) == ("", 0)
+        return eyes(result)[0]
 
     small, marked, large = (deformed(radius) for radius in (0.5, 1, 4))
     assert np.allclose(small, marked, atol=1e-6)
@@ -198,33 +198,33 @@ def test_a_large_circle_says_how_large_a_part_keeps_its_form(profile):
 
 def test_artwork_is_deformed_by_pins(profile):
     marks = [mark("pin-eye", 30, 30, 1), mark("pin-eye", 40, 20, 2), mark("pin-corner", 65, 65, 3)]
-    made = act(plain(marks), [f"{DEFORM}.noprefs"], ["art"])
-    assert np.allclose(eyes(made), [[40, 20]], atol=NEAR)
-    assert "art" not in names(made) and "target" in names(made)
+    result = act(plain(marks), [f"{DEFORM}.noprefs"], ["art"])
+    assert np.allclose(eyes(result), [[40, 20]], atol=NEAR)
+    assert "art" not in names(result) and "target" in names(result)
 
 
 def test_strokes_that_are_drawn_are_met(profile):
     line = '<path inkscape:label="stroke-brow" id="{}" d="{}" fill="none" stroke="red"/>'
     lines = line.format("s1", "M20 30H40") + line.format("s2", "m 125,40 q 10,-15 30,0")
-    made, said, code = run(
+    result, message, code = run(
         plain([], lines), profile, "--id=art", "--id=target", "--result=picture", "--size=512"
     )
-    assert (said, code) == ("", 0) and "data:image/png" in made
-    made = run(plain([], lines), profile, "--id=art", "--id=target")[0]
+    assert (message, code) == ("", 0) and "data:image/png" in result
+    result = run(plain([], lines), profile, "--id=art", "--id=target")[0]
     t = np.linspace(0, 1, 400)[:, None]
     curve = (1 - t) ** 2 * [125, 40] + 2 * t * (1 - t) * [135, 25] + t**2 * [155, 40]
-    assert np.hypot(*(curve - eyes(made)[0]).T).min() < 0.1
+    assert np.hypot(*(curve - eyes(result)[0]).T).min() < 0.1
 
 
 def test_each_letter_gets_the_artwork_and_removed_originals_stay_for_their_clones(profile):
     word = '<g id="word"><path d="M90 10h30v50h-30z"/><path d="M130 10h40l-20 60z"/></g>'
     clone = '<use id="twin" xlink:href="#art" y="70"/>'
     given = ("--id=art", "--id=word", "--parts=each", "--replace=true", "--outline=box")
-    made, said, code = run(plain([], word + clone), profile, *given)
-    assert (said, code) == ("", 0)
-    (left, _), (right, _) = sorted(map(tuple, eyes(made)))
+    result, message, code = run(plain([], word + clone), profile, *given)
+    assert (message, code) == ("", 0)
+    (left, _), (right, _) = sorted(map(tuple, eyes(result)))
     assert 90 < left < 120 and 130 < right < 170
-    picture = rendered(made)
+    picture = rendered(result)
     scale = picture.shape[1] / 210
     assert (picture[int(45 * scale), int(50 * scale)] > 0.99).all()  # the artwork is gone, its clone is not
     assert np.allclose(
@@ -237,15 +237,15 @@ def test_all_letters_of_a_word_go_into_the_target(profile):
         ((10, 40), (20, 30), (30, 36), (40, 25))
     ))  # fmt: skip
     document = plain([]).replace('<g id="art">', f'<g id="word">{bars}</g><g id="art">')
-    made, _, code = run(document, profile, "--id=word", "--id=target")
+    result, _, code = run(document, profile, "--id=word", "--id=target")
     assert code == 0
     drawn = [
-        each
-        for each in ElementTree.fromstring(made).iter(f"{SVG}path")
-        if each.get("fill", "").startswith("#03")
+        path
+        for path in ElementTree.fromstring(result).iter(f"{SVG}path")
+        if path.get("fill", "").startswith("#03")
     ]
     assert (
-        sorted({each.get("fill") for each in drawn}) == ["#030", "#031", "#032", "#033"] and len(drawn) == 8
+        sorted({path.get("fill") for path in drawn}) == ["#030", "#031", "#032", "#033"] and len(drawn) == 8
     )
     largest = run(document, profile, "--id=word", "--id=target", "--outline=largest")
     assert largest[2] == 0 and "3 × shape outside the source, omitted" in largest[1]
@@ -254,20 +254,20 @@ def test_all_letters_of_a_word_go_into_the_target(profile):
 def test_what_is_left_out_is_said_beside_the_result(profile):
     aside = '<circle cx="20" cy="120" r="5"/>'
     document = plain([]).replace('<g id="art">', f'<g id="art">{aside}')
-    made, said, code = run(document, profile, "--id=art", "--id=target", "--outline=largest")
-    assert code == 0 and "1 × shape outside the source, omitted" in said
-    assert len(eyes(made)) == 1
+    result, message, code = run(document, profile, "--id=art", "--id=target", "--outline=largest")
+    assert code == 0 and "1 × shape outside the source, omitted" in message
+    assert len(eyes(result)) == 1
 
 
 def test_artwork_that_was_selected_last_is_noticed(profile):
-    made, said, code = run(page(), profile, "--id=target", "--id=art")
-    assert code == 0 and made and "target" in said.splitlines()[0] and "face" in said.splitlines()[0]
-    _, said, code = run(page(), profile, "--id=art", "--id=target")
-    assert code == 0 and "last" not in said
+    result, message, code = run(page(), profile, "--id=target", "--id=art")
+    assert code == 0 and result and "target" in message.splitlines()[0] and "face" in message.splitlines()[0]
+    _, message, code = run(page(), profile, "--id=art", "--id=target")
+    assert code == 0 and "last" not in message
 
 
 @pytest.mark.parametrize(
-    ("arguments", "marks", "said"),
+    ("arguments", "marks", "expected"),
     [
         (["--id=art"], [], "Select the artwork, then Shift-click"),
         (
@@ -283,11 +283,11 @@ def test_artwork_that_was_selected_last_is_noticed(profile):
         (["--id=art", "--id=open"], [], "open"),
     ],
 )
-def test_what_cannot_be_done_is_said_and_nothing_changes(profile, arguments, marks, said):
+def test_what_cannot_be_done_is_said_and_nothing_changes(profile, arguments, marks, expected):
     line = '<path id="line" d="M10 120H60"/>'
     line += '<path id="open" d="M10 130C40 120 60 140 90 130" style="fill:none;stroke:#000;stroke-width:.3"/>'
-    made, message, code = run(plain(marks, line), profile, *arguments)
-    assert said in message and "Traceback" not in message and code not in (0, 1) and not made
+    result, message, code = run(plain(marks, line), profile, *arguments)
+    assert expected in message and "Traceback" not in message and code not in (0, 1) and not result
 
 
 def test_a_moved_python_is_said(profile):

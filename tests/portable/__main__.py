@@ -37,8 +37,8 @@ def environment(system: str, temporary: Path) -> dict[str, str]:
 
 def folders() -> list[Path]:
     """Return the folders of tests, and the files of tests that are in none."""
-    found = {path.parent for path in (ROOT / "tests").rglob("test_*.py")} - {ROOT / "tests"}
-    return [*sorted(found), *sorted((ROOT / "tests").glob("test_*.py"))]
+    with_tests = {path.parent for path in (ROOT / "tests").rglob("test_*.py")} - {ROOT / "tests"}
+    return [*sorted(with_tests), *sorted((ROOT / "tests").glob("test_*.py"))]
 
 
 def run(system: str, path: Path, *options: str) -> tuple[Counter, list[str]]:

@@ -175,10 +175,10 @@ def without_errors(page):
     """Nothing is reported in the browser's console."""
     page.driver.get_log("browser")
     yield
-    found = [entry for entry in page.driver.get_log("browser") if entry["level"] != "INFO"]
+    entries = [entry for entry in page.driver.get_log("browser") if entry["level"] != "INFO"]
     # the renderer without a graphics card warns that it is slow
     assert not [
-        entry for entry in found if "GPU" not in entry["message"] and "GL Driver" not in entry["message"]
+        entry for entry in entries if "GPU" not in entry["message"] and "GL Driver" not in entry["message"]
     ]
 
 
@@ -197,14 +197,14 @@ def same_picture(page, folder):
     (folder / command[-1]).unlink(missing_ok=True)
     run(folder, *command[1:])
     expected = cv2.imread(str(folder / command[-1]), cv2.IMREAD_UNCHANGED)
-    found = cv2.imdecode(np.frombuffer(page.result("png"), np.uint8), cv2.IMREAD_UNCHANGED)
-    assert found.shape == expected.shape
+    actual = cv2.imdecode(np.frombuffer(page.result("png"), np.uint8), cv2.IMREAD_UNCHANGED)
+    assert actual.shape == expected.shape
     over = [
-        (each[..., :3] * (each[..., 3:] / 255.0) + 255.0 - each[..., 3:]).astype(np.uint8)
-        for each in (found, expected)
+        (image[..., :3] * (image[..., 3:] / 255.0) + 255.0 - image[..., 3:]).astype(np.uint8)
+        for image in (actual, expected)
     ]
-    assert np.abs(found[..., 3].astype(float) - expected[..., 3]).mean() < 1
-    small = [cv2.resize(each, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA) for each in over]
+    assert np.abs(actual[..., 3].astype(float) - expected[..., 3]).mean() < 1
+    small = [cv2.resize(image, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA) for image in over]
     return structural_similarity(*small, channel_axis=2)
 
 
@@ -318,11 +318,11 @@ def same_map(page, folder):
     (folder / "demo.npz").write_bytes(page.result("npz"))
     fits = [iccm.load(folder / name) for name in ("demo.npz", "command.npz")]
     points = interior_grid(Curve(page.outline("source")), 500)
-    found, expected = (fit.map(points) for fit in fits)
-    own, goal = (pinned_energy(fits[1], fit.map.source, fit.map.image, fit.map.faces) for fit in fits)
-    assert abs(own / goal - 1) < 0.02
+    actual, expected = (fit.map(points) for fit in fits)
+    energy, goal = (pinned_energy(fits[1], fit.map.source, fit.map.image, fit.map.faces) for fit in fits)
+    assert abs(energy / goal - 1) < 0.02
     return (
-        np.abs(found - expected).mean() < 0.05 * Curve(page.outline()).diagonal
+        np.abs(actual - expected).mean() < 0.05 * Curve(page.outline()).diagonal
     )  # pictures may rotate at little cost
 
 
@@ -471,10 +471,10 @@ def test_results_as_files(page, tmp_path):
     box = page.js("iccmDemo.target.box")
     height, width = st.shape[:2]
     x, y = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
-    at = box[0] + x * (box[2] - box[0]) - 1j * (box[1] + y * (box[3] - box[1]))
+    places = box[0] + x * (box[2] - box[0]) - 1j * (box[1] + y * (box[3] - box[1]))
     inside = cv2.erode(np.float32(st[..., 3] == 1), np.ones((3, 3))) > 0
     assert inside.mean() > 0.4
-    z = fit.map.inverse(at[inside])
+    z = fit.map.inverse(places[inside])
     left, top, right, bottom = page.js("iccmDemo.source.box")
     expected = np.column_stack([(z.real - left) / (right - left), 1 - (-z.imag - top) / (bottom - top)])
     assert np.abs(st[inside][:, :2] - expected).max() < 1e-6
@@ -557,11 +557,11 @@ def test_it_is_accessible(page, html, dark):
         page.js("(iccmDemo.pinning.add(), 0)")
         page.wait(FULL)
         page.driver.execute_script(AXE.read_text())
-        found = page.driver.execute_async_script(
+        violations = page.driver.execute_async_script(
             "const done = arguments[0]; axe.run(document).then(({violations}) => done(violations.map("
             "({id, nodes}) => [id, nodes.map(({html}) => html)])))"
         )
-        assert found == []
+        assert violations == []
     finally:
         (page.folder / "demo.html").write_text(HTML)
         page.open()
@@ -592,10 +592,10 @@ def test_the_window_for_figma_maps_layers_and_sends_results(page, tmp_path):
         driver.switch_to.default_content()
         page.wait("messages.some(({kind}) => kind === 'drawing')")
         (tmp_path / "placed.svg").write_text(page.js("messages.find(({kind}) => kind === 'drawing').svg"))
-        found, goal = (
+        outline, goal = (
             Curve(iccm.read_shape(path).curve.z) for path in (tmp_path / "placed.svg", FILES / "shield.svg")
         )
-        assert hausdorff(found, goal) < 2e-3 * goal.diagonal
+        assert hausdorff(outline, goal) < 2e-3 * goal.diagonal
 
         picture = list((FILES / "coffee.jpg").read_bytes())
         layers["source"]["png"] = picture

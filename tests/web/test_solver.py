@@ -150,33 +150,35 @@ OUTLINE_TOLERANCE = 1e-3  # of the diagonal, as by default of the command
 
 def declared(folder, suffix):
     """The prototypes and structs in files of a folder, without differences of white space."""
-    found = set()
+    declarations = set()
     for path in folder.rglob(f"*{suffix}"):
         for text in PROTOTYPE.findall(path.read_text()):
             if text.lstrip().startswith(("int64_t ", "double ", "struct ")):
-                found.add(re.sub(r"\s+", " ", text.strip()).replace("( ", "("))
-    return found
+                declarations.add(re.sub(r"\s+", " ", text.strip()).replace("( ", "("))
+    return declarations
 
 
 def test_prototypes_and_structs_are_those_of_python():
-    own = declared(WEB, ".js")
-    assert len(own) > 20
-    assert own <= declared(ROOT / "iccm", ".py")
+    in_javascript = declared(WEB, ".js")
+    assert len(in_javascript) > 20
+    assert in_javascript <= declared(ROOT / "iccm", ".py")
 
 
 def constant(text, name):
     """The number in `name = number` of a JavaScript source."""
-    found = re.search(rf"\b{name} = ([\d._e-]+)", text)
-    assert found, name
-    return float(found[1].replace("_", ""))
+    match = re.search(rf"\b{name} = ([\d._e-]+)", text)
+    assert match, name
+    return float(match[1].replace("_", ""))
 
 
 @pytest.mark.parametrize("name", CONSTANTS)
 def test_constants_are_those_of_python(name):
     text = (WEB / name).read_text()
-    for own, path in CONSTANTS[name].items():
+    for ours, path in CONSTANTS[name].items():
         module, _, theirs = path.rpartition(".")
-        assert constant(text, own) == getattr(importlib.import_module(f"iccm.balanced.{module}"), theirs), own
+        assert constant(text, ours) == getattr(importlib.import_module(f"iccm.balanced.{module}"), theirs), (
+            ours
+        )
 
 
 @pytest.mark.slow
@@ -209,12 +211,12 @@ def test_maps_cost_the_same_as_those_of_the_command(core, tmp_path):
     command = ["node", Path(__file__).with_name("solve.js"), core, given]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    for (source, target, balance, pins), found, fit in zip(
+    for (source, target, balance, pins), solved, fit in zip(
         problems, json.loads(done.stdout), fits, strict=True
     ):
         name = f"{source} to {target}, {len(pins)} pins"
-        z, u = (np.array(found[side]).reshape(-1, 2) @ [1, 1j] for side in "zu")
-        faces = np.array(found["faces"]).reshape(-1, 3)
+        z, u = (np.array(solved[side]).reshape(-1, 2) @ [1, 1j] for side in "zu")
+        faces = np.array(solved["faces"]).reshape(-1, 3)
         assert min(triangle_areas(w[faces]).min() for w in (z, u)) > 0, name
 
         def energy(z, u, faces, fit=fit, balance=balance):
@@ -223,9 +225,9 @@ def test_maps_cost_the_same_as_those_of_the_command(core, tmp_path):
             )
 
         # radii of pins follow from distances to the outlines, which the demo simplifies
-        assert found["energy"] == pytest.approx(energy(z, u, faces), rel=1e-3 if pins else 1e-9), name
+        assert solved["energy"] == pytest.approx(energy(z, u, faces), rel=1e-3 if pins else 1e-9), name
         expected = energy(fit.map.source, fit.map.image, fit.map.faces)
-        assert abs(found["energy"] / expected - 1) <= ENERGY_TOLERANCE, name
+        assert abs(solved["energy"] / expected - 1) <= ENERGY_TOLERANCE, name
         for w, shape in ((z, outlines[source]), (u, outlines[target])):
             assert (
                 hausdorff(Curve(rim(w, faces)), Curve(shape)) <= OUTLINE_TOLERANCE * Curve(shape).diagonal

@@ -151,11 +151,11 @@ def kill(pid: int, number: int) -> None:
         os.kill(pid, KILL)
 
 
-def open_descriptor(path: object, flags: int, *rest: object, **named: object) -> int:
+def open_descriptor(path: object, flags: int, *args: object, **kwargs: object) -> int:
     """Open a file, but not a folder."""
     if os.path.isdir(path):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
-    return os.open(path, flags, *rest, **named)
+    return os.open(path, flags, *args, **kwargs)
 
 
 def usage_in_bytes(who: int) -> object:
@@ -221,11 +221,11 @@ def with_windows_text(mode, encoding, newline):
 
 
 def open_as_on_windows(
-    file, mode="r", buffering=-1, encoding=None, errors=None, newline=None, *rest, **named
+    file, mode="r", buffering=-1, encoding=None, errors=None, newline=None, *args, **kwargs
 ):
     """Open a file for code of this repository."""
     encoding, newline = with_windows_text(mode, encoding, newline)
-    return open(file, mode, buffering, encoding, errors, newline, *rest, **named)
+    return open(file, mode, buffering, encoding, errors, newline, *args, **kwargs)
 
 
 def open_path(self, mode="r", buffering=-1, encoding=None, errors=None, newline=None):
