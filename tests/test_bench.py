@@ -58,7 +58,7 @@ def test_distortion_of_a_stretch_is_its_ratio(mesh):
     assert np.allclose(area, -1)
 
 
-def test_topojson_arcs_are_joined_and_turned():
+def test_topojson_arcs_are_joined_and_reversed():
     from tests.bench.shapes import rings_of
 
     topology = {
@@ -152,7 +152,7 @@ def test_the_bench_of_dragging_follows_pins_that_it_places(tmp_path):
     assert seconds.shape == (6, 2) and missed == 0
 
 
-def test_what_is_written_by_hand_above_a_gallery_picture_stays(capsys):
+def test_handwritten_text_above_a_gallery_picture_stays(capsys):
     from tests.bench import gallery
 
     before = "## Old heading\n\nGood: 1, 2.\nNot: 3.\n\n![sheet](sheet.png)\n\n| map | figures |"
@@ -210,7 +210,7 @@ def test_a_slit_is_a_crack_up_to_twice_the_radius(width, is_crack):
     assert shares.cracks == pytest.approx(area if is_crack else 0, abs=4 * 9 / bar.sum())
 
 
-def test_gaps_that_the_target_has_are_no_cracks():
+def test_gaps_of_the_target_are_not_cracks():
     from tests.bench import coverage
 
     bar, disc = bar_and_disc()
@@ -256,7 +256,7 @@ def test_holes_of_the_result_are_counted_where_the_target_has_none():
     assert coverage.seen(target, target).extra_holes == 0
 
 
-def test_what_is_shown_of_a_source_is_measured_through_the_map():
+def test_the_visible_share_of_a_source_is_measured_through_the_map():
     from tests.bench import coverage
 
     y, x = np.mgrid[:80, :100]

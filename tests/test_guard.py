@@ -23,7 +23,7 @@ class Version:
         return self._seconds[task].pop(0)
 
 
-def test_versions_are_asked_by_turns():
+def test_versions_alternate():
     calls = []
     new, old = Version("new", calls, solve=[3.0, 6.0]), Version("old", calls, solve=[2.0, 3.0], other=[1.0])
     assert guard.compare(new, old, 2) == {"solve": [1.5, 2.0]}
@@ -63,7 +63,7 @@ def test_a_version_that_does_not_start_is_reported(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["absent.whl", "no-such-commit", "--output=archive.tar"])
-def test_what_is_neither_a_wheel_nor_a_commit_is_reported(tmp_path, monkeypatch, name):
+def test_packages_other_than_wheels_and_commits_are_reported(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit) as stopped:
         guard.wheel_of(name, tmp_path)

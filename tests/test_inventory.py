@@ -214,7 +214,7 @@ TRACED = re.compile(r'(\w+)\((?:AT_FDCWD, |\d+(?:<[^>]*>)?, )?"((?:[^"\\]|\\.)*)
         "flatten",
     ],
 )
-def test_nor_does_what_libraries_do_by_themselves(folder, name):
+def test_libraries_read_and_write_nothing_else(folder, name):
     typed, written = COMMANDS[name]
     line = [
         "strace",

@@ -181,7 +181,7 @@ def listed(docstring: str) -> list[str]:
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
-def test_every_folder_lists_what_is_in_it(folder):
+def test_every_folder_lists_its_contents(folder):
     names = {name for name in FILES if name and name.rpartition(".")[0] == folder}
     modules = {name.rpartition(".")[2] + "/" * (name in FOLDERS) for name in names}
     docstring = ast.get_docstring(ast.parse(FILES[folder].read_text(encoding="utf-8")))

@@ -15,7 +15,7 @@ def test_every_row_is_a_bug_of_its_own_with_tests():
         assert mutant.old != mutant.new and mutant.tests and len(mutant.effect) > 10, mutant
 
 
-def test_a_stale_row_says_what_to_do(tmp_path):
+def test_a_stale_row_is_reported_with_advice(tmp_path):
     row = Mutant("setup.py", "no such text", "", "tests/test_mutants.py", "nothing")
     assert row.mutate("some text") is None and row.mutate("no such text, no such text") is None
     assert row.mutate("a no such text b") == "a  b"

@@ -155,7 +155,7 @@ OF_CONDA = {
 }
 
 
-def test_the_conda_recipe_needs_what_the_project_needs():
+def test_the_conda_recipe_requires_the_projects_dependencies():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     recipe = (ROOT / "packaging" / "conda" / "recipe.yaml").read_text(encoding="utf-8")
     listed = recipe.partition("  run:\n")[2].partition("\n\n")[0]

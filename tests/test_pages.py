@@ -83,7 +83,7 @@ def test_the_links_of_a_page_lead_somewhere(page):
         assert not anchor or anchor in anchors(target), link
 
 
-def test_the_link_check_of_the_site_finds_what_is_broken(tmp_path):
+def test_the_link_check_of_the_site_finds_broken_links(tmp_path):
     (tmp_path / "b.html").write_text('<h2 id="there">There</h2>')
     (tmp_path / "a.html").write_text(
         '<a href="b.html#there"></a><a href="b.html#gone"></a><a href="c.html"></a><a href="https://example.org"></a>'

@@ -18,7 +18,7 @@ def test_nothing_of_the_last_release_is_gone(current):
     assert not gone, "public in the last release: keep them, or deprecate them (docs/reference/stability.md)"
 
 
-def test_what_was_added_since_the_last_release_is_recorded(current):
+def test_additions_since_the_last_release_are_recorded(current):
     added = current - set(public_surface.read(public_surface.RELEASED))
     recorded = set(public_surface.read(public_surface.UNRELEASED))
     assert not sorted(added - recorded), f"not recorded: {RECORD}"

@@ -61,7 +61,7 @@ def test_a_sample_makes_its_picture(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_comparison_sees_what_it_must(name):
+def test_the_comparison_detects_typical_faults(name):
     picture = baseline(name)
     assert difference(picture, picture) == 0
     faults = {
@@ -90,7 +90,7 @@ def test_an_unknown_sample_is_refused(capsys):
     assert "no sample 'nothing'; there is " in capsys.readouterr().err
 
 
-def test_a_sample_that_fails_is_told(monkeypatch, tmp_path, capsys):
+def test_a_failing_sample_is_reported(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(RUN, "HERE", tmp_path)
     (tmp_path / "bad").mkdir()
     (tmp_path / "bad/command.txt").write_text("iccm map none.svg none.svg -o out/picture.png\n")

@@ -34,7 +34,7 @@ def saved(shapes):
     (shapes / "map.npz").write_bytes(result)
 
 
-def test_info_tells_of_a_map(saved, iccm):
+def test_info_describes_a_map(saved, iccm):
     facts = json.loads(iccm("info", "map.npz", "--json").out)
     assert facts["kind"] == "map" and facts["status"] == "reached" and facts["left_out"] == 0
     assert facts["source"]["vertices"] >= 4 and facts["triangles"] == len(core.load("map.npz").map.faces)
@@ -74,7 +74,7 @@ def test_a_map_names_no_files_and_raises_no_limits(saved, shapes, iccm):
     assert typed.code == 2 and "1000" in typed.err
 
 
-def test_a_map_says_what_pictures_show(saved, iccm):
+def test_a_saved_map_records_which_box_its_pictures_show(saved, iccm):
     image_files.write("t.png", image_files.Image(core.checkerboard(64)))
     pictures = []
     for box in ("viewbox", "bbox"):
@@ -173,7 +173,7 @@ def test_columns_are_named_or_numbered(saved, shapes, iccm):
     assert np.array_equal(np.array([row[:2] for row in rows], float), expected)
 
 
-def test_geojson_keeps_what_it_says(saved, shapes, iccm):
+def test_geojson_keeps_its_properties(saved, shapes, iccm):
     square = [[30, 30], [70, 30], [70, 70], [30, 70], [30, 30]]
     hole = [[45, 45], [45, 55], [55, 55], [45, 45]]
     geometries = [

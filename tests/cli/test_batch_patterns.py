@@ -38,7 +38,7 @@ def results(typed):
         slow(("icons/square.svg", "icons/blob.svg")),
     ],
 )
-def test_a_pattern_a_folder_or_files_become_a_job_each(icons, iccm, sources):
+def test_every_file_of_a_pattern_or_folder_becomes_a_job(icons, iccm, sources):
     typed = iccm("batch", *sources, "disk.svg", *SMALL, "-o", "out/{source.stem}-on-{target.stem}.png")
     assert typed.code == 0 and results(typed) == {"square-disk": "done", "blob-disk": "done"}
     pictures = sorted(path.name for path in (icons / "out").glob("*.png"))
@@ -75,7 +75,7 @@ def test_one_mistake_of_a_pattern_is_reported_once(icons, iccm):
         (("icons/*.obj", "disk.svg", "-o", "out/"), "no file matches"),
     ],
 )
-def test_what_lacks_something_names_what_to_write(icons, iccm, given, cure):
+def test_incomplete_batches_are_refused_with_the_cure(icons, iccm, given, cure):
     (icons / "empty").mkdir()
     (icons / "jobs.toml").write_text('[[job]]\nsource = "disk.svg"\ntarget = "blob.svg"\n')
     before = sorted(icons.iterdir())
@@ -85,7 +85,7 @@ def test_what_lacks_something_names_what_to_write(icons, iccm, given, cure):
     )
 
 
-def test_a_manifest_to_start_from_runs_as_it_is(icons, iccm):
+def test_the_generated_manifest_runs_unchanged(icons, iccm):
     (icons / "shield.svg").write_text((icons / "disk.svg").read_text())
     typed = iccm("init")
     assert typed.code == 0 and "iccm batch jobs.toml" in typed.err

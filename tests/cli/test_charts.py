@@ -72,7 +72,7 @@ def pixel_at(picture, u, v):
 
 
 @pytest.mark.slow
-def test_a_picture_goes_onto_a_chart_which_may_be_mirrored(sheets, iccm):
+def test_a_picture_is_mapped_onto_a_chart_also_a_mirrored_one(sheets, iccm):
     """On the mirrored chart the picture of the layout is mirrored, so that it reads right on the surface."""
     words = ["--texture", "ramp.png", "--size", "200"]
     for spec, (low, size) in (("pair.obj#uv-2", PAIR["left"]), ("pair.obj#uv", PAIR["right"])):
@@ -88,7 +88,7 @@ def test_a_picture_goes_onto_a_chart_which_may_be_mirrored(sheets, iccm):
 
 
 @pytest.mark.slow
-def test_a_mirrored_chart_gives_its_texture_the_right_way_round(sheets, iccm):
+def test_the_texture_of_a_mirrored_chart_is_not_mirrored(sheets, iccm):
     """The layout and the flattening show the same, and so does the STMap."""
     words = ["square.svg", "--texture", "ramp.png", "--size", "64"]
     assert iccm("map", "pair.obj#uv", *words, "-o", "a.png", "--stmap", "m.exr").code == 0
@@ -196,7 +196,7 @@ def test_layouts_of_tiles_are_made_from_one_picture(sheets, iccm):
     assert (red, green) == pytest.approx((255 * 0.72, 255 * 0.22), abs=6)
 
 
-def test_a_missing_tile_is_told(sheets, iccm):
+def test_a_missing_tile_is_reported(sheets, iccm):
     image_files.write("skin.1001.png", ramp())
     words = ["--texture", "skin.<UDIM>.png", "--parts", "all", "--size", "32", "-o", "o.png"]
     done = iccm("map", "tiles.obj#uv", "two.svg", *words)
@@ -235,7 +235,7 @@ def test_a_missing_tile_is_told(sheets, iccm):
         ),
     ],
 )
-def test_what_cannot_be_is_told_in_a_line(sheets, iccm, words, message):
+def test_impossible_requests_are_refused_in_one_line(sheets, iccm, words, message):
     text = (sheets / "pair.obj").read_text()
     (sheets / "bare.obj").write_text(re.sub(r"/\d+|(?m:^vt.*\n)", "", text))
     lines = [f"v {k % 2} {k // 2} 0" for k in range(24)]
@@ -249,7 +249,7 @@ def test_what_cannot_be_is_told_in_a_line(sheets, iccm, words, message):
     assert set(sheets.iterdir()) == before
 
 
-def test_info_lists_what_the_mark_takes(sheets, iccm):
+def test_info_lists_the_charts_that_can_be_selected(sheets, iccm):
     facts = json.loads(iccm("info", "tiles.obj", "--json").out)
     assert facts["parts"] == ["left", "right", "top"]
     assert facts["uv_charts"] == facts["pieces_in_all"] == 3
@@ -270,7 +270,7 @@ def test_a_part_called_like_a_chart_is_meant_before_it(sheets, iccm):
     assert shape.read("u.svg#outline").curve.area == pytest.approx(0.25**2)
 
 
-def test_artwork_goes_onto_a_chart(sheets, iccm):
+def test_artwork_is_mapped_onto_a_chart(sheets, iccm):
     """The square of the drawing goes onto the square chart with all that is in it; the tile is the canvas."""
     (sheets / "art.svg").write_text(
         SVG.format('<path id="rim" d="M10 10h80v80h-80z"/><path id="dot" d="M30 50h20v10h-20z" fill="red"/>')

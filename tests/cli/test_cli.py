@@ -24,7 +24,7 @@ def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
-def test_a_map_alone_writes_a_picture_and_says_what_it_did(shapes, iccm):
+def test_map_without_options_writes_a_picture_and_a_summary(shapes, iccm):
     typed = iccm("map", "square.svg", "blob.svg", *PICTURE)
     assert typed.code == 0 and typed.out == ""
     image = image_files.read("square-blob.png")
@@ -151,7 +151,7 @@ def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
     assert (shapes / "a.png").read_bytes() == (shapes / "b.png").read_bytes()
 
 
-def test_a_picture_without_padding_is_written_as_it_is_made_and_is_the_same(shapes, iccm):
+def test_a_picture_without_padding_is_written_in_bands_with_the_same_pixels(shapes, iccm):
     rng = np.random.default_rng(3)
     image_files.write(
         shapes / "t.png", image_files.Image(rng.integers(0, 256, (40, 40, 4), dtype=np.uint8), alpha=3)
@@ -228,7 +228,7 @@ def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
     assert image_files.read("d.png").pixels[..., 3].any()
 
 
-def test_what_overlaps_is_told_and_refused_where_that_is_asked_for(shapes, iccm):
+def test_overlaps_are_reported_and_refused_by_require_injective(shapes, iccm):
     """The square's ends are rolled into each other: status `overlap`, and exit code 1 only with --require-injective."""
     (shapes / "bar.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 40"><path d="M5 15H85V25H5Z"/></svg>'
@@ -350,7 +350,7 @@ def test_require_injective_takes_a_share_of_the_area(shapes, iccm):
     assert iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "1.5").code == 2
 
 
-def test_constraints_that_spoil_the_picture_are_told(shapes, iccm):
+def test_constraints_that_spoil_the_picture_get_a_note(shapes, iccm):
     pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin", "50,30:50,30", "--pin", "50,70:50,70")
     typed = iccm("map", "disk.svg", "disk.svg", *QUICK, *pins, "--pin-weight", "1000", "--report", "-")
     notes = json.loads(typed.out)["notes"]
@@ -393,7 +393,7 @@ def test_every_failure_is_one_line(capsys, monkeypatch, error, code, message):
     assert line.startswith(f"error: {message}")
 
 
-def test_a_signal_inside_compiled_code_is_told_as_one(capsys, monkeypatch):
+def test_a_signal_inside_compiled_code_is_reported_as_a_signal(capsys, monkeypatch):
     def fail(*arguments, **options):
         raise SystemError("a result with an exception set") from logs.Terminated(15)
 
@@ -406,7 +406,7 @@ def test_debug_shows_the_traceback(shapes, iccm):
     assert "Traceback" in iccm("map", "none.svg", "blob.svg", "--debug").err
 
 
-def test_a_reader_that_goes_away_is_no_error(shapes, shell):
+def test_a_reader_that_goes_away_is_not_an_error(shapes, shell):
     done = shell("set -o pipefail; iccm map square.svg blob.svg --report - -q | head -c 1")
     assert done.stderr == "" and done.returncode in (0, logs.EXIT_PIPE)
 
@@ -435,7 +435,7 @@ def test_every_command_has_help(iccm, name):
     assert typed.code == 0 and "--log-format" in typed.out and "Usage: iccm" in typed.out
 
 
-def test_completion_scripts_are_made(shell):
+def test_completion_scripts_are_generated(shell):
     for name in ("bash", "zsh", "fish"):
         done = shell(f"_ICCM_COMPLETE={name}_source iccm")
         assert done.returncode == 0 and "iccm" in done.stdout
@@ -453,7 +453,7 @@ def test_info_and_doctor(shapes, iccm):
     assert doctor.code == 0 and "a square onto itself is correct" in doctor.out
 
 
-def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):
+def test_info_describes_meshes_pictures_and_constraints(shapes, iccm):
     corners = (
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt .5 .5\nvt .6 .5\nvt .6 .6\n"
     )
@@ -468,7 +468,7 @@ def test_info_tells_about_meshes_pictures_and_constraints(shapes, iccm):
 
 
 @pytest.mark.slow
-def test_file_names_that_are_no_text_are_refused_in_one_line(shapes, shell):
+def test_file_names_that_are_not_text_are_refused_in_one_line(shapes, shell):
     name = r"""name=$(printf 'caf\351'); cp square.svg "$name.svg"; """
     shell(
         name

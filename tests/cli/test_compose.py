@@ -88,7 +88,7 @@ def test_holes_are_composed_too(maps, iccm):
     assert not np.isfinite(identity.map(np.array([1.3 + 0j]))).any()  # in the hole
 
 
-def test_a_composition_carries_what_its_maps_carry_one_after_the_other(maps, iccm):
+def test_a_composition_agrees_with_its_maps_one_after_the_other(maps, iccm):
     Path("p.csv").write_text("x,y\n1,0.5\n-0.2,0.1\n2.5,-0.7\n")
     for command in (
         ("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz"),

@@ -39,7 +39,7 @@ def test_every_requirement_is_examined(findings):
     assert code == 0 and not [requirement for requirement in results.values() if requirement["ok"] is False]
 
 
-def test_what_is_missing_or_too_old_is_said(findings, monkeypatch):
+def test_missing_and_outdated_packages_are_reported(findings, monkeypatch):
     def version(name, installed=metadata.version):
         if name in ("tinycss2", "distributed"):
             raise metadata.PackageNotFoundError(name)
@@ -57,7 +57,7 @@ def test_what_is_missing_or_too_old_is_said(findings, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("module", ["numpy", "tinycss2", "packaging"])
-def test_it_runs_without_the_library_that_is_missing(module):
+def test_doctor_runs_without_the_missing_library(module):
     code = f"import sys; sys.modules[{module!r}] = None\nfrom iccm import cli; sys.exit(cli.run(['doctor']))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     wrong = [line for line in done.stdout.splitlines() if line.startswith("WRONG") and module in line]
@@ -73,7 +73,7 @@ def test_a_core_that_is_missing_is_found(findings, monkeypatch, tmp_path):
     library.library.cache_clear()
 
 
-def test_without_its_metadata_nothing_is_known(findings, monkeypatch):
+def test_doctor_reports_missing_metadata(findings, monkeypatch):
     def requires(name):
         raise metadata.PackageNotFoundError(name)
 

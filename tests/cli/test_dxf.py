@@ -105,7 +105,7 @@ def distances(z, line):
 
 
 @pytest.mark.parametrize("version", [slow("R2010"), "R12"])
-def test_every_entity_is_where_the_map_takes_it_and_keeps_its_layer_and_colour(version, folder, iccm):
+def test_every_entity_is_mapped_and_keeps_its_layer_and_colour(version, folder, iccm):
     pattern("a.dxf", version)
     done = iccm(
         "map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf", "--max-line-error", ".02"
@@ -234,7 +234,7 @@ def test_back_and_forth_and_from_inches_to_the_units_of_a_drawing(folder, iccm):
         assert distances(points_of(new), INCH * points_of(old)).max() < 0.1
 
 
-def test_mirrored_entities_and_what_leaves_the_piece(folder, iccm):
+def test_mirrored_entities_and_entities_that_leave_the_piece(folder, iccm):
     document = ezdxf.readfile("a.dxf")
     space = document.modelspace()
     space.add_arc((-24, 14), 1, 0, 90, dxfattribs={"extrusion": (0, 0, -1), "layer": "MIRROR"})
@@ -258,7 +258,7 @@ def test_mirrored_entities_and_what_leaves_the_piece(folder, iccm):
             assert distances(expected, points_of(after)).max() < 0.05
 
 
-def test_what_cannot_be_written_as_dxf_is_refused(folder, iccm):
+def test_requests_that_dxf_cannot_hold_are_refused(folder, iccm):
     Path("heart.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H90V50H0Z"/></svg>')
     for arguments in (
         ("map", "heart.svg", "ellipse.dxf", "-o", "no.dxf"),

@@ -272,7 +272,7 @@ HOSTILE_FIELDS = {
 
 
 @pytest.mark.parametrize("name", HOSTILE_FIELDS)
-def test_fields_of_itk_read_no_other_file_and_hold_what_they_promise(tmp_path, monkeypatch, capfd, name):
+def test_hostile_itk_fields_are_refused_in_one_line(tmp_path, monkeypatch, capfd, name):
     (tmp_path / "secret.raw").write_bytes(VECTORS)
     (tmp_path / "in").mkdir()
     monkeypatch.chdir(tmp_path / "in")
@@ -298,7 +298,7 @@ def test_a_field_with_data_in_another_file_is_refused_by_commands(field_files, i
 
 @pytest.mark.parametrize("suffix", [".nrrd", ".mha", ".nii", ".nii.gz"])
 @pytest.mark.parametrize("compressed", [False, True])
-def test_what_simpleitk_writes_is_read(tmp_path, suffix, compressed):
+def test_fields_written_by_simpleitk_are_read(tmp_path, suffix, compressed):
     away = np.random.default_rng(3).normal(size=(4, 6, 2)).astype(np.float32)
     image = itk.GetImageFromArray(away, isVector=True)
     image.SetMetaData("0008|0005", "ISO_IR 100")

@@ -18,7 +18,7 @@ def half(shapes):
 
 
 @pytest.mark.parametrize(("mesh", "suffix"), [("half.glb", ".glb"), ("half.obj", ".ply")])
-def test_what_only_a_mesh_can_be_has_coordinates(half, iccm, mesh, suffix):
+def test_mesh_outputs_get_coordinates(half, iccm, mesh, suffix):
     typed = iccm("flatten", mesh, *GIVEN, "-o", f"out{suffix}")
     assert typed.code == 0 and f"wrote out{suffix}" in typed.lines
     repeated = iccm("flatten", mesh, *GIVEN, "--uv", f"same{suffix}")

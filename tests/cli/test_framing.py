@@ -21,7 +21,7 @@ def write(name, pixels):
     image_files.write(name, image_files.Image(pixels, alpha=3 if pixels.shape[2] == 4 else -1))
 
 
-def test_a_shape_that_leaves_its_canvas_is_told(shapes, iccm):
+def test_a_shape_that_leaves_its_canvas_gets_a_note(shapes, iccm):
     far = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} 100"><path d="M10 10H90V90H10Z"/></svg>'
     for name, width in (("half", 50), ("out", 5)):
         (shapes / f"{name}.svg").write_text(far.format(width))
@@ -109,7 +109,7 @@ def test_holes_of_the_target_stay_transparent(shapes, iccm):
     assert 40 < middle.mean() < 80 and middle.size > 100
 
 
-def test_a_texture_of_other_proportions_than_the_canvas_is_told(shapes, iccm):
+def test_a_texture_with_other_proportions_than_the_canvas_gets_a_note(shapes, iccm):
     for name, size in (("wide.png", (40, 120)), ("even.png", (40, 41))):
         write(name, np.random.default_rng(1).integers(0, 255, (*size, 3), np.uint8))
     notes = {
@@ -121,7 +121,7 @@ def test_a_texture_of_other_proportions_than_the_canvas_is_told(shapes, iccm):
     assert [key for key, is_noted in notes.items() if is_noted] == [("wide.png",)]
 
 
-def test_a_texture_that_nothing_shows_is_told(shapes, iccm):
+def test_a_texture_that_is_not_visible_gets_a_note(shapes, iccm):
     write("grey.png", np.full((9, 9, 3), 99, np.uint8))
     written = {"picture": ("-o", "o.png"), "drawing": ("-o", "o.svg"), "figures": ("--report", "o.json")}
     notes = {

@@ -108,7 +108,7 @@ def test_a_saved_map_gets_handles(iccm, tmp_path):
         (["--handles", "4x5", "-o", "h.json", "--parts", "each"], "--parts"),
     ],
 )
-def test_what_has_no_handles_is_refused(iccm, tmp_path, monkeypatch, options, word):
+def test_options_that_handles_do_not_support_are_refused(iccm, tmp_path, monkeypatch, options, word):
     monkeypatch.chdir(tmp_path)
     result = iccm("map", *(ROOT / name for name in PAIRS["drawings"][:2]), *options)
     assert result.code == 2 and word in result.err and result.err.count("\n") == 1

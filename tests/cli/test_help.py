@@ -31,7 +31,7 @@ def test_help_of_all_topics_is_grouped_and_whole(iccm):
         assert rows_in(text, name) == ("map" not in option.hidden), name
 
 
-def test_the_short_help_has_what_most_need(iccm):
+def test_the_short_help_lists_the_common_options(iccm):
     text = iccm("map", "--help").out
     needed = ["texture", "output", "size", "fit", "parts", "pin", "rigid", "turn", "holes", "force", "help"]
     names = [name for name in [*of_command("map"), "help"] if rows_in(text, name)]
@@ -140,7 +140,7 @@ def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
             running.kill()
 
 
-def test_what_no_viewer_shows_is_told(shapes, iccm, monkeypatch):
+def test_open_without_a_display_gets_a_note(shapes, iccm, monkeypatch):
     given = ("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png", "--open", "--force")
     monkeypatch.setattr(sys, "platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
@@ -189,7 +189,7 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
         (("apply", "none.exr", "none.png", "-o", "old.png"), "none.png: no such file"),
     ],
 )
-def test_a_wrong_file_is_called_what_it_is(shapes, iccm, given, message):
+def test_the_error_for_a_wrong_file_names_its_kind(shapes, iccm, given, message):
     (shapes / "folder").mkdir()
     for name in ("old.svg", "old.png"):
         (shapes / name).touch()

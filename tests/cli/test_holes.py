@@ -43,7 +43,7 @@ def mapped(iccm, *typed):
         return done, json.load(file)
 
 
-def test_a_hole_goes_onto_the_hole_and_stays_transparent(holed, iccm):
+def test_a_hole_is_mapped_onto_the_hole_and_stays_transparent(holed, iccm):
     done, report = mapped(iccm, "ring.svg", "off.svg", "--stmap", "o.tif")
     assert done.code == 0 and "hole" not in done.err
     (hole,) = report["holes"]
@@ -68,7 +68,7 @@ def test_the_rim_of_a_hole_shows_the_rim_of_its_partner(holed, iccm):
 
 
 @pytest.mark.slow
-def test_more_holes_in_one_shape_are_told(holed, iccm):
+def test_surplus_holes_are_reported(holed, iccm):
     done, report = mapped(iccm, "eyes.svg", "ring.svg")
     assert (
         done.code == 0 and "The source has 2 holes and the target 1: 1 hole of the source shrunk" in done.err
@@ -86,7 +86,7 @@ def test_more_holes_in_one_shape_are_told(holed, iccm):
 
 
 @pytest.mark.slow
-def test_partners_by_the_names_of_what_is_drawn_in_them(holed, iccm):
+def test_holes_are_paired_by_the_names_of_drawings_in_them(holed, iccm):
     drawings = [shape.read(f"{name}.svg") for name in "ab"]
     assert sorted(drawings[0].hole_names) == [("one",), ("two",)]
     named = holes.named_partners(*drawings, ([0, 1], [0, 1]))
@@ -98,7 +98,7 @@ def test_partners_by_the_names_of_what_is_drawn_in_them(holed, iccm):
     assert [h["source"] for h in report["holes"]] == [h["source"] for h in unnamed["holes"]][::-1]
 
 
-def test_pins_in_holes_say_that_they_go_together(holed, iccm):
+def test_pins_in_holes_pair_the_holes(holed, iccm):
     done, report = mapped(iccm, "eyes.svg", "eyes.svg", "--pin", "30,40:70,40")
     assert done.code == 0 and report["pins"] == []
     assert sorted((h["source"], h["target"]) for h in report["holes"]) == [(1, 2), (2, 1)]
@@ -106,7 +106,7 @@ def test_pins_in_holes_say_that_they_go_together(holed, iccm):
     assert done.code == 2 and re.search("pin 1: .*in a hole.*source.*target", done.err)
 
 
-def test_holes_too_small_or_in_touch_with_the_outline_are_passed_over(holed, iccm):
+def test_holes_too_small_or_touching_the_outline_are_ignored(holed, iccm):
     done, report = mapped(iccm, "specks.svg", "specks.svg")
     assert done.code == 0 and len(report["holes"]) == 1
     assert "too small or too close to an outline" in done.err and "leave transparent" in done.err
@@ -138,7 +138,7 @@ def test_holes_of_a_shape_that_is_deformed_move_freely(holed, iccm):
     assert filled.code == 0 and (image_files.read("o.png").pixels[40:50, 35:55, 3] == 255).all()
 
 
-def test_holes_are_kept_or_cut_as_is_cheaper_unless_told(holed, iccm):
+def test_holes_are_kept_or_cut_whichever_is_cheaper_by_default(holed, iccm):
     done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "auto")
     assert done.code == 0 and report["injective"]["certified"]
     alpha = image_files.read("o.png").pixels[..., 3]

@@ -11,7 +11,7 @@ STATE = "LOCALAPPDATA" if os.name == "nt" else "XDG_STATE_HOME"
 SMALL = ("--size", "24", "--method", "paper", "--vertices", "40")
 
 
-def test_what_the_same_shapes_gave_is_replaced(shapes, iccm):
+def test_an_earlier_result_of_the_same_shapes_is_replaced(shapes, iccm):
     given = ("map", "square.svg", "blob.svg", *SMALL)
     assert iccm(*given).code == 0
     first = (shapes / "square-blob.png").read_bytes()
@@ -21,7 +21,7 @@ def test_what_the_same_shapes_gave_is_replaced(shapes, iccm):
     assert iccm(*given).code == 0
 
 
-def test_of_several_outputs_all_must_be_its_own(shapes, iccm):
+def test_all_of_several_outputs_must_be_from_the_same_run(shapes, iccm):
     given = ("map", "square.svg", "blob.svg", *SMALL, "-o", "a.png")
     assert iccm(*given).code == 0
     (shapes / "r.json").write_text("mine")
@@ -70,7 +70,7 @@ def test_meshes_need_force_and_a_state_folder_that_is_none_hinders_nothing(shape
 
 
 @pytest.mark.slow
-def test_what_is_remembered_stays_small(shapes, iccm, monkeypatch):
+def test_the_memory_of_results_stays_small(shapes, iccm, monkeypatch):
     from iccm.io.run import earlier
 
     monkeypatch.setattr(earlier, "MOST_BYTES", 400)

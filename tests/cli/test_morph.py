@@ -89,7 +89,7 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{}</svg>'
 BARS = '<path d="M10 10H30V90H10Z" {0}/><path d="M40 30H60V90H40Z" {0}/><path d="M70 60H90V90H70Z" {0}/>'
 
 
-def test_all_parts_of_both_drawings_are_seen_and_what_one_lacks_fades(shapes, iccm):
+def test_all_parts_of_both_drawings_are_visible_and_unmatched_ones_fade(shapes, iccm):
     (shapes / "bars.svg").write_text(SVG.format(BARS.format("")))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
     done = iccm("morph", "bars.svg", "panes.svg", *QUICK, "--size", "100", "-o", "m-{number}.png")
@@ -212,7 +212,7 @@ def test_an_animated_svg_interpolates_the_frames(shapes, iccm):
     assert len(widths) == 1 and len(set(widths[0].get("values").split(";"))) == 3
 
 
-def test_what_appears_and_vanishes_fades_in_an_animated_svg(shapes, iccm):
+def test_unmatched_parts_fade_in_an_animated_svg(shapes, iccm):
     (shapes / "bars.svg").write_text(SVG.format(BARS.format('fill="red"')))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
     assert iccm("morph", "bars.svg", "panes.svg", *QUICK, "-o", "m.svg").code == 0
@@ -327,7 +327,7 @@ def test_lottie_web_shows_the_frames(shapes, iccm):
         ),
     ],
 )
-def test_what_cannot_be_done_is_told_in_a_line(shapes, iccm, words, message):
+def test_impossible_requests_are_refused_in_one_line(shapes, iccm, words, message):
     (shapes / "ring.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path fill-rule="evenodd" '
         'd="M10 10H90V90H10ZM40 40H60V60H40Z"/></svg>'

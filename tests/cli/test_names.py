@@ -26,7 +26,9 @@ RIGHT, LEFT = {"way": 1, "shift": 0}, {"way": -1, "shift": 100}
         ("right.svg", (), False),
     ],
 )
-def test_a_fish_is_turned_by_what_both_drawings_name(tmp_path, monkeypatch, iccm, target, more, turned):
+def test_a_fish_is_rotated_to_match_the_names_in_both_drawings(
+    tmp_path, monkeypatch, iccm, target, more, turned
+):
     monkeypatch.chdir(tmp_path)
     Path("right.svg").write_text(FISH.format(name="head", **RIGHT))
     Path("left.svg").write_text(FISH.format(name="Head", **LEFT))

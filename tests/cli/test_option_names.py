@@ -31,7 +31,7 @@ def test_former_names_work_with_one_line_of_notice(shapes, iccm):
     assert (shapes / "old.png").read_bytes() == (shapes / "new.png").read_bytes()
 
 
-def test_every_former_name_is_taken_by_its_command(iccm):
+def test_every_command_accepts_its_former_option_names(iccm):
     for command in COMMANDS:
         rows = of_command(command)
         for name, (_, option) in rows.items():
@@ -79,12 +79,12 @@ def test_one_side_of_a_picture_is_enough(shapes, iccm, given, shape):
 
 
 @pytest.mark.parametrize("value", ["0x20", "x", "0", "20x0", "x0", "ax5"])
-def test_sides_that_are_no_sides_are_refused(value):
+def test_unknown_sides_are_refused(value):
     with pytest.raises(ValueError, match=r"side|WxH"):
         size(value)
 
 
-def test_aliases_are_taken_and_not_shown(shapes, iccm):
+def test_aliases_are_accepted_and_not_listed(shapes, iccm):
     (shapes / "out.png").write_bytes(b"mine")
     typed = iccm("map", "square.svg", "blob.svg", *SMALL, "--overwrite", "--out", "out.png")
     assert typed.code == 0 and (shapes / "out.png").read_bytes() != b"mine"
@@ -105,13 +105,13 @@ def test_aliases_are_taken_and_not_shown(shapes, iccm):
         ("--wrap", "--edge"),
     ],
 )
-def test_an_unknown_option_is_answered_by_what_it_means(iccm, word, meant):
+def test_an_unknown_option_gets_a_suggestion(iccm, word, meant):
     typed = iccm("map", "a.svg", "b.svg", word, "1")
     assert typed.code == 2 and len(typed.lines) == 1 and f"did you mean {meant}" in typed.err
     assert "did you mean" not in iccm("map", "a.svg", "b.svg", "--xyzzy").err
 
 
-def test_what_has_a_better_way_names_it(shapes, iccm):
+def test_the_plane_option_suggests_the_uv_layout(shapes, iccm):
     typed = iccm("map", "square.svg", "blob.svg", *SMALL, "--plane", "flat")
     assert typed.code == 0 and any("--plane" in line and "FILE#uv" in line for line in typed.lines)
     assert "--plane" not in iccm("map", "--help", "mesh").out

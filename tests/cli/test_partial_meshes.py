@@ -25,7 +25,7 @@ def shapes(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_what_is_uncovered_is_transparent_where_it_is_in_the_plain_shape(shapes, iccm):
+def test_a_mesh_is_uncovered_where_the_plain_shape_is(shapes, iccm):
     pixels = []
     for target, more in (("square.svg", ("--size", "200x200")), ("plane.obj", ("--bake", "--size", "200"))):
         contained = ("--fit", "contain", *more, "-o", "o.png", "--report", "r.json", "--force")
@@ -41,6 +41,6 @@ def test_what_is_uncovered_is_transparent_where_it_is_in_the_plain_shape(shapes,
     assert np.abs(plain - baked)[certain].mean() < 1
 
 
-def test_a_mesh_with_coordinates_is_refused_with_what_can_be_had(shapes, iccm):
+def test_a_mesh_with_coordinates_is_refused_for_partial_fits(shapes, iccm):
     done = iccm("map", "u.svg", "plane.obj", "--fit", "contain", "-o", "o.obj")
     assert done.code == 2 and "use --bake" in done.err and not Path("o.obj").exists()

@@ -53,7 +53,7 @@ def test_each_part_has_its_map_in_one_picture_stmap_and_report(drawings, iccm):
     assert (image_files.read("o.png").pixels[..., 3] == 255).mean() == pytest.approx(0.63, abs=0.01)
 
 
-def test_parts_of_the_target_that_stay_empty_are_told_however_quiet(drawings, iccm):
+def test_empty_parts_of_the_target_are_reported_even_when_quiet(drawings, iccm):
     (drawings / "word.svg").write_text(
         SVG.format(
             '<path id="g" d="M5 20h40v50h-40z"/><path id="i" d="M55 20h10v50h-10z"/><path d="M75 20h10v50h-10z"/>'
@@ -70,7 +70,7 @@ def test_parts_of_the_target_that_stay_empty_are_told_however_quiet(drawings, ic
     assert unpaired == {"source": [], "target": ["2", "3"], "empty": pytest.approx(1 / 3)}
 
 
-def test_targets_that_cover_each_other_are_told_however_quiet_and_the_smaller_lies_on_top(drawings, iccm):
+def test_overlapping_targets_are_reported_even_when_quiet_and_the_smaller_lies_on_top(drawings, iccm):
     two = '<path id="head" d="M5 20H65V80H5z"/><path id="left" d="M45 40h40v40h-40z"/>'
     (drawings / "two.svg").write_text(SVG.format(two))
     (drawings / "both.svg").write_text(SVG.format(two.replace("M45", "M70").replace("h40v40h-40", "h9v9h-9")))
@@ -88,7 +88,7 @@ def test_targets_that_cover_each_other_are_told_however_quiet_and_the_smaller_li
     assert "cover each other" not in iccm(*ALL, "-o", "p.png").err  # a part inside another is meant to be
 
 
-def test_artwork_goes_with_the_part_that_it_lies_in(drawings, iccm):
+def test_artwork_follows_the_part_that_contains_it(drawings, iccm):
     assert iccm(*ALL, "-o", "o.svg").code == 0
     boxes = {name: shape.read(f"o.svg#{name}").curve.box for name in ("head", "left", "right")}
     for name in boxes:
@@ -97,12 +97,12 @@ def test_artwork_goes_with_the_part_that_it_lies_in(drawings, iccm):
     assert np.allclose((pupil.box[0] + pupil.box[1]) / 2, 67.5 - 44.5j, atol=0.3)
 
 
-def test_what_does_not_go_with_parts_is_refused(drawings, iccm):
+def test_options_incompatible_with_parts_are_refused(drawings, iccm):
     typed = iccm(*ALL, "--pin", "50,50:50,50")
     assert typed.code == 2 and "--parts all: pins and strokes only work for one shape" in typed.err
 
 
-def test_the_others_are_told_once(drawings, iccm):
+def test_ignored_outlines_are_reported_once(drawings, iccm):
     paper = ("--method", "paper", "--vertices", "60", "--parts", "largest")
     done = iccm("map", "face.svg", "mask.svg", "--report", "-", *paper)
     assert done.err.count("ignored 4 other outlines") == done.err.count("ignored 2 other outlines") == 1
@@ -113,7 +113,7 @@ WORD = '<path id="a" d="M5 20h40v50h-40z"/><path d="M55 20h40v50h-40z"/><circle 
 
 
 @pytest.mark.slow
-def test_one_source_goes_onto_each_part(drawings, iccm):
+def test_one_source_is_mapped_onto_each_part(drawings, iccm):
     (drawings / "word.svg").write_text(SVG.format(WORD))
     command = ("map", "face.svg#head", "word.svg", "--parts", "each", "--size", "100")
     done = iccm(*command, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
@@ -176,7 +176,7 @@ def test_each_piece_of_a_mesh_gets_the_source(drawings, iccm):
 
 
 @pytest.mark.slow
-def test_each_goes_in_batches_and_without_pins(drawings, iccm):
+def test_parts_each_works_in_batches_and_without_pins(drawings, iccm):
     (drawings / "word.svg").write_text(SVG.format(WORD))
     job = {
         "source": "square.svg",
@@ -192,7 +192,7 @@ def test_each_goes_in_batches_and_without_pins(drawings, iccm):
     assert refused.code == 2 and "--parts each: pins and strokes only work for one shape" in refused.err
 
 
-def test_a_part_without_a_map_is_left_out_told_and_counted(drawings, iccm):
+def test_a_part_without_a_map_is_omitted_reported_and_counted(drawings, iccm):
     """A triangle whose height is 1e-5 of its width has no map; the figures of the other part are as if it were
     alone.
     """
@@ -233,7 +233,7 @@ ICON = (
 
 
 @pytest.mark.slow
-def test_lines_beside_fills_are_parts_of_their_own(shapes, iccm):
+def test_lines_next_to_fills_are_separate_parts(shapes, iccm):
     (shapes / "icon.svg").write_text(ICON)
     facts = json.loads(iccm("info", "icon.svg", "--json").out)
     assert [round(outline["area"], -2) for outline in facts["outlines"]] == [700, 400, 200]
@@ -280,7 +280,7 @@ TITTLES = (  # two letters of two parts each, and a bar
 
 
 @pytest.mark.slow
-def test_one_source_goes_onto_each_element_with_all_of_its_parts(drawings, iccm):
+def test_one_source_is_mapped_onto_each_element_with_all_of_its_parts(drawings, iccm):
     (drawings / "tile.svg").write_text(SVG.format('<path d="M0 0h100v90H0z"/>'))
     (drawings / "word.svg").write_text(SVG.format(TITTLES))
     ramp = np.zeros((90, 100, 3), np.uint8)

@@ -46,7 +46,7 @@ def test_a_mirrored_tile_is_even_about_its_edges(tile, iccm):
     assert np.abs(pixels[:, 60:80] - pixels[:, 40:60][:, ::-1]).max() <= 1
 
 
-def test_offset_and_turn_move_what_is_seen(tile, iccm):
+def test_offset_and_turn_move_the_pattern(tile, iccm):
     placed = (*SQUARE, "--edge", "repeat", "--texture-scale", ".2")
     assert iccm(*placed, "-o", "a.png").code == 0
     assert iccm(*placed, "-o", "b.png", "--texture-offset", "7,3").code == 0
@@ -56,7 +56,7 @@ def test_offset_and_turn_move_what_is_seen(tile, iccm):
     assert np.abs(c - np.rot90(a)).max() <= 1
 
 
-def test_the_map_as_a_picture_places_the_tile_likewise(tile, iccm):
+def test_a_map_written_as_a_picture_places_the_tile_alike(tile, iccm):
     placed = ("--edge", "repeat", "--texture-scale", ".3", "--texture-turn", "20", "--texture-offset", "3,-4")
     done = iccm("map", "square.svg", "blob.svg", "--texture", "tile.png", *placed, "-o", "o.png", "--stmap", "st.tif",
                 "--size", "200")  # fmt: skip
@@ -103,7 +103,7 @@ def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):
         ("map square.svg blob.svg --texture-turn nan -o o.png", "--texture-turn"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_placed_is_refused_in_a_line(tile, iccm, command, message):
+def test_textures_that_cannot_be_placed_are_refused_in_one_line(tile, iccm, command, message):
     done = iccm(*command.split())
     assert done.code == 2 and message in done.err and len(done.lines) == 1
 

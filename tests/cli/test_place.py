@@ -78,7 +78,7 @@ def test_artwork_and_stmap_are_placed_alike(drawings, iccm):
         assert disc(f"{name}-svg.png") == pytest.approx(disc("o.png"), abs=1)
 
 
-def test_between_the_parts_of_what_is_placed_inside_nothing_is_shown(drawings, iccm):
+def test_gaps_between_placed_parts_stay_empty(drawings, iccm):
     parts = '<path d="M0 0h40v60h-40z" fill="#204080"/><path d="M60 0h40v50h-40z" fill="#fc0"/>'
     (drawings / "two.svg").write_text(SVG.format(100, 60, parts))
     done = iccm("map", "two.svg", "shield.svg", "--place", "inside", "-o", "o.png", "--size", "400x500")
@@ -124,7 +124,7 @@ def test_rigid_regions_and_pins_go_with_it(drawings, iccm):
         (("--method", "conformal"), "place"),
     ],
 )
-def test_what_does_not_go_together_is_one_line(drawings, iccm, options, named):
+def test_incompatible_options_are_refused_in_one_line(drawings, iccm, options, named):
     assert iccm("map", "sign.svg", "shield.svg", "-o", "o.npz").code == 0
     done = iccm("map", "sign.svg", "shield.svg", "--place", "inside", *options, "-o", "o.png")
     errors = [line for line in done.lines if line.startswith("error:")]

@@ -125,7 +125,7 @@ def test_a_sheet_without_a_size_of_its_own_keeps_the_proportions_of_the_picture(
         ("none.jpg#plane=1,2:30,4:5,60:80,70", "none.jpg"),
     ],
 )
-def test_what_is_wrong_with_a_target_is_said_in_one_line(folder, iccm, target, about):
+def test_wrong_targets_are_refused_in_one_line(folder, iccm, target, about):
     done = iccm("map", "sign.svg", target, "-o", "wrong.png")
     assert done.code == 2 and about in done.err and done.err.count("\n") == 1
     assert not Path("wrong.png").exists()

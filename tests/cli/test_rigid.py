@@ -42,7 +42,7 @@ def drawn(shapes):
         ("square.svg", "--constraints", "listed.json"),
     ],
 )
-def test_a_region_is_given_in_four_ways(drawn, iccm, typed):
+def test_a_region_can_be_given_in_four_ways(drawn, iccm, typed):
     source, *more = typed
     done = iccm("map", source, "blob.svg", *more, "--report", "r.json", "--stmap", "o.tif", "--size", "100")
     report = json.loads((drawn / "r.json").read_text())
@@ -70,18 +70,18 @@ def test_a_region_is_given_in_four_ways(drawn, iccm, typed):
         (("square.svg", "--rigid", "mask.png", "--parts", "all"), "--rigid only works for one shape"),
     ],
 )
-def test_what_is_wrong_is_one_line(drawn, iccm, typed, message):
+def test_wrong_regions_are_refused_in_one_line(drawn, iccm, typed, message):
     done = iccm("map", typed[0], "blob.svg", *typed[1:], "-o", "o.png", "--size", "50")
     assert done.code == 2 and message in done.err and not (drawn / "o.png").exists()
     assert len(done.err.strip().splitlines()) <= 2
 
 
-def test_what_is_called_rigid_in_a_target_is_told(drawn, iccm):
+def test_elements_named_rigid_in_a_target_get_a_note(drawn, iccm):
     done = iccm("map", "square.svg", "rigid-logo.svg", "--size", "32", "-o", "o.png")
     assert done.code == 0 and "rigid-logo.svg: elements named rigid in the target are ignored" in done.err
 
 
-def test_brighter_parts_become_larger_and_what_matters_stays(drawn, iccm):
+def test_brighter_parts_become_larger_and_important_ones_stay(drawn, iccm):
     ramp = np.repeat(np.linspace(0, 255, 64).astype(np.uint8)[None, :, None], 64, axis=0)
     image_files.write("ramp.png", image_files.Image(np.repeat(ramp, 3, axis=2)))
     common = ("square.svg", "square.svg", "--balance", "4", "--stmap")
@@ -97,7 +97,7 @@ def test_brighter_parts_become_larger_and_what_matters_stays(drawn, iccm):
 
 
 @pytest.mark.parametrize("option", ["--importance", "--size-map"])
-def test_pictures_that_say_nothing_are_refused(drawn, iccm, option):
+def test_unusable_pictures_are_refused(drawn, iccm, option):
     wrong = {"none.png": "none.png", "black.png": "everywhere"}
     for name, message in wrong.items():
         done = iccm("map", "square.svg", "blob.svg", option, name, "-o", "o.png", "--size", "50")
@@ -277,7 +277,7 @@ def test_a_group_of_a_mesh_keeps_its_form_in_a_drawing(drawn, iccm):
 
 
 @pytest.mark.slow
-def test_a_region_of_a_mesh_that_finds_no_room_is_smaller_and_told(drawn, iccm):
+def test_a_region_of_a_mesh_without_room_is_smaller_and_reported(drawn, iccm):
     (drawn / "pipe.obj").write_text(pipe())
     (drawn / "bar.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 10"><rect width="400" height="10"/></svg>'

@@ -37,7 +37,7 @@ def test_a_slit_of_the_source_is_noted(split, shapes):
     assert "cracks" in "\n".join(summary(report))
 
 
-def test_check_compares_what_is_seen(split, shapes, iccm):
+def test_check_compares_the_visible_shares(split, shapes, iccm):
     assert iccm("check", "run", "base", "--update").code == 0
     report = json.loads((shapes / "run" / "o.json").read_text())
     for name, by, code in (
@@ -67,7 +67,7 @@ def test_several_parts_are_one_result(shapes, iccm):
 
 
 @pytest.mark.slow
-def test_batches_list_what_is_seen(split, shapes, iccm):
+def test_batches_list_the_visible_shares(split, shapes, iccm):
     (shapes / "jobs.toml").write_text(
         '[[job]]\nsource = "split.svg"\ntarget = "plate.svg"\noutput = "b.png"\nsize = 200\nplace = "inside"\n'
     )
@@ -76,7 +76,7 @@ def test_batches_list_what_is_seen(split, shapes, iccm):
     assert "covered" in (shapes / "b.html").read_text()
 
 
-def test_nothing_is_said_of_results_without_cracks():
+def test_results_without_cracks_get_no_note():
     report = {
         "status": "reached",
         "injective": {"certified": True, "share": 1.0},

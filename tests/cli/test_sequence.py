@@ -31,7 +31,7 @@ def done_frames(typed):
 
 
 @pytest.mark.slow
-def test_frames_go_on_from_each_other_and_are_resumed(frames, iccm):
+def test_frames_continue_from_each_other_and_are_resumed(frames, iccm):
     command = ("map", "square.svg", "frames/*.svg", "--sequence", "-o", "out/{target.stem}.png", *SMALL)
     typed = iccm(*command)
     assert typed.code == 0, typed.err
@@ -79,7 +79,7 @@ def test_a_manifest_has_sequences_too(frames):
     assert tasks[1].job.fit == "whole" and tasks[1].job.holes == "keep" and tasks[4].job.fit is None
 
 
-def test_a_frame_that_differs_too_much_starts_anew_and_says_so(frames, iccm):
+def test_a_frame_that_differs_too_much_starts_afresh_with_a_note(frames, iccm):
     assert iccm("map", "square.svg", "frames/f8.svg", "-o", "bar.npz").code == 0
     spiky = '<path d="M50 5L54 46L95 50L54 54L50 95L46 54L5 50L46 46Z"/>'
     Path("spiky.svg").write_text(SVG.format(spiky))
@@ -105,7 +105,7 @@ def test_a_frame_that_differs_too_much_starts_anew_and_says_so(frames, iccm):
         (("square.svg", "blob.svg", "--start", "paper.npz", "--method", "paper"), "add --method balanced"),
     ],
 )
-def test_what_makes_no_sequence_is_refused(frames, iccm, arguments, message):
+def test_inputs_that_are_not_a_sequence_are_refused(frames, iccm, arguments, message):
     image_files.write("t.png", image_files.Image(np.zeros((2, 2, 3), np.uint8)))
     if "paper.npz" in arguments:
         core.fit([0, 1, 1 + 1j, 1j], [0, 2, 2 + 1j, 1j], method="paper", order=0, vertices=20).save(

@@ -31,7 +31,7 @@ def errors(iccm, folder, *arguments):
     return [pin["error"] for pin in json.loads(report.read_text())["pins"]], result.err
 
 
-def test_pins_are_soft_with_one_note_and_exact_where_asked(iccm, tmp_path, pair):
+def test_pins_are_soft_with_one_note_and_exact_on_request(iccm, tmp_path, pair):
     missed, notes = errors(iccm, tmp_path, *pair, *PINS)
     assert 1e-5 < max(missed) < 0.03
     assert notes.count("exact_pins") == 1 and "note" in notes

@@ -75,7 +75,7 @@ def test_statistics_are_those_of_the_pictures(wings):
     assert spread == pytest.approx(colours.std(axis=0, ddof=1), abs=1e-6)
 
 
-def test_landmarks_come_to_those_of_the_mean(wings):
+def test_landmarks_are_mapped_onto_those_of_the_mean(wings):
     import iccm
 
     folder, drawn, _ = wings

@@ -77,7 +77,7 @@ def test_work_is_shown_with_its_seconds_between_messages(monkeypatch):
     assert [f.strip() for f in after if f.strip()][-2:] == ["result", "the end"]
 
 
-def test_what_is_left_is_told_from_what_was_done(monkeypatch):
+def test_remaining_time_is_estimated_from_finished_work(monkeypatch):
     now = iter(range(0, 100, 10))
     monkeypatch.setattr(status.time, "monotonic", lambda: next(now))
     line = status.Line()

@@ -98,7 +98,7 @@ def test_a_report_is_not_written_under_the_name_of_something_else(shapes, iccm, 
     assert not (shapes / name).exists()
 
 
-def test_info_writes_out_what_a_terminal_would_act_on(shapes, iccm):
+def test_info_escapes_control_characters(shapes, iccm):
     mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\ng a\0b\x1b[31m\nf 1 2 3\nf 1 3 4\n"
     (shapes / "m.obj").write_bytes(mesh.encode())
     done = iccm("info", "m.obj")

@@ -101,7 +101,7 @@ def test_all_geometries_of_a_glb_are_divided_in_one_document(iccm, box):
         ("box.obj", ("--max-faces", "100"), ["--subdivide", "--max-faces"]),
     ],
 )
-def test_what_cannot_be_divided_is_refused(iccm, box, target, more, message):
+def test_meshes_that_cannot_be_subdivided_are_refused(iccm, box, target, more, message):
     """The message names the option and the cure."""
     out = "o.obj" if target == "box.obj" else "o.svg"
     done = iccm("map", "drawing.svg", target, "-o", out, "--subdivide", "3", *more)

@@ -64,7 +64,7 @@ def laid_out(path: str) -> tuple[shapely.Geometry, np.ndarray]:
     return shapely.union_all([shapely.Polygon(ring) for ring in rings], grid_size=1e-9), areas
 
 
-def test_conformal_maps_whose_rim_is_beside_the_meshs_are_followed(bowl, iccm):
+def test_subdividing_the_rim_brings_conformal_maps_closer(bowl, iccm):
     gaps = []
     for more in ((), ("--subdivide-rim",)):
         words = ("map", "round.svg", "bowl.obj#bowl", "--method", "conformal", "-o", "o.obj", "--force")
@@ -96,7 +96,7 @@ def test_chords_follow_the_outline_and_the_surface_stays(bowl, iccm, suffix):
     assert away == pytest.approx(gaps[1], rel=0.1, abs=5e-5)
 
 
-def test_what_vertices_have_is_interpolated_and_other_parts_stay(bowl, iccm):
+def test_vertex_attributes_are_interpolated_and_other_parts_stay(bowl, iccm):
     done = iccm("map", "round.svg", "bowl.obj#bowl", "-o", "out.obj", "--subdivide-rim")
     assert done.code == 0, done.err
     before, after = (trimesh.load(name, process=False, force="mesh") for name in ("bowl.obj", "out.obj"))
@@ -153,7 +153,7 @@ COMB = "M5 5H95V95H80V20H70V95H55V20H45V95H30V20H20V95H5Z"
 
 
 @pytest.mark.parametrize("command", [slow("map"), "flatten"])
-def test_what_would_turn_triangles_over_is_taken_back_and_told(bowl, iccm, command):
+def test_subdivisions_that_flip_triangles_are_undone_and_reported(bowl, iccm, command):
     Path("comb.svg").write_text(SVG.replace(ROUND, COMB))
     words = ("map", "comb.svg", "bowl.obj#bowl", "-o")
     if command == "flatten":
@@ -172,7 +172,7 @@ def test_what_would_turn_triangles_over_is_taken_back_and_told(bowl, iccm, comma
     assert areas.sum() == pytest.approx(union.area, rel=1e-5)
 
 
-def test_it_is_refused_where_no_outline_or_no_mesh_is_written(bowl, iccm):
+def test_subdivide_rim_is_refused_without_an_outline_or_a_mesh(bowl, iccm):
     done = iccm("map", "round.svg", "bowl.obj#bowl", "--bake", "-o", "o.png", "--subdivide-rim")
     assert done.code == 2 and "--subdivide-rim: only affects meshes" in done.err
     done = iccm("flatten", "bowl.obj#bowl", "--uv", "o.obj", "--subdivide-rim")

@@ -126,7 +126,7 @@ def test_a_batch_ends_as_a_pipe_does(shapes, shell):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="ulimit -v")
-def test_little_memory_is_told_in_a_sentence(shapes, shell):
+def test_lack_of_memory_is_reported_in_a_sentence(shapes, shell):
     done = shell("ulimit -v 600000; iccm map square.svg blob.svg -q -o o.png")
     assert done.returncode == 70 and done.stderr.count("\n") == 1
     assert done.stderr.startswith("error: out of memory") and not (shapes / "o.png").exists()

@@ -29,7 +29,7 @@ def test_a_folded_map_is_a_failure_and_no_quiet_hides_where(tmp_path, iccm):
     assert quiet.code == 1 and f"{folded:.1%}" in quiet.err and "error: " in quiet.err
 
 
-def test_an_option_of_another_method_says_which_method_is_used(tmp_path, iccm):
+def test_a_note_names_the_method_that_an_option_selects(tmp_path, iccm):
     given = ("map", FILES / "block.svg", FILES / "shield.svg", "--size", "48", "-o", tmp_path / "out.png")
     typed = iccm(*given, "--smoothness", "1")
     assert typed.code == 1 and "using --method conformal because of --smoothness" in typed.err

@@ -94,7 +94,7 @@ def test_fonts_are_files_or_names(folder, iccm):
         (("--font", "x.ttf", "flag.svg", "flag.svg"), "--font"),
     ],
 )
-def test_wrong_words_are_refused_in_a_line(folder, iccm, given, named):
+def test_wrong_fonts_and_words_are_refused_in_one_line(folder, iccm, given, named):
     refused = iccm("map", *given, "-o", "out.svg")
     assert refused.code == 2 and named in refused.err and len(refused.err.splitlines()) == 1
     assert not Path("out.svg").exists()

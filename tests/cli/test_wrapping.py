@@ -41,12 +41,12 @@ def test_names_longer_than_a_line_are_not_broken(terminal):
     )
 
 
-def test_what_no_terminal_shows_is_one_line(monkeypatch):
+def test_notes_are_not_wrapped_without_a_terminal(monkeypatch):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: False, raising=False)
     assert logs.wrapped(LONG) == LONG
 
 
-def test_time_that_is_almost_over_is_not_told(monkeypatch):
+def test_short_remaining_times_are_not_shown(monkeypatch):
     now = [100.0]
     monkeypatch.setattr("iccm.cli.status.time.monotonic", lambda: now[0])
     line = Line()

@@ -132,7 +132,7 @@ def test_read_only_arrays_are_read_and_not_written():
         function(FILL)(*args)
 
 
-def test_what_is_not_a_prototype_is_refused():
+def test_declarations_that_are_not_prototypes_are_refused():
     with pytest.raises(ValueError, match="prototype"):
         function("iccm_linalg_fill(int64_t n)")
 

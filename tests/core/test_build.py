@@ -71,7 +71,7 @@ def test_a_fault_in_a_source_is_reported(core, monkeypatch, tmp_path, capfd):
     assert not list((tmp_path / "lib").glob("core*"))
 
 
-def test_only_what_changed_is_compiled_again(core, monkeypatch, tmp_path):
+def test_only_changed_sources_are_recompiled(core, monkeypatch, tmp_path):
     compile = core("compile")
     if compile.system_compiler() is None:
         pytest.skip("needs a compiler")

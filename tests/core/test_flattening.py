@@ -45,7 +45,7 @@ def test_collapses(monkeypatch, seed):
     ("seed", "theta", "bent", "how"),
     [(0, 1.0, 0.05, {}), (0, 1.0, 0.2, {}), (1, 1.7, 0.08, {}), (1, 1.0, 0.06, {"q": 3.0, "share": 0.5})],
 )
-def test_vertices_come_back(monkeypatch, seed, theta, bent, how):
+def test_removed_vertices_are_restored(monkeypatch, seed, theta, bent, how):
     """Up to rounding errors that Newton's steps propagate: powers and bisectors are computed by other functions.
 
     In a layout that is bent too much, the coarse triangles themselves fold.

@@ -70,7 +70,7 @@ def test_pairs_are_sorted_and_equal_ones_stay_in_order(monkeypatch):
     equal(*run_both(monkeypatch, sorting, {"_order_pairs": order_pairs}, work))
 
 
-def test_nearest_segments_are_those_of_a_look_at_all():
+def test_nearest_segments_are_those_of_a_search_of_all():
     rng = np.random.default_rng(7)
     draw = lambda n, size: size * (rng.standard_normal(n) + 1j * rng.standard_normal(n))  # noqa: E731
     start, w = draw(150, 1.0), draw(400, 2.0)
@@ -126,7 +126,7 @@ def test_points_are_located_in_patches(monkeypatch):
     equal(compiled, expected)
 
 
-def test_few_points_are_located_alike_without_buckets():
+def test_few_points_are_located_the_same_without_buckets():
     rng = np.random.default_rng(21)
     corners, bulge, _ = bent_patches(21)
     z = rng.uniform(-0.5, 3.2, 40) + 1j * rng.uniform(-0.2, 2.6, 40)
@@ -290,7 +290,7 @@ def test_bounds_of_pieces(densities):
     assert np.allclose(compiled, expected, rtol=1e-13, atol=0)
 
 
-def test_numbers_of_single_precision_are_taken():
+def test_single_precision_is_accepted():
     """Meshes store them in their files."""
     rng = np.random.default_rng(20)
     z, faces, _ = irregular(BENT, 0.4, seed=20)

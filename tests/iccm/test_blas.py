@@ -15,7 +15,7 @@ def threads():
     return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
 
 
-def test_one_thread_inside_and_as_before_afterwards():
+def test_one_thread_inside_and_the_former_number_afterwards():
     with threadpool_limits(2, user_api="blas"):
         before = threads()
         with one_thread(), one_thread():

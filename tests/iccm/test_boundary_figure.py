@@ -32,7 +32,7 @@ def test_the_distance_of_two_outlines_is_the_densest_samplings(first, second):
     assert hausdorff(Curve(b), Curve(a)) == distance
 
 
-def test_an_outline_with_more_vertices_is_no_farther():
+def test_more_vertices_do_not_change_the_distance():
     a, b = Curve(arrow()), Curve(refined(arrow(), 7))
     assert hausdorff(a, b) < 1e-12 and hausdorff(a, Curve(b.z + 0.25j)) == pytest.approx(0.25, rel=0.01)
 
@@ -50,7 +50,7 @@ def test_the_figure_of_a_map_is_that_of_its_whole_boundary(method):
         assert truth > 2e-3
 
 
-def test_between_samples_the_papers_image_is_seen():
+def test_the_image_of_the_boundary_is_measured_between_samples():
     """With few vertices it leaves the target between them, which two samples per edge did not detect."""
     fit = iccm.fit(square(), arrow(), method="paper", literal=True)
     at_samples = np.abs(fit.map(square()) - fit.target.at(fit.target.closest(fit.map(square())))).max()

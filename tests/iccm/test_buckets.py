@@ -31,7 +31,7 @@ def test_nearest_is_nearest(count, spread):
     assert np.allclose(away[np.arange(300), nearest], away.min(axis=1), rtol=1e-12)
 
 
-def test_of_equals_the_first_is_taken():
+def test_the_first_of_equally_near_segments_is_used():
     corners = np.array([0, 1, 1 + 1j, 1j])
     nearest, part = nearest_segments(np.array([0.5 + 0.5j, 0]), corners, np.roll(corners, -1))
     assert nearest.tolist() == [0, 0] and part.tolist() == [0.5, 0.0]

@@ -23,14 +23,14 @@ BAD_DOMAINS = {
 
 
 @pytest.mark.parametrize("name", BAD_DOMAINS)
-def test_what_is_no_domain_is_refused_in_one_line(name):
+def test_invalid_domains_are_refused_in_one_line(name):
     z, message = BAD_DOMAINS[name]
     with pytest.raises(InputError, match=re.escape(message)) as caught:
         Curve.domain(z)
     assert "\n" not in str(caught.value)
 
 
-def test_the_name_of_a_bad_shape_is_told():
+def test_the_error_names_the_bad_shape():
     with pytest.raises(InputError, match=r"^hand: vertex 0"):
         Curve.domain([np.nan, 1, 1j], "hand")
     with pytest.raises(InputError, match=r"^arm: a stroke needs at least 2 distinct points"):

@@ -23,7 +23,7 @@ def clock(monkeypatch):
     return Clock(monkeypatch)
 
 
-def test_without_a_limit_nothing_is_asked(clock):
+def test_without_a_limit_the_clock_is_not_read(clock):
     iccm.fit(SQUARE, T)
     assert clock.checks == 0
 
@@ -37,7 +37,7 @@ def test_enough_time_changes_nothing(clock):
 
 
 @pytest.mark.parametrize("method", ["balanced", "paper"])
-def test_a_search_that_is_ended_gives_the_best_map_so_far_with_a_note(clock, method):
+def test_an_interrupted_search_gives_the_best_map_so_far_with_a_note(clock, method):
     options = {"method": method} | ({"vertices": 60} if method == "paper" else {})
     with deadline.limited(1.0):
         iccm.fit(SQUARE, FLOWER, **options)
@@ -140,7 +140,7 @@ def test_loops_and_threads_end_when_the_time_is_over(clock):
     assert not done
 
 
-def test_what_took_long_is_named_by_what_was_told_last(clock):
+def test_an_expired_deadline_names_the_last_stage(clock):
     with deadline.limited(1.0):
         progress.tell("pins moved")
         clock.now = 0.8

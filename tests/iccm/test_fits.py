@@ -36,7 +36,7 @@ def test_menus_escape_and_capitalise_the_words_of_the_table():
     assert '("stretch", "Stretch", "To the <box>")' in lists.menu_of_blender(table)
 
 
-def test_the_page_and_the_add_on_offer_the_fits_of_what_they_map():
+def test_the_page_and_the_add_on_offer_the_fits_that_apply():
     assert set(get_args(get_type_hints(Scene)["fit"])) == set(fits.FITS)
     addon = (ROOT / "plugins/blender/__init__.py").read_text()
     menu = re.search(r"^FITS = \[.*?^\]", addon, re.DOTALL | re.MULTILINE)[0]
@@ -55,7 +55,7 @@ def test_a_fit_is_explained_on_its_page(name):
     assert f"`{name}`" in (ROOT / "docs/choose.md").read_text()
 
 
-def test_what_a_fit_becomes_elsewhere_is_a_fit():
+def test_every_replacement_of_a_fit_is_a_fit():
     for name in fits.FITS:
         assert fits.FITS[fits.of_outlines(name)].of_drawings is False
         assert fits.FITS[fits.with_constraints(name)].compares is False
@@ -104,7 +104,7 @@ def test_constraints_that_exclude_each_other_are_refused(given, kind):
         capabilities.refuse(given - {name}, "balanced", kind if "strokes" in given else "plane", "whole")
 
 
-def test_the_solver_refuses_what_the_table_does_not_list():
+def test_the_solver_refuses_fits_that_are_not_in_the_table():
     region = 0.5 + 0.5j + 0.1 * (SQUARE - 0.5 - 0.5j)
     for constraint in ({"source_holes": [region]}, {"rigid": [region]}, {"importance": [[1.0, 2.0]]}):
         (name,) = constraint

@@ -63,13 +63,13 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", some_fast(KINDS, {"GeoJSON", "a row", "a path", "a contour of OpenCV"}))
-def test_shapes_are_taken_as_they_come(whole, kind):
+def test_shapes_are_accepted_in_several_forms(whole, kind):
     fit = iccm.fit(KINDS[kind], GOAL, fit="whole")
     z = complex_of(INSIDE)
     assert np.abs(fit.map(z) - whole.map(z)).max() < 1e-9 and fit.axes == ("xy", "xy")
 
 
-def test_holes_of_a_polygon_come_along():
+def test_holes_of_a_polygon_are_included():
     polygon = shapely.Polygon(FLAG, [HOLE])
     goal = shapely.Polygon(GOAL, [HOLE + np.array([3, 2])])
     fit = iccm.fit(polygon, goal)
@@ -89,14 +89,14 @@ def test_holes_of_a_polygon_come_along():
         (FLAG[None], "shape"),
     ],
 )
-def test_what_is_no_shape_is_refused_in_a_line(shape, what):
+def test_invalid_shapes_are_refused_in_one_line(shape, what):
     with pytest.raises(InputError, match=f"source.*{what}") as caught:
         iccm.fit(shape, GOAL)
     assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("axes", ["screen", "image"])
-def test_axes_turn_pairs_and_polygons_upright(whole, axes):
+def test_axes_flip_pairs_and_polygons_upright(whole, axes):
     def given(pairs):
         return pairs_in(complex_of(pairs), axes)
 
@@ -147,7 +147,7 @@ def test_contours_of_scikit_image_are_upright():
     assert np.isnan(fit.map(np.array([row, column]))).any(axis=1).tolist() == [True, False]
 
 
-def test_the_way_back_has_a_value_everywhere_inside_the_target():
+def test_the_inverse_has_a_value_everywhere_inside_the_target():
     """Uncovered points take the value of the nearest point: scikit-image shows no holes in the target."""
     source = 40 + 30 * arrow()
     target = 50 + 30 * pear()
@@ -164,7 +164,7 @@ def test_the_way_back_has_a_value_everywhere_inside_the_target():
 
 
 @pytest.mark.parametrize("method", ["balanced", "conformal", "paper"])
-def test_values_come_back_bit_for_bit(method):
+def test_values_are_restored_bit_for_bit(method):
     source = (
         np.random.default_rng(1).uniform(0.9, 1.1, 30) * np.exp(2j * np.pi * np.arange(30) / 30) * 3.7 + 100.3
     )
@@ -187,7 +187,7 @@ OUTLINE = (
 GOAL_OUTLINE = np.array([0, 4, 5 + 3j, 2 + 4.1j, -1 + 2j]) / 70 + AWKWARD * (1e-5 - 1e-5j)
 
 
-def test_outlines_pins_strokes_and_holes_come_back_bit_for_bit(tmp_path):
+def test_outlines_pins_strokes_and_holes_are_restored_bit_for_bit(tmp_path):
     pins = [
         (OUTLINE[1], GOAL_OUTLINE[1]),  # on both outlines
         (1e6 + 1 / 3 + 1j / 3 + AWKWARD[1] * 1e-4, 0.02 + 0.01j + AWKWARD[2] * 1e-6),
@@ -241,7 +241,7 @@ def test_other_pictures_are_refused_with_the_cure(plain, picture):
         iccm.transfer(plain, picture)
 
 
-def test_transfer_takes_what_fit_does():
+def test_transfer_takes_the_options_of_fit():
     carried = iccm.transfer(iccm.checkerboard(64), shapely.Polygon(FLAG), GOAL, size=40, fit="whole")
     transferred = iccm.transfer(
         iccm.checkerboard(64), complex_of(FLAG), complex_of(GOAL), size=40, fit="whole"
@@ -249,7 +249,7 @@ def test_transfer_takes_what_fit_does():
     assert np.array_equal(carried.pixels, transferred.pixels)
 
 
-def test_progress_is_told_and_cancelling_ends():
+def test_progress_is_reported_and_cancelling_ends():
     seen = []
     iccm.fit(FLAG, GOAL, progress=seen.append)
     assert seen and all(

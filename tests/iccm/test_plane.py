@@ -76,7 +76,7 @@ def test_a_polygon_keeps_its_area_far_from_the_origin():
 
 
 @given(COMPLEX, COMPLEX, COMPLEX)
-def test_the_cross_product_is_bilinear_and_turns_its_sign(a, b, c):
+def test_the_cross_product_is_bilinear_and_antisymmetric(a, b, c):
     a, b, c = (np.array([x]) for x in (a, b, c))
     assert cross(a, b) == -cross(b, a) and cross(a, a) == 0
     assert cross(a, b + c) == pytest.approx(cross(a, b) + cross(a, c), abs=1e-11)
@@ -128,7 +128,7 @@ def test_no_similarity_is_closer(z, w):
     assert best == pytest.approx(np.sum(np.abs(factor * z + shift - w) ** 2), rel=1e-6, abs=1e-9)
 
 
-def test_one_point_is_moved():
+def test_a_single_point_is_translated():
     assert Similarity.fit(np.array([1 + 2j]), np.array([5j])) == Similarity(1, -1 + 3j)
     assert Similarity.fit(np.array([2j, 2j]), np.array([1.0, 3.0])) == Similarity(1, 2 - 2j)
 
@@ -153,5 +153,5 @@ def test_a_rotation_is_found_again(z, angle):
     assert rotation(z, 7 * np.exp(1j * angle) * z) == pytest.approx(np.exp(1j * angle), abs=1e-12)
 
 
-def test_nothing_is_not_turned():
+def test_points_at_the_origin_are_not_rotated():
     assert rotation(np.zeros(3, complex), np.ones(3, complex)) == 1

@@ -13,7 +13,7 @@ ISLAND = shapely.Polygon([(2, 1.5), (3, 1.5), (2.5, 2.5)])
 FAR = shapely.box(20, 0, 21, 3)
 
 
-def test_a_union_joins_what_overlaps_or_touches_and_nothing_else():
+def test_a_union_joins_overlapping_or_touching_polygons_only():
     parts = [shapely.box(0, 0, 2, 1), shapely.box(1, 0, 3, 2), shapely.box(3, 0, 4, 1), FAR]
     union = unite(
         [shapely.MultiPolygon(parts[:1]), *parts[1:], shapely.Polygon(), shapely.LineString([(0, 0), (9, 9)])]
@@ -28,7 +28,7 @@ def test_the_union_of_nothing_is_empty(nothing):
     assert not len(polygons_of(nothing))
 
 
-def test_filling_holes_swallows_what_lies_in_them():
+def test_filling_holes_absorbs_the_parts_in_them():
     filled = fill_holes(shapely.MultiPolygon([RING, ISLAND, FAR]))
     assert filled.equals(shapely.MultiPolygon([shapely.Polygon(RING.exterior), FAR]))
 
@@ -41,7 +41,7 @@ def test_an_offset_of_parts_is_that_of_the_region(distance):
     assert result.is_valid and result.symmetric_difference(whole).area < 1e-9 * whole.area
 
 
-def test_neighbourhoods_hold_each_part_and_what_is_near_it():
+def test_neighbourhoods_hold_each_part_and_its_surroundings():
     region = shapely.MultiPolygon([RING, ISLAND, FAR])
     areas = list(neighbourhoods(region, 0.6))
     assert [share for _, share in areas] == [0.5, 0.5, 1.0]

@@ -33,7 +33,7 @@ CONFORMAL = {
 
 
 @pytest.mark.parametrize("name", CONFORMAL)
-def test_what_the_balanced_method_alone_does_is_refused_by_others(name):
+def test_options_of_the_balanced_method_are_refused_by_others(name):
     options = CONFORMAL[name]
     assert not Options(**options).is_balanced
     for option in set(BALANCED_ONLY) - set(options):
@@ -41,7 +41,7 @@ def test_what_the_balanced_method_alone_does_is_refused_by_others(name):
             Options(**options, **{option: another_value(option)})
 
 
-def test_what_the_others_do_is_refused_by_the_balanced_method():
+def test_options_of_other_methods_are_refused_by_the_balanced_method():
     assert "balance" in BALANCED_ONLY and "quasi" in WEIGHTED_ONLY
     for name in BALANCED_ONLY:
         assert Options(**{name: another_value(name)}).is_balanced
@@ -74,7 +74,7 @@ def test_real_arrays_make_the_same_map_as_complex_ones():
     )
 
 
-def test_a_result_is_told_in_a_line():
+def test_a_result_is_described_in_one_line():
     z = np.array([0, 2, 2 + 1j, 1j])
     fit = iccm.deform(z, pins=[(0.5 + 0.5j, 0.6 + 0.5j), (1.5 + 0.5j, 1.5 + 0.5j)])
     assert repr(fit).startswith("<Fit: met, TriangulatedMap with ") and repr(fit).endswith(", 2 pins>")

@@ -88,7 +88,7 @@ def test_landmarks_in_one_point_are_refused():
         superimpose(np.array([SHAPE, np.full(SHAPE.size, 3 + 4j)]))
 
 
-def test_the_mean_outline_divides_outlines_between_anchors_alike():
+def test_the_mean_outline_divides_outlines_between_anchors_equally():
     box = Curve(np.array([0, 4, 4 + 2j, 2j]))
     taller = Curve(np.array([4, 4 + 4j, 4j, 0j]))  # begins elsewhere
     corners = np.array([box.closest(box.z), taller.closest(np.array([0, 4, 4 + 4j, 4j]))])

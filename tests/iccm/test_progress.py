@@ -19,7 +19,7 @@ def heard():
         yield messages
 
 
-def test_a_listener_hears_what_is_done_in_its_block(heard):
+def test_a_listener_hears_progress_inside_its_block(heard):
     progress.tell("one")
     with progress.within("outer"):
         assert list(progress.counted("two", "ab")) == ["a", "b"]
@@ -75,7 +75,7 @@ def test_nobody_need_listen():
         ({"method": "paper"}, ["steps"]),
     ],
 )
-def test_every_method_tells_its_stages_in_order_and_solves_the_same(options, stages, heard):
+def test_every_method_reports_its_stages_in_order_with_the_same_result(options, stages, heard):
     fit = iccm.fit(SQUARE, DROP, **options)
     names = list(dict.fromkeys(what for what, _, _ in heard))
     assert [name for name in names if name in stages] == stages
@@ -86,7 +86,7 @@ def test_every_method_tells_its_stages_in_order_and_solves_the_same(options, sta
     assert np.array_equal(fit.map(z), alone.map(z))
 
 
-def test_pictures_tell_their_rows(heard):
+def test_pictures_report_their_rows(heard):
     fit = iccm.fit(SQUARE, 2 * SQUARE)
     heard.clear()
     iccm.warp(fit, iccm.checkerboard(16), size=300)

@@ -75,7 +75,7 @@ SURFACES = {
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_every_pixel_shows_what_a_ray_through_it_hits(name):
+def test_every_pixel_shows_the_point_hit_by_its_ray(name):
     surface, traced = SURFACES[name]
     view = Projected(surface, Camera.around(TURN, PITCH, DISTANCE), SIZE)
     fit = solve(Canvas(BOX), view)
@@ -100,13 +100,13 @@ def test_a_globe_is_covered_whole_with_its_poles_and_where_its_ends_meet(turn, p
     assert fit.target.area == pytest.approx(disc, rel=2e-3)
 
 
-def test_the_larger_part_is_shown_where_both_ends_of_a_label_are_seen():
+def test_the_larger_part_is_shown_where_both_ends_of_a_label_are_visible():
     view = Projected(Revolved(45, 45, 100), Camera.around(170, 10, 400))
     fit = solve(Canvas((0j, 250 + 100j)), view)
     assert any("both ends" in note for note in fit.notes) and fit.certificate.certified
 
 
-def test_a_cone_seen_from_above_is_seen_all_around():
+def test_a_cone_seen_from_above_is_visible_all_around():
     view = Projected(Revolved(5, 60, 20), Camera.around(30, 80, 400))
     fit = solve(Canvas((0j, 300 + 40j)), view)
     assert fit.certificate.certified and not fit.notes
@@ -121,7 +121,7 @@ def test_a_cone_seen_from_above_is_seen_all_around():
         Projected(Revolved(45, 45, 100), Camera.around(0, 90, 400)),
     ],
 )
-def test_what_is_not_seen_is_refused(view):
+def test_unusable_views_are_refused(view):
     with pytest.raises(InputError):
         solve(Canvas(BOX), view)
 

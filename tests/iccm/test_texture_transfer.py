@@ -23,7 +23,7 @@ def noise(shape, dtype, seed=3):
     return values.astype(dtype) if dtype.kind == "f" else (values * np.iinfo(dtype).max).astype(dtype)
 
 
-def test_what_the_package_promises_is_there():
+def test_every_public_name_exists():
     for name in iccm.__all__:
         assert getattr(iccm, name) is getattr(iccm, name), name
         assert not isinstance(getattr(iccm, name), type(iccm)), f"{name} is a module"
@@ -49,7 +49,7 @@ def test_a_similarity_gives_the_texture_back(dtype, channels):
     assert transfer.diagnostics.inside == 64 * 64
 
 
-def test_grey_and_float64_are_taken():
+def test_grey_and_float64_are_accepted():
     grey = noise((32, 32), np.float64)
     transfer = iccm.transfer(grey, SQUARE, DOUBLED, size=32, filter="nearest")
     assert transfer.pixels.shape == (32, 32, 2)
@@ -181,7 +181,7 @@ def test_mistakes_are_input_errors(change, message):
         iccm.transfer(**given)
 
 
-def test_whole_drawings_are_cut_to_what_the_target_paints():
+def test_whole_drawings_are_cut_to_the_painted_target():
     target = shapely.MultiPolygon([shapely.box(0, 0, 2, 3), shapely.box(3, 1, 5, 4)])
     carried = iccm.transfer(iccm.checkerboard(64), shapely.box(0, 0, 5, 4.5), target, size=100)
     assert carried.pixels.shape == (80, 100, 4)

@@ -22,7 +22,7 @@ def balanced():
     return iccm.fit(pear(), arrow())
 
 
-def test_a_transform_takes_what_it_gives(fit):
+def test_a_transform_returns_points_in_the_given_form(fit):
     z = inside(pear())
     w = fit.transform(z)
     assert np.array_equal(w, fit.map(z)) and np.array_equal(fit.transform(xy_of(z)), xy_of(w))
@@ -73,7 +73,7 @@ def test_energies_by_term_of_each_triangle():
     assert np.median(energies) == pytest.approx(1, abs=1e-5)
 
 
-def test_pairs_are_not_taken_for_points_of_the_real_axis(fit):
+def test_pairs_are_not_mistaken_for_points_of_the_real_axis(fit):
     z = inside(pear(), 20)
     w = fit.map(z)
     assert np.array_equal(fit.map(xy_of(z)), xy_of(w)) and np.array_equal(
@@ -110,7 +110,7 @@ def test_a_mirrored_stmap_and_one_with_a_seam():
 
 
 @pytest.mark.parametrize("wrong", [np.zeros((4, 4)), np.zeros((4, 4, 2), int), np.full((4, 4, 2), np.nan)])
-def test_what_is_no_stmap(wrong):
+def test_invalid_stmaps_are_refused(wrong):
     with pytest.raises(iccm.InputError, match="stmap: "):
         iccm.from_stmap(wrong)
 

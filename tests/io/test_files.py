@@ -104,7 +104,7 @@ def test_other_errors_of_the_block_pass_through(tmp_path):
     assert only(tmp_path)
 
 
-def test_a_writer_that_removes_the_temporary_file_is_told(tmp_path):
+def test_a_removed_temporary_file_is_reported(tmp_path):
     with (
         pytest.raises(InputError, match="cannot write this file"),
         files.replacing(tmp_path / "a") as temporary,
@@ -147,7 +147,7 @@ def test_a_mistake_names_the_file_and_not_the_temporary_one(tmp_path):
     assert only(tmp_path)
 
 
-def test_temporary_files_of_an_output_are_known_by_their_names(tmp_path):
+def test_temporary_files_of_an_output_are_recognised_by_name(tmp_path):
     out = tmp_path / "picture.png"
     with files.replacing(out) as temporary:
         kept = [tmp_path / name for name in (".picture.png", ".picture.abc.png", "picture.abcdefgh.png")]
@@ -171,7 +171,7 @@ def test_temporary_files_of_any_name_are_swept(tmp_path, name):
         temporary.touch()
 
 
-def test_a_dangling_link_is_no_place_for_an_output(tmp_path):
+def test_outputs_are_not_written_through_dangling_links_without_force(tmp_path):
     (tmp_path / "a.png").symlink_to(tmp_path / "gone" / "b.png")
     (tmp_path / "gone").mkdir()
     with pytest.raises(InputError, match="link"), files.replacing(tmp_path / "a.png"):
@@ -191,7 +191,7 @@ def permissive():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
-def test_private_folders_and_files_are_closed_whatever_the_umask_and_though_they_exist(tmp_path, permissive):
+def test_private_folders_and_files_are_closed_for_any_umask_also_existing_ones(tmp_path, permissive):
     top = tmp_path / "state" / "iccm"
     deep = top / "edit" / "files"
     files.make_private_folder(deep, top)
@@ -208,7 +208,7 @@ def test_private_folders_and_files_are_closed_whatever_the_umask_and_though_they
     assert {stat.S_IMODE(path.stat().st_mode) for path in deep.iterdir()} == {0o600}
 
 
-def test_what_is_written_together_appears_when_all_went_well_or_not_at_all(tmp_path):
+def test_files_written_together_appear_all_or_not_at_all(tmp_path):
     (tmp_path / "b").write_text("old")
     with pytest.raises(KeyError), files.together():
         files.write_bytes(tmp_path / "a", b"new")

@@ -22,7 +22,7 @@ def noise(kind, channels):
 
 @pytest.mark.parametrize("suffix", formats.holding("picture", written=True))
 @pytest.mark.parametrize("channels", [1, 3, 4])
-def test_integers_come_back(tmp_path, suffix, channels):
+def test_integers_are_read_back(tmp_path, suffix, channels):
     format = formats.picture(suffix and f"a{suffix}")
     exact = suffix not in (".jpg", ".jpeg") and (format.grey or channels > 1)
     for bits in format.bits if exact and (format.alpha or channels != 4) else ():

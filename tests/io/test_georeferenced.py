@@ -74,7 +74,7 @@ def marks(pixels, alpha):
 
 
 @pytest.mark.slow
-def test_an_old_map_lies_where_its_map_says(folder, iccm):
+def test_an_old_map_is_placed_by_its_pins(folder, iccm):
     """The marks of places on a drawn map of Iceland, as rasterio locates them, to a pixel."""
     for name in ("iceland.geojson", "old-iceland.png", "old-iceland.points"):
         Path(name).write_bytes((FILES / name).read_bytes())
@@ -97,7 +97,7 @@ def test_an_old_map_lies_where_its_map_says(folder, iccm):
     assert np.abs(true_places[:, None] - placed).min(axis=1).max() < 10_000  # soft pins of a map of 500 km
 
 
-def test_world_and_projection_files_say_the_same(folder, iccm):
+def test_world_and_projection_files_give_the_same_place(folder, iccm):
     outputs = "-o", "out.tif", "-o", "out.png", "-o", "out.pgw", "-o", "out.prj"
     assert iccm("map", "chart.png", "ell.geojson", "--fit", "whole", "--size", "120", *outputs).code == 0
     of_tiff, of_world = place("out.tif")[0], place("out.png")[0]
@@ -109,7 +109,7 @@ def test_world_and_projection_files_say_the_same(folder, iccm):
     assert np.allclose(again @ (40, 60), of_tiff @ (80, 120)) and crs.to_epsg() == 3057
 
 
-def test_a_turned_geotiff_stays_turned(folder, iccm):
+def test_a_rotated_geotiff_stays_rotated(folder, iccm):
     affine = rasterio.Affine(30, 9, 400000, 12, -40, 700000)
     pixels = np.full((3, 50, 80), 90, np.uint8)
     how = {"driver": "GTiff", "width": 80, "height": 50, "count": 3, "dtype": "uint8"}

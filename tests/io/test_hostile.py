@@ -115,7 +115,7 @@ def test_numbers_out_of_range_in_glb_files_are_refused(sheet, iccm, tree):
     "scale",
     [[0, 1], *(slow(scale) for scale in ([0, 0], [1e-9, 1], [-1, 0]))],
 )
-def test_textures_that_a_transform_shrinks_to_a_line_or_point_are_shown_so(sheet, iccm, scale):
+def test_textures_shrunk_to_a_line_or_point_are_shown(sheet, iccm, scale):
     sheet(with_transform({"scale": scale}))
     for command in COMMANDS:
         typed = iccm(*command, "--force") if command[0] != "info" else iccm(*command)

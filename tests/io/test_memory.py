@@ -21,7 +21,7 @@ SVG = "http://www.w3.org/2000/svg"
 @pytest.mark.skipif(
     sys.platform != "linux", reason="elsewhere the resident memory is not known, or only its peak"
 )
-def test_what_does_not_fit_lies_in_a_file_that_has_no_name(tmp_path):
+def test_arrays_that_do_not_fit_are_in_an_unnamed_file(tmp_path):
     bounded = room.Bounded(room.resident() + 64 * MIB, tmp_path)
     small, large = bounded((100,), np.uint8), bounded((50 * MIB,), np.uint8)
     before = room.resident()
@@ -33,7 +33,7 @@ def test_what_does_not_fit_lies_in_a_file_that_has_no_name(tmp_path):
     assert small.base is None and large.base is not None
 
 
-def test_what_fits_once_does_not_fit_again():
+def test_memory_that_is_used_counts():
     bounded = room.Bounded(room.resident() + 100 * MIB)
     assert [bounded((15 * MIB,), np.uint8).base is None for _ in range(2)] == [True, False]
 
@@ -49,7 +49,7 @@ def test_as_many_threads_as_fit():
 @pytest.mark.parametrize(
     ("resident", "kept", "fits"), [(100, 0, True), (200, 140, True), (200, 150, False), (500, 0, False)]
 )
-def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch, resident, kept, fits):
+def test_outputs_that_will_not_fit_are_refused_before_the_solving(monkeypatch, resident, kept, fits):
     """The memory that the process will hold counts, or that it already holds, and that of pictures in memory."""
     monkeypatch.setattr(room, "resident", lambda: 0)
     bounded = room.Bounded(room.SOLVED + room.MARGIN + 200 * MIB)
@@ -63,7 +63,7 @@ def test_what_will_not_fit_after_the_solving_is_refused_before(monkeypatch, resi
 
 
 @pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="other systems reserve space in other ways")
-def test_a_full_disk_is_told(tmp_path, monkeypatch):
+def test_a_full_disk_is_reported(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -91,7 +91,7 @@ def test_sizes(text, bytes):
 
 
 @pytest.mark.parametrize("text", ["", "G", "2X", "1e9", "-1G", "2 G B"])
-def test_what_is_no_size(text):
+def test_invalid_sizes_are_refused(text):
     with pytest.raises(ValueError, match=f"{re.escape(repr(text))}.*2G"):
         memory(text)
 

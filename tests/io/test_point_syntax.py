@@ -62,7 +62,7 @@ def test_every_form_everywhere(tmp_path, given, place):
         "1e300,0",
     ],
 )
-def test_what_is_no_place(wrong):
+def test_invalid_points_are_refused(wrong):
     with pytest.raises(ValidationError):
         PLACE.validate_python(wrong)
 

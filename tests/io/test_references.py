@@ -104,7 +104,7 @@ def test_a_mesh_as_source_shows_no_picture_from_outside(meshes, iccm):
     assert (image_files.read(meshes / "o.png").pixels[6:10, 6:10, :3] == 200).all()
 
 
-def test_gltf_takes_no_file_from_outside(meshes, iccm):
+def test_gltf_reads_no_file_outside_its_folder(meshes, iccm):
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0]], "<f4").tobytes()
     (meshes.parent / "canary" / "points.bin").write_bytes(points)
     os.symlink("../canary/points.bin", "link.bin")
@@ -122,7 +122,7 @@ def test_gltf_takes_no_file_from_outside(meshes, iccm):
         assert iccm("flatten", "x.gltf", "-o", "o.svg", "--force", "--allow-outside").code == 0
 
 
-def test_ply_takes_no_picture_from_outside(meshes, iccm):
+def test_ply_reads_no_picture_outside_its_folder(meshes, iccm):
     text = "ply\nformat ascii 1.0\ncomment TextureFile ../canary/secret.png\nelement vertex 3\n"
     text += "".join(f"property float {name}\n" for name in "xyzst")
     text += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
@@ -133,7 +133,7 @@ def test_ply_takes_no_picture_from_outside(meshes, iccm):
     assert "--allow-outside" in done.err and not written(meshes)
 
 
-def test_what_is_no_statement_is_not_in_a_library(tmp_path):
+def test_lines_that_are_not_statements_are_removed_from_a_library(tmp_path):
     kept = [
         "newmtl a b",
         "Kd 1 1 1",
@@ -150,7 +150,7 @@ def test_what_is_no_statement_is_not_in_a_library(tmp_path):
     assert list(library.lines) == kept and not library.missing and not library.outside
 
 
-def test_what_may_be_read(tmp_path):
+def test_only_files_in_the_folder_may_be_read(tmp_path):
     inside, outside = tmp_path / "a" / "b.png", tmp_path / "c.png"
     assert references.may_be_read(inside, tmp_path / "a") and not references.may_be_read(
         outside, tmp_path / "a"

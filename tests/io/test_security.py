@@ -71,7 +71,7 @@ COMMANDS = {
 @pytest.mark.skipif(sys.platform == "win32", reason="kinds of files of POSIX")
 @pytest.mark.parametrize("suffix", COMMANDS)
 @pytest.mark.parametrize("kind", ["pipe", "endless device", "link to itself", "folder"])
-def test_what_is_not_a_plain_file_is_refused_in_one_line(shapes, iccm, kind, suffix):
+def test_special_files_are_refused_in_one_line(shapes, iccm, kind, suffix):
     path = shapes / f"odd.{suffix}"
     make = {
         "pipe": lambda: os.mkfifo(path),
@@ -245,7 +245,7 @@ def glb(accessors, views):
 
 
 @pytest.mark.parametrize("view", [{}, {"bufferView": 0}])
-def test_an_accessor_without_data_is_refused_before_memory_is_taken(shapes, iccm, view):
+def test_an_accessor_without_data_is_refused_before_memory_is_allocated(shapes, iccm, view):
     claim = {"count": 10**9, "componentType": 5126, "type": "VEC3", **view}
     little = {"count": 3, "componentType": 5123, "type": "SCALAR", "bufferView": 0}
     (shapes / "a.glb").write_bytes(glb([claim, little], [{"buffer": 0, "byteLength": 12}]))

@@ -30,7 +30,7 @@ def test_file_part_and_number(text, spec):
     assert Spec.of(text) == spec
 
 
-def test_a_file_and_a_part_that_are_really_called_so_win(tmp_path):
+def test_existing_files_and_parts_with_such_names_take_precedence(tmp_path):
     path = tmp_path / "a#b.svg"
     assert path_of(str(path)) == str(tmp_path / "a")
     path.write_text("")

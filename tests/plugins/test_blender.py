@@ -82,7 +82,7 @@ results["undone"] = coordinates()
     assert abs(turn[1] - turn[0]) < 0.1
 
 
-def test_islands_stay_as_mirrored_as_they_are(blender):
+def test_mirrored_islands_stay_mirrored(blender):
     Path("disc.svg").write_text(DISC)
     result = blender("""
 grid("a", 8, lambda x, y: (.9 - .4 * x, .1 + .4 * y), lambda x, y: (.1 + .3 * x, .6 + .3 * y))
@@ -217,7 +217,7 @@ results["again"] = operator("relayout")
     assert result["again"] == ["FINISHED"]
 
 
-def test_what_cannot_be_done_is_said_and_nothing_changes(blender):
+def test_impossible_requests_are_reported_and_change_nothing(blender):
     result = blender("""
 grid("a", 4, lambda x, y: (x, y)); select(lambda face: True)
 picture("quarters", 64, 64, QUARTERS)
@@ -302,7 +302,7 @@ results["finished"], results["moved"] = list(state), before != coordinates()
     assert result["finished"] == ["FINISHED"] and result["moved"]
 
 
-def test_panels_and_dialogs_show_what_there_is(blender):
+def test_panels_and_dialogs_show_every_property(blender):
     result = blender("""
 import sys, types
 addon = sys.modules["bl_ext.user_default.iccm"]

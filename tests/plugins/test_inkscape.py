@@ -131,7 +131,7 @@ def test_artwork_is_carried_through_all_transforms(profile):
     assert not list(group.iter(f"{SVG}image")) and len(list(group.iter(f"{SVG}path"))) == 5
 
 
-def test_a_picture_carries_what_paths_cannot_and_undo_takes_it_back_at_once(profile):
+def test_artwork_that_paths_cannot_hold_becomes_a_picture_and_is_undone_in_one_step(profile):
     blur = '<filter id="soft"><feGaussianBlur stdDeviation="3"/></filter>'
     blur += '<circle cx="70" cy="84" r="7" filter="url(#soft)"/>'
     (profile / "preferences.xml").write_text(
@@ -170,7 +170,7 @@ def plain(marks, extra=""):
     )
 
 
-def test_pins_that_are_drawn_are_met_however_they_are_ordered(profile):
+def test_drawn_pins_are_met_in_any_order(profile):
     first, second = mark("pin-eye", 30, 30, 1), mark("pin-eye", 130, 50, 2)
     for marks in ([first, second], [second, first]):
         result, message, code = run(plain(marks), profile, "--id=art", "--id=target", "--exact_pins=true")
@@ -182,7 +182,7 @@ def test_pins_that_are_drawn_are_met_however_they_are_ordered(profile):
     assert np.hypot(*(eyes(free)[0] - [130, 50])) > 2
 
 
-def test_a_large_circle_says_how_large_a_part_keeps_its_form(profile):
+def test_the_radius_of_a_pin_determines_how_much_keeps_its_form(profile):
     def deformed(radius):
         pin = mark("pin-eye", 30, 30, 1).replace('r="1"', f'r="{radius}"')
         result, message, code = run(
@@ -251,7 +251,7 @@ def test_all_letters_of_a_word_go_into_the_target(profile):
     assert largest[2] == 0 and "3 × shape outside the source, omitted" in largest[1]
 
 
-def test_what_is_left_out_is_said_beside_the_result(profile):
+def test_omissions_are_reported_with_the_result(profile):
     aside = '<circle cx="20" cy="120" r="5"/>'
     document = plain([]).replace('<g id="art">', f'<g id="art">{aside}')
     result, message, code = run(document, profile, "--id=art", "--id=target", "--outline=largest")
@@ -283,14 +283,14 @@ def test_artwork_that_was_selected_last_is_noticed(profile):
         (["--id=art", "--id=open"], [], "open"),
     ],
 )
-def test_what_cannot_be_done_is_said_and_nothing_changes(profile, arguments, marks, expected):
+def test_impossible_requests_are_reported_and_change_nothing(profile, arguments, marks, expected):
     line = '<path id="line" d="M10 120H60"/>'
     line += '<path id="open" d="M10 130C40 120 60 140 90 130" style="fill:none;stroke:#000;stroke-width:.3"/>'
     result, message, code = run(plain(marks, line), profile, *arguments)
     assert expected in message and "Traceback" not in message and code not in (0, 1) and not result
 
 
-def test_a_moved_python_is_said(profile):
+def test_a_moved_python_is_reported(profile):
     (profile / "extensions" / "iccm" / "iccm_python.txt").write_text("/nowhere/python\n")
     _, message, code = run(plain([]), profile, "--id=art", "--id=target")
     assert code and "/nowhere/python" in message and "`iccm plugins install inkscape`" in message

@@ -182,7 +182,7 @@ def without_errors(page):
     ]
 
 
-def test_it_is_small_and_loads_nothing(page):
+def test_the_demo_is_small_and_loads_nothing(page):
     import gzip
 
     script = (page.folder / "try.js").read_bytes()
@@ -248,7 +248,7 @@ def test_the_largest_outline_of_a_file_of_ones_own(page, tmp_path):
     assert page.js("iccmDemo.target.box") == [0, 0, 300, 200]
 
 
-def test_holes_and_parts_that_are_left_out_are_named_with_the_command_for_all(page, tmp_path):
+def test_omitted_holes_and_parts_are_named_with_the_command_for_all(page, tmp_path):
     page.open()
     assert not page.text("try-left")  # what is painted inside is not a hole
     path = tmp_path / "parts.svg"
@@ -544,7 +544,7 @@ COLOURS = (
 
 @pytest.mark.parametrize("dark", ["", DARK])
 @pytest.mark.parametrize("html", [HTML.replace("<div", "<h1>Demo</h1><div"), SMALL])
-def test_it_is_accessible(page, html, dark):
+def test_the_demo_is_accessible(page, html, dark):
     if not AXE.is_file():
         pytest.skip("NO TESTS OF ACCESSIBILITY: axe-core is not installed (npm ci)")
     whole = html.replace("<body>", f"{COLOURS}{dark}<title>Demo</title><body><main>") + "</main>"
@@ -612,7 +612,7 @@ def test_the_window_for_figma_maps_layers_and_sends_results(page, tmp_path):
         page.open()
 
 
-def test_it_fits_on_a_phone(page):
+def test_the_demo_fits_on_a_phone(page):
     page.driver.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride",
         {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True},

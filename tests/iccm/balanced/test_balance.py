@@ -51,7 +51,7 @@ def test_a_bound_that_can_be_met_is_met_at_little_cost_elsewhere(name):
         assert f"is at most {bound:g}" in fit.notes[-1]
 
 
-def test_corners_that_allow_no_less_are_told_and_the_rest_meets_the_bound():
+def test_limiting_corners_are_reported_and_everything_else_meets_the_bound():
     fit = iccm.fit(*PAIRS["square to Texas"], max_dilatation=2.235)
     least, distortion = angle_ratio(fit.map), fit.distortion
     assert fit.status is iccm.Status.BOUNDS and 2.235 < least <= distortion.dilatations.max()

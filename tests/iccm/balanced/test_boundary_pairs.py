@@ -107,7 +107,7 @@ def test_the_best_path_is_that_of_all_paths():
     assert (rows[0], columns[0], rows[-1], columns[-1]) == (0, 0, n, n)
 
 
-def test_starts_that_turn_the_picture_over_are_left_out():
+def test_starts_that_mirror_the_picture_are_omitted():
     curve = polygon([1.0, 0.5, 0.9, 0.4, 1.0, 0.7, 0.3])
     curve = Curve(curve.z - curve.z.mean())
     matches = arclength_matches(curve, curve)
@@ -116,7 +116,7 @@ def test_starts_that_turn_the_picture_over_are_left_out():
     assert max(abs(implied_turn(match, curve, curve)) for match in kept) < np.radians(100)
 
 
-def test_a_turned_shape_matches_at_that_turn():
+def test_a_rotated_shape_matches_at_its_rotation():
     curve = polygon([1.0, 0.5, 0.9, 0.4, 1.0, 0.7, 0.3])
     turned = Curve(curve.z * 1j)
     best = next(elastic_matches(curve, turned, 0.5 * np.pi))
@@ -124,7 +124,7 @@ def test_a_turned_shape_matches_at_that_turn():
     assert np.abs(turned.at(best.at(s)) - 1j * curve.at(s)).max() < 1e-9
 
 
-def test_matches_alike_count_once():
+def test_equivalent_matches_count_once():
     curve = polygon([1.0] * 8)
     distinct = Different(curve, curve)
     matches = arclength_matches(curve, curve)
@@ -142,7 +142,7 @@ def test_arclengths_go_to_the_given_outline_and_back():
     assert np.abs(curve.at(coarse.original(s)) - coarse.curve.at(s)).max() < 0.02 * curve.diagonal
 
 
-def test_an_outline_of_many_vertices_is_made_manageable():
+def test_an_outline_of_many_vertices_is_simplified():
     rng = np.random.default_rng(0)
     angles = 2 * np.pi * np.arange(12000) / 12000
     curve = Curve((1 + 0.004 * rng.standard_normal(12000)) * np.exp(1j * angles))

@@ -33,13 +33,13 @@ def screened():
     return candidates.screen(initial_maps(LEVEL, matches), PROBLEM.starts)
 
 
-def test_maps_that_are_alike_run_once(screened):
+def test_equivalent_maps_are_refined_once(screened):
     nearly = [replace(state, value=state.value * (1 + 1e-5)) for state in screened]
     once = candidates.without_duplicates(screened)
     assert candidates.without_duplicates([*once, *nearly]) == once
 
 
-def test_turned_maps_are_not_alike(screened):
+def test_rotated_maps_are_not_equivalent(screened):
     first, rotated = screened[0], replace(screened[0], u=screened[0].u * np.exp(0.1j))
     assert candidates.are_equivalent(first, first) and not candidates.are_equivalent(first, rotated)
 
@@ -57,7 +57,7 @@ def test_without_maps_there_is_no_winner():
         candidates.best_of(LEVEL, [])
 
 
-def test_more_starts_are_tried_where_asked():
+def test_more_starts_are_tried_on_request():
     level, problem = LEVEL, PROBLEM._replace(starts=3)
     few, many = (multilevel.correspondences(replace(level, problem=given)) for given in (PROBLEM, problem))
     assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTH_SHIFTS

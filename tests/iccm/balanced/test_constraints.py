@@ -43,7 +43,7 @@ def test_pins_far_from_where_the_map_has_them():
     assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
 
 
-def test_pins_turn_the_picture():
+def test_pins_rotate_the_picture():
     pins = [(0.3 + 0.5j, 0.5 + 0.3j), (0.7 + 0.5j, 0.5 + 0.7j)]
     fit = iccm.fit(SQUARE, SQUARE, exact_pins=True, pins=pins)
     assert max(errors(fit)) < 1e-9 and fit.report()["turn"] == pytest.approx(90, abs=3)
@@ -119,7 +119,7 @@ def plain():
 
 
 @pytest.mark.parametrize("fresh", [True, False])
-def test_a_map_goes_on_from_an_earlier_one(fresh):
+def test_a_map_continues_from_an_earlier_one(fresh):
     """On the same mesh if the pins are the same points of the source, else on another."""
     pins = np.array([(0.3 + 0.3j, 0.3 + 0.5j), (0.7 + 0.3j, 1.5 + 0.4j), (0.5, 1 + 0j)])
     first = iccm.fit(SQUARE, ELL, exact_pins=True, pins=pins[1:] if fresh else pins)
@@ -131,7 +131,7 @@ def test_a_map_goes_on_from_an_earlier_one(fresh):
     assert second.energies[-1]["total"] < 1.1 * alone.energies[-1]["total"]
 
 
-def test_going_on_without_a_change_changes_little():
+def test_continuing_without_a_change_changes_little():
     first = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.8j)])
     second = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.8j)], start=first.map)
     z = first.interior
@@ -160,7 +160,7 @@ def test_keeping_needs_a_start_and_applies_to_maps_onto_a_target(plain):
         iccm.fit(SQUARE, ELL, method="conformal", keep_start=True)
 
 
-def test_going_on_after_outline_pins_slid_and_with_strokes(plain):
+def test_continuing_after_outline_pins_slid_and_with_strokes(plain):
     pins = [(0.5, 0.5 + 0j), (0.5 + 1j, 0.2 + 1j)]
     first = iccm.fit(SQUARE, TEE, pins=pins)
     second = iccm.fit(SQUARE, TEE, pins=[pins[0], (0.5 + 1j, 0.4 + 1j)], start=first)
@@ -169,14 +169,14 @@ def test_going_on_after_outline_pins_slid_and_with_strokes(plain):
     assert third.status is Status.REACHED and off_line(third) < 2e-4 * third.diagonal and one_to_one(third)
 
 
-def test_going_on_is_for_the_balanced_method(plain):
+def test_only_the_balanced_method_continues_from_a_map(plain):
     with pytest.raises(InputError, match=r"start: .* balanced"):
         iccm.fit(SQUARE, ELL, method="conformal", start=plain)
     with pytest.raises(InputError, match=r"start: .* balanced map"):
         iccm.fit(SQUARE, ELL, start=iccm.fit(SQUARE, ELL, method="paper"))
 
 
-def test_a_way_goes_around_what_is_between():
+def test_a_path_avoids_obstacles():
     """From one arm of a U to the other, and around a point in the middle of a square."""
     you = Curve(np.array([0, 3, 3 + 3j, 2 + 3j, 2 + 1j, 1 + 1j, 1 + 3j, 3j]))
     way = np.append(0.5 + 2.5j, route(you, 0.5 + 2.5j, 2.5 + 2.5j, np.empty(0, complex)))
@@ -348,7 +348,7 @@ def test_strokes_at_the_outline_that_no_map_can_meet_are_named(strokes, pins, me
         iccm.fit(SQUARE, SQUARE, strokes=strokes, pins=pins)
 
 
-def test_one_pin_out_of_order_is_the_one_that_is_named():
+def test_the_pin_that_is_out_of_order_is_named():
     square = Curve(SQUARE)
     s = np.array([0.3, 1.1, 1.9, 2.7, 3.5])
     pins = np.column_stack([square.at(s), square.at(s[[0, 1, 4, 2, 3]])])
@@ -384,7 +384,7 @@ def test_weights_are_for_the_methods_that_weigh():
 
 
 @pytest.mark.slow
-def test_a_stroke_that_would_have_to_pass_pins_is_told_as_not_met():
+def test_a_stroke_blocked_by_pins_is_reported_as_not_met():
     square = shapes.square(8)
     pins = [(p, p) for p in (-0.5 + 0.1j, 0.1j, 0.5 + 0.1j, -0.1j)]
     fit = iccm.fit(

@@ -67,7 +67,7 @@ def test_a_bar_closes_to_a_ring_in_five_edits(step):
     assert turned(fit.map(MIDDLE)) == pytest.approx(5 * step * 0.9, rel=0.1)
 
 
-def test_more_than_a_lap_comes_out_right_only_from_an_earlier_map():
+def test_more_than_one_turn_is_right_only_from_an_earlier_map():
     first = None
     for angle in (120, 240, 330, 420):
         first = iccm.deform(BAR, pins=bent(angle), start=first)
@@ -91,7 +91,7 @@ def test_other_pins_may_follow():
     assert second.status is Status.MET and error(second) < 1e-9
 
 
-def test_a_lone_pin_moves_the_shape_and_two_turn_it():
+def test_one_pin_translates_the_shape_and_two_rotate_it():
     z = np.array([0.5 + 0.5j, 1.5 + 1j])
     fit = iccm.deform(SQUARE, pins=[(1 + 1j, 4 + 2j)])
     assert np.abs(fit.map(z) - (z + 3 + 1j)).max() < 1e-9
@@ -99,7 +99,7 @@ def test_a_lone_pin_moves_the_shape_and_two_turn_it():
     assert np.abs(fit.map(z) - (2 + 2j - z)).max() < 1e-7
 
 
-def test_it_moves_with_its_coordinates():
+def test_deformations_commute_with_similarities():
     pins = np.column_stack([np.append(CORNERS, 1 + 1j), np.append(CORNERS, 1.4 + 1.1j)])
     first = iccm.deform(SQUARE, pins=pins)
     turn, shift = 30 * np.exp(0.8j), 1000 - 70j
@@ -109,7 +109,7 @@ def test_it_moves_with_its_coordinates():
 
 
 @pytest.mark.parametrize("pin", [1 + 0j, 1 + 0.0005j, 0j])
-def test_pins_on_the_outline_and_beside_it(pin):
+def test_pins_on_the_outline_and_next_to_it(pin):
     pins = [(pin, pin - 0.4j), (0.2 + 1.8j, 0.2 + 1.8j), (1.8 + 1.8j, 1.8 + 1.8j)]
     fit = iccm.deform(SQUARE, exact_pins=True, pins=pins)
     assert fit.status is Status.MET and error(fit) < 1e-9
@@ -157,13 +157,13 @@ def test_strokes_may_end_on_the_outline():
         iccm.deform(BAR, strokes=[([1, 2], [1, 3])])
 
 
-def test_two_points_may_come_to_one_place():
+def test_two_points_may_be_pinned_to_one_place():
     pins = [(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.5j), (3 + 0.5j, 3 + 2j)]
     fit = iccm.deform(BAR, exact_pins=True, pins=pins)
     assert fit.status is Status.OVERLAP and error(fit) < 1e-9
 
 
-def test_where_it_overlaps_what_is_farther_from_the_first_pin_is_shown():
+def test_overlaps_show_the_layer_farther_from_the_first_pin():
     """With the bar's ends one over the other: of two triangles that cover the same point, the later one is visible."""
     pins = np.array([(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.2 + 0.5j), (3 + 0.5j, 3 + 2j)])
     for order in ([0, 1, 2], [1, 0, 2]):
@@ -184,14 +184,14 @@ def _last_holding(corners, point):
 
 
 @pytest.mark.slow
-def test_bounds_hold_for_what_is_drawn():
+def test_bounds_hold_for_the_drawn_mesh():
     pins = np.column_stack([np.append(CORNERS, 1 + 1j), np.append(CORNERS, 1.25 + 1.1j)])
     fit = iccm.deform(SQUARE, pins=pins, max_dilatation=3)
     assert fit.status is Status.MET and fit.report()["dilatation"]["max"] <= 3 + 1e-6
     assert iccm.deform(SQUARE, exact_pins=True, pins=pins, max_dilatation=1.01).status is Status.BOUNDS
 
 
-def test_what_cannot_be_met_is_told_with_its_distance():
+def test_unmet_pins_are_reported_with_their_distance():
     pins = [*zip(CORNERS, CORNERS), (0.9 + 1j, 1 + 1j), (1.1 + 1j, 1 + 1j)]
     fit = iccm.deform(SQUARE, exact_pins=True, pins=pins)
     assert fit.status is Status.PINS and not fit.status.ok and error(fit) > 1e-9
@@ -232,7 +232,7 @@ PUNCHED = [
 
 
 @pytest.mark.slow
-def test_a_bar_with_holes_bends_as_rigidly_as_possible_holes_left_free():
+def test_a_bar_with_free_holes_bends_as_rigidly_as_possible():
     pins = bent(90)
     fit = iccm.deform(BAR, exact_pins=True, pins=pins, source_holes=PUNCHED)
     assert fit.status is Status.MET and error(fit) < 1e-9 and not fit.notes

@@ -15,7 +15,7 @@ BEAN = np.array([0, 2, 4 + 0.4j, 4.2 + 1.5j, 3 + 2j, 1.5 + 1.4j, 0.3 + 1.8j])
 BOX = Curve(FLAG).box
 
 
-def test_a_field_is_linear_between_pixels_and_goes_on_beyond_them():
+def test_a_field_is_linear_between_pixels_and_constant_beyond_them():
     field = Field.of(np.array([[0, 1.0], [2, 5]]), (0j, 2 + 2j), 0.0, "field")
     places = np.array([0.5 + 1.5j, 1.5 + 1.5j, 0.5 + 0.5j, 1 + 1j, 9 - 9j, 1 + 0.5j])
     assert field(places) == pytest.approx([0, 1, 2, 2, 5, 3.5])
@@ -25,7 +25,7 @@ def test_a_field_is_linear_between_pixels_and_goes_on_beyond_them():
 
 
 @pytest.mark.parametrize("name", ["importance", "size_map"])
-def test_what_is_the_same_everywhere_changes_nothing(name):
+def test_constant_fields_change_nothing(name):
     plain = iccm.fit(FLAG, BEAN, fit="whole")
     even = iccm.fit(FLAG, BEAN, **{name: np.full((3, 4), 0.7)})
     for fit in (plain, even):
@@ -34,7 +34,7 @@ def test_what_is_the_same_everywhere_changes_nothing(name):
     assert abs(even.map(1 + 0.8j) - plain.map(1 + 0.8j)) < 0.02 * plain.diagonal
 
 
-def test_distortion_leaves_what_matters():
+def test_distortion_avoids_important_places():
     y, x = np.mgrid[BOX[1].imag : BOX[0].imag : 60j, BOX[0].real : BOX[1].real : 60j]
     matters = np.exp(-((x - 1) ** 2 + (y - 0.9) ** 2) / 0.3)
     worst = []
@@ -46,7 +46,7 @@ def test_distortion_leaves_what_matters():
     assert worst[1] < 0.5 * worst[0] and worst[1] == pytest.approx(worst[2], rel=1e-9)
 
 
-def test_halves_of_a_bar_come_to_have_the_areas_asked_for():
+def test_halves_of_a_bar_get_the_requested_areas():
     sizes = np.ones((4, 400))
     sizes[:, 200:] = np.sqrt(3)  # three quarters of the area
     shares = []
@@ -78,7 +78,7 @@ def test_parts_of_a_field_are_connected_and_of_one_size():
     assert (np.unique(cartogram.parts_of(ramp)) == np.arange(cartogram.SIZE_LEVELS)).all()
 
 
-def test_a_region_is_rigid_in_the_plane_beside_sizes():
+def test_rigid_regions_and_size_maps_work_together():
     ring = 0.9 + 0.8j + 0.4 * np.exp(2j * np.pi * np.arange(16) / 16)
     fit = iccm.fit(FLAG, BEAN, rigid=[ring], size_map=[[1, 2], [1, 3]], importance=[[1, 2, 1]])
     assert fit.status.ok and fit.rigid[0].is_rigid and fit.rigid[0].scale == pytest.approx(1, abs=0.02)
@@ -95,6 +95,6 @@ def test_a_region_is_rigid_in_the_plane_beside_sizes():
         ({"importance": [[1, 2]], "method": "paper"}, "importance: .* balanced method"),
     ],
 )
-def test_what_is_refused(given, message):
+def test_wrong_fields_are_refused(given, message):
     with pytest.raises(iccm.InputError, match=message):
         iccm.fit(FLAG, BEAN, **given)

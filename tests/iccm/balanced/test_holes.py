@@ -83,7 +83,7 @@ def check(solution, source, target):
 
 
 @pytest.mark.parametrize("name", some_fast(PAIRS, 2))
-def test_every_outline_goes_to_its_partner_without_folds(name):
+def test_every_outline_is_mapped_onto_its_partner_without_folds(name):
     source, target = PAIRS[name]
     solution = solved(source, target)
     check(solution, source, target)
@@ -111,14 +111,14 @@ def test_the_inverse_has_the_same_energy():
 
 
 @pytest.mark.slow
-def test_partners_are_the_closest_unless_told():
+def test_partners_are_the_closest_unless_named():
     assert solved(FACE, MASK).partners == ((2, 0), (0, 1), (1, 2))
     prescribed = solved(FACE, MASK, partners=((0, 2),))
     check(prescribed, FACE, MASK)
     assert (0, 2) in prescribed.partners
 
 
-def test_holes_without_a_partner_all_but_vanish():
+def test_holes_without_a_partner_nearly_vanish():
     solution = solved(OFF, DISC)
     inside = Curve(OFF[1][0].z).contains(solution.map.source[solution.map.faces].mean(axis=1))
     assert inside.any() and not solution.partners
@@ -173,7 +173,7 @@ def test_a_mesh_with_holes_covers_all_but_them():
         triangulate(outer, Sizes.even(0.005), holes=[box(0.5, 0.2)[::-1]])
 
 
-def test_holes_are_paired_at_the_turn_of_the_start():
+def test_holes_are_paired_at_the_rotation_of_the_start():
     source, target = ([Outline.of(c, 0.0, 0.0) for c in (s[0], *s[1])] for s in (FACE, MASK))
     partners = Partners(source, target, ())
     assert [list(side) for side in partners.assigned(0.0)] == [[0, 1, 2], [1, 2, 0]]
@@ -209,7 +209,7 @@ def fit():
     )
 
 
-def test_the_library_takes_holes_and_tells_the_gap_of_each(fit):
+def test_the_library_takes_holes_and_reports_the_gap_of_each(fit):
     report = fit.report()
     assert [(h["source"], h["target"]) for h in report["holes"]] == [(3, 1), (1, 2), (2, 3)]
     assert all(h["gap"] <= 1e-3 for h in report["holes"]) and report["boundary"]["hausdorff"] <= 1e-3
@@ -249,7 +249,7 @@ def test_pins_in_holes_name_partners_and_others_are_met():
         ),
     ],
 )
-def test_holes_that_cannot_be_are_told(wrong, message):
+def test_invalid_holes_are_refused(wrong, message):
     with pytest.raises(iccm.InputError, match=message):
         iccm.fit(STEPS, box(), **wrong)
 
@@ -274,7 +274,7 @@ def test_a_circle_domain_has_its_holes_apart_and_off_its_rim():
 
 
 @pytest.mark.slow
-def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
+def test_shapes_whose_outlines_give_no_start_use_a_circle_domain():
     spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
     frames = frames_of(spiral[0], face[0], 0.0, (spiral[1], face[1]))
     curves = [unit_curve(frame, side[0]) for frame, side in zip(frames, (spiral, face))]
@@ -292,7 +292,7 @@ def test_shapes_whose_outlines_give_no_start_go_by_way_of_a_circle_domain():
 
 
 @pytest.mark.slow
-def test_a_spiral_with_two_holes_goes_onto_a_square_with_two():
+def test_a_spiral_with_two_holes_is_mapped_onto_a_square_with_two():
     spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
     check(solved(spiral, face), spiral, face)
 
@@ -309,7 +309,7 @@ def given_holes(source, target):
         slow((OFF, FACE), -0.3),
     ],
 )
-def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):
+def test_a_map_with_holes_continues_from_an_earlier_one(pair, pin):
     source, target = pair
     given = given_holes(*pair)
     first = iccm.fit(source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.1j]], **given)
@@ -326,7 +326,7 @@ def test_a_map_with_holes_goes_on_from_an_earlier_one(pair, pin):
     assert (again.map.source.size == first.map.source.size) == same_mesh
 
 
-def test_a_start_with_other_holes_is_told():
+def test_a_start_with_other_holes_is_refused():
     plain, given = iccm.fit(FACE[0].z, MASK[0].z), given_holes(FACE, MASK)
     with pytest.raises(iccm.InputError, match=r"start: .* other holes"):
         iccm.fit(FACE[0].z, MASK[0].z, start=plain, **given)

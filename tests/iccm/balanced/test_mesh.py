@@ -65,7 +65,7 @@ def test_angles_are_good_where_the_outline_allows():
     assert np.degrees(least_angle(z, faces)) > 20
 
 
-def test_graded_sizes_make_small_triangles_where_asked():
+def test_graded_sizes_make_small_triangles_at_the_requested_places():
     outline = densified(ELL, 0.1)
     areas = np.full((10, 10), 0.01)
     areas[:3, :3] = 0.0005

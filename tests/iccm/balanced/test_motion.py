@@ -24,7 +24,7 @@ def figure(degrees):
     return Curve.domain(shapely.get_coordinates(outline)[:-1] @ [1, 1j])
 
 
-def test_an_outline_finds_itself_where_it_went():
+def test_a_moved_outline_is_matched_to_itself():
     star = Curve(DISC * (1.5 + 0.5 * np.cos(5 * np.angle(DISC))))
     for factor, shift in ((1, 3 + 2j), (1.1, 0), (np.exp(0.1j), 1j)):
         now = Curve(np.roll(factor * star.z + shift, 7))
@@ -40,7 +40,7 @@ def test_a_limb_that_moves_is_followed():
     assert np.abs(matched - before.z).max() < 1.2 * np.radians(8) * 2.1  # no farther than the arm swings
 
 
-def test_harmonic_functions_lie_between_what_they_are_on_the_border():
+def test_harmonic_functions_obey_the_maximum_principle():
     map = iccm.fit(DISC, 2 * DISC).map
     border = np.concatenate(map.loops)
     given = np.where(np.isin(np.arange(map.source.size), border), 1 + 2j, 0)
@@ -51,7 +51,7 @@ def test_harmonic_functions_lie_between_what_they_are_on_the_border():
     assert np.abs(values).max() <= np.abs(map.source[border] ** 2).max() + 1e-12
 
 
-def test_maps_of_the_same_shapes_are_left_alone_and_other_holes_refused():
+def test_maps_of_the_same_shapes_are_unchanged_and_other_holes_refused():
     fit = iccm.fit(DISC, 2 * DISC)
     assert carry_map(fit.map, fit.source, fit.target) is fit.map
     with pytest.raises(NoMapError, match="other holes"):

@@ -100,7 +100,7 @@ def test_newton_finds_the_identity():
     assert end.value == pytest.approx(1 + 0.02 * 4, abs=1e-9)
 
 
-def test_newton_only_goes_down_and_never_folds():
+def test_newton_decreases_the_energy_and_never_folds():
     state = begun(SQUARE, ELL, 0.3).unfolded()
     energies = []
     for _ in range(12):

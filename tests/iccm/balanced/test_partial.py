@@ -58,14 +58,14 @@ def test_a_shape_with_its_bays_is_its_hull_but_for_shallow_ones(curve):
     assert all(bay[0] in outline and bay[-1] in outline for bay in filled.bays)
 
 
-def test_an_edge_along_the_hull_begins_no_bay():
+def test_an_edge_along_the_hull_does_not_begin_a_bay():
     """The feet of a U lie on its hull; its only concavity is the one between them."""
     filled = fill_hull(unit(U))
     assert [bay.size for bay in filled.bays] == [4]
     assert fill_hull(unit(SQUARE)).bays == () == fill_hull(unit(DISC)).bays
 
 
-def test_a_dent_of_little_area_is_no_bay_however_deep():
+def test_a_dent_of_little_area_is_not_a_bay_however_deep():
     """Notches of .3 % and of 2.5 % of the area; both are deeper than what counts as convex."""
     small, large = [0.2, 0.25 + 0.06j, 0.3], [0.5, 0.7 + 0.12j, 0.9]
     (bay,) = fill_hull(Curve(np.array([0, *small, *large, 1.25, 1.25 + 0.8j, 0.8j]))).bays
@@ -127,14 +127,14 @@ def test_all_of_the_source_is_shown_and_the_map_is_less_stretched(name):
 
 
 @pytest.mark.slow
-def test_covering_is_the_other_way_round():
+def test_cover_is_the_inverse_of_contain():
     forward, back = iccm.fit(HOOK, SQUARE, fit="contain"), iccm.fit(SQUARE, HOOK, fit="cover")
     assert back.uncovered == pytest.approx(0, abs=1e-3)
     assert back.left_out == pytest.approx(forward.uncovered, rel=0.05)
     assert back.report()["boundary"]["hausdorff"] < 5e-4
 
 
-def test_auto_takes_what_costs_the_least_and_whole_is_as_it_was(u_onto_square):
+def test_auto_takes_the_cheapest_fit_and_whole_is_unchanged(u_onto_square):
     assert u_onto_square.filled is not None
     plain = iccm.fit(SQUARE, DISC)
     assert not plain.is_partial and "left_out" not in plain.report()
@@ -167,7 +167,7 @@ def test_symmetric_pairs_stay_symmetric(u_onto_square):
 
 
 @pytest.mark.slow
-def test_what_may_be_lost_is_bounded(u_onto_square):
+def test_the_lost_area_is_bounded(u_onto_square):
     free = u_onto_square
     assert free.uncovered > 0.01
     assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
@@ -175,7 +175,7 @@ def test_what_may_be_lost_is_bounded(u_onto_square):
 
 
 @pytest.mark.slow
-def test_what_may_be_lost_is_bounded_on_the_last_mesh_too(u_onto_square, monkeypatch):
+def test_the_lost_area_is_bounded_on_the_last_mesh_too(u_onto_square, monkeypatch):
     free = u_onto_square
     monkeypatch.setattr(multilevel, "is_within", lambda *given: True)  # a search that is satisfied with less
     assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
@@ -191,7 +191,7 @@ def test_pins_are_met_by_partial_maps():
 
 
 @pytest.mark.parametrize("pair", [(U, SQUARE), (SQUARE, HOOK)])
-def test_what_is_lost_has_the_area_that_is_told_and_is_hatched(pair):
+def test_the_lost_part_has_the_reported_area_and_is_hatched(pair):
     fit = iccm.fit(*pair)
     shares = [region.area / curve.area for region, curve in zip(fit.without_partner, pair)]
     assert shares == pytest.approx([fit.left_out, fit.uncovered], abs=1e-5) and max(shares) > 0.01
@@ -208,7 +208,7 @@ def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial
     assert (fit.report()["stretch"]["p95"] < GOOD_STRETCH) == partial
 
 
-def test_holes_are_passed_over_where_that_costs_less():
+def test_holes_are_ignored_where_that_costs_less():
     """A hole at the left end of a block is not mapped to one at the right end of another."""
     block = Curve.domain(np.array([-4 - 1j, 4 - 1j, 4 + 1j, -4 + 1j]))
     wedge = Curve.domain(np.array([-4 - 1j, 4 - 1j, 3.5 + 1j, -4 + 1j]))
@@ -224,7 +224,7 @@ def test_holes_are_passed_over_where_that_costs_less():
     )  # upside down, the holes are mapped onto each other
 
 
-def test_bad_words_are_refused(u_onto_square):
+def test_unknown_fits_are_refused(u_onto_square):
     for wrong in ({"fit": "loose"}, {"holes": "fill"}, {"max_uncovered": 2.0}):
         with pytest.raises(InputError):
             iccm.fit(U, SQUARE, **wrong)
@@ -234,7 +234,7 @@ def test_bad_words_are_refused(u_onto_square):
         iccm.fit(U, SQUARE, start=u_onto_square)
 
 
-def test_rings_of_passed_holes_are_cut_to_what_is_shown():
+def test_rings_of_ignored_holes_are_cut_to_the_visible_part():
     from iccm.coverage import rings_within
 
     rings = rings_within([Curve(SQUARE.z + 2)], SQUARE)

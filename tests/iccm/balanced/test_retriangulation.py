@@ -43,7 +43,7 @@ def flips(state: DiscreteMap) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("q", some_fast([1.0, 3.0], {3.0}))
-def test_no_flip_of_one_edge_is_left_that_lowers_the_energy(q):
+def test_no_flip_of_an_edge_lowers_the_energy_any_further(q):
     before = square_onto_bar()
     after = flip_edges(before, q)
 

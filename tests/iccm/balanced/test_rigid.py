@@ -63,7 +63,7 @@ def test_nothing_folds_and_the_outline_is_met(kept):
     assert np.abs(back - INSIDE).max() < 1e-9
 
 
-def test_it_has_the_size_asked_for():
+def test_a_region_has_the_requested_size():
     fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], rigid_size=0.7)
     assert similarity_of(fit).factor == pytest.approx(0.7 * MEAN, rel=0.02)
     assert fit.report()["regions"][0]["scale"] == pytest.approx(0.7, rel=0.02)
@@ -80,12 +80,12 @@ def test_a_free_size_is_the_one_that_bends_the_rest_least():
     assert least < min(energy_with(factor * scale)[0] for factor in (0.85, 1.15))
 
 
-def test_it_turns_where_the_map_may():
+def test_a_region_rotates_where_the_map_may():
     fit = iccm.fit(SQUARE, 1j * SQUARE * np.array([1, 1, 1.3, 1]), rigid=[LETTER], turn="any")
     assert abs(similarity_of(fit).factor) == pytest.approx(np.sqrt(fit.target.area) / 4, rel=0.02)
 
 
-def test_two_pins_in_it_say_where_it_goes():
+def test_two_pins_in_a_region_determine_its_place():
     pins = np.array([[-0.3 - 0.7j, -0.5 - 0.6j], [0.5 - 0.7j, 0.3 - 0.3j]])
     fit = iccm.fit(SQUARE, STAR, rigid=[LETTER], pins=pins)
     factor = (pins[1, 1] - pins[0, 1]) / (pins[1, 0] - pins[0, 0])
@@ -94,7 +94,7 @@ def test_two_pins_in_it_say_where_it_goes():
 
 
 @pytest.mark.slow
-def test_what_finds_no_room_is_smaller_and_told():
+def test_a_region_without_room_is_smaller_and_reported():
     medal, star, arc = (
         shape.read(str(DRAWN / name)).curve for name in ("medal.svg", "medal.svg#star", "arc.svg")
     )
@@ -106,7 +106,7 @@ def test_what_finds_no_room_is_smaller_and_told():
     assert factor.real < 0.95 * mean and abs(factor.imag) < 0.02 * mean  # still upright
 
 
-def test_what_reaches_the_outline_is_kept_off_it():
+def test_regions_that_reach_the_outline_are_kept_away_from_it():
     domain = shapely.Polygon(xy_of(SQUARE))
     corner = np.array([1 + 1j, 2 + 1j, 2 + 2j, 1 + 2j])
     regions = regions_of([corner], Curve(SQUARE))
@@ -127,7 +127,7 @@ def test_a_region_that_touches_the_outline_stays_where_it_is_in_a_similar_shape(
     assert smaller.rigid[0].scale == pytest.approx(0.8, rel=0.02)
 
 
-def test_regions_that_meet_are_one_and_what_they_surround_moves_along():
+def test_touching_regions_are_joined_and_what_they_enclose_moves_along():
     boxes = [np.array([0, 1, 1 + 1j, 1j]) + shift for shift in (0, 0.8, -1.5 - 1.5j)]
     regions = regions_of(boxes, Curve(SQUARE))
     areas = sorted(abs(Curve(rings[0]).area) for rings in regions.polygons)
@@ -150,7 +150,7 @@ def test_regions_that_meet_are_one_and_what_they_surround_moves_along():
         ({"rigid": [[0, 1, 1j + 1, 1j, 0.5 - 0.1j]]}, "rigid region 1: .*not simple"),
     ],
 )
-def test_what_is_refused(given, message):
+def test_wrong_regions_are_refused(given, message):
     with pytest.raises(iccm.InputError, match=message):
         iccm.fit(SQUARE, STAR, **({"rigid": [LETTER]} | given))
 
@@ -203,14 +203,14 @@ def test_bones_of_a_leg_keep_their_form_and_the_knee_bends(holds_pins):
         assert thigh == pytest.approx(1, abs=0.02)
 
 
-def test_a_pin_in_its_middle_holds_it():
+def test_a_pin_in_the_middle_of_a_region_fixes_it():
     disc = 0.3 + 0.4 * np.exp(2j * np.pi * np.arange(24) / 24)
     fit = iccm.fit(SQUARE, STAR, rigid=[disc], pins=[[0.3, 0.5 + 0.1j]])
     assert fit.status.ok and fit.map(np.array([0.3 + 0j]))[0] == pytest.approx(0.5 + 0.1j, abs=1e-9)
     assert similarity_of(fit, 0.3 + 0.9 * (disc[::3] - 0.3)).factor == pytest.approx(MEAN, rel=0.02)
 
 
-def test_what_bones_are_refused():
+def test_wrong_options_for_bones_are_refused():
     pins = [[0.6 + 0.5j] * 2]
     with pytest.raises(iccm.InputError, match="rigid_size: "):
         iccm.deform(LEG, pins=pins, rigid=[BONE], rigid_size=2.0)
@@ -219,7 +219,7 @@ def test_what_bones_are_refused():
 
 
 @pytest.mark.slow
-def test_a_region_that_leaves_no_room_beside_it_is_made_smaller():
+def test_a_region_that_leaves_no_room_around_it_is_made_smaller():
     bar, ring = np.array([0, 12, 12 + 1j, 1j]), np.exp(1j * np.linspace(0.3, 6, 60))
     region = np.array([9, 10, 10 + 0.2j, 9.3 + 0.2j, 9.3 + 0.9j, 9 + 0.9j]) + 0.05j
     fit = iccm.fit(bar, np.append(3 * ring, 2.6 * ring[::-1]), rigid=[region])
@@ -241,7 +241,7 @@ def test_where_there_is_room_for_a_region_it_is_inside(angle):
 
 
 @pytest.mark.slow
-def test_a_region_goes_where_there_is_room_for_it():
+def test_a_region_moves_to_where_there_is_room():
     # a bar onto a ball with a handle: without constraints the disc is mapped into the handle, which is too narrow for
     # it
     bar = np.array([0, 8, 8 + 1.2j, 1.2j])
@@ -281,6 +281,6 @@ def test_a_region_of_the_target_is_one_of_the_inverse_problem():
     )
 
 
-def test_a_region_of_the_target_is_as_large_as_it_is_asked_to_be():
+def test_a_region_of_the_target_has_the_requested_size():
     (region,) = iccm.fit(STAR, SQUARE, rigid_target=[LETTER], rigid_size=1.3).rigid
     assert region.is_rigid and region.scale == pytest.approx(1.3, abs=0.026)

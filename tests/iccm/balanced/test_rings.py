@@ -19,7 +19,7 @@ ENDS = np.linspace(0.6, 2 * np.pi - 0.6, 50)
 ARC = Curve.domain(np.concatenate([2 * np.exp(1j * ENDS), np.exp(1j * ENDS[::-1])]))
 
 
-def test_a_cut_takes_next_to_nothing_of_the_ring():
+def test_a_cut_removes_almost_nothing_of_the_ring():
     opened = open_ring(OUTER, HOLE, 0.3)
     assert shapely.Polygon(xy_of(opened.z)).is_valid
     ring = OUTER.area + HOLE.area
@@ -44,7 +44,7 @@ def test_the_cheapest_seam_is_found_between_the_places_tried_first():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("back", [False, True])
-def test_an_arc_goes_onto_a_ring_that_opens_where_the_arc_does(back):
+def test_an_arc_is_mapped_onto_a_ring_that_opens_at_the_same_place(back):
     if back:
         fit = iccm.fit(OUTER, ARC, source_holes=[HOLE.z])
         ring = fit.source

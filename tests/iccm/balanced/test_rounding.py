@@ -59,7 +59,7 @@ def strip(width):
     return z, np.array([[0, 1, 5], [1, 4, 5], [1, 2, 4], [2, 3, 4]])
 
 
-def test_a_boundary_is_put_back_vertex_by_vertex():
+def test_a_boundary_is_restored_vertex_by_vertex():
     z, faces = strip(0.25)
     corners = z[[0, 2, 3, 5]]
     given = corners + 0.4 * GRID_SPACING * np.array([1, 1j, -1, -1j])
@@ -70,7 +70,7 @@ def test_a_boundary_is_put_back_vertex_by_vertex():
 
 
 @pytest.mark.parametrize(("height", "stay"), [(0.5, []), (0.3, [0, 1])])
-def test_outlines_stay_where_they_would_fold_and_pins_are_put_back(height, stay):
+def test_outlines_that_would_fold_are_kept_and_pins_restored(height, stay):
     """A vertex inside is closer to the boundary than this moves; pins do not matter."""
     z = np.append(SQUARE, [0.5 + height * GRID_SPACING * 1j, 0.5 + 0.5j])
     faces = np.array([[0, 1, 4], [1, 5, 4], [0, 4, 5], [1, 2, 5], [2, 3, 5], [3, 0, 5]])

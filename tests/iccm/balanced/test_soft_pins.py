@@ -190,7 +190,7 @@ def test_a_radius_of_zero_is_exact_for_that_pin_alone():
 
 
 @pytest.mark.parametrize("target", [PEAR, STAR], ids=["pear", "star"])
-def test_a_patch_is_rotated_and_scaled_as_asked(target):
+def test_a_patch_is_rotated_and_scaled_as_requested(target):
     pins = [iccm.Pin(PINS[0, 0], PINS[0, 1] / 2, radius=14, turn=35, scale=0.7)]
     fit = iccm.fit(EGG, target, pins=pins, turn="any")
     circle = PINS[0, 0] + 3 * TURNS
@@ -264,7 +264,7 @@ def test_radii_leave_room():
 
 
 @pytest.mark.slow
-def test_a_pin_far_from_its_place_is_told_by_the_status():
+def test_a_pin_far_from_its_goal_is_reported_by_the_status():
     corners = np.array(
         [[-20, -30j], [20, 30j], [-25j, 25], [25j, -25]]
     )  # of a square: a reflection, not a rotation
@@ -290,7 +290,7 @@ def test_pins_that_would_miss_their_places_are_exact():
     assert soft.softness.is_soft.all() and soft.status is iccm.Status.PINS  # their radius was asked for
 
 
-def test_a_deformation_follows_its_pins_however_far():
+def test_a_deformation_follows_its_pins_to_any_distance():
     pins = np.array([[-20, -20], [20, 130 + 60j]])
     fit = iccm.deform(EGG, pins=pins)
     tolerance = 0.01 * np.sqrt(iccm.Curve(EGG).area)
@@ -337,7 +337,7 @@ def dilatations_along(fit, line):
 
 
 @pytest.mark.slow
-def test_what_is_around_a_wide_stroke_keeps_its_form():
+def test_the_surroundings_of_a_wide_stroke_keep_their_form():
     source, target = shapes.pear(), shapes.blob()
     goal = iccm.fit(source, target).map(LINE) + np.array([0, 0.12j, 0])
     bare, wide = (
@@ -364,7 +364,7 @@ def test_wide_strokes_bend_a_shape_without_a_target():
     ("width", "options", "message"),
     [(-1.0, {}, "width"), (np.nan, {}, "width"), (0.3, {"method": "conformal"}, "balanced")],
 )
-def test_widths_that_cannot_be_are_refused(width, options, message):
+def test_invalid_widths_are_refused(width, options, message):
     with pytest.raises(iccm.InputError, match=message):
         iccm.fit(shapes.pear(), shapes.pear(), strokes=[iccm.Stroke(LINE, LINE, width=width)], **options)
 
@@ -376,7 +376,7 @@ def test_a_pin_on_the_outline_has_no_rotation():
 
 
 @pytest.mark.slow
-def test_a_pin_that_is_pulled_far_comes_within_its_tolerance():
+def test_a_pin_pulled_far_is_met_within_its_tolerance():
     source, target = shapes.pear(), shapes.blob()
     point = 0.2 + 0.1j
     goal = iccm.fit(source, target).map(np.array([point]))[0] - 0.7

@@ -107,7 +107,7 @@ def test_a_shape_onto_a_similar_copy_is_the_similarity():
         assert solution.turn == pytest.approx(0.7)
 
 
-def test_a_turned_copy_is_found_by_the_search_as_well():
+def test_the_search_finds_the_rotation_of_a_copy():
     """Or a map with lower cost: slightly more energy for a slightly smaller rotation."""
     solution = solve(FLAG, Curve.domain(FLAG.z * np.exp(0.5j)), SMALL)
     costs = [
@@ -126,7 +126,7 @@ def test_scale_and_place_of_either_shape_change_nothing(solution, scale, shift):
     check(moved, Curve(BLOB.z * scale + shift), Curve(FLAG.z * 2 - shift))
 
 
-def test_rotations_change_nothing_when_any_turn_will_do(free):
+def test_rotations_change_nothing_when_any_rotation_is_allowed(free):
     a, b = np.exp(1.1j), 3 * np.exp(-2j)
     turned = solve(Curve.domain(BLOB.z * a), Curve.domain(FLAG.z * b), replace(SMALL, turn=None))
     assert difference(free, turned, lambda z: z * a, lambda w: w * b) < 1e-6
@@ -147,7 +147,7 @@ def test_mirrored_shapes_have_the_mirrored_map(solution, mirror):
 
 
 @pytest.mark.parametrize(("source", "target"), [(SHIELD, SQUARE), (SQUARE, DISC), (DISC, STAR)])
-def test_symmetric_shapes_have_a_symmetric_map_without_turn(source, target):
+def test_symmetric_shapes_have_a_symmetric_map_without_rotation(source, target):
     solution = solve(source, target, SMALL)
     assert solution.turn == pytest.approx(0, abs=1e-9)
     mirrored = interpolate(
@@ -175,18 +175,18 @@ def test_shapes_symmetric_but_for_a_little_keep_their_own_outlines():
     check(solution, bent, SQUARE)
 
 
-def test_onto_a_disc_no_turn_is_made():
+def test_maps_onto_a_disc_are_not_rotated():
     assert abs(solve(FLAG, DISC, SMALL).turn) < np.radians(6)
 
 
-def test_the_turn_asked_for_is_made():
+def test_the_requested_rotation_is_made():
     solution = solve(BLOB, DISC, replace(SMALL, turn=1.0))
     assert solution.turn == pytest.approx(1.0, abs=0.1)
 
 
 @pytest.mark.parametrize("fit", ["auto", "contain", "cover"])
 @pytest.mark.parametrize("turn", some_fast([0, 45, 90], {45}))
-def test_a_turn_asked_for_is_kept_or_told(fit, turn):
+def test_a_requested_rotation_is_kept_or_its_change_reported(fit, turn):
     """A flag onto itself, rotated by a right angle, in whole or in part."""
     result = iccm.fit(FLAG, 1j * FLAG.z, turn=turn, fit=fit)
     notes = [note for note in result.notes if "rotated by" in note]
@@ -198,7 +198,7 @@ def test_a_turn_asked_for_is_kept_or_told(fit, turn):
 
 
 @pytest.mark.parametrize("angle", some_fast([None, "any", 0, 90], {"any", 0}))
-def test_pins_that_turn_a_picture_otherwise_than_asked_are_told(angle):
+def test_pins_that_contradict_the_requested_rotation_get_a_note(angle):
     """A flag rotated by 40 degrees, with pins that agree with the rotation."""
     pins = np.array([0.6 + 1j, 2 + 1j])
     turned = np.exp(1j * np.radians(40))
@@ -214,7 +214,7 @@ def test_a_finer_tolerance_is_met():
     check(fine, BLOB, DISC, 1e-4)
 
 
-def test_bounds_are_met_or_it_is_said_how_nearly():
+def test_bounds_are_met_or_the_excess_is_reported():
     loose = solve(STAR, SHIELD, replace(SMALL, max_dilatation=20.0, max_stretch=10.0))
     tight = solve(STAR, SHIELD, replace(SMALL, max_dilatation=1.05))
     assert loose.reached and largest(loose)[0] <= 20
@@ -228,7 +228,7 @@ def test_a_bound_at_corners_is_met_where_the_outlines_slide():
     assert largest(free)[1] > 2 and bounded.reached and largest(bounded)[1] <= 1.75
 
 
-def test_bounds_hold_for_what_is_drawn():
+def test_bounds_hold_for_the_drawn_mesh():
     for options in ({"max_dilatation": 6.0}, {"max_stretch": 4.0}):
         fit = iccm.fit(BLOB, FLAG, **options)
         report = fit.report()
@@ -255,13 +255,13 @@ def test_strong_stretch_gets_a_note_and_little_none():
     assert not iccm.fit(BLOB, FLAG).notes
 
 
-def test_a_map_that_has_not_settled_says_so(monkeypatch):
+def test_a_map_that_has_not_converged_gets_a_note(monkeypatch):
     monkeypatch.setattr(final_mesh, "LAST_STEPS", 2)
     monkeypatch.setattr(final_mesh, "LAST_ROUNDS", 1)
     assert final_mesh.UNSETTLED in solve(BLOB, FLAG, SMALL).notes
 
 
-def test_the_way_back_is_the_inverse():
+def test_the_map_back_is_the_inverse():
     forward, back = solve(BLOB, FLAG, SMALL), solve(FLAG, BLOB, SMALL)
     assert back.energy == pytest.approx(forward.energy, rel=1e-9)
     assert back.turn == pytest.approx(-forward.turn, abs=1e-6)
@@ -275,7 +275,7 @@ def spiral(laps):
     return Curve.domain(np.concatenate([outer, inner[::-1]]))
 
 
-def test_a_spiral_onto_a_star_by_way_of_a_disc():
+def test_a_spiral_is_mapped_onto_a_star_through_a_disc():
     curves = (Curve(c.z / np.sqrt(c.area)) for c in (spiral(3), STAR))
     problem = UnitProblem(*curves, WITHOUT_ROTATION)
     level = Level.of(problem, 0.06, *multilevel.COARSE_EXACTNESS, multilevel.STEEPEST)
@@ -332,7 +332,7 @@ def test_ten_thousand_vertices():
     check(solve(smooth, FLAG, SMALL), smooth, FLAG)
 
 
-def test_failure_is_an_error_that_says_why(monkeypatch):
+def test_failure_is_an_error_with_its_cause(monkeypatch):
     def stuck(*_, **limits):
         raise Stuck("no start")
 
@@ -354,7 +354,7 @@ def test_a_square_onto_a_rectangle_is_symmetric(height):
     assert abs(fit.report()["turn"]) < 0.1
 
 
-def test_a_turn_that_was_not_asked_for_is_told():
+def test_an_unrequested_rotation_gets_a_note():
     """A lying bar onto a standing one: upright would cost far more, and the picture ends up on its side."""
     bar = np.array([-3 - 0.3j, 3 - 0.3j, 3 + 0.3j, -3 + 0.3j])
     standing = 1j * bar + np.array([0, 0, 0, 0.1j])

@@ -112,7 +112,7 @@ def test_blocks_of_the_matrix_are_those_of_all_pairs_of_a_stencil():
     assert np.abs(product[:, 0] + 1j * product[:, 1] - change).max() < 1e-5 * np.abs(change).max()
 
 
-def test_a_pattern_without_a_term_has_no_place_for_it():
+def test_a_pattern_without_the_stencils_of_a_term_is_refused():
     plain = system_of(FACES, np.empty(0, np.int64), Z.size)
     shapes = RestShapes(FACES, NO_SLOTS, *geometry(Z, FACES))
     terms = TermsOnMesh([ScaleGradient(1.0).on_mesh(shapes)], plain)
@@ -127,7 +127,7 @@ def sum_of(fit, weight=1.0):
     return float(ScaleGradient(weight).on_mesh(shapes).values(u).sum())
 
 
-def test_a_map_has_less_of_what_a_term_counts():
+def test_a_term_is_lowered_in_the_map():
     plain, smooth = (
         iccm.fit(ell(), pear(), fit="whole", terms=terms) for terms in ((), [ScaleGradient(0.05)])
     )
@@ -143,7 +143,7 @@ def test_a_map_has_less_of_what_a_term_counts():
     )
 
 
-def test_a_half_costs_what_the_whole_costs():
+def test_the_energy_of_a_half_is_that_of_the_whole():
     """Two mirrored halves have twice the sum of one, and each is scaled by √2."""
     z = np.concatenate([Z, -Z.conj()]) + np.repeat([1.0, -1.0], Z.size)
     faces = np.concatenate([FACES, Z.size + FACES[:, ::-1]])
@@ -168,7 +168,7 @@ def test_an_error_in_a_term_is_raised():
         iccm.fit(ell(), pear(), fit="whole", terms=[Broken(0.1)])
 
 
-def test_what_is_not_a_term_is_refused():
+def test_objects_that_are_not_terms_are_refused():
     with pytest.raises(iccm.InputError, match=r"terms: .*\b2\b.*Term"):
         iccm.fit(ell(), pear(), terms=[ScaleGradient(0.1), "smooth"])
     with pytest.raises(iccm.InputError, match="terms"):

@@ -34,7 +34,7 @@ def mesh():
     return z, faces, RestShapes(faces, NO_SLOTS, *geometry(z, faces))
 
 
-def test_a_similarity_costs_what_its_turn_does():
+def test_a_similarity_costs_as_much_as_its_rotation():
     z, faces, rest_shapes = mesh()
     for turn in (0.0, 0.4, np.pi):
         u = 1.7 * np.exp(1j * turn) * z + 2
@@ -44,7 +44,7 @@ def test_a_similarity_costs_what_its_turn_does():
         assert rotation_cost(3.0, np.cos(turn)) ** 2 == pytest.approx(cost)
 
 
-def test_the_inverse_map_turns_the_other_way():
+def test_the_inverse_map_rotates_in_the_opposite_direction():
     z, faces, _ = mesh()
     u = np.exp(0.3j) * (z + 0.1 * z.conj() ** 2)
     assert turn_of(u, z, faces) == pytest.approx(-turn_of(z, u, faces), abs=1e-12)
@@ -62,7 +62,7 @@ def test_derivatives_by_differences():
 
 
 @pytest.mark.slow
-def test_another_gradient_is_eliminated_as_the_first_one():
+def test_forward_substitution_works_for_another_gradient():
     _, faces, _ = mesh()
     n, rng = faces.max() + 1, np.random.default_rng(1)
     pattern = system_of(faces, np.empty(0, np.int64), n)
@@ -79,7 +79,7 @@ def test_another_gradient_is_eliminated_as_the_first_one():
     assert np.abs(steps[0] - steps[1]).max() < 1e-13
 
 
-def test_newton_lowers_the_cost_of_the_turn():
+def test_newton_lowers_the_cost_of_the_rotation():
     """Two blobs between which every rotation costs nearly the same energy: the map rotates back."""
     turned = []
     for upright in (0.0, 3.0):

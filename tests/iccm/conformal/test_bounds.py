@@ -82,14 +82,14 @@ def cotangents(nodes, faces, panels):
 @pytest.mark.parametrize(
     "shape", [slit(1e-13), np.append(slit(0.2)[:3], [0.5 + 1e-13 + 1j, 0.5 + 1.5j, 0.5 - 1e-13 + 1j, 1j])]
 )
-def test_hairs_are_left_out_and_told(shape):
+def test_hairs_are_removed_and_reported(shape):
     fit = iccm.fit(shape, 2 * SQUARE, method="conformal")
     assert any("slits and spikes" in note for note in fit.notes)
     centre = np.array([0.25 + 0.25j])
     assert fit.map(centre) == pytest.approx(2 * centre, abs=5e-3)
 
 
-def test_what_is_more_than_hairs_is_refused():
+def test_crossings_larger_than_hairs_are_refused():
     bells = np.array(
         [0, 1, 1 + 1j, 0.5 + 1e-12 + 1j, 0.5 + 1e-12 + 2j, 1 + 2j, 1 + 3j, 3j, 2j, 0.5 - 1e-12 + 2j]
     )
@@ -107,7 +107,7 @@ def test_thickness_in_parts_is_thickness(monkeypatch):
 
 
 @pytest.mark.slow
-def test_panels_are_bounded_however_fine_they_are_asked_for(monkeypatch):
+def test_the_number_of_panels_is_bounded(monkeypatch):
     monkeypatch.setattr(method, "MOST_PANELS", 600)
     curve = Curve(coast(100))
     sharp = np.full(panels.corners(curve).size, 1e-4)

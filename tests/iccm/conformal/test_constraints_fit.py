@@ -50,7 +50,7 @@ def slopes(fit):
 @pytest.mark.parametrize(
     "pins", [[[0.1 + 0.1j, 0.5 + 0.7j]], [[0.1, 0.5j], [0.1, 0.5j]]], ids=["lone", "twice"]
 )
-def test_a_shape_moved_by_a_lone_pin_is_moved_as_it_is(pins):
+def test_a_single_pin_translates_the_shape(pins):
     fit = deform(SOURCE, pins=pins)
     assert misses(fit).max() < 1e-12
     assert np.abs(slopes(fit) - 1).max() < 1e-9
@@ -85,7 +85,7 @@ def test_two_pins_make_a_similarity():
     assert np.abs(slopes(fit) - (0.8 + 0.5j) / 0.8).max() < 1e-9
 
 
-def test_two_pins_turn_the_shape_by_half_a_turn():
+def test_two_pins_rotate_the_shape_by_180_degrees():
     fit = deform(SOURCE, pins=[[-0.4, 0.4], [0.4, -0.4]])
     assert np.abs(slopes(fit) + 1).max() < 1e-9
 
@@ -131,7 +131,7 @@ def test_the_start_from_a_lone_pin_is_upright():
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_many_pins_of_a_known_map_give_that_map_back(method):
+def test_many_pins_of_a_known_map_reproduce_that_map(method):
     free = freely("conformal")
     z = inside(SOURCE, 20, 0.08)
     fit = iccm.fit(SOURCE, TARGET, pins=np.column_stack([z, free.map(z)]), **METHODS[method])

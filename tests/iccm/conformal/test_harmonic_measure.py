@@ -81,7 +81,7 @@ def test_symmetric_shapes_have_symmetric_measures():
 
 
 @pytest.mark.parametrize("length", [4, 12, 20])
-def test_the_end_of_a_corridor_is_sharp_however_unlikely(length):
+def test_the_end_of_a_long_corridor_is_resolved(length):
     """Seen from a distance d along a corridor of width 1, its end has the measure 4/π exp(-πd), to a relative error."""
     hall = np.array(
         [-2 - 2j, 2 - 2j, 2 - 0.5j, 2 + length - 0.5j, 2 + length + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j]
@@ -114,7 +114,7 @@ def test_measures_grow_from_corners_with_the_angles_power():
     assert growth == pytest.approx(2 / 3, abs=0.03)
 
 
-def test_turn_and_arclength_are_inverse_and_increasing():
+def test_rotation_and_arclength_are_inverse_and_increasing():
     h = measure(Curve(arrow()))
     view = Circle(h, h.masses(np.array([1.5 + 0.6j]))[0])
     s = np.linspace(-1.3, 2.4, 999) * h.curve.length

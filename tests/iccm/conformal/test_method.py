@@ -46,12 +46,12 @@ def test_the_target_is_reached_one_to_one(name):
 
 
 @pytest.mark.slow
-def test_the_paper_misses_what_the_robust_method_reaches():
+def test_the_robust_method_comes_much_closer_than_the_paper():
     paper = conformal_fit(*PAIRS["comb"], method="paper")
     assert paper.report()["boundary"]["hausdorff"] > 20 * fitted("comb").report()["boundary"]["hausdorff"]
 
 
-def test_the_gap_is_within_the_tolerance_when_it_says_so():
+def test_the_status_is_ok_exactly_if_the_gap_is_within_the_tolerance():
     for tolerance in (1e-2, 1e-3, 1e-4):
         fit = conformal_fit(pear(), blob(), tolerance=tolerance)
         assert fit.status is Status.REACHED or tolerance < 1e-3
@@ -72,7 +72,7 @@ def test_the_sources_own_vertices_are_kept():
     assert np.abs(polygon[:, None] - arrow()).min(axis=0).max() < 1e-9
 
 
-def test_a_long_outline_is_simplified_and_that_is_told():
+def test_a_long_outline_is_simplified_with_a_note():
     fit = conformal_fit(pear(3000), arrow())
     assert fit.status in (Status.REACHED, Status.GAP)
     assert len(fit.notes) == 1 and fit.notes[0].startswith("source: simplified from 3000 ")
@@ -81,7 +81,7 @@ def test_a_long_outline_is_simplified_and_that_is_told():
     assert fitted("smooth").notes == []
 
 
-def test_crowding_is_told_and_never_nan():
+def test_crowding_is_reported_and_never_nan():
     """The far end of a corridor of length twenty widths is out of reach in double precision."""
     hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
     fit = conformal_fit(circle(60), hall)
@@ -152,7 +152,7 @@ def test_a_disc_onto_a_disc_stands_upright(n, m, phase):
 
 
 @pytest.mark.parametrize("turn", [0.2, 0.6, -0.4])
-def test_a_turned_hexagon_follows_the_nearest_corner(turn):
+def test_a_rotated_hexagon_follows_the_nearest_corner(turn):
     hexagon = np.exp(2j * np.pi * np.arange(6) / 6)
     fit = conformal_fit(hexagon, hexagon * np.exp(1j * turn))
     nearest = (turn + np.pi / 6) % (np.pi / 3) - np.pi / 6
@@ -240,7 +240,7 @@ def test_the_inverse_composed_with_the_map_is_the_identity():
         assert np.abs(fitted(name).inverse(fitted(name).map(z)) - z).max() < 1e-9
 
 
-def test_pins_turn_a_symmetric_pair():
+def test_pins_rotate_a_symmetric_pair():
     """Every rotation of a disc is equally good; pins determine it."""
     turn = np.exp(2.5j)
     z = np.array([0.5, 0.5j, -0.4 + 0.3j])
@@ -249,7 +249,7 @@ def test_pins_turn_a_symmetric_pair():
     assert np.abs(fit.map(w) - turn * w).max() < 5e-3
 
 
-def test_ordered_steps_never_turn_a_gap_around():
+def test_ordered_steps_keep_the_order_of_points():
     rng = np.random.default_rng(0)
     tau = np.sort(rng.uniform(0, 1, 50))
     for size in (1e-3, 0.1, 10):
@@ -304,7 +304,7 @@ def test_raised_values_of_a_similarity_are_the_values():
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-3, 0.05, 3.0])
-def test_a_circle_map_stays_increasing_however_its_images_are_moved(size):
+def test_a_circle_map_stays_increasing_when_its_images_are_moved(size):
     rng = np.random.default_rng(3)
     a, b = np.sort(rng.random(40)), np.sort(rng.random(40)) + 0.3
     turn = np.sort(rng.random(25)) + rng.integers(-2, 3, 25)

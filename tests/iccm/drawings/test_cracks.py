@@ -65,7 +65,7 @@ def test_the_cracks_of_a_map_are_those_of_its_picture(fit):
     assert result.report()["cracks"] == pytest.approx(by_hand, abs=0.002)
 
 
-def test_cracks_that_are_seen_are_noted():
+def test_visible_cracks_get_a_note():
     two = shapely.MultiPolygon([shapely.box(0, 0, 4.97, 6), shapely.box(5.03, 0, 10, 6)])
     whole = shapely.box(0, 0, 20, 12.5)
     cracked, painted = (iccm.fit(two, whole, fit="frame", opaque=opaque) for opaque in (False, True))
@@ -76,7 +76,7 @@ def test_cracks_that_are_seen_are_noted():
 
 
 @pytest.mark.slow
-def test_what_plots_hatch_is_what_the_figures_count():
+def test_plots_hatch_the_area_that_figures_count():
     sign, shield = shapely.box(0, 0, 5, 3), shapely.Polygon([(0, 9), (8, 10), (8, 5), (4.5, 0), (0, 4)])
     for place, side in (("inside", 1), ("slice", 0)):
         fit = iccm.fit(sign, shield, place=place)

@@ -53,7 +53,7 @@ def test_a_single_part_has_its_own_outline_first():
     assert len(drawing.holes) == len(drawing.mappable_holes) == 1
 
 
-def test_the_tightest_frame_of_bars_leaves_the_space_beside_them_free():
+def test_the_tightest_frame_of_bars_excludes_the_space_around_them():
     tightest = Drawing(BARS).tightest.outline
     assert not tightest.contains(np.array([0.2 + 3j]))[0]  # beside the short bar
     assert tightest.contains(np.array([2.5 + 1.5j]))[0]  # between two bars
@@ -87,7 +87,7 @@ def test_hairlines_are_filled_where_an_offset_touches_itself():
 
 
 @pytest.mark.parametrize("size", [1e-3, 1e4])
-def test_what_counts_as_a_hairline_does_not_depend_on_the_unit(size):
+def test_hairlines_do_not_depend_on_the_unit(size):
     halves = shapely.union(shapely.box(0, 0, 10, 3), shapely.box(0, 3.002, 10, 7))
     apart = shapely.union(shapely.box(0, 0, 10, 3), shapely.box(0, 3.1, 10, 7))
     halves, apart = (shapely.transform(region, lambda xy: size * xy) for region in (halves, apart))
@@ -100,7 +100,7 @@ def test_a_frame_is_named_by_the_width_of_the_gaps_that_it_closes():
     assert names[0] == "outline" and "8%" in names[1] and names[2] == "hull"
 
 
-def test_of_holes_that_leave_no_room_the_largest_are_mapped():
+def test_only_the_largest_of_crowded_holes_are_mapped():
     def square(x, y, side):
         return complex(x, y) + side * np.array([0, 1, 1 + 1j, 1j])
 
@@ -130,7 +130,7 @@ def test_the_samples_of_a_triangle_are_the_middles_of_its_parts():
     assert np.allclose(weights.mean(axis=0), 1 / 3) and weights.min() > 0
 
 
-def test_what_is_seen_by_counting_areas():
+def test_visible_shares_are_those_of_counted_areas():
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = 3 * z + 1j
     source, target = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 1, 9, 7))
@@ -148,7 +148,7 @@ def test_what_is_seen_by_counting_areas():
     )
 
 
-def test_the_energy_of_what_is_seen_is_that_of_a_stretch():
+def test_the_energy_of_the_visible_part_is_that_of_a_stretch():
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = 3 * z.real + 1j * z.imag
     regions = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 0, 12, 2))
@@ -156,7 +156,7 @@ def test_the_energy_of_what_is_seen_is_that_of_a_stretch():
     assert visible_shares.energy == pytest.approx((3 + 1 / 3) / 2)  # areas are uniform: (K + 1/K) / 2
 
 
-def test_the_energy_weighs_both_drawings_areas_alike():
+def test_the_energy_weights_the_areas_of_both_drawings_equally():
     """Half of the source is unchanged, half becomes three times as large."""
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = np.array([0, 4, 4 + 2j, 6j])
@@ -190,7 +190,7 @@ def test_parts_are_paired_by_place():
     assert sorted(pair_by_place(parts, moved)) == [(0, 1), (1, 2), (2, 0)]
 
 
-def test_a_part_goes_to_the_place_of_its_own_unless_sizes_differ_too_much():
+def test_a_part_is_paired_with_its_copy_unless_sizes_differ_too_much():
     """If the areas of parts on the same side differ by a factor of seven, position decides, in half diagonals of each
     drawing.
     """
@@ -204,7 +204,7 @@ def test_places_are_relative_to_the_middles_of_both_drawings():
     assert pair_by_place([shapely.box(7, 7, 8, 8)], tower) == [(0, 2)]
 
 
-def test_a_picture_is_cut_by_what_is_painted():
+def test_a_picture_is_cut_to_the_painted_area():
     drawing = Drawing(shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)))
     low, high = drawing.tightest.outline.box
     canvas = Canvas.about(93, 57, (low, high))
@@ -235,7 +235,7 @@ def test_one_part_without_gaps_is_mapped_as_its_outline():
 
 
 @pytest.mark.parametrize("fit", some_fast(["frame", "whole", "cover", "contain"], {"frame", "cover"}))
-def test_every_fit_can_be_asked_for(fit):
+def test_every_fit_can_be_requested(fit):
     result = iccm.fit(BARS, shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)), fit=fit)
     assert result.status.ok and result.report()["injective"]["certified"]
     assert 0 < result.shown <= 1 and 0 < result.covered <= 1
@@ -253,7 +253,7 @@ LETTERS = shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9), shapely.box(12,
         slow(BARS, LETTERS),
     ],
 )
-def test_the_frames_that_are_taken_cost_little_more_than_the_cheapest_of_all_pairs(source, target):
+def test_the_chosen_frames_cost_little_more_than_the_cheapest_of_all_pairs(source, target):
     drawings, settings = (Drawing(source), Drawing(target)), settings_of(Options(fit="frame"))
     search = _FrameSearch(_Judge(*drawings, settings, free_gaps=True), around_all=True)
     every = [
@@ -279,7 +279,7 @@ def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
 
 
 @pytest.mark.slow
-def test_joined_frames_that_cost_much_more_than_paired_parts_are_not_looked_for(monkeypatch):
+def test_joined_frames_much_costlier_than_paired_parts_are_not_searched(monkeypatch):
     hook = Drawing(shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9)]))
     apart = Drawing(shapely.MultiPolygon([HOOK, shapely.box(16, 0, 17, 12)]))
     settings = settings_of(Options())
@@ -293,7 +293,7 @@ def test_joined_frames_that_cost_much_more_than_paired_parts_are_not_looked_for(
 
 
 @pytest.mark.slow
-def test_fit_frame_leaves_no_part_out_and_others_note_what_they_leave_out():
+def test_fit_frame_keeps_all_parts_and_other_fits_report_the_omitted():
     part = shapely.union(shapely.box(0, 0, 6, 5), shapely.box(20, 1, 21, 2.5))  # 5 % lies far away
     source, target = Drawing(part), Drawing(shapely.Polygon([(0, 0), (9, 1), (8, 6), (1, 5)]))
     options = Options(fit="auto")
@@ -312,7 +312,7 @@ def test_fit_frame_leaves_no_part_out_and_others_note_what_they_leave_out():
 
 
 @pytest.mark.parametrize("count", [5, 200])
-def test_a_region_of_many_parts_contains_what_its_parts_contain(count):
+def test_a_region_of_many_parts_contains_the_points_of_its_parts(count):
     rng = np.random.default_rng(3)
     outer = np.exp(2j * np.pi * np.arange(7) / 7) * (1, 0.8, 1.1, 1, 0.7, 1, 1.2)
     parts = [
@@ -340,7 +340,7 @@ def test_a_drawing_of_very_many_parts_has_fewer_frames(monkeypatch):
 
 
 @pytest.mark.slow
-def test_limits_of_what_is_hidden_or_bare_are_kept_or_the_map_does_not_count_as_met():
+def test_limits_of_hidden_and_bare_areas_are_kept_or_the_status_is_not_ok():
     free = iccm.fit(BARS, RING)
     hidden = 1 - free.shown
     assert free.status.ok and 0.01 < hidden < 0.5

@@ -82,7 +82,7 @@ def test_inside_a_ring_nothing_is_hidden():
     assert iccm.fit(SIGN, speck, place="inside").covered > 0.4  # small holes may lie in it
 
 
-def test_a_point_says_where_the_copy_lies():
+def test_a_point_determines_where_the_copy_lies():
     copy = largest_copy_about(SIGN, SHIELD, 1 + 1j, 4 + 6j)
     assert copy(1 + 1j) == pytest.approx(4 + 6j)
     assert SHIELD.covers(transform_region(SIGN, copy))
@@ -111,7 +111,7 @@ def test_slice_covers_all_and_keeps_its_proportions():
 
 
 @pytest.mark.parametrize("place", ["inside", "slice"])
-def test_the_picture_is_rotated_as_asked(place):
+def test_the_picture_is_rotated_as_requested(place):
     fit = iccm.fit(SIGN, SHIELD, place=place, turn=40)
     z = np.array([2.5 + 1.5j, 2.6 + 1.5j])
     assert np.degrees(np.angle(np.diff(fit.map(z))))[0] == pytest.approx(40)
@@ -128,7 +128,7 @@ def test_a_pin_is_met_by_the_similarity(place):
     assert is_similar(fit, SIGN) and fit.status.ok
 
 
-def test_two_pins_are_met_and_what_sticks_out_is_bent():
+def test_two_pins_are_met_and_protruding_parts_are_bent():
     pins = [(1 + 1j, 2 + 6.3j), (4 + 1j, 6 + 6.3j)]
     fit = iccm.fit(SIGN, SHIELD, place="inside", exact_pins=True, pins=pins)
     assert np.allclose(fit.map(np.array([1 + 1j, 4 + 1j])), [2 + 6.3j, 6 + 6.3j], atol=1e-6)
@@ -151,7 +151,7 @@ def test_two_pins_are_met_and_what_sticks_out_is_bent():
         ({"place": "inside", "pins": [(1 + 1j, 5 + 5j), (4 + 1j, 3 + 5j)], "turn": 0}, "place.*pins"),
     ],
 )
-def test_what_cannot_be_is_refused(options, names):
+def test_impossible_placements_are_refused(options, names):
     with pytest.raises(InputError, match=names):
         iccm.fit(SIGN, SHIELD, **options)
 

@@ -78,7 +78,7 @@ def test_an_outline_that_touches_itself_is_drawn_apart_by_a_hair():
     assert laid.boundary.area == pytest.approx(7 / 9, abs=1e-4)
 
 
-def test_a_sliver_that_is_folded_back_is_turned_and_a_larger_fold_is_not():
+def test_a_sliver_that_is_folded_back_is_flipped_and_a_larger_fold_is_not():
     points, uv, quads = sheet(9, (0, 0), (1, 1))
     for depth, count in ((1e-6, 1), (0.06, 2)):
         moved = uv.copy()
@@ -101,7 +101,7 @@ def test_a_chart_that_overlaps_itself_is_refused():
         Atlas.of(mesh_of((points, uv, quads))).chart(1)
 
 
-def test_what_has_no_coordinates_or_no_area_is_left_out_and_told():
+def test_faces_without_coordinates_or_area_are_omitted_and_reported():
     mesh = mesh_of(*PAIR)
     mesh.uv_corners[:4] = -1
     mesh.uv[-3:] = np.nan

@@ -169,7 +169,7 @@ def test_the_outline_stays_the_one_that_was_chosen_as_the_seam_grows():
     assert len(lengths) > 1 and chosen <= set(layout.patch.vertex[layout.loop].tolist())
 
 
-def test_the_seam_of_a_chart_goes_on_through_convex_vertices_until_angles_are_kept():
+def test_the_seam_of_a_chart_is_extended_through_convex_vertices_until_angles_are_kept():
     patch = disk_patch(box(), cut=True)
     short, chart = (flatten(patch, grow=True, chart=chart) for chart in (False, True))
     assert short.dilated(95) > 1.3 >= chart.dilated(95)
@@ -180,7 +180,7 @@ def test_the_seam_of_a_chart_goes_on_through_convex_vertices_until_angles_are_ke
     assert np.isin(ends[degree == 1], corners).sum() >= 3
 
 
-def test_sums_along_ways_are_those_of_a_walk():
+def test_sums_along_paths_are_those_of_a_walk():
     patch = disk_patch(grid(9, 7, dome))
     ways = Ways.of(patch, patch.loops[0][:3], joins=False)
     values = np.random.default_rng(5).random(len(patch.points))
@@ -197,7 +197,7 @@ def test_angles_about_the_corners_of_a_box_are_three_right_ones():
 
 
 @pytest.mark.parametrize("laps", [1.3, 2.5])
-def test_a_ramp_that_winds_comes_apart(laps):
+def test_a_winding_ramp_is_laid_out_without_overlaps(laps):
     patch = disk_patch(winding(laps))
     assert overlap(flatten(patch, method="lscm")) == "an outline that crosses itself"
     layout = flatten(patch)
@@ -217,7 +217,7 @@ def test_a_hole_that_crosses_itself_is_an_overlap():
     assert overlap(Flattening(patch, away, outline, "given")) is not None
 
 
-def test_a_scaffold_fills_what_the_layout_leaves_of_its_frame():
+def test_a_scaffold_fills_the_frame_around_the_layout():
     mesh = grid(6, 6, lambda x, y: (x, y, 0 * x))
     patch = disk_patch(mesh.part(np.arange(50) != 12, "holed"))
     flat = patch.points[:, 0] + 1j * patch.points[:, 1]
@@ -231,7 +231,7 @@ def test_a_scaffold_fills_what_the_layout_leaves_of_its_frame():
     assert faces.min() == 0 and faces.max() < FRAME_CORNERS + flat.size
 
 
-def test_a_scaffold_holds_what_free_newton_would_let_overlap():
+def test_a_scaffold_prevents_overlaps_of_free_newton():
     patch = disk_patch(winding(1.4, 40, 4))
     sheet = surface(patch.points, patch.faces)
     start = tutte.convex(patch, patch.loops[0]) / np.sqrt(np.pi)
@@ -253,7 +253,7 @@ def test_a_layout_that_leaves_a_scaffold_no_room_stays(monkeypatch):
     assert (relax_with_scaffold(sheet, start, patch.loops, 1.0, range(9), 1e-5) == start).all()
 
 
-def test_the_methods_that_can_be_typed_are_those_there_are():
+def test_the_command_offers_exactly_the_methods_that_exist():
     _, method = of_command("flatten")["method"]
     assert method.metavar.strip("[]").split("|") == list(METHODS)
 
@@ -312,7 +312,7 @@ def test_a_boundary_that_stays_is_that_of_the_coarser_triangulation():
     assert triangle_areas(z[faces]).sum() == pytest.approx(triangle_areas(z[patch.faces]).sum(), rel=1e-12)
 
 
-def test_vertices_of_a_flat_surface_come_back_where_they_were_and_rest_there():
+def test_vertices_of_a_flat_surface_are_restored_to_their_places_and_stay():
     patch, z = annulus_cut_open()
     flat = np.column_stack([z.real, z.imag, 0 * z.real])
     faces, removed = coarsening.coarser(flat, patch.faces, z, 300)
@@ -323,7 +323,7 @@ def test_vertices_of_a_flat_surface_come_back_where_they_were_and_rest_there():
     assert np.abs(restored - image).max() < 1e-12
 
 
-def test_vertices_come_back_without_folds_whatever_became_of_their_triangles():
+def test_vertices_are_restored_without_folds_after_their_triangles_changed():
     patch, z = annulus_cut_open()
     faces, removed = coarsening.coarser(patch.points, patch.faces, z, 300)
     restored = np.full_like(z, np.nan)
@@ -335,7 +335,7 @@ def test_vertices_come_back_without_folds_whatever_became_of_their_triangles():
 
 
 @pytest.mark.parametrize("theta", [1.0, 0.1])
-def test_the_pull_on_a_vertex_is_the_slope_of_the_energy_of_the_whole(theta):
+def test_the_force_on_a_vertex_is_the_gradient_of_the_total_energy(theta):
     """Compared with the plain version of the core's functions, which tests/core compares with the core."""
     patch, z = annulus_cut_open()
     unit = patch.points / np.sqrt(patch.areas.sum())
@@ -356,7 +356,7 @@ def test_the_pull_on_a_vertex_is_the_slope_of_the_energy_of_the_whole(theta):
     assert [xx, xy, xy, yy] == pytest.approx([w for t in turns for w in (t.real, t.imag)], rel=1e-3)
 
 
-def test_the_way_by_coarser_triangulations_leads_where_newton_leads(monkeypatch):
+def test_multigrid_reaches_the_result_of_newtons_method(monkeypatch):
     patch, z = annulus_cut_open()
     sheet = surface(patch.points, patch.faces)
     exact = sheet.energy(sheet.relaxed(z, 1.0, 60, 1e-12), 1.0)
@@ -406,7 +406,7 @@ def test_a_huge_surface_that_cannot_be_coarsened_is_relaxed_by_newtons_method(mo
     assert energy < (1 + 1e-4) * least and largest == count
 
 
-def test_a_coarser_layout_is_the_same_at_the_vertices_that_are_left():
+def test_a_coarser_layout_agrees_at_the_remaining_vertices():
     patch, z = annulus_cut_open()
     layout = Flattening(patch, z, patch.loops[0], "balanced")
     assert coarsening.coarser_layout(layout, z.size + 1) is None  # there is none for a small surface
@@ -426,7 +426,7 @@ def test_the_seam_of_a_large_surface_grows_on_a_coarser_triangulation(monkeypatc
     assert min(sizes) < 300 and sum(size >= len(patch.points) for size in sizes) == 1
 
 
-def test_ways_of_a_seam_that_it_does_without_are_left_out(monkeypatch):
+def test_unnecessary_paths_of_a_seam_are_removed(monkeypatch):
     patch = disk_patch(sphere(40, 30), cut=True)
     start = method._start(patch, patch.loops[0])
     _, _, alone = method._with_seam(start, True, method.SEAM_ROUNDS)

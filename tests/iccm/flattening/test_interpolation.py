@@ -27,7 +27,7 @@ def test_an_affine_map_is_interpolated_exactly(share):
     assert size == pytest.approx((4 * 3**share, 4 * 0.5**share), rel=1e-5)
 
 
-def test_what_is_turned_turns_steadily():
+def test_rotations_are_interpolated_steadily():
     corners = np.array([0, 4, 4 + 4j, 2 + 3j, 5j])
     fit = iccm.fit(corners, corners * np.exp(1j), turn=np.degrees(1))
     for share, map in zip((0.25, 0.75), iccm.morph(fit, [0.25, 0.75])):
@@ -35,7 +35,7 @@ def test_what_is_turned_turns_steadily():
         assert triangle_areas(map.image[map.faces]) == pytest.approx(triangle_areas(map.source[map.faces]))
 
 
-def test_shapes_move_steadily_from_the_one_place_to_the_other():
+def test_shapes_move_steadily_from_place_to_place():
     fit = iccm.fit(SQUARE, 2 * SQUARE + 30 - 7j)
     first, last = fit.map.source.mean(), fit.map.image.mean()
     for share, map in zip((0.25, 0.75), iccm.morph(fit, [0.25, 0.75])):
@@ -54,7 +54,7 @@ def test_the_ends_are_those_shapes_and_nothing_folds_between():
 
 
 @pytest.mark.slow
-def test_back_again_the_shapes_are_the_same():
+def test_the_reverse_sequence_has_the_same_shapes():
     fit = iccm.fit(U, 2 * STEPS, fit="whole")
     inverse = iccm.TriangulatedMap(fit.map.image, fit.map.source, fit.map.faces, fit.map.loops)
     back = iccm.Fit(inverse, fit.ended, [], fit.target, fit.source, fit.pins, [])
@@ -64,7 +64,7 @@ def test_back_again_the_shapes_are_the_same():
         assert np.abs(shape - reverse_shape).max() < 1e-2 * Curve(U).diagonal
 
 
-def test_the_source_may_begin_elsewhere():
+def test_the_source_may_begin_at_another_vertex():
     fit = iccm.fit(SQUARE, 2 * STEPS)
     first, last = iccm.morph(fit, [0, 1], placed=(0.5j, 7))
     assert np.allclose(first.image, 0.5j * fit.map.source + 7) and last is fit.map

@@ -52,7 +52,7 @@ def test_fans_are_those_of_quads_and_of_polygons_that_are_convex_in_space():
 @pytest.mark.parametrize(
     "height, room, moved", [(1e-3, 0, [7, 8]), (0, 1e-3, [1, 2, 3, 4, 5, 7, 8]), (0, 1e-5, [])]
 )
-def test_what_a_chord_cuts_off_is_tucked_in_beyond_it(height, room, moved):
+def test_vertices_cut_off_by_a_chord_are_moved_beyond_it(height, room, moved):
     """A cap on a square whose outline leaves it a thousandth of its height, or nothing: it is extended by that."""
     arc = np.exp(1j * np.linspace(0, np.pi, 7))
     cap = np.concatenate([arc, [0.2 + 0.4j, -0.2 + 0.4j]])

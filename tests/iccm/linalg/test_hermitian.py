@@ -58,7 +58,7 @@ def test_entries_in_one_place_add_up():
     assert repeated == pytest.approx(summed, abs=1e-12)
 
 
-def test_parts_are_not_coupled_but_by_what_comes_after_them():
+def test_parts_are_coupled_only_through_later_parts():
     matrix, dense, points = system(900, 1)
     order, nodes = nested_dissection.nested_dissection(matrix.ends, points)
     assert sorted(order) == list(range(900)) and nodes[-1][1] == 900

@@ -97,7 +97,7 @@ def test_a_map_without_folds_is_certain_to_be_one_to_one():
     assert approximation.seen is None and approximation.injectivity.certified
 
 
-def test_one_is_kept_for_each_error_and_does_not_depend_on_those_asked_before():
+def test_one_approximation_is_cached_per_error_independent_of_earlier_requests():
     p = pear()
     map, again = (HarmonicMap(p, p + 0.1 * p**2, 0 * p) for _ in range(2))
     fine = triangulated(map, 1e-6, 1e-6)
@@ -106,7 +106,7 @@ def test_one_is_kept_for_each_error_and_does_not_depend_on_those_asked_before():
     assert len(triangulated(map, 1e-7, 1e-7).faces) > len(fine.faces)
 
 
-def test_of_sheets_over_each_other_those_from_the_widest_place_are_seen():
+def test_the_sheet_from_the_widest_place_is_visible_where_sheets_overlap():
     """z + c z² reverses where |1 + 2 c z| = 0: beyond one cusp, a loop of the outline lies over the inside."""
     p = circle(400)
     map = triangulated(HarmonicMap(p, p + 0.6 * p**2, 0 * p))
@@ -127,7 +127,7 @@ def test_triangles_have_good_shapes_and_cover_the_inside(polygon):
         mesh = mesh.refined(np.arange(len(mesh.edges.ends)) % 3 == 0)
 
 
-def test_far_from_the_origin_refinement_ends_as_it_does_there():
+def test_refinement_does_not_depend_on_the_distance_from_the_origin():
     p = pear()
     at_origin = HarmonicMap(p, p + 0.1 * p**2, 0 * p)
     far_away = HarmonicMap(p + 1e6, at_origin.phi - 1e6j, 0 * p)

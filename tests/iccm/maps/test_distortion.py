@@ -68,7 +68,7 @@ def test_shares_and_quantiles_count_the_target_s_area():
     assert distortion.report()["stretch"]["max"] == pytest.approx(3 / scale)
 
 
-def test_points_of_the_target_tell_the_same():
+def test_points_of_the_target_give_the_same_figures():
     map = map_of(irregular(SQUARE, 0.05), lambda w: w + 0.15 * w**2 + 0.1 * w.conj())
     x, y = np.meshgrid(np.linspace(-0.3, 1.6, 400), np.linspace(-0.3, 1.6, 400))
     w = (x + 1j * y).ravel()
@@ -83,7 +83,7 @@ def test_points_of_the_target_tell_the_same():
                 assert by_points[kind][name] == pytest.approx(figures[name], rel=0.01)
 
 
-def test_what_is_not_reached_is_not_painted():
+def test_unreached_points_are_not_painted():
     map = map_of(lattice(4), lambda w: w)
     distortion = of_inverse(map, np.array([0.3 + 0.3j, 0.6 + 0.5j, 2 + 0.5j, 0.5 - 1j]), 1.0)
     assert distortion.within(4) == 0.5 and distortion.report()["stretch"]["p95"] == np.inf
@@ -97,7 +97,7 @@ def test_folds_are_infinite_and_do_not_spoil_the_rest():
 
 
 @pytest.mark.parametrize("side", ["source", "target"])
-def test_what_all_but_folds_counts_on_the_side_that_it_is_large_on(side):
+def test_nearly_folded_triangles_count_on_their_larger_side(side):
     """A strip squeezed by 1000 is much of one side, and nothing of the other."""
     singular = np.array([[1, 1e-3], [1, 1]]) if side == "source" else np.array([[1e3, 1], [1, 1]])
     determinant, area = singular.prod(axis=1), np.array([1.0, 9.0])

@@ -16,7 +16,7 @@ def outside(f, away):
 
 
 @pytest.mark.parametrize("evaluated", [lambda f: f, lambda f: lambda z: f.jet(z)[0]])
-def test_points_just_outside_are_taken_to_the_boundary(evaluated):
+def test_points_just_outside_are_projected_onto_the_boundary(evaluated):
     f = HarmonicMap(pear(), np.exp(pear()), 0.2 * pear().conj(), slack=0.02)
     g, edge = evaluated(f), f.outline.sample(1)
     for away in (1e-12, 1e-9, 1e-3):
@@ -30,7 +30,7 @@ def test_points_just_outside_are_taken_to_the_boundary(evaluated):
 
 @pytest.mark.parametrize("method", ["conformal", "paper"])
 @pytest.mark.parametrize("n", some_fast([1200, 3000], 1))
-def test_the_given_vertices_are_on_the_map_however_it_was_simplified(method, n):
+def test_the_given_vertices_are_on_the_map_of_a_simplified_outline(method, n):
     source = star(n, 5, 0.5)
     fit = iccm.fit(source, blob(), method=method, max_iterations=10)
     assert fit.map.polygon.size < n
@@ -44,7 +44,7 @@ def test_the_given_vertices_are_on_the_map_however_it_was_simplified(method, n):
     assert np.isnan(fit.map(1.05 * source)).any()
 
 
-def test_the_gap_of_the_outline_as_given_is_told():
+def test_the_gap_of_the_given_outline_is_reported():
     """A notch that the map's polygon omits is missed by the image, though the polygon's image is not."""
     notch = np.insert(arrow(), 1, [1, 1.1 + 0.4j, 1.2])
     whole = conformal_fit(arrow(), arrow())
@@ -52,7 +52,7 @@ def test_the_gap_of_the_outline_as_given_is_told():
     assert whole.boundary["given"] < 1e-3 < 0.05 < fit.boundary["given"]
 
 
-def test_the_inside_is_as_it_was():
+def test_the_inside_is_unchanged():
     f = HarmonicMap(pear(), np.exp(pear()), 0.2 * pear().conj())
     z = inside(pear())
     assert np.abs(f(z) - f.jet(z)[0]).max() < 1e-11 and np.isfinite(f(pear())).all()

@@ -77,7 +77,7 @@ def test_zeros_close_to_the_boundary_are_counted_where_they_are():
     assert certificate.share == pytest.approx((1 - certificate.depth) ** 2, abs=1e-3)
 
 
-def test_a_fold_between_coarse_samples_is_seen():
+def test_a_fold_between_coarse_samples_is_detected():
     """With a zero of f' close to the middle of a long edge, where the polygon has no vertex: samples are added
     there.
     """
@@ -137,7 +137,7 @@ def test_the_report_is_plain_data():
     }
 
 
-def test_what_stands_in_the_way_is_said():
+def test_obstacles_to_a_certificate_are_named():
     folded = certify(map_of(circle(100), lambda z: z**2)).report()
     assert folded["obstacle"] == "at depth 8.9e-01: f_z has 1 zero" and folded["share"] == 0
     fine = certify(map_of(circle(200), lambda z: z)).report()
@@ -178,7 +178,7 @@ def test_no_random_map_is_certified_where_dense_samples_find_a_fold(seed):
     assert not certificate.certified or not folds(f, certificate.depth)
 
 
-def test_a_fold_between_samples_of_a_harmonic_map_is_seen():
+def test_a_fold_between_samples_of_a_harmonic_map_is_detected():
     """It was once certified: |f_z̄/f_z| is up to 1.27 between samples at which it is 0.9."""
     data = np.load(Path(__file__).parent / "folded-between.npz")
     f = HarmonicMap(data["P"], data["phi"], data["psi"])

@@ -92,7 +92,7 @@ def test_overlaps_are_counted():
     assert rasterise(np.stack([triangle, triangle, triangle]), 16, 16).overlaps == covered
 
 
-def test_what_lies_outside_is_cut_off_or_comes_in_on_the_other_side():
+def test_triangles_outside_are_cut_off_or_wrap_around():
     corners = np.array([[[14, 2], [22, 2], [14, 10]]], float)
     plain, wrapped = (rasterise(corners, 16, 16, wrap=w) for w in (False, True))
     assert (plain.owner[:, :2] < 0).all()
@@ -136,7 +136,7 @@ def test_points_outside_the_image_take_the_nearest_boundary_point():
     assert (pull.outside, pull.away) == (1, pytest.approx(0.01, rel=0.05))
 
 
-def test_the_bend_of_the_inverse_is_what_linear_interpolation_misses():
+def test_the_bend_of_the_inverse_is_the_error_of_linear_interpolation():
     pull = ExtendedInverse(mapped())
     z = np.array([0.4 + 0.4j, 0.5 + 0.4j, 0.45 + 0.5j])
     w = g(z)
@@ -326,7 +326,7 @@ def one_normal(n, down=False):
     ],
     ids=["same", "turned", "mirrored", "transposed", "sheared"],
 )
-def test_normals_are_seen_in_the_frame_of_the_chart(place, matrix, down, error):
+def test_normals_are_expressed_in_the_frame_of_the_chart(place, matrix, down, error):
     """On the surface, the frame is the direction in which u increases and, perpendicular to it, the side where v
     does.
     """
@@ -341,7 +341,7 @@ def test_normals_are_seen_in_the_frame_of_the_chart(place, matrix, down, error):
     assert np.abs(out[inside].astype(int) - expected).max() <= 1
 
 
-def test_normals_turn_with_the_map_that_brought_them():
+def test_normals_rotate_with_their_map():
     """The map's angle is that of its derivative; a flat normal stays exactly flat."""
     mesh, n = square_grid(6, g), np.array([0.6, 0.3, 0.74])
     chart = replace_uv(mesh, lambda uv: square_of(mesh.points[:, :2]))

@@ -97,7 +97,7 @@ def torus(n=24, m=12):
     return Mesh("torus", points, quads.reshape(-1), 4 * np.arange(n * m + 1))
 
 
-def test_a_plane_mesh_stays_as_it_is_up_to_its_centre():
+def test_a_plane_mesh_is_unchanged_up_to_its_centre():
     mesh = grid_mesh(7, 5, lambda x, y: (2 * x, y, 0 * x))
     layout = flatten(disk_patch(mesh))
     expected = mesh.points[:, 0] + 1j * mesh.points[:, 1]
@@ -135,7 +135,7 @@ def test_holes_stay_holes_and_the_longest_loop_is_the_outline():
 
 
 @pytest.mark.parametrize("loop", [0, 4])
-def test_a_loop_that_is_not_there_is_refused(loop):
+def test_a_missing_loop_is_refused(loop):
     mesh = grid_mesh(4, 4, lambda x, y: (x, y, 0 * x))
     with pytest.raises(InputError, match=f"no boundary {loop}; choose 1"):
         flatten(disk_patch(mesh), loop=loop)
@@ -156,7 +156,7 @@ def ramp(name="ramp"):
     )
 
 
-def test_a_flattening_that_overlaps_is_repaired_and_said_so():
+def test_a_flattening_that_overlaps_is_repaired_with_a_note():
     piece = disk_patch(ramp())
     plain = Flattening(piece, upright(piece, lscm(piece, piece.loops[0])), piece.loops[0], "lscm")
     assert overlap(plain) is not None

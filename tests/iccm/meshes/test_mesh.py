@@ -153,7 +153,7 @@ def ball(n=8):
     return np.concatenate([points, [[0, 0, -1], [0, 0, 1]]]), faces
 
 
-def test_what_could_not_be_flattened_whole_stays_apart():
+def test_pieces_that_cannot_be_flattened_together_stay_apart():
     """A ball with a wall inside: its halves can be flattened separately, but together they are closed."""
     points, faces = ball()
     edge = np.flatnonzero(np.abs(points[:, 2]) < 1e-9)
@@ -170,7 +170,7 @@ def test_what_could_not_be_flattened_whole_stays_apart():
 
 
 @pytest.mark.slow
-def test_boxes_that_share_an_edge_are_what_each_is_alone():
+def test_boxes_that_share_an_edge_are_separate_pieces():
     import trimesh
 
     box = trimesh.creation.box()
@@ -204,7 +204,7 @@ FLAWED = {  # the message, and how many triangles are flattened
 
 
 @pytest.mark.parametrize("case", FLAWED)
-def test_a_common_flaw_is_worked_around_and_told(case, tmp_path):
+def test_common_flaws_are_repaired_with_a_note(case, tmp_path):
     text, note, triangles = FLAWED[case]
     path = tmp_path / "m.obj"
     path.write_text(text)
@@ -214,7 +214,7 @@ def test_a_common_flaw_is_worked_around_and_told(case, tmp_path):
     assert note is None or note in shape.notes
 
 
-def test_a_piece_is_picked_by_its_number_and_the_others_stay_as_they_are(tmp_path):
+def test_a_piece_is_selected_by_its_number_and_the_others_are_unchanged(tmp_path):
     path = tmp_path / "m.obj"
     text = TWO.replace("f 1 2 3\nf 1 3 4\n", "") + "vt .1 .1\nvt .2 .1\nvt .1 .2\nv 5 0 0\nv 6 0 0\nv 5 1 0\n"
     path.write_text(text + "f 1 2 3\nf 1 3 4\nf 5/1 6/2 7/3\n")
@@ -228,7 +228,7 @@ def test_a_piece_is_picked_by_its_number_and_the_others_stay_as_they_are(tmp_pat
     assert (content.corners[:, 1] >= 0).all()
 
 
-def test_faces_turned_the_other_way_are_turned_and_told():
+def test_reversed_faces_are_flipped_with_a_note():
     mesh = Mesh.triangles(
         "m", [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]], [[0, 1, 2], [0, 3, 2], [1, 4, 2]]
     )
@@ -239,7 +239,7 @@ def test_faces_turned_the_other_way_are_turned_and_told():
     assert (mesh.corners[piece.corner] == piece.vertex[piece.faces]).all()
 
 
-def test_unused_vertices_are_left_out_and_told():
+def test_unused_vertices_are_omitted_with_a_note():
     mesh = Mesh.triangles("m", [[9, 9, 9], [0, 0, 0], [np.e, 0, 0], [0, 1, 0]], [[1, 2, 3]])
     piece = disk_patch(mesh)
     assert piece.vertex.tolist() == [1, 2, 3]
@@ -263,14 +263,14 @@ def test_a_seam_of_coinciding_vertices_stays_open_in_one_piece():
     assert piece.notes == ()
 
 
-def test_of_a_surface_with_both_its_sides_one_is_taken():
+def test_one_side_of_a_double_sided_surface_is_used():
     corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     piece = disk_patch(Mesh.triangles("sheet", corners, [[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]]))
     assert piece.areas.sum() == pytest.approx(1)
     assert piece.notes == ("ignored 2 triangles with the corners of another",)
 
 
-def test_of_cells_the_surface_is_taken():
+def test_the_surface_of_cells_is_used():
     k = np.arange(18).reshape(2, 3, 3)  # 1 x 2 x 2 cubes, each written with all of its faces
     steps = np.array(
         [[0, 1, 4, 3], [9, 12, 13, 10], [0, 9, 10, 1], [3, 4, 13, 12], [0, 3, 12, 9], [1, 10, 13, 4]]
@@ -414,7 +414,7 @@ BROKEN = {
 
 
 @pytest.mark.filterwarnings("default")
-def test_libraries_say_nothing_of_broken_files(tmp_path):
+def test_libraries_print_nothing_about_broken_files(tmp_path):
     """In a separate process, in which nothing has silenced them."""
     for name, content in BROKEN.items():
         (tmp_path / name).write_bytes(content)

@@ -81,6 +81,6 @@ def test_the_longest_chart_may_lie_diagonally_where_that_leaves_more_room():
     assert np.isclose(abs(packing.factor[0].real), abs(packing.factor[0].imag))
 
 
-def test_what_does_not_fit_is_refused():
+def test_charts_that_do_not_fit_are_refused():
     with pytest.raises(InputError, match="no room"):
         pack(charts_of(400), shapely.box(0, 0, 1, 1), margin=200, rotates=False)

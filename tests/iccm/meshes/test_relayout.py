@@ -101,7 +101,7 @@ def folder(tmp_path, monkeypatch):
         (turned(-1.0, bent=0.03), 25, False, 0),  # another mesh of the surface
     ],
 )
-def test_a_texture_in_another_layout_is_what_a_brute_force_bake_makes(
+def test_a_texture_in_another_layout_equals_a_brute_force_bake(
     folder, iccm, layout, n, shuffled, same_triangles
 ):
     write(folder / "new.obj", layout, n, shuffled=shuffled)
@@ -157,7 +157,7 @@ def test_the_same_faces_in_another_shape_or_place_are_found(folder, iccm, shuffl
     assert (np.abs(picture - expected)[inside] > 8).any(axis=-1).mean() <= 0.01
 
 
-def test_what_lies_nowhere_near_is_refused(folder, iccm):
+def test_meshes_far_from_each_other_are_refused(folder, iccm):
     write(folder / "new.obj", turned(0.4), 9, height=lambda x, y: hill(x, y) + 50)
     for match, tried in (
         ("auto", "by position, by index, by topology"),
@@ -170,7 +170,7 @@ def test_what_lies_nowhere_near_is_refused(folder, iccm):
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("kind", ["normal", "normal-down"])
-def test_normals_turn_with_the_tangents(folder, iccm, kind, mirrored):
+def test_normals_rotate_with_the_tangents(folder, iccm, kind, mirrored):
     """On a plane, the tangents are the layouts' own directions."""
     angle, up = 0.7, 1 if kind == "normal" else -1
     write(folder / "flat.obj", upright, height=plane)
@@ -198,7 +198,7 @@ def test_several_textures_keep_their_type_and_names(folder, iccm):
     assert image_files.read("new-old.tif").pixels.dtype == np.uint8
 
 
-def test_what_lies_too_far_from_the_old_surface_is_empty_and_told(folder, iccm):
+def test_parts_too_far_from_the_old_surface_stay_empty_and_are_reported(folder, iccm):
     write(folder / "new.obj", turned(0.0), 10, lambda x, y: hill(x, y) + 0.3 * (x > 0.55))
     words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json", "--padding", "0", "--size", N)
     done = iccm("relayout", "old.obj", "new.obj", *words)
@@ -261,7 +261,7 @@ def test_a_triangle_far_smaller_than_a_texel_does_not_make_pictures_larger(folde
     assert sizes[1] == pytest.approx(sizes[0], rel=0.02)
 
 
-def test_pictures_that_would_need_more_texels_than_are_made_unasked_are_told(folder, iccm, monkeypatch):
+def test_a_limited_picture_size_gets_a_note(folder, iccm, monkeypatch):
     monkeypatch.setattr("iccm.meshes.relayout.LARGEST_TEXELS_ACROSS", 8)
     image_files.write("t.png", image_files.Image(np.zeros((16, 16, 3), np.uint8)))
     write(folder / "new.obj", lambda x, y: upright(x, y) / 2, 4)
@@ -296,7 +296,7 @@ def test_a_palette_becomes_a_picture_with_room_for_its_colours(folder, iccm):
         assert np.abs(tile - palette[0, k]).max() <= 1
 
 
-def test_triangles_without_area_in_the_new_layout_are_told(folder, iccm):
+def test_triangles_without_area_in_the_new_layout_are_reported(folder, iccm):
     """The right half of its faces is a line there."""
     write(folder / "old.obj", upright, 4, plane)
     write(folder / "new.obj", lambda x, y: np.column_stack([np.minimum(x, 0.5), y]), 4, plane)
@@ -324,7 +324,7 @@ def test_a_layout_without_area_is_not_done(folder, iccm):
         (("--texture", "old.png", "-o", "o.xyz"), "o.xyz"),
     ],
 )
-def test_wrong_words_are_told_in_a_line(folder, iccm, words, message):
+def test_wrong_options_are_refused_in_one_line(folder, iccm, words, message):
     write(folder / "new.obj", turned(0.3))
     image_files.write("grey.png", image_files.Image(np.zeros((8, 8, 1), np.uint8)))
     done = iccm("relayout", "old.obj", "new.obj", *words)
@@ -333,7 +333,7 @@ def test_wrong_words_are_told_in_a_line(folder, iccm, words, message):
     assert not (folder / "o.png").exists()
 
 
-def test_partners_are_found_however_faces_are_ordered_and_turned():
+def test_partners_are_found_for_any_order_and_rotation_of_faces():
     x, y, quads = grid(3)
     points = np.column_stack([x, y, hill(x, y)])
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])

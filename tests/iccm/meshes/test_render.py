@@ -11,7 +11,7 @@ FACES = np.array([[0, 1, 2], [0, 2, 3]])
 FRONT = np.eye(3)  # x right, y up
 
 
-def test_what_is_up_on_the_surface_is_up_in_the_picture():
+def test_up_on_the_surface_is_up_in_the_picture():
     pixels = np.zeros((8, 8, 3), np.uint8)
     pixels[:4, :, 0], pixels[4:, :, 2] = 255, 255  # red above blue
     corners = np.array([[0, 8], [8, 8], [8, 0], [0, 0]], float)[FACES]  # in texels, y down

@@ -77,7 +77,7 @@ def test_the_arclength_start_pairs_equal_shares_of_the_boundaries():
     assert np.allclose(w, problem.target.at(share * problem.target.length))
 
 
-def test_how_it_ends_is_told():
+def test_the_report_has_the_reason_for_stopping():
     def end(**options):
         return iccm.fit(pear(), blob(), method="paper", vertices=40, **options)
 
@@ -133,7 +133,7 @@ def teardrop(n=60):
     return np.cos(t) + 1j * np.sin(t) * np.sin(t / 2)
 
 
-def test_the_sources_own_vertices_are_taken_as_they_are():
+def test_the_given_vertices_of_the_source_are_used_unchanged():
     for method in ("paper", "conformal"):
         fit = iccm.fit(pear(33), blob(), method=method, vertices="source")
         polygon = fit.map.polygon
@@ -249,7 +249,7 @@ def test_the_map_takes_the_boundary_near_the_target():
     assert fit.report()["injective"]["certified"]
 
 
-def test_the_report_has_what_was_asked_for():
+def test_the_report_has_the_requested_figures():
     fit = iccm.fit(pear(), blob(), pins=PINS * 0.2, strokes=[([0, 0.2], [0, 0.2])], **PAPER, quasi=0.1)
     report = fit.report()
     assert report["status"] == fit.status.name.lower() and report["message"] == fit.status.value

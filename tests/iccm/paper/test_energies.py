@@ -119,7 +119,7 @@ def test_smoothness_on_the_boundary_is_the_square_of_the_second_derivatives(sett
     assert term.energy(setting.x, term.follow(setting.z)) == pytest.approx(expected, rel=1e-8)
 
 
-def test_consistency_is_what_the_coordinates_do_not_reproduce(setting):
+def test_consistency_is_the_difference_that_coordinates_do_not_reproduce(setting):
     """Values just inside the vertices compared with the coefficients there, separately for Φ and Ψ."""
     n = setting.polygon.z.size
     share = setting.rng.uniform(0.5, 1.5, n) / n

@@ -109,7 +109,7 @@ def test_the_solution_is_that_of_a_general_minimiser():
 
 
 @pytest.mark.parametrize("order", [0, 1])
-def test_where_several_are_as_good_the_closest_to_the_last_is_taken(order):
+def test_of_equal_solutions_the_closest_to_the_last_is_used(order):
     """One pin determines only one direction of the coefficients: the others are unchanged."""
     basis = Basis(pear(20))
     z = inside(pear(20), 1)
@@ -142,7 +142,7 @@ def test_only_right_hand_sides_change_between_solves():
     assert np.abs(system.solve(targets) - system.solve(a) - system.solve(b)).max() < 1e-10
 
 
-def test_without_enough_equations_the_least_coefficients_are_taken():
+def test_underdetermined_systems_get_the_smallest_coefficients():
     basis = Basis(arrow())
     z = inside(arrow(), 1)
     system = System([points(basis, z, np.array([1 + 2j]), 1.0)])

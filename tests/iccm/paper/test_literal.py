@@ -193,7 +193,7 @@ def test_pins_and_strokes_are_those_of_the_equations(order, quasi):
         assert np.abs(together(values(source, z, quasi) @ x) - after(z)).max() <= 1e-12 * np.ptp(target.real)
 
 
-def test_what_literal_means_leaves_no_choice():
+def test_literal_solves_refuse_other_choices():
     for given in ({"vertices": 50}, {"consistency": 0.1}):
         with pytest.raises(InputError, match=f"^{next(iter(given))}: .*literal"):
             iccm.fit(square(), arrow(), method="paper", literal=True, **given)

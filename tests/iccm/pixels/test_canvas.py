@@ -12,7 +12,7 @@ OBLONG = Canvas(5, 4, (1 + 2j, 11 + 4j))  # pixels of 2 by 1/2
     ("longer", "extent", "size"),
     [(100, 3 + 1j, (100, 33)), (90, 1 + 3j, (30, 90)), (7, 1000 + 1j, (7, 1))],
 )
-def test_the_longer_side_has_the_pixels_asked_for(longer, extent, size):
+def test_the_longer_side_has_the_requested_pixels(longer, extent, size):
     assert proportional(longer, extent) == size
 
 

@@ -11,7 +11,7 @@ from iccm.pixels.checkerboard import STROKES, _drawn, checkerboard
 HEIGHT = 30.0
 
 
-def test_each_digit_tells_itself_and_a_mirror():
+def test_digits_differ_from_each_other_and_from_their_mirror_images():
     drawn = [_drawn(str(k), HEIGHT) for k in range(10)]
     ink = drawn[8].sum()
     for k, digit in enumerate(drawn):
@@ -52,7 +52,7 @@ def test_cells_are_numbered_row_by_row():
         assert ink.sum() / ink.max() == pytest.approx(_drawn(str(k), 27.0).sum(), rel=0.02)
 
 
-def test_it_is_made_without_opencv():
+def test_the_checkerboard_needs_no_opencv():
     script = (
         "import sys; from iccm.pixels.checkerboard import checkerboard as c; c(); print('cv2' in sys.modules)"
     )

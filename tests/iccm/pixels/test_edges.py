@@ -95,7 +95,7 @@ def test_rows_that_are_reduced_strip_by_strip_are_those_reduced_at_once(monkeypa
         assert np.array_equal(pyramid.pyramid(picture, edge).texels, expected)
 
 
-def test_a_turned_texture_is_where_it_is_turned_to():
+def test_a_rotated_texture_is_where_its_rotation_places_it():
     pixels = np.random.default_rng(5).integers(0, 256, (8, 8, 3), dtype=np.uint8)
     plain = Texture(pixels, (1 + 1j, 5 + 5j))
     turned = Texture(np.rot90(pixels).copy(), (1 + 1j, 5 + 5j), turn=-1j)  # back again

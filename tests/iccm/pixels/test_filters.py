@@ -50,7 +50,7 @@ def defined(tex, level, place, stretch, name):
 @pytest.mark.parametrize("channels", [1, 3, 4, 6])
 @pytest.mark.parametrize("edge", [pyramid.CLAMP, pyramid.CLEAR])
 @pytest.mark.parametrize("shape", [(60, 45), (3, 5), (1, 1)])
-def test_a_filter_is_what_it_is_defined_to_be(name, channels, edge, shape):
+def test_a_filter_agrees_with_its_definition(name, channels, edge, shape):
     rng = np.random.default_rng(5)
     tex = pyramid.pyramid(rng.random((*shape, channels), dtype=np.float32), edge)
     xy = rng.uniform(-4, np.array(shape[::-1]) + 4, (60, 2))

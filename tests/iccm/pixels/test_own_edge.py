@@ -95,7 +95,7 @@ def test_a_float_texture_keeps_how_transparent_it_is():
     assert result[..., 3] == pytest.approx(0.6, abs=1e-6)
 
 
-def test_what_is_transparent_up_to_the_outline_lends_no_colour():
+def test_texels_transparent_up_to_the_outline_lend_no_colour():
     """Alpha is extended along the outline, too, over texels that are transparent and black."""
     pixels = sticker()
     pixels[pixels[..., 3] > 0, :3] = 200
@@ -110,7 +110,7 @@ def test_a_sticker_enlarged_is_opaque_up_to_the_targets_own_edge():
     assert np.array_equal(transfer.pixels[..., 3], plain.pixels[..., 3])
 
 
-def test_what_is_seen_of_it_is_the_same_by_rows_and_by_kernel(shapes, iccm):
+def test_rows_and_kernel_give_the_same_alpha(shapes, iccm):
     from PIL import Image
 
     Image.fromarray(sticker()).save("sticker.png")

@@ -26,7 +26,7 @@ def test_the_nearest_pixel_is_the_nearest(shape, share):
     assert marked[indices].all()
 
 
-def test_nothing_is_near_where_nothing_is_known():
+def test_an_empty_mask_has_no_nearest_pixels():
     nearest_pixels = raster.nearest(np.zeros((5, 7), bool))
     assert (nearest_pixels.numbers == -1).all() and np.isinf(nearest_pixels.distances).all()
     assert np.isinf(raster.depths(np.ones((5, 7), bool))).all()

@@ -88,7 +88,7 @@ def test_a_turn_by_90_degrees_is_a_turn_by_90_degrees():
     ],
     ids=["conformal", "harmonic"],
 )
-def test_source_points_stay_within_the_error_asked_for(map):
+def test_source_points_stay_within_the_requested_error(map):
     canvas = Canvas(700, 500, BOX)
     for max_error in (1e-3, 1e-5):
         source = preimages.of(map, canvas, max_error)
@@ -208,7 +208,7 @@ def holed(shape=(100, 120)):
 
 @pytest.mark.parametrize("size", [20, 100, 400])
 @pytest.mark.parametrize("filter", ["linear", "cubic", "lanczos", "spline"])
-def test_what_is_not_finite_is_left_out_by_filters(filter, size):
+def test_filters_ignore_texels_that_are_not_finite(filter, size):
     map = conformal(lambda z: z + 0.2 * z**2)
     whole, broken = (
         warp(map, Texture(picture, BOX, transfer="linear"), Canvas(size, size, BOX), filter=filter).pixels
@@ -218,7 +218,7 @@ def test_what_is_not_finite_is_left_out_by_filters(filter, size):
     assert np.abs(broken - whole).max() < 0.05
 
 
-def test_what_is_not_finite_stays_where_it_is_under_nearest():
+def test_nearest_keeps_texels_that_are_not_finite():
     broken = holed()[1]
     map, canvas = conformal(lambda z: z + 0.2 * z**2), Canvas(300, 300, BOX)
     number = np.arange(broken[..., 0].size, dtype=np.float32).reshape(*broken.shape[:2], 1)
@@ -233,7 +233,7 @@ def test_what_is_not_finite_stays_where_it_is_under_nearest():
 
 
 @pytest.mark.parametrize("associated", [False, True])
-def test_what_is_not_finite_under_alpha_0_has_no_colour(associated):
+def test_texels_that_are_not_finite_under_alpha_0_have_no_colour(associated):
     picture = np.zeros((40, 40, 4), np.float32)
     picture[:, 20:] = [0.8, 0.4, 0.2, 1]
     picture[:, :20, :3] = np.nan
@@ -250,7 +250,7 @@ def test_a_texture_of_holes_only_is_black():
     assert not warp(IDENTITY, Texture(picture, BOX, 3, "linear"), Canvas(20, 20, BOX)).pixels.any()
 
 
-def test_a_reader_leaves_out_what_is_not_finite():
+def test_a_reader_ignores_texels_that_are_not_finite():
     texture = Texture(holed()[1], BOX, transfer="linear")
     xy = np.random.default_rng(1).uniform(0, 100, (500, 2))
     turn = np.tile([1.7, 0.2, -0.1, 0.6], (500, 1))
@@ -263,7 +263,7 @@ def test_a_reader_leaves_out_what_is_not_finite():
 @pytest.mark.parametrize("dtype, transfer", [(np.uint8, "srgb"), (np.uint16, "srgb"), (np.float32, "linear")])
 @pytest.mark.parametrize("filter", ["cubic", "nearest"])
 @pytest.mark.parametrize("associated", [False, True])
-def test_a_reader_gives_back_colours_over_alpha_as_they_are_stored(dtype, transfer, filter, associated):
+def test_a_reader_returns_colours_over_alpha_as_stored(dtype, transfer, filter, associated):
     value = np.array([0.25, 0.3, 0.1, 0.5])
     top = 1 if dtype == np.float32 else np.iinfo(dtype).max
     pixel = (value * top).astype(dtype)
@@ -304,12 +304,12 @@ def test_the_bytes_do_not_depend_on_the_threads():
     assert one_thread.tobytes() == three_threads.tobytes()
 
 
-def test_what_is_asked_wrongly_is_told():
+def test_wrong_options_are_refused():
     with pytest.raises(InputError, match="filter 'best'"):
         warp(IDENTITY, Texture(noise((4, 4, 3), np.uint8), BOX), Canvas(4, 4, BOX), filter="best")
 
 
-def test_normals_turn_with_the_map():
+def test_normals_rotate_with_the_map():
     """A slope to the right becomes a slope upwards under a rotation by 90 degrees, for either direction of stored y."""
     flat = np.broadcast_to(np.array([128, 128, 255], np.uint8), (40, 40, 3)).copy()
     slope = np.broadcast_to(np.array([218, 128, 218], np.uint8), (40, 40, 3)).copy()
@@ -326,7 +326,7 @@ def test_normals_turn_with_the_map():
 
 
 @pytest.mark.parametrize("fill", ["push-pull", "nearest"])
-def test_padding_reaches_as_far_as_asked_and_keeps_alpha(fill):
+def test_padding_reaches_the_requested_distance_and_keeps_alpha(fill):
     picture = np.full((20, 20, 3), [10, 200, 77], np.uint8)
     plain, some, all_ = (
         warp(IDENTITY, Texture(picture, BOX), Canvas(120, 100, BOX), padding=k, fill=fill).pixels
@@ -344,7 +344,7 @@ def test_padding_reaches_as_far_as_asked_and_keeps_alpha(fill):
 
 
 @pytest.mark.parametrize("wild", [slow("noise"), "folded", "constant", "not a number", "huge"])
-def test_a_bad_map_ends_and_counts_what_it_could_not_solve(wild):
+def test_a_bad_map_ends_and_counts_unsolved_pixels(wild):
     p = star()
     phi = {
         "noise": np.random.default_rng(0).normal(size=240).view(complex),
@@ -392,7 +392,7 @@ def test_a_large_texture_is_read_as_stored_with_the_same_result(monkeypatch, dty
         ("lanczos", 2, 1, "clamp"),
     ],
 )
-def test_pixels_made_at_once_are_those_made_step_by_step(monkeypatch, filter, channels, alpha, edge):
+def test_pixels_computed_at_once_equal_those_computed_in_steps(monkeypatch, filter, channels, alpha, edge):
     picture = noise((90, 130, channels), np.uint8, 5)
     picture[20:50, 30:60, alpha] = 0
     picture[50:, :, alpha] |= 200
@@ -409,7 +409,7 @@ def test_pixels_made_at_once_are_those_made_step_by_step(monkeypatch, filter, ch
             assert np.array_equal(at_once, step_by_step)
 
 
-def test_a_texture_turned_by_90_degrees_is_read_in_squares(monkeypatch):
+def test_a_texture_rotated_by_90_degrees_is_read_in_squares(monkeypatch):
     """So that little of it is in memory at a time."""
     calls = []
 
@@ -443,7 +443,7 @@ class Doubling:
         )
 
 
-def test_another_kind_of_map_brings_its_own_preimages():
+def test_another_kind_of_map_may_provide_its_preimages():
     half = conformal(lambda z: z / 2, SQUARE)
     texture, canvas = Texture(checkerboard(64), BOX), Canvas(80, 80, (-0.5 - 0.5j, 0.5 + 0.5j))
     by_iccm, by_duck_type = (warp(map, texture, canvas).pixels.astype(int) for map in (half, Halved()))
@@ -454,7 +454,7 @@ def test_another_kind_of_map_brings_its_own_preimages():
 
 @pytest.mark.parametrize("channels", [1, 3])
 @pytest.mark.parametrize("method", ["nearest", "push-pull"])
-def test_padding_reaches_as_far_as_asked_and_leaves_what_is_known(method, channels):
+def test_padding_reaches_the_requested_distance_and_keeps_painted_pixels(method, channels):
     pixels, painted = noise((40, 50, channels), np.uint8), np.zeros((40, 50), bool)
     painted[15:20, 20:30] = True
     pixels[~painted] = 0
@@ -466,7 +466,7 @@ def test_padding_reaches_as_far_as_asked_and_leaves_what_is_known(method, channe
         assert np.array_equal(pixels[15:20, 17], before[15:20, 20])
 
 
-def test_push_pull_interpolates_between_what_is_known():
+def test_push_pull_interpolates_between_painted_pixels():
     """Two pixels are known; reduced, they are two opposite corners of 2 by 2, and the others are their mean."""
     pixels, painted = np.full((4, 4, 1), 99, np.float32), np.zeros((4, 4), bool)
     pixels[0, 0], pixels[3, 3], painted[[0, 3], [0, 3]] = 8, 0, True

@@ -69,7 +69,7 @@ def test_polygons_are_simple_and_keep_their_holes_and_areas():
     assert not +work.counts
 
 
-def test_polygons_that_are_thin_or_cross_themselves_come_out_simple():
+def test_thin_or_crossing_polygons_become_simple():
     thin = np.array([0.1 + 0.5j, 0.9 + 0.5j, 0.9 + 0.50001j, 0.1 + 0.50001j])
     bow = np.array([0.2 + 0.2j, 0.8 + 0.8j, 0.8 + 0.2j, 0.2 + 0.8j])
     over = np.array([-1 + 0.4j, 2 + 0.4j, 2 + 0.6j, -1 + 0.6j])

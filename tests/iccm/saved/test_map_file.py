@@ -41,7 +41,7 @@ def saved(bent, tmp_path):
     return tmp_path / "map.npz"
 
 
-def test_what_is_loaded_is_what_was_saved_bit_for_bit(fits, tmp_path):
+def test_a_loaded_map_equals_the_saved_one_bit_for_bit(fits, tmp_path):
     assert fits["partial"].is_partial and len(fits["with a hole"].map.loops) == 2
     for name, fit in fits.items():
         fit.save(path := tmp_path / "map.npz")
@@ -102,7 +102,7 @@ def changed(path, **arrays):
         ("pins", lambda a: np.array([[object(), None]])),
     ],
 )
-def test_what_is_no_sound_map_is_refused_in_a_line(saved, name, change):
+def test_unsound_maps_are_refused_in_one_line(saved, name, change):
     with np.load(saved) as file:
         given = file[name]
     changed(saved, **{name: change(given)})
@@ -111,7 +111,7 @@ def test_what_is_no_sound_map_is_refused_in_a_line(saved, name, change):
     assert "\n" not in str(error.value)
 
 
-def test_other_files_are_no_maps(saved, tmp_path):
+def test_other_files_are_refused(saved, tmp_path):
     whole = saved.read_bytes()
     for content in (b"", b"PK\x03\x04", whole[: len(whole) // 2], whole[:-40]):
         (tmp_path / "torn.npz").write_bytes(content)

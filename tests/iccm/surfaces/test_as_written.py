@@ -35,7 +35,7 @@ def frame(inner):
         (INNER + 3, False),  # outside
     ],
 )
-def test_a_hole_may_be_open_or_a_slit_but_not_turned_over(inner, certified):
+def test_a_hole_may_be_open_or_a_slit_but_not_inverted(inner, certified):
     certificate = frame(inner)
     assert certificate.one_to_one == certified
     assert ("injective" in certificate.report()) == certified

@@ -31,7 +31,7 @@ def shuffled(points, faces, shape):
 
 
 @pytest.mark.parametrize("shape", [lambda x: x, lambda x: x @ [[0, 9.0, 0], [0, 0, 9], [8, 0, 0]] + 4])
-def test_each_of_many_equal_pieces_finds_its_own(shape):
+def test_each_of_many_equal_pieces_is_matched_to_itself(shape):
     points, faces = fans(SEEDS_TRIED + 20)
     new, expected = shuffled(points, faces, shape)
     assert np.array_equal(isomorphism(Polygons.triangles(points, faces), new), expected.ravel())

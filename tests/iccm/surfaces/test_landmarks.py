@@ -182,7 +182,7 @@ def test_geodesics_on_flat_subdivided_faces_end():
 
 
 @pytest.mark.parametrize("n", [160, 3000])
-def test_ways_between_points_on_edges_are_nearly_geodesic(n):
+def test_paths_between_points_on_edges_are_nearly_geodesic(n):
     whole, stops = sound_piece(limbed(n)), np.array([0, n // 3])
     distances = GeodesicGraph.of(whole.points, whole.triangles).distances(stops)[:, :n]
     none, faces = np.zeros(0, np.int64), np.ascontiguousarray(whole.faces)
@@ -306,7 +306,7 @@ def test_the_cheapest_orders_come_first():
     assert costs == pytest.approx(totals[: seams.ORDERS_TRIED])
 
 
-def test_many_landmarks_are_put_in_order_too():
+def test_many_landmarks_are_ordered_too():
     places = np.random.default_rng(5).permutation(14)
     cost = np.abs(places[:, None] - places) ** 2.0
     best = next(seams._orders(cost))
@@ -314,7 +314,7 @@ def test_many_landmarks_are_put_in_order_too():
 
 
 @pytest.mark.parametrize("spot", [(0.3, 0.2), (0.5, 0.5), (0.25, 0.5), (0, 0)])
-def test_vertices_are_inserted_where_they_are_asked_for(spot):
+def test_vertices_are_inserted_at_the_requested_points(spot):
     x, y = np.meshgrid(np.linspace(0, 1, 3), np.linspace(0, 1, 3), indexing="ij")
     k = np.arange(9).reshape(3, 3)
     a, b, c, d = k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]
@@ -355,7 +355,7 @@ def test_a_surface_that_is_squeezed_onto_another_is_not_reached(width, status):
 
 
 @pytest.mark.slow
-def test_where_a_map_between_surfaces_all_but_folds_a_note_says_so():
+def test_nearly_folded_maps_between_surfaces_get_a_note():
     source, target = (flatten(disk_patch(sheet(width))) for width in (1, 400))
     corners = [layout.flat[np.abs(layout.patch.points).sum(axis=1).argmin()] for layout in (source, target)]
     notes = iccm.fit(source, target, pins=[corners]).report()["notes"]

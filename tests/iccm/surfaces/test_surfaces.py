@@ -139,7 +139,7 @@ def test_rest_shapes_give_the_jacobian_between_surfaces(sides):
 
 @pytest.mark.parametrize("layout_of", [lambda layout: layout, warped], ids=["as it is", "warped"])
 @pytest.mark.parametrize("onto_surface", [False, True])
-def test_a_sheet_that_is_rolled_up_goes_onto_its_rectangle_without_stretch(layout_of, onto_surface):
+def test_a_rolled_sheet_is_mapped_onto_its_rectangle_without_stretch(layout_of, onto_surface):
     layout = layout_of(flatten(disk_patch(grid(25, 13, cylinder))))
     sheet = rectangle(2.0, 1.0)
     fit = iccm.fit(sheet, layout, turn="any") if onto_surface else iccm.fit(layout, sheet, turn="any")
@@ -186,7 +186,7 @@ def radial(angle, theta, q, n=400):
 
 
 @pytest.mark.slow
-def test_a_cap_of_a_sphere_goes_onto_a_disc_as_the_best_radial_map_does():
+def test_a_cap_of_a_sphere_is_mapped_onto_a_disc_as_by_the_best_radial_map():
     angle = 2.2
     fit = iccm.fit(flatten(disk_patch(cap(angle, 28, 96))), circle(), turn="any")
     stretch, weight = radial(angle, 1.0, FINE_POWER, 120)
@@ -217,7 +217,7 @@ def test_texture_coordinates_fold_nowhere_and_the_triangles_are_the_surface_s_ow
 
 
 @pytest.mark.parametrize("seed", [3, 9, 12])
-def test_what_a_corner_of_the_outline_cuts_off_is_given_room(seed):
+def test_parts_cut_off_by_a_corner_of_the_outline_are_given_room(seed):
     """From one side of a square to the next, a coarse mesh's edge cuts off the corner, with inner vertices behind
     it.
     """
@@ -263,7 +263,7 @@ def test_strokes_of_a_surface_are_met():
 
 
 @pytest.mark.parametrize("listed", [True, False])
-def test_holes_of_a_surface_close_or_are_passed_over(listed):
+def test_holes_of_a_surface_are_closed_or_ignored(listed):
     mesh = grid(17, 17, hill)
     middle = mesh.points[mesh.corners.reshape(-1, 3)].mean(axis=1)
     kept = np.hypot(middle[:, 0] - 0.3, middle[:, 1] - 0.6) > 0.12
@@ -279,7 +279,7 @@ def test_holes_of_a_surface_close_or_are_passed_over(listed):
     assert size < 0.25 * natural if listed else 0.25 * natural < size < 2 * natural
 
 
-def test_a_hole_of_a_surface_goes_onto_the_target_s():
+def test_a_hole_of_a_surface_is_mapped_onto_that_of_the_target():
     mesh = grid(17, 17, hill)
     middle = mesh.points[mesh.corners.reshape(-1, 3)].mean(axis=1)
     layout = flatten(disk_patch(mesh.part(np.hypot(middle[:, 0] - 0.5, middle[:, 1] - 0.5) > 0.15, "ring")))
@@ -398,7 +398,7 @@ def test_linear_maps_compose_and_invert():
 
 
 @pytest.mark.slow
-def test_a_surface_goes_onto_shapes_with_bays_and_from_them_as_its_outline_would():
+def test_surfaces_are_mapped_onto_shapes_with_bays_and_back_like_their_outlines():
     u = np.array([0, 3, 3 + 3j, 2 + 3j, 2 + 1j, 1 + 1j, 1 + 3j, 3j])
     plain = iccm.fit(rectangle(1, 1), u, fit="cover")
     flat = flatten(disk_patch(grid(15, 15, lambda x, y: (x, y, 0 * x))))

@@ -62,7 +62,7 @@ def test_refit_stays_within_its_tolerance():
         assert len(control) < 40
 
 
-def test_refit_goes_straight_where_the_curve_all_but_stands_still():
+def test_refit_is_straight_where_the_curve_nearly_stops():
     def image(curve, t):
         return np.where(curve == 0, t**2 - 1e-4j * t, 1 - (1 - t) ** 2 + 1e-4j * (1 - t))
 
@@ -187,7 +187,7 @@ def test_clip_paths_are_carried_where_they_are_used(tmp_path):
         assert abs(outline(bar).real.min() - 25 * scale) < 0.02
 
 
-def test_a_clip_path_around_all_clips_nothing_and_one_elsewhere_everything(tmp_path):
+def test_a_clip_path_around_everything_clips_nothing_and_a_distant_one_everything(tmp_path):
     elements, _ = carried(tmp_path)
     (around,) = clip_of(elements, "c")
     assert np.abs(outline(around)).min() > 1e6
@@ -274,7 +274,7 @@ def test_a_fill_that_leaves_the_source_paints_the_same_inside(tmp_path, d):
         "M-20 -20H20V20H-20Z",  # along it
     ],
 )
-def test_nothing_is_painted_in_a_hole_and_all_else_as_before(tmp_path, d):
+def test_holes_stay_empty_and_everything_else_is_painted(tmp_path, d):
     hole = "M90 90H-90V-90H90Z M20 20V-20H-20V20Z"
     (tmp_path / "a.svg").write_text(f'{HEAD}<path id="s" d="{hole}"/><path id="a" d="{d}"/></svg>')
     source = shape.read(f"{tmp_path}/a.svg#s")
@@ -296,7 +296,7 @@ def outline_points(path):
     )
 
 
-def test_what_never_comes_inside_is_left_out(tmp_path):
+def test_elements_that_stay_outside_are_removed(tmp_path):
     elements, notes = body(
         tmp_path, '<path id="a" d="M100 0H300V300Z"/><rect id="b" x="-5" width="10" height="10"/>'
     )
@@ -334,7 +334,7 @@ def test_a_line_that_is_cut_off_keeps_its_direction(tmp_path, d):
     assert abs(max(abs(ends[1].real), abs(ends[1].imag)) - 90) < 0.05
 
 
-def test_a_line_that_all_but_misses_the_source_is_left_out_or_short(tmp_path):
+def test_a_line_that_nearly_misses_the_source_is_removed_or_short(tmp_path):
     reach = 3e-4 * 180 * 2**0.5
     lines = [(90 + (reach - 10.0**-k) * 2**-0.5) * 2 for k in range(2, 15)]
     drawing = "".join(f'<path d="M{x - 80} 80L80 {x - 80}Z" stroke="red" fill="none"/>' for x in lines)
@@ -374,7 +374,7 @@ def test_widths_and_dashes_follow_the_scale(tmp_path):
     assert "stroke-width" not in c and not notes
 
 
-def test_a_line_that_should_vary_its_width_is_told(tmp_path):
+def test_a_line_of_varying_width_gets_a_note(tmp_path):
     drawing = '<path d="M-80 0H80" stroke="red"/><path d="M0 -5V5" stroke="red"/>'
     _, notes = body(tmp_path, drawing, lambda z: z + 0.003 * z**2)
     (note,) = notes
@@ -410,7 +410,7 @@ def test_a_line_that_is_cut_off_keeps_its_place_under_or_over_the_fill(tmp_path,
     assert unpainted == (["stroke", "fill"] if order == "normal" else ["fill", "stroke"])
 
 
-def test_gradients_in_units_of_the_box_turn_with_the_shape(tmp_path):
+def test_gradients_in_units_of_the_box_rotate_with_the_shape(tmp_path):
     drawing = """<linearGradient id="g"><stop stop-color="red"/></linearGradient>
     <rect id="a" x="10" y="20" width="40" height="30" fill="url(#g)"/>
     <path id="b" d="M0 0H20" stroke="url(#g)"/>"""
@@ -451,7 +451,7 @@ def test_patterns_follow_the_shape(tmp_path):
     assert not notes
 
 
-def test_what_a_bent_map_cannot_bend_is_told(tmp_path):
+def test_elements_that_cannot_be_bent_get_a_note(tmp_path):
     drawing = """<linearGradient id="g"/><rect x="-80" y="-80" width="160" height="160" fill="url(#g)"/>
     <rect width="3" height="3" fill="url(#g)"/>"""
     _, notes = body(tmp_path, drawing, lambda z: z + 0.003 * z**2)
@@ -459,7 +459,7 @@ def test_what_a_bent_map_cannot_bend_is_told(tmp_path):
     assert note.startswith("1 × gradient") and "affine" in note
 
 
-def test_a_filter_grows_and_turns_with_what_casts_it(tmp_path):
+def test_a_filter_is_scaled_and_rotated_with_its_element(tmp_path):
     drawing = """<filter id="f" filterUnits="userSpaceOnUse" x="-10" y="-10" width="60" height="40">
     <feOffset dx="3" dy="1"/><feGaussianBlur stdDeviation="2 1"/><feTurbulence baseFrequency=".1"/>
     <fePointLight x="5" y="0" z="7"/><feDistantLight azimuth="30"/></filter>
@@ -518,7 +518,7 @@ def bent(z):
     return z + 0.002 * z**2
 
 
-def test_an_embedded_picture_is_resampled_as_one(tmp_path):
+def test_an_embedded_picture_is_resampled(tmp_path):
     """Its pixels are mapped, and bounded by one clip path: no seams, and no notches at its outline."""
     i, j = np.mgrid[:60, :120]
     ramp = np.stack([2 * j, 4 * i, 0 * i + 77], axis=2).astype(np.uint8)
@@ -555,7 +555,7 @@ def test_an_embedded_picture_of_one_colour_stays_one(size, tmp_path):
 
 
 @pytest.mark.parametrize("aspect", ["none", "xMinYMax meet", "xMidYMid slice"])
-def test_an_embedded_picture_under_a_similarity_stays_what_it_is(aspect, tmp_path):
+def test_an_embedded_picture_under_a_similarity_is_unchanged(aspect, tmp_path):
     address = embedded_png(np.arange(8 * 16 * 3, dtype=np.uint8).reshape(8, 16, 3))
     drawing = f"""<image id="a" x="10" y="20" width="30" height="30" href="{address}"
     preserveAspectRatio="{aspect}" transform="rotate(20)"/>"""
@@ -575,7 +575,7 @@ def test_an_embedded_picture_under_a_similarity_stays_what_it_is(aspect, tmp_pat
     assert np.ptp(outline(corners).real) > 20
 
 
-def test_pictures_outside_and_those_that_cannot_be_read_are_left_out(tmp_path):
+def test_external_and_unreadable_pictures_are_removed(tmp_path):
     flat = embedded_png(np.full((4, 4, 3), 90, np.uint8))
     cut = flat[:-40]
     drawing = f"""<image id="b" x="85" width="60" height="9" preserveAspectRatio="none" href="{flat}"/>
@@ -607,7 +607,7 @@ def test_a_symbol_is_drawn_where_it_is_used_and_clipped_to_its_view(tmp_path):
     assert not notes and "s" not in elements
 
 
-def test_styles_said_by_tag_or_id_outlast_both(tmp_path):
+def test_styles_selected_by_tag_or_id_survive_new_tags_and_ids(tmp_path):
     drawing = """<style>rect{fill:red}path{fill:blue}#r{stroke:lime}.t{transform:translate(9px,0)}</style>
     <defs><rect id="r" width="9" height="9"/></defs><g id="a"><use href="#r"/></g>
     <circle id="b" r="9" fill="gold"/><g id="c" class="t"><circle id="d" r="2"/></g>"""
@@ -620,13 +620,13 @@ def test_styles_said_by_tag_or_id_outlast_both(tmp_path):
     )
 
 
-def test_style_rules_that_are_not_read_are_told(tmp_path):
+def test_unsupported_style_rules_get_a_note(tmp_path):
     drawing = "<style>@font-face{font-family:x}.a:hover,g:has(.b){stroke-width:9}.c{fill:red}</style><circle r='9'/>"
     _, notes = body(tmp_path, drawing)
     assert len(notes) == 1 and notes[0].startswith("2 × style rule") and "kept" in notes[0]
 
 
-def test_styles_said_by_place_become_the_elements_own(tmp_path):
+def test_styles_selected_by_position_become_inline_styles(tmp_path):
     drawing = """<style>#a>rect,.t{fill:lime}linearGradient>stop{stop-color:red}path:not(.t){stroke:blue}
     g g path{opacity:.5}</style><linearGradient id="g"><stop id="stop"/></linearGradient>
     <g id="a"><rect id="b" width="9" height="9"/><rect id="c" width="9" height="9" fill="url(#g)"/></g>
@@ -660,7 +660,7 @@ def test_nothing_that_would_undo_the_map_or_run_is_kept(tmp_path):
     ]
 
 
-def test_what_was_carried_can_be_carried_again(tmp_path):
+def test_mapped_artwork_can_be_mapped_again(tmp_path):
     drawing = """<linearGradient id="g"/><clipPath id="c"><rect width="50" height="50"/></clipPath>
     <rect id="a" width="40" height="30" fill="url(#g)" clip-path="url(#c)"/><circle id="b" r="9" fill="url(#g)"/>"""
     body(tmp_path, drawing, lambda z: 0.5 * z)
@@ -707,7 +707,7 @@ def test_definitions_are_those_that_are_used(tmp_path):
         ),
     ],
 )
-def test_malformed_artwork_is_told_in_one_line(tmp_path, drawing, parts):
+def test_malformed_artwork_is_refused_in_one_line(tmp_path, drawing, parts):
     with pytest.raises(InputError) as caught:
         body(tmp_path, drawing)
     message = str(caught.value)
@@ -729,7 +729,7 @@ FACE = (
 )
 
 
-def test_lines_of_an_icon_move_by_the_map_of_what_they_enclose(tmp_path, iccm, monkeypatch):
+def test_lines_of_an_icon_follow_the_map_of_the_area_they_enclose(tmp_path, iccm, monkeypatch):
     """Eyes and mouth lie inside the head's line, whose stroke would be a ring around a hole."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "face.svg").write_text(LINES.format(FACE))
@@ -772,7 +772,7 @@ def test_straight_lines_paint_no_inside_where_they_are_bent(line, source, tmp_pa
 
 
 @pytest.mark.parametrize("stroke", ["", ' stroke="red"'])
-def test_what_closes_an_open_fill_is_mapped_too(stroke, source, tmp_path):
+def test_the_closing_edge_of_an_open_fill_is_mapped_too(stroke, source, tmp_path):
     """The chord of the source, not of the target, bounds the fill; the line stays open."""
     open_path = f'<path d="M-60 20 L-5 60 L50 30" fill="gold"{stroke}/>'
     (tmp_path / "a.svg").write_text(HEAD + DRAWING.replace("</svg>", open_path + "</svg>"))
@@ -791,7 +791,7 @@ def test_what_closes_an_open_fill_is_mapped_too(stroke, source, tmp_path):
     assert not any(d.filled for d in lines)
 
 
-def test_an_open_fill_is_cut_where_only_what_closes_it_is_outside(source, tmp_path):
+def test_an_open_fill_is_cut_where_only_its_closing_edge_is_outside(source, tmp_path):
     """The chord of a crescent's horn leaves the shape, but the horn does not."""
     crescent = "M0 80 C-100 80 -100 -80 0 -80 C-60 -50 -60 50 0 80Z"
     arc = '<path d="M-12 70 C-80 60 -80 -60 -12 -70" fill="gold"/>'
@@ -811,5 +811,5 @@ def test_an_open_fill_is_cut_where_only_what_closes_it_is_outside(source, tmp_pa
         (["M0 0C1 0 1 2 3 4Z", "M0 0C1 0 1 2 3 4"], False),
     ],
 )
-def test_paths_are_interpolated_between_the_same_commands_whatever_the_form_of_numbers(frames, continuous):
+def test_paths_are_interpolated_command_by_command_for_any_form_of_numbers(frames, continuous):
     assert animation._continuous("d", frames) == continuous

@@ -65,7 +65,7 @@ KEPT = [
 
 
 @pytest.mark.parametrize("text", KEPT)
-def test_what_stays_inside_stays_as_it_was(text):
+def test_internal_references_are_unchanged(text):
     assert references.sheet(text) == (text, 0)
 
 
@@ -101,7 +101,7 @@ def test_artwork_leads_nowhere(shapes, iccm):
 
 
 @pytest.mark.parametrize("value", ["M0 0L1 nanZ", "NaN", "matrix(1 0 0 1 inf 0)", "1,-Infinity"])
-def test_no_attribute_holds_what_is_no_number(value):
+def test_attributes_with_invalid_numbers_are_removed(value):
     top = ElementTree.fromstring('<svg xmlns="http://www.w3.org/2000/svg"><path id="nan" class="inf"/></svg>')
     top[0].set("d", value)
     references.confine(top)

@@ -87,7 +87,7 @@ def test_places_are_those_of_the_reader(rendered):
     assert without(6, 9)[3] == 255 and without(4, 9)[3] == 0
 
 
-def test_what_is_hidden_is_not_shown(rendered):
+def test_hidden_elements_are_not_rendered(rendered):
     green = '<rect width="40" height="20" fill="lime"/>'
     for hidden in (
         '<circle id="pin-a" cx="20" cy="10" r="9" fill="red"/>',
@@ -156,7 +156,7 @@ def test_twice_the_same(tmp_path):
     assert rendering.render_png(path, WHOLE, (333, 77)) == rendering.render_png(path, WHOLE, (333, 77))
 
 
-def test_what_cannot_be_rendered_is_one_line(tmp_path, monkeypatch):
+def test_drawings_that_cannot_be_rendered_are_refused_in_one_line(tmp_path, monkeypatch):
     path, script = tmp_path / "a.svg", tmp_path / "rasterize.py"
     path.write_text(SVG.format(CANVAS, ""))
     ends = {
@@ -186,7 +186,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_what_takes_forever_is_stopped(tmp_path, monkeypatch, name):
+def test_endless_renderings_are_stopped(tmp_path, monkeypatch, name):
     path = tmp_path / "a.svg"
     path.write_text(SVG.format(CANVAS, HOSTILE[name]))
     monkeypatch.setattr(limits, "RENDER_SECONDS", 0.5)
@@ -284,7 +284,7 @@ def rendered_sizes(monkeypatch):
 
 
 @pytest.mark.slow
-def test_it_is_rendered_as_finely_as_the_map_samples_it(files, rendered_sizes):
+def test_a_drawing_is_rendered_as_finely_as_the_map_samples_it(files, rendered_sizes):
     """A narrow part of the source is magnified to most of a large picture."""
     from iccm.io.run.execute import run
 

@@ -147,7 +147,7 @@ def test_a_job_that_kills_its_worker_is_blamed_alone(play, tmp_path, retries):
     assert len(events) == len(set(events)) == 5 + 4  # b was begun, but never finished
 
 
-def test_what_a_long_job_left_no_time_for_is_run_later(play):
+def test_jobs_delayed_by_a_long_one_run_later(play):
     results, pool = play({"a": ["lasts"]}, size=1, bundle=3)
     assert pool.sent == ["abc", "bcd", "e"]
     assert {r["attempts"] for r in results.values()} == {1}
@@ -163,7 +163,7 @@ def test_where_a_job_may_have_killed_its_worker_none_waits_at_it(play, monkeypat
     assert under_way[:2] == [2, 1] and 2 in under_way[2:]
 
 
-def test_what_is_skipped_does_not_wait_for_what_runs(play, monkeypatch):
+def test_skipped_jobs_do_not_wait_for_running_ones(play, monkeypatch):
     done = {"status": "done", "message": "done", **NOTHING}
     monkeypatch.setattr(journal, "key", lambda job: job.source)
     monkeypatch.setattr(Journal, "finished", lambda book, key, job: None if key == "a" else done)
@@ -270,7 +270,7 @@ def journal_entry(tmp_path):
     return journal_entry
 
 
-def test_the_journal_is_believed_of_files_in_its_folder_and_of_those_of_the_job(journal_entry, tmp_path):
+def test_the_journal_is_trusted_for_files_in_its_folder_and_of_the_job(journal_entry, tmp_path):
     assert journal_entry("r.json") is not None
     assert journal_entry("../away.json", output="../away.json") is not None
     for path in ("../away.json", str(tmp_path / "away.json"), "link/away.json", "gone.json", "a\0b"):
@@ -296,7 +296,7 @@ def test_results_of_another_form_are_none(journal_entry, changed):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere it is not known whether a process has ended")
-def test_the_journal_sweeps_in_its_folder_and_beside_outputs_of_the_manifest_alone(tmp_path):
+def test_the_journal_sweeps_only_its_folder_and_the_folders_of_outputs(tmp_path):
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
     root, away = tmp_path / "out", tmp_path / "away"
@@ -330,7 +330,7 @@ def test_a_journal_that_is_not_a_plain_file_is_refused(tmp_path, iccm, make):
     assert (tmp_path / "precious").read_text() == "mine"
 
 
-def test_the_key_knows_inputs_options_and_version(tmp_path, monkeypatch):
+def test_the_key_depends_on_inputs_options_and_version(tmp_path, monkeypatch):
     (tmp_path / "a").write_text("x")
     job = Job(source=str(tmp_path / "a"), quasi=0.5)
     key = journal.key(job)
@@ -343,7 +343,7 @@ def test_the_key_knows_inputs_options_and_version(tmp_path, monkeypatch):
     assert journal.key(job) != key
 
 
-def test_the_key_knows_what_a_mesh_names_in_turn(tmp_path):
+def test_the_key_includes_files_that_a_mesh_refers_to(tmp_path):
     (tmp_path / "a.obj").write_text("mtllib my lib.mtl\nv 0 0 0\n")
     job = Job(source=str(tmp_path / "a.obj"))
     keys = [journal.key(job)]
@@ -386,7 +386,7 @@ def test_a_worker_answers_for_every_failure(monkeypatch, error, status, part):
     assert result["status"] == status and part in result["message"] and "\n" not in result["message"]
 
 
-def test_outputs_that_cannot_be_written_are_all_told_before_anything_runs(tmp_path):
+def test_outputs_that_cannot_be_written_are_all_reported_before_anything_runs(tmp_path):
     (tmp_path / "there.json").write_text("mine")
     (tmp_path / "file").write_text("")
     jobs = [
@@ -494,7 +494,7 @@ class Forgetful:
 
 
 @pytest.mark.parametrize("runs_again", [False, True])
-def test_what_a_lost_worker_had_written_does_not_stand_in_the_way(shapes, monkeypatch, runs_again):
+def test_files_of_a_lost_worker_do_not_block_the_repeated_job(shapes, monkeypatch, runs_again):
     monkeypatch.chdir(shapes)
     job = Job(source="blob.svg", target="disk.svg", method="paper", vertices=40, size="24", output=("o.png",))
     pool, policy = Forgetful(runs_again), dispatch.Policy(retries=1)

@@ -103,7 +103,7 @@ def test_a_job_that_fails_leaves_the_others(meshes, capsys):
         ('command = "relayout"\nold = "old/a.obj"\nnew = "new/a.obj"\noutput = "a.png"', "no texture"),
     ],
 )
-def test_mistakes_are_told_before_anything_runs(meshes, line, message):
+def test_mistakes_are_reported_before_anything_runs(meshes, line, message):
     with pytest.raises(ManifestError) as caught:
         manifest.read("[[job]]\n" + line, "jobs.toml", root=meshes)
     assert any(message in mistake for mistake in caught.value.mistakes), caught.value.mistakes

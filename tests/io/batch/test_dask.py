@@ -195,7 +195,7 @@ def test_a_lost_worker_loses_nothing(shapes, cluster):
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-def test_a_batch_that_was_killed_goes_on_and_repeats_nothing_that_ended(shapes, scheduler):
+def test_a_killed_batch_continues_without_repeating_finished_jobs(shapes, scheduler):
     many(shapes, 60)
     killed = batch(scheduler)
     for _ in range(20):

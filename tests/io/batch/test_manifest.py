@@ -184,7 +184,7 @@ def test_a_template_cannot_smuggle_a_folder(folder):
     assert task.job.output == (str(folder / "out" / ".._.._x.png"),)
 
 
-def test_stdout_is_taken(folder):
+def test_stdout_is_refused_as_a_report(folder):
     assert "`-`" in mistakes('[[job]]\nsource = "a.svg"\ntarget = "b.svg"\nreport = "-"', folder=folder)[0]
 
 
@@ -230,7 +230,7 @@ WILL_FAIL = {
 
 
 @pytest.mark.parametrize("what", WILL_FAIL)
-def test_what_will_fail_is_found_before_anything_runs(shapes, what):
+def test_certain_failures_are_reported_before_anything_runs(shapes, what):
     (shapes / "folder.png").mkdir()
     (shapes / "notes.txt").touch()
     values, message = WILL_FAIL[what]
@@ -261,19 +261,19 @@ def test_the_check_finds_outputs_that_cannot_be_written_and_makes_no_folder(shap
     assert iccm("batch", "j.jsonl", "--dry-run").code == 0 and sorted(shapes.iterdir()) == before
 
 
-def test_keys_that_are_there_twice_are_told(shapes):
+def test_duplicate_keys_are_refused(shapes):
     (message,) = listed(shapes, '{"source": "square.svg", "target": "blob.svg", "size": 9, "size": 8}')
     assert "line 1: the key 'size' is given twice" in message
 
 
 @pytest.mark.parametrize("name", ["A.PNG", "é.png", "\u212b.png"])
-def test_names_that_are_one_file_on_many_disks_are_told(shapes, name):
+def test_names_that_collide_on_some_file_systems_are_refused(shapes, name):
     pairs = {"A.PNG": "a.png", "é.png": "e\u0301.png", "\u212b.png": "å.png"}
     errors = listed(shapes, {**JOB, "output": pairs[name]}, {**JOB, "output": name})
     assert len(errors) == 1 and "the same file on case-insensitive disks" in errors[0]
 
 
-def test_a_mistake_in_the_defaults_is_told_once_and_there(shapes):
+def test_a_mistake_in_the_defaults_is_reported_once_at_the_defaults(shapes):
     errors = listed(shapes, {"defaults": {"size": -3, "output": "{nonsense}.png"}}, JOB, JOB)
     assert len(errors) == 2 and all(line.startswith("line 1: [defaults]: ") for line in errors)
     errors = listed(
@@ -285,7 +285,7 @@ def test_a_mistake_in_the_defaults_is_told_once_and_there(shapes):
     assert about_quasi.startswith("[defaults]: quasi: ") and about_quasi.endswith("greater than 0")
 
 
-def test_globs_that_multiply_are_told_before_they_are(shapes, monkeypatch):
+def test_globs_with_too_many_matches_are_refused_before_they_are_expanded(shapes, monkeypatch):
     monkeypatch.setattr(limits, "JOBS", 5)
     (message,) = listed(shapes, {"source": "*.svg", "target": "*.svg"})
     assert message.startswith("line 1: its patterns match 9 jobs, more than 5")

@@ -23,7 +23,7 @@ def thumbnail_of(pixels, path, **more):
     ("dtype", "suffix", "space"),
     [(np.uint8, ".png", "sRGB"), (np.uint16, ".png", "sRGB"), (np.float32, ".tif", "lin_rec709")],
 )
-def test_black_grey_and_white_stay_so(tmp_path, dtype, suffix, space):
+def test_black_grey_and_white_are_unchanged(tmp_path, dtype, suffix, space):
     top = 1 if dtype == np.float32 else np.iinfo(dtype).max
     pixels = np.repeat(
         (np.array([[0, 0.21, 0.63, 1], [1, 0.63, 0.21, 0]]) * top).astype(dtype)[..., None], 3, axis=2

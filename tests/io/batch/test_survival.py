@@ -243,7 +243,7 @@ def test_a_reader_that_goes_away_ends_the_batch_and_its_workers(folder, start):
 
 
 @pytest.mark.slow
-def test_a_time_limit_kills_the_worker_and_the_rest_go_on(folder, start):
+def test_a_time_limit_kills_one_worker_and_the_others_continue(folder, start):
     (folder / "jobs.jsonl").write_text(
         manifest(size=40) + '\n{"source": "d.svg", "target": "blob.svg", "size": 16000, "output": "huge.png"}'
     )
@@ -275,7 +275,7 @@ def test_a_full_disk(folder, start):
 
 
 @pytest.mark.slow
-def test_a_read_only_folder_is_told_before_anything_runs(folder, start):
+def test_a_read_only_folder_is_refused_before_anything_runs(folder, start):
     """As root, permission bits have no effect, so the folder is made immutable by a read-only bind mount."""
     out = folder / "out"
     out.mkdir()
@@ -321,7 +321,7 @@ def test_a_worker_out_of_memory_fails_its_job_alone(folder, start):
 
 
 @pytest.mark.slow
-def test_an_input_deleted_half_way(folder, start):
+def test_an_input_deleted_during_the_batch_fails_its_job_only(folder, start):
     process = start("-j", "1")
     until(lambda: writing(folder))
     content = (folder / "d.svg").read_text()
@@ -361,7 +361,7 @@ def test_resume_sweeps_the_temporary_files_of_a_batch_that_was_killed(shapes, ic
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-def test_nothing_is_printed_by_what_a_killed_batch_leaves(folder, start):
+def test_remains_of_a_killed_batch_print_nothing(folder, start):
     """Neither by its workers, idle or not, nor by the process that tracks their semaphores."""
     process = start("-j", "2")
     first = process.stdout.readline()
@@ -372,7 +372,7 @@ def test_nothing_is_printed_by_what_a_killed_batch_leaves(folder, start):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-def test_an_idle_worker_that_is_stopped_says_nothing(tmp_path):
+def test_an_idle_worker_stops_silently(tmp_path):
     code = (
         "import sys, time\n"
         "from iccm.io.batch import pools\n"

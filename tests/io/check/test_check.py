@@ -60,7 +60,7 @@ def test_the_same_passes(folders, iccm):
     assert not (base / ".iccm-journal.jsonl").exists()
 
 
-def test_what_may_differ_passes(folders, iccm):
+def test_allowed_differences_pass(folders, iccm):
     run, base = folders
     faint = scene()
     faint[3, 3, 0] += 1

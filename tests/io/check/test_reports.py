@@ -45,7 +45,7 @@ def changed(folders):  # noqa: F811
     return run, base
 
 
-def test_a_page_tells_what_differs(changed, iccm):
+def test_a_page_lists_the_differences(changed, iccm):
     run, base = changed
     assert iccm("check", run, base, "--html", "check.html").code == 1
     page = data(run.parent / "check.html")

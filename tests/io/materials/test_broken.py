@@ -74,7 +74,7 @@ def test_an_obj_with_an_index_out_of_range_is_refused(folder, iccm, number, corn
         refused(iccm("relayout", old, new, "--texture", "a.png", "-o", "o.png"), "face 4")
 
 
-def test_a_map_that_one_of_two_materials_has_comes_together_in_one(folder, iccm):
+def test_a_map_of_one_of_two_materials_is_merged(folder, iccm):
     (folder / "one.obj").write_text(OBJ.replace("usemtl b\n", ""))
     assert iccm("relayout", "good.obj", "one.obj", "-o", "o.glb").code == 0
     data = (folder / "o.glb").read_bytes()
@@ -91,7 +91,7 @@ def test_gltf_arrays_that_are_shorter_than_its_positions_are_refused(gltf, iccm)
         refused(iccm(*line), "TEXCOORD_0")
 
 
-def test_a_gltf_whose_positions_are_no_points_is_refused(gltf, iccm):
+def test_a_gltf_whose_positions_are_not_points_is_refused(gltf, iccm):
     tree, changed = gltf
     accessor = tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
     tree["accessors"][accessor]["type"] = "VEC2"
@@ -102,7 +102,7 @@ def test_a_gltf_whose_positions_are_no_points_is_refused(gltf, iccm):
 
 
 @pytest.mark.parametrize("pair", [("bad.obj", "good.obj"), ("good.obj", "bad.obj")])
-def test_texture_coordinates_that_are_no_numbers_are_refused(folder, iccm, pair):
+def test_texture_coordinates_that_are_not_numbers_are_refused(folder, iccm, pair):
     (folder / "bad.obj").write_text(OBJ.replace("vt 1 1", "vt nan 1"))
     refused(
         iccm("relayout", *pair, "-o", "o.obj"), "bad.obj: texture coordinates of a triangle are not finite"
@@ -120,7 +120,7 @@ def test_a_material_without_a_name_or_without_area_is_written_with_the_others(fo
     assert iccm("relayout", "good.obj", "flat.obj", "-o", "flat.glb").code == 0
 
 
-def test_a_name_of_the_material_that_looks_like_a_path_is_passed_over(gltf, iccm):
+def test_a_material_name_that_looks_like_a_path_is_ignored(gltf, iccm):
     tree, changed = gltf
     tree["materials"][0]["a/b"] = {"someTexture": {"index": 0}}
     changed(tree)
@@ -147,7 +147,7 @@ PLACES = {
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_gltf_that_names_what_it_has_not_is_refused(gltf, iccm, place):
+def test_a_gltf_with_dangling_indices_is_refused(gltf, iccm, place):
     tree, changed = gltf
     *above, last = [int(word) if word.isdecimal() else word for word in place.split("/")]
     for value in PLACES[place]:

@@ -107,7 +107,7 @@ def test_a_new_texture_comes_beside_the_maps_that_are_carried(painted, iccm):
     assert not (painted / "o-right-kd.png").exists()
 
 
-def test_what_cannot_be_carried_is_told_in_a_line(painted, iccm):
+def test_maps_that_cannot_be_carried_are_refused_in_one_line(painted, iccm):
     (painted / "o-right-pr.png").write_bytes(b"mine")
     for mesh, out, message in (
         ("p.obj", "o.obj", "o-right-pr.png: the file exists"),

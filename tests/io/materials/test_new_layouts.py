@@ -115,7 +115,7 @@ def off(picture, first):
     return (np.abs(picture.astype(float) - shade(x, y))[inside] > 8).any(axis=-1).mean()
 
 
-def test_tiles_become_pictures_of_their_own(folder, iccm):
+def test_tiles_become_separate_pictures(folder, iccm):
     write(folder / "new.obj", in_two_tiles)
     done = relayout(iccm, "--texture", "kd.png", "-o", "o.<UDIM>.png")
     assert done.code == 0, done.err

@@ -125,7 +125,7 @@ def test_normals_look_the_same_in_space(folder, iccm):
         assert np.median(angle) < 1 and angle.max() < 3
 
 
-def test_a_texture_that_is_named_takes_the_place_of_the_materials_own(folder, iccm):
+def test_a_given_texture_replaces_that_of_the_material(folder, iccm):
     (folder / "mine.png").write_bytes(picture(7))
     done = iccm("relayout", "old.glb", "new.glb", "--texture", "mine.png", "-o", "out.glb", "--size", str(N))
     assert done.code == 0, done.err
@@ -135,7 +135,7 @@ def test_a_texture_that_is_named_takes_the_place_of_the_materials_own(folder, ic
     assert off(pixels(rich_glb.picture(out, material_set_of(out).emissiveTexture.index)), BENT, 4) <= 0.005
 
 
-def test_an_objs_materials_become_a_glbs(folder, iccm):
+def test_materials_of_an_obj_become_those_of_a_glb(folder, iccm):
     done = iccm("relayout", "old.obj", "new.glb#body", "-o", "out.glb", "--size", N)
     assert done.code == 0, done.err
     assert "map_ks: dropped, because the other format" in done.err
@@ -176,7 +176,7 @@ def test_an_obj_gets_materials(folder, iccm, old, out):
     assert off(colours, BENT, 1) <= 0.005
 
 
-def test_a_mesh_that_lies_elsewhere_leaves_no_files(folder, iccm):
+def test_a_mesh_at_another_place_is_refused_without_files(folder, iccm):
     lines = (folder / "new.obj").read_text().splitlines()
     bent = [line if line[:2] != "v " else f"v {k} {k * k % 97} {k % 13}" for k, line in enumerate(lines)]
     # One face fewer: the order says nothing either.
@@ -293,7 +293,7 @@ def clear(folder):
     return folder
 
 
-def test_what_is_opaque_and_what_is_not_stay_materials_of_their_own(clear, iccm):
+def test_opaque_and_transparent_parts_stay_separate_materials(clear, iccm):
     """The new mesh is one primitive."""
     done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
     (note,) = [line for line in done.lines if "out.glb" in line and "2 materials" in line]
@@ -313,7 +313,7 @@ def test_what_is_opaque_and_what_is_not_stay_materials_of_their_own(clear, iccm)
 
 
 @pytest.mark.parametrize(("factor", "cutoff"), [(1, 0.5), (0.5, 0.25)])
-def test_of_an_obj_a_picture_says_what_is_opaque(clear, iccm, factor, cutoff):
+def test_the_picture_of_an_obj_determines_its_opacity(clear, iccm, factor, cutoff):
     file = rich_glb.read(clear / "two.glb")
     file.materials[1].pbrMetallicRoughness.baseColorFactor = [1, 1, 1, factor]
     file.materials[1].alphaCutoff = cutoff
@@ -352,7 +352,7 @@ def test_materials_whose_normals_are_scaled_differently_stay_apart(folder, iccm)
     assert sorted(scales) == [0.4, 0.8]
 
 
-def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(folder, iccm):
+def test_colours_under_alpha_0_are_visible_where_a_material_is_opaque(folder, iccm):
     make, file, _ = in_halves(folder)
     stream = io.BytesIO()
     rgba = np.dstack([shade(texels(), 1).round(), np.zeros((N, N))]).astype(np.uint8)
@@ -370,7 +370,7 @@ def test_colours_below_no_alpha_are_seen_where_a_material_is_opaque(folder, iccm
     assert off(pixels(colours)[..., :3], BENT, 1) <= 0.005
 
 
-def test_an_objs_materials_stay_as_opaque_as_they_are(folder, iccm):
+def test_materials_of_an_obj_keep_their_opacity(folder, iccm):
     old = (folder / "old.obj").read_text().splitlines()
     half = [k for k, line in enumerate(old) if line.startswith("f ")]
     old.insert(half[len(half) // 2], "usemtl glass")
@@ -398,20 +398,20 @@ def test_an_objs_materials_stay_as_opaque_as_they_are(folder, iccm):
         (("old.obj", "new.obj", "-o", "out.gltf"), "use .obj and .glb"),
     ],
 )
-def test_wrong_words_are_told_in_a_line(folder, iccm, words, message):
+def test_wrong_options_are_refused_in_one_line(folder, iccm, words, message):
     done = iccm("relayout", *words)
     assert done.code == 2 and message in done.err and len(done.lines) == 1, done.err
     assert not list(folder.glob("out*"))
 
 
-def test_pictures_beside_an_obj_are_not_replaced_unasked(folder, iccm):
+def test_pictures_beside_an_obj_are_not_replaced_without_force(folder, iccm):
     (folder / "out-kd.png").write_bytes(b"mine")
     done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
     assert done.code == 2 and "out-kd.png: the file exists" in done.err
     assert (folder / "out-kd.png").read_bytes() == b"mine" and not (folder / "out.obj").exists()
 
 
-def test_materials_for_a_mesh_that_is_no_obj_are_written_to_glb(folder, iccm):
+def test_materials_for_a_mesh_that_is_not_an_obj_are_written_to_glb(folder, iccm):
     """An OBJ with a library is written of an OBJ's own lines; it ended with an internal error."""
     assert iccm("flatten", "new.obj", "--uv", "new.ply").code == 0
     done = iccm("relayout", "old.glb#body", "new.ply", "-o", "out.obj", "--size", N)

@@ -86,7 +86,7 @@ def test_vertex_colours_alone_become_a_texture(folder, iccm, coloured, unwrapped
     assert ("removed" in done.err) == coloured
 
 
-def test_factors_of_the_material_still_multiply_them(folder, iccm):
+def test_factors_of_the_material_multiply_vertex_colours(folder, iccm):
     file, picture, _ = relaid(iccm, folder, mesh(UV, LINEAR, factor=(*FACTOR, 1)), mesh(TURNED))
     assert off(picture, LINEAR) <= 0.01
     assert file.materials[0].pbrMetallicRoughness.baseColorFactor == [*FACTOR, 1]
@@ -107,7 +107,7 @@ def plain(colour):
     return stream.getvalue()
 
 
-def test_they_multiply_the_texture_where_the_new_mesh_has_none(folder, iccm):
+def test_vertex_colours_multiply_the_texture_where_the_new_mesh_has_none(folder, iccm):
     grey = 0.2158605  # linear, of 128
     _, picture, done = relaid(iccm, folder, mesh(UV, LINEAR, plain([128] * 3)), mesh(TURNED))
     assert off(picture, grey * LINEAR) <= 0.01 and "vertex colors" in done.err
@@ -126,7 +126,7 @@ def test_vertex_colours_that_only_the_new_mesh_has_are_reported(folder, iccm):
     assert (picture[N // 2, N // 2] == [128, 90, 40]).all() and "vertex colors" in done.err
 
 
-def test_those_of_a_ply_are_srgb(folder, iccm):
+def test_vertex_colours_of_a_ply_are_srgb(folder, iccm):
     rows = [
         "{} {} {} {} {} {} {} {}".format(*p, u, 1 - v, *c)
         for p, (u, v), c in zip(POINTS, UV, encoded(LINEAR).round().astype(int))
@@ -147,7 +147,7 @@ def test_those_of_a_ply_are_srgb(folder, iccm):
 
 
 @pytest.mark.parametrize("top", [1, 255])
-def test_those_of_an_obj_are_srgb_and_need_no_coordinates(folder, iccm, top):
+def test_vertex_colours_of_an_obj_are_srgb_and_need_no_coordinates(folder, iccm, top):
     """Numbers after the positions, as MeshLab, Blender and scanners write them."""
     colours = encoded(LINEAR) / 255 * top
     rows = ["v {} {} {} {:.6f} {:.6f} {:.6f}".format(*p, *c) for p, c in zip(POINTS, colours)]

@@ -93,7 +93,7 @@ def test_a_patch_has_the_triangles_of_its_surface(folder):
         mesh_files.read("rh.cut.patch.3d")
 
 
-def test_a_picture_shows_the_overlay_where_the_flattening_takes_it(folder, iccm):
+def test_a_picture_shows_the_overlay_at_its_flattened_place(folder, iccm):
     done = iccm(
         "flatten", "a.surf.gii", "--overlay", "lh.curv", "-o", "a.tif", "-o", "a.png", "-o", "flat.obj"
     )
@@ -156,7 +156,7 @@ def test_a_closed_surface_is_cut_open(tmp_path, monkeypatch, iccm):
     assert done.code == 0 and "cut open" in done.err, done.err
 
 
-def test_what_is_not_a_surface_or_an_overlay_is_refused(folder, iccm):
+def test_other_files_than_surfaces_and_overlays_are_refused(folder, iccm):
     Path("rh.broken").write_bytes(b"\xff\xff\xfecreated\n\n" + struct.pack(">ii", 5, 1 << 30))
     Path("junk.gii").write_text("<GIFTI>")
     Path("lh.bad").write_bytes(b"\xff\xff\xff\0\0")

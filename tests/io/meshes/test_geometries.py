@@ -107,7 +107,7 @@ def test_maps_of_every_material_are_carried(pair, iccm):
 
 
 @pytest.mark.slow
-def test_one_texture_of_several_is_told(pair, iccm):
+def test_a_note_reports_that_one_texture_of_several_is_used(pair, iccm):
     done = iccm("map", "pair.glb", "pair.svg", "--parts", "all", "-o", "o.png")
     assert done.code == 0 and "replaces all of its 2 textures" in done.err, done.err
     named = iccm("map", "pair.glb#left", "pair.svg#left", "-o", "l.png")
@@ -127,7 +127,7 @@ def test_all_geometries_are_mapped_without_overlap(pair, iccm):
     assert sizes[0].prod() == pytest.approx(sizes[1].prod(), rel=0.01)
 
 
-def test_the_largest_geometry_is_taken_and_the_share_of_the_file_told(pair, iccm):
+def test_the_largest_geometry_is_used_and_its_share_of_the_file_reported(pair, iccm):
     file = gl.GLTF2().load("pair.glb")
     file.nodes[1].scale = [2, 2, 2]
     file.save("uneven.glb")
@@ -166,7 +166,7 @@ def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
     assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(1)
 
 
-def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
+def test_the_share_of_mappable_parts_is_reported(shapes, iccm):
     """A closed box beside a square is omitted with --no-cut."""
     import trimesh
 
@@ -181,7 +181,7 @@ def test_the_share_of_each_part_that_can_be_mapped_is_told(shapes, iccm):
     assert json.loads((shapes / "r.json").read_text())["mapped"] == pytest.approx(1 / 7)
 
 
-def test_a_mesh_with_instances_is_where_it_is_whatever_the_order_of_nodes(pair, iccm):
+def test_instances_are_matched_in_any_order_of_nodes(pair, iccm):
     """As written by Blender: in another order, with rounded positions."""
     places = {"far": [3, 0.25, 0], "near": [-2, 5, 1], "beside": [-2, 1, 1]}
     for name, order in {"one.glb": ("far", "near", "beside"), "other.glb": ("beside", "far", "near")}.items():

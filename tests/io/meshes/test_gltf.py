@@ -114,7 +114,7 @@ def test_vertices_are_split_with_all_that_they_have(ball, iccm):
     assert again.has_uv
 
 
-def test_vertices_added_at_the_rim_have_what_lies_between_the_old_ones(rich, iccm):
+def test_vertices_added_at_the_rim_have_interpolated_attributes(rich, iccm):
     path = '<path d="M0 0Q4 3 9 0Q6 4 9 9Q4 6 0 9Q3 4 0 0"/>'
     bent = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{path}</svg>'
     (rich / "bent.svg").write_text(bent)
@@ -147,7 +147,7 @@ def test_vertices_added_at_the_rim_have_what_lies_between_the_old_ones(rich, icc
             )
 
 
-def test_a_texture_takes_the_place_of_the_old_one(rich, iccm):
+def test_a_texture_replaces_the_old_one(rich, iccm):
     Image.new("RGB", (8, 8), (10, 200, 30)).save("new.png")
     done = iccm("map", "square.svg", "rich.glb#body", "--texture", "new.png", "-o", "out.glb")
     assert done.code == 0, done.err
@@ -199,7 +199,7 @@ def test_other_pieces_of_a_primitive_stay_a_primitive_of_their_own(shapes, iccm)
     assert new.materials[large.material] == old.materials[0]
 
 
-def test_gltf_with_files_beside_it_becomes_one_glb(rich, iccm):
+def test_gltf_with_separate_files_becomes_one_glb(rich, iccm):
     from pygltflib import BufferFormat, ImageFormat
 
     file = rich_glb.read("rich.glb")
@@ -338,7 +338,7 @@ def test_sparse_and_normalised_accessors_and_placed_textures(tmp_path):
         ({"meshes": [{"primitives": [{"attributes": {"POSITION": 9}}]}]}, "cannot read this GLTF file"),
     ],
 )
-def test_what_cannot_be_read_is_told_in_a_line(shapes, iccm, change, message):
+def test_unreadable_files_are_refused_in_one_line(shapes, iccm, change, message):
     tree = {"asset": {"version": "2.0"}, **change}
     (shapes / "a.gltf").write_text(json.dumps(tree))
     done = iccm("flatten", "a.gltf")
@@ -384,7 +384,7 @@ def corners_of_accessor(file, number):
     return np.frombuffer(file.binary_blob(), "<f4", 3 * accessor.count, start).reshape(-1, 3).astype(float)
 
 
-def test_what_draco_compressed_is_the_mesh_it_was(tmp_path, iccm):
+def test_meshes_compressed_by_draco_are_unchanged(tmp_path, iccm):
     squeezed(tmp_path)
     parts = [gltf.primitives(gltf.read(tmp_path / f"{name}.glb"))["sheet"] for name in ("plain", "draco")]
     corners = []
@@ -415,7 +415,7 @@ def test_what_draco_compressed_is_the_mesh_it_was(tmp_path, iccm):
         (None, "pip install 'iccm[draco]'"),
     ],
 )
-def test_draco_that_cannot_be_read_is_told_in_a_line(shapes, iccm, monkeypatch, how, message):
+def test_damaged_draco_is_refused_in_one_line(shapes, iccm, monkeypatch, how, message):
     squeezed(shapes, **(how or {}))
     if how is None:
         monkeypatch.setitem(sys.modules, "DracoPy", None)
@@ -453,7 +453,7 @@ def packed(folder, name="EXT_meshopt_compression", **wrong):
 
 
 @pytest.mark.parametrize("name", gltf_compressed.MESHOPT)
-def test_what_meshopt_compressed_is_the_mesh_it_was(tmp_path, iccm, name):
+def test_meshes_compressed_by_meshopt_are_unchanged(tmp_path, iccm, name):
     packed(tmp_path, name)
     plain, unpacked = (
         gltf.primitives(gltf.read(tmp_path / file))["sheet"].triangles()
@@ -482,7 +482,7 @@ def test_what_meshopt_compressed_is_the_mesh_it_was(tmp_path, iccm, name):
         (None, "pip install 'iccm[meshopt]'"),
     ],
 )
-def test_meshopt_that_cannot_be_read_is_told_in_a_line(shapes, iccm, monkeypatch, wrong, message):
+def test_damaged_meshopt_is_refused_in_one_line(shapes, iccm, monkeypatch, wrong, message):
     packed(shapes, **(wrong or {}))
     if wrong is None:
         monkeypatch.setitem(sys.modules, "meshopt", None)
@@ -545,7 +545,7 @@ def test_the_transform_of_a_texture_may_name_its_own_set_of_coordinates():
         ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture", "normal"),
     ],
 )
-def test_pictures_are_averaged_as_what_their_slot_says(slot, kind):
+def test_pictures_are_averaged_according_to_their_slot(slot, kind):
     assert gltf_materials.kind_of(slot) == kind
 
 

@@ -88,7 +88,7 @@ def test_a_mesh_is_read_mapped_and_written(folder, iccm):
     assert refused.code == 2 and "15 faces" in refused.err
 
 
-def test_what_a_format_has_no_place_for_is_refused_in_a_line(folder, iccm):
+def test_data_that_a_format_cannot_hold_are_refused_in_one_line(folder, iccm):
     given = {"--carry-maps": "materials", "--normal": "normal"}
     for option, why in given.items():
         words = ("map", "square.svg", "a.mjson", "-o", "o.mjson", option)

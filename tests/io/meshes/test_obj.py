@@ -47,7 +47,7 @@ def every(parsed):
 
 
 @pytest.mark.parametrize("data", FORMS.values(), ids=FORMS.keys())
-def test_what_a_file_says(data):
+def test_a_file_is_parsed(data):
     mesh_file = parse(data, Path("m.obj"))
     assert mesh_file.v[3].tolist() == [0, 1, 0]
     assert mesh_file.vt.tolist() == [[0, 0], [1, 0], [1, 1]]
@@ -180,7 +180,7 @@ def test_a_wrong_line_is_named(message):
     assert "\n" not in str(error.value)
 
 
-def test_a_part_that_is_not_there_is_refused_with_what_there_is():
+def test_a_missing_part_is_refused_with_a_list_of_parts():
     with pytest.raises(InputError, match=r"m\.obj.*'door'.*'House', 'walls', 'south'"):
         parse(MIXED.encode(), Path("m.obj")).mesh("door")
 
@@ -256,7 +256,7 @@ def test_a_new_picture_is_not_tinted_by_the_colour_of_its_material(tmp_path):
     ]
 
 
-def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
+def test_a_moved_library_gets_relative_file_names(tmp_path):
     out = tmp_path / "sub"
     out.mkdir()
     library = material_library.Library(tuple(LIBRARY), tmp_path)
@@ -268,7 +268,7 @@ def test_a_library_that_moves_takes_its_file_names_along(tmp_path):
     assert text.endswith("map_Kd ../f.png\n")
 
 
-def test_a_shared_or_missing_material_is_made_anew(tmp_path):
+def test_a_shared_or_missing_material_gets_a_copy(tmp_path):
     library = material_library.Library(tuple(LIBRARY), tmp_path)
     rename = {"Roof": "Roof_iccm", None: "iccm"}
     text = material_library.bind(library, rename, "iccm_plain", showing(rename, "f.png"), tmp_path / "o.mtl")
@@ -293,7 +293,7 @@ def test_usemtl_lines_go_around_the_part(tmp_path):
     ]
 
 
-def test_lines_that_end_with_a_return_alone_stay_so(shapes, iccm):
+def test_carriage_returns_as_line_ends_are_kept(shapes, iccm):
     text = "o a\rv 0 0 0\rv 1 0 0\rv 1 1 0\rv 0 1 0\rv 2 0 0\rf 1 2 3 4\rf 2 5 3\r"
     (shapes / "a.obj").write_bytes(text.encode())
     assert "kind: mesh" in iccm("info", "a.obj").out

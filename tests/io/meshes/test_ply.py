@@ -52,7 +52,7 @@ FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_polygons_are_read_as_they_are(tmp_path, form):
+def test_polygons_are_not_triangulated(tmp_path, form):
     (tmp_path / "a.ply").write_bytes(content(form))
     mesh = mesh_files.read(str(tmp_path / "a.ply")).mesh
     assert mesh.sizes.tolist() == [4, 4, 3, 3, 4]
@@ -135,7 +135,7 @@ def test_the_texture_is_named_in_a_comment(shapes, iccm):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_what_is_cut_short_is_told_in_a_line(shapes, iccm, form):
+def test_truncated_files_are_refused_in_one_line(shapes, iccm, form):
     data = content(form)
     for end in (len(data) - 30, len(data) - 120, data.index(b"end_header") + 12, 60):
         (shapes / "a.ply").write_bytes(data[:end])

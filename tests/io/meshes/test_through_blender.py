@@ -95,7 +95,7 @@ def test_skins_morph_targets_and_instances_survive_new_coordinates(folder, iccm)
     assert np.abs(np.asarray(new["person"]["corners"]).max(axis=0) - rest_pose.max(axis=0)).max() > 0.1
 
 
-def test_what_blender_writes_again_gets_the_materials_of_the_old_file(folder, iccm):
+def test_files_rewritten_by_blender_get_the_materials_of_the_old_file(folder, iccm):
     assert iccm("flatten", "old.glb#body", "--uv", "new.glb").code == 0
     through_blender("new.glb")
     done = iccm("relayout", "old.glb", "new-back.glb", "-o", "out.glb", "--size", 128, "--report", "r.json")

@@ -66,7 +66,7 @@ def test_coordinates_are_written_so_that_usd_reads_them(scene, iccm):
     assert ours.shape == theirs.shape and np.abs(ours - theirs).max() < 2e-4
 
 
-def test_what_refers_to_other_files_is_refused(scene, iccm):
+def test_references_to_other_files_are_refused(scene, iccm):
     stage = Usd.Stage.CreateNew("outer.usda")
     stage.DefinePrim("/a").GetReferences().AddReference(f"./{scene}", "/world")
     stage.GetRootLayer().Save()

@@ -260,7 +260,7 @@ def test_features_in_a_bare_list_and_on_lines(tmp_path):
         assert [outline.curve.area for outline in shape.read_all(str(path))] == [100, 25, 9]
 
 
-def test_geojson_without_polygons_says_what_it_has(tmp_path):
+def test_the_error_for_geojson_without_polygons_lists_its_geometries(tmp_path):
     path = tmp_path / "a.geojson"
     tracks = [feature({"type": "LineString", "coordinates": [[0, 0], [1, 1]]})] * 3
     empty = [

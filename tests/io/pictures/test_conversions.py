@@ -85,7 +85,7 @@ def test_every_exif_orientation_is_that_of_viewers(tmp_path, orientation):
 
 
 @pytest.mark.parametrize(("x", "y"), [(1, 2), (-2, -1), (4, -2)])
-def test_a_data_window_is_put_where_it_belongs(tmp_path, x, y):
+def test_a_data_window_is_placed_in_its_display_window(tmp_path, x, y):
     """5 by 4 stored pixels at (x, y) of a picture of 7 by 5; those outside of it are omitted."""
     stored = np.arange(1, 21, dtype=np.float32).reshape(4, 5, 1)
     spec = oiio.ImageSpec(5, 4, 1, "float")
@@ -115,7 +115,7 @@ def test_jpeg_keeps_colours_at_full_resolution(tmp_path):
         assert JpegImagePlugin.get_sampling(picture) == 0  # 4:4:4
 
 
-def test_that_negative_colours_are_clipped_is_told():
+def test_clipping_of_negative_colours_gets_a_note():
     pixels = np.full((2, 5, 1), 0.5, np.float32)
     pixels[0, 0] = -0.25
     note = image_files.clipping_note("a.png", Image(pixels, colorspace="lin_rec709"))
@@ -148,7 +148,7 @@ SAID = {
 
 
 @pytest.mark.parametrize("kind", SAID)
-def test_what_a_png_says_of_its_colours_counts(tmp_path, kind):
+def test_colour_chunks_of_a_png_are_respected(tmp_path, kind):
     """In linear light, and in every output format, with or without a name for the colour space."""
     name, content, light = SAID[kind]
     image = image_files.read(png_with(tmp_path / "a.png", name, content))

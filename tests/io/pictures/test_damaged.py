@@ -22,7 +22,7 @@ def exr(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("byte", [0xFF, 0xC3, 0x80])
-def test_a_byte_of_the_header_that_is_no_text(exr, byte, tmp_path):
+def test_a_byte_of_the_header_that_is_not_text(exr, byte, tmp_path):
     noted = 0
     for position in range(8, min(700, len(exr)), 3):
         content = bytearray(exr)

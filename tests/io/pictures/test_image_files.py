@@ -43,7 +43,7 @@ LOSSLESS = [
 
 
 @pytest.mark.parametrize("suffix, dtype, channels, alpha, space", LOSSLESS)
-def test_what_is_written_is_read_again(tmp_path, suffix, dtype, channels, alpha, space):
+def test_written_pictures_are_read_back(tmp_path, suffix, dtype, channels, alpha, space):
     image = Image(noise((7, 9, channels), dtype), alpha, False, space)
     image_files.write(tmp_path / f"a{suffix}", image)
     again = image_files.read(tmp_path / f"a{suffix}")
@@ -59,7 +59,7 @@ def test_dark_transparent_texels_keep_their_colour(tmp_path):
         assert np.array_equal(image_files.read(tmp_path / name).pixels, pixels)
 
 
-def test_exr_associates_alpha_and_says_so(tmp_path):
+def test_exr_associates_alpha_with_a_note(tmp_path):
     straight = Image(np.full((2, 2, 4), 0.5, np.float32), 3, False, "lin_rec709")
     image_files.write(tmp_path / "a.exr", straight)
     again = image_files.read(tmp_path / "a.exr")
@@ -159,7 +159,7 @@ def test_lab_is_converted(tmp_path):
     assert np.abs(image_files.read(tmp_path / "a.tif").pixels - expected).max() < 3
 
 
-def test_an_animated_png_says_that_its_first_picture_is_used(tmp_path):
+def test_the_first_picture_of_an_animated_png_is_used_with_a_note(tmp_path):
     frames = [Pillow.new("RGB", (8, 8), colour) for colour in ("red", "blue")]
     frames[0].save(tmp_path / "a.png", save_all=True, append_images=frames[1:])
     frames[0].save(tmp_path / "b.png")
@@ -189,7 +189,7 @@ def test_forms_that_are_not_read_are_named(tmp_path, brand, message, monkeypatch
     "content",
     [b"", b"xx", b"BM" + bytes(90), b"\x89PNG\r\n\x1a\n", b"\0\0\0\x1cftypavif" + bytes(40)],
 )
-def test_a_held_picture_that_cannot_be_read_is_said_once(content):
+def test_an_unreadable_embedded_picture_is_reported_once(content):
     """And without the name of the temporary file from which libraries read it."""
     with pytest.raises(InputError, match=r"^embedded: ") as caught:
         image_files.read_held(content, "embedded")
@@ -242,7 +242,7 @@ def test_exif_orientation_is_applied(tmp_path):
     assert "Orientation" not in image.metadata
 
 
-def test_formats_convert_what_they_cannot_hold(tmp_path):
+def test_formats_convert_unsupported_pixels(tmp_path):
     linear = Image(np.full((4, 4, 4), 0.2140411, np.float32), 3, False, "lin_rec709")
     image_files.write(tmp_path / "a.png", linear)
     png = image_files.read(tmp_path / "a.png")
@@ -254,7 +254,7 @@ def test_formats_convert_what_they_cannot_hold(tmp_path):
 
 
 @pytest.mark.parametrize("name", USUAL)
-def test_usual_colour_spaces_are_what_opencolorio_takes_them_for(name):
+def test_usual_colour_spaces_agree_with_opencolorio(name):
     config = oiio.ColorConfig()
     assert config.resolve(name) in config.getColorSpaceNames()
     assert config.equivalent(name, USUAL[name])
@@ -340,7 +340,7 @@ def test_a_gif_is_read(tmp_path):
     assert np.array_equal(image.pixels, np.array([[0, 0, 0, 0], [255, 0, 0, 255]], np.uint8)[index])
 
 
-def test_what_is_left_out_of_a_file_is_told(tmp_path):
+def test_parts_omitted_from_a_file_get_a_note(tmp_path):
     spec = oiio.ImageSpec(3, 2, 1, "uint8")
     file = oiio.ImageOutput.create(str(tmp_path / "a.tif"))
     assert file.open(str(tmp_path / "a.tif"), (spec, spec))
@@ -384,7 +384,7 @@ def test_a_deep_picture_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("broken", ["cut", "changed", "no chunk"])
-def test_a_broken_png_is_told_by_no_library(tmp_path, capfd, broken):
+def test_libraries_print_nothing_about_a_broken_png(tmp_path, capfd, broken):
     save(tmp_path / "a.png", noise((64, 64, 3), np.uint8))
     content = bytearray((tmp_path / "a.png").read_bytes())
     if broken == "changed":
@@ -404,14 +404,14 @@ def test_a_png_whose_comment_is_broken_is_read(tmp_path):
     assert (image_files.read(tmp_path / "a.png").pixels == 77).all()
 
 
-def test_what_is_not_a_number_is_black_in_integers(tmp_path):
+def test_nan_is_black_in_integers(tmp_path):
     pixels = np.array([[[np.nan], [np.inf], [-np.inf], [0.5]]], np.float32)
     with warnings.catch_warnings(action="error"):
         image_files.write(tmp_path / "a.png", Image(pixels, colorspace="data"))
     assert image_files.read(tmp_path / "a.png").pixels.ravel().tolist() == [0, 65535, 0, 32768]
 
 
-def test_a_format_that_says_no_colour_space_gets_srgb(tmp_path):
+def test_a_format_without_colour_space_gets_srgb(tmp_path):
     dark = Image(np.full((8, 8, 3), 55, np.uint8), colorspace="lin_rec709")
     for name, expected in (("a.png", 55), ("a.webp", 128), ("a.jpg", 128)):
         image_files.write(tmp_path / name, dark)
@@ -475,7 +475,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_written_is_refused_before_the_solving(circles, monkeypatch, case):
+def test_unwritable_pictures_are_refused_before_the_solving(circles, monkeypatch, case):
     change, message = REFUSED[case]
     monkeypatch.setattr("iccm.io.run.execute.solve_pairs", lambda state: pytest.fail("solved"))
     monkeypatch.setattr("iccm.io.memory.resident", lambda: 100 << 20)  # whatever ran before in this process
@@ -524,7 +524,7 @@ def test_colours_over_alpha_mean_the_same_in_every_format(tmp_path, suffix, dtyp
         ({"output": ("o.png",)}, 0),
     ],
 )
-def test_that_a_format_does_not_say_the_colour_space_is_told(circles, change, warned):
+def test_a_format_without_colour_space_gets_a_note(circles, change, warned):
     image_files.write("linear.png", Image(noise((9, 9, 3), np.uint8), colorspace="lin_rec709"))
     notes = run(circles.model_copy(update={"texture": "linear.png", **change})).notes
     assert sum("colour space lin_rec709" in note for note in notes) == warned
@@ -537,7 +537,7 @@ def test_that_a_format_does_not_say_the_colour_space_is_told(circles, change, wa
         {("o.png", 9.5, 1), ("o.tif", 9.5, 0)},
     ),
 )
-def test_that_a_format_clips_is_told(circles, iccm, name, top, warned):
+def test_a_format_that_clips_gets_a_note(circles, iccm, name, top, warned):
     image_files.write("bright.exr", Image(np.full((8, 8, 3), top, np.float32), colorspace="lin_rec709"))
     job = circles.model_copy(update={"texture": "bright.exr", "output": (name,)})
     assert sum("stores values from 0 to 1; 100.0% of the texels" in note for note in run(job).notes) == warned
@@ -558,7 +558,7 @@ LOSING = [
 
 
 @pytest.mark.parametrize("change, warned", LOSING)
-def test_that_colours_under_alpha_0_are_lost_is_told_where_they_are_kept_apart(circles, change, warned):
+def test_lost_colours_under_alpha_0_get_a_note_where_alpha_is_straight(circles, change, warned):
     job = circles.model_copy(update={"texture": "straight.png", "output": ("o.webp",), **change})
     notes = [note for note in run(job).notes if "does not keep colours where alpha is 0" in note]
     assert len(notes) == warned

@@ -53,7 +53,7 @@ def test_a_picture_that_holds_eps_starts_no_program(tmp_path, monkeypatch, no_pr
         picture_file(EPS)
 
 
-def test_formats_outside_the_list_cannot_be_asked_for():
+def test_formats_outside_the_list_are_refused():
     with pytest.raises(ValueError, match="EPS"), pillow.opened(EPS, "a.eps", ("EPS",)):
         pass
 
@@ -63,7 +63,7 @@ def test_more_pixels_than_are_decoded_are_refused_by_the_limit():
         pass
 
 
-def test_what_is_found_wrong_while_decoding_is_refused_too():
+def test_errors_during_decoding_are_refused_too():
     whole = io.BytesIO()
     Pillow.fromarray(np.full((40, 30, 3), 7, np.uint8)).save(whole, "PNG")
     with (

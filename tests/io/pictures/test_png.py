@@ -41,7 +41,7 @@ def write(path, pixels, rows=7):
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 @pytest.mark.parametrize("height", [1, 7, 30])
-def test_the_pixels_come_back(tmp_path, dtype, channels, height):
+def test_pixels_are_read_back(tmp_path, dtype, channels, height):
     pixels = noise((height, 41, channels), dtype)
     write(tmp_path / "a.png", pixels)
     read = oiio.ImageBuf(str(tmp_path / "a.png"))
@@ -54,7 +54,7 @@ def test_the_pixels_come_back(tmp_path, dtype, channels, height):
             assert np.array_equal(np.asarray(file).reshape(pixels.shape), pixels)
 
 
-def test_all_but_the_pixels_is_as_openimageio_writes_it(tmp_path):
+def test_everything_except_the_pixels_agrees_with_openimageio(tmp_path):
     pixels = noise((30, 41, 4), np.uint8)
     write(tmp_path / "a.png", pixels)
     file = oiio.ImageOutput.create(str(tmp_path / "b.png"))
@@ -68,13 +68,13 @@ def test_all_but_the_pixels_is_as_openimageio_writes_it(tmp_path):
     assert {b"IHDR", b"sRGB", b"tEXt", b"pHYs", b"IEND"} <= {name for name, _ in first}
 
 
-def test_what_is_smooth_is_small(tmp_path):
+def test_smooth_pictures_compress_well(tmp_path):
     pixels = np.broadcast_to(np.arange(200, dtype=np.uint8)[:, None, None], (200, 300, 3))
     write(tmp_path / "a.png", np.ascontiguousarray(pixels), rows=64)
     assert (tmp_path / "a.png").stat().st_size < 0.02 * pixels.size
 
 
-def test_a_folder_that_is_missing_is_told(tmp_path):
+def test_a_missing_folder_is_reported(tmp_path):
     pixels = noise((3, 4, 3), np.uint8)
     file = PngOutput(oiio.ImageOutput.create("a.png"))
     assert not file.open(str(tmp_path / "missing" / "a.png"), spec_of(pixels))
@@ -97,7 +97,7 @@ except InputError as error:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limits on files there")
-def test_a_full_disk_is_told(tmp_path):
+def test_a_full_disk_is_reported(tmp_path):
     line = [sys.executable, "-c", FULL, str(tmp_path / "a.png")]
     process = subprocess.run(line, capture_output=True, text=True, check=True)
     assert process.stdout.startswith(f"{tmp_path / 'a.png'}: cannot write this picture: ")

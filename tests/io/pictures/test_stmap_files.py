@@ -54,7 +54,7 @@ def test_openimageio_reads_it_as_meant(tmp_path):
 
 
 @pytest.mark.parametrize("shape", [(128, 128), (96, 160)])
-def test_applying_a_stored_map_gives_what_warping_gives(tmp_path, shape):
+def test_applying_a_stored_map_agrees_with_warping(tmp_path, shape):
     picture, canvas = Image((smooth(*shape) * 65535).astype(np.uint16)), Canvas(150, 130, BOX)
     stmap_files.write(tmp_path / "a.exr", curved(), BOX, canvas)
     stmap_files.apply(stmap_files.read(tmp_path / "a.exr"), picture, tmp_path / "b.png")
@@ -66,7 +66,7 @@ def test_applying_a_stored_map_gives_what_warping_gives(tmp_path, shape):
     assert np.abs(again.pixels[inner].astype(int) - direct[inner]).max() < 400
 
 
-def test_what_is_no_stmap_is_told(tmp_path):
+def test_invalid_stmaps_are_refused(tmp_path):
     image_files.write(tmp_path / "a.png", Image(np.zeros((4, 4, 3), np.uint8)))
     with pytest.raises(InputError, match="not an STMap"):
         stmap_files.read(tmp_path / "a.png")
@@ -105,7 +105,7 @@ def test_iccm_apply_averages_normals_as_directions(tmp_path, monkeypatch, iccm):
     assert blue["normal"].min() > 250 and np.abs(blue["data"] - 218).max() <= 2
 
 
-def test_iccm_apply_tells_what_is_left_out_and_refuses_at_once(tmp_path, monkeypatch, iccm):
+def test_iccm_apply_reports_omissions_and_refuses_at_once(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     stmap_files.write("a.exr", curved(), BOX, Canvas(60, 60, BOX))
     picture = np.ones((8, 8, 5), np.float32)
@@ -138,7 +138,7 @@ def test_iccm_apply_writes_to_stdout_and_keeps_its_inputs(tmp_path, monkeypatch,
     assert done.code == 2 and done.lines[-1].startswith("error: o.obj: unknown picture format '.obj'")
 
 
-def test_a_picture_of_several_tiles_is_read_where_s_and_t_say(tmp_path):
+def test_a_picture_of_several_tiles_is_read_at_the_stored_coordinates(tmp_path):
     """An STMap whose places are the texels of a picture of 3 by 2 tiles starting at (1, 0) gives the picture itself."""
     rng = np.random.default_rng(0)
     pixels = rng.integers(0, 256, (10, 36, 3), np.uint8)

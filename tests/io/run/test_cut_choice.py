@@ -48,7 +48,7 @@ def mapped(iccm, *words):
 
 
 @pytest.mark.slow
-def test_a_cut_is_taken_that_stretches_the_picture_less(folder, iccm, monkeypatch):
+def test_the_cut_that_stretches_the_picture_less_is_used(folder, iccm, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr(cut_choice, "SEAM_EXTENSIONS", ())
         for_flattening, _ = mapped(iccm)

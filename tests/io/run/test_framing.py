@@ -61,13 +61,13 @@ def test_a_texture_is_rotated_by_degrees():
     ("size", "expected"),
     [((100,), (100, 33)), ((FREE_SIDE, 50), (150, 50)), ((90, FREE_SIDE), (90, 30)), ((7, 9), (7, 9))],
 )
-def test_a_side_that_is_free_has_the_proportions_of_what_is_shown(size, expected):
+def test_a_free_side_follows_the_proportions_of_the_frame(size, expected):
     assert framing.size_within(size, 3 + 1j, 10_000) == expected
     with pytest.raises(InputError, match="max-pixels"):
         framing.size_within(size, 3 + 1j, expected[0] * expected[1] - 1)
 
 
-def test_textures_of_other_proportions_than_their_canvas_are_told(oblong):
+def test_textures_with_other_proportions_than_their_canvas_get_a_note(oblong):
     given = job(texture="t.png")
     assert framing.stretch_notes(given, oblong, (25, 100, 3)) == []
     (note,) = framing.stretch_notes(given, oblong, (100, 25, 3))
@@ -92,7 +92,7 @@ def report_of(gap=0.001, certified=True, share=1.0, pins=()):
     ("figures", "part"),
     [({"gap": 0.5}, "boundary"), ({"certified": False}, "injective"), ({"share": 0.9}, "90.0%")],
 )
-def test_what_puts_a_picture_in_doubt_is_told(figures, part):
+def test_doubtful_figures_are_reported(figures, part):
     assert report.doubts(report_of(), 0.01, False) == []
     (doubt,) = report.doubts(report_of(**figures), 0.01, False)
     assert part in doubt
@@ -101,7 +101,7 @@ def test_what_puts_a_picture_in_doubt_is_told(figures, part):
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-def test_only_what_is_opaque_has_a_colour(dtype):
+def test_only_opaque_pixels_have_a_colour(dtype):
     top = 1 if dtype == np.float32 else np.iinfo(dtype).max
     pixels = np.zeros((4, 5, 4), dtype)
     pixels[1:3] = np.array([1, 0, 0, 1]) * top

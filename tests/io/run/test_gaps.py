@@ -109,7 +109,7 @@ COMB = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
         slow(14, "comb", False),
     ],
 )
-def test_a_note_says_where_a_thin_target_shows_pieces_of_lines(iccm, files, width, target, noted):
+def test_a_note_reports_where_a_thin_target_shows_pieces_of_lines(iccm, files, width, target, noted):
     Path("arrows.svg").write_text(ARROWS.format(width=width))
     Path("comb.svg").write_text(COMB)
     done = iccm("map", "arrows.svg", f"{target}.svg", "-o", "out.png", "--size", "90")

@@ -48,7 +48,7 @@ def test_long_lines_and_blocks(shapes, monkeypatch):
     assert obj_format.ObjFormat(shapes / "m.obj").count_faces(9) == 0
 
 
-def test_what_an_obj_names_is_an_input_and_its_hash_that_of_what_was_read(shapes):
+def test_files_named_by_an_obj_are_inputs_with_the_hash_of_the_first_reading(shapes):
     (shapes / "m.obj").write_text(MESH)
     (shapes / "m.mtl").write_text("newmtl a\nmap_Kd -s 2 2 2 square.svg\n")
     inputs = Inputs(Job(source="m.obj", target="blob.svg"))

@@ -100,7 +100,7 @@ def test_apply_takes_its_options_from_the_same_place():
 
 
 @pytest.mark.parametrize("name", sorted(options_of()))
-def test_what_is_said_of_an_option_is_what_the_job_checks(name):
+def test_the_table_of_options_agrees_with_the_checks_of_the_job(name):
     _, option = options_of()[name]
     assert getattr(Job(source="a"), name) == option.default and option.help[0].isalnum()
     if option.least is not None:
@@ -141,7 +141,7 @@ def test_the_default_output_is_named_after_the_shapes(job, name):
     assert name_outputs(job, Inputs(job)).output == (name,)
 
 
-def test_no_picture_by_default_when_something_else_is_asked_for():
+def test_no_picture_by_default_when_another_output_is_requested():
     for job in (Job(source="a", target="b", report="-"), Job(source="a", target="b", plot="p.png")):
         assert name_outputs(job, Inputs(job)).output == ()
 
@@ -173,7 +173,7 @@ def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options
 
 
 @pytest.mark.parametrize("threads", [slow(1), 2])
-def test_what_a_job_made_is_freed_when_it_ends(tmp_path, threads):
+def test_the_memory_of_a_job_is_freed_when_it_ends(tmp_path, threads):
     """Otherwise a worker keeps the maps and pictures of many jobs until Python's next garbage collection."""
     (tmp_path / "a.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H4V3H0z"/></svg>')
     name = str(tmp_path / "a.svg")

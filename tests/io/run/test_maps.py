@@ -40,7 +40,7 @@ def options(name, word):
 @pytest.mark.parametrize(
     "words", [["blob.svg"], ["tiles.obj#left", "--bake"], ["tiles.obj", "--plane", "uv"]]
 )
-def test_a_set_is_what_single_runs_are_and_is_solved_once(material, iccm, monkeypatch, words):
+def test_a_set_agrees_with_single_runs_and_is_solved_once(material, iccm, monkeypatch, words):
     names = {"texture": "texture.png", "normal": "normal.png", "data": "data.tif"}
     single = {}
     for word, name in names.items():
@@ -116,7 +116,7 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
         (["-o", "x.obj", "--carry-maps"], "leave one of the two out"),
     ],
 )
-def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, message):
+def test_outputs_that_a_mesh_cannot_show_are_refused(material, iccm, more, message):
     given = ["--texture", "texture.png", "--normal", "normal.png"]
     done = iccm("map", "square.svg", "tiles.obj#left", *given, *more)
     assert done.code == 2 and message in done.err and not (material / more[1]).exists()
@@ -125,7 +125,7 @@ def test_what_a_mesh_cannot_show_is_refused(material, iccm, more, message):
 @pytest.mark.parametrize(
     "given", [["--normal-down", "normal.png"], ["--texture", "data.tif", "--kind", "data"]]
 )
-def test_a_mesh_does_not_show_as_colours_what_is_none(material, iccm, given):
+def test_a_mesh_does_not_show_data_as_colours(material, iccm, given):
     for output in (["-o", "x.glb"], []):  # by default, a mesh onto a mesh gives a mesh
         done = iccm("map", "square.svg", "tiles.obj#left", *given, *output)
         assert done.code == 2 and "add a picture for" in done.err, done.err

@@ -32,7 +32,7 @@ def likely(hint):
 @pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.data())
-def test_a_job_holds_what_its_options_take_or_names_each_mistake(data):
+def test_a_job_accepts_its_options_or_names_each_mistake(data):
     names = data.draw(st.lists(st.sampled_from(sorted(HINTS)), max_size=4, unique=True))
     values = {name: data.draw(likely(HINTS[name])) for name in names} | {"source": "a.svg"}
     try:
@@ -120,7 +120,7 @@ def test_a_job_does_not_change_and_its_copies_do():
     assert "source='a.svg'" in repr(job)
 
 
-def test_mistakes_are_told_by_their_keys():
+def test_mistakes_are_reported_with_their_keys():
     with pytest.raises(JobError) as caught:
         Job(source="a.svg", order=2, colour=1)
     assert [key for key, _ in caught.value.mistakes] == ["order", "colour"]

@@ -96,7 +96,7 @@ def test_points_of_other_programs_are_pins_in_the_units_of_the_files(tmp_path, p
     )
 
 
-def test_names_pair_points_whatever_their_order_and_format(tmp_path, pair):
+def test_names_pair_points_in_any_order_and_format(tmp_path, pair):
     write(tmp_path / "labelme.json", SOURCE)
     lines = text_of("table.csv", TARGET).splitlines()
     (tmp_path / "t.csv").write_text("\n".join([lines[0], *reversed(lines[1:])]) + "\n")
@@ -104,7 +104,7 @@ def test_names_pair_points_whatever_their_order_and_format(tmp_path, pair):
     assert pairs.source == SOURCE and pairs.target == TARGET and pairs.names == list(NAMES)
 
 
-def test_missing_landmarks_are_left_out(tmp_path):
+def test_missing_landmarks_are_omitted(tmp_path):
     (tmp_path / "a.tps").write_text("LM=3\n1 2\nNA NA\n5 6\n")
     (tmp_path / "b.tps").write_text("LM=3\n1 9\n3 4\n8 6\n")
     pairs = point_files.read_pairs(str(tmp_path / "a.tps"), str(tmp_path / "b.tps"))

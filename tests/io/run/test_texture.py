@@ -39,7 +39,7 @@ def test_the_next_job_finds_the_same_texture(grey):
     assert load()[1] is load()[1]  # the checkerboard
 
 
-def test_what_is_asked_or_written_otherwise_is_made_anew(grey):
+def test_other_options_or_files_are_read_again(grey):
     image, sampler = load(texture=str(grey))
     again, new_sampler = load(texture=str(grey), filter="linear")
     assert again is image and new_sampler is not sampler

@@ -30,7 +30,7 @@ def paired(source, target, listed=None):
     return collected.pins, collected.strokes
 
 
-def test_drawn_pairs_by_name_whatever_the_order(tmp_path):
+def test_drawn_constraints_are_paired_by_name_in_any_order(tmp_path):
     source = shape(
         tmp_path,
         "s",
@@ -78,7 +78,7 @@ def test_nothing_at_all(tmp_path):
     assert pins.shape == (0, 2) and strokes == []
 
 
-def test_what_has_no_partner_is_named(tmp_path):
+def test_constraints_without_a_partner_are_named(tmp_path):
     source = shape(tmp_path, "s", '<circle id="pin-a" r="1"/><circle id="pin-b" r="1"/>')
     target = shape(tmp_path, "t", '<circle id="pin-b" r="1"/>')
     with pytest.raises(InputError, match=r"s\.svg: pin-a: missing in .*t\.svg"):

@@ -79,7 +79,7 @@ def target_plane(shape):
     return plots.target_plane(shape)
 
 
-def test_a_texture_is_bound_beside_the_mesh(tmp_path):
+def test_a_texture_next_to_the_mesh_is_bound(tmp_path):
     path = write_mesh(tmp_path / "hill.obj")
     target = mesh_reading.read(str(path))
     out = tmp_path / "o.obj"
@@ -233,7 +233,7 @@ def test_a_meshs_texture_on_a_planar_target(tmp_path):
     assert (warped.pixels[2:-2, 2:-2, 3] == 255).all()
 
 
-def test_a_mesh_without_coordinates_or_texture_says_so(tmp_path):
+def test_a_mesh_without_coordinates_or_texture_is_refused(tmp_path):
     bare = mesh_reading.read(str(write_mesh(tmp_path / "a.obj", uv=False)))
     with pytest.raises(InputError, match="has no texture coordinates"):
         bake([(bare, identity(bare), bare)], Sampler(colours().texture(bare.box)), (8, 8))
@@ -318,7 +318,7 @@ def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch,
     assert {a.split()[0] for a, b in lines if a != b} <= {"vt", "f"}
 
 
-def test_flatten_refuses_what_it_cannot_flatten_or_write(tmp_path, monkeypatch, iccm):
+def test_flatten_refuses_meshes_that_it_cannot_flatten_or_write(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     write_mesh(tmp_path / "hill.obj")
     (tmp_path / "tetra.obj").write_text(
@@ -377,7 +377,7 @@ def test_constraints_name_vertices_and_points_in_space(tmp_path, shapes):
         constraints.collect(plane, plane, listing.read(tmp_path / "c.json"))
 
 
-def test_points_of_the_surface_are_found_again_and_points_beside_it_by_the_nearest(tmp_path):
+def test_points_of_the_surface_are_located_and_other_points_by_the_nearest(tmp_path):
     mesh = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
     patch, flat = mesh.flattening.patch, mesh.flattening.flat
     weights = np.random.default_rng(1).dirichlet(np.ones(3), len(patch.faces))
@@ -392,7 +392,7 @@ def test_points_of_the_surface_are_found_again_and_points_beside_it_by_the_neare
     assert (np.linalg.norm(result - beside, axis=1) <= nearest + 1e-12).all()
 
 
-def test_a_texture_goes_onto_a_mesh_with_pins_from_the_command_line(tmp_path, shapes, iccm):
+def test_a_texture_is_mapped_onto_a_mesh_with_pins_of_the_command_line(tmp_path, shapes, iccm):
     write_mesh(tmp_path / "hill.obj", n=8)
     image_files.write(tmp_path / "c.png", colours())
     words = [
@@ -453,7 +453,7 @@ def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embed
     )  # two JPEG decoders
 
 
-def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path, monkeypatch, iccm):
+def test_a_damaged_embedded_texture_is_refused_before_the_solving(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
     target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=6)))
@@ -476,7 +476,7 @@ def test_an_embedded_texture_that_is_damaged_is_told_before_the_solving(tmp_path
         ("target", ["--bake", "-o", "o.png"]),
     ],
 )
-def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm, bare, words):
+def test_a_missing_layout_is_refused_before_the_solving(tmp_path, monkeypatch, iccm, bare, words):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
     for name in ("source", "target"):
@@ -503,7 +503,7 @@ def test_a_missing_layout_is_told_before_the_solving(tmp_path, monkeypatch, iccm
         (["--bake", "-o", "o.png"], "far.obj: face 1"),
     ],
 )
-def test_what_a_mesh_cannot_show_or_hold_is_told_before_the_solving(
+def test_outputs_that_a_mesh_cannot_hold_are_refused_before_the_solving(
     tmp_path, monkeypatch, iccm, words, message
 ):
     monkeypatch.chdir(tmp_path)
@@ -570,7 +570,7 @@ def test_files_beside_an_output_are_checked_before_any_work(
     assert (tmp_path / name).read_text() == "newmtl mine\n"
 
 
-def test_a_texture_in_a_file_is_read_as_one_beside_it(tmp_path):
+def test_an_embedded_texture_is_read_like_a_separate_one(tmp_path):
     """With all its bits, and within the size limit."""
     target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj", n=4)))
     deep = np.arange(8 * 8 * 3, dtype=np.uint16).reshape(8, 8, 3) * 300
@@ -635,7 +635,7 @@ def test_texture_coordinates_that_are_not_finite_are_refused(shapes, iccm):
 
 
 @pytest.mark.slow
-def test_geometries_that_are_left_out_are_told(shapes, iccm):
+def test_omitted_geometries_are_reported(shapes, iccm):
     import trimesh
 
     scene = trimesh.Scene(
@@ -704,7 +704,7 @@ def test_a_texture_repeats_beyond_its_edges(tmp_path):
 
 
 @pytest.mark.parametrize("words", [["a.obj", "square.svg"], ["square.svg", "a.obj", "--bake"]])
-def test_an_stmap_through_texture_coordinates_does_what_the_run_does(shapes, iccm, words):
+def test_an_stmap_through_texture_coordinates_agrees_with_the_run(shapes, iccm, words):
     """A material's pictures need one solution: the STMap gives the same result in `apply` as `map` itself."""
     write_mesh(shapes / "a.obj", n=9)
     image_files.write("t.png", colours(64))
@@ -717,7 +717,7 @@ def test_an_stmap_through_texture_coordinates_does_what_the_run_does(shapes, icc
     assert np.abs(direct[..., :3] - through[..., :3])[seen].max() <= 3
 
 
-def test_a_layout_that_overlaps_or_leaves_the_unit_square_is_told(shapes, iccm):
+def test_a_layout_that_overlaps_or_leaves_the_unit_square_gets_a_note(shapes, iccm):
     text = write_mesh(shapes / "a.obj", n=6).read_text()
     (shapes / "a.obj").write_text(text.replace("vt 1.0", "vt 1.5").replace("vt 0.833333", "vt 1.25"))
     words = ["--bake", "--method", "paper", "--vertices", "60", "--size", "32", "-o", "o.png"]
@@ -732,7 +732,7 @@ def steep(x, y):
     return 10 * np.random.default_rng(5).random(x.size).reshape(x.shape)
 
 
-def test_triangles_turned_over_in_what_is_written_are_told(tmp_path, monkeypatch, iccm):
+def test_flipped_triangles_in_the_output_are_reported(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     write_mesh(tmp_path / "steep.obj", 5, steep, uv=False)
     poor = iccm("flatten", "steep.obj", "--method", "lscm", "--uv", "poor.obj", "--report", "poor.json")
@@ -783,7 +783,7 @@ def test_rounding_of_the_file_counts(tmp_path):
     assert layout.turned_over(uv[None, [0, 2, 1]]) == {"flipped": 1, "degenerate": 0}
 
 
-def test_a_map_that_turns_triangles_over_is_poor(tmp_path, monkeypatch, iccm):
+def test_a_map_that_flips_triangles_is_poor(tmp_path, monkeypatch, iccm):
     """Two triangles of a square with all corners on the outline: the map bends, its coordinates do not."""
     monkeypatch.chdir(tmp_path)
     points = [(0, 0), (4, 0), (4, 4), (0, 4)]

@@ -75,7 +75,7 @@ def test_a_mesh_is_laid_out_onto_an_outline(folder, outline):
     assert corners.min() > -1e-3 and corners.max() < 1 + 1e-3
 
 
-def test_what_is_no_outline_is_refused(folder, capsys):
+def test_files_that_are_not_outlines_are_refused(folder, capsys):
     assert command("flatten", "sheet.obj", "--onto", "none.svg") == 2
     assert "--onto none.svg: no such file" in capsys.readouterr().err
     assert command("flatten", "sheet.obj", "--onto", "sheet.obj") == 2
@@ -90,7 +90,7 @@ def test_new_texture_coordinates_of_ears_are_sound(folder):
 
 
 @pytest.mark.slow
-def test_landmarks_open_closed_meshes_alike(folder):
+def test_landmarks_cut_closed_meshes_consistently(folder):
     fine, coarse = ball(900), ball(500)
     write(folder / "fine.obj", *fine)
     write(folder / "coarse.obj", *coarse)

@@ -35,7 +35,7 @@ def test_all_shapes_are_read_and_know_how_they_are_named(drawn):
         shape.read_all(drawing[0].spec + "#nose")
 
 
-def test_what_no_map_can_have_is_said(drawn):
+def test_shapes_that_cannot_be_mapped_get_notes(drawn):
     bow = '<path d="M80 80L95 95V80L80 95z"/>'
     drawing = drawn(FACE + bow + '<circle id="pin-a" cx="50" cy="50" r="1"/>')
     assert len(drawing) == 5
@@ -64,7 +64,7 @@ def left_and_top(shapes):
     return [(square.curve.box[0].real, -square.curve.box[1].imag) for square in shapes]
 
 
-def test_a_turn_is_counter_clockwise(drawn):
+def test_rotations_are_counter_clockwise(drawn):
     """Three squares, and the same rotated by 90 degrees."""
     source, target = (
         drawn(squares((10, 10), (80, 10), (80, 40))),

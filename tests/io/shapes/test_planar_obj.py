@@ -34,7 +34,7 @@ def read(tmp_path):
         "v 0 0 0\nl 1 2 3 4 5",
     ],
 )
-def test_one_rectangle_many_ways(read, lines):
+def test_one_rectangle_in_many_forms(read, lines):
     shape = read(CORNERS + lines)
     assert {complex(z) for z in shape.curve.z} == {0, 4, 4 + 3j, 3j}
     assert shape.curve.area == 12 and shape.box == (0, 4 + 3j) and not shape.flip
@@ -105,7 +105,7 @@ def test_a_long_outline_keeps_its_vertices(read):
         ("0 0 0, 1 0 0, 1 1 1, 0 1 1", "f 1 2 3 4", "flatten it first"),
     ],
 )
-def test_what_to_do_about_another_plane_is_what_helps(read, points, line, message):
+def test_the_advice_for_another_plane_depends_on_the_contents(read, points, line, message):
     """Lines cannot be flattened, and programs with y up write objects on the ground at y = 0."""
     with pytest.raises(InputError, match="z = constant") as error:
         read("".join(f"v {point}\n" for point in points.split(", ")) + line)

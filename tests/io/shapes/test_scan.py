@@ -54,7 +54,7 @@ def gap_to_truth(outline):
 
 @pytest.mark.parametrize("uneven", [0.0, 0.7])
 @pytest.mark.parametrize("ink, gap", [(40, 0), (120, 0), (40, 8)])
-def test_a_closed_line_is_its_inside_whatever_the_light(tmp_path, uneven, ink, gap):
+def test_a_closed_line_is_its_inside_in_any_light(tmp_path, uneven, ink, gap):
     cover = line(4, gap)
     outline = traced(tmp_path, paper(uneven) * (1 - cover) + ink * cover * (1 - uneven / 3))
     assert gap_to_truth(outline) < 5 and not outline.holes
@@ -130,7 +130,7 @@ def test_a_large_scan_is_traced_in_its_own_pixels(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_whatever_is_traced_is_simple():
+def test_traced_outlines_are_simple():
     rng = np.random.default_rng(1)
     for k in range(18):
         field = rng.random((24, 24)).astype(np.float32)
@@ -140,7 +140,7 @@ def test_whatever_is_traced_is_simple():
             assert shapely.Polygon(rings[0], rings[1:]).is_valid
 
 
-def test_it_is_for_pictures(shapes, iccm):
+def test_scans_must_be_pictures(shapes, iccm):
     done = iccm("map", "square.svg", "blob.svg", "--trace", "dark", "-o", "o.png")
     assert (
         done.code == 2

@@ -29,7 +29,7 @@ def ball():
 
 
 @pytest.mark.parametrize("shuffled", [False, True])
-def test_vertices_are_those_of_the_same_place_whatever_their_order(shuffled, ball, tmp_path):
+def test_vertices_are_matched_by_place_in_any_order(shuffled, ball, tmp_path):
     points, faces = ball
     rng = np.random.default_rng(1)
     order = rng.permutation(len(points)) if shuffled else np.arange(len(points))
@@ -45,7 +45,7 @@ def test_vertices_are_those_of_the_same_place_whatever_their_order(shuffled, bal
         assert place[int(start[1:]) - 1] == int(end[1:]) - 1
 
 
-def test_another_connectivity_has_none(ball, tmp_path):
+def test_other_connectivity_has_no_matching_vertices(ball, tmp_path):
     points, faces = ball
     a, b = faces[0], next(f for f in faces[1:] if len({*faces[0], *f}) == 4)
     (p,), (q,) = {*a} - {*b}, {*b} - {*a}
@@ -64,7 +64,7 @@ def test_open_meshes_have_none(ball, tmp_path):
 
 
 @pytest.mark.parametrize("twisted, taken", [([False], 0), ([True, False], 1), ([True] * MAPS_TRIED, 0)])
-def test_the_first_seam_is_taken_whose_map_is_not_twisted(twisted, taken, monkeypatch, ball, tmp_path):
+def test_the_first_seam_whose_map_is_not_twisted_is_used(twisted, taken, monkeypatch, ball, tmp_path):
     points, faces = ball
     points = points * [1, 1.2, 2]
     stops = [
@@ -83,7 +83,7 @@ def test_the_first_seam_is_taken_whose_map_is_not_twisted(twisted, taken, monkey
 
 
 @pytest.mark.slow
-def test_the_same_surface_is_not_twisted_and_one_is_whose_landmarks_are_swapped(ball, tmp_path):
+def test_a_surface_is_twisted_only_if_landmarks_are_swapped(ball, tmp_path):
     points, faces = ball
     whole = sound_piece(Mesh.triangles("ball", points * [1, 1, 3], faces))
     stops = np.array(nearest(whole, np.array([[0, 0, 3], [0, 1, 1], [0, 1, -1], [0, 0, -3.0]])))

@@ -158,7 +158,7 @@ def test_pieces_holes_and_specks(tmp_path):
     assert shapes.read(f"{path}#2").curve.area == pytest.approx(400, rel=5e-3)
 
 
-def test_a_few_transparent_pixels_are_no_shape(tmp_path):
+def test_a_few_transparent_pixels_are_not_a_shape(tmp_path):
     pixels = np.full((200, 200, 4), 255, np.uint8)
     pixels[60:140, 60:140, :3] = 0
     pixels[0, :30, 3] = 0
@@ -229,7 +229,7 @@ def of_scikit_image(name):
     "name",
     ["chelsea.png", "rocket.jpg", *map(slow, ("coffee.png", "astronaut.png", "camera.png", "brick.png"))],
 )
-def test_a_photograph_is_its_rectangle_and_says_so(name):
+def test_a_photograph_is_its_rectangle_with_a_note(name):
     path = of_scikit_image(name)
     photo, canvas = shapes.read(path), shapes.read(f"{path}#canvas")
     assert photo.curve.z.size == 4 and photo.curve.box == photo.box == canvas.curve.box
@@ -238,7 +238,7 @@ def test_a_photograph_is_its_rectangle_and_says_so(name):
 
 
 @pytest.mark.slow
-def test_a_photograph_is_traced_where_that_is_asked_for():
+def test_a_photograph_is_traced_on_request():
     path = of_scikit_image("rocket.jpg")
     whole = shapes.read(path).curve.area
     for traced in (shapes.read(f"{path}#silhouette"), shapes.read(path, trace="light")):
@@ -246,13 +246,13 @@ def test_a_photograph_is_traced_where_that_is_asked_for():
 
 
 @pytest.mark.parametrize("name", ["horse.png", slow("retina.jpg"), "coins.png", "color.png"])
-def test_what_lies_on_a_background_is_no_rectangle(name):
+def test_a_shape_on_a_background_is_not_a_rectangle(name):
     shape = shapes.read(of_scikit_image(name))
     assert shape.curve.area < 0.8 * abs(shape.box[1] - shape.box[0]) ** 2 / 2
     assert not any("rectangle" in note for note in shape.notes)
 
 
-def test_a_shape_cut_off_by_the_edge_is_no_photograph(tmp_path):
+def test_a_shape_cut_off_by_the_edge_is_not_a_photograph(tmp_path):
     """Shoulders at the lower edge, in two colours: a bust."""
     y, x = np.mgrid[:SIDE, :SIDE]
     bust = ((x - 90) ** 2 + (y - 70) ** 2 < 40**2) | ((abs(x - 100) < 70) & (y > 100 + 20 * np.sin(x / 20)))

@@ -42,7 +42,7 @@ def test_every_piece_is_flattened_without_overlap_at_one_scale(machine):
     assert (inside & (layout.flat.imag >= low.imag) & (layout.flat.imag <= high.imag)).all()
 
 
-def test_copies_are_flattened_alike(machine):
+def test_copies_get_the_same_layout(machine):
     layout = mesh_reading.read_whole(machine, cut=True).flattening
     piece = layout.patch.triangles.components()
     sizes = np.bincount(piece)
@@ -103,7 +103,7 @@ def test_pieces_lie_in_what_a_line_encloses_unless_its_inside_is_a_hole(shapes, 
 
 
 @pytest.mark.slow
-def test_one_piece_is_taken_where_it_is_asked_for_or_where_pins_need_it(machine, shapes, iccm):
+def test_one_piece_is_used_on_request_or_where_pins_need_it(machine, shapes, iccm):
     for words in (["--parts", "largest"], ["--pin", "50,50:v300"]):
         done = iccm("map", "square.svg", machine, *words, "-o", "o.obj", "--report", "r.json", "--force")
         assert done.code == 0, done.err

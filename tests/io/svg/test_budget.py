@@ -62,11 +62,11 @@ BOMBS = {
 
 
 @pytest.mark.parametrize("name", BOMBS)
-def test_what_asks_for_too_much_is_refused_at_once(tmp_path, name):
+def test_excessive_drawings_are_refused_at_once(tmp_path, name):
     refused(tmp_path, *BOMBS[name])
 
 
-def test_the_silhouette_of_what_overlaps_too_often_is_refused(tmp_path):
+def test_the_silhouette_of_too_many_overlaps_is_refused(tmp_path):
     rows = "".join(f'<rect x="0" y="{k / 5}" width="99" height=".1"/>' for k in range(300))
     (tmp_path / "a.svg").write_text(
         SVG.format(
@@ -80,7 +80,7 @@ def test_the_silhouette_of_what_overlaps_too_often_is_refused(tmp_path):
         shape.read(f"{tmp_path}/a.svg#silhouette")
 
 
-def test_what_the_silhouette_covers_may_cross_as_often_as_it_likes(tmp_path):
+def test_shapes_covered_by_the_silhouette_may_cross_any_number_of_times(tmp_path):
     star_and = f'<path stroke="#000" d="M{points(star(2001))}Z"/><path d="M{{0}} {{0}}H{{1}}V{{1}}H{{0}}Z"/>'
     (tmp_path / "a.svg").write_text(SVG.format(star_and.format(-10, 110)))
     assert shape.read(f"{tmp_path}/a.svg#silhouette").curve.area == 120**2
@@ -235,7 +235,7 @@ def test_a_thinned_line_stays_within_the_tolerance(closed):
     assert shapely.distance(line, shapely.points(z.real, z.imag)).max() <= 1e-3 + 1e-12
 
 
-def test_crossings_are_counted_as_they_are():
+def test_crossings_are_counted_exactly():
     crossings.check([np.append(star(301), star(301)[:1])])
     with pytest.raises(crossings.TooMuch):
         crossings.check([np.append(star(401), star(401)[:1])])
@@ -243,7 +243,7 @@ def test_crossings_are_counted_as_they_are():
     assert limits.CROSSINGS == 50_000
 
 
-def test_a_stretch_of_lines_is_what_its_commands_say():
+def test_a_run_of_lines_agrees_with_its_commands():
     d = (
         "M1 2L3 4L5,6 7-8L.5.5L1e1 2,3 4"
         + "L9 9 8 8" * 10
@@ -283,7 +283,7 @@ def test_flattening_many_pieces_at_once_is_flattening_each():
 @pytest.mark.parametrize(
     "wrong", ["M0 0L1 2 3", "M0 0L1 2L3 4 5L6 7", "M0 0l", "M0 0L1 1e99", "M0 0" + "L1 1" * 9 + "L1"]
 )
-def test_a_stretch_of_lines_with_a_mistake_is_told_as_before(wrong):
+def test_a_run_of_lines_with_a_mistake_is_refused(wrong):
     with pytest.raises(InputError, match=r"d: character \d+"):
         path_data.runs(wrong)
 
@@ -324,7 +324,7 @@ AGAIN = {
 
 
 @pytest.mark.parametrize("name", AGAIN)
-def test_what_a_drawing_uses_again_and_again_is_counted(shapes, iccm, name):
+def test_repeated_uses_count_towards_the_budget(shapes, iccm, name):
     body, match = AGAIN[name]
     (shapes / "a.svg").write_text(SVG.format(SHOWN + body))
     typed = iccm("map", "a.svg#o", "blob.svg", "-o", "out.svg", "-q")

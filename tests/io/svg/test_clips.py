@@ -65,14 +65,14 @@ LEFT = [  # what is drawn, and what part of it is visible
 
 
 @pytest.mark.parametrize(("body", "left"), LEFT)
-def test_a_shape_is_what_is_left_of_it(svg, body, left):
+def test_a_shape_is_reduced_by_its_clips_and_masks(svg, body, left):
     for chosen in ("", "#silhouette"):
         shape = svg(body, chosen)
         assert area(shape) == pytest.approx(left, rel=1e-3)
         assert not any("ignored" in note and "other outline" not in note for note in shape.notes)
 
 
-def test_what_hides_nothing_changes_nothing(svg):
+def test_clips_that_hide_nothing_change_nothing(svg):
     free = svg('<circle cx="20" cy="20" r="9.99"/>')
     kept = svg(DISC + '<circle cx="20" cy="20" r="9.99" clip-path="url(#c)"/>')
     assert np.array_equal(free.curve.z, kept.curve.z) and not kept.notes
@@ -101,7 +101,7 @@ def test_a_clip_may_part_a_shape_or_hide_it(svg):
         f'<path id="c" d="M0 0h1v1z"/><g clip-path="url(#c)">{BLOCK}</g>',
     ],
 )  # fmt: skip
-def test_what_is_not_understood_is_told(svg, wrong):
+def test_unsupported_clips_get_a_note(svg, wrong):
     for chosen, message in (
         ("", "its clip-path is ignored"),
         ("#silhouette", "clip-path of 1 shape ignored"),

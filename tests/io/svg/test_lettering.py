@@ -96,7 +96,7 @@ def test_anchors_and_places_of_parts(tmp_path):
         TEXT.format(x=9, more="", text='<textPath href="#p">h</textPath>'),
     ],
 )
-def test_what_is_not_set_plainly_or_has_no_font_stays_text(tmp_path, body):
+def test_special_text_and_text_without_a_font_stays_text(tmp_path, body):
     with pytest.raises(InputError, match="convert text to paths"):
         drawn(tmp_path, body)
 
@@ -116,7 +116,7 @@ def test_artwork_carries_letters(tmp_path, iccm):
     assert [low.real, low.imag, high.real, high.imag] == pytest.approx(box_of("h", 30), abs=0.6)
 
 
-def test_a_power_stroke_is_what_inkscape_drew(tmp_path):
+def test_a_power_stroke_is_read_as_inkscape_drew_it(tmp_path):
     names = 'xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
     path = f'<path {names} fill="#000" inkscape:path-effect="#e" inkscape:original-d="M10 10H90" d="M10 10L90 5V15Z"/>'
     (shape,), _ = drawn(tmp_path, path)
@@ -155,7 +155,7 @@ def test_letters_have_places_of_their_own(tmp_path):
     assert h == alone[0] and o == pytest.approx((alone[1][0], alone[1][1] + 5, alone[1][2]), abs=0.02)
 
 
-def test_moves_of_spans_add_to_what_is_before_them(tmp_path):
+def test_offsets_of_spans_accumulate(tmp_path):
     plain = boxes(tmp_path, TEXT.format(x=9, more="", text="h ou"))
     moved = boxes(tmp_path, TEXT.format(x=9, more="", text='h<tspan dx="1 2 3" dy="-7"> ou</tspan>'))
     away = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(plain, moved)]
@@ -169,7 +169,7 @@ def test_letters_are_set_apart(tmp_path, more, ems):
     assert np.allclose([b[0] - a[0] for a, b in zip(plain, apart)], [0, 40 * ems, 80 * ems], atol=0.02)
 
 
-def test_a_text_is_as_long_as_it_says(tmp_path):
+def test_a_text_has_its_specified_length(tmp_path):
     plain = boxes(tmp_path, TEXT.format(x=9, more="", text="hou"))
     natural = TextPath((0, 0), "hou", size=40, prop=FontProperties(family="DejaVu Sans")).get_extents().width
     spaced = boxes(tmp_path, TEXT.format(x=9, more='textLength="150"', text="hou"))
@@ -251,7 +251,7 @@ HEBREW = "\u05d0\u05d1"
         (f"{HEBREW} (ab) {HEBREW}", [HEBREW, " (ab) ", HEBREW]),
     ],
 )
-def test_parts_that_run_both_ways_stand_as_unicode_orders_them(text, parts):
+def test_bidirectional_text_follows_unicode(text, parts):
     assert directions.in_visual_order(text) == parts and "".join(sorted(text)) == "".join(
         sorted("".join(parts))
     )

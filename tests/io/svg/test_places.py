@@ -124,7 +124,7 @@ def test_the_rotation_of_an_arc_is_in_degrees(svg):
 @pytest.mark.parametrize(
     ("flags", "low", "high"), [("0 0", 30, 45), ("0 1", 20, 30), ("1 0", 30, 60), ("1 1", 0, 30)]
 )
-def test_arcs_bulge_to_the_side_and_as_far_as_their_flags_say(svg, flags, low, high):
+def test_arcs_follow_their_flags(svg, flags, low, high):
     """From (50, 30) to (70, 30), on circles of radius 12: a chord of 20 is 6.633 from the centre."""
     depth = 12 - 6.6332 if flags[0] == "0" else 12 + 6.6332
     top, bottom = (30, 30 + depth) if flags[2] == "0" else (30 - depth, 30)

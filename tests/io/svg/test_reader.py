@@ -84,7 +84,7 @@ SQUARE = {(10, 20), (40, 20), (40, 60), (10, 60)}
         '<style>.k { x: 10px; y: 20px } rect { width: 30px } #q{height:40px}</style><rect class="j k" id="q"/>',
     ],
 )
-def test_one_rectangle_many_ways(svg, body):
+def test_one_rectangle_in_many_forms(svg, body):
     shape = svg(body)
     assert vertices(shape) == SQUARE
     assert shape.curve.area == pytest.approx(1200)
@@ -210,7 +210,7 @@ def test_file_units_to_core_and_back(points, flip):
     assert np.array_equal(core.imag, np.array(points)[:, 1] * (-1 if flip else 1))
 
 
-def test_the_largest_outer_loop_is_the_default_and_the_rest_is_told(svg):
+def test_the_largest_outer_loop_is_the_default_and_the_others_are_reported(svg):
     shape = svg('<path d="M0 0H10V10H0zM20 0H60V40H20zM30 10H50V30H30z" fill-rule="evenodd"/>')
     assert vertices(shape) == {(20, 0), (60, 0), (60, 40), (20, 40)}
     notes = " ".join(shape.notes)
@@ -262,7 +262,7 @@ HIDDEN = [
 
 
 @pytest.mark.parametrize("hidden", HIDDEN)
-def test_what_is_not_shown_is_not_read(svg, hidden):
+def test_hidden_elements_are_not_read(svg, hidden):
     body = '<rect width="5" height="5"/>' + hidden.format('<rect width="90" height="90"/>')
     assert svg(body).curve.area == pytest.approx(25)
 
@@ -285,7 +285,7 @@ def test_entities_of_plain_words_are_read(tmp_path):
         *(":is(rect, circle)", ":where(g) .k", "rect:nth-child(2)", "rect:nth-child(2n)", ":root rect"),
     ],
 )
-def test_selectors_say_which_elements_they_style(svg, selector):
+def test_selectors_determine_which_elements_they_style(svg, selector):
     body = f"<style>rect{{width:1px}} {selector}{{width:9px !important}}</style>"
     body += '<g><path/><rect id="a" class="k" fill="red" data-name="a b" height="4"/></g>'
     body += '<rect class="j" x="20" width="2" height="3"/>'
@@ -307,14 +307,14 @@ def test_selectors_hold_by_specificity_then_by_order(svg):
         assert svg(f"<style>{rules}</style>{body}").curve.area == width, rules
 
 
-def test_a_use_is_styled_as_what_it_refers_to(svg):
+def test_a_use_is_styled_like_its_referenced_element(svg):
     body = "<style>#g > rect{width:4px} #h use{width:9px} #h rect{width:7px}</style>"
     body += '<g id="g"><rect id="r" height="1"/></g>'
     areas = svg(f'{body}<g id="h"><use id="u" href="#r" x="20"/></g>', chosen="#u").curve.area
     assert areas == 4
 
 
-def test_style_rules_that_are_not_read_are_told(svg):
+def test_unsupported_style_rules_get_a_note(svg):
     body = '<rect class="a" width="9" height="9"/>'
     rules = "g>.a{fill:none} .a:hover{fill:red} g:has(rect){fill:none} .a:nth-of-type(2), .a:no{x:1}"
     assert svg(f"<style>{rules}</style>{body}").notes == (
@@ -323,12 +323,12 @@ def test_style_rules_that_are_not_read_are_told(svg):
     assert not svg(f"<style>.a{{fill:red}} g>.a{{fill:none}}</style>{body}").notes
 
 
-def test_a_clip_is_told(svg):
+def test_a_clip_gets_a_note(svg):
     shape = svg('<g clip-path="url(#c)"><rect width="9" height="9"/></g>')
     assert shape.curve.area == 81 and "clip-path is ignored" in shape.notes[0]
 
 
-def test_the_outline_is_what_the_fill_shows(svg):
+def test_the_outline_is_that_of_the_visible_fill(svg):
     overlapping = "M0 0H20V20H0zM10 5H40V15H10z"
     assert svg(f'<path d="{overlapping}"/>').curve.area == pytest.approx(400 + 200)
     assert svg(f'<path d="{overlapping}" fill-rule="evenodd"/>').curve.area == 300  # cut in two
@@ -345,7 +345,7 @@ def test_a_keyhole_or_a_spike_is_harmless(svg):
     assert svg('<path d="M0 0H30V30H0zM5 5L9 9z"/>').curve.z.size == 4
 
 
-def test_a_tiny_crossing_is_cut_off_and_a_plain_one_is_what_its_fill_paints(svg):
+def test_a_tiny_crossing_is_removed_and_a_larger_one_follows_its_fill_rule(svg):
     assert svg('<path d="M0 0H30V30H0V-.01L-.01 0z"/>').curve.area == pytest.approx(900, rel=1e-4)
     bow = svg('<path id="p" d="M0 0L30 30V0L0 30z"/>')
     assert bow.curve.area == pytest.approx(225) and "crosses itself at (15, 15)" in bow.notes[0]
@@ -355,7 +355,7 @@ def test_a_tiny_crossing_is_cut_off_and_a_plain_one_is_what_its_fill_paints(svg)
     assert pierced.curve.z.size == 3 and any("4 other outlines" in note for note in pierced.notes)
 
 
-def test_a_crossing_elsewhere_is_not_told(svg):
+def test_a_crossing_elsewhere_gets_no_note(svg):
     shape = svg('<rect width="60" height="60"/><path id="bow" d="M0 0L30 30V0L0 30z"/>')
     assert shape.curve.area == 3600 and not any("bow" in note for note in shape.notes)
 
@@ -413,14 +413,14 @@ ON_IT = {
 
 
 @pytest.mark.parametrize("mark", ON_IT)
-def test_a_piece_drawn_without_a_fill_is_the_shape_whatever_is_drawn_on_it(svg, mark):
+def test_an_unfilled_piece_is_the_shape_with_anything_drawn_on_it(svg, mark):
     canvas = 'viewBox="0 0 120 200"'
     alone, marked = svg(PIECE, canvas), svg(PIECE + ON_IT[mark], canvas)
     assert marked.curve.area == pytest.approx(alone.curve.area, rel=1e-9)
     assert not any("two points" in note or "encloses no area" in note for note in marked.notes)
 
 
-def test_a_fill_that_encloses_nothing_is_the_reason_only_where_nothing_else_is_there(svg):
+def test_an_empty_fill_is_the_reason_only_without_other_elements(svg):
     flat = '<path id="flat" d="M50 40V150"/>'
     assert svg(flat + '<path d="M10 10H20V20H10z"/>').curve.area == 100
     one_line(lambda: svg(flat), "flat", "2 distinct points")
@@ -433,7 +433,7 @@ def drawn(tmp_path, body, attributes='viewBox="0 0 100 100"'):
     return shapes.read_drawing(shapes.Spec(path))
 
 
-def test_what_a_drawing_paints_is_all_of_its_fills_and_strokes(tmp_path):
+def test_the_painted_area_is_that_of_all_fills_and_strokes(tmp_path):
     body = (
         '<path d="M0 0H60V60H0zM10 10H30V30H10z" fill-rule="evenodd"/><rect x="40" y="40" width="40" height="40"/>'
         '<path d="M70 10H90" stroke="red" stroke-width="4" fill="none"/>'  # an open stroke
@@ -445,7 +445,7 @@ def test_what_a_drawing_paints_is_all_of_its_fills_and_strokes(tmp_path):
     assert drawing.ink.equals(drawing.painted) and len(drawing.painted.geoms) == 2
 
 
-def test_what_many_lines_paint_has_few_vertices(tmp_path):
+def test_the_area_painted_by_many_lines_has_few_vertices(tmp_path):
     places = [(3 + 7 * (k % 13), 4 + 8 * (k // 13)) for k in range(150)]
     rings = "".join(f'<circle cx="{x}" cy="{y}" r="2.5"/>' for x, y in places)
     painted = drawn(tmp_path, f'<g fill="none" stroke="red" stroke-width=".6">{rings}</g>').painted
@@ -453,7 +453,7 @@ def test_what_many_lines_paint_has_few_vertices(tmp_path):
     assert painted.area == pytest.approx(150 * np.pi * 2.8**2, rel=5e-3)
 
 
-def test_shadows_are_not_part_of_what_a_drawing_paints(tmp_path):
+def test_shadows_are_not_part_of_the_painted_area(tmp_path):
     body = '<rect width="20" height="20"/><rect x="30" width="30" height="20" {}/>'
     for faint in ('fill-opacity=".2"', 'opacity="20%"', 'opacity=".5" style="fill-opacity:.4"'):
         assert drawn(tmp_path, body.format(faint)).painted.area == pytest.approx(400), faint
@@ -592,7 +592,7 @@ def test_the_silhouette_and_the_canvas_by_name(svg):
     assert svg(named, chosen="#canvas").curve.area == 900
 
 
-def test_only_the_notes_of_the_chosen_outline_are_told(svg):
+def test_only_notes_of_the_selected_outline_are_shown(svg):
     shape = svg('<path d="M0 0H60V60"/><rect width="70" height="70"/>')
     assert shape.curve.area == 4900 and not [note for note in shape.notes if "closed" in note]
 
@@ -635,7 +635,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("body", WRONG)
-def test_a_shape_is_drawn_up_to_what_is_wrong_in_it(svg, body):
+def test_a_shape_is_drawn_up_to_its_first_error(svg, body):
     """As in SVG 2, with a note; the other shapes are drawn, too."""
     shape = svg(f'{body}<rect x="50" width="4" height="5"/>')
     assert shape.curve.area == 50
@@ -804,7 +804,7 @@ def test_no_pattern_backtracks(svg, filler, template):
         svg(template.format(filler * 100_000) + "<path/>")
 
 
-def test_links_to_elsewhere_read_nothing(svg, tmp_path):
+def test_external_links_are_not_read(svg, tmp_path):
     (tmp_path / "other.svg").write_text(SVG.format("", '<rect id="r" width="90" height="90"/>'))
     body = (
         f'<image href="file://{tmp_path}/other.svg" width="90" height="90"/><use href="other.svg#r"/>'
@@ -874,7 +874,7 @@ def test_a_picture_with_the_suffix_of_a_drawing_is_named(tmp_path, start, kind):
         reader.read(path)
 
 
-def test_what_a_fill_paints_is_computed_once(tmp_path, monkeypatch):
+def test_the_area_of_a_fill_is_computed_once(tmp_path, monkeypatch):
     """For the outlines that may be selected, and for everything that the drawing paints."""
     from iccm.io.svg import fill, strokes
 

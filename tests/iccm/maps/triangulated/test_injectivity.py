@@ -92,7 +92,7 @@ def test_a_mirrored_map_is_rejected():
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1j * np.inf])
-def test_what_is_not_finite_is_rejected(bad):
+def test_vertices_that_are_not_finite_are_rejected(bad):
     z, faces, loops = irregular(ell(), 0.3)
     w = z.copy()
     w[5] = bad
@@ -129,7 +129,7 @@ def test_outlines_by_exact_signs():
     st.integers(0, 4),
     st.booleans(),
 )
-def test_a_vertex_moved_through_an_edge_is_seen(radii, depth, k, through):
+def test_a_vertex_moved_through_an_edge_is_detected(radii, depth, k, through):
     """A spike from a far vertex to an opposite edge, short of it or through it by any depth."""
     loop = radial(radii, np.zeros(len(radii)))
     a, b = loop[k], loop[(k + 1) % loop.size]
@@ -144,7 +144,7 @@ def test_a_vertex_moved_through_an_edge_is_seen(radii, depth, k, through):
 
 @settings(deadline=None)
 @given(st.integers(0, 10_000), st.floats(0.01, 1))
-def test_patches_said_to_be_positive_are(seed, size):
+def test_patches_certified_as_positive_are_positive(seed, size):
     rng = np.random.default_rng(seed)
     corners = np.tile([0, 1, 0.3 + 0.8j], (40, 1)) + 0.2 * (
         rng.normal(size=(40, 3)) + 1j * rng.normal(size=(40, 3))
