@@ -9,7 +9,7 @@ from tests.bench import guard, guarded
 
 
 class Version:
-    """A version whose tasks take given seconds, one after another, and which notes when it was asked."""
+    """A version whose tasks take given seconds, one after another, and which records the calls."""
 
     def __init__(self, name, calls, **seconds):
         self.name, self.calls, self._seconds = name, calls, seconds

@@ -1,4 +1,4 @@
-"""What is public stays: nothing of the last release goes, and what is new is recorded."""
+"""Public names stay: nothing of the last release is removed, and additions are recorded."""
 
 import click
 import pytest

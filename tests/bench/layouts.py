@@ -73,7 +73,7 @@ class Mesh(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """What is measured of a layout."""
+    """Measurements of a layout."""
 
     covered: float
     stretch: float

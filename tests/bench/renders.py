@@ -50,7 +50,7 @@ class Seen(NamedTuple):
 
 
 def view(corners: NDArray, axes: NDArray) -> Seen:
-    """Return what is seen of triangles (m, 3, 3) by a camera (3, 3)."""
+    """Return the view of triangles (m, 3, 3) by a camera (3, 3)."""
     turned = corners @ axes.T
     low, high = turned[..., :2].min(axis=(0, 1)), turned[..., :2].max(axis=(0, 1))
     scale = SAMPLES * PIXELS / max(*(high - low), 1e-300)

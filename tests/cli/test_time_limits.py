@@ -35,7 +35,7 @@ def sheet(path, bend, n=9):
 
 @pytest.fixture
 def meshes(shapes):
-    """Two meshes and a texture beside the usual shapes."""
+    """The usual shapes with two meshes and a texture."""
     sheet(shapes / "sheet.obj", lambda a, b: 0.6 * np.exp(-9 * ((a - 0.6) ** 2 + (b - 0.45) ** 2)))
     sheet(shapes / "other.obj", lambda a, b: 0.4 * a * a - 0.2 * b, 11)
     image_files.write(str(shapes / "t.png"), image_files.Image(np.full((16, 16, 3), 90, np.uint8)))

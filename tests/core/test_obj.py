@@ -53,7 +53,7 @@ WORDS = [
 
 
 def by_core(data):
-    """Counts, what is wrong, and all arrays."""
+    """Counts, errors, and all arrays."""
     raw = np.frombuffer(data, np.uint8)
     lines, corners = obj_scan.count(raw)
     result = obj_scan.scan(raw)

@@ -250,7 +250,7 @@ def test_the_journal_forgives_torn_lines(tmp_path):
 
 @pytest.fixture
 def journal_entry(tmp_path):
-    """`told(path, **changed)`: whether a journal in tmp_path/out is trusted that records a file as written by a job."""
+    """`journal_entry(path, **changed)`: the entry of a journal in tmp_path/out for a file of a job; None if not trusted."""
     root, away = tmp_path / "out", tmp_path / "away.json"
     root.mkdir()
     for path in (away, root / "r.json"):

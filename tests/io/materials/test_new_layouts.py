@@ -34,7 +34,7 @@ def upright(x, y, _):
 
 
 def folded(x, y, middle):
-    """The part beyond x = .75 lies mirrored on what is left of it."""
+    """The part beyond x = .75 lies mirrored on the part to its left."""
     return np.column_stack([0.1 + np.where(middle < 0.75, x, 1.5 - x), 0.2 + 0.7 * y])
 
 

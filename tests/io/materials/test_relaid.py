@@ -44,7 +44,7 @@ def picture(seed, channels=3):
 
 
 def expected_pixels(uv, seed):
-    """What a picture has to be in another layout (n, 2), v down; NaN outside: matplotlib finds where texels lie."""
+    """The expected picture in another layout (n, 2), v down; NaN outside: matplotlib finds where texels lie."""
     mesh = Triangulation(*uv.T, FACES)
     old = np.stack(
         [LinearTriInterpolator(mesh, w)(*np.moveaxis(texels(), -1, 0)).filled(np.nan) for w in UV.T], -1
@@ -208,7 +208,7 @@ def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(folder, iccm)
     ("bare", "plain"), [(False, False), (True, False), (False, True)]
 )  # whether what is plain green has coordinates; whether no colours are in pictures
 def test_several_materials_become_one_with_their_factors(folder, iccm, bare, plain):
-    """Half of the old surface shows a picture times red, half of it no picture but green."""
+    """Half of the old surface shows a picture times red, and the other half plain green."""
     make, file, halves = in_halves(folder)
     material_set = file.materials[0]
     material_set.normalTexture = material_set.occlusionTexture = material_set.emissiveTexture = None
