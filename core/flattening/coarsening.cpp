@@ -84,6 +84,7 @@ Index best_neighbour(Points points, const Complex *z, const Ring &ring, Index de
     constexpr double MIN_ROUNDNESS = 0.2;  // no collapse makes a thinner triangle
     double best = MIN_ROUNDNESS;
     Index into = -1;
+    // if v moves onto w, the triangles (v, x, y) that do not contain w become (w, x, y)
     for (Index i = 0; i < ring.size; i += ring.open ? ring.size - 1 : 1) {
         Index w = ring.neighbours[i];
         double worst = 1.0;
@@ -157,12 +158,16 @@ Complex bisector(Hole hole, Index w, const Complex *u) {
 // start there.
 double visible_share(Hole hole, const Complex *u, Complex a, Complex step) {
     double share = INFINITY;
+    // Twice the area of the point and an edge changes linearly with the share t: it is left + t · change.
     for (Index e = 0; e < hole.count; e++) {
         Complex x = u[hole.edges[e][0]] - a, y = u[hole.edges[e][1]] - a;
         double left = cross(x, y), change = cross(step, x - y);
         const Complex zero = {0, 0};
-        if (x == zero || y == zero) left = 0.0;
-        if (change < 0 || left == change) share = min(share, change < 0 ? max(left, 0.0) / -change : 0.0);
+        if (x == zero || y == zero) left = 0.0;  // the point is an end of the edge, exactly
+        if (change < 0)
+            share = min(share, max(left, 0.0) / -change);
+        else if (left == 0 && change == 0)  // it moves along the edge
+            share = 0.0;
     }
     return share;
 }
@@ -232,7 +237,8 @@ Energy energy_around(Points points, Hole hole, Index v, const Complex *u, Parame
             return sum;
         }
         Density w = density_derivatives(ff + gg, ff - gg, how.theta, how.q, how.share);
-        // The chain rule: gradients of p and d with respect to the position of v.
+        // The chain rule: gradients of p = |f|² + |g|² and d = |f|² - |g|² with respect to the position of v. The Hessian
+        // of d vanishes, as d is twice an area, and that of p is 4 |α|² times the identity.
         Complex of_f = 2 * conjugate(alpha) * f, of_g = 2 * alpha * g, of_p = of_f + of_g, of_d = of_f - of_g;
         double same = 4 * w.p * dot(alpha, alpha);
         sum.value += area * w.value;

@@ -32,6 +32,8 @@ void assemble(const BlockPattern &pattern, const double *matrix, const Complex *
     Index at = 2 * (end - first);
     for (Index p = fronts.beyond_starts[number]; p < fronts.beyond_starts[number + 1]; p++, at += 2)
         place[fronts.beyond[p]] = at;
+    // Row c of the matrix's upper triangle is, by symmetry, column c of its lower triangle, which fronts hold. Each block
+    // xx, xy, yx, yy fills two rows of the two columns of a vertex; the gradient is the last row.
     for (Index c = first; c < end; c++) {
         double *column = front.panel + place[c] * tall;
         Complex g = gradient[pattern.order[c]];
@@ -55,9 +57,12 @@ void extend_add(const Fronts &fronts, Index child, const double *update, const I
         Index column = place[beyond[p]];
         for (Index half = 0; half < 2; half++) {
             const double *left = update + (2 * p + half) * size;
+            // The column of the parent to which this one is added, so that goal[row] is the number in a row of the front.
+            // Columns of the update begin at row `own`, so their pointer begins as much earlier.
             double *goal = parent.panel + (column + half) * parent.tall;
             if (column >= parent.own)
                 goal = parent.update + (column - parent.own + half) * (parent.tall - parent.own) - parent.own;
+            // `beyond` is ascending, so rows from p on are the lower triangle (and one number above it, which nobody reads)
             for (Index q = p; q < count; q++) {
                 double *row = goal + place[beyond[q]];
                 row[0] += left[2 * q];
@@ -68,7 +73,8 @@ void extend_add(const Fronts &fronts, Index child, const double *update, const I
     }
 }
 
-// x -= Σₖ w[k] · block[k], sums in the order of the columns.
+// Subtract from x the columns of a block, each times its first number: column k of B Bᵀ is the sum over the columns b of
+// B of b[k] · b. Sums are taken in the order of the columns.
 template <int wide>
 inline void subtract_columns(double *__restrict x, const double *block, Index tall, Index count) {
     if constexpr (wide == 8) {

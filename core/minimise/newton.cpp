@@ -107,17 +107,15 @@ class Descent {
         for (done = 0; done < steps; done++) {
             evaluate();
             moving = constrain(system.pattern, system.constraints, u, tau, space);
-            if (!solve(again)) {  // rounding has made the Hessian indefinite: no further improvement is possible
-                energy = factor * energy;
-                return;
-            }
-            // g and s refer to the reduced unknowns, and g·s is the slope along the step; after `release`, s is a step
-            // in the plane
+            if (!solve(again)) return;  // rounding has made the Hessian indefinite: no further improvement is possible
+            // Gradient and step refer to the unknowns that are left when vertices slide (one for each of these), and
+            // their product is the slope of the energy along the step, which is negative: -gᵀH⁻¹g. After `release`, the
+            // step is one of all vertices in the plane.
             double slope = 0.0;
             for (Index v = 0; v < n; v++) slope += dot(space.gradient[v], space.step[v]);
             release(system.constraints, space);
             Trial trial = objective.epsilon > 0 ? untangling_step(slope) : moving ? moving_step() : descending_step(slope);
-            if (!trial.accepted) {
+            if (!trial.accepted) {  // the factor of an earlier step can be to blame: repeat the step with a new one
                 if (factorised || !again) return;
                 again = false;
                 continue;
@@ -140,19 +138,25 @@ class Descent {
     Index done = 0, small = 0;  // steps made, and how many of the last ones gained less than the tolerance
 
   private:
-    // Fill in the energy and derivatives; if the rotation has a cost, the derivatives of their product: `energy` is
-    // the first factor, `factor` the second, and derivatives are divided by the latter.
+    // Fill in the energy with its derivatives. If the rotation has a cost F, the energy is the product E F, and
+    // derivatives are those of the product, divided by F:
+    //
+    //   gradient  ∇E + E (log F)' ∇φ   with the angle φ of the rotation
+    //   Hessian   ∇²E + E (log F)'' ∇φ ∇φᵀ where (log F)'' is positive: `solve` adds this part. The others are left
+    //             out; those that mix ∇E and ∇φ could make the Hessian indefinite.
     void evaluate() {
         Index e = system.pattern.e;
-        energy = surface ? assemble_in_space(system.rest, *surface, u, objective, space.matrix, space.gradient, n, e)
+        upright_energy = surface ? assemble_in_space(system.rest, *surface, u, objective, space.matrix, space.gradient, n, e)
                          : assemble(system.rest, u, objective, space.matrix, space.gradient, n, e);
-        energy += border_energy(system.constraints.border, tau);
-        if (system.terms.derivatives) energy += system.terms.derivatives(u, space.matrix, space.gradient);
+        upright_energy += border_energy(system.constraints.border, tau);
+        if (system.terms.derivatives) upright_energy += system.terms.derivatives(u, space.matrix, space.gradient);
+        energy = upright_energy;
         if (!(system.upright.weight > 0)) return;
         auto [slope, second] = rotation_derivatives(system.upright, u, objective.q, space.turning, n);
         curvature = second;
-        for (Index v = 0; v < n; v++) space.gradient[v] += energy * slope * space.turning[v];
+        for (Index v = 0; v < n; v++) space.gradient[v] += upright_energy * slope * space.turning[v];
         factor = rotation_factor(system.upright, u, objective.q, n);
+        energy = factor * upright_energy;
     }
 
     // Fill in the Newton step -H⁻¹ g, with the factor of an earlier step if `again`; false if H is not positive definite.
@@ -163,27 +167,29 @@ class Descent {
         else if (!factorise(system.pattern, space.matrix, space.gradient, space.factor))
             return false;
         back_substitute(system.pattern, space.factor, space.step);
-        if (curvature > 0) {  // the rotation's second derivative couples all vertices: an update of rank one
+        // The rotation's second derivative couples all vertices, so it is not in the matrix: H + c ∇φ ∇φᵀ is inverted by
+        // the formula of Sherman and Morrison for changes of rank one.
+        if (curvature > 0) {
             project_on_directions(system.constraints, space.directions, space.turning);
             forward_substitute(system.pattern, space.turning, space.factor);
             back_substitute(system.pattern, space.factor, space.answer);
-            sherman_morrison(space.turning, space.answer, energy * curvature, space.step, n);
+            sherman_morrison(space.turning, space.answer, upright_energy * curvature, space.step, n);
         }
         return true;
     }
 
-    // A step of Newton's method for log E: the same direction as for E, longer by 1/(1 - λ²/E) with λ² = gᵀH⁻¹g. If one
+    // A step of Newton's method for log E. Its Hessian is H/E - ggᵀ/E², so by the formula of Sherman and Morrison its
+    // step has the direction of that for E, and is longer by 1/(1 - λ²/E), where λ² = gᵀH⁻¹g is minus the slope. If one
     // squeezed triangle dominates the energy, as x⁻⁶ does, Newton's own step widens it by a seventh only, whereas this
     // one doubles it; otherwise the two are nearly the same.
     Trial descending_step(double slope) {
-        double newton = 1 / (1 + max(slope / energy, -LONGEST));
-        return armijo(largest_share(newton, SHARE_OF_FLIP), slope);
+        double newton_share = 1 / (1 + max(slope / upright_energy, -LONGEST));
+        return armijo(largest_share(newton_share, SHARE_OF_FLIP), slope);
     }
 
     // The whole way of held vertices to their goals, or the part of it before a triangle folds.
     Trial moving_step() {
         double share = largest_share(1.0, SHARE_WHILE_MOVING);
-        energy = factor * energy;
         return line_search(share, [&](double part) { return energy_at(part); }, [&](double) { return GROWTH * energy; });
     }
 
@@ -193,7 +199,6 @@ class Descent {
     // The line search that begins at a share and ends when the energy decreases by a share of what the slope predicts
     // (Armijo's condition).
     Trial armijo(double share, double slope) {
-        energy = factor * energy;
         slope = factor * slope;
         return line_search(
             share, [&](double part) { return energy_at(part); },
@@ -256,7 +261,8 @@ class Descent {
     bool factorised;
     Workspace &space;
     Index n, c, crawling = 0;
-    double before = INFINITY, damping = 0.0, factor = 1.0, curvature = 0.0;
+    double before = INFINITY, damping = 0.0;
+    double upright_energy = INFINITY, factor = 1.0, curvature = 0.0;  // of the product that `evaluate` describes
     bool moving = false;
 };
 

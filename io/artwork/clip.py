@@ -263,8 +263,8 @@ class Domain:
         """
         hole = self._hole_of(stretch.z)
         rim, point = (self.rim, self.inner) if hole is None else self.holes[hole]
-        # the arc from a to b in the boundary's direction; it sweeps another angle than the excursion by full turns,
-        # which are added as laps
+        # The arc from a to b in the boundary's direction sweeps another angle than the excursion, by full turns, which
+        # are added as laps. A lap of the outer boundary is a turn, one of a hole's clockwise outline a turn back.
         a, b = (float(s) for s in rim.closest(stretch.z[[0, -1]]))
         forth = (b - a) % rim.length
         inner = np.concatenate([rim.knots, rim.knots + rim.length])

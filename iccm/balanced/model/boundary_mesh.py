@@ -63,7 +63,8 @@ def mesh_boundary(
     pattern = system_of(faces, following, z.size)
 
     # 3. Weights: triangles in filled holes and in concavities count less. A concavity lies between its polyline
-    # and the part of the outline between its ends, its mouth.
+    # and the part of the outline between its ends, its mouth: the polygon runs along the polyline, and back along
+    # the mouth without its ends, which the polyline has already.
     rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
     weights = weights_of(z, faces, filled, rings) if filled or bays else None
     rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
@@ -100,8 +101,9 @@ def bay_rays(bays: Sequence[Complex], mouths: Sequence[Index], first: int) -> In
     """
     rays = []
     for bay, mouth in zip(bays, mouths):
-        rays += [(mouth[0], first), (mouth[-1], first := first + bay.size - 3)]
-        first += 1
+        after_last = first + bay.size - 2  # both ends are the outline's
+        rays += [(mouth[0], first), (mouth[-1], after_last - 1)]
+        first = after_last
     return np.array(rays, np.int64).reshape(-1, 2)
 
 

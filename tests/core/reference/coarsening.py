@@ -181,8 +181,10 @@ def _room(edges, u, a, way):
         left, more = cross(x, y), cross(way, x - y)
         if x == 0 or y == 0:
             left = 0.0
-        if more < 0 or left == more:
-            share = min(share, max(left, 0.0) / -more if more < 0 else 0.0)
+        if more < 0:
+            share = min(share, max(left, 0.0) / -more)
+        elif left == 0 and more == 0:
+            share = 0.0
     return share
 
 
