@@ -8,6 +8,7 @@
 namespace iccm {
 namespace {
 
+constexpr double PI = 3.14159265358979323846;
 constexpr Index MAX_DEGREE = 12;  // most triangles around a removed vertex: twice the usual number
 
 // Points of space.
@@ -77,44 +78,117 @@ struct Removed {
     Index (*edges)[2];
 };
 
-// The neighbour onto which a vertex can move so that the remaining triangles are roundest and none is folded in the
-// layout; -1 if every neighbour would leave a thin triangle. In an open ring only the two ends are considered, so that
-// the boundary stays.
-Index best_neighbour(Points points, const Complex *z, const Ring &ring, Index degree) {
+// Positions in the plane of a vertex and of its ring.
+struct Chart {
+    Complex middle, ring[MAX_DEGREE + 1];
+};
+
+// The positions in a layout z.
+Chart chart_of(const Complex *z, const Ring &ring, Index v) {
+    Chart chart;
+    chart.middle = z[v];
+    for (Index i = 0; i < ring.size; i++) chart.ring[i] = z[ring.neighbours[i]];
+    return chart;
+}
+
+// The geodesic polar map of the triangles around vertex v (Floater, Parametrization and smooth approximation of surface
+// triangulations, 1997): lengths of edges at v are kept, and angles are scaled to a full turn in all, or on the boundary
+// to at most half a turn.
+Chart polar_chart(Points points, const Ring &ring, Index degree, Index v) {
+    double x[MAX_DEGREE + 1][3], length[MAX_DEGREE + 1], angle[MAX_DEGREE + 1];
+    for (Index i = 0; i < ring.size; i++) {
+        double square = 0.0;
+        for (int k = 0; k < 3; k++) {
+            x[i][k] = points[ring.neighbours[i]][k] - points[v][k];
+            square += x[i][k] * x[i][k];
+        }
+        length[i] = sqrt(square);
+    }
+    angle[0] = 0.0;
+    double sum = 0.0;
+    for (Index j = 0; j < degree; j++) {
+        Index next = j + 1 == ring.size ? 0 : j + 1;
+        double product = x[j][0] * x[next][0] + x[j][1] * x[next][1] + x[j][2] * x[next][2];
+        sum += acos(max(-1.0, min(1.0, product / (length[j] * length[next]))));
+        if (next > 0) angle[next] = sum;
+    }
+    double scale = ring.open ? min(1.0, PI / sum) : 2 * PI / sum;
+    Chart chart;
+    chart.middle = {0, 0};
+    for (Index i = 0; i < ring.size; i++)
+        chart.ring[i] = length[i] * Complex{cos(scale * angle[i]), sin(scale * angle[i])};
+    return chart;
+}
+
+// Triangles with those around each vertex.
+struct Stars {
+    Index (*faces)[3];
+    const Index *starts, *around;
+
+    // Whether a triangle around vertex v has vertex w. New triangles of v since the stars were computed are not seen.
+    bool joins(Index v, Index w) const {
+        for (Index i = starts[v]; i < starts[v + 1]; i++) {
+            const Index *corners = faces[around[i]];
+            if (corners[0] >= 0 && (corners[0] == w || corners[1] == w || corners[2] == w)) return true;
+        }
+        return false;
+    }
+};
+
+// Whether vertex i of a ring may take the place of its middle: it must not be joined to others of the ring than its
+// neighbours there already. Of two vertices joined since the stars were computed, one has triangles that were its own.
+bool may_collapse(const Stars &stars, const Ring &ring, Index i) {
+    Index w = ring.neighbours[i], previous = i > 0 ? i - 1 : ring.open ? -1 : ring.size - 1;
+    Index next = i + 1 < ring.size ? i + 1 : ring.open ? -1 : 0;
+    for (Index k = 0; k < ring.size; k++) {
+        Index x = ring.neighbours[k];
+        if (k != i && k != previous && k != next && (stars.joins(w, x) || stars.joins(x, w))) return false;
+    }
+    return true;
+}
+
+// The vertex of a ring onto which the middle can move so that the remaining triangles are roundest in space and none is
+// folded in the plane; -1 if every one would leave a thin triangle. In an open ring only the two ends are considered, so
+// that the boundary stays. `stars` are null where the chart is part of a layout, in which no edge can occur twice.
+Index best_neighbour(Points points, const Chart &chart, const Ring &ring, Index degree, const Stars *stars) {
     constexpr double MIN_ROUNDNESS = 0.2;  // no collapse makes a thinner triangle
     double best = MIN_ROUNDNESS;
     Index into = -1;
     // if v moves onto w, the triangles (v, x, y) that do not contain w become (w, x, y)
     for (Index i = 0; i < ring.size; i += ring.open ? ring.size - 1 : 1) {
-        Index w = ring.neighbours[i];
         double worst = 1.0;
         for (Index j = 0; j < degree; j++) {
-            Index x = ring.neighbours[j], y = ring.neighbours[j + 1 == ring.size ? 0 : j + 1];
-            if (x != w && y != w) worst = twice_area(z, w, x, y) > 0 ? min(worst, roundness(points, w, x, y)) : 0.0;
+            Index next = j + 1 == ring.size ? 0 : j + 1;
+            if (j == i || next == i) continue;
+            bool folds = !(twice_area(chart.ring, i, j, next) > 0);
+            Index w = ring.neighbours[i], x = ring.neighbours[j], y = ring.neighbours[next];
+            worst = folds ? 0.0 : min(worst, roundness(points, w, x, y));
         }
-        if (worst > best) best = worst, into = w;
+        if (worst > best && (!stars || may_collapse(*stars, ring, i))) best = worst, into = i;
     }
     return into;
 }
 
-// Record the collapse of vertex v onto a neighbour w: the edges of its hole, and the barycentric coordinates of v in
-// the remaining triangle that it is farthest inside.
-void record(const Complex *z, const Ring &ring, Index degree, Index v, Index w, Removed removed, Index number) {
+// Record the collapse of vertex v onto vertex i of its ring: the edges of its hole, and the barycentric coordinates of v
+// in the remaining triangle that it is farthest inside.
+void record(const Chart &chart, const Ring &ring, Index degree, Index v, Index i, Removed removed, Index number) {
     double inside = -INFINITY;
     Index end = removed.starts[number];
-    removed.vertex[number] = v, removed.into[number] = w;
+    removed.vertex[number] = v, removed.into[number] = ring.neighbours[i];
+    Complex w = chart.ring[i];
     for (Index j = 0; j < degree; j++) {
-        Index x = ring.neighbours[j], y = ring.neighbours[j + 1 == ring.size ? 0 : j + 1];
-        removed.edges[end + j][0] = x, removed.edges[end + j][1] = y;
-        if (x == w || y == w) continue;
-        double area = twice_area(z, w, x, y);
-        double p = twice_area(z, v, y, w) / area, q = twice_area(z, v, w, x) / area;
+        Index next = j + 1 == ring.size ? 0 : j + 1;
+        removed.edges[end + j][0] = ring.neighbours[j], removed.edges[end + j][1] = ring.neighbours[next];
+        if (j == i || next == i) continue;
+        Complex x = chart.ring[j], y = chart.ring[next];
+        double area = cross(x - w, y - w);
+        double p = cross(y - chart.middle, w - chart.middle) / area, q = cross(w - chart.middle, x - chart.middle) / area;
         double least = min(min(p, q), 1 - p - q);
         if (least > inside) {
             inside = least;
             Index *corners = removed.triangle[number];
             double *weights = removed.weights[number];
-            corners[0] = w, corners[1] = x, corners[2] = y;
+            corners[0] = ring.neighbours[i], corners[1] = ring.neighbours[j], corners[2] = ring.neighbours[next];
             weights[0] = 1 - p - q, weights[1] = p, weights[2] = q;
         }
     }
@@ -273,6 +347,13 @@ void settle(Points points, Hole hole, Index v, Complex *u, Parameters how, doubl
     }
 }
 
+// Whether the triangles between a vertex and the edges of a hole are counter-clockwise.
+bool is_proper(Hole hole, Index v, const Complex *u) {
+    for (Index e = 0; e < hole.count; e++)
+        if (!(cross(u[hole.edges[e][0]] - u[v], u[hole.edges[e][1]] - u[v]) > 0)) return false;
+    return true;
+}
+
 // Give vertex v a position in its hole. Returns false if a triangle folds.
 //
 // The whole hole is visible from the neighbour w onto which v was moved. Therefore valid positions exist near w:
@@ -283,15 +364,14 @@ bool put_back(Points points, Hole hole, Index v, Index w, const Index *triangle,
     Complex a = u[w], step = -a;
     for (int k = 0; k < 3; k++) step += weights[k] * u[triangle[k]];
     double share = visible_share(hole, u, a, step);
-    if (share == 0) {
+    u[v] = a + (share > 1 ? step : 0.5 * share * step);
+    if (!is_proper(hole, v, u)) {
         step = bisector(hole, w, u);
         share = visible_share(hole, u, a, step);
+        u[v] = a + (share > 1 ? step : 0.5 * share * step);
     }
-    u[v] = a + (share > 1 ? step : 0.5 * share * step);
     settle(points, hole, v, u, how, min_gain);
-    for (Index e = 0; e < hole.count; e++)
-        if (!(cross(u[hole.edges[e][0]] - u[v], u[hole.edges[e][1]] - u[v]) > 0)) return false;
-    return true;
+    return is_proper(hole, v, u);
 }
 
 // The largest number of triangles around a vertex; those of vertex v begin at starts[v].
@@ -320,7 +400,8 @@ using namespace iccm;
 //
 //   faces     (m, 3) triangles, changed; those that vanish get a first corner of -1
 //   points    (n, 3) vertices in space
-//   z         (n,) a layout without folds
+//   polar     whether triangles must not fold in the polar map around the vertex, rather than in the layout
+//   z         (n,) a layout without folds; not read if `polar`
 //   n         number of vertices
 //   starts    (n + 1,) where the triangles of each vertex begin in `around`
 //   around    (3m,) triangles of the vertices
@@ -332,11 +413,12 @@ using namespace iccm;
 //   weights   (most, 3) written: its barycentric coordinates there
 //   ends      (most + 1,) written: where the sides around each begin in `edges`
 //   edges     (3m, 2) written: the sides opposite it, counter-clockwise
-ICCM_EXPORT int64_t iccm_flattening_remove(int64_t *faces, const double *points, const Complex *z, int64_t n,
+ICCM_EXPORT int64_t iccm_flattening_remove(int64_t *faces, const double *points, bool polar, const Complex *z, int64_t n,
                                            const int64_t *starts, const int64_t *around, bool *blocked, int64_t most,
                                            int64_t *vertex, int64_t *into, int64_t *triangle, double *weights,
                                            int64_t *ends, int64_t *edges) {
     const Removed removed = {vertex, into, rows<3>(triangle), rows<3>(weights), ends, rows<2>(edges)};
+    const Stars stars = {rows<3>(faces), starts, around};
     Index number = 0;
     ends[0] = 0;
     for (Index v = 0; v < n && number < most; v++) {
@@ -344,11 +426,13 @@ ICCM_EXPORT int64_t iccm_flattening_remove(int64_t *faces, const double *points,
         if (blocked[v] || degree < 2 || degree > MAX_DEGREE) continue;
         const Index *star = around + starts[v];
         Ring ring = ring_of(rows<3>(faces), star, degree, v);
-        Index w = best_neighbour(rows<3>(points), z, ring, degree);
-        if (w < 0) continue;
-        record(z, ring, degree, v, w, removed, number++);
-        for (Index i = 0; i < ring.size; i++) blocked[ring.neighbours[i]] = true;
-        collapse(rows<3>(faces), star, degree, v, w);
+        if (!ring.size) continue;
+        const Chart chart = polar ? polar_chart(rows<3>(points), ring, degree, v) : chart_of(z, ring, v);
+        Index i = best_neighbour(rows<3>(points), chart, ring, degree, polar ? &stars : nullptr);
+        if (i < 0) continue;
+        record(chart, ring, degree, v, i, removed, number++);
+        for (Index k = 0; k < ring.size; k++) blocked[ring.neighbours[k]] = true;
+        collapse(rows<3>(faces), star, degree, v, ring.neighbours[i]);
     }
     return number;
 }

@@ -31,7 +31,7 @@ NONE = np.empty(0, np.int64)
 
 _remove = function(
     """int64_t iccm_flattening_remove(
-        int64_t *faces, const double *points, const Complex *z, int64_t n, const int64_t *starts,
+        int64_t *faces, const double *points, bool polar, const Complex *z, int64_t n, const int64_t *starts,
         const int64_t *around, bool *blocked, int64_t most, int64_t *vertex, int64_t *into, int64_t *triangle,
         double *weights, int64_t *ends, int64_t *edges)"""
 )
@@ -162,48 +162,66 @@ def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] |
     if small is None:
         return None
     vertices, faces, _ = small
-    mesh = Mesh.triangles(patch.mesh.name, patch.points[vertices], faces)
-    coarse_patch = Patch(
+    coarse = patch_of(patch.mesh.name, patch.points[vertices], faces)
+    loop = same_loop(coarse, vertices, layout.loop)
+    if loop is None:
+        return None
+    return replace(layout, patch=coarse, flat=layout.flat[vertices], loop=loop), vertices
+
+
+def patch_of(name: str, points: Real, faces: Index) -> Patch:
+    """Return triangles (m, 3) between points (n, 3), a valid surface, as a separate patch."""
+    mesh = Mesh.triangles(name, points, faces)
+    return Patch(
         mesh,
         mesh.points,
-        Triangles(faces, vertices.size),
-        np.arange(vertices.size),
+        Triangles(faces, len(points)),
+        np.arange(len(points)),
         np.arange(faces.size).reshape(-1, 3),
     )
-    loops = [loop for loop in coarse_patch.loops if np.isin(vertices[loop], layout.loop).all()]
-    return (
-        (
-            replace(layout, patch=coarse_patch, flat=layout.flat[vertices], loop=loops[0]),
-            vertices,
-        )
-        if loops
-        else None
-    )
+
+
+def same_loop(coarse: Patch, vertices: Index, loop: Index) -> Index | None:
+    """Return the boundary loop of a coarser triangulation that is left of a loop of the finer one, if there is one.
+
+    Args:
+        coarse: the coarser triangulation.
+        vertices: (k,) the numbers of its vertices in the finer one.
+        loop: vertices of the finer one.
+    """
+    return next((own for own in coarse.loops if np.isin(vertices[own], loop).all()), None)
 
 
 def much_coarser(
-    points: Real, faces: Index, z: Complex, large: int, stay: Index
+    points: Real, faces: Index, z: Complex | None, large: int, stay: Index
 ) -> tuple[Index, Index, Removed] | None:
     """Return the vertices (k,) that remain, the triangles (m, 3) between them, and what was removed.
 
-    None where there are fewer than `large` vertices, or more than half of them would remain.
+    None where there are fewer than `large` vertices, or more than half of them would remain. For z see `coarser`.
     """
-    if z.size < large:
+    count = len(points)
+    if count < large:
         return None
-    coarse, removed = coarser(points, faces, z, z.size // COARSER_FACTOR, stay)
+    coarse, removed = coarser(points, faces, z, count // COARSER_FACTOR, stay)
     vertices = np.unique(coarse)
-    return None if 2 * vertices.size > z.size else (vertices, np.searchsorted(vertices, coarse), removed)
+    return None if 2 * vertices.size > count else (vertices, np.searchsorted(vertices, coarse), removed)
 
 
-def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NONE) -> tuple[Index, Removed]:
+def coarser(
+    points: Real, faces: Index, z: Complex | None, goal: int, stay: Index = NONE
+) -> tuple[Index, Removed]:
     """Coarsen triangles to about `goal` vertices, or as few as possible, without folds in the layout z (n,).
 
-    The vertices `stay` are kept. Returns (k, 3) triangles and what was removed.
+    Without a layout, triangles do not fold in the geodesic polar map around each vertex that is removed (as Lee et al.,
+    *MAPS: multiresolution adaptive parameterization of surfaces*, 1998), so that the result is still a triangulation of
+    the same surface, except where it is bent too sharply. The vertices `stay` are kept.
+
+    Returns (k, 3) triangles and what was removed.
     """
-    faces = np.array(faces, np.int64)
-    points, z = np.ascontiguousarray(points, np.float64), np.ascontiguousarray(z, np.complex128)
+    faces, points = np.array(faces, np.int64), np.ascontiguousarray(points, np.float64)
+    z = None if z is None else np.ascontiguousarray(z, np.complex128)
     rounds: list[Removed] = []
-    remaining = z.size
+    remaining = len(points)
     while remaining > goal:
         # The vertices of a round are not neighbours: with degree six, that is at most a third of all vertices.
         most = min(remaining - goal, remaining // 3 + 1)
@@ -215,17 +233,20 @@ def coarser(points: Real, faces: Index, z: Complex, goal: int, stay: Index = NON
     return faces, Removed.joined(rounds)
 
 
-def _remove_round(points: Real, faces: Index, z: Complex, most: int, stay: Index) -> tuple[Removed, Index]:
+def _remove_round(
+    points: Real, faces: Index, z: Complex | None, most: int, stay: Index
+) -> tuple[Removed, Index]:
     """Remove at most `most` vertices that are not neighbours; return them, and the triangles (m, 3) that are left."""
-    starts, around = _stars(faces, z.size)
-    blocked = np.zeros(z.size, bool)
+    starts, around = _stars(faces, len(points))
+    blocked = np.zeros(len(points), bool)
     blocked[stay] = True
     room = Removed.of_size(most, edges=faces.size)
     number = _remove(
         faces,
         points,
-        z,
-        z.size,
+        z is None,
+        np.empty(0, np.complex128) if z is None else z,
+        len(points),
         starts,
         around,
         blocked,

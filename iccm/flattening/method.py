@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex, Index, at_vertices
+from ..arrays import Complex, Index, Real, at_vertices
 from ..errors import InputError
 from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
 from ..meshes.patch import Patch
 from . import seams, tutte
-from .coarsening import by_coarser, coarser_layout, smooth
+from .coarsening import by_coarser, coarser_layout, patch_of, same_loop, smooth
 from .free import LARGE_VERTEX_COUNT, Elastic, surface
-from .multigrid import nearly_relaxed, relaxed
+from .multigrid import HUGE_VERTEX_COUNT, nearly_relaxed, relaxed, relaxed_from_coarsest
 from .opening import open_up
 from .scaffold import relax_with_scaffold
 
@@ -86,6 +86,8 @@ def flatten(
                 f"{name}: LSCM has no solution, because some faces have no area; use another method"
             )
         return exact
+    if method == "balanced" and (layout := _even_from_coarsest(patch, loop, grow)):
+        return layout
     plain = _least_squares(patch, loop, False)
     fault = overlap(plain)
     # a cut surface has many layouts with little distortion of angles: choose one with even areas
@@ -145,6 +147,33 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
         if patch is previous_patch:
             break
     return result
+
+
+def _even_from_coarsest(patch: Patch, loop: int, grow: bool) -> Flattening | None:
+    """Return the even layout of a huge patch without factorising a matrix of all its vertices, where that succeeds.
+
+    Returns None where that is not the case, and where the seam has to grow; arguments are as for `flatten`.
+    """
+    if len(patch.points) < HUGE_VERTEX_COUNT or (grow and len(patch.seam)):
+        return None
+    outline = patch.loops[loop - 1]
+
+    def start(vertices: Index, points: Real, faces: Index) -> Complex | None:
+        coarse = patch_of(patch.mesh.name, points, faces)
+        coarse_outline = same_loop(coarse, vertices, outline)
+        if coarse_outline is None:
+            return None
+        plain = Flattening(coarse, upright(coarse, lscm(coarse, coarse_outline)), coarse_outline, "lscm")
+        fault = overlap(plain)
+        if grow and (fault is not None or _spread(plain) > EVEN_AREA_SPREAD):
+            return None
+        return _unit(plain if fault is None else _start(coarse, coarse_outline))
+
+    u = relaxed_from_coarsest(patch.points, patch.faces, start, 1.0, NEWTON_STEPS, LEAST_DECREASE)
+    if u is None:
+        return None
+    layout = Flattening(patch, upright(patch, u), outline, "balanced")
+    return layout if overlap(layout) is None else None
 
 
 def _even_with_seam(

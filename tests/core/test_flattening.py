@@ -19,8 +19,10 @@ def surface(seed):
     return np.column_stack([z.real, z.imag, height]), faces, z + 0.05 * z**2
 
 
-def remove(faces, points, z, n, starts, around, blocked, most, vertex, into, triangle, weights, ends, edges):
-    assert n == z.size and most == vertex.size
+def remove(
+    faces, points, polar, z, n, starts, around, blocked, most, vertex, into, triangle, weights, ends, edges
+):
+    assert n == z.size and most == vertex.size and not polar
     return plain._round(
         faces, points, z, starts, around, blocked, most, vertex, into, triangle, weights, ends, edges
     )

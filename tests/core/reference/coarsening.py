@@ -268,15 +268,20 @@ def put_back(vertex, into, corners, weights, starts, edges, points, theta, q, me
         for k in range(3):
             way += weights[number, k] * u[corners[number, k]]
         share = _room(around, u, a, way)
-        if share == 0:
+        u[v] = a + (way if share > 1 else 0.5 * share * way)
+        if not _is_proper(around, v, u):
             way = _bisector(around, into[number], u)
             share = _room(around, u, a, way)
-        u[v] = a + (way if share > 1 else 0.5 * share * way)
+            u[v] = a + (way if share > 1 else 0.5 * share * way)
         _settle(points, around, v, u, theta, q, measure)
-        for e in range(len(around)):
-            if not cross(u[around[e, 0]] - u[v], u[around[e, 1]] - u[v]) > 0:
-                return False
+        if not _is_proper(around, v, u):
+            return False
     return True
+
+
+def _is_proper(edges, v, u):
+    """Whether the triangles between vertex v and the edges of its hole are counter-clockwise."""
+    return all(cross(u[a] - u[v], u[b] - u[v]) > 0 for a, b in edges)
 
 
 def smooth(faces, points, starts, around, fixed, forces, sweeps, theta, q, share, u):

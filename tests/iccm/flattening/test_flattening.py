@@ -16,7 +16,7 @@ from iccm.io.options import of_command
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, overlap
 from iccm.meshes.mesh import Mesh, face_areas
-from iccm.meshes.topology import walk
+from iccm.meshes.topology import Triangles, walk
 from iccm.plane import triangle_areas
 from tests.core.reference import coarsening as plain
 from tests.triangulations import hull
@@ -404,6 +404,52 @@ def test_a_huge_surface_that_cannot_be_coarsened_is_relaxed_by_newtons_method(mo
     monkeypatch.setattr(multigrid, "much_coarser", lambda *given: None)
     least, energy, largest, count = relaxed_by_multigrid(monkeypatch, grid(30, 70, dome))
     assert energy < (1 + 1e-4) * least and largest == count
+
+
+def flattened_from_coarsest(monkeypatch, mesh, **how):
+    """Return a flattening as of a huge surface, and the sizes of the surfaces for which LSCM was computed."""
+    sizes, lscm = [], method.lscm
+    monkeypatch.setattr(
+        method, "lscm", lambda patch, loop: sizes.append(len(patch.points)) or lscm(patch, loop)
+    )
+    for module in (multigrid, method):
+        monkeypatch.setattr(module, "HUGE_VERTEX_COUNT", 1500)
+    return flatten(disk_patch(mesh), method="balanced", **how), sizes
+
+
+@pytest.mark.parametrize("place", [dome, bumpy])
+def test_a_huge_surface_needs_no_layout_of_all_its_vertices_to_start_from(monkeypatch, place):
+    mesh = grid(73, 67, place)
+    newton = flatten(disk_patch(mesh), method="balanced")
+    layout, sizes = flattened_from_coarsest(monkeypatch, mesh)
+    unit = newton.patch.points / np.sqrt(newton.patch.areas.sum())
+    least, energy = (
+        coarsening.gradient(one.patch.faces, unit, 1.0, method._unit(one))[0] for one in (newton, layout)
+    )
+    assert layout.method == "balanced" and overlap(layout) is None
+    assert energy < 1.003 * least
+    assert sizes and max(sizes) < len(mesh.points) / 4
+
+
+def test_a_huge_surface_whose_coarse_layout_has_no_room_for_all_vertices_starts_from_a_layout_of_all(
+    monkeypatch,
+):
+    monkeypatch.setattr(multigrid, "put_back", lambda *given: False)
+    mesh = grid(73, 67, dome)
+    layout, sizes = flattened_from_coarsest(monkeypatch, mesh)
+    assert overlap(layout) is None and max(sizes) == len(mesh.points)
+
+
+def test_triangles_collapsed_without_a_layout_are_still_a_surface_with_as_many_holes():
+    patch, _ = annulus_cut_open()
+    bent = patch.points + np.column_stack([0 * patch.points[:, :2], np.sin(9 * patch.points[:, 0])])
+    faces, removed = coarsening.coarser(bent, patch.faces, None, 300)
+    left = np.unique(faces)
+    shape = Triangles(np.searchsorted(left, faces), left.size)
+    assert left.size < 700 and left.size + removed.vertex.size == len(bent)
+    assert shape.crowded_edges == 0 and len(shape.loops()) == 2
+    assert left.size - shape.edge_count + len(faces) == 0  # Euler's number of a ring
+    assert np.allclose(removed.weights.sum(axis=1), 1)
 
 
 def test_a_coarser_layout_agrees_at_the_remaining_vertices():
