@@ -219,8 +219,13 @@ class Inputs(Files):
             **self._lying(target, source),
         )
 
-    def whole_target(self, text: str, source: Shape) -> Shape | None:
+    def whole_target(self, text: str, source: Shape, fills_holes: bool) -> Shape | None:
         """Return all pieces of a mesh, packed inside the source; None if only one piece is the target.
+
+        Args:
+            text: the spec of the mesh.
+            source: the shape around the pieces.
+            fills_holes: whether pieces may lie in holes of the source.
 
         Raises:
             InputError: as in `shape`, or the pieces do not fit into the source.
@@ -235,11 +240,8 @@ class Inputs(Files):
             return None
         from ...curve import polygon_of
         from ..shapes import mesh_reading
-        from ..shapes.holes import is_drawn_by_lines
 
-        # as the map treats them later, see `without_holes`
-        is_filled = job.holes == "fill" or (job.holes == "auto" and job.holed and is_drawn_by_lines(source))
-        holes = () if is_filled else source.holes
+        holes = () if fills_holes else source.holes
         if source.drawing is not None and not source.drawing.is_one_part and job.whole_drawings:
             region = source.drawing.painted
         else:

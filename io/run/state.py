@@ -103,7 +103,7 @@ class Run:
             source = inputs.shape(job.source)
             target = source
             if job.target:
-                whole = inputs.whole_target(job.target, source)
+                whole = inputs.whole_target(job.target, source, _fills_holes(source, job))
                 target = whole or inputs.shape(job.target, target=True, source=source)
             pairs = [(source, target)]
         run = cls.of_pairs(job, inputs, pairs, tell, phases, threads, figures)
@@ -438,6 +438,13 @@ class Run:
             if remark not in self.notes:
                 self.notes.append(remark)
                 self.tell(remark)
+
+
+def _fills_holes(shape: Shape, job: Job) -> bool:
+    """Return whether the map treats the holes of a shape as parts of it, as `_with_holes_as_asked` does."""
+    from ..shapes.holes import is_drawn_by_lines
+
+    return job.holes == "fill" or (job.holes == "auto" and job.holed and is_drawn_by_lines(shape))
 
 
 def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
