@@ -80,6 +80,15 @@ class Commands(click.Group):
             return None
         return import_module(f".{name}", __package__).command
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse what precedes the command: no option but those of the group."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            raise click.UsageError(
+                f"No such option {error.option_name}; options follow the command", ctx
+            ) from None
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -87,11 +96,10 @@ class Commands(click.Group):
         name = args[0]
         if name in COMMANDS:
             return super().resolve_command(ctx, args)
-        if name.startswith("-"):
-            raise click.UsageError(f"No such option {name}; options follow the command", ctx)
         if Path(name).suffix and not Path(name).is_dir():
+            files = [argument for argument in args if argument not in COMMANDS]
             raise click.UsageError(
-                f"{name}: not a command; to map this file, run: iccm map {shlex.join(args)}", ctx
+                f"{name}: not a command; to map this file, run: iccm map {shlex.join(files)}", ctx
             )
         similar = get_close_matches(name, COMMANDS, 1)
         hint = f"did you mean {similar[0]!r}?" if similar else f"choose one of {', '.join(COMMANDS)}"

@@ -23,6 +23,7 @@ BLOCK_BYTES = 1 << 16  # written to find out whether the disk is full
 MOST_ENTRIES = 10_000
 """Names in a folder that are searched for a similar one, so that an error message never takes long."""
 SIMILARITY_RATIO = 0.75
+ADDRESS = re.compile(r"(?i)(https?|ftp|file):/")
 """Similarity (by `difflib`) of names without suffixes: one or two wrong letters in ten."""
 SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F]")
 _unfinished = set[Path]()  # temporary files and folders that exist now
@@ -277,6 +278,8 @@ def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator
             raise InputError(f"{path}: is not a plain file")
         file = path.open("rb")
     except FileNotFoundError as error:
+        if ADDRESS.match(str(path)):
+            raise InputError(f"{path}: is an address, not a file; download it, and name the file") from error
         raise InputError(f"{path}: no such file{similar_name(path)}") from error
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):

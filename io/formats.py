@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -136,6 +137,18 @@ FORMATS = {
 }
 
 
+EXPORTS = {
+    "drawing": ((".pdf", ".ai", ".eps", ".ps", ".cdr", ".wmf", ".emf"), ".svg"),
+    "plan": ((".dwg",), ".dxf"),
+    "mesh": (
+        (".fbx", ".blend", ".dae", ".3ds", ".max", ".ma", ".mb", ".c4d", ".x3d", ".step", ".stp"),
+        ".glb or .obj",
+    ),
+    "picture": ((".psd", ".psb", ".xcf", ".kra", ".ora", ".clip", ".dng", ".cr2", ".nef"), ".png or .tif"),
+}
+"""By kind of content: suffixes of other programs' files, and the formats that these programs export."""
+
+
 def suffix_of(name: str | PathLike) -> str:
     """Return the suffix in lower case; for files of FreeSurfer, which have none, FREESURFER."""
     path = Path(name)
@@ -194,6 +207,23 @@ def check(name: str | PathLike, what: str, problem: str, *others: str) -> None:
     raise InputError(f"{name}: {problem}; use one of {' '.join(suffixes)}")
 
 
+def remedy(name: str | PathLike, kind: str, suffixes: Sequence[str]) -> str:
+    """Return what to do with a file that cannot be read: how to export it, or which suffixes can be read.
+
+    Args:
+        name: of the file.
+        kind: what is to be read: "shape", "picture" or "mesh".
+        suffixes: that can be read.
+    """
+    suffix = suffix_of(name)
+    kinds = {"shape": tuple(EXPORTS), "picture": ("picture", "drawing"), "mesh": ("mesh",)}[kind]
+    for cause in kinds:
+        known, export = EXPORTS[cause]
+        if suffix in known:
+            return f"export it as {export} from the program that made it"
+    return f"use one of {', '.join(suffixes)}"
+
+
 def check_report(name: str | None) -> None:
     """Check that the name of a report does not have the suffix of a picture, a drawing or a mesh.
 
@@ -203,6 +233,11 @@ def check_report(name: str | None) -> None:
     kind = of(name or "")
     if kind.picture or kind.drawing or kind.mesh or kind.plot:
         raise InputError(f"{name}: the report is JSON; choose a name that ends in .json for --report")
+
+
+def is_svg(beginning: bytes) -> bool:
+    """Return whether a file that begins like this is an SVG drawing."""
+    return beginning.lstrip().startswith((b"<svg", b"<?xml", b"<!--")) and b"<svg" in beginning
 
 
 def suffix_of_content(content: bytes) -> str:

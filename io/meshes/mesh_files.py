@@ -27,8 +27,8 @@ def format_of(name: str | Path) -> type[MeshFormat]:
         InputError: no mesh format has this suffix.
     """
     if not (place := formats.of(name).mesh):
-        suffix, readable = formats.suffix_of(name), ", ".join(formats.holding("mesh"))
-        raise InputError(f"{name}: cannot read a mesh from {suffix!r}; use one of {readable}")
+        cure = formats.remedy(name, "mesh", formats.holding("mesh"))
+        raise InputError(f"{name}: cannot read a mesh from {formats.suffix_of(name)!r}; {cure}")
     module, _, kind = place.partition(".")
     return getattr(import_module(f".{module}", __package__), kind)
 

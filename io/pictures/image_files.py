@@ -16,7 +16,7 @@ from ...errors import InputError
 from ...memory import Memory
 from ...pixels.pyramid import strip_rows
 from .. import extras, formats, limits
-from ..files import as_text, open_input, scratch
+from ..files import as_text, open_input, opened, scratch
 from ..quiet_stderr import silence
 from . import icc, pillow
 from .image import Image, error_of, prepare, transfer_of, usual_of
@@ -45,6 +45,7 @@ DECODERS = {
     *("png", "pnm", "psd", "rla", "sgi", "softimage", "targa", "tiff", "webp", "zfile"),
 }
 """OpenImageIO's names of supported formats. Plug-ins not listed may read other files that a file refers to."""
+BEGINNING_BYTES = 4096  # of a file that is not a picture, to name its kind
 STRAIGHT = {"bmp", "dds", "jpeg2000", "jpegxl"}
 # Brands of files in the ISO base media file format.
 UNREAD = {b"avif": "AVIF", b"avis": "AVIF", b"heic": "HEIC", b"heix": "HEIC", b"mif1": "HEIF"}
@@ -184,7 +185,14 @@ def _read(path: str | Path, max_pixels: int, colorspace: str | None, room: Memor
                 "map the source drawing itself"
             )
         if not form.picture:
-            raise InputError(f"{path}: not an image; iccm reads {' '.join(formats.holding('picture'))}")
+            cure = formats.remedy(path, "picture", formats.holding("picture"))
+            raise InputError(f"{path}: not an image; {cure}")
+        with opened(path) as content:
+            beginning = content.read(BEGINNING_BYTES)
+        if not beginning:
+            raise InputError(f"{path}: the file is empty")
+        if formats.is_svg(beginning):
+            raise InputError(f"{path}: is an SVG drawing, not a picture; rename it to .svg")
         raise InputError(f"{path}: cannot read this picture: {reason}")
     try:
         if file.format_name() not in DECODERS:

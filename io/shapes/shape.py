@@ -467,7 +467,11 @@ def supported_suffix(path: Path) -> str:
             )
         kind = repr(path.suffix) if path.suffix else "a file without suffix"
         suffixes = sorted({*SUFFIXES, *formats.holding("mesh")})
-        raise InputError(f"{path}: cannot read a shape from {kind}; use one of {', '.join(suffixes)}")
+        if str(path) == "-":
+            raise InputError("-: shapes are not read from standard input; name a file")
+        raise InputError(
+            f"{path}: cannot read a shape from {kind}; {formats.remedy(path, 'shape', suffixes)}"
+        )
     return suffix
 
 

@@ -178,7 +178,7 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
     [
         (("map", "folder", "disk.svg"), "folder: is a folder"),
         (("map", "square.xyz", "disk.svg"), ".glb"),
-        (("map", "square.svg", "disk.svg", "--texture", "square.xyz"), "not an image; iccm reads .png"),
+        (("map", "square.svg", "disk.svg", "--texture", "square.xyz"), "not an image; use one of .png"),
         (("map", "square.svg", "disk.svg", "-o", "folder"), "folder: is a folder"),
         (("map", "square.svg", "disk.svg", "-o", "out.xyz"), ".svg .svgz .obj"),
         (("flatten", "none.obj", "-o", "old.svg"), "none.obj: no such file"),
@@ -187,6 +187,17 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
             "none.obj: no such file",
         ),
         (("apply", "none.exr", "none.png", "-o", "old.png"), "none.png: no such file"),
+        (("map", "logo.pdf", "disk.svg"), "logo.pdf: cannot read a shape from '.pdf'; export it as .svg"),
+        (("map", "square.svg", "car.fbx"), "export it as .glb or .obj"),
+        (("flatten", "car.blend"), "export it as .glb or .obj"),
+        (("flatten", "logo.pdf"), "use one of .obj"),
+        (("map", "square.svg", "disk.svg", "--texture", "layers.psd"), "export it as .png or .tif"),
+        (("map", "square.svg", "disk.svg", "--texture", "drawing.png"), "is an SVG drawing, not a picture"),
+        (("map", "square.svg", "disk.svg", "--texture", "old.png"), "old.png: the file is empty"),
+        (("map", "https://example.org/a.svg", "disk.svg"), "is an address, not a file"),
+        (("map", "-", "disk.svg"), "not read from standard input"),
+        (("--size", "300", "map", "square.svg", "disk.svg"), "--size; options follow the command"),
+        (("square.svg", "disk.svg", "map"), "run: iccm map square.svg disk.svg (run"),
     ],
 )
 def test_the_error_for_a_wrong_file_names_its_kind(shapes, iccm, given, message):
@@ -194,6 +205,9 @@ def test_the_error_for_a_wrong_file_names_its_kind(shapes, iccm, given, message)
     for name in ("old.svg", "old.png"):
         (shapes / name).touch()
     shutil.copy("square.svg", "square.xyz")
+    shutil.copy("square.svg", "drawing.png")
+    for name in ("logo.pdf", "car.fbx", "car.blend", "layers.psd"):
+        (shapes / name).write_text("content of another program")
     typed = iccm(*given)
     assert typed.code == 2 and message in typed.err and "OpenImageIO" not in typed.err
 
