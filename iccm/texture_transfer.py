@@ -85,8 +85,7 @@ class Transfer:
 class PictureOptions:
     """How to render a texture into a picture: the options that `transfer` and `warp` have in common.
 
-    Attributes:
-        size, texture_box, target_box, filter, kind, edge, encoding, padding, threads: as for `transfer`.
+    Attributes are the arguments of `transfer` with the same names.
     """
 
     size: int | tuple[int, int] = LONGER_SIDE_PIXELS

@@ -1,4 +1,4 @@
-// The line search with functions of the caller (iccm/balanced/minimise/line_search.py).
+// The line search with functions of the caller, for tests (tests/core/line_search.py).
 #include "minimise/line_search.h"
 
 using namespace iccm;

@@ -39,7 +39,7 @@ def declared():
         for info in pkgutil.walk_packages(iccm.__path__, "iccm.")
         if not info.name.startswith(("iccm.cli", "iccm.io", "iccm.plugins", "iccm.samples"))
     ]
-    modules.append(import_module("iccm.io.meshes.obj_scan"))
+    modules += [import_module(name) for name in ("iccm.io.meshes.obj_scan", "tests.core.line_search")]
     return {
         value.prototype
         for module in modules

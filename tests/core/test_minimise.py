@@ -8,11 +8,11 @@ import pytest
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy, newton, sliding, upright
 from iccm.balanced.minimise.energy import Objective, RestShapes
-from iccm.balanced.minimise.line_search import line_search
 from iccm.balanced.minimise.newton import System
 from iccm.balanced.minimise.sliding import Border, Constraints, Rail, Rails
 from iccm.balanced.minimise.upright import ANY_ROTATION, Upright
 from iccm.linalg import cholesky
+from tests.core.line_search import line_search
 from tests.core.reference import minimise as reference
 
 COUNT = 14  # vertices of the outline

@@ -7,7 +7,6 @@ upright    the cost of rotating the picture
 soft_pins  patches of soft pins, as terms of the energy
 terms      further terms of the energy, written in NumPy
 newton     projected Newton with a line search that never folds a triangle
-line_search  the line search of Newton's method as a function
 untangle   a first map without folds
 unfold     folds removed locally
 """

@@ -4,8 +4,8 @@ core.
 
 import numpy as np
 
-from iccm.balanced.minimise.line_search import line_search
 from iccm.balanced.minimise.sliding import FREE, HELD, SLIDING, Rail
+from tests.core.line_search import line_search
 
 VOID, UNTANGLING_AREA = 1e-3, 0.5
 SHARE_OF_GAP, SAME_PLACE = 0.9, 1e-8

@@ -250,7 +250,7 @@ def test_the_journal_forgives_torn_lines(tmp_path):
 
 @pytest.fixture
 def journal_entry(tmp_path):
-    """`journal_entry(path, **changed)`: the entry of a journal in tmp_path/out for a file of a job; None if not trusted."""
+    """`journal_entry(path, **changed)`: the journal's entry for a file of a job in tmp_path/out; None if untrusted."""
     root, away = tmp_path / "out", tmp_path / "away.json"
     root.mkdir()
     for path in (away, root / "r.json"):

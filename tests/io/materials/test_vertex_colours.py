@@ -51,7 +51,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def relaid(iccm, folder, old, new, out="out.glb"):
-    """Transfer an old file to the layout of a new one; return the new file, its picture and the result of the command."""
+    """Transfer an old file to the layout of a new one; return the new file, its picture and the command's result."""
     (folder / "old.glb").write_bytes(old)
     (folder / "new.glb").write_bytes(new)
     done = iccm("relayout", "old.glb", "new.glb", "-o", out, "--size", N)

@@ -1,10 +1,10 @@
-"""The line search of Newton's method as a function, for tests and for steps that are computed in Python."""
+"""The core's line search of Newton's method as a function, so that tests can pass energies of their own."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from ...native import callback, function, record
+from iccm.native import callback, function, record
 
 ShareCallback = callback("double ShareCallback(double share)")
 SearchedEnergyRecord = record("struct SearchedEnergy { ShareCallback energy_at; ShareCallback most; }")
