@@ -80,10 +80,10 @@ def run(python: str, versions: str, wheel: Path, tests: list[str], folder: Path)
         shutil.copytree(place, copy / name) if place.is_dir() else shutil.copy(place, copy / name)
     command = [str(interpreter), "-m", "pytest", "-q", "-n", "0", "-m", "not slow", "-p", "no:cacheprovider"]
     command += ["-o", f"filterwarnings={WARNINGS}", *tests]
-    done = subprocess.run(command, cwd=copy, capture_output=True, text=True)
-    lines = done.stdout.strip().splitlines() or [done.stderr.strip()]
+    result = subprocess.run(command, cwd=copy, capture_output=True, text=True)
+    lines = result.stdout.strip().splitlines() or [result.stderr.strip()]
     failures = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
-    return done.returncode == 0, "\n".join([*failures, lines[-1]])
+    return result.returncode == 0, "\n".join([*failures, lines[-1]])
 
 
 def main() -> int:
@@ -93,15 +93,15 @@ def main() -> int:
     parser.add_argument("--python", nargs="+", default=PYTHONS, metavar="VERSION")
     parser.add_argument("--versions", nargs="+", default=list(RESOLUTIONS), choices=RESOLUTIONS)
     parser.add_argument("--wheel", type=Path, help="a wheel of iccm [default: built from the last commit]")
-    given = parser.parse_args()
+    options = parser.parse_args()
     all_passed = True
     with tempfile.TemporaryDirectory() as name:
-        wheel = given.wheel.resolve() if given.wheel else build(Path(name))
-        for python in given.python:
-            for versions in given.versions:
+        wheel = options.wheel.resolve() if options.wheel else build(Path(name))
+        for python in options.python:
+            for versions in options.versions:
                 folder = Path(name) / f"{Path(python).name}-{versions}"
                 folder.mkdir()
-                passed, words = run(python, versions, wheel, list(given.tests), folder)
+                passed, words = run(python, versions, wheel, list(options.tests), folder)
                 print(f"{python}, {versions} versions: {words}", flush=True)
                 shutil.rmtree(folder)
                 all_passed &= passed

@@ -51,8 +51,8 @@ def reports_are_valid(monkeypatch):
     from iccm.io.run import flatten, relayout, report
 
     def checked(make, schema):
-        def validated(*given, **named):
-            result = make(*given, **named)
+        def validated(*args, **kwargs):
+            result = make(*args, **kwargs)
             validator(schema).validate(report.as_json(result))
             return result
 

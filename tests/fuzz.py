@@ -297,8 +297,8 @@ def glb() -> bytes:
         "nodes": [{"mesh": 0}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2}]}],
         "accessors": [
-            {"bufferView": k, "count": count, "componentType": kind, "type": what}
-            for k, (count, kind, what) in enumerate(
+            {"bufferView": k, "count": count, "componentType": kind, "type": type}
+            for k, (count, kind, type) in enumerate(
                 [(4, 5126, "VEC3"), (4, 5126, "VEC2"), (6, 5123, "SCALAR")]
             )
         ],
@@ -477,23 +477,23 @@ def mutate(rng: random.Random, data: bytearray) -> None:
     """Make one change: bytes, words, numbers, a cut, or a copy."""
     start = rng.randrange(len(data) + 1)
     end = min(len(data), start + rng.choice((1, 2, 5, 20, 200)))
-    way = rng.randrange(7)
-    if way == 0 and start < len(data):
+    choice = rng.randrange(7)
+    if choice == 0 and start < len(data):
         data[start] ^= 1 << rng.randrange(8)
-    elif way == 1:
+    elif choice == 1:
         del data[start:end]
-    elif way == 2:
+    elif choice == 2:
         data[start:start] = rng.choice(WORDS) * rng.choice((1, 1, 1, 2, 500))
-    elif way == 3:
+    elif choice == 3:
         data[start:start] = data[start:end] * rng.choice((1, 3, 100))
-    elif way == 4 and rng.random() < 0.3:
+    elif choice == 4 and rng.random() < 0.3:
         del data[start:]
-    elif way == 5:
+    elif choice == 5:
         numbers = list(re.finditer(rb"\d+(\.\d+)?", data))
         if numbers:
             match = rng.choice(numbers)
             data[match.start() : match.end()] = rng.choice(WORDS)
-    elif way == 6 and start < len(data):
+    elif choice == 6 and start < len(data):
         data[start] = rng.randrange(256)
 
 
@@ -501,7 +501,7 @@ def misdirect(kind: str, rng: random.Random, data: bytearray) -> None:
     """Make one change that the format's own reader understands: an index, a reference, a pattern, or a missing
     statement.
     """
-    way = rng.randrange(3)
+    choice = rng.randrange(3)
     if kind == "glb":
         renumber(rng, data)
     elif kind == "gltf":
@@ -513,9 +513,9 @@ def misdirect(kind: str, rng: random.Random, data: bytearray) -> None:
         swap(
             rng, data, rb'(?<="source": ")[^"]*|(?<="target": ")[^"]*|(?<=e = ")[^"]*|(?<=t = ")[^"]*', GLOBS
         )
-    elif way == 0:
+    elif choice == 0:
         swap(rng, data, rb"(?m)(?<=^(?:f|l) )[^\r\n]*|(?<=^3 )\d.*", INDICES, rb"-?\d+")
-    elif way == 1:
+    elif choice == 1:
         swap(
             rng,
             data,
@@ -553,14 +553,14 @@ def odd(rng: random.Random, tree: object) -> object:
     if not places:
         return rng.choice(ODD)
     holder, key = rng.choice(places)
-    way, value = rng.randrange(6), holder[key]
-    if way == 0:
+    choice, value = rng.randrange(6), holder[key]
+    if choice == 0:
         del holder[key]
-    elif way == 1 and isinstance(holder, list):
+    elif choice == 1 and isinstance(holder, list):
         holder.insert(key, json.loads(json.dumps(value)))
-    elif way <= 3 and isinstance(value, int | float) and not isinstance(value, bool):
+    elif choice <= 3 and isinstance(value, int | float) and not isinstance(value, bool):
         holder[key] = value * rng.choice((-1, 0, 0.5, 1.01, 3, 1e3, 1e-6))
-    elif way == 4:
+    elif choice == 4:
         holder[key] = json.loads(json.dumps(rng.choice(places)[0]))
     else:
         holder[key] = rng.choice(ODD)
@@ -580,15 +580,15 @@ def changed_npz(rng: random.Random, data: bytes) -> bytes:
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     name = rng.choice(["about.npy"] * 8 + sorted(members))
-    member_bytes, way = bytearray(members.pop(name)), rng.randrange(5)
+    member_bytes, choice = bytearray(members.pop(name)), rng.randrange(5)
     if name == "about.npy":
         about = odd(rng, json.loads(str(np.load(io.BytesIO(member_bytes)))))
         member_bytes = io.BytesIO()
         np.save(member_bytes, np.array(json.dumps(about, ensure_ascii=rng.random() < 0.9)))
         members[name] = member_bytes.getvalue()
-    elif way == 0:
+    elif choice == 0:
         members[rng.choice([name[:-4], "x.npy", name.upper()])] = bytes(member_bytes)
-    elif way == 1:
+    elif choice == 1:
         swap(
             rng,
             member_bytes,
@@ -596,7 +596,7 @@ def changed_npz(rng: random.Random, data: bytes) -> bytes:
             [*INDICES, b"<f4", b"|O", b"<U9", b"|V8", b">c16"],
         )
         members[name] = bytes(member_bytes)
-    elif way == 2:
+    elif choice == 2:
         mutate(rng, member_bytes)
         members[name] = bytes(member_bytes)
     else:
@@ -917,18 +917,18 @@ def hunt(kind: str, first: int, count: int) -> list[str]:
             str(first),
             str(last - first),
         ]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[1])
+        result = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[1])
         troubles += [
-            f"{kind} {first}…: a library says {line[:200]!r}" for line in done.stderr.splitlines()[:3]
+            f"{kind} {first}…: a library says {line[:200]!r}" for line in result.stderr.splitlines()[:3]
         ]
-        records = [json.loads(line) for line in done.stdout.splitlines()]
+        records = [json.loads(line) for line in result.stdout.splitlines()]
         troubles += [f"{kind} {line['seed']}: {line['wrong']}" for line in records if "wrong" in line]
         if records and records[-1].get("end"):
             break
         attempts = [line["try"] for line in records if "try" in line]
         if not attempts:
-            return [*troubles, f"{kind}: the child did not start: {done.stderr[-500:]}"]
-        how = "hung" if done.returncode == -signal.SIGPROF else f"died with {done.returncode}"
+            return [*troubles, f"{kind}: the child did not start: {result.stderr[-500:]}"]
+        how = "hung" if result.returncode == -signal.SIGPROF else f"died with {result.returncode}"
         troubles.append(f"{kind} {attempts[-1]}: {how}")
         first = attempts[-1] + 1
     return troubles
@@ -944,21 +944,21 @@ def main() -> int:
     parser.add_argument("--kind", choices=SEEDS, help="one kind only")
     parser.add_argument("--seed", type=int, help="one input, with its traceback")
     parser.add_argument("--child", nargs=3, help=argparse.SUPPRESS)
-    given = parser.parse_args()
-    if given.child:
-        child(given.child[0], int(given.child[1]), int(given.child[2]))
+    options = parser.parse_args()
+    if options.child:
+        child(options.child[0], int(options.child[1]), int(options.child[2]))
         return 0
-    kinds = [given.kind] if given.kind else list(SEEDS)
-    if given.seed is not None:
+    kinds = [options.kind] if options.kind else list(SEEDS)
+    if options.seed is not None:
         with tempfile.TemporaryDirectory() as folder:
-            data = mutated(kinds[0], given.seed)
+            data = mutated(kinds[0], options.seed)
             sys.stdout.buffer.write(data[:4000] + b"\n")
             read(kinds[0], Path(folder), data)
         return 0
     shares = {kind: 1 / SLOW.get(kind, 1) for kind in kinds}
-    counts = {kind: round(given.count * share / sum(shares.values())) for kind, share in shares.items()}
-    troubles = [line for kind in kinds for line in hunt(kind, given.first, counts[kind])]
-    print("\n".join(troubles) or f"{given.count} inputs: none made trouble")
+    counts = {kind: round(options.count * share / sum(shares.values())) for kind, share in shares.items()}
+    troubles = [line for kind in kinds for line in hunt(kind, options.first, counts[kind])]
+    print("\n".join(troubles) or f"{options.count} inputs: none made trouble")
     return 1 if troubles else 0
 
 

@@ -209,12 +209,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.public_surface")
     parser.add_argument("--record", action="store_true", help="write the additions since the last release")
     parser.add_argument("--release", action="store_true", help="make the list that of a release")
-    given = parser.parse_args()
+    options = parser.parse_args()
     current = entries()
-    if given.release:
+    if options.release:
         write(RELEASED, f"Public in iccm {iccm.__version__}.", current)
         write(UNRELEASED, "Public since then.", [])
-    elif given.record:
+    elif options.record:
         released = set(read(RELEASED))
         write(UNRELEASED, "Public since then.", [entry for entry in current if entry not in released])
     else:

@@ -157,7 +157,7 @@ def check(events, folder, written):
         is_home = path.is_relative_to(folder / "home")
         scratch = path.is_relative_to(tempfile.gettempdir()) and not path.is_relative_to(folder.parent)
         name_of_ours = r"\.?({})?(\..*)?".format("|".join(map(re.escape, sorted(stems))))
-        beside = path.parent in folders and bool(re.fullmatch(name_of_ours, path.name))
+        is_temporary = path.parent in folders and bool(re.fullmatch(name_of_ours, path.name))
         if kind == "start":
             own_python = name in (sys.executable, os.path.realpath(sys.executable))
             assert own_python or path.name in FONT_LISTS, f"starts {name}"
@@ -165,11 +165,11 @@ def check(events, folder, written):
             raise AssertionError(f"connects to {name}")
         elif kind == "write":
             is_output = path in outputs | folders or name == os.devnull
-            assert is_home or scratch or beside or is_output, f"writes {name}"
+            assert is_home or scratch or is_temporary or is_output, f"writes {name}"
         else:
             assert not path.name.startswith(("canary", ".netrc")), f"reads {name}"
             inner = path.is_relative_to(folder) or path == folder
-            allowed = is_home or scratch or beside or path in inputs | outputs
+            allowed = is_home or scratch or is_temporary or path in inputs | outputs
             allowed |= not inner and any(path.is_relative_to(root) for root in readable)
             allowed |= inner and path.is_dir()
             assert allowed or not path.exists() or not inner, f"reads {name}"

@@ -113,8 +113,10 @@ def comment(tmp_path):
         if text is not None:
             (tmp_path / "check.md").write_text(text, encoding="utf-8")
         line = ["bash", str(COMMENT), "check.md", "us/pictures", "7"]
-        done = subprocess.run(line, cwd=tmp_path, env={**environment, **more}, capture_output=True, text=True)
-        return done, json.loads(state.read_text(encoding="utf-8"))
+        result = subprocess.run(
+            line, cwd=tmp_path, env={**environment, **more}, capture_output=True, text=True
+        )
+        return result, json.loads(state.read_text(encoding="utf-8"))
 
     return run
 

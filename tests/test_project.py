@@ -49,8 +49,8 @@ def test_mypy_sees_an_error_in_every_layer(tmp_path):
     for name in ("errors.py", "io/files.py", "cli/logs.py"):
         original = (package / name).read_text()
         (package / name).write_text(original + "\nplanted: int = 'text'\n")
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-        assert done.returncode == 1 and f"{name}:" in done.stdout and "planted" not in original
+        result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+        assert result.returncode == 1 and f"{name}:" in result.stdout and "planted" not in original
         (package / name).write_text(original)
 
 
@@ -93,18 +93,18 @@ def test_a_users_type_checker_sees_the_signatures(tmp_path):
     lines = [*USER.splitlines(), *MISTAKES, "reveal_type(iccm.fit)"]
     (tmp_path / "user.py").write_text("\n".join(lines))
     quick = ["--follow-imports", "silent", "--ignore-missing-imports", "--cache-dir", "cache"]
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-m", "mypy", *quick, "--strict", "user.py"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
     )
     messages = {}
-    for line in done.stdout.splitlines()[:-1]:
+    for line in result.stdout.splitlines()[:-1]:
         _, number, text = line.split(":", 2)
         messages[lines[int(number) - 1]] = messages.get(lines[int(number) - 1], "") + text
-    assert messages.keys() == {*MISTAKES, "reveal_type(iccm.fit)"}, done.stdout
-    assert all(text in messages[line] for line, text in MISTAKES.items()), done.stdout
+    assert messages.keys() == {*MISTAKES, "reveal_type(iccm.fit)"}, result.stdout
+    assert all(text in messages[line] for line, text in MISTAKES.items()), result.stdout
     revealed = messages["reveal_type(iccm.fit)"]
     assert "def (source:" in revealed and revealed.endswith('-> iccm.result.Fit"')
 

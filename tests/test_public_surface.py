@@ -14,8 +14,10 @@ def current():
 
 
 def test_nothing_of_the_last_release_is_gone(current):
-    gone = sorted(set(public_surface.read(public_surface.RELEASED)) - current)
-    assert not gone, "public in the last release: keep them, or deprecate them (docs/reference/stability.md)"
+    removed = sorted(set(public_surface.read(public_surface.RELEASED)) - current)
+    assert not removed, (
+        "public in the last release: keep them, or deprecate them (docs/reference/stability.md)"
+    )
 
 
 def test_additions_since_the_last_release_are_recorded(current):

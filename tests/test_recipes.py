@@ -71,8 +71,8 @@ def test_the_ci_sample_is_as_its_baselines(shell, tmp_path):
     shutil.copytree(sample, tmp_path / "ci", ignore=shutil.ignore_patterns("out"))
     lines = re.findall(r"run: (iccm .*)", (sample / "workflow.yml").read_text())
     assert len(lines) == 2
-    done = shell(f"cd {tmp_path}/ci && {' && '.join(lines)}")
-    assert done.returncode == 0, done.stderr
+    result = shell(f"cd {tmp_path}/ci && {' && '.join(lines)}")
+    assert result.returncode == 0, result.stderr
     picture = tmp_path / "ci" / "out" / "kite-drop.png"
     picture.write_bytes((tmp_path / "ci" / "out" / "kite-pebble.png").read_bytes())
     assert shell(f"cd {tmp_path}/ci && {lines[1]}").returncode == 1

@@ -52,8 +52,8 @@ def test_a_sample_makes_its_picture(name, tmp_path):
     shutil.copytree(SAMPLES / name, folder, ignore=shutil.ignore_patterns("out", "picture.png"))
     (folder / "out").mkdir()
     for command in RUN.commands(folder):
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
+        result = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert result.returncode == 0, result.stderr
     picture, stored = image_files.read(folder / "out/picture.png").pixels, baseline(name)
     if name in FREE:
         picture, stored = picture[..., 3:], stored[..., 3:]

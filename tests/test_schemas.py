@@ -56,15 +56,15 @@ SAMPLES = SCHEMAS.parents[2] / "samples"
 def test_a_mesh_adds_keys_that_the_schema_knows(shapes, iccm, output):
     assert iccm("flatten", SAMPLES / "hexagon-surface" / "sail.obj", "--uv", "sail.obj").code == 0
     texture = SAMPLES / "hexagon-surface" / "tiles.png"
-    typed = iccm("map", "square.svg", "sail.obj", "--texture", texture, *output, "--report", "-", "-q")
+    result = iccm("map", "square.svg", "sail.obj", "--texture", texture, *output, "--report", "-", "-q")
     schema = validator("report-1").schema
-    assert described(json.loads(typed.out), schema, schema) == []
+    assert described(json.loads(result.out), schema, schema) == []
 
 
 def test_layouts_are_as_their_schemas(shapes, iccm):
     mesh = SAMPLES / "hexagon-surface" / "sail.obj"
-    given = ("--uv", "disk.obj", "--report", "-", "-q")
-    flat = json.loads(iccm("flatten", mesh, "--onto", "disk.svg", *given).out)
+    arguments = ("--uv", "disk.obj", "--report", "-", "-q")
+    flat = json.loads(iccm("flatten", mesh, "--onto", "disk.svg", *arguments).out)
     texture = SAMPLES / "hexagon-surface" / "tiles.png"
     iccm("flatten", mesh, "--uv", "old.obj")
     out = ("--texture", texture, "-o", "out.png", "--size", "32", "--report", "-", "-q")

@@ -125,8 +125,8 @@ SOURCES = {
 
 def run(*words: object, folder: Path) -> str:
     """Run a program in a folder and return what it prints."""
-    done = subprocess.run([*map(str, words)], cwd=folder, check=True, capture_output=True, text=True)
-    return done.stdout.strip()
+    result = subprocess.run([*map(str, words)], cwd=folder, check=True, capture_output=True, text=True)
+    return result.stdout.strip()
 
 
 def download(source: Source, folder: Path) -> Path:
@@ -247,9 +247,9 @@ def main() -> None:
     )
     parser.add_argument("folder", type=Path)
     parser.add_argument("sources", nargs="*", choices=[*SOURCES, []])
-    given = parser.parse_args()
-    for name in given.sources or SOURCES:
-        print(f"{name}: {len(fetch(name, given.folder.absolute()))} models", flush=True)
+    options = parser.parse_args()
+    for name in options.sources or SOURCES:
+        print(f"{name}: {len(fetch(name, options.folder.absolute()))} models", flush=True)
 
 
 if __name__ == "__main__":

@@ -168,8 +168,8 @@ def command(*words: object) -> Done:
     """Run iccm."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     try:
-        done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, timeout=LIMIT)
-        code, messages = done.returncode, done.stderr
+        result = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, timeout=LIMIT)
+        code, messages = result.returncode, result.stderr
     except subprocess.TimeoutExpired:
         code, messages = 124, f"over {LIMIT} s"
     return Done(code, messages, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
@@ -324,14 +324,16 @@ def main() -> None:
     parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--validator", type=Path)
     parser.add_argument("--keep", type=Path)
-    given = parser.parse_args()
-    package, kept = given.validator, given.keep
-    paths = [path for path in given.folder.rglob("*.glb") if not given.names or path.name in given.names]
+    options = parser.parse_args()
+    package, kept = options.validator, options.keep
+    paths = [
+        path for path in options.folder.rglob("*.glb") if not options.names or path.name in options.names
+    ]
     paths.sort(key=lambda path: (path.stat().st_size, path))
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for path in filter(textured, paths):
-            parts = [make(path, Path(folder)) for name, make in PARTS.items() if given.only in (None, name)]
+            parts = [make(path, Path(folder)) for name, make in PARTS.items() if options.only in (None, name)]
             rows.append(row := {key: value for part in parts for key, value in part.items()})
             line = [f"{path.parent.name[:12]:12} {path.name[:50]:50}"]
             output = Path(folder) / "out.glb"
@@ -355,7 +357,7 @@ def main() -> None:
             ended = [row[name] for name in PARTS if name in row]
             line += [done.messages.strip().splitlines()[-1][:120] for done in ended if done.code]
             print("  ".join(line), flush=True)
-    if given.only != "relayout":
+    if options.only != "relayout":
         even = [row["dilatation"] <= MOST_DILATED and row["within2"] >= LEAST_WITHIN2 for row in rows]
         print(f"{sum(row['covers'] for row in rows)} of {len(rows)} mapped by {SHARE:.0%} at exit 0")
         print(f"{sum(even)} of {len(rows)} with K95 <= {MOST_DILATED:g} and within 2x >= {LEAST_WITHIN2:g}")
@@ -363,7 +365,7 @@ def main() -> None:
         print(
             f"{sum(bool(row['invalid']) for row in rows)} with errors of the validator that the input has not"
         )
-    if given.only != "map":
+    if options.only != "map":
         good = [row["mean"] < OFF for row in rows if row["relayout"].code == 0]
         print(f"{sum(good)} of {len(good)} relayouts at exit 0 within {OFF:g} of 255, of {len(rows)}")
 

@@ -150,10 +150,10 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--pairs", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sheet", type=Path, help=f"a contact sheet of the first {SHOWN} pairs")
-    given = parser.parse_args(words)
+    options = parser.parse_args(words)
     refusals: list[str] = []
-    pairs = wild_pairs(given.pairs, given.seed, refusals)
-    print(f"## {given.pairs} random pairs (seed {given.seed}) of {', '.join(sorted(shapes.WILD))}")
+    pairs = wild_pairs(options.pairs, options.seed, refusals)
+    print(f"## {options.pairs} random pairs (seed {options.seed}) of {', '.join(sorted(shapes.WILD))}")
     kinds = Counter(refusal.split(": ")[-1] for refusal in refusals)
     print(f"drawings refused while picking: {len(refusals)} {dict(kinds)}\n{HEAD}")
     for fit in FITS:
@@ -164,20 +164,20 @@ def main(words: list[str] | None = None) -> None:
     for k, (source, target) in enumerate(pairs, 1):
         fits = []
         for fit in FITS:
-            row, result, taken = measured(source, target, fit)
+            row, result, elapsed = measured(source, target, fit)
             rows[fit].append(row)
-            seconds[fit].append(taken)
+            seconds[fit].append(elapsed)
             fits.append(result)
             name = f"{k} {shapes.label(source)[:25]} → {shapes.label(target)[:25]}"
-            print(f"{name:56} {fit:5} {row or f'NO MAP {taken:.2f}'}", flush=True)
+            print(f"{name:56} {fit:5} {row or f'NO MAP {elapsed:.2f}'}", flush=True)
         if k <= SHOWN:
             results.append(((source, target), fits))
     for fit in FITS:
         print(f"\n{fit}: quantiles (50 %, 90 %, 100 %)")
         quantiles(rows[fit])
     goals(rows, seconds)
-    if given.sheet:
-        sheet(results, given.sheet)
+    if options.sheet:
+        sheet(results, options.sheet)
 
 
 if __name__ == "__main__":

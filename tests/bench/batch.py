@@ -162,7 +162,9 @@ def two_workers() -> Iterator[Any]:
         yield cluster
 
 
-def beside(make_manifest: Callable[[Path, int], Path], count: int, chunks: int, what: str) -> float:
+def compare_with_dask(
+    make_manifest: Callable[[Path, int], Path], count: int, chunks: int, title: str
+) -> float:
     """Return the time of a Dask cluster of two workers relative to `-j 2`: the median of alternating runs."""
     with tempfile.TemporaryDirectory() as name, two_workers() as cluster:
         ways = {"-j": ("-j", "2"), "dask": ("--dask", cluster.scheduler_address)}
@@ -173,7 +175,9 @@ def beside(make_manifest: Callable[[Path, int], Path], count: int, chunks: int, 
             names = list(ways)[:: 1 if number % 2 else -1]
             rounds.append({name: run(manifest, *ways[name], cluster=cluster) for name in names})
     ratios = [round["dask"].steady / round["-j"].steady for round in rounds]
-    print(f"{what}, by turns, milliseconds a job between the first result and the last; processor time a job")
+    print(
+        f"{title}, by turns, milliseconds a job between the first result and the last; processor time a job"
+    )
     for name, label in (("-j", "-j 2"), ("dask", "Dask, two workers")):
         wall, used = (np.array([getattr(r[name], key) for r in rounds]) * 1e3 for key in ("steady", "used"))
         seconds = " ".join(f"{value:.1f}" for value in wall)
@@ -182,15 +186,15 @@ def beside(make_manifest: Callable[[Path, int], Path], count: int, chunks: int, 
     return float(np.median(ratios))
 
 
-def dask(given: argparse.Namespace) -> None:
+def dask(options: argparse.Namespace) -> None:
     """Measure the throughput of small and of usual jobs."""
-    what = f"{given.small} small jobs (a square onto itself, 16 px)"
-    goal(f"{DASK}, small jobs", beside(small, given.small, given.chunks, what), 1 / 0.9)
-    what = f"{given.jobs} usual jobs (blobs, balanced, 1024²)"
-    goal(f"{DASK}, usual jobs", beside(jobs, given.jobs, given.chunks, what), 1 / 0.9)
+    description = f"{options.small} small jobs (a square onto itself, 16 px)"
+    goal(f"{DASK}, small jobs", compare_with_dask(small, options.small, options.chunks, description), 1 / 0.9)
+    description = f"{options.jobs} usual jobs (blobs, balanced, 1024²)"
+    goal(f"{DASK}, usual jobs", compare_with_dask(jobs, options.jobs, options.chunks, description), 1 / 0.9)
 
 
-def lost(given: argparse.Namespace) -> None:
+def lost(options: argparse.Namespace) -> None:
     """Count the jobs that are not done when one of two workers of a Dask cluster is killed while they run."""
     with tempfile.TemporaryDirectory() as name, two_workers() as cluster:
         manifest, ended = small(Path(name), 100), []
@@ -204,14 +208,14 @@ def lost(given: argparse.Namespace) -> None:
     goal(LOST, 100 - done, 0)
 
 
-def workers(given: argparse.Namespace) -> None:
+def workers(options: argparse.Namespace) -> None:
     """Compare two workers with one, and with the same work in one process without a batch."""
     with tempfile.TemporaryDirectory() as name:
-        manifest = jobs(Path(name), given.jobs)
+        manifest = jobs(Path(name), options.jobs)
         single, double = run(manifest, "-j", "1"), run(manifest, "-j", "2")
         base = alone(manifest)
-    per = 1000 / given.jobs
-    print(f"{given.jobs} usual jobs: {single.seconds:.1f} s on one worker, {double.seconds:.1f} s on two")
+    per = 1000 / options.jobs
+    print(f"{options.jobs} usual jobs: {single.seconds:.1f} s on one worker, {double.seconds:.1f} s on two")
     print(f"  {single.steady / double.steady:.2f} x as fast between the first result and the last")
     print(
         f"  one process without a batch {base:.1f} s; more in a batch {per * (single.seconds - base):.1f} ms a job,"
@@ -239,15 +243,15 @@ def alone(manifest: Path) -> float:
     return float(subprocess.run(line, capture_output=True, text=True, check=True).stdout)
 
 
-def memory(given: argparse.Namespace) -> None:
+def memory(options: argparse.Namespace) -> None:
     """Measure the memory of all processes over many small jobs: it should not grow."""
     with tempfile.TemporaryDirectory() as name:
-        batch_run = run(small(Path(name), min(given.small, 2000)), "-j", "2")
+        batch_run = run(small(Path(name), min(options.small, 2000)), "-j", "2")
     tenths = [
         max(part) for part in np.array_split(batch_run.memory[len(batch_run.memory) // 10 :], 9) if len(part)
     ]
     print(
-        f"{min(given.small, 2000)} small jobs in {batch_run.seconds:.0f} s; MiB of all processes, from a tenth on:"
+        f"{min(options.small, 2000)} small jobs in {batch_run.seconds:.0f} s; MiB of all processes, from a tenth on:"
     )
     print("  " + " ".join(f"{value:.0f}" for value in tenths), flush=True)
 
@@ -262,10 +266,10 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=40, help="usual jobs")
     parser.add_argument("--small", type=int, default=1000, help="small jobs")
     parser.add_argument("--chunks", type=int, default=4, help="runs that either is divided into")
-    given = parser.parse_args()
-    for name in given.parts or parts:
+    options = parser.parse_args()
+    for name in options.parts or parts:
         try:
-            parts[name](given)
+            parts[name](options)
         except ImportError as error:
             print(f"{name}: left out: {error}")
             for missed in {"dask": (DASK,), "lost": (LOST,)}.get(name, ()):

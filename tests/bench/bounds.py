@@ -29,8 +29,8 @@ BALANCES = 1.0, 2.0, 4.0, 10.0
 def main(words: list[str] | None = None) -> None:
     """Print the table."""
     words = sys.argv[1:] if words is None else words
-    given = [int(word) for word in words if word != "balance"]
-    count, seed = (*given, *(20, 31)[len(given) :])
+    arguments = [int(word) for word in words if word != "balance"]
+    count, seed = (*arguments, *(20, 31)[len(arguments) :])
     (balances if "balance" in words else bounds)(count, seed)
 
 

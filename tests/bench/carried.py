@@ -55,10 +55,10 @@ def bent(box: tuple[float, float, float, float]) -> str:
 
 def run(*words: str | Path) -> str:
     """Run the command; return what it wrote to stderr."""
-    done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, timeout=300)
-    if done.returncode not in (0, 1):
-        raise RuntimeError(done.stderr.strip().splitlines()[-1][:200])
-    return done.stderr
+    result = subprocess.run([COMMAND, *map(str, words)], capture_output=True, text=True, timeout=300)
+    if result.returncode not in (0, 1):
+        raise RuntimeError(result.stderr.strip().splitlines()[-1][:200])
+    return result.stderr
 
 
 def drawn(path: Path, box: tuple[float, float, float, float], longer: int) -> NDArray[np.uint8]:
@@ -132,11 +132,11 @@ def main() -> None:
     parser.add_argument("--drawings", type=int, default=30)
     parser.add_argument("--seed", type=int, default=58)
     parser.add_argument("--keep", type=Path, help="a folder for what was written")
-    given = parser.parse_args()
+    options = parser.parse_args()
     rows: list[tuple[float, float]] = []
     with tempfile.TemporaryDirectory() as scratch:
-        for number, path in enumerate(chosen(given.drawings, given.seed)):
-            folder = (given.keep or Path(scratch)) / f"{number:02}"
+        for number, path in enumerate(chosen(options.drawings, options.seed)):
+            folder = (options.keep or Path(scratch)) / f"{number:02}"
             folder.mkdir(parents=True, exist_ok=True)
             name = f"{path.parent.name}/{path.name}"
             try:
@@ -151,8 +151,8 @@ def main() -> None:
     for k, how in enumerate(("identity", "bend")):
         share = float(np.mean([row[k] <= MOST_DIFFERENT for row in rows]))
         verdict = "holds" if share >= GOAL else "FAILS"
-        of = f"{share:.1%} of {len(rows)} drawings differ by at most {MOST_DIFFERENT:.0%} of the pixels"
-        print(f"{verdict} {how}: {of}, asked for {GOAL:.0%}")
+        summary = f"{share:.1%} of {len(rows)} drawings differ by at most {MOST_DIFFERENT:.0%} of the pixels"
+        print(f"{verdict} {how}: {summary}, asked for {GOAL:.0%}")
 
 
 if __name__ == "__main__":

@@ -159,7 +159,7 @@ def main(words: list[str] | None = None) -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--picture", action="store_true", help="draw docs/gallery/comparison.png")
-    given = parser.parse_args(words)
+    options = parser.parse_args(words)
     print(
         "## Comparison (distortion K = σ₁/σ₂, area = log10 spread 5 % to 95 %, pins = rms error; see the module)"
     )
@@ -171,7 +171,7 @@ def main(words: list[str] | None = None) -> None:
         print(f"\n{a} → {b}")
         mesh, results = compare(source.curve, target.curve, pins, strokes)
         table(results)
-        if given.picture and number == 0:
+        if options.picture and number == 0:
             picture(mesh, results, source.curve, target.curve, "comparison")
 
 

@@ -78,10 +78,10 @@ def inner(rng, free: iccm.Fit, count: int, low: float, high: float) -> np.ndarra
     for _ in range(TRIES):
         z = complex(rng.choice(points))
         w = complex(free.map(np.array([z]))[0])
-        way = rng.uniform(low, high) * np.exp(2j * np.pi * rng.uniform()) * free.target.diagonal
-        sides = zip((z, w + way), (free.source, free.target), zip(*pins) if pins else ([], []))
+        displacement = rng.uniform(low, high) * np.exp(2j * np.pi * rng.uniform()) * free.target.diagonal
+        sides = zip((z, w + displacement), (free.source, free.target), zip(*pins) if pins else ([], []))
         if all(clear(c, np.array([p]))[0] and apart(have, p, c.diagonal) for p, c, have in sides):
-            pins.append((z, w + way))
+            pins.append((z, w + displacement))
         if len(pins) == count:
             return np.array(pins)
     return None
@@ -140,11 +140,11 @@ def mixed(rng, free: iccm.Fit, count: int) -> tuple | None:
     if line is None or any(part is None for part in pins):
         return None
     lines = [Curve(np.asarray(z), closed=False) for z in line]
-    far = [
+    clear_of_line = [
         c.distances(side).min() > CLEAR * d.diagonal
         for c, side, d in zip(lines, pins[0].T, (free.source, free.target))
     ]
-    return (np.concatenate(pins), [line]) if all(far) else None
+    return (np.concatenate(pins), [line]) if all(clear_of_line) else None
 
 
 def touching(rng, free: iccm.Fit, k: int) -> tuple:
@@ -180,16 +180,16 @@ def ray(rng, curve: Curve, across: int) -> np.ndarray | None:
     """
     s = rng.uniform(0, curve.length)
     foot, ahead = curve.at(np.array([s, s + 1e-6 * curve.length]))
-    way = 1j * (ahead - foot) / abs(ahead - foot) * np.exp(1j * rng.uniform(-0.6, 0.6))
-    far = foot + np.array([1e-6, 1]) * way * curve.diagonal
+    direction = 1j * (ahead - foot) / abs(ahead - foot) * np.exp(1j * rng.uniform(-0.6, 0.6))
+    ends = foot + np.array([1e-6, 1]) * direction * curve.diagonal
     ring = shapely.LinearRing(np.column_stack([curve.z.real, curve.z.imag]))
     hits = shapely.get_coordinates(
-        ring.intersection(shapely.LineString(np.column_stack([far.real, far.imag])))
+        ring.intersection(shapely.LineString(np.column_stack([ends.real, ends.imag])))
     )
     lengths = np.abs(hits @ np.array([1, 1j]) - foot)
     if not lengths.size or not 0.15 < lengths.min() / curve.diagonal < 0.8:
         return None
-    return foot + np.linspace(0, lengths.min() * (1 if across else rng.uniform(0.4, 0.7)), 40) * way
+    return foot + np.linspace(0, lengths.min() * (1 if across else rng.uniform(0.4, 0.7)), 40) * direction
 
 
 def clear_but_for_ends(curve: Curve, z: np.ndarray, both_ends: int) -> bool:
@@ -198,10 +198,10 @@ def clear_but_for_ends(curve: Curve, z: np.ndarray, both_ends: int) -> bool:
     """
     away = curve.distances(z)
     steps = np.arange(z.size) / z.size
-    far = np.minimum(steps, 1 - steps if both_ends else 1.0)
+    from_ends = np.minimum(steps, 1 - steps if both_ends else 1.0)
     inner = curve.contains(z[1 : z.size - both_ends]).all()
     return bool(
-        inner and np.all(away > np.minimum(CLEAR, 0.1 * far) * curve.diagonal - 1e-9 * curve.diagonal)
+        inner and np.all(away > np.minimum(CLEAR, 0.1 * from_ends) * curve.diagonal - 1e-9 * curve.diagonal)
     )
 
 

@@ -377,12 +377,12 @@ def main(words: list[str] | None = None) -> None:
     )
     parser.add_argument("--sheet", type=Path, help=f"contact sheets, {PAGE_PAIRS} pairs on each")
     parser.add_argument("--sheet-pairs", type=int, default=60, help="how many of them")
-    given = parser.parse_args(words)
+    options = parser.parse_args(words)
     empty: list[str] = []
-    pairs = kin_pairs() if given.kin else random_pairs(given.pairs, given.seed, empty)
+    pairs = kin_pairs() if options.kin else random_pairs(options.pairs, options.seed, empty)
     sets = Counter(drawing.part_of for pair in pairs for drawing in pair)
-    chosen = [k for k in range(1, len(pairs) + 1) if not given.only or k in given.only]
-    kind = "pairs of a kind" if given.kin else f"random pairs (seed {given.seed})"
+    chosen = [k for k in range(1, len(pairs) + 1) if not options.only or k in options.only]
+    kind = "pairs of a kind" if options.kin else f"random pairs (seed {options.seed})"
     print(f"## {len(pairs)} {kind} of {len(sets)} sets: {', '.join(sorted(sets))}")
     print(f"drawings that paint nothing, passed over: {len(empty)} {empty[:8]}")
     several = [any(part_count(drawing) > 1 for drawing in pair) for pair in pairs]
@@ -391,9 +391,9 @@ def main(words: list[str] | None = None) -> None:
     print(f", with a line icon or glyph: {np.mean([bool(k & {'line', 'glyph'}) for k in kinds]):.0%}", end="")
     print(f", with colours: {np.mean(['colour' in k for k in kinds]):.0%}")
     with tempfile.TemporaryDirectory() as scratch:
-        arms = [arm("new", given.command, given.label, Path(scratch), given.shown)]
-        if given.beside:
-            arms.append(arm("old", given.beside, given.beside_label, Path(scratch), given.shown))
+        arms = [arm("new", options.command, options.label, Path(scratch), options.shown)]
+        if options.beside:
+            arms.append(arm("old", options.beside, options.beside_label, Path(scratch), options.shown))
         for one_arm in arms:
             print(f"{one_arm.name}: {shlex.join(one_arm.words)}")
             if not one_arm.folder.exists():
@@ -410,10 +410,10 @@ def main(words: list[str] | None = None) -> None:
                 rows[one_arm.name].append(row)
                 name = f"{k} {source.label[:18]} > {target.label[:18]}"
                 print(f"{name:42} {one_arm.name:4} {row}", flush=True)
-            if len(lines) < given.sheet_pairs:
+            if len(lines) < options.sheet_pairs:
                 lines.append(line_of(k, source, target, arm_results))
-        if given.sheet:
-            sheets(lines, given.sheet)
+        if options.sheet:
+            sheets(lines, options.sheet)
     by_kind(rows, [pairs[k - 1][1].kind for k in chosen])
     quantiles(rows)
     goals(rows)

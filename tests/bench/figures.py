@@ -380,8 +380,10 @@ def main() -> None:
     )
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
-    given = parser.parse_args()
-    paths = [path for path in given.folder.rglob("*.obj") if not given.names or path.name in given.names]
+    options = parser.parse_args()
+    paths = [
+        path for path in options.folder.rglob("*.obj") if not options.names or path.name in options.names
+    ]
     every = wrong = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

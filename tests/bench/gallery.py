@@ -287,13 +287,13 @@ def strokes() -> list[Row]:
     points = np.concatenate([np.column_stack(pair) for pair in even])
     figure, panels = sheet(2 * len(FREE) + 1, 2, 1.6)
     rows, constraint_kinds = [], {"strokes": {"strokes": sketch}, "pins": {"pins": points}}
-    for line, (kind, given) in zip(panels, constraint_kinds.items()):
+    for line, (kind, settings) in zip(panels, constraint_kinds.items()):
         pictures.original(line[0], man.curve, board(man.curve), man.box)
         outline(line[0], man.curve.z)
         _marked(line[0], [a for a, _ in sketch], points[:, 0], kind)
         title(line[0], kind)
         for k, (name, options) in enumerate(FREE.items()):
-            fit = iccm.deform(man.curve, **given, **options)
+            fit = iccm.deform(man.curve, **settings, **options)
             textured(line[2 * k + 1], fit, board(man.curve), man.box)
             outline(line[2 * k + 1], fit.image)
             _marked(line[2 * k + 1], [b for _, b in sketch], points[:, 1], kind)
@@ -389,9 +389,9 @@ def surfaces(name: str, sample: str, kinds: dict[str, list[str]]) -> list[Row]:
     plots, rows = [], []
     for kind, options in kinds.items():
         with TemporaryDirectory() as scratch:
-            given = [str(folder / word) if (folder / word).is_file() else word for word in words]
-            given = [word.replace("out/", f"{scratch}/") for word in given]
-            assert cli.run([*given, *options, "-q"]) in (0, 1)
+            arguments = [str(folder / word) if (folder / word).is_file() else word for word in words]
+            arguments = [word.replace("out/", f"{scratch}/") for word in arguments]
+            assert cli.run([*arguments, *options, "-q"]) in (0, 1)
             plots.append(np.asarray(Image.open(f"{scratch}/picture.png").convert("RGB")))
             report = json.loads(Path(scratch, "report.json").read_text(encoding="utf-8"))
         spread = report["log10_area"]["p95"] - report["log10_area"]["p05"]
@@ -551,7 +551,7 @@ def table(name: str, rows: list[Row], before: str = "") -> list[str]:
         lines += [written, ""]
     for stem in PICTURES.get(name, (name,)):
         lines += [f"![{stem}]({stem}.png)", ""]
-    return [*lines, "| map | figures |", "|---|---|", *(f"| {what} | {values} |" for what, values in rows)]
+    return [*lines, "| map | figures |", "|---|---|", *(f"| {label} | {values} |" for label, values in rows)]
 
 
 def main(names: list[str]) -> int:

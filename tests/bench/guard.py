@@ -122,18 +122,18 @@ def main() -> int:
     parser.add_argument(
         "--limit", type=float, default=1.2, help="the ratio above which a task is too slow [1.2]"
     )
-    given = parser.parse_args()
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        old_python = install(wheel_of(given.version, folder), folder)
+        old_python = install(wheel_of(options.version, folder), folder)
         versions = [Version(sys.executable, folder), Version(old_python, folder)]
         try:
             new, old = versions
-            print(f"time of iccm {new.name} here relative to {old.name} ({given.version}):")
+            print(f"time of iccm {new.name} here relative to {old.name} ({options.version}):")
             missing = [task for task in new.tasks if task not in old.tasks]
-            slower = report(compare(new, old, given.rounds), given.limit)
+            slower = report(compare(new, old, options.rounds), options.limit)
             for task in missing:
-                print(f"{task:8} cannot be compared: not in {given.version}")
+                print(f"{task:8} cannot be compared: not in {options.version}")
         finally:
             for version in versions:
                 version.end()

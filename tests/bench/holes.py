@@ -191,16 +191,16 @@ def main() -> None:
     parser.add_argument("--read", type=int, default=200)
     parser.add_argument("--seed", type=int, default=15)
     parser.add_argument("--sheet", type=Path)
-    given = parser.parse_args()
-    print(f"seed {given.seed}")
+    options = parser.parse_args()
+    print(f"seed {options.seed}")
     pictures = [*rows("listed", list(LISTED))]
-    pictures += rows("as many counters", pairs(given.letters, given.seed))
-    pictures += rows("not as many", pairs(given.unequal, given.seed, equal=False))
-    refusals(given.read, given.seed)
-    drawn = shapes.drawn_pairs(given.drawings, given.seed, [])
+    pictures += rows("as many counters", pairs(options.letters, options.seed))
+    pictures += rows("not as many", pairs(options.unequal, options.seed, equal=False))
+    refusals(options.read, options.seed)
+    drawn = shapes.drawn_pairs(options.drawings, options.seed, [])
     pictures += rows("drawings", [(a.spec, b.spec) for a, b in drawn])
-    if given.sheet:
-        sheet(pictures, given.sheet)
+    if options.sheet:
+        sheet(pictures, options.sheet)
 
 
 if __name__ == "__main__":

@@ -71,7 +71,7 @@ def onto(names: list[str]) -> None:
     outline: Curve = icon("heart")
     for name in names:
         layout = mesh_reading.read(str(path_of(name)), cut=True).flattening
-        for way, source in (("flattening's outline", layout.boundary), ("surface", layout)):
+        for label, source in (("flattening's outline", layout.boundary), ("surface", layout)):
             start = time.process_time()
             fit = iccm.fit(source, outline)
             seconds = time.process_time() - start
@@ -81,7 +81,7 @@ def onto(names: list[str]) -> None:
             folds = int((stretches(patch.points[patch.faces], image[patch.faces])[1] <= 0).sum())
             figures = on_surfaces(samples_of(fit.map), (layout, None)).report()
             print(
-                f"{name:8} {len(patch.faces):6} triangles  {way:21} stretch p50 {figures['stretch']['p50']:.2f} "
+                f"{name:8} {len(patch.faces):6} triangles  {label:21} stretch p50 {figures['stretch']['p50']:.2f} "
                 f"p95 {figures['stretch']['p95']:.2f}  K95 {figures['dilatation']['p95']:.2f}  "
                 f"within 2x {figures['scale']['within2']:.1%}  folds {folds}  {seconds:.1f} s"
             )

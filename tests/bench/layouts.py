@@ -202,12 +202,12 @@ def coordinates_of(atlas: Any) -> NDArray:
     return uv[faces.astype(int)].astype(float) * (atlas.width, atlas.height)
 
 
-def by_blender(python: Path, way: str, mesh: Mesh, uv: NDArray, folder: Path) -> tuple[NDArray, float]:
+def by_blender(python: Path, method: str, mesh: Mesh, uv: NDArray, folder: Path) -> tuple[NDArray, float]:
     """Return coordinates (m, 3, 2) by Blender, and processor seconds; seams are where `uv` (m, 3, 2) has them."""
     np.savez(folder / "in.npz", points=mesh.points, faces=mesh.faces, seams=seams_of(mesh, uv))
     script = folder / "script.py"
     script.write_text(IN_BLENDER)
-    seconds = spent([python, script, way, folder / "in.npz", folder / "out.npz"])
+    seconds = spent([python, script, method, folder / "in.npz", folder / "out.npz"])
     return np.load(folder / "out.npz")["uv"].astype(float), seconds
 
 
@@ -240,11 +240,11 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--blender", type=Path)
-    given = parser.parse_args()
+    options = parser.parse_args()
     every: dict[str, list[Figures]] = {}
-    paths = sorted(given.folder.rglob("*.glb"), key=lambda path: (path.stat().st_size, path))
+    paths = sorted(options.folder.rglob("*.glb"), key=lambda path: (path.stat().st_size, path))
     for path in filter(textured, paths):
-        if given.names and path.name not in given.names:
+        if options.names and path.name not in options.names:
             continue
         mesh = joined(path)
         with tempfile.TemporaryDirectory() as name:
@@ -257,8 +257,8 @@ def main() -> None:
                 has_uv = np.isfinite(uv).all(axis=(1, 2))
                 charted_mesh = Mesh(mesh.points, mesh.faces[has_uv])
                 row["iccm, packed by xatlas"] = measured(charted_mesh, *packed_by_xatlas(uv[has_uv]))
-                for way in ("smart", "minimum stretch") if given.blender else ():
-                    layout = by_blender(given.blender, way, mesh, uv, folder)
+                for way in ("smart", "minimum stretch") if options.blender else ():
+                    layout = by_blender(options.blender, way, mesh, uv, folder)
                     row[f"Blender, {way}"] = measured(mesh, *layout)
             except (subprocess.SubprocessError, RuntimeError) as error:
                 print(f"{path.name}: {error}", file=sys.stderr, flush=True)

@@ -74,10 +74,10 @@ def hand_out(name: str, resume: bool) -> None:
     root, clock = Path(name).parent / "out", [time.process_time()]
     figures: dict[str, float] = {"MiB at first": peak()}
 
-    def took(what: str) -> None:
+    def took(stage: str) -> None:
         clock.append(time.process_time())
-        figures[f"s {what}"] = clock[-1] - clock[-2]
-        figures[f"MiB {what}"] = peak()
+        figures[f"s {stage}"] = clock[-1] - clock[-2]
+        figures[f"MiB {stage}"] = peak()
 
     tasks = manifest.read(manifest.load(name), name, root=root)
     took("manifest")
@@ -92,9 +92,9 @@ def hand_out(name: str, resume: bool) -> None:
     print(json.dumps(figures))
 
 
-def table(rows: list[tuple[int, dict[str, float]]], what: str) -> None:
+def table(rows: list[tuple[int, dict[str, float]]], title: str) -> None:
     """Print seconds and memory against the number of jobs."""
-    print(f"{what}: CPU-s for manifest, journal, outputs, jobs (ms a job); most MiB after each")
+    print(f"{title}: CPU-s for manifest, journal, outputs, jobs (ms a job); most MiB after each")
     for count, figures in rows:
         parts = ("manifest", "journal", "outputs", "jobs")
         seconds = " ".join(f"{figures[f's {part}']:8.2f}" for part in parts)
@@ -106,9 +106,9 @@ def main() -> None:
     """Print the tables, for a tenth of the jobs and for all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--jobs", type=int, default=100_000)
-    given = parser.parse_args()
+    options = parser.parse_args()
     fresh, again, sizes = [], [], []
-    for count in (given.jobs // 10, given.jobs):
+    for count in (options.jobs // 10, options.jobs):
         with tempfile.TemporaryDirectory() as name:
             path = jobs(Path(name), count)
             journal = path.parent / "out" / manifest.JOURNAL

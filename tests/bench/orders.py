@@ -92,8 +92,8 @@ def main(words: list[str] | None = None) -> None:
     )
     parser.add_argument("--others", type=int, default=14)
     parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args(words)
-    compare(chosen(given.others, given.seed))
+    options = parser.parse_args(words)
+    compare(chosen(options.others, options.seed))
 
 
 if __name__ == "__main__":

@@ -94,17 +94,17 @@ def measure(
     """
     jumps, updates, releases, failed, missed, met = [], [], [], [], 0, True
 
-    def sent(ends: list[list[complex]]) -> Scene:
+    def scene_of(ends: list[list[complex]]) -> Scene:
         return scene([[place(session, side, z) for side, z in enumerate(pin)] for pin in ends])
 
     for _ in range(drags):
-        met &= session.solve(sent(begin)).ok
+        met &= session.solve(scene_of(begin)).ok
         pin, side = (int(n) for n in rng.integers(2, size=2))
         start, goal = begin[pin][side], inside(session, side, rng)
         for share in np.arange(1, steps + 1) / steps:
             ends = [list(places) for places in begin]
             ends[pin][side] = start + share * (goal - start)
-            session.scene = last = sent(ends)
+            session.scene = last = scene_of(ends)
             begun = time.process_time()
             update = session.follow(last)
             if update.drawn is not None:

@@ -104,9 +104,9 @@ def compare(path: Path, folder: Path, kept: Path | None) -> NDArray | str:
         unwrapped(path, layout)  # its points are where the scene's transforms place them
     except Exception as error:
         return f"no unwrap: {error}"
-    done = command("relayout", path, layout, "-o", out, "--force")
-    if done.code:
-        return f"exit code {done.code}: {done.messages.strip().splitlines()[-1][:120]}"
+    result = command("relayout", path, layout, "-o", out, "--force")
+    if result.code:
+        return f"exit code {result.code}: {result.messages.strip().splitlines()[-1][:120]}"
     corners, old, new = triangles(File(layout)), File(path), File(out)
     differences, rows = [], []
     for direction in DIRECTIONS:
@@ -139,8 +139,10 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--keep", type=Path)
-    given = parser.parse_args()
-    paths = [path for path in given.folder.rglob("*.glb") if not given.names or path.name in given.names]
+    options = parser.parse_args()
+    paths = [
+        path for path in options.folder.rglob("*.glb") if not options.names or path.name in options.names
+    ]
     paths.sort(key=lambda path: (path.stat().st_size, path))
     compared, shares, pixels = set[str](), [], 0
     alike = 0
@@ -149,7 +151,7 @@ def main() -> None:
             if (key := shape_of(path)) in compared:
                 continue
             compared.add(key)
-            differences = compare(path, Path(folder), given.keep)
+            differences = compare(path, Path(folder), options.keep)
             name = f"{path.parent.name[:12]:12} {path.name[:50]:50}"
             if isinstance(differences, str):
                 print(f"{name} {differences}", flush=True)

@@ -243,13 +243,13 @@ def scaling(sizes=(1024, 2048, 4096, 8192, 16384)):
     )
     print("size      solve+filter+write s   ns a pixel   peak GB")
     for size in sizes:
-        done = subprocess.run(
+        result = subprocess.run(
             [sys.executable, "-m", "tests.bench.resampling", "one", str(size)],
             capture_output=True,
             text=True,
             check=True,
         )
-        figures = json.loads(done.stdout)
+        figures = json.loads(result.stdout)
         print(
             f"{size:6}² {figures['seconds']:18.2f} {figures['seconds'] / size**2 * 1e9:16.0f} {figures['peak']:12.2f}"
         )
@@ -369,8 +369,8 @@ def batch(count=30, few=2, rounds=2):
     ours = np.subtract(*(took[f"iccm batch of {n}"] for n in (count, few))) / (count - few)
     theirs = np.divide(took.get("gdalwarp", (np.nan, np.nan)), count)
     for kind, job, reference in zip(("wall clock", "CPU"), ours, theirs):
-        beside = f", gdalwarp -tps default {reference:.3f} s" if "gdalwarp" in took else ""
-        print(f"{kind:10} iccm {job:.3f} s a job{beside}")
+        comparison = f", gdalwarp -tps default {reference:.3f} s" if "gdalwarp" in took else ""
+        print(f"{kind:10} iccm {job:.3f} s a job{comparison}")
         name = f"a job of a batch by gdalwarp's default, {kind}"
         if "gdalwarp" in took:
             goal(name, job / reference, 1)

@@ -89,11 +89,11 @@ def maps(source, frames, *, follow):
     return fits, anew
 
 
-def moved(before, now):
+def moved(before, after):
     """Return how far an outline moves: the Hausdorff distance of both as sets, and the Fréchet distance as curves,
     which is a lower bound for any continuous map of one onto the other.
     """
-    a, b = Curve.domain(before), Curve.domain(now)
+    a, b = Curve.domain(before), Curve.domain(after)
     ends = [(c, d, c.at(np.linspace(0, c.length, 2000))) for c, d in ((a, b), (b, a))]
     apart = max(float(d.distances(z).max()) for _, d, z in ends)
     return apart, max(apart, frechet(*(c.at(np.arange(SAMPLES) * c.length / SAMPLES) for c in (a, b))))
@@ -131,11 +131,13 @@ def main():
             steps = np.quantile(np.abs(np.diff(w, axis=0)), 0.95, axis=1)
             sets, curves = (steps[:, None] / outlines).max(axis=0)
             bend = np.abs(np.diff(w, 2, axis=0)) / fits[0].diagonal
-            way = "in turn" if follow else "their own"
+            order = "in turn" if follow else "their own"
             figures = " ".join(
                 f"{value:9.2e}" for value in (np.median(bend), np.quantile(bend, 0.95), bend.max())
             )
-            print(f"{name:5} {way:9} {sets:7.2f} {curves:7.2f} {figures} {anew:5} {seconds:6.1f}", flush=True)
+            print(
+                f"{name:5} {order:9} {sets:7.2f} {curves:7.2f} {figures} {anew:5} {seconds:6.1f}", flush=True
+            )
 
 
 if __name__ == "__main__":

@@ -77,8 +77,8 @@ def fetched(name: str, spec: str) -> Path:
     if not (folder / "package" / "package.json").exists():
         folder.mkdir(parents=True, exist_ok=True)
         command = ["npm", "pack", "--silent", "--pack-destination", str(folder), spec]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
-        with tarfile.open(folder / done.stdout.strip()) as archive:
+        result = subprocess.run(command, check=True, capture_output=True, text=True)
+        with tarfile.open(folder / result.stdout.strip()) as archive:
             archive.extractall(folder, filter="data")
     return folder / "package"
 

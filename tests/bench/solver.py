@@ -106,8 +106,8 @@ def summary(rows: dict[str, list[Row]]) -> None:
         ("median seconds at most 1", quantile(conformal, "seconds", 0.5), 1.0),
         ("90 % seconds at most 3", quantile(conformal, "seconds", 0.9), 3.0),
     ]
-    for what, value, bound in goals_to_meet:
-        print(f"  {'holds   ' if value <= bound else 'FAILS   '} {what}: {value:.2g}")
+    for label, value, bound in goals_to_meet:
+        print(f"  {'holds   ' if value <= bound else 'FAILS   '} {label}: {value:.2g}")
 
 
 def quantile(rows: list[Row], name: str, q: float) -> float:
@@ -185,14 +185,14 @@ def main(words: list[str] | None = None) -> None:
         help="vertices of the tables of errors and times; 0 leaves them out",
     )
     parser.add_argument("--outlines", type=int, default=2, help="long country outlines to map")
-    given = parser.parse_args(words)
-    if given.pairs:
-        pairs(given.pairs, given.seed, given.atlas)
-    if given.largest:
-        accuracy(given.largest)
-        scaling(given.largest)
-    if given.outlines:
-        long_outlines(given.outlines)
+    options = parser.parse_args(words)
+    if options.pairs:
+        pairs(options.pairs, options.seed, options.atlas)
+    if options.largest:
+        accuracy(options.largest)
+        scaling(options.largest)
+    if options.outlines:
+        long_outlines(options.outlines)
 
 
 if __name__ == "__main__":

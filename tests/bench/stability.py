@@ -107,7 +107,7 @@ def span(z: Complex) -> float:
 
 def hold_still(name: str, pairs: list[tuple[Complex, Complex]], solve: Solver, seed: int) -> None:
     """Print how far maps move when their outlines move by next to nothing."""
-    for change, what in (
+    for change, label in (
         (shaken(np.random.default_rng(seed)), "noise of 1e-9"),
         (rounded, "3 decimals of 512"),
     ):
@@ -120,8 +120,8 @@ def hold_still(name: str, pairs: list[tuple[Complex, Complex]], solve: Solver, s
                 continue
             z = before.map.source[before.map.faces].mean(axis=1)
             moved.append(np.nanmax(np.abs(after.map(z) - before.map(z))) / span(pair[1]))
-        print(f"  {name}, {what}: farthest point, median {np.median(moved):.1e}; {lost} without a map")
-        goal(f"{name}: of {len(moved)} maps moved by {what}", int(np.sum(np.array(moved) > MOVED)), 1)
+        print(f"  {name}, {label}: farthest point, median {np.median(moved):.1e}; {lost} without a map")
+        goal(f"{name}: of {len(moved)} maps moved by {label}", int(np.sum(np.array(moved) > MOVED)), 1)
 
 
 def solved(source: Complex, target: Complex, change: Change) -> iccm.Fit:
@@ -173,10 +173,10 @@ def always_there(pairs: list[tuple[Complex, Complex]], seed: int) -> None:
         except InputError as error:
             lost += 1
             print(f"  {k}: {error}")
-        taken = time.process_time() - start
-        if taken > LONG:
-            print(f"  {k}: {taken:.1f} CPU-s", flush=True)
-        slow, worst = slow + (taken > LONG), max(worst, taken)
+        elapsed = time.process_time() - start
+        if elapsed > LONG:
+            print(f"  {k}: {elapsed:.1f} CPU-s", flush=True)
+        slow, worst = slow + (elapsed > LONG), max(worst, elapsed)
     goal("noisy outlines without a map", lost, 0)
     goal(f"noisy outlines over {LONG:g} CPU-s", slow, 0)
     print(f"  slowest {worst:.1f} CPU-s")
@@ -191,20 +191,20 @@ def main(words: list[str] | None = None) -> None:
     parser.add_argument("--pairs", type=int, default=60)
     parser.add_argument("--constrained", type=int, default=12)
     parser.add_argument("--only", nargs="*", choices=PARTS, default=PARTS)
-    given = parser.parse_args(words)
-    shapes = wild_pairs(given.pairs, given.seed, [])
+    options = parser.parse_args(words)
+    shapes = wild_pairs(options.pairs, options.seed, [])
     pairs = [(a.curve.z, b.curve.z) for a, b in shapes]
-    few = pairs[: given.constrained]
-    print(f"## {given.pairs} random pairs, seed {given.seed}")
+    few = pairs[: options.constrained]
+    print(f"## {options.pairs} random pairs, seed {options.seed}")
     parts: dict[str, Callable[[], None]] = {
         "discs": onto_themselves,
         "rim": lambda: beside_the_outline(shapes),
-        "noise": lambda: hold_still("free", pairs, solved, given.seed),
-        "pins": lambda: hold_still("pins", few, pinned, given.seed),
-        "holes": lambda: hold_still("holes", few, pierced, given.seed),
-        "noisy": lambda: always_there(pairs, given.seed),
+        "noise": lambda: hold_still("free", pairs, solved, options.seed),
+        "pins": lambda: hold_still("pins", few, pinned, options.seed),
+        "holes": lambda: hold_still("holes", few, pierced, options.seed),
+        "noisy": lambda: always_there(pairs, options.seed),
     }
-    for name in given.only:
+    for name in options.only:
         parts[name]()
 
 

@@ -59,11 +59,11 @@ def fits() -> list[tuple[str, str]]:
             continue
         line = cells[len(rows) // 2]
         source, target = (outline.spec for outline in pair)
-        given = {"source": source, "target": target, "texture": "checker"}
+        options = {"source": source, "target": target, "texture": "checker"}
         with TemporaryDirectory() as folder:
-            carried(line[0], folder, **given | {"target": source})
-            largest = carried(line[1], folder, **given, parts="largest", fit="whole", target_box="viewbox")
-            whole = carried(line[2], folder, **given, target_box="viewbox")
+            carried(line[0], folder, **options | {"target": source})
+            largest = carried(line[1], folder, **options, parts="largest", fit="whole", target_box="viewbox")
+            whole = carried(line[2], folder, **options, target_box="viewbox")
         names = " → ".join(shapes.label(outline) for outline in pair)
         for axes, head in zip(line, (shapes.label(pair[0]), "largest, whole", "auto")):
             pictures.title(axes, head)
@@ -89,11 +89,11 @@ def drawing_of(shape: files.Shape):
 def carried(axes: Axes, folder: str, **job) -> Outcome:
     """Draw the result of `iccm map` for a job on white."""
     path = Path(folder) / "carried.png"
-    done = run(Job(output=(str(path),), size=(SIZE,), force=True, **job))
+    result = run(Job(output=(str(path),), size=(SIZE,), force=True, **job))
     picture = Image.open(path).convert("RGBA")
     on_white = np.asarray(Image.alpha_composite(Image.new("RGBA", picture.size, "white"), picture))
     pictures.show_picture(axes, on_white, (0j, complex(*picture.size)))
-    return done
+    return result
 
 
 def silhouette(axes: Axes, spec: str) -> None:

@@ -128,8 +128,8 @@ def _sizes(space: NDArray, plane: NDArray) -> tuple[tuple[float, float], float]:
     flat = np.zeros((len(area), 2, 2))  # columns are the edges
     flat[:, 0, 0], flat[:, 0, 1] = length, (along * across).sum(axis=1) / length
     flat[:, 1, 1] = area / length
-    laid = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=2)
-    values = np.linalg.svd(laid @ np.linalg.inv(flat), compute_uv=False)
+    sides = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=2)
+    values = np.linalg.svd(sides @ np.linalg.inv(flat), compute_uv=False)
     scale = values[:, 0] * values[:, 1] / ((values[:, 0] * values[:, 1] * area).sum() / area.sum())
     with np.errstate(divide="ignore"):
         dilatation, away = values[:, 0] / values[:, 1], np.abs(np.log(scale))
@@ -169,18 +169,18 @@ def row(path: Path, folder: Path) -> tuple[str, bool, bool]:
     drawing, out = folder / "heart.svg", folder / "out.obj"
     drawing.write_text(HEART)
     out.unlink(missing_ok=True)
-    done = command("map", drawing, path, "--cut", "-o", out, "--force")
-    message = next((line for line in done.lines if line.startswith("error")), "")
-    start = f"{path.name[:32]:32} {done.code:3} {done.seconds:6.1f} CPU-s {done.memory:5.2f} GB"
+    result = command("map", drawing, path, "--cut", "-o", out, "--force")
+    message = next((line for line in result.lines if line.startswith("error")), "")
+    start = f"{path.name[:32]:32} {result.code:3} {result.seconds:6.1f} CPU-s {result.memory:5.2f} GB"
     if not out.exists():
-        return f"{start}  {(message or ' '.join(done.lines[-1:]))[:150]}", False, done.code == 2
+        return f"{start}  {(message or ' '.join(result.lines[-1:]))[:150]}", False, result.code == 2
     try:
         verdict = judged(out, path)
     except (IndexError, ValueError) as error:
         return f"{start}  not judged: {error!r}", True, False
-    message = message or next((line for line in done.lines if "convex" in line), "")
-    reversed_ones = sum(int(n) for line in done.lines for n in REVERSED.findall(line))
-    good = done.code == 0 and verdict.turned <= reversed_ones and done.seconds <= SLOW
+    message = message or next((line for line in result.lines if "convex" in line), "")
+    reversed_ones = sum(int(n) for line in result.lines for n in REVERSED.findall(line))
+    good = result.code == 0 and verdict.turned <= reversed_ones and result.seconds <= SLOW
     untold = "  UNTOLD" if verdict.turned > reversed_ones and not message else ""
     twice, four_times = verdict.within
     figures = f"turned {verdict.turned:4}  2x {twice:6.1%}  4x {four_times:6.1%}  K95 {verdict.k95:6.2f}"
@@ -194,13 +194,13 @@ def main() -> None:
     )
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
-    given = parser.parse_args()
-    paths = [path for path in given.folder.rglob("*") if path.suffix.lower() in SUFFIXES]
+    options = parser.parse_args()
+    paths = [path for path in options.folder.rglob("*") if path.suffix.lower() in SUFFIXES]
     paths.sort(key=lambda path: (path.stat().st_size, path))
     surfaces = fine = 0
     with tempfile.TemporaryDirectory() as folder:
         for path in paths:
-            if not given.names or path.name in given.names:
+            if not options.names or path.name in options.names:
                 line, surface, good = row(path, Path(folder))
                 surfaces, fine = surfaces + surface, fine + (surface and good)
                 print(line, flush=True)

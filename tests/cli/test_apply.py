@@ -65,13 +65,13 @@ def test_a_map_names_no_files_and_raises_no_limits(saved, shapes, iccm):
     hostile |= {"source": "evil.svg", "output": ["evil.svg"], "normal": ["evil.svg"]}
     planted("map.npz", **hostile)
     before = {path: path.read_bytes() for folder in (shapes, shapes.parent) for path in folder.glob("*.*")}
-    typed = iccm("apply", "map.npz", "t.png", "-o", "b.png", "--size", "64")
-    assert typed.code == 0, typed.err
+    result = iccm("apply", "map.npz", "t.png", "-o", "b.png", "--size", "64")
+    assert result.code == 0, result.err
     assert (shapes / "b.png").read_bytes() == (shapes / "a.png").read_bytes()
     after = {path: path.read_bytes() for folder in (shapes, shapes.parent) for path in folder.glob("*.*")}
     assert after.pop(shapes / "b.png") and after == before
-    typed = iccm("apply", "map.npz", "t.png", "-o", "c.png", "--size", "64", "--max-pixels", "1000")
-    assert typed.code == 2 and "1000" in typed.err
+    result = iccm("apply", "map.npz", "t.png", "-o", "c.png", "--size", "64", "--max-pixels", "1000")
+    assert result.code == 2 and "1000" in result.err
 
 
 def test_a_saved_map_records_which_box_its_pictures_show(saved, iccm):
@@ -84,8 +84,8 @@ def test_a_saved_map_records_which_box_its_pictures_show(saved, iccm):
     margins = [int((pixels[0, :, 3] > 0).sum()) for pixels in pictures]
     assert margins[0] == 0 < margins[1]  # the canvas has a margin, the bounding box has none
     planted("map.npz", target_box="everything")
-    typed = iccm("apply", "map.npz", "t.png", "-o", "x.png")
-    assert typed.code == 2 and "map.npz" in typed.err and "target_box" in typed.err
+    result = iccm("apply", "map.npz", "t.png", "-o", "x.png")
+    assert result.code == 2 and "map.npz" in result.err and "target_box" in result.err
 
 
 def image_of(points):
@@ -97,7 +97,7 @@ def image_of(points):
 def test_pictures_and_drawings_are_those_of_the_map_itself(shapes, iccm):
     texture = core.checkerboard(64)
     image_files.write("t.png", image_files.Image(texture))
-    given = ("--texture", "t.png", "--size", "64")
+    arguments = ("--texture", "t.png", "--size", "64")
     (shapes / "ring.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path fill-rule="evenodd" '
         'd="M10 10H90V90H10ZM40 40H60V60H40Z"/></svg>'
@@ -109,7 +109,9 @@ def test_pictures_and_drawings_are_those_of_the_map_itself(shapes, iccm):
         ("square.svg", None, ("--pin", "30,30:30,30", "--pin", "70,70:80,70")),
     ):
         command = ("map", source, target) if target else ("deform", source)
-        result = iccm(*command, *given, *options, "-o", "map.npz", "-o", "a.png", "-o", "a.svg", "--force")
+        result = iccm(
+            *command, *arguments, *options, "-o", "map.npz", "-o", "a.png", "-o", "a.svg", "--force"
+        )
         assert result.code == 0, result.err
         typed = iccm("apply", "map.npz", "t.png", "-o", "b.png", "--size", "64", "--force")
         assert typed.code == 0, typed.err
@@ -191,11 +193,11 @@ def test_geojson_keeps_its_properties(saved, shapes, iccm):
     given = {"type": "FeatureCollection", "bbox": [1, 2, 3, 4], "name": "Grüße", "features": features}
     (shapes / "g.geojson").write_text(json.dumps(given))
     for outside, numbers in (("drop", [0, 1, 2, 4, 5]), ("keep", range(6))):
-        typed = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson", "--unmapped", outside, "--force")
-        assert typed.code == 0, typed.err
+        result = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson", "--unmapped", outside, "--force")
+        assert result.code == 0, result.err
         assert (
-            "note: g.geojson: 2 points outside" in typed.lines
-            and "note: g.geojson: 1 lines cut" in typed.lines
+            "note: g.geojson: 2 points outside" in result.lines
+            and "note: g.geojson: 1 lines cut" in result.lines
         )
         data = json.loads((shapes / "h.geojson").read_text(encoding="utf-8"))
         assert data["name"] == "Grüße" and "bbox" not in data
@@ -294,9 +296,9 @@ def test_landmarks_in_json_tps_and_obj(saved, shapes, iccm):
 )
 def test_bad_files_get_one_line(saved, shapes, iccm, name, content, options, message):
     (shapes / name).write_text(content, encoding="utf-8")
-    typed = iccm("apply", "map.npz", name, "-o", f"out{name[1:]}", *options)
-    errors = [line for line in typed.lines if line.startswith("error: ")]
-    assert typed.code == 2 and len(errors) == 1 and message in errors[0], typed.err
+    result = iccm("apply", "map.npz", name, "-o", f"out{name[1:]}", *options)
+    errors = [line for line in result.lines if line.startswith("error: ")]
+    assert result.code == 2 and len(errors) == 1 and message in errors[0], result.err
     assert not (shapes / f"out{name[1:]}").exists()
 
 
@@ -313,10 +315,10 @@ def test_options_that_do_not_fit_are_refused(saved, shapes, iccm):
         (("map.npz", "square.svg", "-o", "square.svg", "--force"), "is also an input"),
         (("missing.npz", "a.csv", "-o", "b.csv"), "missing.npz: no such file"),
     ):
-        typed = iccm("apply", *arguments)
-        assert typed.code == 2 and message in typed.lines[-1], typed.err
-    typed = iccm("map", "square.svg", "blob.svg", "--parts", "all", "-o", "all.npz")
-    assert typed.code == 2 and "(file#id)" in typed.lines[-1]
+        result = iccm("apply", *arguments)
+        assert result.code == 2 and message in result.lines[-1], result.err
+    result = iccm("map", "square.svg", "blob.svg", "--parts", "all", "-o", "all.npz")
+    assert result.code == 2 and "(file#id)" in result.lines[-1]
 
 
 def test_a_drawing_becomes_a_picture_where_one_is_written(saved, shapes, iccm):
@@ -388,8 +390,8 @@ def test_without_an_output_the_option_is_named(saved, iccm):
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
 def test_a_picture_is_carried_to_stdout(saved, shell):
     image_files.write("t.png", image_files.Image(core.checkerboard(16)))
-    done = shell(
+    result = shell(
         "iccm apply map.npz t.png -o - --size 24 > out.png; iccm apply map.npz t.png -o to.png --size 24"
     )
-    assert done.returncode == 0 and not done.stdout
+    assert result.returncode == 0 and not result.stdout
     assert np.array_equal(image_files.read("out.png").pixels, image_files.read("to.png").pixels)

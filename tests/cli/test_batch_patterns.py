@@ -39,16 +39,16 @@ def results(typed):
     ],
 )
 def test_every_file_of_a_pattern_or_folder_becomes_a_job(icons, iccm, sources):
-    typed = iccm("batch", *sources, "disk.svg", *SMALL, "-o", "out/{source.stem}-on-{target.stem}.png")
-    assert typed.code == 0 and results(typed) == {"square-disk": "done", "blob-disk": "done"}
+    result = iccm("batch", *sources, "disk.svg", *SMALL, "-o", "out/{source.stem}-on-{target.stem}.png")
+    assert result.code == 0 and results(result) == {"square-disk": "done", "blob-disk": "done"}
     pictures = sorted(path.name for path in (icons / "out").glob("*.png"))
     assert pictures == ["blob-on-disk.png", "square-on-disk.png"]
 
 
 @pytest.mark.slow
 def test_an_output_may_be_a_folder_and_options_of_the_map_hold(icons, iccm):
-    typed = iccm("batch", "icons", "[bd]*.svg", *SMALL, "-o", "out/")
-    assert typed.code in (0, 1) and len(results(typed)) == 4
+    result = iccm("batch", "icons", "[bd]*.svg", *SMALL, "-o", "out/")
+    assert result.code in (0, 1) and len(results(result)) == 4
     assert (icons / "out" / "square-disk.png").is_file() and (icons / "out" / "square-blob.png").is_file()
     again = iccm("batch", "icons", "disk.svg", "-o", "out2/", "--dry-run", "--resolution", "4")
     assert again.code == 2 and "--size" in again.err
@@ -57,15 +57,15 @@ def test_an_output_may_be_a_folder_and_options_of_the_map_hold(icons, iccm):
 def test_one_mistake_of_a_pattern_is_reported_once(icons, iccm):
     job = {"source": "icons/*.svg", "target": "disk.svg", "sizes": 3, "colour": 1, "turn": "x"}
     (icons / "jobs.jsonl").write_text(json.dumps(job))
-    typed = iccm("batch", "jobs.jsonl")
-    assert typed.code == 2 and len(typed.lines) == 3
-    assert any("sizes" in line and "did you mean size" in line for line in typed.lines)
-    typed = iccm("batch", "icons/*.svg", "disk.svg", "-o", "out.png")
-    assert typed.code == 2 and len(typed.lines) == 1 and "{source.stem}" in typed.err
+    result = iccm("batch", "jobs.jsonl")
+    assert result.code == 2 and len(result.lines) == 3
+    assert any("sizes" in line and "did you mean size" in line for line in result.lines)
+    result = iccm("batch", "icons/*.svg", "disk.svg", "-o", "out.png")
+    assert result.code == 2 and len(result.lines) == 1 and "{source.stem}" in result.err
 
 
 @pytest.mark.parametrize(
-    ("given", "cure"),
+    ("arguments", "cure"),
     [
         ((), "iccm init"),
         (("icons",), "'icons' shield.svg"),
@@ -75,20 +75,23 @@ def test_one_mistake_of_a_pattern_is_reported_once(icons, iccm):
         (("icons/*.obj", "disk.svg", "-o", "out/"), "no file matches"),
     ],
 )
-def test_incomplete_batches_are_refused_with_the_cure(icons, iccm, given, cure):
+def test_incomplete_batches_are_refused_with_the_cure(icons, iccm, arguments, cure):
     (icons / "empty").mkdir()
     (icons / "jobs.toml").write_text('[[job]]\nsource = "disk.svg"\ntarget = "blob.svg"\n')
     before = sorted(icons.iterdir())
-    typed = iccm("batch", *given)
+    result = iccm("batch", *arguments)
     assert (
-        typed.code == 2 and len(typed.lines) == 1 and cure in typed.err and sorted(icons.iterdir()) == before
+        result.code == 2
+        and len(result.lines) == 1
+        and cure in result.err
+        and sorted(icons.iterdir()) == before
     )
 
 
 def test_the_generated_manifest_runs_unchanged(icons, iccm):
     (icons / "shield.svg").write_text((icons / "disk.svg").read_text())
-    typed = iccm("init")
-    assert typed.code == 0 and "iccm batch jobs.toml" in typed.err
+    result = iccm("init")
+    assert result.code == 0 and "iccm batch jobs.toml" in result.err
     tasks = manifest.read((icons / "jobs.toml").read_text(), "jobs.toml", root=icons)
     assert [task.name for task in tasks] == ["blob-shield", "square-shield"]
     assert iccm("batch", "jobs.toml", "--dry-run").code == 0

@@ -43,8 +43,8 @@ def read(name):
 
 
 def test_areas_properties_and_the_coordinate_system(folder, iccm):
-    typed = iccm("cartogram", "three.geojson", "--by", "pop", "-o", "out.geojson", "--report", "out.json")
-    assert typed.code == 0, typed.err
+    result = iccm("cartogram", "three.geojson", "--by", "pop", "-o", "out.geojson", "--report", "out.json")
+    assert result.code == 0, result.err
     features, regions = read("out.geojson")
     assert [feature["properties"] for feature in features] == [
         {"name": "A", "pop": 30},
@@ -66,16 +66,16 @@ def test_the_saved_map_carries_other_layers(folder, iccm):
     )
     town = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [402500, 500]}}
     Path("towns.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [town]}))
-    typed = iccm("apply", "map.npz", "towns.geojson", "-o", "moved.geojson")
-    assert typed.code == 0, typed.err
+    result = iccm("apply", "map.npz", "towns.geojson", "-o", "moved.geojson")
+    assert result.code == 0, result.err
     moved = json.loads(Path("moved.geojson").read_text())["features"][0]["geometry"]["coordinates"]
     assert read("out.geojson")[1][1].contains(shapely.Point(moved))
 
 
 def test_values_from_a_table(folder, iccm):
     Path("votes.csv").write_text('name,votes\nC,"1,000"\nA,3000\nX,7\nB,\n', encoding="utf-8-sig")
-    typed = iccm("cartogram", "three.geojson", "--values", "votes.csv", "--by", "votes", "-o", "out.geojson")
-    assert typed.code == 0 and "B" in typed.err
+    result = iccm("cartogram", "three.geojson", "--values", "votes.csv", "--by", "votes", "-o", "out.geojson")
+    assert result.code == 0 and "B" in result.err
     features, regions = read("out.geojson")
     assert [feature["properties"]["votes"] for feature in features] == [3000, None, 1000]
     assert regions[0].area / regions[2].area == pytest.approx(3, rel=4e-3)
@@ -92,15 +92,15 @@ def test_values_from_a_table(folder, iccm):
 )
 def test_values_that_no_area_can_have(folder, iccm, values, expected):
     write("bad.geojson", pop=values, other=(1, 2, 3))
-    typed = iccm("cartogram", "bad.geojson", "--by", "pop", "-o", "out.geojson")
-    assert typed.code == 2 and expected in typed.err
+    result = iccm("cartogram", "bad.geojson", "--by", "pop", "-o", "out.geojson")
+    assert result.code == 2 and expected in result.err
     assert not Path("out.geojson").exists()
 
 
 def test_unknown_properties_are_answered_with_those_of_numbers(folder, iccm):
     write("more.geojson", pop=(1, 2, 3), kind=("a", "b", "c"))
-    typed = iccm("cartogram", "more.geojson", "--by", "popp", "-o", "out.geojson")
-    assert typed.code == 2 and "pop" in typed.err and "kind" not in typed.err
+    result = iccm("cartogram", "more.geojson", "--by", "popp", "-o", "out.geojson")
+    assert result.code == 2 and "pop" in result.err and "kind" not in result.err
 
 
 @pytest.mark.parametrize(
@@ -120,16 +120,16 @@ def test_unknown_properties_are_answered_with_those_of_numbers(folder, iccm):
 )
 def test_files_without_regions(folder, iccm, text):
     Path("bad.geojson").write_text(text)
-    typed = iccm("cartogram", "bad.geojson", "--by", "pop", "-o", "out.geojson")
-    assert typed.code == 2 and "Traceback" not in typed.err
+    result = iccm("cartogram", "bad.geojson", "--by", "pop", "-o", "out.geojson")
+    assert result.code == 2 and "Traceback" not in result.err
     assert not Path("out.geojson").exists()
 
 
 @pytest.mark.slow
 def test_countries_in_degrees_are_read_by_gdal(folder, iccm):
     pyogrio = pytest.importorskip("pyogrio")
-    typed = iccm("cartogram", str(AFRICA), "--by", "population", "-o", "africa.geojson")
-    assert typed.code == 0, typed.err
+    result = iccm("cartogram", str(AFRICA), "--by", "population", "-o", "africa.geojson")
+    assert result.code == 0, result.err
     about = pyogrio.read_info("africa.geojson")
     assert about["features"] == 51 and "Lambert_Azimuthal_Equal_Area" in about["crs"]
     _, _, shapes, columns = pyogrio.raw.read("africa.geojson")

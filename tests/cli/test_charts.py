@@ -114,12 +114,12 @@ def test_pins_on_a_chart_are_coordinates_or_vertices(sheets, iccm):
         "--report",
         "r.json",
     ]
-    done = iccm("map", "square.svg", "pair.obj#uv", "-o", "o.png", *pinned)
-    assert done.code == 0, done.err
+    result = iccm("map", "square.svg", "pair.obj#uv", "-o", "o.png", *pinned)
+    assert result.code == 0, result.err
     data = json.loads((sheets / "r.json").read_text())
     assert [pin["error"] < 1e-6 for pin in data["pins"]] == [True, True]
-    done = iccm("map", "square.svg", "pair.obj#uv", "-o", "p.png", "--pin", "50,50:0.1,0.1")
-    assert done.code == 2 and "pair.obj#uv: pin 1: (0.1, 0.1) is " in done.lines[-1]
+    result = iccm("map", "square.svg", "pair.obj#uv", "-o", "p.png", "--pin", "50,50:0.1,0.1")
+    assert result.code == 2 and "pair.obj#uv: pin 1: (0.1, 0.1) is " in result.lines[-1]
 
 
 @pytest.mark.slow
@@ -157,11 +157,11 @@ def test_all_charts_of_a_mesh_onto_those_of_another(sheets, iccm):
     image_files.write("skin.1002.png", ramp(0.5, 1))
     image_files.write("skin.1011.png", ramp(1, 1, 32))
     skin, words = ["--texture", "skin.<UDIM>.png"], ["--parts", "all", "--bake"]
-    done = iccm(
+    result = iccm(
         "map", "tiles.obj", "tiles.obj", *words, *skin, "-o", "same.<UDIM>.png", "--stmap", "m.<UDIM>.exr"
     )
-    assert done.code == 0, done.err
-    assert not any("outside 0..1" in line for line in done.lines)
+    assert result.code == 0, result.err
+    assert not any("outside 0..1" in line for line in result.lines)
     assert iccm("apply", "m.<UDIM>.exr", "skin.<UDIM>.png", "-o", "through.<UDIM>.png").code == 0
     for number, (low, size) in zip((1001, 1002, 1011), TILES.values()):
         u, v = (np.sort([a, a + b]) % 1 for a, b in zip(low, size))
@@ -185,8 +185,8 @@ def test_all_charts_of_a_mesh_onto_those_of_another(sheets, iccm):
 
 
 def test_layouts_of_tiles_are_made_from_one_picture(sheets, iccm):
-    done = iccm("relayout", "one.obj", "tiles.obj", "--texture", "ramp.png", "-o", "{stem}.<UDIM>.png")
-    assert done.code == 0, done.err
+    result = iccm("relayout", "one.obj", "tiles.obj", "--texture", "ramp.png", "-o", "{stem}.<UDIM>.png")
+    assert result.code == 0, result.err
     assert sorted(path.name for path in sheets.glob("ramp.1*.png")) == [
         "ramp.1001.png",
         "ramp.1002.png",
@@ -199,10 +199,10 @@ def test_layouts_of_tiles_are_made_from_one_picture(sheets, iccm):
 def test_a_missing_tile_is_reported(sheets, iccm):
     image_files.write("skin.1001.png", ramp())
     words = ["--texture", "skin.<UDIM>.png", "--parts", "all", "--size", "32", "-o", "o.png"]
-    done = iccm("map", "tiles.obj#uv", "two.svg", *words)
-    assert done.code == 0
+    result = iccm("map", "tiles.obj#uv", "two.svg", *words)
+    assert result.code == 0
     note = "note: skin.<UDIM>.png: no file for the tiles 1002; the mesh is black there"
-    assert note in done.lines
+    assert note in result.lines
 
 
 @pytest.mark.parametrize(
@@ -244,8 +244,8 @@ def test_impossible_requests_are_refused_in_one_line(sheets, iccm, words, messag
     lines += [f"f {a}/{a} {a + 1}/{a + 1} {a + 3}/{a + 3} {a + 2}/{a + 2}" for a in range(1, 23, 2)]
     (sheets / "wound.obj").write_text("\n".join(lines) + "\n")
     before = set(sheets.iterdir())
-    done = iccm("map", *words)
-    assert done.code == 2 and message in done.lines[-1], done.err
+    result = iccm("map", *words)
+    assert result.code == 2 and message in result.lines[-1], result.err
     assert set(sheets.iterdir()) == before
 
 
@@ -275,8 +275,8 @@ def test_artwork_is_mapped_onto_a_chart(sheets, iccm):
     (sheets / "art.svg").write_text(
         SVG.format('<path id="rim" d="M10 10h80v80h-80z"/><path id="dot" d="M30 50h20v10h-20z" fill="red"/>')
     )
-    done = iccm("map", "art.svg#rim", "pair.obj#left", "--plane", "uv", "-o", "o.svg")
-    assert done.code == 0, done.err
+    result = iccm("map", "art.svg#rim", "pair.obj#left", "--plane", "uv", "-o", "o.svg")
+    assert result.code == 0, result.err
     (low, _), (size, _) = PAIR["left"][0], PAIR["left"][1]
     box = shape.read("o.svg#dot").curve.box
     left, bottom = low + size * 0.25, PAIR["left"][0][1] + size * (0.5 - 0.125)
@@ -310,8 +310,8 @@ def bounds_of(path):
 def test_all_pieces_of_two_meshes_are_mapped_in_pairs(sheets, shapes, iccm):
     """By their names, although they lie in the other order."""
     write_sheets(shapes / "other.obj", {"right": ((0, 0), (1, 1)), "left": ((0, 0), (1, 1))}, n=7)
-    done = iccm("map", "pair.obj", "other.obj", "-o", "o.obj", "--report", "r.json")
-    assert done.code == 0, done.err
+    result = iccm("map", "pair.obj", "other.obj", "-o", "o.obj", "--report", "r.json")
+    assert result.code == 0, result.err
     bounds = bounds_of(shapes / "o.obj")
     assert np.allclose(bounds["left"], [(0.05, 0.1), (0.3, 0.35)], atol=2e-3)
     assert np.allclose(bounds["right"], [(0.4, 0.4), (0.9, 0.9)], atol=2e-3)
@@ -322,8 +322,8 @@ def test_all_pieces_of_two_meshes_are_mapped_in_pairs(sheets, shapes, iccm):
 @pytest.mark.slow
 def test_pieces_without_a_partner_have_a_status(sheets, shapes, iccm):
     write_sheets(shapes / "more.obj", {name: ((0, 0), (1, 1)) for name in ("left", "right", "hat")}, n=6)
-    done = iccm("map", "pair.obj", "more.obj", "-o", "o.obj", "--report", "r.json")
-    assert done.code == 1 and "hat" in done.err
+    result = iccm("map", "pair.obj", "more.obj", "-o", "o.obj", "--report", "r.json")
+    assert result.code == 1 and "hat" in result.err
     report = json.loads((shapes / "r.json").read_text())
     assert report["status"] == "unpaired" and report["unpaired"]["target"] == ["piece-3"]
     assert np.allclose(bounds_of(shapes / "o.obj")["right"], [(0.4, 0.4), (0.9, 0.9)], atol=2e-3)

@@ -25,20 +25,20 @@ def names(folder):
 
 
 def test_map_without_options_writes_a_picture_and_a_summary(shapes, iccm):
-    typed = iccm("map", "square.svg", "blob.svg", *PICTURE)
-    assert typed.code == 0 and typed.out == ""
+    result = iccm("map", "square.svg", "blob.svg", *PICTURE)
+    assert result.code == 0 and result.out == ""
     image = image_files.read("square-blob.png")
     assert image.pixels.shape == (48, 48, 4) and image.alpha == 3
     assert image.pixels[24, 24, 3] == 255 and image.pixels[0, 0, 3] == 0
     assert len(np.unique(image.pixels[image.pixels[..., 3] == 255], axis=0)) > 20
-    assert typed.lines[-1].startswith("square-blob.png  48×48 · ")
+    assert result.lines[-1].startswith("square-blob.png  48×48 · ")
 
 
 def test_an_existing_picture_is_kept_without_force(shapes, iccm):
     (shapes / "square-blob.png").write_bytes(b"mine")
-    typed = iccm("map", "square.svg", "blob.svg", *PICTURE)
-    errors = [line for line in typed.lines if line.startswith("error: ")]
-    assert typed.code == 2 and errors == [
+    result = iccm("map", "square.svg", "blob.svg", *PICTURE)
+    errors = [line for line in result.lines if line.startswith("error: ")]
+    assert result.code == 2 and errors == [
         "error: square-blob.png: the file exists; use --force to replace it"
     ]
     assert (shapes / "square-blob.png").read_bytes() == b"mine"
@@ -47,8 +47,8 @@ def test_an_existing_picture_is_kept_without_force(shapes, iccm):
 
 
 def test_report_on_stdout_is_the_whole_of_stdout(shapes, iccm):
-    typed = iccm("map", "square.svg", "blob.svg", *QUICK, "--report", "-")
-    report = json.loads(typed.out)
+    result = iccm("map", "square.svg", "blob.svg", *QUICK, "--report", "-")
+    report = json.loads(result.out)
     assert report["schema"] == "iccm.report/1" and report["version"] == core.__version__
     assert report["status"] == "decrease" and report["boundary"]["hausdorff"] < 0.01
     assert {"median", "p95", "max"} <= report["dilatation"].keys()
@@ -62,8 +62,8 @@ def test_report_on_stdout_is_the_whole_of_stdout(shapes, iccm):
 
 def test_all_outputs_of_one_run(shapes, iccm):
     outputs = ("-o", "a.png", "-o", "b.tif", "--report", "r.json", "--plot", "p.png", "--size", "40x30")
-    typed = iccm("map", "square.svg", "disk.svg#rim", *QUICK, *outputs)
-    assert typed.code == 0, typed.err
+    result = iccm("map", "square.svg", "disk.svg#rim", *QUICK, *outputs)
+    assert result.code == 0, result.err
     assert names(shapes) == {"square.svg", "blob.svg", "disk.svg", "a.png", "b.tif", "r.json", "p.png"}
     assert image_files.read("a.png").pixels.shape == (30, 40, 4)
     assert np.array_equal(image_files.read("a.png").pixels, image_files.read("b.tif").pixels)
@@ -73,8 +73,8 @@ def test_all_outputs_of_one_run(shapes, iccm):
 
 def test_picture_on_stdout(shapes, shell):
     line = "iccm map square.svg blob.svg --size 32 -q -o - > out.png && iccm info out.png"
-    done = shell(line)
-    assert done.returncode == 0 and done.stderr == "" and "size: 32 32" in done.stdout
+    result = shell(line)
+    assert result.returncode == 0 and result.stderr == "" and "size: 32 32" in result.stdout
 
 
 def test_identity_returns_the_texture_unchanged(shapes, iccm):
@@ -84,10 +84,10 @@ def test_identity_returns_the_texture_unchanged(shapes, iccm):
     rng = np.random.default_rng(7)
     pixels = rng.integers(0, 256, (50, 50, 3), dtype=np.uint8)
     image_files.write(shapes / "t.png", image_files.Image(pixels))
-    typed = iccm(
+    result = iccm(
         "map", "square.svg", "square.svg", "--texture", "t.png", *QUICK, "--size", "50", "-o", "o.png"
     )
-    assert typed.code == 0, typed.err
+    assert result.code == 0, result.err
     out = image_files.read("o.png").pixels
     inner = np.s_[7:43, 7:43]
     assert np.array_equal(out[inner][..., :3], pixels[inner])
@@ -114,8 +114,8 @@ def test_pins_in_file_units_land_where_they_should(shapes, iccm):
         "--pin-weight",
         "10",
     )
-    typed = iccm("map", "disk.svg", "disk.svg", *options, "--pin", "30,40:60,35", "--pin", "50,80:50,80")
-    assert typed.code in (0, 1), typed.err
+    result = iccm("map", "disk.svg", "disk.svg", *options, "--pin", "30,40:60,35", "--pin", "50,80:50,80")
+    assert result.code in (0, 1), result.err
     out = image_files.read("o.png").pixels.astype(float)
     red = (out[..., 0] - out[..., 1]) * out[..., 3] / 255
     place = np.average(x, weights=red), np.average(y, weights=red)
@@ -125,29 +125,29 @@ def test_pins_in_file_units_land_where_they_should(shapes, iccm):
 def test_constraints_from_a_file(shapes, iccm):
     pins = [{"source": [30, 40], "target": [35, 42]}, {"source": [60, 60], "target": [60, 60]}]
     (shapes / "c.json").write_text(json.dumps({"pins": pins}))
-    typed = iccm(
+    result = iccm(
         "map", "disk.svg", "disk.svg", *QUICK, "--constraints", "c.json", "--quasi", "0.01", "--report", "-"
     )
-    assert len(json.loads(typed.out)["pins"]) == 2
+    assert len(json.loads(result.out)["pins"]) == 2
     (shapes / "c.json").write_text('{"pens": []}')
-    typed = iccm("map", "disk.svg", "disk.svg", "--constraints", "c.json")
-    assert typed.code == 2 and "c.json: pens: unknown key" in typed.err
+    result = iccm("map", "disk.svg", "disk.svg", "--constraints", "c.json")
+    assert result.code == 2 and "c.json: pens: unknown key" in result.err
 
 
 @pytest.mark.slow
 def test_constraints_from_stdin(shapes, shell):
     line = """echo '{"pins": [{"source": [50, 50], "target": [52, 50]}]}' | """
     options = "--method paper --quasi 0.01 --report - -q | tail -n 1"
-    done = shell(line + "iccm map disk.svg disk.svg --constraints - " + options)
-    assert done.returncode == 0 and done.stdout == "}\n", done.stderr
+    result = shell(line + "iccm map disk.svg disk.svg --constraints - " + options)
+    assert result.returncode == 0 and result.stdout == "}\n", result.stderr
 
 
 def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
     lines = (
         "iccm map square.svg blob.svg --size 64 -q -o a.png; OMP_NUM_THREADS=1 iccm map square.svg blob.svg"
     )
-    done = shell(f"export SOURCE_DATE_EPOCH=1; {lines} --size 64 -q -o b.png --threads 1")
-    assert done.returncode == 0, done.stderr
+    result = shell(f"export SOURCE_DATE_EPOCH=1; {lines} --size 64 -q -o b.png --threads 1")
+    assert result.returncode == 0, result.stderr
     assert (shapes / "a.png").read_bytes() == (shapes / "b.png").read_bytes()
 
 
@@ -210,18 +210,18 @@ def test_artwork_is_carried_as_paths(shapes, iccm):
     (shapes / "art.svg").write_text(
         (shapes / "square.svg").read_text().replace('<path d="M10 10H90V90H10Z"/>', drawing)
     )
-    typed = iccm("map", "art.svg", "blob.svg", *QUICK, "-o", "o.svg")
-    assert typed.code == 0, typed.err
+    result = iccm("map", "art.svg", "blob.svg", *QUICK, "-o", "o.svg")
+    assert result.code == 0, result.err
     assert "red" in (shapes / "o.svg").read_text() and "<path" in (shapes / "o.svg").read_text()
     image_files.write(shapes / "p.png", image_files.Image(np.zeros((9, 9, 3), np.uint8)))
-    typed = iccm("map", "p.png", "blob.svg", *QUICK, "-o", "o2.svg")
-    assert typed.code == 2 and all(word in typed.err for word in ("o2.svg: ", "artwork", "SVG", "source"))
+    result = iccm("map", "p.png", "blob.svg", *QUICK, "-o", "o2.svg")
+    assert result.code == 2 and all(word in result.err for word in ("o2.svg: ", "artwork", "SVG", "source"))
 
 
 def test_deform_moves_pins_and_keeps_the_rest_near(shapes, iccm):
     pins = ("--exact-pins", "--pin", "30,50:30,50", "--pin", "70,50:70,45", "--pin", "50,70:50,70")
-    typed = iccm("deform", "disk.svg", *pins, "--report", "r.json", "-o", "d.png", "--size", "40")
-    assert typed.code == 0 and " · no folds · " in typed.err
+    result = iccm("deform", "disk.svg", *pins, "--report", "r.json", "-o", "d.png", "--size", "40")
+    assert result.code == 0 and " · no folds · " in result.err
     report = json.loads((shapes / "r.json").read_text())
     assert report["status"] == "met" and report["boundary"] is None
     assert max(pin["error"] for pin in report["pins"]) < 1e-9
@@ -244,9 +244,9 @@ def test_overlaps_are_reported_and_refused_by_require_injective(shapes, iccm):
         "--pin",
         "65,20:60,30",
     )
-    typed = iccm("deform", "bar.svg", *pins, "--report", "r.json")
+    result = iccm("deform", "bar.svg", *pins, "--report", "r.json")
     report = json.loads((shapes / "r.json").read_text())
-    assert typed.code == 0 and report["status"] == "overlap" and "overlaps itself" in typed.err
+    assert result.code == 0 and report["status"] == "overlap" and "overlaps itself" in result.err
     assert not report["injective"]["certified"] and max(pin["error"] for pin in report["pins"]) < 1e-9
     assert iccm("deform", "bar.svg", *pins, "--report", "s.json", "--require-injective").code == 1
 
@@ -275,9 +275,9 @@ def test_constraints_that_no_map_meets_are_named(shapes, iccm, listed, message):
         for kind, triples in listed.items()
     }
     (shapes / "c.json").write_text(json.dumps(entries))
-    typed = iccm("map", "square.svg", "disk.svg", "--constraints", "c.json", "-o", "o.png")
-    assert typed.code == 2 and len(typed.lines) == 1
-    assert re.search(message.replace("(", r"\(").replace(")", r"\)"), typed.err)
+    result = iccm("map", "square.svg", "disk.svg", "--constraints", "c.json", "-o", "o.png")
+    assert result.code == 2 and len(result.lines) == 1
+    assert re.search(message.replace("(", r"\(").replace(")", r"\)"), result.err)
 
 
 @pytest.mark.parametrize(
@@ -314,19 +314,19 @@ def test_bad_input_is_one_line_and_leaves_nothing(shapes, iccm, arguments, parts
         (shapes / name).write_text("hello")
     before = names(shapes)
     method = () if arguments == ("bogus",) else QUICK
-    typed = iccm(*arguments, *method)
-    assert typed.code == 2 and typed.out == ""
-    errors = [line for line in typed.lines if not line.startswith("note: ")]
-    assert len(errors) == 1 and errors[0].startswith("error: ") and "Traceback" not in typed.err
+    result = iccm(*arguments, *method)
+    assert result.code == 2 and result.out == ""
+    errors = [line for line in result.lines if not line.startswith("note: ")]
+    assert len(errors) == 1 and errors[0].startswith("error: ") and "Traceback" not in result.err
     assert all(part in errors[0] for part in parts), errors
     assert names(shapes) == before
 
 
 def test_not_converged_is_exit_code_1_with_the_picture(shapes, iccm):
-    typed = iccm("map", "square.svg", "blob.svg", *PICTURE, "--max-iterations", "1", "-o", "o.png")
+    result = iccm("map", "square.svg", "blob.svg", *PICTURE, "--max-iterations", "1", "-o", "o.png")
     assert (
-        typed.code == 1
-        and typed.lines[-1].startswith("error: The iteration limit")
+        result.code == 1
+        and result.lines[-1].startswith("error: The iteration limit")
         and "o.png" in names(shapes)
     )
 
@@ -337,14 +337,14 @@ def test_require_injective_turns_a_failed_certificate_into_exit_code_1(shapes, i
     options = (*QUICK, *pins, "--pin-weight", "1000", "--report", "-")
     free = iccm("map", "disk.svg", "disk.svg", *options)
     assert json.loads(free.out)["injective"]["certified"] is False
-    typed = iccm("map", "disk.svg", "disk.svg", *options, "--require-injective")
-    assert typed.code == 1 and ("certified one-to-one" in typed.lines[-1] or free.code == 1)
+    result = iccm("map", "disk.svg", "disk.svg", *options, "--require-injective")
+    assert result.code == 1 and ("certified one-to-one" in result.lines[-1] or free.code == 1)
 
 
 def test_require_injective_takes_a_share_of_the_area(shapes, iccm):
-    done = iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "--report", "-")
-    assert done.code == 0 and json.loads(done.out)["injective"]["share"] > 0.99
-    assert json.loads(done.out)["job"]["require_injective"] == 0.99
+    result = iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "--report", "-")
+    assert result.code == 0 and json.loads(result.out)["injective"]["share"] > 0.99
+    assert json.loads(result.out)["job"]["require_injective"] == 0.99
     more = iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "1", "--report", "-")
     assert more.code == 1 and more.lines[-1].endswith("less than 1 (--require-injective)")
     assert iccm("map", "square.svg", "square.svg", *QUICK, "--require-injective", "1.5").code == 2
@@ -352,9 +352,9 @@ def test_require_injective_takes_a_share_of_the_area(shapes, iccm):
 
 def test_constraints_that_spoil_the_picture_get_a_note(shapes, iccm):
     pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin", "50,30:50,30", "--pin", "50,70:50,70")
-    typed = iccm("map", "disk.svg", "disk.svg", *QUICK, *pins, "--pin-weight", "1000", "--report", "-")
-    notes = json.loads(typed.out)["notes"]
-    assert [f"note: {note}" for note in notes] == [line for line in typed.lines if line.startswith("note")]
+    result = iccm("map", "disk.svg", "disk.svg", *QUICK, *pins, "--pin-weight", "1000", "--report", "-")
+    notes = json.loads(result.out)["notes"]
+    assert [f"note: {note}" for note in notes] == [line for line in result.lines if line.startswith("note")]
     assert any("picture overlaps itself" in note and "--quasi" in note for note in notes)
     assert any("far from the target's outline (boundary)" in note for note in notes)
     gentle = iccm("map", "disk.svg", "disk.svg", *QUICK, "--pin", "30,50:31,50", "--report", "-")
@@ -366,8 +366,8 @@ def test_quiet_verbose_and_json_messages(shapes, iccm):
     assert iccm(*arguments, "-q").err == ""
     lines = [json.loads(line) for line in iccm(*arguments, "--log-format", "json").lines]
     assert {"level", "message"} <= lines[0].keys() and lines[-1]["level"] == "info"
-    typed = iccm("map", "none.svg", "blob.svg", "--log-format", "json")
-    assert json.loads(typed.err)["level"] == "error"
+    result = iccm("map", "none.svg", "blob.svg", "--log-format", "json")
+    assert json.loads(result.err)["level"] == "error"
     assert iccm("map", "none.svg", "blob.svg", "-q").lines == ["error: none.svg: no such file"]
 
 
@@ -407,18 +407,18 @@ def test_debug_shows_the_traceback(shapes, iccm):
 
 
 def test_a_reader_that_goes_away_is_not_an_error(shapes, shell):
-    done = shell("set -o pipefail; iccm map square.svg blob.svg --report - -q | head -c 1")
-    assert done.stderr == "" and done.returncode in (0, logs.EXIT_PIPE)
+    result = shell("set -o pipefail; iccm map square.svg blob.svg --report - -q | head -c 1")
+    assert result.stderr == "" and result.returncode in (0, logs.EXIT_PIPE)
 
 
 @pytest.mark.slow
 def test_sigterm_leaves_no_temporary_file(shapes, shell):
     line = "iccm map square.svg blob.svg --method paper --size 9000 & sleep 2; kill -TERM $!; wait $!"
-    done = shell(line)
-    assert done.returncode in (0, 143)
+    result = shell(line)
+    assert result.returncode in (0, 143)
     assert names(shapes) <= {"square.svg", "blob.svg", "disk.svg", "square-blob.png"}
-    if done.returncode == 143:
-        assert "stopped by signal 15" in done.stderr and "square-blob.png" not in names(shapes)
+    if result.returncode == 143:
+        assert "stopped by signal 15" in result.stderr and "square-blob.png" not in names(shapes)
 
 
 def test_version_and_help(iccm):
@@ -431,19 +431,19 @@ def test_version_and_help(iccm):
 
 @pytest.mark.parametrize("name", cli.COMMANDS)
 def test_every_command_has_help(iccm, name):
-    typed = iccm(name, "--help", "all")
-    assert typed.code == 0 and "--log-format" in typed.out and "Usage: iccm" in typed.out
+    result = iccm(name, "--help", "all")
+    assert result.code == 0 and "--log-format" in result.out and "Usage: iccm" in result.out
 
 
 def test_completion_scripts_are_generated(shell):
     for name in ("bash", "zsh", "fish"):
-        done = shell(f"_ICCM_COMPLETE={name}_source iccm")
-        assert done.returncode == 0 and "iccm" in done.stdout
+        result = shell(f"_ICCM_COMPLETE={name}_source iccm")
+        assert result.returncode == 0 and "iccm" in result.stdout
 
 
 def test_info_and_doctor(shapes, iccm):
-    typed = iccm("info", "disk.svg", "--json")
-    facts = json.loads(typed.out)
+    result = iccm("info", "disk.svg", "--json")
+    facts = json.loads(result.out)
     assert facts["kind"] == "shapes" and facts["ids"] == ["rim"] and facts["canvas"] == [0, 0, 100, 100]
     assert facts["outlines"][0]["area"] == pytest.approx(np.pi * 40**2, rel=1e-3)
     assert iccm("info", "none.svg").code == 2
@@ -486,16 +486,18 @@ def test_file_names_that_are_not_text_are_refused_in_one_line(shapes, shell):
         f'{pair} --texture "$name.png"',
         'iccm info "$name.png"',
     ):
-        done = shell(name + line)
-        assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "not UTF-8" in done.stderr
+        result = shell(name + line)
+        assert (
+            result.returncode == 2 and len(result.stderr.splitlines()) == 1 and "not UTF-8" in result.stderr
+        )
     assert shell(name + 'iccm info --json "$name.svg"').returncode == 0
 
 
 def test_the_default_output_is_not_written_through_a_link(shapes, iccm):
     (shapes / "square-blob.png").symlink_to("elsewhere.png")
     for more in ((), ("--force",)):
-        typed = iccm("map", "square.svg", "blob.svg", *more, "--size", "16")
-        assert typed.code == 2 and "square-blob.png" in typed.err and "-o" in typed.err
+        result = iccm("map", "square.svg", "blob.svg", *more, "--size", "16")
+        assert result.code == 2 and "square-blob.png" in result.err and "-o" in result.err
     assert not (shapes / "elsewhere.png").exists()
 
 
@@ -505,7 +507,7 @@ def test_a_time_limit_ends_a_command_in_a_line(shapes, iccm):
         ("deform", "square.svg", "--pin", "30,30:30,35", "--pin", "70,70:80,70", "-o", "o.png"),
         ("morph", "square.svg", "blob.svg", "-o", "o.gif", "--frames", "3"),
     ):
-        typed = iccm(*command, "--time-limit", "1e-9")
-        assert typed.code == 2 and "--time-limit" in typed.err and len(typed.lines) == 1, typed.err
+        result = iccm(*command, "--time-limit", "1e-9")
+        assert result.code == 2 and "--time-limit" in result.err and len(result.lines) == 1, result.err
         assert not list(shapes.glob("o.*"))
     assert iccm("map", "square.svg", "blob.svg", "--time-limit", "0").code == 2

@@ -44,8 +44,8 @@ def error(actual, expected, diagonal):
 
 
 def test_maps_are_composed_and_certified_again(maps, iccm):
-    typed = iccm("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz")
-    assert typed.code == 0, typed.err
+    result = iccm("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz")
+    assert result.code == 0, result.err
     first, second, composed = (core.load(f"{name}.npz") for name in ("leaf-ell", "ell-box", "leaf-box"))
     assert composed.certificate.certified and composed.status.ok
     assert composed.boundary["hausdorff"] < 1e-3
@@ -123,8 +123,8 @@ def places(path):
 def test_a_chain_carries_geometry_exactly_and_back(maps, iccm):
     write_geometry("in.geojson")
     chain = ("leaf-ell.npz", "ell-box.npz")
-    done = iccm("apply", *chain, "in.geojson", "-o", "box.geojson", "--report", "r.json")
-    assert done.code == 0 and "1 points outside" in done.err
+    result = iccm("apply", *chain, "in.geojson", "-o", "box.geojson", "--report", "r.json")
+    assert result.code == 0 and "1 points outside" in result.err
     first, second = (core.load(name) for name in chain)
     carried = places("box.geojson")
     assert carried["Point"] @ [1, 1j] == pytest.approx(second.map(first.map(np.array([1 + 0.5j])))[0])
@@ -134,8 +134,8 @@ def test_a_chain_carries_geometry_exactly_and_back(maps, iccm):
     assert json.loads(Path("r.json").read_text())["maps"] == list(chain)
     for back in (("~ell-box.npz", "~leaf-ell.npz"), (*chain, "--inverse")):
         names, options = [n for n in back if n != "--inverse"], [n for n in back if n == "--inverse"]
-        done = iccm("apply", *names, "box.geojson", *options, "-o", "again.geojson", "--force")
-        assert done.code == 0, done.err
+        result = iccm("apply", *names, "box.geojson", *options, "-o", "again.geojson", "--force")
+        assert result.code == 0, result.err
         again = places("again.geojson")
         assert again["Point"] == pytest.approx([1, 0.5], abs=1e-6)
         assert again["LineString"][-1] == pytest.approx([2.5, 0.2], abs=1e-6)
@@ -147,8 +147,8 @@ def test_a_chain_carries_pictures_through_the_composition(maps, iccm):
     Image.fromarray((core.checkerboard(96)).astype(np.uint8)).save("t.png")
     assert iccm("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz").code == 0
     for names, out in ((("leaf-box.npz",), "one.png"), (("leaf-ell.npz", "ell-box.npz"), "chain.png")):
-        done = iccm("apply", *names, "t.png", "-o", out, "--size", "64")
-        assert done.code == 0, done.err
+        result = iccm("apply", *names, "t.png", "-o", out, "--size", "64")
+        assert result.code == 0, result.err
     composed, chain = (np.asarray(Image.open(name)) for name in ("one.png", "chain.png"))
     assert (composed == chain).all() and chain[..., :3].std() > 20
 
@@ -165,10 +165,10 @@ def test_a_chain_carries_pictures_through_the_composition(maps, iccm):
 def test_wrong_chains_are_refused_in_one_line(maps, iccm, arguments, words):
     write_geometry("in.geojson")
     options = [word for word in arguments if word.startswith("--")]
-    typed = iccm(
+    result = iccm(
         "apply", *(w for w in arguments if w not in options), "in.geojson", *options, "-o", "o.geojson"
     )
-    assert typed.code == 2 and len(typed.lines) == 1 and all(word in typed.err for word in words)
+    assert result.code == 2 and len(result.lines) == 1 and all(word in result.err for word in words)
     assert not Path("o.geojson").exists()
 
 
@@ -187,7 +187,7 @@ def test_wrong_chains_are_refused_in_one_line(maps, iccm, arguments, words):
 )
 def test_wrong_compositions_are_refused_in_one_line(maps, iccm, arguments, words):
     before = {path.name: path.read_bytes() for path in Path().iterdir()}
-    typed = iccm("compose", *arguments)
-    assert typed.code == 2 and len(typed.lines) == 1
-    assert all(word in typed.err for word in words)
+    result = iccm("compose", *arguments)
+    assert result.code == 2 and len(result.lines) == 1
+    assert all(word in result.err for word in words)
     assert {path.name: path.read_bytes() for path in Path().iterdir()} == before

@@ -20,9 +20,9 @@ def findings(iccm):
     """`findings()` runs `iccm doctor --json` and returns the exit code and the findings by name."""
 
     def run():
-        typed = iccm("doctor", "--json")
-        records = [json.loads(line) for line in typed.out.splitlines()]
-        return typed.code, {finding["check"]: finding for finding in records}
+        result = iccm("doctor", "--json")
+        records = [json.loads(line) for line in result.out.splitlines()]
+        return result.code, {finding["check"]: finding for finding in records}
 
     return run
 
@@ -59,9 +59,9 @@ def test_missing_and_outdated_packages_are_reported(findings, monkeypatch):
 @pytest.mark.parametrize("module", ["numpy", "tinycss2", "packaging"])
 def test_doctor_runs_without_the_missing_library(module):
     code = f"import sys; sys.modules[{module!r}] = None\nfrom iccm import cli; sys.exit(cli.run(['doctor']))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    wrong = [line for line in done.stdout.splitlines() if line.startswith("WRONG") and module in line]
-    assert done.returncode == 1 and wrong and "internal error" not in done.stderr
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    wrong = [line for line in result.stdout.splitlines() if line.startswith("WRONG") and module in line]
+    assert result.returncode == 1 and wrong and "internal error" not in result.stderr
 
 
 def test_a_core_that_is_missing_is_found(findings, monkeypatch, tmp_path):

@@ -107,11 +107,11 @@ def distances(z, line):
 @pytest.mark.parametrize("version", [slow("R2010"), "R12"])
 def test_every_entity_is_mapped_and_keeps_its_layer_and_colour(version, folder, iccm):
     pattern("a.dxf", version)
-    done = iccm(
+    result = iccm(
         "map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf", "--max-line-error", ".02"
     )
-    assert done.code == 0, done.err
-    assert "0.02 mm" in done.err
+    assert result.code == 0, result.err
+    assert "0.02 mm" in result.err
     map = core.load("map.npz").map
     before = ezdxf.readfile("a.dxf")
     given = list(before.modelspace()[0].virtual_entities())
@@ -134,8 +134,8 @@ def test_every_entity_is_mapped_and_keeps_its_layer_and_colour(version, folder, 
 
 def test_arcs_stay_arcs_where_the_map_is_a_similarity(folder, iccm):
     conformal = ("--method", "conformal", "--parts", "largest")  # the balanced method prefers upright maps
-    done = iccm("map", "a.dxf#FRONT", "twice.dxf", "-o", "map.npz", "-o", "out.dxf", *conformal)
-    assert done.code == 0, done.err
+    result = iccm("map", "a.dxf#FRONT", "twice.dxf", "-o", "map.npz", "-o", "out.dxf", *conformal)
+    assert result.code == 0, result.err
     given = list(ezdxf.readfile("a.dxf").modelspace()[0].virtual_entities())
     _, document = entities("out.dxf")
     assert [e.dxftype() for e in document] == [e.dxftype() for e in given]
@@ -162,8 +162,8 @@ def test_blocks_that_are_not_bent_stay_the_same_and_others_are_copied(folder, ic
         document.modelspace().add_blockref("MARK", insertion).add_attrib("SIZE", "38", insertion)
     document.modelspace().add_blockref("MARK", (90, 90))
     document.saveas("a.dxf")
-    done = iccm("map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf")
-    assert done.code == 0 and "outside" in done.err, done.err
+    result = iccm("map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf")
+    assert result.code == 0 and "outside" in result.err, result.err
     written, _ = entities("out.dxf")
     names = [entity.dxf.name for entity in written.modelspace()]
     assert names.count("DRILL") == 2 and len(set(names)) == 4 and "MARK" not in names
@@ -194,8 +194,8 @@ def test_each_piece_follows_its_own_map(folder, iccm):
             document.modelspace().add_blockref(name, (x * size, 0))
     old.saveas("old.dxf")
     new.saveas("new.dxf")
-    done = iccm("map", "old.dxf#1", "new.dxf#1", "--parts", "all", "-o", "out.dxf")
-    assert done.code == 0, done.err
+    result = iccm("map", "old.dxf#1", "new.dxf#1", "--parts", "all", "-o", "out.dxf")
+    assert result.code == 0, result.err
     written, parts = entities("out.dxf")
     assert [entity.dxf.name for entity in written.modelspace()] == ["FRONT", "SLEEVE"]
     assert [e.dxf.layer for e in parts] == ["1", "7", "4"] * 2
@@ -242,10 +242,10 @@ def test_mirrored_entities_and_entities_that_leave_the_piece(folder, iccm):
     space.add_lwpolyline([(-22, 12, 1), (-23, 12, 0)], format="xyb", dxfattribs=mirrored)
     space.add_line((0, 12), (60, 14), dxfattribs={"layer": "LONG"})
     document.saveas("a.dxf")
-    done = iccm(
+    result = iccm(
         "map", "a.dxf#FRONT", "ellipse.dxf", "-o", "map.npz", "-o", "out.dxf", "--max-line-error", ".02"
     )
-    assert done.code == 0 and "partly outside" in done.err
+    assert result.code == 0 and "partly outside" in result.err
     map = core.load("map.npz").map
     _, entities_out = entities("out.dxf")
     for layer in ("MIRROR", "LONG"):
@@ -266,8 +266,8 @@ def test_requests_that_dxf_cannot_hold_are_refused(folder, iccm):
         ("map", "a.dxf#nothing", "heart.svg", "-o", "no.dxf"),
         ("map", "a.dxf", "ellipse.dxf", "-o", "no.png", "--max-line-error", ".1"),
     ):
-        done = iccm(*arguments)
-        assert done.code == 2 and "Traceback" not in done.err, arguments
+        result = iccm(*arguments)
+        assert result.code == 2 and "Traceback" not in result.err, arguments
     assert not list(folder.glob("no.*"))
 
 
@@ -282,5 +282,5 @@ def test_blocks_that_contain_themselves_or_too_much_are_refused(folder, iccm):
         previous = block
     document.modelspace().add_blockref(previous.name, (0, 0))
     document.saveas("bomb.dxf")
-    done = iccm("map", "bomb.dxf", "ellipse.dxf", "-o", "no.dxf")
-    assert done.code == 2 and "entities" in done.err
+    result = iccm("map", "bomb.dxf", "ellipse.dxf", "-o", "no.dxf")
+    assert result.code == 2 and "entities" in result.err

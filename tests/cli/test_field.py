@@ -62,7 +62,7 @@ def pixels(name):
 
 def ours(iccm, size=TARGET):
     """The picture that iccm makes with the map, with a linear filter, and the pixels that are well inside of it."""
-    done = iccm(
+    result = iccm(
         "apply",
         "map.npz",
         "leaf.png",
@@ -74,7 +74,7 @@ def ours(iccm, size=TARGET):
         "linear",
         "--force",
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     picture = pixels("ours.png")
     full = (picture[..., 3] == 255).astype(np.uint8)
     return picture[..., :3], cv2.erode(full, np.ones((3, 3), np.uint8)) > 0
@@ -89,8 +89,8 @@ def close(picture, expected, inside):
 
 @pytest.mark.parametrize("suffix", [".nrrd", ".mha", ".nii", ".nii.gz"])
 def test_simpleitk_resamples_to_the_same_picture(field_files, iccm, suffix):
-    done = iccm("field", "map.npz", "-o", f"field{suffix}")
-    assert done.code == 0, done.err
+    result = iccm("field", "map.npz", "-o", f"field{suffix}")
+    assert result.code == 0, result.err
     field = itk.ReadImage(f"field{suffix}", itk.sitkVectorFloat64)
     field = field if field.GetDimension() == 2 else field[:, :, 0]
     assert field.GetSize() == TARGET and field.GetNumberOfComponentsPerPixel() == 2
@@ -111,8 +111,8 @@ def test_the_places_and_axes_of_pictures_in_space_are_kept(field_files, iccm):
     fixed.SetOrigin((200, -40))
     fixed.SetDirection((-1, 0, 0, 1))
     itk.WriteImage(fixed, "ell.mha")
-    done = iccm("field", "map.npz", "--fixed", "ell.mha", "--moving", "leaf.mha", "-o", "field.nrrd")
-    assert done.code == 0, done.err
+    result = iccm("field", "map.npz", "--fixed", "ell.mha", "--moving", "leaf.mha", "-o", "field.nrrd")
+    assert result.code == 0, result.err
     field = itk.ReadImage("field.nrrd")
     assert field.GetSpacing() == pytest.approx((0.1, 0.3)) and field.GetOrigin() == (200, -40)
     resampled = itk.Resample(moving, fixed, itk.DisplacementFieldTransform(field), itk.sitkLinear)
@@ -148,10 +148,10 @@ def test_pixel_vectors_lead_to_the_source(field_files, iccm):
     "options", [("field.nrrd",), ("remap.npz",), ("v.exr", "--vectors", "pixels"), ("st.tif",)]
 )
 def test_apply_reads_each_field_back(field_files, iccm, options):
-    done = iccm("field", "map.npz", *options[1:], "-o", options[0], "--moving", "leaf.png")
-    assert done.code == 0, done.err
-    done = iccm("apply", options[0], "leaf.png", "-o", "back.png", "--filter", "linear")
-    assert done.code == 0, done.err
+    result = iccm("field", "map.npz", *options[1:], "-o", options[0], "--moving", "leaf.png")
+    assert result.code == 0, result.err
+    result = iccm("apply", options[0], "leaf.png", "-o", "back.png", "--filter", "linear")
+    assert result.code == 0, result.err
     assert close(pixels("back.png"), *ours(iccm))
 
 
@@ -170,7 +170,7 @@ def test_the_inverse_and_a_chain_with_it(field_files, iccm):
 
 
 @pytest.mark.parametrize(
-    ("given", "named"),
+    ("arguments", "message"),
     [
         (("map.npz", "-o", "out.png"), "out.png"),
         (("map.npz", "-o", "f.nrrd", "--vectors", "pixels"), "--vectors"),
@@ -182,10 +182,10 @@ def test_the_inverse_and_a_chain_with_it(field_files, iccm):
         (("map.npz", "map.npz", "-o", "f.nrrd"), "map.npz"),
     ],
 )
-def test_wrong_fields_are_refused_in_one_line(field_files, iccm, given, named):
+def test_wrong_fields_are_refused_in_one_line(field_files, iccm, arguments, message):
     Path("bad.nrrd").write_bytes(b"NRRD0004\nnonsense")
-    refused = iccm("field", *given)
-    assert refused.code == 2 and named in refused.err and len(refused.lines) == 1
+    refused = iccm("field", *arguments)
+    assert refused.code == 2 and message in refused.err and len(refused.lines) == 1
     assert not Path("f.nrrd").exists() and not Path("out.png").exists()
 
 

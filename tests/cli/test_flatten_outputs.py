@@ -19,8 +19,8 @@ def half(shapes):
 
 @pytest.mark.parametrize(("mesh", "suffix"), [("half.glb", ".glb"), ("half.obj", ".ply")])
 def test_mesh_outputs_get_coordinates(half, iccm, mesh, suffix):
-    typed = iccm("flatten", mesh, *GIVEN, "-o", f"out{suffix}")
-    assert typed.code == 0 and f"wrote out{suffix}" in typed.lines
+    result = iccm("flatten", mesh, *GIVEN, "-o", f"out{suffix}")
+    assert result.code == 0 and f"wrote out{suffix}" in result.lines
     repeated = iccm("flatten", mesh, *GIVEN, "--uv", f"same{suffix}")
     assert (
         repeated.code == 0 and (half / f"out{suffix}").read_bytes() == (half / f"same{suffix}").read_bytes()

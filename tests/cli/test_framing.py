@@ -22,9 +22,11 @@ def write(name, pixels):
 
 
 def test_a_shape_that_leaves_its_canvas_gets_a_note(shapes, iccm):
-    far = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} 100"><path d="M10 10H90V90H10Z"/></svg>'
+    drawing = (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} 100"><path d="M10 10H90V90H10Z"/></svg>'
+    )
     for name, width in (("half", 50), ("out", 5)):
-        (shapes / f"{name}.svg").write_text(far.format(width))
+        (shapes / f"{name}.svg").write_text(drawing.format(width))
     typed = ("--texture-box", "viewbox", "--target-box", "viewbox")
     done = iccm("map", "half.svg", "out.svg", *PICTURE, *typed)
     assert [line for line in done.lines if line.startswith("note")] == [
@@ -48,9 +50,9 @@ def test_a_small_part_of_a_large_canvas_fills_the_picture(shapes, iccm):
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 800 400"><path d="M100 50h80v40h-80z"/></svg>'
     )
     (shapes / "part.svg").write_text(part)
-    done = iccm("map", "disk.svg", "part.svg", "-o", "small.png", "--stmap", "small.tif", "--size", "64")
-    (note,) = (line for line in done.lines if line.startswith("note: part.svg: "))
-    assert all(word in note for word in ("10%", "canvas", "box")) and len(done.lines) > 1
+    result = iccm("map", "disk.svg", "part.svg", "-o", "small.png", "--stmap", "small.tif", "--size", "64")
+    (note,) = (line for line in result.lines if line.startswith("note: part.svg: "))
+    assert all(word in note for word in ("10%", "canvas", "box")) and len(result.lines) > 1
     assert read("small.png").pixels.shape == (32, 64, 4)
     assert (read("small.png").pixels[..., 3] == 255).mean() > 0.9
     assert read("small.tif").pixels.shape[:2] == (32, 64)
@@ -78,8 +80,8 @@ def test_the_checkerboard_covers_the_shape_and_a_texture_the_canvas(shapes, iccm
     write("clear.png", np.zeros((8, 8, 4), np.uint8))
 
     def notes(*options):
-        done = iccm("map", "part.svg", "disk.svg", "-o", "out.png", "--force", *SMALL, *options)
-        return [line for line in done.lines if line.startswith("note")]
+        result = iccm("map", "part.svg", "disk.svg", "-o", "out.png", "--force", *SMALL, *options)
+        return [line for line in result.lines if line.startswith("note")]
 
     assert notes() == [] and len(np.unique(read("out.png").pixels.reshape(-1, 4), axis=0)) > 100
     small, single = notes("--texture", "left.png")

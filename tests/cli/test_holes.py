@@ -38,9 +38,9 @@ def holed(shapes):
 
 def mapped(iccm, *typed):
     typed = typed if "--holes" in typed else (*typed, "--holes", "keep")
-    done = iccm("map", *typed, "-o", "o.png", "--report", "r.json", "--size", "100", "--force")
+    result = iccm("map", *typed, "-o", "o.png", "--report", "r.json", "--size", "100", "--force")
     with open("r.json") as file:
-        return done, json.load(file)
+        return result, json.load(file)
 
 
 def test_a_hole_is_mapped_onto_the_hole_and_stays_transparent(holed, iccm):
@@ -151,12 +151,12 @@ def test_holes_are_kept_or_cut_whichever_is_cheaper_by_default(holed, iccm):
 def test_shapes_drawn_by_lines_are_filled(shapes, iccm):
     thin = '<path fill-rule="evenodd" d="M10 10H90V90H10Z M15 15V85H85V15Z"/>'
     (shapes / "frame.svg").write_text(SVG.format(thin))
-    done = iccm("map", "frame.svg", "square.svg", "-o", "o.png", "--size", "64")
+    result = iccm("map", "frame.svg", "square.svg", "-o", "o.png", "--size", "64")
     assert (
-        done.code == 0
-        and "frame.svg: drawn " in done.err
-        and "filled" in done.err
-        and "--holes keep" in done.err
+        result.code == 0
+        and "frame.svg: drawn " in result.err
+        and "filled" in result.err
+        and "--holes keep" in result.err
     )
     assert (image_files.read("o.png").pixels[20:44, 20:44, 3] == 255).all()
 

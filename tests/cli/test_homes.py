@@ -44,14 +44,14 @@ def test_two_processes_in_a_new_home_at_once(shapes):
 def test_a_home_that_cannot_be_written(shapes):
     """Commands work; those that install something there fail with one line."""
     home = environment("/proc/nobody")
-    done = subprocess.run(
+    result = subprocess.run(
         [ICCM, *MAP, "o.png", "--plot", "p.png"], env=home, capture_output=True, text=True, timeout=90
     )
-    assert done.returncode in (0, 1) and (shapes / "o.png").exists() and (shapes / "p.png").exists(), (
-        done.stderr
+    assert result.returncode in (0, 1) and (shapes / "o.png").exists() and (shapes / "p.png").exists(), (
+        result.stderr
     )
-    assert "Traceback" not in done.stderr
+    assert "Traceback" not in result.stderr
     for line in (("plugins", "install", "inkscape"), ("completion", "install", "--shell", "bash")):
-        done = subprocess.run([ICCM, *line], env=home, capture_output=True, text=True, timeout=90)
-        assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
-        assert done.stderr.startswith("error: /proc/nobody")
+        result = subprocess.run([ICCM, *line], env=home, capture_output=True, text=True, timeout=90)
+        assert result.returncode == 2 and len(result.stderr.splitlines()) == 1
+        assert result.stderr.startswith("error: /proc/nobody")

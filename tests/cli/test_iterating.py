@@ -12,25 +12,25 @@ SMALL = ("--size", "24", "--method", "paper", "--vertices", "40")
 
 
 def test_an_earlier_result_of_the_same_shapes_is_replaced(shapes, iccm):
-    given = ("map", "square.svg", "blob.svg", *SMALL)
-    assert iccm(*given).code == 0
+    arguments = ("map", "square.svg", "blob.svg", *SMALL)
+    assert iccm(*arguments).code == 0
     first = (shapes / "square-blob.png").read_bytes()
-    again = iccm(*given, "--size", "30")
+    again = iccm(*arguments, "--size", "30")
     assert again.code == 0 and (shapes / "square-blob.png").read_bytes() != first
     shutil.copy("disk.svg", "square.svg")  # the drawing was edited
-    assert iccm(*given).code == 0
+    assert iccm(*arguments).code == 0
 
 
 def test_all_of_several_outputs_must_be_from_the_same_run(shapes, iccm):
-    given = ("map", "square.svg", "blob.svg", *SMALL, "-o", "a.png")
-    assert iccm(*given).code == 0
+    arguments = ("map", "square.svg", "blob.svg", *SMALL, "-o", "a.png")
+    assert iccm(*arguments).code == 0
     (shapes / "r.json").write_text("mine")
     before = (shapes / "a.png").read_bytes()
-    typed = iccm(*given, "--size", "30", "--report", "r.json")
+    result = iccm(*arguments, "--size", "30", "--report", "r.json")
     assert (
-        typed.code == 2
+        result.code == 2
         and (shapes / "a.png").read_bytes() == before
-        and "r.json: the file exists" in typed.err
+        and "r.json: the file exists" in result.err
     )
 
 
@@ -38,17 +38,17 @@ def test_all_of_several_outputs_must_be_from_the_same_run(shapes, iccm):
     "change", ["edited", "touched", "other source", "other target", "forgotten", "cut short"]
 )
 def test_other_files_are_kept(shapes, iccm, monkeypatch, change):
-    given = ["map", "square.svg", "blob.svg", *SMALL, "-o", "out.png"]
-    assert iccm(*given).code == 0
+    arguments = ["map", "square.svg", "blob.svg", *SMALL, "-o", "out.png"]
+    assert iccm(*arguments).code == 0
     out, log = shapes / "out.png", None
     if change == "edited":
         out.write_bytes(out.read_bytes() + b" ")
     elif change == "touched":
         os.utime(out, ns=(1, 1))
     elif change == "other source":
-        given[1] = "disk.svg"
+        arguments[1] = "disk.svg"
     elif change == "other target":
-        given[2] = "disk.svg"
+        arguments[2] = "disk.svg"
     elif change == "forgotten":
         monkeypatch.setenv(STATE, str(shapes / "elsewhere"))
     else:
@@ -56,14 +56,14 @@ def test_other_files_are_kept(shapes, iccm, monkeypatch, change):
         with open(log, "rb+") as file:
             file.truncate(20)
     kept = out.read_bytes()
-    typed = iccm(*given)
-    assert typed.code == 2 and "use --force" in typed.err and out.read_bytes() == kept
+    result = iccm(*arguments)
+    assert result.code == 2 and "use --force" in result.err and out.read_bytes() == kept
 
 
 def test_meshes_need_force_and_a_state_folder_that_is_none_hinders_nothing(shapes, iccm, monkeypatch):
     (shapes / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nf 1 2 3\nf 1 3 4\n")
-    given = ("map", "square.svg", "m.obj", "-o", "out.obj")
-    assert iccm(*given).code == 0 and iccm(*given).code == 2
+    arguments = ("map", "square.svg", "m.obj", "-o", "out.obj")
+    assert iccm(*arguments).code == 0 and iccm(*arguments).code == 2
     (shapes / "file").touch()
     monkeypatch.setenv(STATE, str(shapes / "file"))
     assert iccm("map", "square.svg", "blob.svg", *SMALL).code == 0

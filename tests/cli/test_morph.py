@@ -26,8 +26,8 @@ def pixels(path):
 
 
 def test_frames_begin_and_end_with_the_shapes(shapes, iccm):
-    done = iccm("morph", "square.svg", "blob.svg", *QUICK, "-o", "m-{number}.png", "-o", "m-{number}.svg")
-    assert done.code == 0 and "wrote m-1.png to m-3.svg" in done.err
+    result = iccm("morph", "square.svg", "blob.svg", *QUICK, "-o", "m-{number}.png", "-o", "m-{number}.svg")
+    assert result.code == 0 and "wrote m-1.png to m-3.svg" in result.err
     assert iccm("map", "square.svg", "blob.svg", "--size", "48", "--fit", "whole", "-o", "t.png").code == 0
     assert iccm("map", "square.svg", "square.svg", "--size", "48", "-o", "s.png").code == 0
     for number, name in ((1, "s.png"), (3, "t.png")):
@@ -55,10 +55,10 @@ def test_the_source_begins_amid_the_targets_canvas(shapes, iccm):
 def test_animations_hold_every_frame_and_textures_fade(shapes, iccm):
     for name, colour in (("red.png", (255, 0, 0)), ("blue.png", (0, 0, 255))):
         Image.new("RGB", (8, 8), colour).save(name)
-    given = ("--texture", "red.png", "--target-texture", "blue.png", "--fps", "10")
+    arguments = ("--texture", "red.png", "--target-texture", "blue.png", "--fps", "10")
     outputs = ("-o", "m.webp", "-o", "m.gif", "-o", "m.png", "-o", "f-{number}.png")
-    done = iccm("morph", "square.svg", "blob.svg", *QUICK, *given, *outputs)
-    assert done.code == 0, done.err
+    result = iccm("morph", "square.svg", "blob.svg", *QUICK, *arguments, *outputs)
+    assert result.code == 0, result.err
     for name in ("m.webp", "m.gif", "m.png"):
         with Image.open(name) as file:
             assert file.n_frames == 3
@@ -80,8 +80,8 @@ def test_holes_go_along_where_both_have_as_many(shapes, iccm):
     assert [pixels(f"m-{k}.png")[24, 24, 3] for k in (1, 2, 3)] == [0, 0, 0]
     assert iccm("morph", "square.svg", "other.svg", *QUICK, "-o", "f-{number}.png").code == 0
     assert [int(pixels(f"f-{k}.png")[24, 24, 3]) for k in (1, 2, 3)] == pytest.approx([255, 128, 0], abs=1)
-    given = ("--holes", "fill", "-o", "g-{number}.png")
-    assert iccm("morph", "square.svg", "other.svg", *QUICK, *given).code == 0
+    arguments = ("--holes", "fill", "-o", "g-{number}.png")
+    assert iccm("morph", "square.svg", "other.svg", *QUICK, *arguments).code == 0
     assert [pixels(f"g-{k}.png")[24, 24, 3] for k in (1, 2, 3)] == [255, 255, 255]
 
 
@@ -92,8 +92,8 @@ BARS = '<path d="M10 10H30V90H10Z" {0}/><path d="M40 30H60V90H40Z" {0}/><path d=
 def test_all_parts_of_both_drawings_are_visible_and_unmatched_ones_fade(shapes, iccm):
     (shapes / "bars.svg").write_text(SVG.format(BARS.format("")))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
-    done = iccm("morph", "bars.svg", "panes.svg", *QUICK, "--size", "100", "-o", "m-{number}.png")
-    assert done.code == 0, done.err
+    result = iccm("morph", "bars.svg", "panes.svg", *QUICK, "--size", "100", "-o", "m-{number}.png")
+    assert result.code == 0, result.err
     bars = [[20, 50, 80], [70, 70, 70]]  # columns and rows of points in each bar
     first, middle, last = (pixels(f"m-{k}.png")[..., 3].astype(int) for k in (1, 2, 3))
     assert first[bars[1], bars[0]].tolist() == [255] * 3 and first[20, 50] == 0 == first[70, 35]
@@ -117,12 +117,12 @@ def test_parts_that_match_go_onto_each_other_unless_they_are_joined(shapes, iccm
     (shapes / "discs.svg").write_text(
         SVG.format("".join(f'<circle cx="{x}" cy="{y}" r="{r}"/>' for x, y, r in discs))
     )
-    done = iccm("morph", "bars.svg", "discs.svg", *QUICK, "-o", "m-{number}.png")
-    assert done.code == 0 and "3 parts" in done.err and "--parts joined" in done.err
+    result = iccm("morph", "bars.svg", "discs.svg", *QUICK, "-o", "m-{number}.png")
+    assert result.code == 0 and "3 parts" in result.err and "--parts joined" in result.err
     alpha = pixels("m-2.png")[..., 3]
     assert np.isin(alpha, (0, 255)).mean() > 0.85  # nothing fades except edges
-    done = iccm("morph", "bars.svg", "discs.svg", "--parts", "joined", *QUICK, "-o", "j-{number}.png")
-    assert done.code == 0 and "3 parts" not in done.err
+    result = iccm("morph", "bars.svg", "discs.svg", "--parts", "joined", *QUICK, "-o", "j-{number}.png")
+    assert result.code == 0 and "3 parts" not in result.err
     largest = iccm("morph", "bars.svg", "discs.svg", "--parts", "largest", *QUICK, "-o", "l-{number}.png")
     assert largest.code == 0 and "ignored 2 " in largest.err
 
@@ -132,8 +132,8 @@ def test_drawings_with_colours_of_their_own_fade_into_each_other(shapes, iccm):
     red = '<circle cx="50" cy="50" r="40" fill="red"/><circle cx="50" cy="30" r="10" fill="lime"/>'
     (shapes / "red.svg").write_text(SVG.format(red))
     (shapes / "blue.svg").write_text(SVG.format('<path d="M10 20H90V80H10Z" fill="blue"/>'))
-    done = iccm("morph", "red.svg", "blue.svg", *QUICK, "-o", "m-{number}.png", "-o", "m-{number}.svg")
-    assert done.code == 0, done.err
+    result = iccm("morph", "red.svg", "blue.svg", *QUICK, "-o", "m-{number}.png", "-o", "m-{number}.svg")
+    assert result.code == 0, result.err
     middles = [pixels(f"m-{k}.png")[30, 24].tolist() for k in (1, 2, 3)]
     assert middles[0] == [255, 0, 0, 255] and middles[2] == [0, 0, 255, 255]
     assert middles[1] == pytest.approx([128, 0, 128, 255], abs=2)
@@ -189,8 +189,8 @@ def test_an_animated_svg_interpolates_the_frames(shapes, iccm):
     (shapes / "bend.svg").write_text(SVG.format(BEND))
     (shapes / "disc.svg").write_text(SVG.format(DISC))
     for name in ("m-{number}.svg", "m.svg"):
-        done = iccm("morph", "bend.svg", "disc.svg", "--frames", "3", "--fps", "4", "-o", name)
-        assert done.code == 0, done.err
+        result = iccm("morph", "bend.svg", "disc.svg", "--frames", "3", "--fps", "4", "-o", name)
+        assert result.code == 0, result.err
     frames = [paths_of((shapes / f"m-{k}.svg").read_text()) for k in (1, 2, 3)]
     moving = [
         element
@@ -228,10 +228,10 @@ def test_unmatched_parts_fade_in_an_animated_svg(shapes, iccm):
 def test_a_lottie_animation_has_the_paths_and_paints_of_the_frames(shapes, iccm):
     (shapes / "bend.svg").write_text(SVG.format(BEND.replace("<g ", '<g opacity="0.4" ')))
     (shapes / "disc.svg").write_text(SVG.format(DISC))
-    done = iccm(
+    result = iccm(
         "morph", "bend.svg", "disc.svg", "--frames", "3", "--fps", "4", "-o", "m.json", "-o", "m-{number}.svg"
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     animation = json.loads((shapes / "m.json").read_text())
     assert (animation["fr"], animation["ip"], animation["op"], animation["w"], animation["h"]) == (
         4,
@@ -335,13 +335,13 @@ def test_impossible_requests_are_refused_in_one_line(shapes, iccm, words, messag
     (shapes / "sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nf 1 2 3\nf 1 3 4\n")
     (shapes / "old.webp").write_bytes(b"old")
     Image.new("RGB", (8, 8)).save("t.png")
-    done = iccm("morph", *words)
-    assert done.code == 2 and len(done.lines) == 1 and message in done.err, done.err
+    result = iccm("morph", *words)
+    assert result.code == 2 and len(result.lines) == 1 and message in result.err, result.err
     assert (shapes / "old.webp").read_bytes() == b"old" and not list(shapes.glob("m*.png"))
 
 
 @pytest.mark.parametrize(("ok", "code"), [(True, 0), (False, 1)])
 def test_a_morph_that_misses_its_target_is_not_good_enough(shapes, iccm, monkeypatch, ok, code):
-    monkeypatch.setattr(morph, "run", lambda *given, **more: (ok, "how it ended", ["m.webp"]))
-    done = iccm("morph", "square.svg", "blob.svg", "-o", "m.webp")
-    assert done.code == code and "how it ended" in done.err
+    monkeypatch.setattr(morph, "run", lambda *args, **kwargs: (ok, "how it ended", ["m.webp"]))
+    result = iccm("morph", "square.svg", "blob.svg", "-o", "m.webp")
+    assert result.code == code and "how it ended" in result.err

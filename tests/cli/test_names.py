@@ -33,7 +33,7 @@ def test_a_fish_is_rotated_to_match_the_names_in_both_drawings(
     Path("right.svg").write_text(FISH.format(name="head", **RIGHT))
     Path("left.svg").write_text(FISH.format(name="Head", **LEFT))
     Path("other.svg").write_text(FISH.format(name="circle12", **LEFT).replace("Tail", "g7"))
-    done = iccm("map", "right.svg", target, "-o", "o.png", "--size", "64", "--report", "r.json", *more)
-    assert done.code == 0 and (abs(json.loads(Path("r.json").read_text())["turn"]) > 160) == turned
-    assert ("same names in both drawings: head, tail" in done.err) == turned
-    assert "instead of 0 (turn)" not in done.err
+    result = iccm("map", "right.svg", target, "-o", "o.png", "--size", "64", "--report", "r.json", *more)
+    assert result.code == 0 and (abs(json.loads(Path("r.json").read_text())["turn"]) > 160) == turned
+    assert ("same names in both drawings: head, tail" in result.err) == turned
+    assert "instead of 0 (turn)" not in result.err

@@ -29,9 +29,9 @@ def test_a_mesh_is_uncovered_where_the_plain_shape_is(shapes, iccm):
     pixels = []
     for target, more in (("square.svg", ("--size", "200x200")), ("plane.obj", ("--bake", "--size", "200"))):
         contained = ("--fit", "contain", *more, "-o", "o.png", "--report", "r.json", "--force")
-        done = iccm("map", "u.svg", target, *contained)
+        result = iccm("map", "u.svg", target, *contained)
         report = json.loads(Path("r.json").read_text())
-        assert done.code == 0 and 0.9 < report.get("covered", 1 - report.get("uncovered", 0)) < 0.98
+        assert result.code == 0 and 0.9 < report.get("covered", 1 - report.get("uncovered", 0)) < 0.98
         pixels.append(image_files.read(Path("o.png")).pixels.astype(float))
     plain, baked = pixels
     opaque = [picture[..., 3] > 127 for picture in pixels]
@@ -42,5 +42,5 @@ def test_a_mesh_is_uncovered_where_the_plain_shape_is(shapes, iccm):
 
 
 def test_a_mesh_with_coordinates_is_refused_for_partial_fits(shapes, iccm):
-    done = iccm("map", "u.svg", "plane.obj", "--fit", "contain", "-o", "o.obj")
-    assert done.code == 2 and "use --bake" in done.err and not Path("o.obj").exists()
+    result = iccm("map", "u.svg", "plane.obj", "--fit", "contain", "-o", "o.obj")
+    assert result.code == 2 and "use --bake" in result.err and not Path("o.obj").exists()

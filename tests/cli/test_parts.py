@@ -34,9 +34,9 @@ def drawings(shapes):
 
 
 def test_each_part_has_its_map_in_one_picture_stmap_and_report(drawings, iccm):
-    done = iccm(*ALL, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
-    assert done.code == 0
-    assert "note: face.svg: no matching part in mask.svg for #4, #5" in done.lines
+    result = iccm(*ALL, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
+    assert result.code == 0
+    assert "note: face.svg: no matching part in mask.svg for #4, #5" in result.lines
     report = json.loads((drawings / "r.json").read_text())
     assert [(part["source"], part["target"]) for part in report["parts"]] == [
         ("1", "1"),
@@ -60,11 +60,11 @@ def test_empty_parts_of_the_target_are_reported_even_when_quiet(drawings, iccm):
         )
     )
     (drawings / "tile.svg").write_text(SVG.format('<rect x="10" y="10" width="80" height="80"/>'))
-    done = iccm("map", "tile.svg", "word.svg", "--parts", "all", "-o", "w.png", "--report", "r.json", "-q")
-    assert done.code == 0
+    result = iccm("map", "tile.svg", "word.svg", "--parts", "all", "-o", "w.png", "--report", "r.json", "-q")
+    assert result.code == 0
     assert (
         "word.svg: no matching part in tile.svg for #2 (i), #3: they stay empty, 33% of the total area"
-        in done.err
+        in result.err
     )
     unpaired = json.loads((drawings / "r.json").read_text())["unpaired"]
     assert unpaired == {"source": [], "target": ["2", "3"], "empty": pytest.approx(1 / 3)}
@@ -74,12 +74,14 @@ def test_overlapping_targets_are_reported_even_when_quiet_and_the_smaller_lies_o
     two = '<path id="head" d="M5 20H65V80H5z"/><path id="left" d="M45 40h40v40h-40z"/>'
     (drawings / "two.svg").write_text(SVG.format(two))
     (drawings / "both.svg").write_text(SVG.format(two.replace("M45", "M70").replace("h40v40h-40", "h9v9h-9")))
-    done = iccm(
+    result = iccm(
         "map", "both.svg", "two.svg", "--parts", "all", "-o", "o.png", "--stmap", "o.tif", "--size", "100",
         "--report", "r.json", "-q",
     )  # fmt: skip
-    assert done.code == 0
-    assert "two.svg: parts overlap, such as #1 (head) and #2 (left); the smaller one lies on top" in done.err
+    assert result.code == 0
+    assert (
+        "two.svg: parts overlap, such as #1 (head) and #2 (left); the smaller one lies on top" in result.err
+    )
     assert json.loads((drawings / "r.json").read_text())["overlap"] == pytest.approx(800 / 5200, rel=1e-6)
     st = image_files.read("o.tif").pixels
     assert (
@@ -98,15 +100,15 @@ def test_artwork_follows_the_part_that_contains_it(drawings, iccm):
 
 
 def test_options_incompatible_with_parts_are_refused(drawings, iccm):
-    typed = iccm(*ALL, "--pin", "50,50:50,50")
-    assert typed.code == 2 and "--parts all: pins and strokes only work for one shape" in typed.err
+    result = iccm(*ALL, "--pin", "50,50:50,50")
+    assert result.code == 2 and "--parts all: pins and strokes only work for one shape" in result.err
 
 
 def test_ignored_outlines_are_reported_once(drawings, iccm):
     paper = ("--method", "paper", "--vertices", "60", "--parts", "largest")
-    done = iccm("map", "face.svg", "mask.svg", "--report", "-", *paper)
-    assert done.err.count("ignored 4 other outlines") == done.err.count("ignored 2 other outlines") == 1
-    assert "--parts all" in done.err
+    result = iccm("map", "face.svg", "mask.svg", "--report", "-", *paper)
+    assert result.err.count("ignored 4 other outlines") == result.err.count("ignored 2 other outlines") == 1
+    assert "--parts all" in result.err
 
 
 WORD = '<path id="a" d="M5 20h40v50h-40z"/><path d="M55 20h40v50h-40z"/><circle cx="50" cy="85" r="10"/>'
@@ -116,8 +118,8 @@ WORD = '<path id="a" d="M5 20h40v50h-40z"/><path d="M55 20h40v50h-40z"/><circle 
 def test_one_source_is_mapped_onto_each_part(drawings, iccm):
     (drawings / "word.svg").write_text(SVG.format(WORD))
     command = ("map", "face.svg#head", "word.svg", "--parts", "each", "--size", "100")
-    done = iccm(*command, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
-    assert done.code == 0
+    result = iccm(*command, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
+    assert result.code == 0
     report = json.loads((drawings / "r.json").read_text())
     assert [(part["source"], part["target"]) for part in report["parts"]] == [("", "1"), ("", "2"), ("", "3")]
     assert "unpaired" not in report and all(part["injective"]["certified"] for part in report["parts"])
@@ -162,8 +164,8 @@ def test_each_piece_of_a_mesh_gets_the_source(drawings, iccm):
     corners = [f"v {x} {y} {z}" for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     faces = ["f 1 2 3", "f 1 3 4", "f 5 6 7", "f 5 7 8"]
     (drawings / "two.obj").write_text("\n".join([*corners, *faces]))
-    done = iccm("map", "square.svg", "two.obj", "--parts", "each", "-o", "o.obj", "--report", "r.json")
-    assert done.code == 0
+    result = iccm("map", "square.svg", "two.obj", "--parts", "each", "-o", "o.obj", "--report", "r.json")
+    assert result.code == 0
     uv = [
         line.split()[1:] for line in (drawings / "o.obj").read_text().splitlines() if line.startswith("vt ")
     ]
@@ -199,9 +201,9 @@ def test_a_part_without_a_map_is_omitted_reported_and_counted(drawings, iccm):
     corners = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "v 3 0 0", "v 4 0 0", "v 3.4 1e-5 0"]
     (drawings / "two.obj").write_text("\n".join([*corners, "f 1 2 3", "f 1 3 4", "f 5 6 7"]))
     command = ("map", "square.svg", "two.obj", "--parts", "each")
-    done = iccm(*command, "-o", "o.obj", "--report", "r.json", "-q")
-    assert done.code == 1 and "1 of 2 parts are omitted" in done.err
-    assert "#piece-2: omitted: " in done.err and "no map without folds" in done.err
+    result = iccm(*command, "-o", "o.obj", "--report", "r.json", "-q")
+    assert result.code == 1 and "1 of 2 parts are omitted" in result.err
+    assert "#piece-2: omitted: " in result.err and "no map without folds" in result.err
     report = json.loads((drawings / "r.json").read_text())
     assert report["mapped"] == pytest.approx(2 / 3) and [part["target"] for part in report["parts"]] == [
         "piece-1"
@@ -220,8 +222,8 @@ def test_a_part_without_a_map_is_omitted_reported_and_counted(drawings, iccm):
 def test_where_no_part_has_a_map_nothing_is_written(drawings, iccm):
     thin = '<path d="M5 {0}H95L40 {0}.00001z"/>'
     (drawings / "thin.svg").write_text(SVG.format(thin.format(20) + thin.format(60)))
-    done = iccm("map", "square.svg", "thin.svg", "--parts", "each", "-o", "o.png")
-    assert done.code == 2 and "error: no map without folds" in done.err
+    result = iccm("map", "square.svg", "thin.svg", "--parts", "each", "-o", "o.png")
+    assert result.code == 2 and "error: no map without folds" in result.err
     assert not (drawings / "o.png").exists()
 
 
@@ -237,8 +239,8 @@ def test_lines_next_to_fills_are_separate_parts(shapes, iccm):
     (shapes / "icon.svg").write_text(ICON)
     facts = json.loads(iccm("info", "icon.svg", "--json").out)
     assert [round(outline["area"], -2) for outline in facts["outlines"]] == [700, 400, 200]
-    done = iccm("map", "square.svg", "icon.svg", "--parts", "each", "--size", "100", "-o", "each.png")
-    assert done.code == 0, done.err
+    result = iccm("map", "square.svg", "icon.svg", "--parts", "each", "--size", "100", "-o", "each.png")
+    assert result.code == 0, result.err
     alpha = np.asarray(Image.open("each.png"))[..., 3]
     assert alpha.sum() / 255 == pytest.approx(sum(outline["area"] for outline in facts["outlines"]), rel=0.03)
     assert iccm("map", "square.svg", "icon.svg#2", "--size", "100", "-o", "second.png").code == 0
@@ -257,8 +259,8 @@ def test_artwork_shows_all_parts_that_are_mapped_one_by_one(shapes, iccm):
         (shapes / f"{name}.svg").write_text(
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">{drawn}</svg>'
         )
-    done = iccm("map", "discs.svg", "mug.svg", "--texture", "checker", "-o", "a.svg")
-    assert done.code == 0 and "3 parts" in done.err and "--parts joined" in done.err, done.err
+    result = iccm("map", "discs.svg", "mug.svg", "--texture", "checker", "-o", "a.svg")
+    assert result.code == 0 and "3 parts" in result.err and "--parts joined" in result.err, result.err
     area = shape.read("a.svg", whole=True).drawing
     assert len(area.parts) == 3 and area.region.area == pytest.approx(
         50 * 40 + 8 * 30 + 20 * 24 - 10 * 14, rel=0.02
@@ -266,8 +268,8 @@ def test_artwork_shows_all_parts_that_are_mapped_one_by_one(shapes, iccm):
 
 
 def test_parts_that_lie_on_others_keep_their_own_colours(drawings, iccm):
-    done = iccm(*ALL, "-o", "own.png")
-    assert done.code == 0, done.err
+    result = iccm(*ALL, "-o", "own.png")
+    assert result.code == 0, result.err
     pixels = np.asarray(Image.open("own.png"))
     assert pixels[2 * 44, 2 * 32].tolist() == [0, 0, 0, 255]  # the right eye
     assert pixels[2 * 80, 2 * 50].tolist() == [255, 204, 0, 255]
@@ -287,8 +289,8 @@ def test_one_source_is_mapped_onto_each_element_with_all_of_its_parts(drawings, 
     ramp[..., 0], ramp[..., 1] = np.arange(100), 200 - 2 * np.arange(90)[:, None]
     image_files.write("ramp.png", image_files.Image(ramp))
     common = ("map", "tile.svg", "word.svg", "--texture", "ramp.png", "--size", "200", "--force")
-    done = iccm(*common, "--parts", "elements", "-o", "o.png", "--report", "r.json")
-    assert done.code == 0, done.err
+    result = iccm(*common, "--parts", "elements", "-o", "o.png", "--report", "r.json")
+    assert result.code == 0, result.err
     report = json.loads(Path("r.json").read_text())
     assert [part["target"] for part in report["parts"]] == ["1", "2", "3"] and report["covered"] > 0.99
     pixels = image_files.read("o.png").pixels.astype(int)

@@ -104,13 +104,13 @@ def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):
     ],
 )  # fmt: skip
 def test_textures_that_cannot_be_placed_are_refused_in_one_line(tile, iccm, command, message):
-    done = iccm(*command.split())
-    assert done.code == 2 and message in done.err and len(done.lines) == 1
+    result = iccm(*command.split())
+    assert result.code == 2 and message in result.err and len(result.lines) == 1
 
 
 def test_the_options_stand_in_the_report(tile, iccm):
-    done = iccm(*SQUARE, "--edge", "repeat", "--texture-scale", ".5", "--texture-offset", "1,2", "-o", "o.png",
+    result = iccm(*SQUARE, "--edge", "repeat", "--texture-scale", ".5", "--texture-offset", "1,2", "-o", "o.png",
                 "--report", "r.json")  # fmt: skip
-    assert done.code == 0
+    assert result.code == 0
     job = json.loads((tile / "r.json").read_text())["job"]
     assert job["texture_scale"] == [0.5] and job["texture_offset"] == [1, 2] and job["edge"] == "repeat"

@@ -40,11 +40,11 @@ def disc(name):
 def test_a_circle_stays_one_inside_and_when_sliced(drawings, iccm):
     report = {}
     for place in ("fill", "inside", "slice"):
-        done = iccm(
+        result = iccm(
             *("map", "sign.svg", "shield.svg", "--place", place, "--size", "400x500"),
             *("-o", f"{place}.png", "--report", f"{place}.json"),
         )
-        assert done.code == 0, done.err
+        assert result.code == 0, result.err
         report[place] = json.loads((drawings / f"{place}.json").read_text())
     width, height, *_ = disc("fill.png")
     assert height > 1.15 * width
@@ -62,11 +62,11 @@ def test_a_circle_stays_one_inside_and_when_sliced(drawings, iccm):
 
 
 def test_artwork_and_stmap_are_placed_alike(drawings, iccm):
-    done = iccm(
+    result = iccm(
         *("map", "sign.svg", "shield.svg", "--place", "inside", "--size", "400x500"),
         *("-o", "o.png", "-o", "o.svg", "--stmap", "o.exr", "-o", "o.npz"),
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     _, _, column, row, painted = disc("o.png")
     st = image_files.read("o.exr").pixels
     assert np.allclose(st[round(row), round(column), :2], (0.30, 1 - 25 / 60), atol=0.01)
@@ -81,8 +81,8 @@ def test_artwork_and_stmap_are_placed_alike(drawings, iccm):
 def test_gaps_between_placed_parts_stay_empty(drawings, iccm):
     parts = '<path d="M0 0h40v60h-40z" fill="#204080"/><path d="M60 0h40v50h-40z" fill="#fc0"/>'
     (drawings / "two.svg").write_text(SVG.format(100, 60, parts))
-    done = iccm("map", "two.svg", "shield.svg", "--place", "inside", "-o", "o.png", "--size", "400x500")
-    assert done.code == 0, done.err
+    result = iccm("map", "two.svg", "shield.svg", "--place", "inside", "-o", "o.png", "--size", "400x500")
+    assert result.code == 0, result.err
     pixels = image_files.read("o.png").pixels
     painted = pixels[..., 3] > 128
     row = np.flatnonzero(painted.any(axis=1))[20]
@@ -92,11 +92,11 @@ def test_gaps_between_placed_parts_stay_empty(drawings, iccm):
 
 
 def test_each_part_of_the_target_has_a_copy(drawings, iccm):
-    done = iccm(
+    result = iccm(
         *("map", "sign.svg#1", "panes.svg", "--place", "inside", "--parts", "each", "--texture", "checker"),
         *("--size", "900", "-o", "o.png"),
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     alpha = image_files.read("o.png").pixels[..., 3] > 128
     heights = [alpha[:, x].sum() for x in (200, 650)]
     assert heights[0] == pytest.approx(0.6 * 300, abs=3) and heights[1] == pytest.approx(0.6 * 400, abs=3)
@@ -104,11 +104,11 @@ def test_each_part_of_the_target_has_a_copy(drawings, iccm):
 
 def test_rigid_regions_and_pins_go_with_it(drawings, iccm):
     (drawings / "face.svg").write_text(SVG.format(100, 60, SIGN.replace("<circle", '<circle id="sun"')))
-    done = iccm(
+    result = iccm(
         *("map", "face.svg", "shield.svg", "--place", "inside", "--rigid", "#sun", "--pin", "30,25:35,40"),
         *("-o", "o.png", "--size", "400x500", "--report", "r.json"),
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     width, height, column, row, _ = disc("o.png")
     assert height == pytest.approx(width, abs=2)
     assert (column / 5, row / 5) == (pytest.approx(35, abs=0.3), pytest.approx(40, abs=0.3))
@@ -126,23 +126,23 @@ def test_rigid_regions_and_pins_go_with_it(drawings, iccm):
 )
 def test_incompatible_options_are_refused_in_one_line(drawings, iccm, options, named):
     assert iccm("map", "sign.svg", "shield.svg", "-o", "o.npz").code == 0
-    done = iccm("map", "sign.svg", "shield.svg", "--place", "inside", *options, "-o", "o.png")
-    errors = [line for line in done.lines if line.startswith("error:")]
-    assert done.code == 2 and len(errors) == 1 and named in errors[0]
+    result = iccm("map", "sign.svg", "shield.svg", "--place", "inside", *options, "-o", "o.png")
+    errors = [line for line in result.lines if line.startswith("error:")]
+    assert result.code == 2 and len(errors) == 1 and named in errors[0]
     assert not (drawings / "o.png").exists()
 
 
 def test_meshes_are_filled(drawings, iccm):
     (drawings / "two.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n")
-    done = iccm("map", "sign.svg", "two.obj", "--place", "slice", "-o", "o.obj")
-    assert done.code == 2 and "two.obj" in done.err and "--place" in done.err
+    result = iccm("map", "sign.svg", "two.obj", "--place", "slice", "-o", "o.obj")
+    assert result.code == 2 and "two.obj" in result.err and "--place" in result.err
 
 
 def test_frames_of_a_sequence_are_not_placed(drawings, iccm):
     for number in (1, 2):
         (drawings / f"f{number}.svg").write_text(SVG.format(80, 100, SHIELD))
-    done = iccm("map", "sign.svg", "f*.svg", "--sequence", "--place", "inside", "-o", "o{number}.png")
-    assert done.code == 2 and "place" in done.err
+    result = iccm("map", "sign.svg", "f*.svg", "--sequence", "--place", "inside", "-o", "o{number}.png")
+    assert result.code == 2 and "place" in result.err
 
 
 @pytest.mark.slow

@@ -52,9 +52,9 @@ def test_a_plug_in_is_installed_and_removed(home, iccm, program, settings, exten
     assert iccm("plugins", "install", program).code == 2
     for name in settings:
         (home / name).mkdir(parents=True)
-    typed = iccm("plugins", "install", program)
+    result = iccm("plugins", "install", program)
     places = [home / name / "iccm" for name in extensions]
-    assert typed.code == 0 and typed.lines[:-1] == [f"wrote {place}" for place in places]
+    assert result.code == 0 and result.lines[:-1] == [f"wrote {place}" for place in places]
     for place in places:
         installed = files(place)
         assert (
@@ -66,8 +66,8 @@ def test_a_plug_in_is_installed_and_removed(home, iccm, program, settings, exten
         f"{program}\t{place}\t{sys.executable}\n" for place in places
     )
     (places[0] / "mine.txt").write_text("kept")
-    typed = iccm("plugins", "uninstall", program)
-    assert typed.lines == [f"removed {place}" for place in places]
+    result = iccm("plugins", "uninstall", program)
+    assert result.lines == [f"removed {place}" for place in places]
     assert files(home) == {(places[0] / "mine.txt").relative_to(home).as_posix(): b"kept"}
     assert "no plug-in" in iccm("plugins", "uninstall", program).err and not iccm("plugins", "list").out
 
@@ -78,8 +78,8 @@ def test_inkscape_is_asked_for_its_folder(home, iccm):
     program = home / "bin" / "inkscape"
     program.write_text('#!/bin/sh\n[ "$1" = --user-data-directory ] && echo "$HOME/my settings"\n')
     program.chmod(0o755)
-    typed = iccm("plugins", "install", "inkscape")
-    assert typed.lines[0] == f"wrote {home / 'my settings' / 'extensions' / 'iccm'}"
+    result = iccm("plugins", "install", "inkscape")
+    assert result.lines[0] == f"wrote {home / 'my settings' / 'extensions' / 'iccm'}"
 
 
 def test_a_folder_or_an_archive_is_named(home, iccm, monkeypatch):
@@ -98,8 +98,8 @@ def test_a_folder_or_an_archive_is_named(home, iccm, monkeypatch):
         (("install", "gimp"), "'gimp' is not one of"),
         (("install", "inkscape", "--to", "addon.zip/x"), "addon.zip"),
     ):
-        typed = iccm("plugins", *wrong)
-        assert typed.code == 2 and message in typed.err and len(typed.lines) == 1, typed.err
+        result = iccm("plugins", *wrong)
+        assert result.code == 2 and message in result.err and len(result.lines) == 1, result.err
     assert files(home) == before
 
 
@@ -109,8 +109,8 @@ def test_the_plug_in_for_figma_is_written_with_its_window(home, iccm, monkeypatc
     shutil.copytree(resources("iccm.plugins") / "figma", source / "figma")
     (source / "figma" / "ui.html").unlink(missing_ok=True)
     monkeypatch.setattr(plugins, "resources", lambda _: source)
-    typed = iccm("plugins", "install", "figma", "--to", "here")
-    assert typed.code == 2 and "make figma" in typed.err and not (home / "here").exists()
+    result = iccm("plugins", "install", "figma", "--to", "here")
+    assert result.code == 2 and "make figma" in result.err and not (home / "here").exists()
     (source / "figma" / "ui.html").write_text("window")
     assert iccm("plugins", "install", "figma", "--to", "here").lines[0] == "wrote here/iccm"
     assert set(files(home / "here" / "iccm")) == {"manifest.json", "code.js", "ui.html", plugins.PYTHON}
@@ -135,8 +135,8 @@ def test_only_plug_ins_are_replaced(home, iccm, monkeypatch):
     ):
         write()
         before = archive.read_bytes() if archive.exists() else None
-        typed = iccm("plugins", "install", "blender", "--to", "notes.zip")
-        assert typed.code == 2 and "notes.zip" in typed.err
+        result = iccm("plugins", "install", "blender", "--to", "notes.zip")
+        assert result.code == 2 and "notes.zip" in result.err
         assert (archive.read_bytes() if archive.exists() else None) == before
     assert not (home / "elsewhere.zip").exists()
     for _ in range(2):

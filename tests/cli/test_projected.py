@@ -82,8 +82,8 @@ def test_a_label_on_a_bottle_is_unrolled_in_its_proportions(folder, iccm):
         return f"{columns[k] + 0.5},{rows[k] + 0.5}"
 
     marks = ":".join(mark(*place) for place in [(0, 0), (0.55, 0), (1, 0), (1, 1), (0.45, 1), (0, 1)])
-    done = iccm("map", f"bottle.png#cylinder=82x46.7:{marks}", "sheet", "-o", "flat.png", "--size", "400")
-    assert done.code == 0, done.err
+    result = iccm("map", f"bottle.png#cylinder=82x46.7:{marks}", "sheet", "-o", "flat.png", "--size", "400")
+    assert result.code == 0, result.err
     flat = Image.open("flat.png").convert("RGB")
     assert flat.width / flat.height == pytest.approx(size[0] / size[1], rel=0.03)
     picture = np.asarray(flat.resize((400, 267)), float)[8:-8, 8:-8]
@@ -126,15 +126,15 @@ def test_a_sheet_without_a_size_of_its_own_keeps_the_proportions_of_the_picture(
     ],
 )
 def test_wrong_targets_are_refused_in_one_line(folder, iccm, target, about):
-    done = iccm("map", "sign.svg", target, "-o", "wrong.png")
-    assert done.code == 2 and about in done.err and done.err.count("\n") == 1
+    result = iccm("map", "sign.svg", target, "-o", "wrong.png")
+    assert result.code == 2 and about in result.err and result.err.count("\n") == 1
     assert not Path("wrong.png").exists()
 
 
-@pytest.mark.parametrize("given", [("--pin", "1,2:3,4"), ("--method", "conformal"), ("--fit", "cover")])
-def test_options_of_a_search_are_refused(folder, iccm, given):
-    done = iccm("map", "sign.svg", "cylinder:90x100", *given, "-o", "wrong.png")
-    assert done.code == 2 and given[0] in done.err
+@pytest.mark.parametrize("arguments", [("--pin", "1,2:3,4"), ("--method", "conformal"), ("--fit", "cover")])
+def test_options_of_a_search_are_refused(folder, iccm, arguments):
+    result = iccm("map", "sign.svg", "cylinder:90x100", *arguments, "-o", "wrong.png")
+    assert result.code == 2 and arguments[0] in result.err
 
 
 @pytest.mark.slow
@@ -152,8 +152,8 @@ def test_a_batch_maps_onto_generated_shapes_and_marked_photographs(folder, iccm)
         size = 64
         """
     )
-    done = iccm("batch", "jobs.toml", "--root", "out")
-    assert done.code == 0, done.err
+    result = iccm("batch", "jobs.toml", "--root", "out")
+    assert result.code == 0, result.err
     assert {path.name for path in Path("out").glob("*.png")} == {"sign-cylinder.png", "page-flat.png"}
 
 

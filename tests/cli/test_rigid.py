@@ -44,9 +44,9 @@ def drawn(shapes):
 )
 def test_a_region_can_be_given_in_four_ways(drawn, iccm, typed):
     source, *more = typed
-    done = iccm("map", source, "blob.svg", *more, "--report", "r.json", "--stmap", "o.tif", "--size", "100")
+    result = iccm("map", source, "blob.svg", *more, "--report", "r.json", "--stmap", "o.tif", "--size", "100")
     report = json.loads((drawn / "r.json").read_text())
-    assert done.code == 0 and len(report["regions"]) == 1
+    assert result.code == 0 and len(report["regions"]) == 1
     (region,) = report["regions"]
     assert region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02)
     st = image_files.read("o.tif").pixels[..., :2].astype(float)
@@ -71,24 +71,24 @@ def test_a_region_can_be_given_in_four_ways(drawn, iccm, typed):
     ],
 )
 def test_wrong_regions_are_refused_in_one_line(drawn, iccm, typed, message):
-    done = iccm("map", typed[0], "blob.svg", *typed[1:], "-o", "o.png", "--size", "50")
-    assert done.code == 2 and message in done.err and not (drawn / "o.png").exists()
-    assert len(done.err.strip().splitlines()) <= 2
+    result = iccm("map", typed[0], "blob.svg", *typed[1:], "-o", "o.png", "--size", "50")
+    assert result.code == 2 and message in result.err and not (drawn / "o.png").exists()
+    assert len(result.err.strip().splitlines()) <= 2
 
 
 def test_elements_named_rigid_in_a_target_get_a_note(drawn, iccm):
-    done = iccm("map", "square.svg", "rigid-logo.svg", "--size", "32", "-o", "o.png")
-    assert done.code == 0 and "rigid-logo.svg: elements named rigid in the target are ignored" in done.err
+    result = iccm("map", "square.svg", "rigid-logo.svg", "--size", "32", "-o", "o.png")
+    assert result.code == 0 and "rigid-logo.svg: elements named rigid in the target are ignored" in result.err
 
 
 def test_brighter_parts_become_larger_and_important_ones_stay(drawn, iccm):
     ramp = np.repeat(np.linspace(0, 255, 64).astype(np.uint8)[None, :, None], 64, axis=0)
     image_files.write("ramp.png", image_files.Image(np.repeat(ramp, 3, axis=2)))
     common = ("square.svg", "square.svg", "--balance", "4", "--stmap")
-    done = iccm(
+    result = iccm(
         "map", *common, "o.tif", "--size-map", "ramp.png", "--importance", "mask.png", "--size", "100"
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     s = image_files.read("o.tif").pixels[50, 12:88, 0].astype(float)
     steps = np.diff(s)
     assert (
@@ -100,22 +100,22 @@ def test_brighter_parts_become_larger_and_important_ones_stay(drawn, iccm):
 def test_unusable_pictures_are_refused(drawn, iccm, option):
     wrong = {"none.png": "none.png", "black.png": "everywhere"}
     for name, message in wrong.items():
-        done = iccm("map", "square.svg", "blob.svg", option, name, "-o", "o.png", "--size", "50")
+        result = iccm("map", "square.svg", "blob.svg", option, name, "-o", "o.png", "--size", "50")
         if option == "--importance" or name == "none.png":
-            assert done.code == 2 and message in done.err and not (drawn / "o.png").exists()
-    done = iccm("map", "square.svg", "blob.svg", option, "mask.png", "--parts", "all")
-    assert done.code == 2 and f"{option} only works for one shape" in done.err
+            assert result.code == 2 and message in result.err and not (drawn / "o.png").exists()
+    result = iccm("map", "square.svg", "blob.svg", option, "mask.png", "--parts", "all")
+    assert result.code == 2 and f"{option} only works for one shape" in result.err
 
 
 def test_a_drawn_bone_stays_straight_while_an_arm_bends(shapes, iccm):
     arm = '<path d="M5 40H95V60H5Z"/><rect id="rigid-forearm" x="55" y="42" width="38" height="16"/>'
     (shapes / "arm.svg").write_text(SVG.format(arm))
-    done = iccm(
+    result = iccm(
         *("deform", "arm.svg", "--pin", "10,50:10,50", "--pin", "30,50:30,50"),
         *("--pin", "90,50:60,10", "--report", "r.json", "-o", "o.png", "--size", "60"),
     )
     (region,) = json.loads((shapes / "r.json").read_text())["regions"]
-    assert done.code == 0 and region["dilatation"] <= 1.02
+    assert result.code == 0 and region["dilatation"] <= 1.02
     assert 40 < region["turn"] < 110 and region["size"]["p95"] < 1.02 * region["size"]["p05"] * 1.02
 
 
@@ -128,8 +128,8 @@ def test_grey_in_a_mask_is_partly_rigid(drawn, iccm):
     for name, grey in (("plain.png", 0), ("grey.png", 115)):
         mask = np.where(white, 255, np.where(away < 1, grey, 0)).astype(np.uint8)
         image_files.write(name, image_files.Image(np.repeat(mask[..., None], 3, axis=2)))
-        done = iccm("map", "square.svg", "blob.svg", "--rigid", name, "-o", name.replace("png", "npz"))
-        assert done.code == 0, done.err
+        result = iccm("map", "square.svg", "blob.svg", "--rigid", name, "-o", name.replace("png", "npz"))
+        assert result.code == 0, result.err
         fit = load(name.replace("png", "npz"))
         middles = fit.map.source[fit.map.faces].mean(axis=1)
         low, high = fit.source.box
@@ -204,13 +204,13 @@ def test_a_material_of_a_glb_is_a_region_like_that_of_an_obj(drawn, iccm, name):
     regions = []
     for source, region in (("pipe.obj", "#paper"), ("pipe.glb#pipe", name)):
         common = ("--report", "r.json", "--stmap", "o.tif", "--size", "60", "--force")
-        done = iccm("map", source, "blob.svg", "--rigid", region, *common)
-        assert done.code == 0, done.err
+        result = iccm("map", source, "blob.svg", "--rigid", region, *common)
+        assert result.code == 0, result.err
         regions += json.loads((drawn / "r.json").read_text())["regions"]
     obj, glb = regions
     for key in ("dilatation", "scale"):  # positions in a GLB have single precision
         assert glb[key] == pytest.approx(obj[key], abs=2e-3)
-    assert "1 geometry of other meshes" in done.err
+    assert "1 geometry of other meshes" in result.err
 
 
 @pytest.mark.parametrize(
@@ -219,9 +219,9 @@ def test_a_material_of_a_glb_is_a_region_like_that_of_an_obj(drawn, iccm, name):
 )
 def test_a_name_that_a_glb_has_not_is_refused_with_those_that_it_has(drawn, iccm, source, message):
     pipe_glb(drawn / "pipe.glb")
-    done = iccm("map", source, "blob.svg", "--rigid", "#label", "-o", "o.png", "--size", "50")
-    assert done.code == 2 and "--rigid #label: " in done.err and done.err.rstrip().endswith(message)
-    assert "geometry or material" in done.err
+    result = iccm("map", source, "blob.svg", "--rigid", "#label", "-o", "o.png", "--size", "50")
+    assert result.code == 2 and "--rigid #label: " in result.err and result.err.rstrip().endswith(message)
+    assert "geometry or material" in result.err
 
 
 @pytest.mark.parametrize("region", ["#label", "#paper", "whole.png"])
@@ -231,8 +231,8 @@ def test_nothing_is_bent_on_a_region_of_a_mesh(drawn, iccm, region):
     white[36:62, 34:66] = 255  # of its layout, which lies unchanged
     image_files.write("whole.png", image_files.Image(white))
     common = ("--texture", "mask.png", "-o", "uv.obj", "--report", "r.json")
-    done = iccm("map", "blob.svg", "pipe.obj", "--rigid-target", region, *common)
-    assert done.code == 0, done.err
+    result = iccm("map", "blob.svg", "pipe.obj", "--rigid-target", region, *common)
+    assert result.code == 0, result.err
     (reported,) = json.loads((drawn / "r.json").read_text())["regions"]
     assert reported["of"] == "target" and reported["dilatation"] <= 1.02
     lines = (drawn / "uv.obj").read_text().splitlines()
@@ -256,7 +256,7 @@ def test_nothing_is_bent_on_a_region_of_a_mesh(drawn, iccm, region):
 
 def test_a_group_of_a_mesh_keeps_its_form_in_a_drawing(drawn, iccm):
     (drawn / "pipe.obj").write_text(pipe())
-    done = iccm(
+    result = iccm(
         "map",
         "pipe.obj",
         "blob.svg",
@@ -269,7 +269,7 @@ def test_a_group_of_a_mesh_keeps_its_form_in_a_drawing(drawn, iccm):
         "--report",
         "r.json",
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     (region,) = json.loads((drawn / "r.json").read_text())["regions"]
     assert (
         region["dilatation"] <= 1.02 and region["scale"] == pytest.approx(1, abs=0.02) and "of" not in region
@@ -283,18 +283,18 @@ def test_a_region_of_a_mesh_without_room_is_smaller_and_reported(drawn, iccm):
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 10"><rect width="400" height="10"/></svg>'
     )
     common = ("--rigid", "#label", "--stmap", "o.tif", "--size", "60", "--report", "r.json")
-    done = iccm("map", "pipe.obj", "bar.svg", *common)
-    assert done.code == 0 and re.search(r"region 1 .*room .*up to 0\.\d\d", done.err)
+    result = iccm("map", "pipe.obj", "bar.svg", *common)
+    assert result.code == 0 and re.search(r"region 1 .*room .*up to 0\.\d\d", result.err)
     (region,) = json.loads((drawn / "r.json").read_text())["regions"]
     label = 5 / 16 * np.sqrt(400 * 10 / (2 * 1))  # its height at the mean scale
     assert region["dilatation"] <= 1.02 and 0.5 * 10 / label < region["scale"] < 10 / label
 
 
 def test_an_element_of_a_target_is_kept(drawn, iccm):
-    done = iccm(
+    result = iccm(
         "map", "blob.svg", "rigid-logo.svg", "--rigid-target", "mask.png", "--report", "r.json", "-o", "o.npz"
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     # the mask's region, and those drawn as rigid
     regions = json.loads((drawn / "r.json").read_text())["regions"]
     assert all(region["of"] == "target" and region["dilatation"] <= 1.02 for region in regions)
@@ -343,5 +343,5 @@ def test_regions_that_are_not_kept_are_refused_in_a_line(drawn, iccm, source, ta
     (drawn / "pipe.obj").write_text(pipe())
     output = "o.obj" if target == "pipe.obj" else "o.png"
     texture = () if source == "pipe.obj" else ("--texture", "mask.png")
-    done = iccm("map", source, target, *typed, *texture, "-o", output, "--size", "50")
-    assert done.code == 2 and message in done.err and not (drawn / output).exists()
+    result = iccm("map", source, target, *typed, *texture, "-o", output, "--size", "50")
+    assert result.code == 2 and message in result.err and not (drawn / output).exists()

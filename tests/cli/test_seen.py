@@ -19,12 +19,12 @@ def split(shapes, iccm):
     (shapes / "split.svg").write_text(SVG.format(SPLIT))
     (shapes / "plate.svg").write_text(SVG.format(PLATE))
     (shapes / "run").mkdir()
-    done = iccm(
+    result = iccm(
         *("map", "split.svg", "plate.svg", "--parts", "joined", "--fit", "frame", "--gaps", "transparent"),
         *("-o", "run/o.png", "--report", "run/o.json", "--plot", "o.svg", "--size", "500"),
     )
-    assert done.code == 0, done.err
-    return done
+    assert result.code == 0, result.err
+    return result
 
 
 @pytest.mark.slow
@@ -48,19 +48,19 @@ def test_check_compares_the_visible_shares(split, shapes, iccm):
     ):
         moved = report | {name: report[name] + by}
         (shapes / "run" / "o.json").write_text(json.dumps(moved))
-        done = iccm("check", "run", "base")
-        assert done.code == code and (code == 0 or f"{name}: " in done.err)
+        result = iccm("check", "run", "base")
+        assert result.code == code and (code == 0 or f"{name}: " in result.err)
 
 
 def test_several_parts_are_one_result(shapes, iccm):
     big, small = '<path d="M5 5h60v50h-60z"/>', '<path d="M75 20h20v10h-20z"/>'
     (shapes / "two.svg").write_text(SVG.format(big + small))
     (shapes / "holed.svg").write_text(SVG.format(big + small))
-    done = iccm(
+    result = iccm(
         *("map", "two.svg", "holed.svg", "--place", "inside", "--parts", "all", "--report", "r.json"),
         *("--texture", "checker", "-o", "o.png"),
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     report = json.loads((shapes / "r.json").read_text())
     assert len(report["parts"]) == 2
     assert report["shown"] == pytest.approx(1, abs=1e-3) and report["cracks"] == 0
@@ -71,8 +71,8 @@ def test_batches_list_the_visible_shares(split, shapes, iccm):
     (shapes / "jobs.toml").write_text(
         '[[job]]\nsource = "split.svg"\ntarget = "plate.svg"\noutput = "b.png"\nsize = 200\nplace = "inside"\n'
     )
-    done = iccm("batch", "jobs.toml", "--html", "b.html")
-    assert done.code == 0, done.err
+    result = iccm("batch", "jobs.toml", "--html", "b.html")
+    assert result.code == 0, result.err
     assert "covered" in (shapes / "b.html").read_text()
 
 

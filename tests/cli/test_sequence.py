@@ -33,9 +33,9 @@ def done_frames(typed):
 @pytest.mark.slow
 def test_frames_continue_from_each_other_and_are_resumed(frames, iccm):
     command = ("map", "square.svg", "frames/*.svg", "--sequence", "-o", "out/{target.stem}.png", *SMALL)
-    typed = iccm(*command)
-    assert typed.code == 0, typed.err
-    assert done_frames(typed) == [
+    result = iccm(*command)
+    assert result.code == 0, result.err
+    assert done_frames(result) == [
         f"square-f{k}: done" for k in (8, 9, 10, 11)
     ]  # in numerical order, 8 before 10
     maps = [core.load(f"out/f{k}.npz") for k in range(8, 12)]
@@ -49,18 +49,18 @@ def test_frames_continue_from_each_other_and_are_resumed(frames, iccm):
         line for line in again.lines if line.startswith("square-f10")
     ]
     assert [Path(f"out/f{k}.png").read_bytes() for k in range(8, 12)] == before
-    taken = iccm(*command)
-    assert taken.code == 2 and "the file exists" in taken.err
+    refused = iccm(*command)
+    assert refused.code == 2 and "the file exists" in refused.err
 
 
 def test_textures_and_sources_are_frames_too(frames, iccm):
     for k in range(4):
         image_files.write(f"t{k}.png", image_files.Image(np.full((4, 4, 3), 60 * k, np.uint8)))
-    typed = iccm(
+    result = iccm(
         *("map", "square.svg", "blob.svg", "--texture", "t?.png", "--sequence", "-o", "t-{texture.stem}.png"),
         *SMALL,
     )
-    assert typed.code == 0, typed.err
+    assert result.code == 0, result.err
     maps = [Path(f"t-t{k}.npz").read_bytes() for k in range(4)]
     assert set(maps) == {maps[0]}  # one map: only the texture changes
     assert [int(image_files.read(f"t-t{k}.png").pixels[12, 12, 0]) for k in range(4)] == [0, 60, 120, 180]
@@ -85,8 +85,10 @@ def test_a_frame_that_differs_too_much_starts_afresh_with_a_note(frames, iccm):
     Path("spiky.svg").write_text(SVG.format(spiky))
     ring = SVG.format('<path fill-rule="evenodd" d="M10 10H90V90H10ZM40 40H60V60H40Z"/>')
     Path("ring.svg").write_text(ring)
-    typed = iccm("map", "ring.svg", "ring.svg", "--start", "bar.npz", "-o", "a.png", *SMALL, "--fit", "whole")
-    assert typed.code == 0 and any("a new one is computed" in line for line in typed.lines), typed.err
+    result = iccm(
+        "map", "ring.svg", "ring.svg", "--start", "bar.npz", "-o", "a.png", *SMALL, "--fit", "whole"
+    )
+    assert result.code == 0 and any("a new one is computed" in line for line in result.lines), result.err
 
 
 @pytest.mark.parametrize(
@@ -111,17 +113,17 @@ def test_inputs_that_are_not_a_sequence_are_refused(frames, iccm, arguments, mes
         core.fit([0, 1, 1 + 1j, 1j], [0, 2, 2 + 1j, 1j], method="paper", order=0, vertices=20).save(
             "paper.npz"
         )
-    typed = iccm("map", *arguments)
-    errors = [line for line in typed.lines if line.startswith("error: ")]
-    assert typed.code == 2 and errors and message in errors[0], typed.err
+    result = iccm("map", *arguments)
+    errors = [line for line in result.lines if line.startswith("error: ")]
+    assert result.code == 2 and errors and message in errors[0], result.err
     assert not list(Path(".").glob("*.png")) or {path.name for path in Path(".").glob("*.png")} == {"t.png"}
 
 
 @pytest.mark.slow
 def test_a_frame_that_exceeds_a_limit_makes_the_exit_code_1(frames, iccm):
-    typed = iccm(
+    result = iccm(
         *("map", "square.svg", "frames/f[89].svg", "--sequence", "--max-stretch", "1.02"),
         *("-o", "{target.stem}.png", *SMALL),
     )
-    assert typed.code == 1, typed.err
+    assert result.code == 1, result.err
     assert Path("f8.png").exists() and Path("f9.png").exists()

@@ -78,8 +78,8 @@ def test_work_is_shown_with_its_seconds_between_messages(monkeypatch):
 
 
 def test_remaining_time_is_estimated_from_finished_work(monkeypatch):
-    now = iter(range(0, 100, 10))
-    monkeypatch.setattr(status.time, "monotonic", lambda: next(now))
+    times = iter(range(0, 100, 10))
+    monkeypatch.setattr(status.time, "monotonic", lambda: next(times))
     line = status.Line()
     line("a.svg", 0, 4)  # at 10
     line("b.svg, \x1b[2J", 1, 4)
@@ -87,16 +87,16 @@ def test_remaining_time_is_estimated_from_finished_work(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("given", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)]
+    ("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)]
 )
-def test_a_terminal_that_takes_colours_gets_them(given, coloured):
-    output, code = typed([sys.executable, "-c", MAIN, "info", "none.svg"], **{"TERM": "xterm", **given})
+def test_a_terminal_that_takes_colours_gets_them(environment, coloured):
+    output, code = typed([sys.executable, "-c", MAIN, "info", "none.svg"], **{"TERM": "xterm", **environment})
     assert code == 2 and ("\x1b[" in output) == coloured and "none.svg" in output
 
 
-@pytest.mark.parametrize("given", [{"verbosity": -1}, {"form": "json"}])
-def test_nothing_is_shown_to_who_wants_less(given):
-    output, code = script(**given, silent=True)
+@pytest.mark.parametrize("options", [{"verbosity": -1}, {"form": "json"}])
+def test_nothing_is_shown_to_who_wants_less(options):
+    output, code = script(**options, silent=True)
     assert code == 0, output
     assert "solve" not in output
 
@@ -114,7 +114,7 @@ def test_commands_that_may_take_long_have_a_line(monkeypatch, tmp_path, iccm):
     @contextmanager
     def recorded():
         lines_shown.append(True)
-        with heard(lambda what, done, of: names.append(what)):
+        with heard(lambda stage, done, total: names.append(stage)):
             yield None
 
     monkeypatch.setattr(status, "show_status", recorded)
@@ -124,4 +124,4 @@ def test_commands_that_may_take_long_have_a_line(monkeypatch, tmp_path, iccm):
     assert iccm("info", str(WHEEL / "square.svg")).code == 0
     assert iccm("check", str(tmp_path / "run"), str(tmp_path / "baselines")).code == 0
     assert len(lines_shown) == 2
-    assert [what.split()[0] for what in names if what] == ["read", "compare"]
+    assert [stage.split()[0] for stage in names if stage] == ["read", "compare"]

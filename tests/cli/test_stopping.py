@@ -67,8 +67,8 @@ def test_an_interrupt_while_the_command_is_imported_prints_nothing(tmp_path):
 
 def test_a_caller_of_the_command_line_is_not_ended():
     """Only the entry points end the process: a test that calls `main` must not end silently as if it had passed."""
-    done = subprocess.run([sys.executable, "-c", CALLING], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (3, "left with 2\n"), done.stderr
+    result = subprocess.run([sys.executable, "-c", CALLING], capture_output=True, text=True)
+    assert (result.returncode, result.stdout) == (3, "left with 2\n"), result.stderr
 
 
 CALLING = """

@@ -32,7 +32,7 @@ def box(tmp_path, monkeypatch):
 
 def mapped(iccm, target: str, *more: str) -> dict:
     """The report of a map onto a mesh."""
-    done = iccm(
+    result = iccm(
         "map",
         "drawing.svg",
         target,
@@ -43,7 +43,7 @@ def mapped(iccm, target: str, *more: str) -> dict:
         "--force",
         *more,
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     return json.loads(Path("r.json").read_text())
 
 
@@ -104,6 +104,6 @@ def test_all_geometries_of_a_glb_are_divided_in_one_document(iccm, box):
 def test_meshes_that_cannot_be_subdivided_are_refused(iccm, box, target, more, message):
     """The message names the option and the cure."""
     out = "o.obj" if target == "box.obj" else "o.svg"
-    done = iccm("map", "drawing.svg", target, "-o", out, "--subdivide", "3", *more)
-    assert done.code == 2 and all(word in done.err for word in message), done.err
+    result = iccm("map", "drawing.svg", target, "-o", out, "--subdivide", "3", *more)
+    assert result.code == 2 and all(word in result.err for word in message), result.err
     assert not Path(out).exists()

@@ -68,8 +68,8 @@ def test_subdividing_the_rim_brings_conformal_maps_closer(bowl, iccm):
     gaps = []
     for more in ((), ("--subdivide-rim",)):
         words = ("map", "round.svg", "bowl.obj#bowl", "--method", "conformal", "-o", "o.obj", "--force")
-        done = iccm(*words, "--report", "r.json", *more)
-        assert done.code == 0, done.err
+        result = iccm(*words, "--report", "r.json", *more)
+        assert result.code == 0, result.err
         gaps.append(json.loads(Path("r.json").read_text())["boundary"]["hausdorff"])
     assert gaps[0] > 3e-3 and gaps[1] <= 1e-3
 
@@ -79,12 +79,12 @@ def test_chords_follow_the_outline_and_the_surface_stays(bowl, iccm, suffix):
     gaps, holds = [], []
     for name, more in (("as-it-is", ()), ("split", ("--subdivide-rim",))):
         out = f"{name}.{suffix}"
-        done = iccm("map", "round.svg", "bowl.obj#bowl", "-o", out, "--report", "r.json", "--force", *more)
-        assert done.code == 0, done.err
+        result = iccm("map", "round.svg", "bowl.obj#bowl", "-o", out, "--report", "r.json", "--force", *more)
+        assert result.code == 0, result.err
         report = json.loads(Path("r.json").read_text())
         gaps.append(report["boundary"]["hausdorff"])
         assert report["uv"] == {"flipped": 0, "degenerate": 0}
-        holds.append(("--subdivide-rim" in done.err, report.get("rim_vertices")))
+        holds.append(("--subdivide-rim" in result.err, report.get("rim_vertices")))
     assert gaps[0] > 3e-3 and gaps[1] <= 1e-3
     assert holds[1][1] > 20 and holds[0][1] is None
     union, areas = laid_out(f"split.{suffix}" + ("#bowl" if suffix == "obj" else ""))
@@ -97,8 +97,8 @@ def test_chords_follow_the_outline_and_the_surface_stays(bowl, iccm, suffix):
 
 
 def test_vertex_attributes_are_interpolated_and_other_parts_stay(bowl, iccm):
-    done = iccm("map", "round.svg", "bowl.obj#bowl", "-o", "out.obj", "--subdivide-rim")
-    assert done.code == 0, done.err
+    result = iccm("map", "round.svg", "bowl.obj#bowl", "-o", "out.obj", "--subdivide-rim")
+    assert result.code == 0, result.err
     before, after = (trimesh.load(name, process=False, force="mesh") for name in ("bowl.obj", "out.obj"))
     assert after.area == pytest.approx(before.area, rel=1e-9)
     assert after.volume == pytest.approx(before.volume, rel=1e-6)
@@ -123,10 +123,10 @@ def test_both_sides_of_a_seam_are_split_alike(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     Path("round.svg").write_text(SVG)
     trimesh.creation.icosphere(1).export("ball.obj")
-    done = iccm(
+    result = iccm(
         "map", "round.svg", "ball.obj", "--cut", "-o", "out.obj", "--subdivide-rim", "--report", "r.json"
     )
-    assert done.code in (0, 1), done.err
+    assert result.code in (0, 1), result.err
     assert json.loads(Path("r.json").read_text())["rim_vertices"] > 0
     mesh = trimesh.load("out.obj", process=False, force="mesh")
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
@@ -138,9 +138,9 @@ def test_layouts_onto_an_outline_have_their_rims_split(bowl, iccm):
     low, high = np.reshape(outline.bounds, (2, 2))
     unit = shapely.transform(outline, lambda xy: (xy - low) / (high - low).max())
     for more in ((), ("--subdivide-rim",)):
-        given = ("flatten", "bowl.obj#bowl", "--onto", "round.svg", "--uv", "out.obj", "--force", *more)
-        done = iccm(*given, "--report", "r.json")
-        assert done.code == 0, done.err
+        arguments = ("flatten", "bowl.obj#bowl", "--onto", "round.svg", "--uv", "out.obj", "--force", *more)
+        result = iccm(*arguments, "--report", "r.json")
+        assert result.code == 0, result.err
         union, areas = laid_out("out.obj#bowl")
         assert (areas > 0).all()
         missed.append(shapely.hausdorff_distance(union.exterior, unit.exterior, 0.05))
@@ -158,14 +158,14 @@ def test_subdivisions_that_flip_triangles_are_undone_and_reported(bowl, iccm, co
     words = ("map", "comb.svg", "bowl.obj#bowl", "-o")
     if command == "flatten":
         words = ("flatten", "bowl.obj#bowl", "--onto", "comb.svg", "--uv")
-    done = iccm(*words, "o.obj", "--report", "r.json", "--force", "--subdivide-rim")
-    assert done.code == 0, done.err
+    result = iccm(*words, "o.obj", "--report", "r.json", "--force", "--subdivide-rim")
+    assert result.code == 0, result.err
     report = json.loads(Path("r.json").read_text())
     assert report["uv"] == {"flipped": 0, "degenerate": 0}
     assert report["boundary"]["hausdorff"] > 0.01
-    assert "the mesh is too coarse (boundary)" in done.err
+    assert "the mesh is too coarse (boundary)" in result.err
     assert report["rim_edges_left"] > 0 and report["rim_vertices"] > 0
-    assert f"{report['rim_edges_left']} edges at the boundary" in done.err
+    assert f"{report['rim_edges_left']} edges at the boundary" in result.err
     assert sum("rim_edges_left" in note for note in report["notes"]) == 1
     union, areas = laid_out("o.obj#bowl")
     assert (areas > 0).all()
@@ -173,7 +173,7 @@ def test_subdivisions_that_flip_triangles_are_undone_and_reported(bowl, iccm, co
 
 
 def test_subdivide_rim_is_refused_without_an_outline_or_a_mesh(bowl, iccm):
-    done = iccm("map", "round.svg", "bowl.obj#bowl", "--bake", "-o", "o.png", "--subdivide-rim")
-    assert done.code == 2 and "--subdivide-rim: only affects meshes" in done.err
-    done = iccm("flatten", "bowl.obj#bowl", "--uv", "o.obj", "--subdivide-rim")
-    assert done.code == 2 and "--subdivide-rim" in done.err and not Path("o.obj").exists()
+    result = iccm("map", "round.svg", "bowl.obj#bowl", "--bake", "-o", "o.png", "--subdivide-rim")
+    assert result.code == 2 and "--subdivide-rim: only affects meshes" in result.err
+    result = iccm("flatten", "bowl.obj#bowl", "--uv", "o.obj", "--subdivide-rim")
+    assert result.code == 2 and "--subdivide-rim" in result.err and not Path("o.obj").exists()

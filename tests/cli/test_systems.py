@@ -53,8 +53,8 @@ def test_the_common_path_needs_no_posix(shapes, arguments):
     job = {"source": "square.svg", "target": "blob.svg", "size": 16, "method": "paper", "vertices": 40}
     (shapes / "j.jsonl").write_text(json.dumps(job) + "\n")
     command = [sys.executable, "-c", WITHOUT_POSIX, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=110)
-    assert done.returncode == 0, done.stderr
+    result = subprocess.run(command, capture_output=True, text=True, timeout=110)
+    assert result.returncode == 0, result.stderr
 
 
 @pytest.mark.parametrize(
@@ -68,8 +68,8 @@ def test_names_of_files_are_completed(shapes, typed):
         "_ICCM_COMPLETE": "bash_complete",
     }
     command = [sys.executable, "-c", "from iccm.cli import main; main()"]
-    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | variables)
-    assert done.stdout == "file,sq\n"
+    result = subprocess.run(command, capture_output=True, text=True, env=os.environ | variables)
+    assert result.stdout == "file,sq\n"
 
 
 def typed_in_bash(line, expected):
@@ -119,14 +119,14 @@ def test_a_batch_ends_as_a_pipe_does(shapes, shell):
     job = {"source": "square.svg", "target": "blob.svg", "size": 16, "method": "paper", "vertices": 40}
     lines = "".join(json.dumps({**job, "output": f"o{k}.png"}) + "\n" for k in range(8))
     (shapes / "j.jsonl").write_text(lines)
-    done = shell("iccm batch j.jsonl -j 1 | head -1 > first; echo ${PIPESTATUS[0]}")
-    assert done.stdout == "141\n" and "Traceback" not in done.stderr and "error" not in done.stderr
+    result = shell("iccm batch j.jsonl -j 1 | head -1 > first; echo ${PIPESTATUS[0]}")
+    assert result.stdout == "141\n" and "Traceback" not in result.stderr and "error" not in result.stderr
     assert json.loads((shapes / "first").read_text())["job"] == 1
     assert not [path.name for path in shapes.iterdir() if path.name.startswith(".o")]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="ulimit -v")
 def test_lack_of_memory_is_reported_in_a_sentence(shapes, shell):
-    done = shell("ulimit -v 600000; iccm map square.svg blob.svg -q -o o.png")
-    assert done.returncode == 70 and done.stderr.count("\n") == 1
-    assert done.stderr.startswith("error: out of memory") and not (shapes / "o.png").exists()
+    result = shell("ulimit -v 600000; iccm map square.svg blob.svg -q -o o.png")
+    assert result.returncode == 70 and result.stderr.count("\n") == 1
+    assert result.stderr.startswith("error: out of memory") and not (shapes / "o.png").exists()

@@ -49,8 +49,8 @@ def test_outputs_are_whole_or_a_line_names_the_limit(meshes, iccm, monkeypatch, 
     clock, line = Clock(monkeypatch), (*LINES[name], "--threads", "1", "--time-limit", "10", "--force")
     if line[0] != "map":
         line = tuple(word for word in line if word not in ("--threads", "1"))
-    done = iccm(*line)
-    assert done.code in (0, 1), done.err
+    result = iccm(*line)
+    assert result.code in (0, 1), result.err
     outputs = sorted(path for path in Path.cwd().glob("out*"))
     assert outputs
     checks = clock.checks
@@ -58,14 +58,14 @@ def test_outputs_are_whole_or_a_line_names_the_limit(meshes, iccm, monkeypatch, 
         for path in outputs:
             path.unlink()
         clock.now, clock.step = 0.0, 10 / (share * checks)
-        done = iccm(*line)
+        result = iccm(*line)
         left = sorted(path for path in Path.cwd().glob("out*"))
-        if done.code == 2:
-            (message,) = [printed for printed in done.lines if not printed.startswith("note: ")]
+        if result.code == 2:
+            (message,) = [printed for printed in result.lines if not printed.startswith("note: ")]
             assert message.startswith("error: ") and "--time-limit" in message
             assert not left
         else:
-            assert done.code in (0, 1) and left == outputs
+            assert result.code in (0, 1) and left == outputs
         for path in outputs:
             path.touch()
 
@@ -74,6 +74,6 @@ def test_outputs_are_whole_or_a_line_names_the_limit(meshes, iccm, monkeypatch, 
 def test_no_time_at_all_is_a_line(meshes, iccm, monkeypatch, name):
     clock, line = Clock(monkeypatch), (*LINES[name], "--time-limit", "1")
     clock.step = 1000.0
-    done = iccm(*line)
-    assert done.code == 2 and "--time-limit" in done.lines[-1]
+    result = iccm(*line)
+    assert result.code == 2 and "--time-limit" in result.lines[-1]
     assert not list(Path.cwd().glob("out*"))

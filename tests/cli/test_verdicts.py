@@ -19,30 +19,30 @@ LIMB = np.array([0, 4, 4 + 1j, 1.2 + 1j, 1.2 + 3j, 0.2 + 3j, 0.2 + 1j, 1j])
 
 @pytest.mark.slow
 def test_a_folded_map_is_a_failure_and_no_quiet_hides_where(tmp_path, iccm):
-    given = ("map", FILES / "worm.svg", FILES / "block.svg", "--method", "paper", "--size", "48")
+    arguments = ("map", FILES / "worm.svg", FILES / "block.svg", "--method", "paper", "--size", "48")
     out, report = tmp_path / "out.png", tmp_path / "r.json"
-    typed = iccm(*given, "-o", out, "--report", report)
+    result = iccm(*arguments, "-o", out, "--report", report)
     folded = json.loads(report.read_text())["injective"]["folded"]
-    assert typed.code == 1 and folded > 0.1
-    assert f"FOLDS on {100 * folded:.0f} %" in typed.err and "no folds" not in typed.err
-    quiet = iccm(*given, "-o", out, "--force", "-q")
+    assert result.code == 1 and folded > 0.1
+    assert f"FOLDS on {100 * folded:.0f} %" in result.err and "no folds" not in result.err
+    quiet = iccm(*arguments, "-o", out, "--force", "-q")
     assert quiet.code == 1 and f"{folded:.1%}" in quiet.err and "error: " in quiet.err
 
 
 def test_a_note_names_the_method_that_an_option_selects(tmp_path, iccm):
-    given = ("map", FILES / "block.svg", FILES / "shield.svg", "--size", "48", "-o", tmp_path / "out.png")
-    typed = iccm(*given, "--smoothness", "1")
-    assert typed.code == 1 and "using --method conformal because of --smoothness" in typed.err
-    assert "OUTLINE OFF by" in typed.err
-    named = iccm(*given, "--smoothness", "1", "--method", "conformal", "--force")
+    arguments = ("map", FILES / "block.svg", FILES / "shield.svg", "--size", "48", "-o", tmp_path / "out.png")
+    result = iccm(*arguments, "--smoothness", "1")
+    assert result.code == 1 and "using --method conformal because of --smoothness" in result.err
+    assert "OUTLINE OFF by" in result.err
+    named = iccm(*arguments, "--smoothness", "1", "--method", "conformal", "--force")
     assert named.code == 1 and "because of" not in named.err
 
 
 @pytest.mark.parametrize("method", ["balanced", "conformal", "paper"])
 def test_pins_that_lead_out_of_the_target_are_refused_by_every_method(shapes, iccm, method):
-    typed = iccm("map", "square.svg", "disk.svg", "--method", method, "--pin", "50,50:5,95", "-o", "out.png")
-    assert typed.code == 2 and len(typed.lines) == 1 and not (shapes / "out.png").exists()
-    assert "disk.svg: pin 1" in typed.err and "(5, 95)" in typed.err
+    result = iccm("map", "square.svg", "disk.svg", "--method", method, "--pin", "50,50:5,95", "-o", "out.png")
+    assert result.code == 2 and len(result.lines) == 1 and not (shapes / "out.png").exists()
+    assert "disk.svg: pin 1" in result.err and "(5, 95)" in result.err
     with pytest.raises(InputError, match="outside the target"):
         library.fit(LIMB, 2 * LIMB, pins=[(0.5 + 0.5j, 9 + 9j)], method=method)
 

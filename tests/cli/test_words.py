@@ -36,8 +36,8 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(folder, iccm):
     Path("twice.svg").write_text(
         SVG.format(f'<rect x="7" y="11" width="{2 * width}" height="{2 * height}"/>')
     )
-    done = iccm("map", "--text", "Rg#bbox", "--font", str(FONT), "twice.svg", "-o", "out.svg")
-    assert done.code == 0, done.err
+    result = iccm("map", "--text", "Rg#bbox", "--font", str(FONT), "twice.svg", "-o", "out.svg")
+    assert result.code == 0, result.err
     drawing = reader.read(Path("out.svg"))
     word = shape.read(f"{FONT}#text=Rg", whole=True).ink.painted
     word = shapely.transform(word, lambda xy: (xy * [1, -1] - [left, top]) * 2 + [7, 11])
@@ -48,8 +48,8 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(folder, iccm):
 
 
 def test_a_word_fills_the_target_and_stays_inside(folder, iccm):
-    done = iccm("map", "--text", "HE", "flag.svg", "-o", "out.svg", "--report", "r.json")
-    assert done.code == 0, done.err
+    result = iccm("map", "--text", "HE", "flag.svg", "-o", "out.svg", "--report", "r.json")
+    assert result.code == 0, result.err
     drawn = reader.read(Path("out.svg")).painted
     flag = reader.read(Path("flag.svg")).painted
     assert drawn.difference(flag.buffer(0.5)).area == 0
@@ -60,8 +60,8 @@ def test_a_word_fills_the_target_and_stays_inside(folder, iccm):
 
 @pytest.mark.slow
 def test_a_word_is_a_target(folder, iccm):
-    done = iccm("map", "flag.svg", "--target-text", "T", "--font", str(SERIF), "-o", "out.svg")
-    assert done.code == 0, done.err
+    result = iccm("map", "flag.svg", "--target-text", "T", "--font", str(SERIF), "-o", "out.svg")
+    assert result.code == 0, result.err
     drawing, word = (
         reader.read(Path("out.svg")).painted,
         shape.read(f"{SERIF}#text=T", whole=True).ink.painted,
@@ -80,7 +80,7 @@ def test_fonts_are_files_or_names(folder, iccm):
 
 
 @pytest.mark.parametrize(
-    ("given", "named"),
+    ("arguments", "message"),
     [
         (("--text", "A"), "TARGET"),
         (("flag.svg",), "TARGET"),
@@ -94,9 +94,9 @@ def test_fonts_are_files_or_names(folder, iccm):
         (("--font", "x.ttf", "flag.svg", "flag.svg"), "--font"),
     ],
 )
-def test_wrong_fonts_and_words_are_refused_in_one_line(folder, iccm, given, named):
-    refused = iccm("map", *given, "-o", "out.svg")
-    assert refused.code == 2 and named in refused.err and len(refused.err.splitlines()) == 1
+def test_wrong_fonts_and_words_are_refused_in_one_line(folder, iccm, arguments, message):
+    refused = iccm("map", *arguments, "-o", "out.svg")
+    assert refused.code == 2 and message in refused.err and len(refused.err.splitlines()) == 1
     assert not Path("out.svg").exists()
 
 

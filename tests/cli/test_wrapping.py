@@ -16,11 +16,11 @@ LONG = (
 
 @pytest.fixture
 def terminal(monkeypatch):
-    def of(columns):
+    def with_columns(columns):
         monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
         monkeypatch.setenv("COLUMNS", str(columns))
 
-    return of
+    return with_columns
 
 
 @pytest.mark.parametrize("columns", [80, 120, 60])

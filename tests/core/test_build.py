@@ -78,13 +78,13 @@ def test_only_changed_sources_are_recompiled(core, monkeypatch, tmp_path):
     for name in ("one", "two"):
         (tmp_path / f"{name}.cpp").write_text(f'extern "C" int {name}() {{ return 1; }}\n')
     monkeypatch.setattr(compile, "CORE", tmp_path)
-    given = tmp_path / "lib", compile.find_compiler(), tmp_path / "objects"
-    libraries = compile.compile_core(*given)
+    arguments = tmp_path / "lib", compile.find_compiler(), tmp_path / "objects"
+    libraries = compile.compile_core(*arguments)
     times = {path: path.stat().st_mtime_ns for path in (tmp_path / "objects").rglob("*.o")}
     source = tmp_path / "two.cpp"
     source.write_text(source.read_text().replace("1", "2"))
     os.utime(source, ns=(2 * max(times.values()) - min(times.values()) + 10**9,) * 2)
-    compile.compile_core(*given)
+    compile.compile_core(*arguments)
     changed = {path.stem for path, time in times.items() if path.stat().st_mtime_ns != time}
     assert changed == {"two"} and len(times) == 2 * len(libraries)
 
@@ -136,8 +136,8 @@ def test_a_wheel_is_built_without_a_compiler(no_compilers, tmp_path):
         "PATH": no_compilers
     }
     build = [sys.executable, "-m", "build", "--wheel", "--outdir", tmp_path / "dist", tree]
-    done = subprocess.run(build, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    result = subprocess.run(build, env=environment, capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout[-2000:] + result.stderr[-2000:]
     (wheel,) = (tmp_path / "dist").glob("*.whl")
     assert "-py3-none-" in wheel.name
     libraries = {name: content for name, content in unpacked(wheel).items() if "/native/lib/" in name}

@@ -21,12 +21,12 @@ def test_flips_that_lower_the_energy(theta, q, share):
     for compiled in (True, False):
         new, across = faces.copy(), neighbours(faces, z.size)
         stack = np.append(len(faces), np.resize(np.arange(len(faces)), 3 * len(faces)))
-        given = z, u, new, across, stack
+        arguments = z, u, new, across, stack
         how = theta, q, share
         if compiled:
-            retriangulation._flip_to_lower_energy(*given, stack.size, fixed, 25, links, links.size, *how)
+            retriangulation._flip_to_lower_energy(*arguments, stack.size, fixed, 25, links, links.size, *how)
         else:
-            reference.flip_to_lower_energy(*given, fixed, 25, links, *how)
+            reference.flip_to_lower_energy(*arguments, fixed, 25, links, *how)
         assert stack[0] == 0
         results.append((new, across))
     assert np.array_equal(results[0][0], results[1][0]) and np.array_equal(results[0][1], results[1][1])

@@ -46,11 +46,11 @@ print(digest.hexdigest())
 
 
 def digest(work, variant):
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", work],
         env=os.environ | {VARIANT: variant}, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    return done.stdout.strip()
+    return result.stdout.strip()
 
 
 @pytest.mark.parametrize("work", [MESHES, PIXELS], ids=["meshes", "pixels"])

@@ -80,7 +80,7 @@ def test_holes_of_a_polygon_are_included():
 
 
 @pytest.mark.parametrize(
-    ("shape", "what"),
+    ("shape", "message"),
     [
         (shapely.Point(0, 0), "Point has no outline"),
         (shapely.Polygon(), "empty"),
@@ -89,8 +89,8 @@ def test_holes_of_a_polygon_are_included():
         (FLAG[None], "shape"),
     ],
 )
-def test_invalid_shapes_are_refused_in_one_line(shape, what):
-    with pytest.raises(InputError, match=f"source.*{what}") as caught:
+def test_invalid_shapes_are_refused_in_one_line(shape, message):
+    with pytest.raises(InputError, match=f"source.*{message}") as caught:
         iccm.fit(shape, GOAL)
     assert "\n" not in str(caught.value)
 
@@ -196,8 +196,8 @@ def test_outlines_pins_strokes_and_holes_are_restored_bit_for_bit(tmp_path):
     goal = np.array([0.03 + 0.012j, 0.045 + 0.017j]) + AWKWARD[3] * 1e-6
     hole = np.array([0.3 + 0.9j, 0.6 + 0.9j, 0.45 + 1.3j]) + AWKWARD[1] * 1e-4 + 1e6
     opening = np.array([0.02 + 0.03j, 0.03 + 0.03j, 0.025 + 0.04j]) + AWKWARD[2] * 1e-6
-    given = dict(pins=pins, strokes=[(stroke, goal)], source_holes=[hole], target_holes=[opening])
-    fit = iccm.fit(OUTLINE, GOAL_OUTLINE, **given)
+    options = dict(pins=pins, strokes=[(stroke, goal)], source_holes=[hole], target_holes=[opening])
+    fit = iccm.fit(OUTLINE, GOAL_OUTLINE, **options)
     fit.save(tmp_path / "map.npz")
     for result in (fit, iccm.load(tmp_path / "map.npz")):
         assert np.array_equal(result.source.z, OUTLINE) and np.array_equal(result.target.z, GOAL_OUTLINE)

@@ -136,14 +136,14 @@ def test_a_single_point_is_translated():
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_similarities_take_images_back(mirrored):
     z = np.array([1 + 2j, -3j, 0.3])
-    taken = Similarity(2 - 0.7j, 5 + 1j, -3 + 0.2j, mirrored)
-    w = taken(z)
+    similarity = Similarity(2 - 0.7j, 5 + 1j, -3 + 0.2j, mirrored)
+    w = similarity(z)
     assert np.allclose(np.abs(w[1:] - w[0]), abs(2 - 0.7j) * np.abs(z[1:] - z[0]))
-    assert np.allclose(taken.pull_back(w), z) and np.allclose(taken.inverse()(w), z)
-    assert taken(np.array([-3 + 0.2j])) == pytest.approx(5 + 1j)
-    turned, conjugate = taken.rotated(0.4), taken.conjugate()
+    assert np.allclose(similarity.pull_back(w), z) and np.allclose(similarity.inverse()(w), z)
+    assert similarity(np.array([-3 + 0.2j])) == pytest.approx(5 + 1j)
+    turned, conjugate = similarity.rotated(0.4), similarity.conjugate()
     sign = -1 if mirrored else 1
-    assert np.allclose(turned(z) - taken.shift, np.exp(sign * 0.4j) * (w - taken.shift))
+    assert np.allclose(turned(z) - similarity.shift, np.exp(sign * 0.4j) * (w - similarity.shift))
     assert np.allclose(conjugate(z.conj()), w.conj())
 
 

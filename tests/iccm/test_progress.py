@@ -15,7 +15,7 @@ DROP = np.array([0, 1, 1.3 + 0.7j, 1.1 + 1.4j, 0.2 + 1.1j, -0.3 + 0.5j])
 @pytest.fixture
 def heard():
     messages = []
-    with progress.heard(lambda *what: messages.append(what)):
+    with progress.heard(lambda *message: messages.append(message)):
         yield messages
 
 
@@ -77,9 +77,9 @@ def test_nobody_need_listen():
 )
 def test_every_method_reports_its_stages_in_order_with_the_same_result(options, stages, heard):
     fit = iccm.fit(SQUARE, DROP, **options)
-    names = list(dict.fromkeys(what for what, _, _ in heard))
+    names = list(dict.fromkeys(stage for stage, _, _ in heard))
     assert [name for name in names if name in stages] == stages
-    assert all(0 <= done < of for _, done, of in heard if of)
+    assert all(0 <= done < total for _, done, total in heard if total)
     with progress.heard(None):
         alone = iccm.fit(SQUARE, DROP, **options)
     z = np.array([0.3 + 0.3j, 0.9 + 0.2j])
@@ -90,5 +90,5 @@ def test_pictures_report_their_rows(heard):
     fit = iccm.fit(SQUARE, 2 * SQUARE)
     heard.clear()
     iccm.warp(fit, iccm.checkerboard(16), size=300)
-    rows = [done for what, done, of in heard if what == "resample" and of == 300]
+    rows = [done for stage, done, total in heard if stage == "resample" and total == 300]
     assert rows == [0, 128, 256]

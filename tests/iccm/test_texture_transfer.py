@@ -176,9 +176,9 @@ def test_boxes_are_kept_to():
     ],
 )
 def test_mistakes_are_input_errors(change, message):
-    given = {"texture": np.zeros((2, 2, 3), np.uint8), "source": SQUARE, "target": ELLIPSE} | change
+    options = {"texture": np.zeros((2, 2, 3), np.uint8), "source": SQUARE, "target": ELLIPSE} | change
     with pytest.raises(iccm.InputError, match=message):
-        iccm.transfer(**given)
+        iccm.transfer(**options)
 
 
 def test_whole_drawings_are_cut_to_the_painted_target():
@@ -203,7 +203,7 @@ def test_whole_drawings_are_cut_to_the_painted_target():
 def test_a_texture_that_cannot_be_carried_is_refused_before_drawings_are_mapped(
     monkeypatch, pixels, options, message
 ):
-    def solved(*given, **more):
+    def solved(*args, **kwargs):
         raise AssertionError("the map was solved for")
 
     monkeypatch.setattr("iccm.solve.fit", solved)

@@ -105,8 +105,8 @@ def test_a_mirrored_stmap_and_one_with_a_seam():
     ) == pytest.approx(0.25 + 0.5j)
     two = np.concatenate([s[:, 1:], s[:, 1:]], axis=1), np.concatenate([1 - t[:, 1:], 1 - t[:, 1:]], axis=1)
     halves = iccm.from_stmap(np.stack(two, axis=-1))
-    beside = halves.inverse(np.array([10.25, 41.25, 30.6, 31.4]) + 8j)
-    assert np.allclose(beside, np.array([10.75, 10.75, 31, 1]) / 31 + 0.5j)
+    at_seam = halves.inverse(np.array([10.25, 41.25, 30.6, 31.4]) + 8j)
+    assert np.allclose(at_seam, np.array([10.75, 10.75, 31, 1]) / 31 + 0.5j)
 
 
 @pytest.mark.parametrize("wrong", [np.zeros((4, 4)), np.zeros((4, 4, 2), int), np.full((4, 4, 2), np.nan)])

@@ -78,9 +78,9 @@ def test_an_old_map_is_placed_by_its_pins(folder, iccm):
     """The marks of places on a drawn map of Iceland, as rasterio locates them, to a pixel."""
     for name in ("iceland.geojson", "old-iceland.png", "old-iceland.points"):
         Path(name).write_bytes((FILES / name).read_bytes())
-    given = "--constraints", "old-iceland.points", "--size", "720", "-o", "out.tif", "-o", "map.npz"
-    done = iccm("map", "old-iceland.png", "iceland.geojson", *given)
-    assert done.code == 0, done.err
+    arguments = "--constraints", "old-iceland.points", "--size", "720", "-o", "out.tif", "-o", "map.npz"
+    result = iccm("map", "old-iceland.png", "iceland.geojson", *arguments)
+    assert result.code == 0, result.err
     drawn = np.moveaxis(np.asarray(Image.open("old-iceland.png").convert("RGB")), 2, 0)
     x, y = marks(drawn, np.full(drawn.shape[1:], 255)).T
     expected = iccm_core.load("map.npz").map(x - 1j * y)
@@ -144,8 +144,8 @@ def test_ground_control_points_of_a_geotiff_are_pins(folder, iccm):
     for name, crs in (("scan.tif", LAMBERT), ("other.tif", "EPSG:32627")):
         with rasterio.open(name, "w", gcps=control, crs=crs, **how) as file:
             file.write(np.moveaxis(np.asarray(Image.open("chart.png")), 2, 0))
-    given = "--constraints", "scan.tif", "--fit", "whole", "-o", "map.npz"
-    assert iccm("map", "scan.tif#canvas", "ell.geojson", *given).code == 0
+    arguments = "--constraints", "scan.tif", "--fit", "whole", "-o", "map.npz"
+    assert iccm("map", "scan.tif#canvas", "ell.geojson", *arguments).code == 0
     pins = iccm_core.load("map.npz").pins
     assert [(z.real, -z.imag, w.real, w.imag) for z, w in pins] == points
     wrong = iccm("map", "scan.tif#canvas", "ell.geojson", "--constraints", "other.tif", "-o", "no.npz")
@@ -156,8 +156,11 @@ def test_ground_control_points_of_a_geotiff_are_pins(folder, iccm):
 
 def test_islands_across_the_antimeridian_lie_together(folder, iccm):
     Path("fiji.geojson").write_bytes(FIJI.read_bytes())
-    given = "--parts", "largest", "--target-box", "bbox", "--size", "200"
-    assert iccm("map", "chart.png", "fiji.geojson#4", "--fit", "whole", *given, "-o", "taveuni.tif").code == 0
+    arguments = "--parts", "largest", "--target-box", "bbox", "--size", "200"
+    assert (
+        iccm("map", "chart.png", "fiji.geojson#4", "--fit", "whole", *arguments, "-o", "taveuni.tif").code
+        == 0
+    )
     with rasterio.open("taveuni.tif") as file:
         assert file.crs.to_epsg() == 4326
         west, south, east, north = file.bounds
@@ -175,10 +178,10 @@ def test_islands_across_the_antimeridian_lie_together(folder, iccm):
 
 def test_without_rasterio_a_picture_is_written_with_a_note(folder, iccm, monkeypatch):
     monkeypatch.setitem(sys.modules, "rasterio", None)
-    done = iccm(
+    result = iccm(
         "map", "chart.png", "ell.geojson", "--fit", "whole", "--size", "60", "-o", "out.tif", "-o", "out.tfw"
     )
-    assert done.code == 0 and "iccm[gis]" in done.err
+    assert result.code == 0 and "iccm[gis]" in result.err
     assert [float(line) for line in Path("out.tfw").read_text().split()] == [
         1500,
         0,
@@ -191,8 +194,8 @@ def test_without_rasterio_a_picture_is_written_with_a_note(folder, iccm, monkeyp
 
 def test_a_drawing_has_no_world_file(folder, iccm):
     Path("heart.svg").write_bytes((FILES / "heart.svg").read_bytes())
-    done = iccm("map", "chart.png", "heart.svg", "-o", "out.png", "-o", "out.pgw")
-    assert done.code == 2 and "out.pgw" in done.err and not Path("out.png").exists()
+    result = iccm("map", "chart.png", "heart.svg", "-o", "out.png", "-o", "out.pgw")
+    assert result.code == 2 and "out.pgw" in result.err and not Path("out.png").exists()
 
 
 @pytest.mark.parametrize("content", ["1\n2\n3", "a b c d e f", "0 0 0 0 5 5", "nan 0 0 -1 0 0"])

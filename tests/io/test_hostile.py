@@ -131,15 +131,15 @@ def test_textures_shrunk_to_a_line_or_point_are_shown(sheet, iccm, scale):
 def test_texture_coordinates_that_make_no_sense_are_refused_where_they_are_needed(sheet, iccm, uv):
     sheet(uv=uv)
     for command in (COMMANDS[1], COMMANDS[2], *COMMANDS[4:]):
-        typed = iccm(*command, "--force")
-        assert typed.code == 2 and "texture coordinates" in typed.err, (command, typed.err)
+        result = iccm(*command, "--force")
+        assert result.code == 2 and "texture coordinates" in result.err, (command, result.err)
 
 
 def test_positions_that_are_too_far_off_are_refused(sheet, iccm, shapes):
     text = (shapes / "plain.obj").read_text().replace("v 2.0 0.0", "v 1e200 0.0")
     (shapes / "far.obj").write_text(text)
-    typed = iccm("flatten", "far.obj", "-o", "o.svg")
-    assert typed.code == 2 and "vertex 2" in typed.err
+    result = iccm("flatten", "far.obj", "-o", "o.svg")
+    assert result.code == 2 and "vertex 2" in result.err
 
 
 @pytest.fixture
@@ -155,8 +155,8 @@ def test_lines_with_positions_that_are_null_are_refused(saved, iccm, kind, null)
     depth = kind.startswith("Multi") + kind.endswith("Polygon")
     coordinates = [ring] if depth == 1 else [[ring]] if depth == 2 else ring
     Path("a.geojson").write_text(json.dumps({"type": kind, "coordinates": coordinates}))
-    typed = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
-    assert typed.code == 2 and "a.geojson" in typed.err and not Path("b.geojson").exists()
+    result = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
+    assert result.code == 2 and "a.geojson" in result.err and not Path("b.geojson").exists()
 
 
 @pytest.mark.parametrize(
@@ -171,8 +171,8 @@ def test_geometries_without_coordinates_end_in_a_line(saved, iccm, geometry):
     whole = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [50, 50]}}
     broken = {"type": "Feature", "properties": {}, "geometry": geometry}
     Path("a.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [whole, broken]}))
-    typed = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
-    assert typed.code in (0, 2) and (typed.code == 2 or Path("b.geojson").exists()), typed.err
+    result = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
+    assert result.code in (0, 2) and (result.code == 2 or Path("b.geojson").exists()), result.err
 
 
 @pytest.mark.parametrize("position", [[10], [], [[1, 2], 3], 7, None, "1,2", {"x": 1}, [1e101, 0]])
@@ -188,8 +188,8 @@ def test_geometries_without_coordinates_end_in_a_line(saved, iccm, geometry):
 )
 def test_positions_that_are_none_are_refused_in_polygons(shapes, iccm, around, position):
     (shapes / "a.json").write_text(json.dumps(around(position)))
-    typed = iccm("map", "a.json", "square.svg", "-o", "o.png", "--size", "16")
-    assert typed.code == 2 and len(typed.lines) == 1 and "a.json" in typed.err, typed.err
+    result = iccm("map", "a.json", "square.svg", "-o", "o.png", "--size", "16")
+    assert result.code == 2 and len(result.lines) == 1 and "a.json" in result.err, result.err
 
 
 def test_geometries_whose_text_cannot_be_written_are_refused(saved, iccm):
@@ -197,8 +197,8 @@ def test_geometries_whose_text_cannot_be_written_are_refused(saved, iccm):
     Path("a.geojson").write_text(
         json.dumps(feature | {"geometry": {"type": "Point", "coordinates": [50, 40]}})
     )
-    typed = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
-    assert typed.code == 2 and "a.geojson" in typed.err and not Path("b.geojson").exists()
+    result = iccm("apply", "map.npz", "a.geojson", "-o", "b.geojson")
+    assert result.code == 2 and "a.geojson" in result.err and not Path("b.geojson").exists()
 
 
 def test_positions_at_the_end_of_single_precision_are_baked(sheet, iccm):
@@ -208,8 +208,8 @@ def test_positions_at_the_end_of_single_precision_are_baked(sheet, iccm):
     struct.pack_into("<f", data, 28 + size + 4 * 4, 3e38)  # and of the second
     Path("far.glb").write_bytes(data)
     Path("near.obj").write_bytes(fuzz.SHEET.replace(b"mtllib m.mtl\n", b""))
-    typed = iccm("relayout", "far.glb", "near.obj", "-o", "o.obj")
-    assert typed.code in (0, 1, 2) and "internal" not in typed.err, typed.err
+    result = iccm("relayout", "far.glb", "near.obj", "-o", "o.obj")
+    assert result.code in (0, 1, 2) and "internal" not in result.err, result.err
 
 
 @pytest.mark.parametrize("shape", [(10**9, 10**3), (2**40, 2**40), (-1, 4), (3, 5)])
@@ -221,6 +221,6 @@ def test_arrays_for_remap_whose_headers_are_wrong_are_refused(tmp_path, monkeypa
         for name in ("map_x", "map_y"):
             archive.writestr(f"{name}.npy", header.getvalue() + bytes(64))
     Image.new("RGB", (7, 4)).save("a.png")
-    typed = iccm("apply", "remap.npz", "a.png", "-o", "o.png")
-    assert typed.code == 2 and len(typed.lines) == 1 and "remap.npz" in typed.err
+    result = iccm("apply", "remap.npz", "a.png", "-o", "o.png")
+    assert result.code == 2 and len(result.lines) == 1 and "remap.npz" in result.err
     assert not Path("o.png").exists()

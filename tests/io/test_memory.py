@@ -133,8 +133,8 @@ def test_a_run_stays_within_its_bound(tmp_path, source):
             "print(re.search(r'VmHWM:\\s+(\\d+)', open('/proc/self/status').read())[1])"
         )
         line = [sys.executable, "-c", code, *command, "--method", "paper", "--memory", bound]
-        done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True)
-        peaks.append(int(done.stdout) / 1024)
+        result = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, check=True)
+        peaks.append(int(result.stdout) / 1024)
         outputs.append((tmp_path / "o.tif").read_bytes())
     assert outputs[0] == outputs[1]
     assert peaks[1] < 560 < peaks[0]

@@ -50,40 +50,42 @@ def test_a_library_outside_of_the_folder_is_not_read(meshes, iccm, name):
     name = name.format(folder=meshes.parent)
     (meshes / "x.mtl").write_text("newmtl skin\nmap_Ks inner/own.png\n")
     (meshes / "x.obj").write_text(f"mtllib x.mtl\nmtllib {name}\n" + CORNERS + FACES)
-    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
+    result = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
     assert (
-        done.code == 0
-        and done.err.count("refers to the material library") == 1
-        and "--allow-outside" in done.err
+        result.code == 0
+        and result.err.count("refers to the material library") == 1
+        and "--allow-outside" in result.err
     )
     assert not written(meshes) and "newmtl other" not in (meshes / "o.mtl").read_text()
-    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--allow-outside")
-    assert done.code == 0 and "--allow-outside" not in done.err
+    result = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--allow-outside")
+    assert result.code == 0 and "--allow-outside" not in result.err
     assert not written(meshes)  # of a library that is read, only statements are
 
 
 def test_a_mesh_whose_only_library_is_outside_is_refused_with_the_reason(meshes, iccm):
     (meshes / "x.obj").write_text("mtllib link.txt\n" + CORNERS + FACES)
-    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
+    result = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
     assert (
-        done.code == 2
-        and "have no textures" in done.err
-        and "link.txt, which is outside its folder" in done.err
+        result.code == 2
+        and "have no textures" in result.err
+        and "link.txt, which is outside its folder" in result.err
     )
-    assert len(done.err.splitlines()) == 1
+    assert len(result.err.splitlines()) == 1
 
 
 @pytest.mark.parametrize("name", ["../canary/secret.png", "inner/../../canary/secret.png", "link.png"])
 def test_a_picture_outside_of_the_folder_is_not_carried(meshes, iccm, name):
     (meshes / "x.mtl").write_text(f"newmtl skin\nmap_Kd {name}\nmap_Ks inner/own.png\n")
     (meshes / "x.obj").write_text("mtllib x.mtl\n" + CORNERS + FACES)
-    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
-    assert done.code == 0 and done.err.count("allow this with --allow-outside") == 1 and not written(meshes)
+    result = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj")
+    assert (
+        result.code == 0 and result.err.count("allow this with --allow-outside") == 1 and not written(meshes)
+    )
     assert "map_Ks o-ks.png" in (meshes / "o.mtl").read_text().splitlines()
     assert "--allow-outside" in iccm("info", "x.obj").out
     assert "--allow-outside" in iccm("flatten", "x.obj", "-o", "flat.svg", "--force").err
-    done = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--allow-outside")
-    assert done.code == 0 and "--allow-outside" not in done.err and written(meshes) == ["o-kd.png"]
+    result = iccm("relayout", "x.obj", "new.obj", "-o", "o.obj", "--force", "--allow-outside")
+    assert result.code == 0 and "--allow-outside" not in result.err and written(meshes) == ["o-kd.png"]
 
 
 @pytest.mark.slow
@@ -91,15 +93,19 @@ def test_a_mesh_as_source_shows_no_picture_from_outside(meshes, iccm):
     (meshes / "x.mtl").write_text("newmtl skin\nmap_Kd ../canary/secret.png\n")
     (meshes / "x.obj").write_text("mtllib x.mtl\n" + CORNERS + FACES)
     line = ["map", "x.obj", "new.obj", "--bake", "--size", "16", "--report", "o.json", "--force"]
-    done = iccm(*line, "-o", "o.png")
+    result = iccm(*line, "-o", "o.png")
     hashed = [input["path"] for input in json.loads((meshes / "o.json").read_text())["inputs"]]
     assert (
-        done.code == 0 and "--allow-outside" in done.err and not [name for name in hashed if "canary" in name]
+        result.code == 0
+        and "--allow-outside" in result.err
+        and not [name for name in hashed if "canary" in name]
     )
-    done = iccm(*line, "-o", "o.png", "--allow-outside")
+    result = iccm(*line, "-o", "o.png", "--allow-outside")
     hashed = [input["path"] for input in json.loads((meshes / "o.json").read_text())["inputs"]]
     assert (
-        done.code == 0 and "--allow-outside" not in done.err and [name for name in hashed if "canary" in name]
+        result.code == 0
+        and "--allow-outside" not in result.err
+        and [name for name in hashed if "canary" in name]
     )
     assert (image_files.read(meshes / "o.png").pixels[6:10, 6:10, :3] == 200).all()
 
@@ -117,8 +123,8 @@ def test_gltf_reads_no_file_outside_its_folder(meshes, iccm):
             "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
         }
         (meshes / "x.gltf").write_text(json.dumps(tree))
-        done = iccm("flatten", "x.gltf", "-o", "o.svg", "--force")
-        assert done.code == 2 and len(done.lines) == 1 and "--allow-outside" in done.err
+        result = iccm("flatten", "x.gltf", "-o", "o.svg", "--force")
+        assert result.code == 2 and len(result.lines) == 1 and "--allow-outside" in result.err
         assert iccm("flatten", "x.gltf", "-o", "o.svg", "--force", "--allow-outside").code == 0
 
 
@@ -129,8 +135,8 @@ def test_ply_reads_no_picture_outside_its_folder(meshes, iccm):
     (meshes / "x.ply").write_text(text + "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n3 0 1 2\n")
     output = iccm("info", "x.ply").out
     assert "../canary/secret.png" in output and "--allow-outside" in output
-    done = iccm("flatten", "x.ply", "--uv", "o.glb", "--carry-maps")
-    assert "--allow-outside" in done.err and not written(meshes)
+    result = iccm("flatten", "x.ply", "--uv", "o.glb", "--carry-maps")
+    assert "--allow-outside" in result.err and not written(meshes)
 
 
 def test_lines_that_are_not_statements_are_removed_from_a_library(tmp_path):

@@ -50,10 +50,10 @@ HOSTILE = {
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_drawings_end_at_once_in_one_line(shapes, iccm, name):
     (shapes / name).write_text(HOSTILE[name])
-    typed = iccm("map", name, "blob.svg")
-    assert typed.code == 2 and len(typed.lines) == 1 and name in typed.err
+    result = iccm("map", name, "blob.svg")
+    assert result.code == 2 and len(result.lines) == 1 and name in result.err
     with open("/etc/hostname") as file:
-        assert file.read().strip() not in typed.err
+        assert file.read().strip() not in result.err
 
 
 COMMANDS = {
@@ -80,8 +80,8 @@ def test_special_files_are_refused_in_one_line(shapes, iccm, kind, suffix):
         "folder": path.mkdir,
     }
     make[kind]()
-    typed = iccm(*COMMANDS[suffix].format(path.name).split())
-    assert typed.code == 2 and len(typed.lines) == 1 and path.name in typed.err
+    result = iccm(*COMMANDS[suffix].format(path.name).split())
+    assert result.code == 2 and len(result.lines) == 1 and path.name in result.err
     assert not list(shapes.glob("o.*"))
 
 
@@ -99,7 +99,7 @@ def started(monkeypatch):
     from PIL import EpsImagePlugin
 
     calls = []
-    monkeypatch.setattr(EpsImagePlugin, "Ghostscript", lambda *given, **named: calls.append(given))
+    monkeypatch.setattr(EpsImagePlugin, "Ghostscript", lambda *args, **kwargs: calls.append(args))
     return calls
 
 
@@ -107,8 +107,8 @@ def started(monkeypatch):
 @pytest.mark.parametrize("command", ["map blob.svg square.svg --texture {}", "map {} blob.svg", "info {}"])
 def test_a_picture_that_holds_postscript_starts_no_interpreter(shapes, iccm, started, name, command):
     (shapes / name).write_bytes(EPS)
-    typed = iccm(*command.format(name).split())
-    assert typed.code == 2 and len(typed.lines) == 1 and name in typed.err
+    result = iccm(*command.format(name).split())
+    assert result.code == 2 and len(result.lines) == 1 and name in result.err
     assert not started
 
 
@@ -130,18 +130,18 @@ def test_a_huge_picture_is_refused_by_its_header(shapes, iccm):
         ("square.svg", "blob.svg", "--texture", "huge.png", "--method", "paper"),
         ("huge.png", "blob.svg"),
     ):
-        typed = iccm("map", *arguments)
-        assert typed.code == 2 and "huge.png" in typed.err and "Traceback" not in typed.err
+        result = iccm("map", *arguments)
+        assert result.code == 2 and "huge.png" in result.err and "Traceback" not in result.err
     (shapes / "small.png").write_bytes(png_header(100, 100))
-    typed = iccm(
+    result = iccm(
         "map", "square.svg", "blob.svg", "--texture", "small.png", "--max-pixels", "9999", "--size", "50"
     )
-    assert typed.code == 2 and "small.png" in typed.err and "9999" in typed.err
+    assert result.code == 2 and "small.png" in result.err and "9999" in result.err
 
 
 def test_a_huge_canvas_is_refused_before_solving(shapes, iccm):
-    typed = iccm("map", "square.svg", "blob.svg", "--size", "100000x100000")
-    assert typed.code == 2 and "--max-pixels" in typed.err
+    result = iccm("map", "square.svg", "blob.svg", "--size", "100000x100000")
+    assert result.code == 2 and "--max-pixels" in result.err
 
 
 def zipped(name, content):
@@ -226,8 +226,8 @@ def test_nonsense_has_no_faces(tmp_path, suffix):
 
 def test_too_many_faces_from_the_command_line(shapes, iccm):
     (shapes / "a.obj").write_bytes(FACES["a.obj"])
-    typed = iccm("map", "square.svg", "a.obj", "--max-faces", "70")
-    assert typed.code == 2 and "71 faces, more than the limit of 70" in typed.err
+    result = iccm("map", "square.svg", "a.obj", "--max-faces", "70")
+    assert result.code == 2 and "71 faces, more than the limit of 70" in result.err
 
 
 def glb(accessors, views):
@@ -250,13 +250,13 @@ def test_an_accessor_without_data_is_refused_before_memory_is_allocated(shapes, 
     little = {"count": 3, "componentType": 5123, "type": "SCALAR", "bufferView": 0}
     (shapes / "a.glb").write_bytes(glb([claim, little], [{"buffer": 0, "byteLength": 12}]))
     for command in (("info", "a.glb"), ("flatten", "a.glb"), ("map", "square.svg", "a.glb")):
-        typed = iccm(*command)
-        assert typed.code == 2 and len(typed.lines) == 1
-        assert all(word in typed.err for word in ("a.glb", "accessor 0", "1000000000 items"))
+        result = iccm(*command)
+        assert result.code == 2 and len(result.lines) == 1
+        assert all(word in result.err for word in ("a.glb", "accessor 0", "1000000000 items"))
 
 
 @pytest.mark.parametrize("command", [("info",), ("flatten", "-o", "o.svg")])
 def test_every_command_obeys_max_faces(shapes, iccm, command):
     (shapes / "a.obj").write_bytes(FACES["a.obj"])
-    typed = iccm(command[0], "a.obj", *command[1:], "--max-faces", "70")
-    assert typed.code == 2 and "71 faces, more than the limit of 70" in typed.err and len(typed.lines) == 1
+    result = iccm(command[0], "a.obj", *command[1:], "--max-faces", "70")
+    assert result.code == 2 and "71 faces, more than the limit of 70" in result.err and len(result.lines) == 1

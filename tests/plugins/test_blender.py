@@ -22,8 +22,8 @@ def lacking():
     """Why there is no Blender; empty if there is one."""
     if not BPY.is_file():
         return f"there is no Python {BPY}"
-    done = subprocess.run([str(BPY), "-c", "import bpy"], capture_output=True, text=True)
-    return done.stderr.strip().splitlines()[-1] if done.returncode else ""
+    result = subprocess.run([str(BPY), "-c", "import bpy"], capture_output=True, text=True)
+    return result.stderr.strip().splitlines()[-1] if result.returncode else ""
 
 
 @pytest.fixture
@@ -40,8 +40,8 @@ def blender(tmp_path, monkeypatch):
 
     def run(code):
         Path("code.py").write_text(f"{(HERE / 'in_blender.py').read_text()}\n{code}\nwrite(results)\n")
-        done = subprocess.run([str(BPY), "code.py"], capture_output=True, text=True, timeout=200)
-        assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
+        result = subprocess.run([str(BPY), "code.py"], capture_output=True, text=True, timeout=200)
+        assert result.returncode == 0, result.stdout[-2000:] + result.stderr[-4000:]
         return json.loads(Path("results.json").read_text())
 
     return run

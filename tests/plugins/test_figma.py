@@ -13,5 +13,5 @@ import pytest
 @pytest.mark.skipif(not shutil.which("node"), reason="NO TESTS OF THE FIGMA PLUG-IN: install Node.js")
 def test_code_with_a_mock_of_figma():
     tests = Path(__file__).with_name("figma.test.js")
-    done = subprocess.run(["node", "--test", tests], capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    result = subprocess.run(["node", "--test", tests], capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout + result.stderr

@@ -90,8 +90,8 @@ def run(document, profile, *arguments):
     script = profile / "extensions" / "iccm" / "iccm_inkscape.py"
     command = ["/usr/bin/python3", str(script), *arguments, "--output=out.svg", "in.svg"]
     environment = os.environ | {"PYTHONPATH": f"{data}/extensions"}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
-    return (Path("out.svg").read_text() if done.returncode == 0 else ""), done.stderr, done.returncode
+    result = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
+    return (Path("out.svg").read_text() if result.returncode == 0 else ""), result.stderr, result.returncode
 
 
 def rendered(document):
@@ -219,8 +219,8 @@ def test_strokes_that_are_drawn_are_met(profile):
 def test_each_letter_gets_the_artwork_and_removed_originals_stay_for_their_clones(profile):
     word = '<g id="word"><path d="M90 10h30v50h-30z"/><path d="M130 10h40l-20 60z"/></g>'
     clone = '<use id="twin" xlink:href="#art" y="70"/>'
-    given = ("--id=art", "--id=word", "--parts=each", "--replace=true", "--outline=box")
-    result, message, code = run(plain([], word + clone), profile, *given)
+    arguments = ("--id=art", "--id=word", "--parts=each", "--replace=true", "--outline=box")
+    result, message, code = run(plain([], word + clone), profile, *arguments)
     assert (message, code) == ("", 0)
     (left, _), (right, _) = sorted(map(tuple, eyes(result)))
     assert 90 < left < 120 and 130 < right < 170

@@ -48,14 +48,14 @@ def run(system: str, path: Path, *options: str) -> tuple[Counter, list[str]]:
     command += ["-q", "-n", "0", "-rfE", "--tb", "short", *options, *tests]
     with tempfile.TemporaryDirectory() as folder:
         variables = environment(system, Path(folder))
-        done = subprocess.run(command, cwd=ROOT, env=variables, capture_output=True, text=True)
-    last = (done.stdout.strip().splitlines() or [""])[-1]
+        result = subprocess.run(command, cwd=ROOT, env=variables, capture_output=True, text=True)
+    last = (result.stdout.strip().splitlines() or [""])[-1]
     counts = Counter(
         {name: int(number) for number, name in re.findall(r"(\d+) (\w+)", last) if name in COUNTED}
     )
-    if done.returncode not in (0, 1, 5) and not counts:  # 5: no tests were selected
+    if result.returncode not in (0, 1, 5) and not counts:  # 5: no tests were selected
         counts["errors"] += 1
-    return counts, [] if done.returncode in (0, 5) else [done.stdout[-20_000:], done.stderr[-2_000:]]
+    return counts, [] if result.returncode in (0, 5) else [result.stdout[-20_000:], result.stderr[-2_000:]]
 
 
 def main() -> int:
@@ -64,10 +64,10 @@ def main() -> int:
     parser.add_argument("paths", nargs="*", type=Path, help="folders or files of tests [default: all]")
     parser.add_argument("-k", metavar="EXPRESSION", help="tests to select, as pytest's option")
     parser.add_argument("--system", choices=("windows", "macos"), default="windows")
-    given = parser.parse_args()
-    total, options = Counter(), ["-k", given.k] if given.k else []
-    for path in [path.resolve() for path in given.paths] or folders():
-        counts, trouble = run(given.system, path, *options)
+    arguments = parser.parse_args()
+    total, options = Counter(), ["-k", arguments.k] if arguments.k else []
+    for path in [path.resolve() for path in arguments.paths] or folders():
+        counts, trouble = run(arguments.system, path, *options)
         total += counts
         print(f"{path.relative_to(ROOT)}: {describe(counts)}", *trouble, sep="\n", flush=True)
     print(f"all: {describe(total)}")

@@ -329,8 +329,8 @@ def same_map(page, folder):
 def run(folder, *words):
     """Run iccm in a folder."""
     command = [sys.executable, "-c", "from iccm.cli import main; main()", *map(str, words)]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    result = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
 
 
 def test_pins_move_the_picture_and_the_command_agrees(page, tmp_path):

@@ -209,10 +209,10 @@ def test_maps_cost_the_same_as_those_of_the_command(core, tmp_path):
     given = tmp_path / "pairs.json"
     given.write_text(json.dumps([pair(*problem) for problem in problems]))
     command = ["node", Path(__file__).with_name("solve.js"), core, given]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    result = subprocess.run(command, capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
     for (source, target, balance, pins), solved, fit in zip(
-        problems, json.loads(done.stdout), fits, strict=True
+        problems, json.loads(result.stdout), fits, strict=True
     ):
         name = f"{source} to {target}, {len(pins)} pins"
         z, u = (np.array(solved[side]).reshape(-1, 2) @ [1, 1j] for side in "zu")

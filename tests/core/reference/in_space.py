@@ -31,10 +31,10 @@ def _land(surface, u):
         a, b, c = places.faces[t, 0], places.faces[t, 1], places.faces[t, 2]
         shares = point[0], point[1], point[2]
         # 0 unless the place is beside the surface, which is extended linearly there
-        beside = u[v] - shares[0] * places.flat[a] - shares[1] * places.flat[b] - shares[2] * places.flat[c]
+        offset = u[v] - shares[0] * places.flat[a] - shares[1] * places.flat[b] - shares[2] * places.flat[c]
         for k in range(3):
             point[k] = shares[0] * points[a, k] + shares[1] * points[b, k] + shares[2] * points[c, k]
-            point[k] += slopes[t, k, 0] * beside.real + slopes[t, k, 1] * beside.imag
+            point[k] += slopes[t, k, 0] * offset.real + slopes[t, k, 1] * offset.imag
         surface.on[v] = t
 
 

@@ -33,9 +33,9 @@ def flip_to_lower_energy(z, u, faces, across, stack, fixed, border, links, theta
             d = faces[v, opposite(faces, v, b, c)]
             if (a < border and d < border) or joined(links, b, c):
                 continue
-            now = energy(z, u, a, b, c, theta, q, share) + energy(z, u, d, c, b, theta, q, share)
-            then = energy(z, u, a, b, d, theta, q, share) + energy(z, u, a, d, c, theta, q, share)
-            if then < (1 - GAIN) * now:
+            after = energy(z, u, a, b, c, theta, q, share) + energy(z, u, d, c, b, theta, q, share)
+            before = energy(z, u, a, b, d, theta, q, share) + energy(z, u, a, d, c, theta, q, share)
+            if before < (1 - GAIN) * after:
                 flip(faces, across, t, k)
                 push(stack, t)
                 push(stack, v)

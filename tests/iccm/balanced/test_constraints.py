@@ -147,8 +147,8 @@ def test_a_kept_start_is_the_result_if_it_meets_the_pins():
     assert np.abs(first.map(z) - kept.map(z)).max() < 1e-12
     moved = iccm.fit(SQUARE, TEE, pins=pins, start=first)
     assert np.abs(first.map(z) - moved.map(z)).max() > 1e-4
-    far = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.2j)], start=first, keep_start=True)
-    assert far.status is Status.REACHED and np.abs(first.map(z) - far.map(z)).max() > 0.1
+    solved = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.2j)], start=first, keep_start=True)
+    assert solved.status is Status.REACHED and np.abs(first.map(z) - solved.map(z)).max() > 0.1
 
 
 def test_keeping_needs_a_start_and_applies_to_maps_onto_a_target(plain):
@@ -179,13 +179,13 @@ def test_only_the_balanced_method_continues_from_a_map(plain):
 def test_a_path_avoids_obstacles():
     """From one arm of a U to the other, and around a point in the middle of a square."""
     you = Curve(np.array([0, 3, 3 + 3j, 2 + 3j, 2 + 1j, 1 + 1j, 1 + 3j, 3j]))
-    way = np.append(0.5 + 2.5j, route(you, 0.5 + 2.5j, 2.5 + 2.5j, np.empty(0, complex)))
-    line = Curve(way, closed=False)
+    path = np.append(0.5 + 2.5j, route(you, 0.5 + 2.5j, 2.5 + 2.5j, np.empty(0, complex)))
+    line = Curve(path, closed=False)
     points = line.at(np.linspace(0, line.length, 300))
-    assert way[-1] == 2.5 + 2.5j and you.contains(points).all() and 5 < line.length < 6.5
+    assert path[-1] == 2.5 + 2.5j and you.contains(points).all() and 5 < line.length < 6.5
     assert you.distances(points).min() > 0.25
-    way = route(Curve(SQUARE), 0.2 + 0.5j, 0.8 + 0.5j, np.array([0.5 + 0.5j]))
-    line = Curve(np.append(0.2 + 0.5j, way), closed=False)
+    path = route(Curve(SQUARE), 0.2 + 0.5j, 0.8 + 0.5j, np.array([0.5 + 0.5j]))
+    line = Curve(np.append(0.2 + 0.5j, path), closed=False)
     assert np.abs(line.at(np.linspace(0, line.length, 300)) - 0.5 - 0.5j).min() > 0.1
 
 
@@ -400,11 +400,11 @@ def test_no_smaller_triangles_are_tried_for_a_map_that_pins_make_useless(monkeyp
     searches = []
     coarse_map = multilevel.coarse_map
 
-    def refused(*given):
+    def refused(*args):
         raise Stuck("folds")
 
     monkeypatch.setattr(
-        multilevel, "coarse_map", lambda *given, **how: searches.append(1) or coarse_map(*given, **how)
+        multilevel, "coarse_map", lambda *args, **kwargs: searches.append(1) or coarse_map(*args, **kwargs)
     )
     monkeypatch.setattr(multilevel, "fine_map", refused)
     strip = np.array([0, 40, 40 + 0.2j, 0.2j])

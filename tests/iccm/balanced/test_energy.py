@@ -81,9 +81,13 @@ def test_the_gradient_is_that_of_the_energy(theta, q, epsilon):
     assert value == pytest.approx(energy.total(REST, BENT, Objective(theta, q, 0.5, epsilon)))
     rng = np.random.default_rng(3)
     for _ in range(3):
-        way = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
-        ends = [energy.total(REST, BENT + h * way, Objective(theta, q, 0.5, epsilon)) for h in (1e-6, -1e-6)]
-        assert np.sum((gradient.conj() * way).real) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)
+        direction = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
+        ends = [
+            energy.total(REST, BENT + h * direction, Objective(theta, q, 0.5, epsilon)) for h in (1e-6, -1e-6)
+        ]
+        assert np.sum((gradient.conj() * direction).real) == pytest.approx(
+            (ends[0] - ends[1]) / 2e-6, rel=1e-5
+        )
 
 
 @pytest.mark.parametrize(("theta", "q"), [(1.0, 1.0), (1.0, 3.0), (2.0, 4.0)])
@@ -91,10 +95,10 @@ def test_the_hessian_is_that_of_the_gradient_where_nothing_is_projected(theta, q
     u = 1.3 * Z.real + 1.2j * Z.imag  # stretched in both directions: all eigenvalues are positive
     _, _, matrix = assembled(u, theta, q)
     rng = np.random.default_rng(4)
-    way = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
-    ends = [assembled(u + h * way, theta, q)[1] for h in (1e-6, -1e-6)]
+    direction = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
+    ends = [assembled(u + h * direction, theta, q)[1] for h in (1e-6, -1e-6)]
     expected = (ends[0] - ends[1]) / 2e-6
-    assert np.abs(times(matrix, way) - expected).max() < 1e-6 * np.abs(expected).max()
+    assert np.abs(times(matrix, direction) - expected).max() < 1e-6 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("epsilon", [0.0, 0.2])
@@ -105,16 +109,16 @@ def test_the_projected_hessian_is_positive(epsilon):
     _, _, matrix = assembled(u, epsilon=epsilon)
     rng = np.random.default_rng(5)
     for _ in range(50):
-        way = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
-        assert np.sum((way.conj() * times(matrix, way)).real) > 0
+        direction = rng.standard_normal(Z.size) + 1j * rng.standard_normal(Z.size)
+        assert np.sum((direction.conj() * times(matrix, direction)).real) > 0
 
 
 def test_the_gradient_by_the_sources_area_alone():
     matrix, gradient = np.empty((SYSTEM.columns.size, 4)), np.empty(Z.size, complex)
     energy.assemble(REST, BENT, Objective(1.0, 3.0, 0.0, 0.0), matrix, gradient)
-    way = np.exp(1j * np.arange(Z.size))
-    ends = [energy.total(REST, BENT + h * way, Objective(1.0, 3.0, 0.0, 0.0)) for h in (1e-6, -1e-6)]
-    assert np.sum((gradient.conj() * way).real) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)
+    direction = np.exp(1j * np.arange(Z.size))
+    ends = [energy.total(REST, BENT + h * direction, Objective(1.0, 3.0, 0.0, 0.0)) for h in (1e-6, -1e-6)]
+    assert np.sum((gradient.conj() * direction).real) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)
 
 
 def test_the_stretch_of_a_share_counts_both_areas():

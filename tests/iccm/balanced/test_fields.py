@@ -38,8 +38,8 @@ def test_distortion_avoids_important_places():
     y, x = np.mgrid[BOX[1].imag : BOX[0].imag : 60j, BOX[0].real : BOX[1].real : 60j]
     matters = np.exp(-((x - 1) ** 2 + (y - 0.9) ** 2) / 0.3)
     worst = []
-    for given in ({"fit": "whole"}, {"importance": matters}, {"importance": (matters, BOX)}):
-        fit = iccm.fit(FLAG, BEAN, **given)
+    for options in ({"fit": "whole"}, {"importance": matters}, {"importance": (matters, BOX)}):
+        fit = iccm.fit(FLAG, BEAN, **options)
         close = np.abs(fit.map.source[fit.map.faces].mean(axis=1) - (1 + 0.9j)) < 0.4
         worst.append(np.quantile(fit.triangles.dilatations[close], 0.9) - 1)
         assert fit.certificate.share == 1 and fit.boundary["hausdorff"] <= 1e-3
@@ -85,7 +85,7 @@ def test_rigid_regions_and_size_maps_work_together():
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("options", "message"),
     [
         ({"importance": [[0, 0]]}, "importance: is zero"),
         ({"importance": [1, 2]}, r"importance: .* \(h, w\)"),
@@ -95,6 +95,6 @@ def test_rigid_regions_and_size_maps_work_together():
         ({"importance": [[1, 2]], "method": "paper"}, "importance: .* balanced method"),
     ],
 )
-def test_wrong_fields_are_refused(given, message):
+def test_wrong_fields_are_refused(options, message):
     with pytest.raises(iccm.InputError, match=message):
-        iccm.fit(FLAG, BEAN, **given)
+        iccm.fit(FLAG, BEAN, **options)

@@ -220,9 +220,9 @@ def test_the_library_takes_holes_and_reports_the_gap_of_each(fit):
 
 
 def test_pins_in_holes_name_partners_and_others_are_met():
-    given = {"source_holes": [h.z for h in FACE[1]], "target_holes": [h.z for h in MASK[1]]}
+    options = {"source_holes": [h.z for h in FACE[1]], "target_holes": [h.z for h in MASK[1]]}
     pins = [[-0.4 + 0.3j, 0.45 + 0.5j], [0.1, 0.05 + 0.1j]]
-    fit = iccm.fit(FACE[0].z, MASK[0].z, exact_pins=True, pins=pins, **given)
+    fit = iccm.fit(FACE[0].z, MASK[0].z, exact_pins=True, pins=pins, **options)
     assert (0, 2) in fit.hole_partners and fit.status.ok
     assert [pin["error"] < 1e-9 for pin in fit.report()["pins"]] == [True]
 
@@ -311,10 +311,10 @@ def given_holes(source, target):
 )
 def test_a_map_with_holes_continues_from_an_earlier_one(pair, pin):
     source, target = pair
-    given = given_holes(*pair)
-    first = iccm.fit(source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.1j]], **given)
+    options = given_holes(*pair)
+    first = iccm.fit(source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.1j]], **options)
     again = iccm.fit(
-        source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.15j]], start=first, **given
+        source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.15j]], start=first, **options
     )
     assert again.status.ok and sorted(again.hole_partners) == sorted(first.hole_partners)
     assert [result["error"] < 1e-9 for result in again.report()["pins"]] == [True]
@@ -327,14 +327,14 @@ def test_a_map_with_holes_continues_from_an_earlier_one(pair, pin):
 
 
 def test_a_start_with_other_holes_is_refused():
-    plain, given = iccm.fit(FACE[0].z, MASK[0].z), given_holes(FACE, MASK)
+    plain, options = iccm.fit(FACE[0].z, MASK[0].z), given_holes(FACE, MASK)
     with pytest.raises(iccm.InputError, match=r"start: .* other holes"):
-        iccm.fit(FACE[0].z, MASK[0].z, start=plain, **given)
-    holed = iccm.fit(FACE[0].z, MASK[0].z, **given)
+        iccm.fit(FACE[0].z, MASK[0].z, start=plain, **options)
+    holed = iccm.fit(FACE[0].z, MASK[0].z, **options)
     with pytest.raises(iccm.InputError, match=r"start: .* other holes"):
         iccm.fit(FACE[0].z, MASK[0].z, start=holed)
     with pytest.raises(iccm.InputError, match="start: pairs the holes differently"):
-        iccm.fit(FACE[0].z, MASK[0].z, start=holed, hole_partners=[(0, 2)], **given)
+        iccm.fit(FACE[0].z, MASK[0].z, start=holed, hole_partners=[(0, 2)], **options)
 
 
 def test_a_loop_is_the_hole_that_it_follows_though_less_closely_than_the_map_its_outline():

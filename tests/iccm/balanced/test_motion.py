@@ -27,16 +27,16 @@ def figure(degrees):
 def test_a_moved_outline_is_matched_to_itself():
     star = Curve(DISC * (1.5 + 0.5 * np.cos(5 * np.angle(DISC))))
     for factor, shift in ((1, 3 + 2j), (1.1, 0), (np.exp(0.1j), 1j)):
-        now = Curve(np.roll(factor * star.z + shift, 7))
-        matched = now.at(match_outlines(star, now))
+        moved = Curve(np.roll(factor * star.z + shift, 7))
+        matched = moved.at(match_outlines(star, moved))
         assert np.abs(matched - (factor * star.z + shift)).max() < 0.01 * star.diagonal
 
 
 def test_a_limb_that_moves_is_followed():
-    before, now = figure(0), figure(8)
+    before, after = figure(0), figure(8)
     tip = before.z.real.argmax()
-    matched = now.at(match_outlines(before, now))
-    assert abs(matched[tip] - now.z[now.z.real.argmax()]) < 0.22  # half the width of the arm
+    matched = after.at(match_outlines(before, after))
+    assert abs(matched[tip] - after.z[after.z.real.argmax()]) < 0.22  # half the width of the arm
     assert np.abs(matched - before.z).max() < 1.2 * np.radians(8) * 2.1  # no farther than the arm swings
 
 

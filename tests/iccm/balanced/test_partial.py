@@ -177,7 +177,7 @@ def test_the_lost_area_is_bounded(u_onto_square):
 @pytest.mark.slow
 def test_the_lost_area_is_bounded_on_the_last_mesh_too(u_onto_square, monkeypatch):
     free = u_onto_square
-    monkeypatch.setattr(multilevel, "is_within", lambda *given: True)  # a search that is satisfied with less
+    monkeypatch.setattr(multilevel, "is_within", lambda *args: True)  # a search that is satisfied with less
     assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
 
 

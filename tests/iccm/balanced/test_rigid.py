@@ -139,7 +139,7 @@ def test_touching_regions_are_joined_and_what_they_enclose_moves_along():
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("options", "message"),
     [
         ({"rigid": [LETTER + 9]}, "rigid region 1: lies outside"),
         ({"strokes": [([-1.5, 1.5], [-1, 1])]}, "stroke 1: runs through a rigid region"),
@@ -150,9 +150,9 @@ def test_touching_regions_are_joined_and_what_they_enclose_moves_along():
         ({"rigid": [[0, 1, 1j + 1, 1j, 0.5 - 0.1j]]}, "rigid region 1: .*not simple"),
     ],
 )
-def test_wrong_regions_are_refused(given, message):
+def test_wrong_regions_are_refused(options, message):
     with pytest.raises(iccm.InputError, match=message):
-        iccm.fit(SQUARE, STAR, **({"rigid": [LETTER]} | given))
+        iccm.fit(SQUARE, STAR, **({"rigid": [LETTER]} | options))
 
 
 def test_the_density_of_regions_has_these_derivatives():

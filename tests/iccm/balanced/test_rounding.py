@@ -36,8 +36,8 @@ def test_noise_is_rounded_away():
 def test_outlines_that_would_touch_stay_as_they_are():
     square = unit(SQUARE)
     holes = [Curve(0.5 + 0.5j + d + 0.2 * SQUARE[::-1]) for d in (0, 0.2 + 0.05 * GRID_SPACING)]
-    given = square, square, Holes(tuple(holes), ())
-    assert rounded(*given) == given
+    arguments = square, square, Holes(tuple(holes), ())
+    assert rounded(*arguments) == arguments
 
 
 @pytest.mark.parametrize("pins", [slow(None), slow(PINS[:1]), PINS], ids=["free", "pin", "pins"])

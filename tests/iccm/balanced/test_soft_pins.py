@@ -44,7 +44,7 @@ def triangles(count, seed=3):
 
 
 def some_pins(**changed):
-    given = {
+    options = {
         "source": np.array([0.1 + 0.05j, -0.2 - 0.15j]),
         "target": np.array([0.2 + 0.15j, -0.25 - 0.1j]),
         "radii": np.array([0.3, 0.2]),
@@ -55,7 +55,7 @@ def some_pins(**changed):
         "rotations": np.array([0.4, np.nan]),
         "scales": np.array([np.nan, 0.8]),
     }
-    return SoftPins(**given | changed)
+    return SoftPins(**options | changed)
 
 
 @pytest.mark.parametrize("forward", [True, False])

@@ -93,9 +93,9 @@ def test_the_gradient_is_that_of_the_sum():
     value, gradient, _ = assembled(BENT)
     assert value > 1e-3
     rng = np.random.default_rng(5)
-    way = rng.normal(size=Z.size) + 1j * rng.normal(size=Z.size)
-    ends = [assembled(BENT + h * way)[0] for h in (1e-6, -1e-6)]
-    assert (gradient.conj() * way).real.sum() == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-6)
+    direction = rng.normal(size=Z.size) + 1j * rng.normal(size=Z.size)
+    ends = [assembled(BENT + h * direction)[0] for h in (1e-6, -1e-6)]
+    assert (gradient.conj() * direction).real.sum() == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-6)
 
 
 def test_blocks_of_the_matrix_are_those_of_all_pairs_of_a_stencil():
@@ -105,10 +105,10 @@ def test_blocks_of_the_matrix_are_those_of_all_pairs_of_a_stencil():
     hessian = dense(matrix)
     assert np.linalg.eigvalsh(hessian).min() > -1e-9
     rng = np.random.default_rng(6)
-    way = rng.normal(size=Z.size) + 1j * rng.normal(size=Z.size)
-    ends = [assembled(u + h * way)[1] for h in (1e-6, -1e-6)]
+    direction = rng.normal(size=Z.size) + 1j * rng.normal(size=Z.size)
+    ends = [assembled(u + h * direction)[1] for h in (1e-6, -1e-6)]
     change = (ends[0] - ends[1]) / 2e-6
-    product = (hessian @ np.column_stack([way.real, way.imag]).ravel()).reshape(-1, 2)
+    product = (hessian @ np.column_stack([direction.real, direction.imag]).ravel()).reshape(-1, 2)
     assert np.abs(product[:, 0] + 1j * product[:, 1] - change).max() < 1e-5 * np.abs(change).max()
 
 

@@ -145,11 +145,11 @@ print(fit.report()["boundary"]["hausdorff"])
 @pytest.mark.parametrize("name", ["balanced", "conformal"])
 def test_a_country_of_ten_thousand_vertices_takes_no_more_than_four_gigabytes(name, role):
     pytest.importorskip("resource")
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", COUNTRY, name, role], capture_output=True, text=True, check=False
     )
-    assert done.returncode == 0, done.stderr
-    assert float(done.stdout) < (1e-3 if name == "balanced" else 2e-2)
+    assert result.returncode == 0, result.stderr
+    assert float(result.stdout) < (1e-3 if name == "balanced" else 2e-2)
 
 
 def test_nodes_on_an_edge_make_no_triangle():

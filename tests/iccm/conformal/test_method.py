@@ -121,10 +121,10 @@ def test_a_target_is_not_reached_by_a_map_that_folds(ratio):
 
 def test_a_shape_far_from_the_origin_loses_only_its_digits():
     """As with metres in a national grid: the same map, up to the rounding of the coordinates."""
-    z, far = inside(pear(), 60, 0.02), 4e5 + 5e6j
-    fit = conformal_fit(pear() + far, arrow() - far)
+    z, offset = inside(pear(), 60, 0.02), 4e5 + 5e6j
+    fit = conformal_fit(pear() + offset, arrow() - offset)
     original = fitted("smooth to corners")
-    assert np.abs(fit.map(z + far) + far - original.map(z)).max() < 1e-3 * original.diagonal
+    assert np.abs(fit.map(z + offset) + offset - original.map(z)).max() < 1e-3 * original.diagonal
     report = fit.report()
     assert report["boundary"]["hausdorff"] < 3e-3 and report["injective"]["depth"] < 0.02
 

@@ -61,9 +61,9 @@ def test_a_copy_that_has_room_lies_in_its_middle():
 
 def test_a_copy_avoids_holes_and_other_parts():
     ring = shapely.Point(0, 0).buffer(9).difference(shapely.Point(1, 0).buffer(5))
-    far = shapely.union(ring, shapely.box(20, 20, 24, 23))
-    copy = largest_copy(SIGN, far)
-    assert far.covers(transform_region(SIGN, copy)) and abs(copy.factor) > 0.6
+    region = shapely.union(ring, shapely.box(20, 20, 24, 23))
+    copy = largest_copy(SIGN, region)
+    assert region.covers(transform_region(SIGN, copy)) and abs(copy.factor) > 0.6
 
 
 def test_there_is_a_copy_in_thin_lines_too():

@@ -72,10 +72,10 @@ def test_an_outline_that_touches_itself_is_drawn_apart_by_a_hair():
     """Without its middle, and a corner that touches the middle's, as in charts around a leg of a model."""
     points, uv, quads = sheet(4, (0, 0), (1, 1))
     mesh = mesh_of((points, uv, quads[[k for k in range(9) if k not in (4, 8)]]))
-    laid = Atlas.of(mesh).chart(1).flattening
-    assert len(laid.patch.loops) == 1
-    assert np.abs(laid.flat[:, None] - (uv @ [1, 1j])).min(axis=1).max() < 2e-5
-    assert laid.boundary.area == pytest.approx(7 / 9, abs=1e-4)
+    layout = Atlas.of(mesh).chart(1).flattening
+    assert len(layout.patch.loops) == 1
+    assert np.abs(layout.flat[:, None] - (uv @ [1, 1j])).min(axis=1).max() < 2e-5
+    assert layout.boundary.area == pytest.approx(7 / 9, abs=1e-4)
 
 
 def test_a_sliver_that_is_folded_back_is_flipped_and_a_larger_fold_is_not():

@@ -90,9 +90,11 @@ def test_newton_ends_where_the_energy_has_no_slope():
     u = sheet.relaxed(start, 1.0, 100, 1e-14)
     rng = np.random.default_rng(0)
     for _ in range(5):
-        way = rng.standard_normal((u.size, 2)) @ np.array([1, 1j])
-        slope = (sheet.energy(u + 1e-6 * way, 1.0) - sheet.energy(u - 1e-6 * way, 1.0)) / 2e-6
-        before = (sheet.energy(start + 1e-7 * way, 1.0) - sheet.energy(start - 1e-7 * way, 1.0)) / 2e-7
+        direction = rng.standard_normal((u.size, 2)) @ np.array([1, 1j])
+        slope = (sheet.energy(u + 1e-6 * direction, 1.0) - sheet.energy(u - 1e-6 * direction, 1.0)) / 2e-6
+        before = (
+            sheet.energy(start + 1e-7 * direction, 1.0) - sheet.energy(start - 1e-7 * direction, 1.0)
+        ) / 2e-7
         assert abs(slope) < 1e-5 * abs(before)
 
 
@@ -271,10 +273,10 @@ def test_faces_without_area_are_laid_out_by_newton_and_refused_by_least_squares(
 def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
     """A mesh with shuffled faces would continue forever without improving."""
     layout = flatten(disk_patch(grid(4, 4, dome)))
-    taken = []
+    made = []
 
     def slow(start, sheet, theta, steps):
-        taken.extend(itertools.islice(steps, 140))
+        made.extend(itertools.islice(steps, 140))
         return start
 
     monkeypatch.setattr(seams, "sharper", lambda flattening: replace(flattening.patch))
@@ -282,7 +284,7 @@ def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
     monkeypatch.setattr(method, "_relax", slow)
     monkeypatch.setattr(method, "_conformal", lambda even, sheet, steps: even)
     assert method._lengthen_seam(layout) is layout
-    assert len(taken) <= method.SCAFFOLD_STEPS and len(taken) > 0.9 * method.SCAFFOLD_STEPS
+    assert len(made) <= method.SCAFFOLD_STEPS and len(made) > 0.9 * method.SCAFFOLD_STEPS
 
 
 def annulus_cut_open():
@@ -349,7 +351,7 @@ def test_the_force_on_a_vertex_is_the_gradient_of_the_total_energy(theta):
         return sheet.energy(u, theta), plain._pull(unit, around, v, u, theta, 1.0, 0.0)
 
     (whole, (local, slope, xx, yy, xy)), h = moved(0), 1e-3 * np.abs(z[around] - z[v]).min()
-    east, west, north, south = (moved(h * way) for way in (1, -1, 1j, -1j))
+    east, west, north, south = (moved(h * direction) for direction in (1, -1, 1j, -1j))
     assert east[0] - whole == pytest.approx(east[1][0] - local, rel=1e-6)
     assert slope == pytest.approx((east[0] - west[0] + 1j * (north[0] - south[0])) / (2 * h), rel=1e-3)
     turns = [(a[1][1] - b[1][1]) / (2 * h) for a, b in ((east, west), (north, south))]
@@ -401,7 +403,7 @@ def test_newtons_method_takes_over_where_multigrid_does_not_converge(monkeypatch
 
 
 def test_a_huge_surface_that_cannot_be_coarsened_is_relaxed_by_newtons_method(monkeypatch):
-    monkeypatch.setattr(multigrid, "much_coarser", lambda *given: None)
+    monkeypatch.setattr(multigrid, "much_coarser", lambda *args: None)
     least, energy, largest, count = relaxed_by_multigrid(monkeypatch, grid(30, 70, dome))
     assert energy < (1 + 1e-4) * least and largest == count
 
@@ -477,8 +479,8 @@ def test_unnecessary_paths_of_a_seam_are_removed(monkeypatch):
     start = method._start(patch, patch.loops[0])
     _, _, alone = method._with_seam(start, True, method.SEAM_ROUNDS)
     rim, ends, calls = np.concatenate(patch.loops), seams.ends, []
-    beside = patch.faces[np.isin(patch.faces, rim).sum(axis=1) == 1]
-    short = int(np.setdiff1d(beside, rim)[0])  # next to the seam: a cut there helps little
+    neighbours = patch.faces[np.isin(patch.faces, rim).sum(axis=1) == 1]
+    short = int(np.setdiff1d(neighbours, rim)[0])  # next to the seam: a cut there helps little
 
     def first_the_short_one(result, joins):
         calls.append(result)

@@ -199,8 +199,8 @@ def test_interpolated_and_solved_texels_agree():
 class Recorder(Texture):
     """A texture that records the derivatives of requested samples."""
 
-    def __init__(self, *given, **options):
-        super().__init__(*given, **options)
+    def __init__(self, *args, **options):
+        super().__init__(*args, **options)
         object.__setattr__(self, "seen", [])
 
     def places(self, z, right, down):

@@ -423,13 +423,13 @@ def test_libraries_print_nothing_about_broken_files(tmp_path):
         "for name in sys.argv[1:]:\n"
         "    try: mesh_reading.read(name, cut=True)\n    except InputError as error: print(error)"
     )
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-W", "default::RuntimeWarning", "-c", program, *map(str, tmp_path.iterdir())],
         capture_output=True,
         text=True,
     )
-    lines = done.stdout.splitlines()
-    assert not done.stderr and len(lines) == len(BROKEN)
+    lines = result.stdout.splitlines()
+    assert not result.stderr and len(lines) == len(BROKEN)
     assert all(any(line.startswith(f"{tmp_path / name}:") for line in lines) for name in BROKEN)
 
 

@@ -105,7 +105,7 @@ def test_a_texture_in_another_layout_equals_a_brute_force_bake(
     folder, iccm, layout, n, shuffled, same_triangles
 ):
     write(folder / "new.obj", layout, n, shuffled=shuffled)
-    done = iccm(
+    result = iccm(
         "relayout",
         "old.obj",
         "new.obj",
@@ -119,7 +119,7 @@ def test_a_texture_in_another_layout_equals_a_brute_force_bake(
         "r.json",
     )
     report = json.loads((folder / "r.json").read_text())
-    assert (done.code, report["status"], report["same_triangles"]) == (0, "done", same_triangles)
+    assert (result.code, report["status"], report["same_triangles"]) == (0, "done", same_triangles)
     expected, picture = brute_force(layout, n), image_files.read("o.png").pixels.astype(float)
     inside = np.isfinite(expected).all(axis=-1)
     assert inside.sum() > 0.2 * N * N
@@ -146,8 +146,8 @@ def test_the_same_faces_in_another_shape_or_place_are_found(folder, iccm, shuffl
     ]
     (folder / "new.obj").write_text("\n".join(moved + [line for line in lines if line[:2] != "v "]) + "\n")
     words = ("--texture", "old.png", "-o", "o.png", "--size", N, "--match", match, "--report", "r.json")
-    done = iccm("relayout", "old.obj", "new.obj", *words)
-    assert done.code == 0, done.err
+    result = iccm("relayout", "old.obj", "new.obj", *words)
+    assert result.code == 0, result.err
     assert json.loads((folder / "r.json").read_text())["same_triangles"] == 512
     expected, picture = (
         brute_force(turned(0.4, bent=0.03), 16),
@@ -163,8 +163,10 @@ def test_meshes_far_from_each_other_are_refused(folder, iccm):
         ("auto", "by position, by index, by topology"),
         ("index", "--match index"),
     ):
-        done = iccm("relayout", "old.obj", "new.obj", "--texture", "old.png", "-o", "o.png", "--match", match)
-        assert done.code == 2 and tried in done.err
+        result = iccm(
+            "relayout", "old.obj", "new.obj", "--texture", "old.png", "-o", "o.png", "--match", match
+        )
+        assert result.code == 2 and tried in result.err
         assert not (folder / "o.png").exists()
 
 
@@ -201,11 +203,11 @@ def test_several_textures_keep_their_type_and_names(folder, iccm):
 def test_parts_too_far_from_the_old_surface_stay_empty_and_are_reported(folder, iccm):
     write(folder / "new.obj", turned(0.0), 10, lambda x, y: hill(x, y) + 0.3 * (x > 0.55))
     words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json", "--padding", "0", "--size", N)
-    done = iccm("relayout", "old.obj", "new.obj", *words)
+    result = iccm("relayout", "old.obj", "new.obj", *words)
     report = json.loads((folder / "r.json").read_text())
-    assert (done.code, report["status"]) == (1, "far")
+    assert (result.code, report["status"]) == (1, "far")
     assert 0.3 < report["far_texels"] / report["layout"]["covered_texels"] < 0.6
-    assert f"{report['far_texels']} texels stay empty, because they are farther from old.obj" in done.err
+    assert f"{report['far_texels']} texels stay empty, because they are farther from old.obj" in result.err
     assert not image_files.read("o.png").pixels[N // 2, int(0.7 * N)].any()
 
 
@@ -269,8 +271,8 @@ def test_a_limited_picture_size_gets_a_note(folder, iccm, monkeypatch):
     (folder / "old.obj").write_text("mtllib m.mtl\nusemtl a\n" + (folder / "old.obj").read_text())
     (folder / "m.mtl").write_text("newmtl a\nmap_Kd t.png\n")
     for words in (["--texture", "t.png", "-o", "o.png"], ["-o", "o.obj"]):
-        done = iccm("relayout", "old.obj", "new.obj", *words)
-        assert "use --size 32" in done.err
+        result = iccm("relayout", "old.obj", "new.obj", *words)
+        assert "use --size 32" in result.err
         assert (
             "use --size" not in iccm("relayout", "old.obj", "new.obj", *words, "--size", "16", "--force").err
         )
@@ -301,17 +303,17 @@ def test_triangles_without_area_in_the_new_layout_are_reported(folder, iccm):
     write(folder / "old.obj", upright, 4, plane)
     write(folder / "new.obj", lambda x, y: np.column_stack([np.minimum(x, 0.5), y]), 4, plane)
     image_files.write("t.png", image_files.Image(np.full((8, 8, 3), 200, np.uint8)))
-    done = iccm("relayout", "old.obj", "new.obj", "--texture", "t.png", "-o", "o.png")
-    assert done.code == 0
-    assert "new.obj: 50.0% of the surface shows no texture" in done.err
+    result = iccm("relayout", "old.obj", "new.obj", "--texture", "t.png", "-o", "o.png")
+    assert result.code == 0
+    assert "new.obj: 50.0% of the surface shows no texture" in result.err
 
 
 def test_a_layout_without_area_is_not_done(folder, iccm):
     write(folder / "new.obj", lambda x, y: 0 * upright(x, y), 4)
     words = ("--texture", "old.png", "-o", "o.png", "--report", "r.json")
-    done = iccm("relayout", "old.obj", "new.obj", *words)
-    assert (done.code, json.loads((folder / "r.json").read_text())["status"]) == (1, "empty")
-    assert "cover no texel" in done.err
+    result = iccm("relayout", "old.obj", "new.obj", *words)
+    assert (result.code, json.loads((folder / "r.json").read_text())["status"]) == (1, "empty")
+    assert "cover no texel" in result.err
 
 
 @pytest.mark.parametrize(
@@ -327,9 +329,9 @@ def test_a_layout_without_area_is_not_done(folder, iccm):
 def test_wrong_options_are_refused_in_one_line(folder, iccm, words, message):
     write(folder / "new.obj", turned(0.3))
     image_files.write("grey.png", image_files.Image(np.zeros((8, 8, 1), np.uint8)))
-    done = iccm("relayout", "old.obj", "new.obj", *words)
-    assert done.code == 2
-    assert message in done.err
+    result = iccm("relayout", "old.obj", "new.obj", *words)
+    assert result.code == 2
+    assert message in result.err
     assert not (folder / "o.png").exists()
 
 

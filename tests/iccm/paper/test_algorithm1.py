@@ -152,8 +152,8 @@ def test_the_start_minimises_the_energy_of_the_pins():
         for harmonic in (False, True):
             basis = Basis(polygon.z, harmonic)
             image = basis.positions(problem.pins[:, 0]) @ from_constraints(problem, basis, polygon)
-            met = problem.target_frame.pull_back(image)
-            assert np.allclose(met, [*pins[:3, 1], 0.7, 0.7], atol=1e-9)
+            images = problem.target_frame.pull_back(image)
+            assert np.allclose(images, [*pins[:3, 1], 0.7, 0.7], atol=1e-9)
 
 
 @pytest.mark.parametrize("harmonic", [False, True])

@@ -121,8 +121,8 @@ def test_of_equal_solutions_the_closest_to_the_last_is_used(order):
     expected = x + row.conj() * (1 + 2j - row @ x) / np.vdot(row, row).real
     assert np.abs(moved - expected).max() < 1e-12
     full, targets = everything(order, False)
-    far = 100 * np.random.default_rng(3).normal(size=full.back.shape[0]).astype(complex)
-    assert np.abs(full.solve(targets, far) - full.solve(targets)).max() < 1e-7
+    distant = 100 * np.random.default_rng(3).normal(size=full.back.shape[0]).astype(complex)
+    assert np.abs(full.solve(targets, distant) - full.solve(targets)).max() < 1e-7
 
 
 def test_energies_are_summed_by_name():

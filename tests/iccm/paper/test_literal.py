@@ -194,9 +194,9 @@ def test_pins_and_strokes_are_those_of_the_equations(order, quasi):
 
 
 def test_literal_solves_refuse_other_choices():
-    for given in ({"vertices": 50}, {"consistency": 0.1}):
-        with pytest.raises(InputError, match=f"^{next(iter(given))}: .*literal"):
-            iccm.fit(square(), arrow(), method="paper", literal=True, **given)
+    for options in ({"vertices": 50}, {"consistency": 0.1}):
+        with pytest.raises(InputError, match=f"^{next(iter(options))}: .*literal"):
+            iccm.fit(square(), arrow(), method="paper", literal=True, **options)
     for method in (None, "conformal", "balanced"):
         with pytest.raises(InputError, match=r"^literal: .*method paper"):
             iccm.fit(square(), arrow(), method=method, literal=True)

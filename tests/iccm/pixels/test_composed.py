@@ -67,11 +67,11 @@ def test_edges_over_other_parts_are_mixed_by_the_area_that_each_covers():
     assert set(map(tuple, sharp[4, 1:9])) == {(255, 0, 0, 255), (0, 0, 255, 255)}
 
 
-@pytest.mark.parametrize("way", [1, -1])
-def test_pixels_in_holes_are_empty(way):
+@pytest.mark.parametrize("orientation", [1, -1])
+def test_pixels_in_holes_are_empty(orientation):
     map = map_of(irregular(SQUARE, 0.1), lambda w: w)
     canvas = Canvas(50, 50, (-0.1 - 0.1j, 1.1 + 1.1j))
-    hole = 0.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(100) / 100)[::way]
+    hole = 0.5 + 0.5j + 0.2 * np.exp(2j * np.pi * np.arange(100) / 100)[::orientation]
     whole = preimages.of(map, canvas, 1e-3)(0)
     band = preimages.of(Holed(map, [hole]), canvas, 1e-3)(0)
     pixel = canvas.step[0] * canvas.step[1]

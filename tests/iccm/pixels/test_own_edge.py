@@ -114,10 +114,10 @@ def test_rows_and_kernel_give_the_same_alpha(shapes, iccm):
     from PIL import Image
 
     Image.fromarray(sticker()).save("sticker.png")
-    done = iccm(
+    result = iccm(
         "map", "sticker.png", "blob.svg", "--texture", "sticker.png", "-o", "out.png", "--size", "200"
     )
-    assert done.code == 0
+    assert result.code == 0
     alpha = np.asarray(Image.open("out.png"))[..., 3]
-    done = iccm("map", "sticker.png", "blob.svg", "-o", "board.png", "--size", "200")
+    result = iccm("map", "sticker.png", "blob.svg", "-o", "board.png", "--size", "200")
     assert np.array_equal(alpha, np.asarray(Image.open("board.png"))[..., 3])

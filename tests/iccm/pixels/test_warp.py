@@ -181,11 +181,11 @@ def test_an_ellipse_is_averaged_along_its_long_axis_only():
     lasting = (np.sin(x[1] * 2 * np.pi / 12) * 0.5 + 0.5)[..., None].astype(np.float32)
     fading = (x[0] % 2)[..., None].astype(np.float32)
     canvas = Canvas(300, 20, (-1 - 1j / 15, 1 + 1j / 15))
-    kept, gone = (
+    kept, averaged = (
         warp(map, Texture(v, (-1 - 1j, 1 + 1j), transfer="linear"), canvas).pixels for v in (lasting, fading)
     )
     assert np.ptp(kept[5:-5, 20:-20, 0]) > 0.95
-    assert np.abs(gone[3:-3, 20:-20, 0] - 0.5).max() < 0.02
+    assert np.abs(averaged[3:-3, 20:-20, 0] - 0.5).max() < 0.02
 
 
 def test_nearest_makes_no_new_values():
@@ -336,8 +336,10 @@ def test_padding_reaches_the_requested_distance_and_keeps_alpha(fill):
     assert np.array_equal(some[..., 3], plain[..., 3])
     import cv2
 
-    far = cv2.distanceTransform((plain[..., 3] == 0).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    assert ((some[..., 1] == 200) == (far <= 5)).all()
+    distance = cv2.distanceTransform(
+        (plain[..., 3] == 0).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE
+    )
+    assert ((some[..., 1] == 200) == (distance <= 5)).all()
     premultiplied = Texture(np.ones((4, 4, 4), np.float32), BOX, 3, "linear", True)
     with pytest.raises(InputError, match="associated"):
         warp(IDENTITY, premultiplied, Canvas(9, 9, BOX), padding=2)

@@ -104,8 +104,8 @@ def changed(path, **arrays):
 )
 def test_unsound_maps_are_refused_in_one_line(saved, name, change):
     with np.load(saved) as file:
-        given = file[name]
-    changed(saved, **{name: change(given)})
+        stored = file[name]
+    changed(saved, **{name: change(stored)})
     with pytest.raises(InputError, match=r"map\.npz") as error:
         iccm.load(saved)
     assert "\n" not in str(error.value)

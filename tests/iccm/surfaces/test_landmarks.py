@@ -83,9 +83,9 @@ LIMBS /= np.linalg.norm(LIMBS, axis=1, keepdims=True)
 def limbed(n):
     """A closed surface with six protrusions."""
     unit = spiral_points(n)
-    far = np.linalg.norm(unit[:, None] - LIMBS, axis=2)
+    distance = np.linalg.norm(unit[:, None] - LIMBS, axis=2)
     return Mesh.triangles(
-        "limbed", unit * (1 + 0.9 * np.exp(-(far**2) / 0.08).sum(axis=1))[:, None], hull(unit)
+        "limbed", unit * (1 + 0.9 * np.exp(-(distance**2) / 0.08).sum(axis=1))[:, None], hull(unit)
     )
 
 
@@ -141,10 +141,10 @@ def test_distances_on_flat_triangles_are_those_in_the_plane():
     again = trilateration.subdivide(points, once.faces)
     places = again.carried(points)
     distances = trilateration.distances(again, places, np.array([0]))[:, 0] * np.sqrt(6)
-    beside = places.min(axis=1) == 0  # on the three sides around the first corner
-    straight = np.linalg.norm(places, axis=1)[beside]
-    np.testing.assert_allclose(distances[beside], straight, rtol=0.02)
-    assert (distances[~beside] > np.linalg.norm(places, axis=1)[~beside] + 0.01).all()
+    on_sides = places.min(axis=1) == 0  # on the three sides around the first corner
+    straight = np.linalg.norm(places, axis=1)[on_sides]
+    np.testing.assert_allclose(distances[on_sides], straight, rtol=0.02)
+    assert (distances[~on_sides] > np.linalg.norm(places, axis=1)[~on_sides] + 0.01).all()
 
 
 def subdivided():
@@ -228,8 +228,8 @@ def test_the_gradient_in_space_is_that_of_the_energy(shaken):
     step = 1e-7
     for v in np.random.default_rng(1).integers(shaken.border, shaken.u.size, 12):
         differences = []
-        for way in (1, 1j):
-            ends = [shaken.u + sign * step * way * (np.arange(shaken.u.size) == v) for sign in (1, -1)]
+        for direction in (1, 1j):
+            ends = [shaken.u + sign * step * direction * (np.arange(shaken.u.size) == v) for sign in (1, -1)]
             differences.append(
                 np.subtract(*(total_in_space(rest_shapes, surface, u, objective) for u in ends)) / (2 * step)
             )
@@ -300,9 +300,9 @@ def test_seams_of_one_surface_agree_in_any_order():
 def test_the_cheapest_orders_come_first():
     cost = np.random.default_rng(4).random((6, 6))
     cost += cost.T
-    every = [way for way in permutations(range(6)) if way[0] < way[-1]]
-    totals = sorted(sum(cost[a, b] for a, b in pairwise(way)) for way in every)
-    costs = [sum(cost[a, b] for a, b in pairwise(way.tolist())) for way in seams._orders(cost)]
+    every = [order for order in permutations(range(6)) if order[0] < order[-1]]
+    totals = sorted(sum(cost[a, b] for a, b in pairwise(order)) for order in every)
+    costs = [sum(cost[a, b] for a, b in pairwise(order.tolist())) for order in seams._orders(cost)]
     assert costs == pytest.approx(totals[: seams.ORDERS_TRIED])
 
 

@@ -342,12 +342,12 @@ def test_a_line_that_nearly_misses_the_source_is_removed_or_short(tmp_path):
     assert sum(int(note.split(" × shape")[0]) for note in notes) == len(lines)
 
 
-@pytest.mark.parametrize("far", [0, 1e7])
-def test_drawings_far_from_the_origin_are_carried(tmp_path, far):
-    circle = f'<path id="shape" d="M{far - 80} 0a80 80 0 1 0 160 0a80 80 0 1 0 -160 0"/>'
-    (tmp_path / "a.svg").write_text(f'{HEAD}{circle}<circle id="a" cx="{far}" r="95" stroke="red"/></svg>')
+@pytest.mark.parametrize("offset", [0, 1e7])
+def test_drawings_far_from_the_origin_are_carried(tmp_path, offset):
+    circle = f'<path id="shape" d="M{offset - 80} 0a80 80 0 1 0 160 0a80 80 0 1 0 -160 0"/>'
+    (tmp_path / "a.svg").write_text(f'{HEAD}{circle}<circle id="a" cx="{offset}" r="95" stroke="red"/></svg>')
     source = shape.read(f"{tmp_path}/a.svg#shape")
-    artwork.carry(source, curved(source, lambda z: z - far), source, tmp_path / "b.svg", tolerance=0.01)
+    artwork.carry(source, curved(source, lambda z: z - offset), source, tmp_path / "b.svg", tolerance=0.01)
     elements = {e.get("id"): e for e in ElementTree.parse(tmp_path / "b.svg").getroot().iter()}
     for name in ("shape", "a"):
         z = outline_points(elements[name])

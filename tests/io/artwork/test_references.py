@@ -87,13 +87,13 @@ xmlns:h="http://www.w3.org/1999/xhtml" viewBox="0 0 100 100" style="fill:url({AW
 
 def test_artwork_leads_nowhere(shapes, iccm):
     (shapes / "a.svg").write_text(DRAWING)
-    typed = iccm("map", "a.svg#o", "blob.svg", "--method", "paper", "--vertices", "60", "-o", "out.svg")
-    assert typed.code == 0, typed.err
+    result = iccm("map", "a.svg#o", "blob.svg", "--method", "paper", "--vertices", "60", "-o", "out.svg")
+    assert result.code == 0, result.err
     text = (shapes / "out.svg").read_text()
     assert (
         "away" not in text and "stroke:red" in text and "data:image/png;base64," in text and "url(#" in text
     )
-    assert "reference to another file, omitted" in typed.err
+    assert "reference to another file, omitted" in result.err
     for element in ElementTree.fromstring(text).iter():
         for name, value in element.attrib.items():
             assert not name.lower().startswith("on")

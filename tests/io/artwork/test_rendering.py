@@ -305,7 +305,7 @@ def test_the_letters_of_a_drawing_are_outlined_once_for_all_its_sizes(tmp_path, 
     )
     outlined = []
     painted = Lettering.painted
-    monkeypatch.setattr(Lettering, "painted", lambda *given: outlined.append(given) or painted(*given))
+    monkeypatch.setattr(Lettering, "painted", lambda *args: outlined.append(args) or painted(*args))
     coarse, fine = (rendering.render(path, WHOLE, size).pixels for size in ((40, 20), (80, 40)))
     assert len(outlined) == 1
     halves = fine[..., 3].reshape(20, 2, 40, 2).mean(axis=(1, 3))
@@ -325,8 +325,8 @@ def test_the_renderer_ends_without_who_started_it():
         '<path d="M0 0H4000V4000H9Z" filter="url(#f)"/></svg>'
     )
     command = [sys.executable, "-P", rendering.rasterize.__file__, "1"]
-    done = subprocess.run(command, input=document.encode(), capture_output=True, timeout=60)
-    assert done.returncode == -signal.SIGALRM
+    result = subprocess.run(command, input=document.encode(), capture_output=True, timeout=60)
+    assert result.returncode == -signal.SIGALRM
 
 
 @pytest.mark.slow

@@ -76,9 +76,9 @@ def test_the_same_batch_on_a_cluster(shapes, iccm, scheduler):
         {"source": "disk.svg", "target": "square.svg"},
     ]
     (shapes / "jobs.jsonl").write_text("\n".join(map(json.dumps, rows)))
-    typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", scheduler)
-    assert typed.code == 0, typed.err
-    assert [row["status"] for row in map(json.loads, typed.out.splitlines())] == ["done"] * 4
+    result = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", scheduler)
+    assert result.code == 0, result.err
+    assert [row["status"] for row in map(json.loads, result.out.splitlines())] == ["done"] * 4
     assert iccm("batch", "jobs.jsonl", "--root", "near", "-j", "1").code == 0
     for picture in (shapes / "near").glob("*.png"):
         assert picture.read_bytes() == (shapes / "far" / picture.name).read_bytes()
@@ -86,16 +86,16 @@ def test_the_same_batch_on_a_cluster(shapes, iccm, scheduler):
         json.dumps({**values, "source": "blob.svg", "target": "blob.svg", "pin": "0,0:1,1"})
     )
     shutil.rmtree("far")
-    typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", scheduler)
-    assert typed.code == 1 and json.loads(typed.out)["status"] == "failed"
+    result = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", scheduler)
+    assert result.code == 1 and json.loads(result.out)["status"] == "failed"
 
 
 def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
     monkeypatch.setattr(pools, "CLUSTER_TIMEOUT", "1s")
     (shapes / "jobs.jsonl").write_text('{"source": "blob.svg", "target": "disk.svg"}')
     began = time.monotonic()
-    typed = iccm("batch", "jobs.jsonl", "--dask", f"tcp://127.0.0.1:{free_port()}")
-    assert typed.code == 2 and "no scheduler answers" in typed.err and time.monotonic() - began < 60
+    result = iccm("batch", "jobs.jsonl", "--dask", f"tcp://127.0.0.1:{free_port()}")
+    assert result.code == 2 and "no scheduler answers" in result.err and time.monotonic() - began < 60
 
 
 @pytest.mark.parametrize("more, ahead", [((), True), (("--timeout", "9"), False), (("--fail-fast",), False)])
@@ -228,7 +228,7 @@ def test_a_job_that_kills_its_workers_is_the_only_one_that_fails(shapes, iccm, s
     address, _ = start("--preload", "killer.py", DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
     many(shapes, 60, job_30={"source": "killer.svg"})
     monkeypatch.setattr(pools, "TASK_SECONDS", 5.0)  # bundled even on a busy machine
-    typed = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", address, "--retries", "0")
-    statuses = {row["job"]: row["status"] for row in map(json.loads, typed.out.splitlines())}
-    assert typed.code == 1 and statuses == {n: "killed" if n == 30 else "done" for n in range(1, 61)}
-    assert "the worker died; running the jobs one by one" in typed.err
+    result = iccm("batch", "jobs.jsonl", "--root", "far", "--dask", address, "--retries", "0")
+    statuses = {row["job"]: row["status"] for row in map(json.loads, result.out.splitlines())}
+    assert result.code == 1 and statuses == {n: "killed" if n == 30 else "done" for n in range(1, 61)}
+    assert "the worker died; running the jobs one by one" in result.err

@@ -114,7 +114,7 @@ def test_every_mistake_is_listed_with_its_place(folder):
     target = "c.svg"
     """
     errors = mistakes(text, folder=folder)
-    for place, what in (
+    for place, message in (
         ("jobs.toml: colour", "unknown key"),
         ("jobs.toml: job 1", "none.svg: no such file"),
         ("jobs.toml: job 2: target", "no file matches '*.obj'"),
@@ -124,7 +124,7 @@ def test_every_mistake_is_listed_with_its_place(folder):
         ("jobs.toml: job 4: output", "{sauce.stem}; use one of"),
         ("jobs.toml: job 5: source", "is missing"),
     ):
-        assert any(line.startswith(place) and what in line for line in errors), (place, errors)
+        assert any(line.startswith(place) and message in line for line in errors), (place, errors)
     assert len(errors) == 8
 
 
@@ -229,11 +229,11 @@ WILL_FAIL = {
 }
 
 
-@pytest.mark.parametrize("what", WILL_FAIL)
-def test_certain_failures_are_reported_before_anything_runs(shapes, what):
+@pytest.mark.parametrize("mistake", WILL_FAIL)
+def test_certain_failures_are_reported_before_anything_runs(shapes, mistake):
     (shapes / "folder.png").mkdir()
     (shapes / "notes.txt").touch()
-    values, message = WILL_FAIL[what]
+    values, message = WILL_FAIL[mistake]
     errors = listed(shapes, {**JOB, **values})
     assert len(errors) == 1 and errors[0].startswith("line 1: ") and message in errors[0], errors
 
@@ -254,9 +254,9 @@ def test_the_check_finds_outputs_that_cannot_be_written_and_makes_no_folder(shap
     ]
     (shapes / "j.jsonl").write_text("".join(json.dumps({**JOB, "output": name}) + "\n" for name in names))
     before = sorted(shapes.iterdir())
-    typed = iccm("batch", "j.jsonl", "--dry-run")
-    assert typed.code == 2 and len(typed.lines) == len(names) - 1 and sorted(shapes.iterdir()) == before
-    assert "is a file, not a folder" in typed.lines[0] and "use --force" in typed.lines[1]
+    result = iccm("batch", "j.jsonl", "--dry-run")
+    assert result.code == 2 and len(result.lines) == len(names) - 1 and sorted(shapes.iterdir()) == before
+    assert "is a file, not a folder" in result.lines[0] and "use --force" in result.lines[1]
     (shapes / "j.jsonl").write_text(json.dumps({**JOB, "output": "deep/er/o.png"}) + "\n")
     assert iccm("batch", "j.jsonl", "--dry-run").code == 0 and sorted(shapes.iterdir()) == before
 
@@ -356,5 +356,7 @@ def test_a_byte_order_mark_and_odd_ends_of_lines_are_read(shapes):
 def test_sizes_of_no_pixels_are_a_mistake(shapes, iccm, size):
     job = f'{{"source": "square.svg", "target": "blob.svg", "output": "o.png", "size": {size}}}'
     Path("j.jsonl").write_text(job)
-    typed = iccm("batch", "j.jsonl")
-    assert typed.code == 2 and "size" in typed.err and "line 1" in typed.err and "Traceback" not in typed.err
+    result = iccm("batch", "j.jsonl")
+    assert (
+        result.code == 2 and "size" in result.err and "line 1" in result.err and "Traceback" not in result.err
+    )

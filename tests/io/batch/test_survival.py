@@ -355,9 +355,9 @@ def test_resume_sweeps_the_temporary_files_of_a_batch_that_was_killed(shapes, ic
     left, kept = shapes / ".square-blob.abcdefgh.png", shapes / ".other.abcdefgh.png"
     left.touch()
     kept.touch()
-    typed = iccm("batch", "j.jsonl", "-j", "1", "--resume")
-    assert typed.code == 0 and not left.exists() and kept.exists()
-    assert "removed 1 temporary files" in typed.err
+    result = iccm("batch", "j.jsonl", "-j", "1", "--resume")
+    assert result.code == 0 and not left.exists() and kept.exists()
+    assert "removed 1 temporary files" in result.err
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
@@ -385,7 +385,7 @@ def test_an_idle_worker_stops_silently(tmp_path):
         "    pool.close()\n"
     )
     (tmp_path / "run.py").write_text(code)
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, str(tmp_path / "run.py")], capture_output=True, text=True, timeout=100
     )
-    assert done.returncode == 0 and done.stderr == ""
+    assert result.returncode == 0 and result.stderr == ""

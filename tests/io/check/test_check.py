@@ -102,8 +102,8 @@ def one_pixel(pixels):
 def test_a_changed_picture_is_caught(folders, iccm, plant, message):
     run, base = folders
     save(run / "a.png", plant(scene()))
-    typed = iccm("check", run, base, "--diff", "diff", "--junit", "j.xml")
-    assert typed.code == 1 and message in typed.err and "a.png" in typed.err
+    result = iccm("check", run, base, "--diff", "diff", "--junit", "j.xml")
+    assert result.code == 1 and message in result.err and "a.png" in result.err
     assert image_files.read("diff/a.png.diff.png").pixels.std() > 10
     suite = ElementTree.parse("j.xml").getroot()[0]
     assert suite.get("tests") == "4" and suite.get("failures") == "1"
@@ -129,8 +129,8 @@ def test_a_changed_picture_is_caught(folders, iccm, plant, message):
 def test_a_changed_report_is_caught(folders, iccm, change, message):
     run, base = folders
     (run / "r.json").write_text(report_with(change))
-    typed = iccm("check", run, base)
-    assert typed.code == 1 and message in typed.err
+    result = iccm("check", run, base)
+    assert result.code == 1 and message in result.err
 
 
 def test_missing_additional_and_other_files_are_caught(folders, iccm):
@@ -138,22 +138,22 @@ def test_missing_additional_and_other_files_are_caught(folders, iccm):
     (run / "deep" / "b.png").unlink()
     (run / "new.png").write_bytes((run / "a.png").read_bytes())
     (run / "other.obj").write_text("v 0 0 1\n")
-    typed = iccm("check", run, base)
-    assert typed.code == 1
+    result = iccm("check", run, base)
+    assert result.code == 1
     for part in (
         "deep/b.png: missing in the run",
         "new.png: has no baseline",
         "other.obj: the contents differ",
     ):
-        assert part in typed.err
+        assert part in result.err
 
 
 def test_a_torn_picture_or_report_is_a_failure_not_the_end(folders, iccm):
     run, base = folders
     (run / "a.png").write_bytes((run / "a.png").read_bytes()[:200])
     (run / "r.json").write_text("{")
-    typed = iccm("check", run, base, "--diff", "diff")
-    assert typed.code == 1 and "r.json" in typed.err and "a.png" in typed.err and "2 of 4" in typed.err
+    result = iccm("check", run, base, "--diff", "diff")
+    assert result.code == 1 and "r.json" in result.err and "a.png" in result.err and "2 of 4" in result.err
 
 
 def test_tolerances_are_per_key(folders, iccm):
@@ -164,16 +164,16 @@ def test_tolerances_are_per_key(folders, iccm):
     (base / "tolerances.toml").write_text(
         '[report]\n"boundary.*" = {rel = 0.6}\n"boundary.rms" = {rel = 0.1}\n'
     )
-    typed = iccm("check", run, base)
-    assert typed.code == 1 and "boundary.rms" in typed.err and "hausdorff" not in typed.err
+    result = iccm("check", run, base)
+    assert result.code == 1 and "boundary.rms" in result.err and "hausdorff" not in result.err
     save(run / "a.png", hue(scene()))
     (base / "tolerances.toml").write_text(
         '[pictures]\nmax = 0.02\nrms = 0.02\n[report]\n"*" = {ignore = true}\n'
     )
     assert iccm("check", run, base).code == 0
     (base / "tolerances.toml").write_text("[pictures]\nmaximum = 1\n")
-    typed = iccm("check", run, base)
-    assert typed.code == 2 and "pictures.maximum: unknown key" in typed.err
+    result = iccm("check", run, base)
+    assert result.code == 2 and "pictures.maximum: unknown key" in result.err
 
 
 def test_tolerances_that_are_named_hold_instead_of_those_of_the_baselines(folders, iccm):
@@ -202,13 +202,13 @@ def test_links_out_of_the_folders_are_not_followed(folders, iccm, tmp_path):
     assert (base / "inside.png").read_bytes() == (run / "a.png").read_bytes()
     (run / "leak.obj").symlink_to(tmp_path / "secret.obj")
     for more in ((), ("--update",)):
-        typed = iccm("check", run, base, *more)
-        assert typed.code == 2 and "leak.obj" in typed.err and not (base / "leak.obj").exists()
+        result = iccm("check", run, base, *more)
+        assert result.code == 2 and "leak.obj" in result.err and not (base / "leak.obj").exists()
     (run / "leak.obj").unlink()
     (base / "a.png").unlink()
     (base / "a.png").symlink_to(tmp_path / "secret.obj")
-    typed = iccm("check", run, base, "--update")
-    assert typed.code == 2 and "a.png" in typed.err
+    result = iccm("check", run, base, "--update")
+    assert result.code == 2 and "a.png" in result.err
     assert (tmp_path / "secret.obj").read_text() == "v 1 2 3\n"
 
 
@@ -229,8 +229,8 @@ def test_float_pictures_with_infinities(folders, iccm):
     assert iccm("check", run, base).code == 0
     bright[2, 2] = 0.5
     save(run / "f.exr", bright)
-    typed = iccm("check", run, base)
-    assert typed.code == 1 and "infinity" in typed.err
+    result = iccm("check", run, base)
+    assert result.code == 1 and "infinity" in result.err
 
 
 def test_junit_follows_source_date_epoch(folders, iccm, monkeypatch):
@@ -253,8 +253,8 @@ def test_the_whole_loop_on_real_results(shapes, iccm):
     assert iccm("map", "square.svg", "blob.svg", *options, *outputs).code == 0
     assert iccm("check", "out", "base").code == 0
     assert iccm("map", "square.svg", "blob.svg", *options, *outputs, "--max-iterations", "2").code == 1
-    typed = iccm("check", "out", "base")
-    assert typed.code == 1 and "o.png" in typed.err and "o.json: status" in typed.err
+    result = iccm("check", "out", "base")
+    assert result.code == 1 and "o.png" in result.err and "o.json: status" in result.err
     shutil.rmtree("base")
 
 
@@ -300,8 +300,8 @@ def test_remarks_that_name_other_folders_are_the_same(folders, iccm, root):
     (base / "r.json").write_text(noted(root))
     assert iccm("check", run, base).code == 0
     (base / "r.json").write_text(noted(root).replace("b.png", "c.png"))
-    done = iccm("check", run, base)
-    assert done.code == 1 and "r.json: notes.0" in done.err
+    result = iccm("check", run, base)
+    assert result.code == 1 and "r.json: notes.0" in result.err
 
 
 def verdict(tmp_path, before, after):

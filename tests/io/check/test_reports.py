@@ -81,14 +81,14 @@ def test_the_line_of_a_page_accepts_one_file(changed, iccm):
 
 def test_a_summary_and_lines_of_json(changed, iccm):
     run, base = changed
-    typed = iccm("check", run, base, "--json", "-q")
-    records = {record["name"]: record for record in map(json.loads, typed.out.splitlines())}
+    result = iccm("check", run, base, "--json", "-q")
+    records = {record["name"]: record for record in map(json.loads, result.out.splitlines())}
     assert records["r.json"]["moved"][0]["limit"] == "1e-09" and records["deep/b.png"]["problems"] == []
     assert {record["schema"] for record in records.values()} == {"iccm.check/1"}
-    typed = iccm("check", run, base, "--summary", "-", "-q")
+    result = iccm("check", run, base, "--summary", "-", "-q")
     assert (
-        typed.out.count("\n| ") == 5
-        and "1 of 5 files match their baselines, 2 different, 1 new, 1 missing" in typed.out
+        result.out.count("\n| ") == 5
+        and "1 of 5 files match their baselines, 2 different, 1 new, 1 missing" in result.out
     )
 
 
@@ -116,8 +116,8 @@ def test_a_batch_on_a_page(shapes, iccm):
         '{"source": "square.svg", "target": "disk.svg", "size": 32, "output": "a b.png"}\n'
         '{"source": "none.svg", "target": "disk.svg", "size": 32, "output": "c.png"}\n'
     )
-    typed = iccm("batch", "jobs.jsonl", "--root", "out", "-j", "1", "--html", "batch.html", "-q")
-    assert typed.code == 1
+    result = iccm("batch", "jobs.jsonl", "--root", "out", "-j", "1", "--html", "batch.html", "-q")
+    assert result.code == 1
     good, bad = data(shapes / "batch.html")["rows"]
     assert good["cells"][1]["link"] == "out/a%20b.png" and (shapes / "out" / "a b.png").is_file()
     assert max(pixels(good["cells"][1]["image"]).shape) == 32

@@ -96,9 +96,9 @@ def test_a_gltf_whose_positions_are_not_points_is_refused(gltf, iccm):
     accessor = tree["meshes"][0]["primitives"][0]["attributes"]["POSITION"]
     tree["accessors"][accessor]["type"] = "VEC2"
     changed(tree)
-    done = iccm("relayout", "bad.glb", "good.obj", "-o", "o.obj")
+    result = iccm("relayout", "bad.glb", "good.obj", "-o", "o.obj")
     for word in ("bad.glb", "meshes/0/primitives/0", "POSITION", "VEC2", "VEC3"):
-        refused(done, word)
+        refused(result, word)
 
 
 @pytest.mark.parametrize("pair", [("bad.obj", "good.obj"), ("good.obj", "bad.obj")])

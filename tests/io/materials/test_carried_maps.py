@@ -66,8 +66,8 @@ def painted(shapes):
 
 
 def test_pictures_of_several_materials_are_where_they_were(painted, iccm):
-    done = iccm("flatten", "p.obj", "--uv", "o.obj", "--carry-maps")
-    assert done.code == 0 and "old coordinates" not in done.err, done.err
+    result = iccm("flatten", "p.obj", "--uv", "o.obj", "--carry-maps")
+    assert result.code == 0 and "old coordinates" not in result.err, result.err
     old, before = parsed(painted / "p.obj")
     new, after = parsed(painted / "o.obj")
     weights = np.array([0.5, 0.3, 0.2])
@@ -97,9 +97,10 @@ def test_pictures_of_several_materials_are_where_they_were(painted, iccm):
 
 def test_a_new_texture_comes_beside_the_maps_that_are_carried(painted, iccm):
     words = ["map", "square.svg", "p.obj", "--texture", "grey.png", "-o", "o.obj"]
-    done = iccm(*words)
+    result = iccm(*words)
     assert (
-        "map_Bump, map_Pr of its materials still belong to the old coordinates; use --carry-maps" in done.err
+        "map_Bump, map_Pr of its materials still belong to the old coordinates; use --carry-maps"
+        in result.err
     )
     assert iccm(*words, "--force", "--carry-maps").code == 0
     library = (painted / "o.mtl").read_text()
@@ -113,9 +114,9 @@ def test_maps_that_cannot_be_carried_are_refused_in_one_line(painted, iccm):
         ("p.obj", "o.obj", "o-right-pr.png: the file exists"),
         ("p.obj", "o.glb", "materials of p.obj (--carry-maps); use .obj"),
     ):
-        done = iccm("flatten", mesh, "--uv", out, "--carry-maps")
-        assert done.code == 2 and message in done.err and len(done.lines) == 1
+        result = iccm("flatten", mesh, "--uv", out, "--carry-maps")
+        assert result.code == 2 and message in result.err and len(result.lines) == 1
         assert not (painted / out).exists()
     (painted / "kd.png").write_bytes(b"none")
-    done = iccm("flatten", "p.obj", "--uv", "x.obj", "--carry-maps")
-    assert done.code == 2 and "kd.png" in done.err and not (painted / "x.obj").exists()
+    result = iccm("flatten", "p.obj", "--uv", "x.obj", "--carry-maps")
+    assert result.code == 2 and "kd.png" in result.err and not (painted / "x.obj").exists()

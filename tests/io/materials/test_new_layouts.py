@@ -75,14 +75,15 @@ PICTURE = ("--texture", "kd.png", "-o", "o.png")
 @pytest.mark.parametrize("words", [PICTURE, ("-o", "o.obj")])
 def test_stacked_charts_that_show_different_places_have_a_status(folder, iccm, words):
     write(folder / "new.obj", folded)
-    done = relayout(iccm, *words)
+    result = relayout(iccm, *words)
     report = json.loads((folder / "r.json").read_text())
     layout = report["layout"]
-    assert (done.code, report["status"]) == (1, "overlapping")
+    assert (result.code, report["status"]) == (1, "overlapping")
     assert layout["conflicting_texels"] / layout["covered_texels"] == pytest.approx(1 / 3, abs=0.02)
     assert layout["mirrored_triangles"] == 2 * CELLS * CELLS // 4
     assert (
-        f"{layout['conflicting_texels'] / layout['covered_texels']:.1%}" in done.err and "unwrap" in done.err
+        f"{layout['conflicting_texels'] / layout['covered_texels']:.1%}" in result.err
+        and "unwrap" in result.err
     )
 
 
@@ -92,17 +93,17 @@ def test_stacked_charts_that_show_the_same_place_are_right(folder, iccm, words):
     write(
         folder / "stacked.obj", lambda x, y, m: 0.9 * folded(x, y, m) + 0.02, "mtllib m.mtl\nusemtl cloth\n"
     )
-    done = relayout(iccm, *words, old="stacked.obj")
+    result = relayout(iccm, *words, old="stacked.obj")
     report = json.loads((folder / "r.json").read_text())
-    assert (done.code, report["status"], report["layout"]["conflicting_texels"]) == (0, "done", 0)
+    assert (result.code, report["status"], report["layout"]["conflicting_texels"]) == (0, "done", 0)
     assert report["layout"]["overlapping_texels"] > 0.2 * report["layout"]["covered_texels"]
 
 
 @pytest.mark.parametrize("words", [PICTURE, ("-o", "o.obj")])
 def test_charts_of_tiles_that_would_overlap_are_refused(folder, iccm, words):
     write(folder / "new.obj", in_two_tiles)
-    done = relayout(iccm, *words)
-    assert done.code == 2 and "new.obj" in done.err and "<UDIM>" in done.err, done.err
+    result = relayout(iccm, *words)
+    assert result.code == 2 and "new.obj" in result.err and "<UDIM>" in result.err, result.err
     assert not (folder / "o.png").exists() and not (folder / "o.obj").exists()
 
 
@@ -117,16 +118,16 @@ def off(picture, first):
 
 def test_tiles_become_separate_pictures(folder, iccm):
     write(folder / "new.obj", in_two_tiles)
-    done = relayout(iccm, "--texture", "kd.png", "-o", "o.<UDIM>.png")
-    assert done.code == 0, done.err
+    result = relayout(iccm, "--texture", "kd.png", "-o", "o.<UDIM>.png")
+    assert result.code == 0, result.err
     for number in (1001, 1002):
         assert off(image_files.read(f"o.{number}.png").pixels, number == 1001) <= 0.005
 
 
 def test_tiles_become_materials_of_a_glb(folder, iccm):
     write(folder / "new.obj", in_two_tiles)
-    done = relayout(iccm, "-o", "o.glb")
-    assert done.code == 0 and "2 tiles" in done.err, done.err
+    result = relayout(iccm, "-o", "o.glb")
+    assert result.code == 0 and "2 tiles" in result.err, result.err
     file = rich_glb.read("o.glb")
     seen = set()
     for part in file.meshes[0].primitives:
@@ -142,8 +143,8 @@ def test_tiles_become_materials_of_a_glb(folder, iccm):
 
 def test_triangles_larger_than_the_picture_are_refused(folder, iccm):
     write(folder / "new.obj", lambda x, y, _: np.column_stack([20 * x, 0.1 + 0.3 * y]))
-    done = relayout(iccm, *PICTURE)
-    assert done.code == 2 and "new.obj" in done.err and "repeat" in done.err, done.err
+    result = relayout(iccm, *PICTURE)
+    assert result.code == 2 and "new.obj" in result.err and "repeat" in result.err, result.err
 
 
 def test_a_layout_in_another_tile_is_shown_by_textures_that_repeat(folder, iccm):
@@ -175,8 +176,8 @@ def test_a_layout_in_another_tile_is_shown_by_textures_that_repeat(folder, iccm)
     assert np.ptp(picture) > 50 and (np.abs(picture - next_picture) > 8).mean() < 0.005
 
 
-@pytest.mark.parametrize("way", ["relayout", "carry"])
-def test_slots_that_share_a_picture_share_it_afterwards(folder, iccm, way):
+@pytest.mark.parametrize("command", ["relayout", "carry"])
+def test_slots_that_share_a_picture_share_it_afterwards(folder, iccm, command):
     """Occlusion in red, roughness in green, metal in blue of one picture."""
     points, normals, uv, faces = rich_glb.sheet(8)
     u, v = middles()
@@ -188,11 +189,11 @@ def test_slots_that_share_a_picture_share_it_afterwards(folder, iccm, way):
     (folder / "old.glb").write_bytes(b"".join(make.save_to_bytes()))
     turned = uv @ [[0.6, 0.2], [-0.2, 0.6]] + [0.25, 0.1]
     (folder / "new.glb").write_bytes(rich_glb.rich(points, normals, turned, faces))
-    if way == "relayout":
-        done = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", N)
+    if command == "relayout":
+        result = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", N)
     else:
-        done = iccm("flatten", "old.glb#body", "--uv", "out.glb", "--carry-maps")
-    assert done.code == 0, done.err
+        result = iccm("flatten", "old.glb#body", "--uv", "out.glb", "--carry-maps")
+    assert result.code == 0, result.err
     out = rich_glb.read("out.glb")
     material = out.materials[0]
     slots = (

@@ -94,8 +94,8 @@ def material_set_of(file, number=0):
 
 
 def test_all_maps_of_a_glb_go_into_another_layout_and_the_rest_of_it_stays(folder, iccm):
-    done = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", N, "--report", "r.json")
-    assert done.code == 0, done.err
+    result = iccm("relayout", "old.glb", "new.glb", "-o", "out.glb", "--size", N, "--report", "r.json")
+    assert result.code == 0, result.err
     assert json.loads((folder / "r.json").read_text())["same_triangles"] == len(FACES)
     old, new, out = (rich_glb.read(folder / name) for name in ("old.glb", "new.glb", "out.glb"))
     whole(new, out)
@@ -127,8 +127,10 @@ def test_normals_look_the_same_in_space(folder, iccm):
 
 def test_a_given_texture_replaces_that_of_the_material(folder, iccm):
     (folder / "mine.png").write_bytes(picture(7))
-    done = iccm("relayout", "old.glb", "new.glb", "--texture", "mine.png", "-o", "out.glb", "--size", str(N))
-    assert done.code == 0, done.err
+    result = iccm(
+        "relayout", "old.glb", "new.glb", "--texture", "mine.png", "-o", "out.glb", "--size", str(N)
+    )
+    assert result.code == 0, result.err
     out = rich_glb.read(folder / "out.glb")
     colours = rich_glb.picture(out, material_set_of(out).pbrMetallicRoughness.baseColorTexture.index)
     assert off(pixels(colours), BENT, 7) <= 0.005
@@ -136,9 +138,9 @@ def test_a_given_texture_replaces_that_of_the_material(folder, iccm):
 
 
 def test_materials_of_an_obj_become_those_of_a_glb(folder, iccm):
-    done = iccm("relayout", "old.obj", "new.glb#body", "-o", "out.glb", "--size", N)
-    assert done.code == 0, done.err
-    assert "map_ks: dropped, because the other format" in done.err
+    result = iccm("relayout", "old.obj", "new.glb#body", "-o", "out.glb", "--size", N)
+    assert result.code == 0, result.err
+    assert "map_ks: dropped, because the other format" in result.err
     new, out = (rich_glb.read(folder / name) for name in ("new.glb", "out.glb"))
     whole(new, out)
     material_set = material_set_of(out)
@@ -157,8 +159,8 @@ def test_materials_of_an_obj_become_those_of_a_glb(folder, iccm):
 def test_an_obj_gets_materials(folder, iccm, old, out):
     lines = (folder / "new.obj").read_text().splitlines()
     without_vertex_colours(folder / "old.glb")
-    done = iccm("relayout", old, "new.obj", "-o", out, "--size", N)
-    assert done.code == 0, done.err
+    result = iccm("relayout", old, "new.obj", "-o", out, "--size", N)
+    assert result.code == 0, result.err
     if out == "out.glb":
         file = rich_glb.read(folder / out)
         assert len(corners(file, body(file))["NORMAL"]) == FACES.size
@@ -182,8 +184,8 @@ def test_a_mesh_at_another_place_is_refused_without_files(folder, iccm):
     # One face fewer: the order says nothing either.
     (folder / "new.obj").write_text("\n".join(bent[:-1]) + "\n")
     before = {path.name for path in folder.iterdir()}
-    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", 16, "--match", "position")
-    assert done.code == 2 and "no part of it matches" in done.err
+    result = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", 16, "--match", "position")
+    assert result.code == 2 and "no part of it matches" in result.err
     assert {path.name for path in folder.iterdir()} == before
 
 
@@ -199,8 +201,8 @@ def test_a_material_that_gets_a_bump_map_of_another_shows_it_fully(folder, iccm)
     old.insert(half[len(half) // 5], "usemtl bare")
     (folder / "old.obj").write_text("\n".join(old))
     (folder / "new.obj").write_text((folder / "new.obj").read_text().replace("usemtl cloth", "usemtl bare"))
-    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
-    assert done.code == 0, done.err
+    result = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
+    assert result.code == 0, result.err
     assert "map_Bump -bm 1 out-bump.png" in (folder / "out.mtl").read_text()
 
 
@@ -225,8 +227,8 @@ def test_several_materials_become_one_with_their_factors(folder, iccm, bare, pla
     hat.material = None
     file.buffers.clear()
     (folder / "two.glb").write_bytes(make.bytes())
-    done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
-    assert done.code == 0, done.err
+    result = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
+    assert result.code == 0, result.err
     out = rich_glb.read(folder / "out.glb")
     rough = material_set_of(out).pbrMetallicRoughness
     assert rough.baseColorFactor == [1, 1, 1, 1]
@@ -295,9 +297,9 @@ def clear(folder):
 
 def test_opaque_and_transparent_parts_stay_separate_materials(clear, iccm):
     """The new mesh is one primitive."""
-    done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
-    (note,) = [line for line in done.lines if "out.glb" in line and "2 materials" in line]
-    assert done.code == 0 and "transparency" in note and note.count("differ") == 1, done.err
+    result = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
+    (note,) = [line for line in result.lines if "out.glb" in line and "2 materials" in line]
+    assert result.code == 0 and "transparency" in note and note.count("differ") == 1, result.err
     out = rich_glb.read(clear / "out.glb")
     parts = [p for p in out.meshes[0].primitives]
     assert {out.materials[p.material].alphaMode for p in parts} == {"OPAQUE", "MASK"}
@@ -318,8 +320,8 @@ def test_the_picture_of_an_obj_determines_its_opacity(clear, iccm, factor, cutof
     file.materials[1].pbrMetallicRoughness.baseColorFactor = [1, 1, 1, factor]
     file.materials[1].alphaCutoff = cutoff
     file.save_binary(str(clear / "two.glb"))
-    done = iccm("relayout", "two.glb", "new.obj", "-o", "out.obj", "--size", N)
-    assert done.code == 0, done.err
+    result = iccm("relayout", "two.glb", "new.obj", "-o", "out.obj", "--size", N)
+    assert result.code == 0, result.err
     library = (clear / "out.mtl").read_text()
     assert "map_d out-d.png" in library
     cover, kd = (np.asarray(Image.open(clear / f"out-{word}.png")) for word in ("d", "kd"))
@@ -345,8 +347,8 @@ def test_materials_whose_normals_are_scaled_differently_stay_apart(folder, iccm)
     file.materials[1] = deepcopy(file.materials[0])
     file.materials[0].normalTexture.scale, file.materials[1].normalTexture.scale = 0.8, 0.4
     write_halves(folder, make, file, halves)
-    done = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
-    assert done.code == 0 and "has 2 materials" in done.err, done.err
+    result = iccm("relayout", "two.glb", "new.glb#body", "-o", "out.glb", "--size", N)
+    assert result.code == 0 and "has 2 materials" in result.err, result.err
     out = rich_glb.read(folder / "out.glb")
     scales = [out.materials[part.material].normalTexture.scale for part in out.meshes[0].primitives]
     assert sorted(scales) == [0.4, 0.8]
@@ -399,21 +401,23 @@ def test_materials_of_an_obj_keep_their_opacity(folder, iccm):
     ],
 )
 def test_wrong_options_are_refused_in_one_line(folder, iccm, words, message):
-    done = iccm("relayout", *words)
-    assert done.code == 2 and message in done.err and len(done.lines) == 1, done.err
+    result = iccm("relayout", *words)
+    assert result.code == 2 and message in result.err and len(result.lines) == 1, result.err
     assert not list(folder.glob("out*"))
 
 
 def test_pictures_beside_an_obj_are_not_replaced_without_force(folder, iccm):
     (folder / "out-kd.png").write_bytes(b"mine")
-    done = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
-    assert done.code == 2 and "out-kd.png: the file exists" in done.err
+    result = iccm("relayout", "old.obj", "new.obj", "-o", "out.obj", "--size", N)
+    assert result.code == 2 and "out-kd.png: the file exists" in result.err
     assert (folder / "out-kd.png").read_bytes() == b"mine" and not (folder / "out.obj").exists()
 
 
 def test_materials_for_a_mesh_that_is_not_an_obj_are_written_to_glb(folder, iccm):
     """An OBJ with a library is written of an OBJ's own lines; it ended with an internal error."""
     assert iccm("flatten", "new.obj", "--uv", "new.ply").code == 0
-    done = iccm("relayout", "old.glb#body", "new.ply", "-o", "out.obj", "--size", N)
-    assert done.code == 2 and "new.ply" in done.err and "use .glb" in done.err and len(done.lines) == 1
+    result = iccm("relayout", "old.glb#body", "new.ply", "-o", "out.obj", "--size", N)
+    assert (
+        result.code == 2 and "new.ply" in result.err and "use .glb" in result.err and len(result.lines) == 1
+    )
     assert iccm("relayout", "old.glb#body", "new.ply", "-o", "out.glb", "--size", N).code == 0

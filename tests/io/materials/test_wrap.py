@@ -103,8 +103,8 @@ def test_a_picture_that_repeats_often_across_a_triangle(iccm, tmp_path, monkeypa
     (tmp_path / "t.png").write_bytes(texture(n))
     glb(tmp_path / "old.glb", 20 * SQUARE[:, :2])
     glb(tmp_path / "new.glb", SQUARE[:, :2])
-    done = iccm("relayout", "old.glb", "new.glb", "--texture", "t.png", "-o", "out.png", "--size", 20 * n)
-    assert done.code == 0, done.err
+    result = iccm("relayout", "old.glb", "new.glb", "--texture", "t.png", "-o", "out.png", "--size", 20 * n)
+    assert result.code == 0, result.err
     picture = np.asarray(Image.open("out.png")).astype(float)
     expected = np.tile(shade(*texels(n)), (20, 20, 1))
     inside = np.tile(np.pad(np.ones((n - 4, n - 4), bool), 2), (20, 20))
@@ -148,9 +148,9 @@ def test_pictures_of_small_textures_have_room_for_many_repetitions(iccm, tmp_pat
     n = 16
     monkeypatch.chdir(tmp_path)
     glb(tmp_path / "old.glb", 30 * SQUARE[:, :2], picture=texture(n))
-    done = iccm("flatten", "old.glb", "--uv", "flat.glb", "--carry-maps")
+    result = iccm("flatten", "old.glb", "--uv", "flat.glb", "--carry-maps")
     document = gl.GLTF2().load("flat.glb")
     view = document.bufferViews[document.images[0].bufferView]
     content = document.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
     assert Image.open(io.BytesIO(content)).size == (32 * n, 32 * n)
-    assert "repeats" not in done.out + done.err and "detail" not in done.out + done.err
+    assert "repeats" not in result.out + result.err and "detail" not in result.out + result.err

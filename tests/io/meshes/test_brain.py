@@ -94,10 +94,10 @@ def test_a_patch_has_the_triangles_of_its_surface(folder):
 
 
 def test_a_picture_shows_the_overlay_at_its_flattened_place(folder, iccm):
-    done = iccm(
+    result = iccm(
         "flatten", "a.surf.gii", "--overlay", "lh.curv", "-o", "a.tif", "-o", "a.png", "-o", "flat.obj"
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     points, faces = folded()
     lines = [line.split() for line in Path("flat.obj").read_text().splitlines()]
     flat = np.array([words[1:3] for words in lines if words[0] == "v"], float)
@@ -152,8 +152,8 @@ def test_a_closed_surface_is_cut_open(tmp_path, monkeypatch, iccm):
         ("NIFTI_INTENT_POINTSET", ball.vertices * [1, 2, 3]),
         ("NIFTI_INTENT_TRIANGLE", ball.faces),
     )
-    done = iccm("flatten", "ball.gii", "--overlay", str(SHIPPED / "task.func.gii"), "-o", "ball.png")
-    assert done.code == 0 and "cut open" in done.err, done.err
+    result = iccm("flatten", "ball.gii", "--overlay", str(SHIPPED / "task.func.gii"), "-o", "ball.png")
+    assert result.code == 0 and "cut open" in result.err, result.err
 
 
 def test_other_files_than_surfaces_and_overlays_are_refused(folder, iccm):
@@ -169,6 +169,6 @@ def test_other_files_than_surfaces_and_overlays_are_refused(folder, iccm):
         ("lh.white", "--overlay", "lh.curv", "-o", "no.svg"),
         ("lh.white", "--overlay", "lh.curv", "-o", "no.png", "--colormap", "nonsense"),
     ):
-        done = iccm("flatten", *arguments)
-        assert done.code == 2 and done.err and "Traceback" not in done.err, (arguments, done.err)
+        result = iccm("flatten", *arguments)
+        assert result.code == 2 and result.err and "Traceback" not in result.err, (arguments, result.err)
     assert not list(folder.glob("no.*"))

@@ -57,8 +57,8 @@ def pair(shapes):
 
 def test_every_geometry_gets_its_partner_and_new_coordinates(pair, iccm):
     words = ["--parts", "all", "--texture", "ramp.png", "--texture-box", "viewbox"]
-    done = iccm("map", "pair.svg", "pair.glb", *words, "-o", "out.glb", "--report", "r.json")
-    assert done.code == 0, done.err
+    result = iccm("map", "pair.svg", "pair.glb", *words, "-o", "out.glb", "--report", "r.json")
+    assert result.code == 0, result.err
     parts = json.loads((pair / "r.json").read_text())["parts"]
     assert {part["target"] for part in parts} == {"left#piece-1", "right#piece-1"}
     old, new = rich_glb.read("pair.glb"), rich_glb.read("out.glb")
@@ -81,9 +81,9 @@ def test_every_geometry_gets_its_partner_and_new_coordinates(pair, iccm):
 
 @pytest.mark.parametrize("words", [["--bake"], ["--plane", "uv"]])
 def test_the_layout_of_all_geometries_is_filled(pair, iccm, words):
-    given = ["--texture", "ramp.png", "--size", "200", "--padding", "0"]
-    done = iccm("map", "pair.svg", "pair.glb", "--parts", "all", *words, *given, "-o", "o.png")
-    assert done.code == 0, done.err
+    arguments = ["--texture", "ramp.png", "--size", "200", "--padding", "0"]
+    result = iccm("map", "pair.svg", "pair.glb", "--parts", "all", *words, *arguments, "-o", "o.png")
+    assert result.code == 0, result.err
     pixels = image_files.read("o.png").pixels.astype(int)
     for (u, v, size), low in zip(PLACES.values(), (110, 10)):
         for a, b in ((0.2, 0.3), (0.5, 0.5), (0.8, 0.6)):
@@ -93,10 +93,10 @@ def test_the_layout_of_all_geometries_is_filled(pair, iccm, words):
 
 
 def test_maps_of_every_material_are_carried(pair, iccm):
-    done = iccm(
+    result = iccm(
         "map", "pair.svg", "pair.glb", "--parts", "all", "--carry-maps", "-o", "out.glb", "--stmap", "m.exr"
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     new = rich_glb.read("out.glb")
     for number in (0, 1):
         primitive = new.meshes[number].primitives[0]
@@ -108,15 +108,15 @@ def test_maps_of_every_material_are_carried(pair, iccm):
 
 @pytest.mark.slow
 def test_a_note_reports_that_one_texture_of_several_is_used(pair, iccm):
-    done = iccm("map", "pair.glb", "pair.svg", "--parts", "all", "-o", "o.png")
-    assert done.code == 0 and "replaces all of its 2 textures" in done.err, done.err
+    result = iccm("map", "pair.glb", "pair.svg", "--parts", "all", "-o", "o.png")
+    assert result.code == 0 and "replaces all of its 2 textures" in result.err, result.err
     named = iccm("map", "pair.glb#left", "pair.svg#left", "-o", "l.png")
     assert named.code == 0 and "2 textures" not in named.err
 
 
 def test_all_geometries_are_mapped_without_overlap(pair, iccm):
-    done = iccm("map", "square.svg", "pair.glb", "-o", "out.glb", "--report", "r.json")
-    assert done.code == 0, done.err
+    result = iccm("map", "square.svg", "pair.glb", "-o", "out.glb", "--report", "r.json")
+    assert result.code == 0, result.err
     assert json.loads((pair / "r.json").read_text())["mapped"] == 1
     new = rich_glb.read("out.glb")
     boxes = [corners(new, new.meshes[k].primitives[0])["TEXCOORD_0"].reshape(-1, 2) for k in (0, 1)]
@@ -131,10 +131,10 @@ def test_the_largest_geometry_is_used_and_its_share_of_the_file_reported(pair, i
     file = gl.GLTF2().load("pair.glb")
     file.nodes[1].scale = [2, 2, 2]
     file.save("uneven.glb")
-    done = iccm(
+    result = iccm(
         "map", "square.svg", "uneven.glb", "--parts", "largest", "-o", "out.glb", "--report", "r.json"
     )
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     old, new = rich_glb.read("uneven.glb"), rich_glb.read("out.glb")
     unchanged = [
         np.array_equal(*(corners(file, file.meshes[k].primitives[0])["TEXCOORD_0"] for file in (old, new)))
@@ -142,8 +142,8 @@ def test_the_largest_geometry_is_used_and_its_share_of_the_file_reported(pair, i
     ]
     assert unchanged == [True, False]
     assert json.loads((pair / "r.json").read_text())["mapped"] == 0.5
-    assert "'right' is the largest" in done.err
-    assert "32 of 64 faces are mapped (50%)" in done.err
+    assert "'right' is the largest" in result.err
+    assert "32 of 64 faces are mapped (50%)" in result.err
 
 
 def test_vertices_of_a_skin_are_where_its_joints_put_them(tmp_path):
@@ -172,12 +172,12 @@ def test_the_share_of_mappable_parts_is_reported(shapes, iccm):
 
     sheet = trimesh.Trimesh([[3, 0, 0], [4, 0, 0], [4, 1, 0], [3, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     trimesh.Scene({"box": trimesh.creation.box(), "sheet": sheet}).export("both.glb")
-    done = iccm(
+    result = iccm(
         "map", "square.svg", "both.glb", "--parts", "each", "--no-cut", "-o", "o.glb", "--report", "r.json"
     )
-    assert done.code == 0
-    assert "2 of 14 faces are mapped (14%)" in done.err
-    assert "ignored: both.glb#box" in done.err
+    assert result.code == 0
+    assert "2 of 14 faces are mapped (14%)" in result.err
+    assert "ignored: both.glb#box" in result.err
     assert json.loads((shapes / "r.json").read_text())["mapped"] == pytest.approx(1 / 7)
 
 
@@ -192,7 +192,7 @@ def test_instances_are_matched_in_any_order_of_nodes(pair, iccm):
             file.nodes.append(gl.Node(name=node, mesh=0, translation=rounded))
         file.scenes[0].nodes = list(range(4))
         file.save(name)
-    done = iccm("relayout", "one.glb", "other.glb", "-o", "out.glb", "--report", "r.json")
-    assert done.code == 0, done.err
+    result = iccm("relayout", "one.glb", "other.glb", "-o", "out.glb", "--report", "r.json")
+    assert result.code == 0, result.err
     data = json.loads((pair / "r.json").read_text())
     assert data["same_triangles"] == data["triangles"] == 64

@@ -69,8 +69,8 @@ def whole(old, new):
 
 
 def test_a_flattening_changes_coordinates_alone(rich, iccm):
-    done = iccm("flatten", "rich.glb#body", "--uv", "out.glb")
-    assert done.code == 0, done.err
+    result = iccm("flatten", "rich.glb#body", "--uv", "out.glb")
+    assert result.code == 0, result.err
     old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
     whole(old, new)
     before, after = corners(old, body(old)), corners(new, body(new))
@@ -90,14 +90,14 @@ def test_a_flattening_changes_coordinates_alone(rich, iccm):
     assert new.materials[1] == old.materials[1]
     for k in range(3):
         assert rich_glb.picture(new, k) == rich_glb.picture(old, k)
-    (note,) = [line for line in done.lines if "old coordinates" in line]
+    (note,) = [line for line in result.lines if "old coordinates" in line]
     for word in ("out.glb", "baseColorTexture", "metallicRoughnessTexture", "normalTexture", "TEXCOORD_1"):
         assert word in note
 
 
 def test_vertices_are_split_with_all_that_they_have(ball, iccm):
-    done = iccm("flatten", "ball.glb#body", "--cut", "--uv", "out.glb")
-    assert done.code == 0, done.err
+    result = iccm("flatten", "ball.glb#body", "--cut", "--uv", "out.glb")
+    assert result.code == 0, result.err
     old, new = rich_glb.read("ball.glb"), rich_glb.read("out.glb")
     whole(old, new)
     before, after = corners(old, body(old)), corners(new, body(new))
@@ -118,8 +118,8 @@ def test_vertices_added_at_the_rim_have_interpolated_attributes(rich, iccm):
     path = '<path d="M0 0Q4 3 9 0Q6 4 9 9Q4 6 0 9Q3 4 0 0"/>'
     bent = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{path}</svg>'
     (rich / "bent.svg").write_text(bent)
-    done = iccm("map", "bent.svg", "rich.glb#body", "-o", "out.glb", "--subdivide-rim")
-    assert done.code == 0, done.err
+    result = iccm("map", "bent.svg", "rich.glb#body", "-o", "out.glb", "--subdivide-rim")
+    assert result.code == 0, result.err
     old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
     whole(old, new)
     before, after = corners(old, body(old)), corners(new, body(new))
@@ -149,18 +149,18 @@ def test_vertices_added_at_the_rim_have_interpolated_attributes(rich, iccm):
 
 def test_a_texture_replaces_the_old_one(rich, iccm):
     Image.new("RGB", (8, 8), (10, 200, 30)).save("new.png")
-    done = iccm("map", "square.svg", "rich.glb#body", "--texture", "new.png", "-o", "out.glb")
-    assert done.code == 0, done.err
+    result = iccm("map", "square.svg", "rich.glb#body", "--texture", "new.png", "-o", "out.glb")
+    assert result.code == 0, result.err
     old, new = rich_glb.read("rich.glb"), rich_glb.read("out.glb")
     whole(old, new)
     look = new.materials[body(new).material].pbrMetallicRoughness
     assert rich_glb.picture(new, look.baseColorTexture.index) == (rich / "new.png").read_bytes()
     assert new.textures[look.baseColorTexture.index].sampler == 0
-    assert look.baseColorFactor == [1, 1, 1, 1.0] and "white" in done.err and "vertex colours" in done.err
+    assert look.baseColorFactor == [1, 1, 1, 1.0] and "white" in result.err and "vertex colours" in result.err
     assert not look.baseColorTexture.texCoord and look.metallicRoughnessTexture.texCoord == 1
     assert rich_glb.picture(new, look.metallicRoughnessTexture.index) == rich_glb.picture(old, 2)
     assert rich_glb.picture(old, 0) not in (rich / "out.glb").read_bytes()
-    (note,) = [line for line in done.lines if "old coordinates" in line]
+    (note,) = [line for line in result.lines if "old coordinates" in line]
     assert "baseColorTexture" not in note
     for word in ("out.glb", "metallicRoughnessTexture", "normalTexture", "TEXCOORD_1", "--carry-maps"):
         assert word in note
@@ -185,8 +185,8 @@ def test_other_pieces_of_a_primitive_stay_a_primitive_of_their_own(shapes, iccm)
         two, np.tile(normal, (2, 1)), np.tile(uv, (2, 1)), np.concatenate([faces, faces + len(points)])
     )
     (shapes / "two.glb").write_bytes(content)
-    done = iccm("flatten", "two.glb#body#piece-2", "--uv", "out.glb")
-    assert done.code == 0, done.err
+    result = iccm("flatten", "two.glb#body#piece-2", "--uv", "out.glb")
+    assert result.code == 0, result.err
     old, new = rich_glb.read("two.glb"), rich_glb.read("out.glb")
     whole(old, new)
     large, small = new.meshes[0].primitives
@@ -245,11 +245,11 @@ def lit(file, weights):
 def test_carried_maps_look_the_same_in_space(rich, iccm):
     content = rich_glb.rich(*rich_glb.sheet(16), bump=bumps())
     (rich / "bumpy.glb").write_bytes(content)
-    done = iccm("flatten", "bumpy.glb#body", "--uv", "out.glb", "--carry-maps")
-    assert done.code == 0, done.err
+    result = iccm("flatten", "bumpy.glb#body", "--uv", "out.glb", "--carry-maps")
+    assert result.code == 0, result.err
     old, new = rich_glb.read("bumpy.glb"), rich_glb.read("out.glb")
     whole(old, new)
-    assert "old coordinates" not in done.err and body(new).attributes.TEXCOORD_1 is None
+    assert "old coordinates" not in result.err and body(new).attributes.TEXCOORD_1 is None
     look = new.materials[0]
     assert not look.normalTexture.texCoord and look.normalTexture.scale == 0.7
     turned = np.abs(corners(new, body(new))["TANGENT"] - corners(old, body(old))["TANGENT"]).max()
@@ -264,8 +264,8 @@ def test_carried_maps_look_the_same_in_space(rich, iccm):
 def test_maps_are_carried_beside_a_new_texture(rich, iccm):
     Image.new("RGB", (8, 8), (10, 200, 30)).save("new.png")
     words = ("map", "square.svg", "rich.glb#body", "--texture", "new.png", "-o")
-    done = iccm(*words, "out.glb", "--carry-maps")
-    assert done.code == 0, done.err
+    result = iccm(*words, "out.glb", "--carry-maps")
+    assert result.code == 0, result.err
     new = rich_glb.read("out.glb")
     look = new.materials[0]
     assert (
@@ -341,8 +341,8 @@ def test_sparse_and_normalised_accessors_and_placed_textures(tmp_path):
 def test_unreadable_files_are_refused_in_one_line(shapes, iccm, change, message):
     tree = {"asset": {"version": "2.0"}, **change}
     (shapes / "a.gltf").write_text(json.dumps(tree))
-    done = iccm("flatten", "a.gltf")
-    assert done.code == 2 and len(done.lines) == 1 and message in done.err
+    result = iccm("flatten", "a.gltf")
+    assert result.code == 2 and len(result.lines) == 1 and message in result.err
 
 
 def squeezed(folder, *, damage=lambda data: data, number=1):
@@ -396,8 +396,8 @@ def test_meshes_compressed_by_draco_are_unchanged(tmp_path, iccm):
         rows = np.take_along_axis(rows, order[..., None], axis=1).reshape(len(rows), -1)
         corners.append(rows[np.lexsort(rows.T[::-1].round(3))])
     assert corners[1] == pytest.approx(corners[0], abs=1e-4)
-    done = iccm("flatten", tmp_path / "draco.glb", "--uv", tmp_path / "out.glb")
-    assert done.code == 0, done.err
+    result = iccm("flatten", tmp_path / "draco.glb", "--uv", tmp_path / "out.glb")
+    assert result.code == 0, result.err
     new = rich_glb.read(tmp_path / "out.glb")
     assert not new.extensionsUsed and not new.extensionsRequired
     position = new.accessors[new.meshes[0].primitives[0].attributes.POSITION]
@@ -419,8 +419,8 @@ def test_damaged_draco_is_refused_in_one_line(shapes, iccm, monkeypatch, how, me
     squeezed(shapes, **(how or {}))
     if how is None:
         monkeypatch.setitem(sys.modules, "DracoPy", None)
-    done = iccm("flatten", "draco.glb")
-    assert done.code == 2 and len(done.lines) == 1 and message in done.err
+    result = iccm("flatten", "draco.glb")
+    assert result.code == 2 and len(result.lines) == 1 and message in result.err
 
 
 def packed(folder, name="EXT_meshopt_compression", **wrong):
@@ -486,8 +486,8 @@ def test_damaged_meshopt_is_refused_in_one_line(shapes, iccm, monkeypatch, wrong
     packed(shapes, **(wrong or {}))
     if wrong is None:
         monkeypatch.setitem(sys.modules, "meshopt", None)
-    done = iccm("flatten", "meshopt.gltf")
-    assert done.code == 2 and len(done.lines) == 1 and message in done.err
+    result = iccm("flatten", "meshopt.gltf")
+    assert result.code == 2 and len(result.lines) == 1 and message in result.err
 
 
 def test_nodes_of_scenes_become_roots(tmp_path, monkeypatch, iccm):

@@ -92,8 +92,8 @@ def test_data_that_a_format_cannot_hold_are_refused_in_one_line(folder, iccm):
     given = {"--carry-maps": "materials", "--normal": "normal"}
     for option, why in given.items():
         words = ("map", "square.svg", "a.mjson", "-o", "o.mjson", option)
-        done = iccm(*words, *(["a.mjson"] if option == "--normal" else []))
-        assert done.code == 2 and why in done.err and len(done.lines) == 1
+        result = iccm(*words, *(["a.mjson"] if option == "--normal" else []))
+        assert result.code == 2 and why in result.err and len(result.lines) == 1
 
 
 def test_triangles_in_the_place_of_polygons_keep_their_coordinates(folder):

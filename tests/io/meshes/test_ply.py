@@ -63,8 +63,8 @@ def test_polygons_are_not_triangulated(tmp_path, form):
 @pytest.mark.parametrize("form", FORMS)
 def test_a_flattening_adds_two_properties_and_nothing_else(shapes, iccm, form):
     (shapes / "a.ply").write_bytes(content(form))
-    done = iccm("flatten", "a.ply", "--uv", "out.ply")
-    assert done.code == 0, done.err
+    result = iccm("flatten", "a.ply", "--uv", "out.ply")
+    assert result.code == 0, result.err
     written = (shapes / "out.ply").read_bytes()
     head = HEADER.format(form=form).replace(
         "double weight\n", "double weight\nproperty float s\nproperty float t\n"
@@ -139,8 +139,8 @@ def test_truncated_files_are_refused_in_one_line(shapes, iccm, form):
     data = content(form)
     for end in (len(data) - 30, len(data) - 120, data.index(b"end_header") + 12, 60):
         (shapes / "a.ply").write_bytes(data[:end])
-        done = iccm("flatten", "a.ply")
-        assert done.code == 2 and len(done.lines) == 1 and "a.ply" in done.err
+        result = iccm("flatten", "a.ply")
+        assert result.code == 2 and len(result.lines) == 1 and "a.ply" in result.err
 
 
 def test_strips_get_faces_when_their_vertices_are_split(tmp_path):

@@ -68,8 +68,8 @@ def test_flattening_covers_all_objects(iccm):
         f'<object id="1">{MESH}</object><object id="2">{MESH}</object>',
         f'<item objectid="1"/><item objectid="2" transform="{QUARTER}"/>',
     )
-    done = iccm("flatten", "two.3mf", "--uv", "out.obj")
-    assert done.code == 0, done.err
+    result = iccm("flatten", "two.3mf", "--uv", "out.obj")
+    assert result.code == 0, result.err
     assert mesh_files.read("out.obj").mesh.sizes.size == 4
 
 
@@ -92,8 +92,8 @@ def test_bad_packages_are_refused_in_one_line(iccm):
     with zipfile.ZipFile("other.3mf", "w") as file:
         file.writestr("word/document.xml", "<a/>")
     for name in ("none.3mf", "junk.3mf", "other.3mf"):
-        done = iccm("flatten", name, "-o", "no.svg")
-        assert done.code == 2 and name in done.err and len(done.err.splitlines()) == 1, done.err
+        result = iccm("flatten", name, "-o", "no.svg")
+        assert result.code == 2 and name in result.err and len(result.err.splitlines()) == 1, result.err
 
 
 def test_entities_are_not_expanded(tmp_path):

@@ -65,10 +65,10 @@ def folder(tmp_path, monkeypatch):
 
 def through_blender(*names):
     Path("posed.py").write_text(POSED)
-    done = subprocess.run(
+    result = subprocess.run(
         [BPY, "posed.py", *names, "posed.json"], capture_output=True, text=True, timeout=250
     )
-    assert done.returncode == 0, done.stderr[-3000:]
+    assert result.returncode == 0, result.stderr[-3000:]
     return json.loads(Path("posed.json").read_text())
 
 

@@ -44,8 +44,8 @@ def test_a_mesh_is_read_with_its_place_and_its_coordinates(scene):
 
 def test_coordinates_are_written_so_that_usd_reads_them(scene, iccm):
     suffix = scene[scene.index(".") :]
-    done = iccm("flatten", scene, "-o", "flat.obj", "--uv", f"out{suffix}")
-    assert done.code == 0, done.err
+    result = iccm("flatten", scene, "-o", "flat.obj", "--uv", f"out{suffix}")
+    assert result.code == 0, result.err
     stage = Usd.Stage.Open(f"out{suffix}")
     mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
     assert list(mesh.GetFaceVertexCountsAttr().Get()) == COUNTS
@@ -70,5 +70,5 @@ def test_references_to_other_files_are_refused(scene, iccm):
     stage = Usd.Stage.CreateNew("outer.usda")
     stage.DefinePrim("/a").GetReferences().AddReference(f"./{scene}", "/world")
     stage.GetRootLayer().Save()
-    done = iccm("flatten", "outer.usda", "-o", "no.svg")
-    assert done.code == 2 and "other USD files" in done.err
+    result = iccm("flatten", "outer.usda", "-o", "no.svg")
+    assert result.code == 2 and "other USD files" in result.err

@@ -75,8 +75,8 @@ def test_a_surface_is_read_with_its_coordinates(file):
 @pytest.mark.parametrize("suffix", READERS)
 def test_coordinates_are_written_so_that_vtk_reads_them(file, suffix, iccm):
     for name in (f"out{suffix}", "out.ply"):
-        done = iccm("flatten", file, "--uv", name)
-        assert done.code == 0, done.err
+        result = iccm("flatten", file, "--uv", name)
+        assert result.code == 0, result.err
     reader = READERS[suffix]()
     reader.SetFileName(f"out{suffix}")
     reader.Update()
@@ -150,8 +150,8 @@ def test_bad_files_are_refused_in_one_line(tmp_path, monkeypatch, iccm):
     }
     for name, content in contents.items():
         mesh_files.Path(name).write_bytes(content)
-        done = iccm("flatten", name, "-o", "no.svg")
-        assert done.code == 2 and name in done.err and len(done.err.splitlines()) == 1
+        result = iccm("flatten", name, "-o", "no.svg")
+        assert result.code == 2 and name in result.err and len(result.err.splitlines()) == 1
     assert not mesh_files.Path("no.svg").exists()
 
 
@@ -163,8 +163,8 @@ def test_numbers_at_points_are_shown_in_the_flattening(tmp_path, monkeypatch, ic
         array.SetName(name)
         surface.GetPointData().AddArray(array)
     save(vtkXMLPolyDataWriter(), surface, "part.vtp")
-    done = iccm("flatten", "part.vtp", "--overlay", "part.vtp#place", "-o", "place.tif")
-    assert done.code == 0, done.err
+    result = iccm("flatten", "part.vtp", "--overlay", "part.vtp#place", "-o", "place.tif")
+    assert result.code == 0, result.err
     pixels = np.asarray(Image.open("place.tif"))
     low, high = np.nanmin(pixels), np.nanmax(pixels)
     assert -3 <= low < -2.5 and 14.5 < high <= 15
@@ -174,5 +174,5 @@ def test_numbers_at_points_are_shown_in_the_flattening(tmp_path, monkeypatch, ic
     assert missing.code == 2 and "heat" in missing.err
     surface.GetPointData().SetActiveScalars("height")
     save(vtkXMLPolyDataWriter(), surface, "active.vtp")
-    done = iccm("flatten", "part.vtp", "--overlay", "active.vtp", "-o", "height.tif")
-    assert done.code == 0 and np.nanmax(np.asarray(Image.open("height.tif"))) <= 1
+    result = iccm("flatten", "part.vtp", "--overlay", "active.vtp", "-o", "height.tif")
+    assert result.code == 0 and np.nanmax(np.asarray(Image.open("height.tif"))) <= 1

@@ -153,11 +153,11 @@ def test_reading_dxf_leaves_nothing_in_the_home(tmp_path):
     folders = {name: str(home) for name in ("HOME", "USERPROFILE", "XDG_CACHE_HOME", "XDG_CONFIG_HOME")}
     code = "from iccm.io.outlines import dxf; from pathlib import Path; dxf.read(Path('d.dxf')); import os; "
     code += "print(os.environ['XDG_CACHE_HOME'])"
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", code],
         cwd=tmp_path, env=os.environ | folders, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert done.stdout.strip() == str(home) and not list(home.rglob("*"))
+    assert result.stdout.strip() == str(home) and not list(home.rglob("*"))
 
 
 @pytest.mark.parametrize(

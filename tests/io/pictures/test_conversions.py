@@ -185,8 +185,8 @@ def test_formats_that_are_only_read(tmp_path, suffix, iccm):
     assert image.pixels.shape[:2] == (32, 48)
     assert image.pixels[16, 40, :3].astype(int) == pytest.approx((128, 64, 200), abs=4)
     if suffix != ".tga":
-        typed = iccm("map", str(path), str(path), "-o", str(tmp_path / f"b{suffix}"))
-        assert typed.code == 2 and ".png" in typed.err and not (tmp_path / f"b{suffix}").exists()
+        result = iccm("map", str(path), str(path), "-o", str(tmp_path / f"b{suffix}"))
+        assert result.code == 2 and ".png" in result.err and not (tmp_path / f"b{suffix}").exists()
 
 
 HEIC = b64decode(

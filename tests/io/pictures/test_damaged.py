@@ -56,6 +56,6 @@ def test_libraries_do_not_speak_of_a_picture(shapes, shell):
     head = whole[: whole.index(b"IDAT") - 4]
     (shapes / "bad.png").write_bytes(head + chunk(b"IDAT", b"nothing of zlib's") + chunk(b"IEND", b""))
     for name in ("odd.png", "bad.png"):
-        done = shell(f"iccm map square.svg blob.svg --texture {name} --size 16 -q -o {name}.tif")
-        assert "libpng" not in done.stderr and len(done.stderr.splitlines()) <= 1, done.stderr
-        assert done.returncode == (2 if name == "bad.png" else 0)
+        result = shell(f"iccm map square.svg blob.svg --texture {name} --size 16 -q -o {name}.tif")
+        assert "libpng" not in result.stderr and len(result.stderr.splitlines()) <= 1, result.stderr
+        assert result.returncode == (2 if name == "bad.png" else 0)

@@ -33,8 +33,8 @@ def png_header(width, height):
 def no_programs(monkeypatch):
     """Fail the test if a program is started."""
 
-    def refuse(*given, **named):
-        raise AssertionError(f"starts {given}")
+    def refuse(*args, **kwargs):
+        raise AssertionError(f"starts {args}")
 
     monkeypatch.setattr(subprocess, "Popen", refuse)
 

@@ -111,14 +111,14 @@ def test_iccm_apply_reports_omissions_and_refuses_at_once(tmp_path, monkeypatch,
     picture = np.ones((8, 8, 5), np.float32)
     picture[2, 3] = np.nan
     image_files.write("p.exr", Image(picture, colorspace="lin_rec709"))
-    done = iccm("apply", "a.exr", "p.exr", "-o", "o.exr")
-    assert done.code == 0
-    assert "note: p.exr: 1 texels are not finite" in done.err
+    result = iccm("apply", "a.exr", "p.exr", "-o", "o.exr")
+    assert result.code == 0
+    assert "note: p.exr: 1 texels are not finite" in result.err
     assert np.isfinite(image_files.read("o.exr").pixels).all()
-    monkeypatch.setattr(stmap_files, "Sampler", lambda *args, **given: pytest.fail("prepared"))
-    done = iccm("apply", "a.exr", "p.exr", "-o", "o.png")
-    assert done.code == 2
-    assert "1 or 3 channels beside alpha, not 5" in done.err
+    monkeypatch.setattr(stmap_files, "Sampler", lambda *args, **kwargs: pytest.fail("prepared"))
+    result = iccm("apply", "a.exr", "p.exr", "-o", "o.png")
+    assert result.code == 2
+    assert "1 or 3 channels beside alpha, not 5" in result.err
     assert not (tmp_path / "o.png").exists()
 
 
@@ -126,16 +126,18 @@ def test_iccm_apply_writes_to_stdout_and_keeps_its_inputs(tmp_path, monkeypatch,
     monkeypatch.chdir(tmp_path)
     stmap_files.write("a.exr", curved(), BOX, Canvas(30, 30, BOX))
     image_files.write("p.png", Image((smooth(20, 20) * 255).astype(np.uint8)))
-    done = shell("iccm apply a.exr p.png -o - > o.png && iccm apply a.exr p.png -o same.png", cwd=tmp_path)
-    assert done.returncode == 0 and done.stderr == "wrote same.png\n"
+    result = shell("iccm apply a.exr p.png -o - > o.png && iccm apply a.exr p.png -o same.png", cwd=tmp_path)
+    assert result.returncode == 0 and result.stderr == "wrote same.png\n"
     assert (tmp_path / "o.png").read_bytes() == (tmp_path / "same.png").read_bytes()
     for name in ("a.exr", "./p.png"):
         before = (tmp_path / name).read_bytes()
-        done = iccm("apply", "a.exr", "p.png", "-o", name, "--force")
-        assert done.code == 2 and done.lines == [f"error: {name}: is also an input; choose another output"]
+        result = iccm("apply", "a.exr", "p.png", "-o", name, "--force")
+        assert result.code == 2 and result.lines == [
+            f"error: {name}: is also an input; choose another output"
+        ]
         assert (tmp_path / name).read_bytes() == before
-    done = iccm("apply", "a.exr", "p.png", "-o", "o.obj")
-    assert done.code == 2 and done.lines[-1].startswith("error: o.obj: unknown picture format '.obj'")
+    result = iccm("apply", "a.exr", "p.png", "-o", "o.obj")
+    assert result.code == 2 and result.lines[-1].startswith("error: o.obj: unknown picture format '.obj'")
 
 
 def test_a_picture_of_several_tiles_is_read_at_the_stored_coordinates(tmp_path):

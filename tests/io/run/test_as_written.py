@@ -50,7 +50,7 @@ FLATTEN = ("flatten", "hill.obj", "--onto", "disk.svg", "--uv", "o.obj")
 @pytest.mark.parametrize("words", [MAP, FLATTEN])
 def test_figures_are_those_of_the_file(shapes, iccm, words):
     hill(shapes / "hill.obj")
-    done = iccm(*words, "--report", "r.json")
+    result = iccm(*words, "--report", "r.json")
     report = json.loads((shapes / "r.json").read_text())
     space, uv, rim = written(shapes / "o.obj")
     if words is FLATTEN:  # coordinates fill 0 to 1
@@ -87,10 +87,10 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
     ) / np.hypot(80, 80)
     assert report["boundary"]["hausdorff"] == pytest.approx(gap, rel=0.02)
     assert gap > 0.01
-    assert "the mesh is too coarse (boundary)" in done.err
-    assert done.code == 0
+    assert "the mesh is too coarse (boundary)" in result.err
+    assert result.code == 0
     if words is MAP:
-        assert report["message"] in done.err
+        assert report["message"] in result.err
         note = "The mesh's vertices are on the outline; the edges between them are at most"
         assert report["message"].startswith(note)
 

@@ -28,9 +28,9 @@ def eggs(shapes, iccm):
 
 @pytest.mark.slow
 def test_meshes_in_the_same_place_are_matched_by_position(eggs, shapes, iccm):
-    done = iccm("map", *eggs, "-o", "o.obj", "--report", "r.json")
-    assert done.code == 0, done.err
-    assert "pinned to the nearest points" in done.err and "--pin" in done.err
+    result = iccm("map", *eggs, "-o", "o.obj", "--report", "r.json")
+    assert result.code == 0, result.err
+    assert "pinned to the nearest points" in result.err and "--pin" in result.err
     data = json.loads((shapes / "r.json").read_text())
     assert data["status"] == "reached" and data["apart"]["p95"] < 0.03
     assert len(data["pins"]) >= 2

@@ -42,9 +42,9 @@ def folder(tmp_path, monkeypatch):
 
 
 def mapped(iccm, *words):
-    done = iccm("map", "shape.svg", "can.obj", "-o", "o.glb", "--report", "r.json", "--force", *words)
-    assert done.code < 2, done.err
-    return json.loads(open("r.json").read()), done.err
+    result = iccm("map", "shape.svg", "can.obj", "-o", "o.glb", "--report", "r.json", "--force", *words)
+    assert result.code < 2, result.err
+    return json.loads(open("r.json").read()), result.err
 
 
 @pytest.mark.slow

@@ -26,8 +26,10 @@ def files(tmp_path, monkeypatch):
 
 
 def picture(iccm, *options):
-    done = iccm("map", "bars.svg", "plate.svg", "-o", "out.png", "--report", "out.json", "--force", *options)
-    assert done.code == 0, done.err
+    result = iccm(
+        "map", "bars.svg", "plate.svg", "-o", "out.png", "--report", "out.json", "--force", *options
+    )
+    assert result.code == 0, result.err
     report = json.loads(Path("out.json").read_text())
     return np.asarray(Image.open("out.png").convert("RGBA")).astype(int), report
 
@@ -73,8 +75,8 @@ def test_gaps_of_a_picture_are_not_filled_with_colours_from_beside_them(iccm, fi
     pixels = {}
     for gaps in ("paper", "transparent"):
         arguments = "hook.png", "plate.svg", "--fit", "frame", "--gaps", gaps, "-o", "out.png", "--force"
-        done = iccm("map", *arguments, "--report", "out.json")
-        assert done.code == 0, done.err
+        result = iccm("map", *arguments, "--report", "out.json")
+        assert result.code == 0, result.err
         pixels[gaps] = np.asarray(Image.open("out.png").convert("RGBA")).astype(int)
         report = json.loads(Path("out.json").read_text())
     open_share = (pixels["transparent"][..., 3] < 128).mean()
@@ -112,9 +114,9 @@ COMB = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
 def test_a_note_reports_where_a_thin_target_shows_pieces_of_lines(iccm, files, width, target, noted):
     Path("arrows.svg").write_text(ARROWS.format(width=width))
     Path("comb.svg").write_text(COMB)
-    done = iccm("map", "arrows.svg", f"{target}.svg", "-o", "out.png", "--size", "90")
-    assert done.code == 0, done.err
-    assert ("arrows.svg: drawn with lines" in done.err and "--texture checker" in done.err) == noted
+    result = iccm("map", "arrows.svg", f"{target}.svg", "-o", "out.png", "--size", "90")
+    assert result.code == 0, result.err
+    assert ("arrows.svg: drawn with lines" in result.err and "--texture checker" in result.err) == noted
     if noted:
         plain = iccm("map", "arrows.svg", "comb.svg", "-o", "b.png", "--size", "90", "--texture", "checker")
         assert plain.code == 0 and "drawn with lines" not in plain.err

@@ -31,9 +31,9 @@ def test_a_run_opens_its_mesh_once(shapes, more):
     """Whether it is a mesh, its size, its content, its references, its hash: all from one reading."""
     for name in ("m.obj", "o.obj"):
         (shapes / name).write_text(MESH)
-    done = subprocess.run([sys.executable, "-c", COUNT, more], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == "1 1\n"
+    result = subprocess.run([sys.executable, "-c", COUNT, more], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert result.stdout == "1 1\n"
 
 
 def test_long_lines_and_blocks(shapes, monkeypatch):

@@ -35,7 +35,7 @@ def test_a_pin_may_be_written_in_three_ways(pin):
 
 
 @pytest.mark.parametrize(
-    ("values", "place", "what"),
+    ("values", "place", "cause"),
     [
         ({"size": "0x4"}, "--size", "between 1 and"),
         ({"size": "12y3"}, "--size", "WxH"),
@@ -54,11 +54,11 @@ def test_a_pin_may_be_written_in_three_ways(pin):
         ({"texture": "a.png", "normal": "n.png", "output": ["o.png"]}, "2 textures but 1 picture: ", "-o"),
     ],
 )
-def test_a_mistake_is_one_line_that_names_the_option(values, place, what):
+def test_a_mistake_is_one_line_that_names_the_option(values, place, cause):
     with pytest.raises(InputError) as caught:
         make({"source": "a.svg", **values})
     message = str(caught.value)
-    assert message.startswith(place) and what in message and "\n" not in message
+    assert message.startswith(place) and cause in message and "\n" not in message
 
 
 @pytest.mark.parametrize("pin", ["1,2:v17", "1,2: V17 ", [[1, 2], "v17"]])
@@ -147,7 +147,7 @@ def test_no_picture_by_default_when_another_output_is_requested():
 
 
 @pytest.mark.parametrize(
-    ("options", "what"),
+    ("options", "message"),
     [
         ({"output": ["o.xyz"]}, "o.xyz: unknown suffix"),
         ({"plot": "p.txt"}, "p.txt: unknown suffix"),
@@ -160,14 +160,14 @@ def test_no_picture_by_default_when_another_output_is_requested():
         ({"output": ["o.npz"], "carry_maps": True}, "--carry-maps: .* mesh"),
     ],
 )
-def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options, what):
+def test_outputs_are_checked_before_anything_runs(tmp_path, monkeypatch, options, message):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there.png").write_bytes(b"old")
     for name in ("a.svg", "b.svg"):
         (tmp_path / name).write_text(
             '<svg xmlns="http://www.w3.org/2000/svg"><rect width="9" height="9"/></svg>'
         )
-    with pytest.raises(InputError, match=what):
+    with pytest.raises(InputError, match=message):
         run(Job(source="a.svg", target="b.svg", **options))
     assert (tmp_path / "there.png").read_bytes() == b"old"
 

@@ -48,10 +48,10 @@ def test_a_set_agrees_with_single_runs_and_is_solved_once(material, iccm, monkey
         assert iccm(*run).code == 0
         single[word] = image_files.read(f"one-{word}.tif")
     solved, real = [], execute.solve
-    monkeypatch.setattr(execute, "solve", lambda *args, **more: solved.append(1) or real(*args, **more))
-    given = [option for word, name in names.items() for option in options(name, word)]
-    done = iccm("map", "square.svg", *words, *given, "-o", "set-{stem}.tif", "--report", "r.json")
-    assert done.code == 0, done.err
+    monkeypatch.setattr(execute, "solve", lambda *args, **kwargs: solved.append(1) or real(*args, **kwargs))
+    arguments = [option for word, name in names.items() for option in options(name, word)]
+    result = iccm("map", "square.svg", *words, *arguments, "-o", "set-{stem}.tif", "--report", "r.json")
+    assert result.code == 0, result.err
     assert len(solved) == 1
     for word, image in single.items():
         picture = image_files.read(f"set-{word}.tif")
@@ -61,8 +61,8 @@ def test_a_set_agrees_with_single_runs_and_is_solved_once(material, iccm, monkey
 
 
 def test_names_of_textures_and_of_sides_fit_together(material, iccm):
-    given = ["--normal", "normal.png", "--data", "data.tif"]
-    assert iccm("map", "square.svg", "blob.svg", *given).code == 0
+    arguments = ["--normal", "normal.png", "--data", "data.tif"]
+    assert iccm("map", "square.svg", "blob.svg", *arguments).code == 0
     assert (material / "square-blob-normal.png").is_file() and (material / "square-blob-data.png").is_file()
     alone = iccm("map", "square.svg", "blob.svg", "--normal", "normal.png", "-o", "n.png")
     assert alone.code == 0
@@ -71,8 +71,8 @@ def test_names_of_textures_and_of_sides_fit_together(material, iccm):
         (["-o", "x.png"], r"2 textures\b.*\b1 picture.*-o"),
         (["--stmap", "x.exr"], r"2 textures\b.*\b0 picture.*-o"),
     ):
-        done = iccm("map", "square.svg", "blob.svg", *given, *more)
-        assert done.code == 2 and re.search(message, done.err) and not (material / more[1]).exists()
+        result = iccm("map", "square.svg", "blob.svg", *arguments, *more)
+        assert result.code == 2 and re.search(message, result.err) and not (material / more[1]).exists()
     grey = iccm(
         "map",
         "square.svg",
@@ -89,9 +89,9 @@ def test_names_of_textures_and_of_sides_fit_together(material, iccm):
 
 def test_a_mesh_shows_a_set_itself(material, iccm):
     write_sheets(material / "sheet.obj", {"sheet": TILES["left"]})
-    given = ["--texture", "texture.png", "--normal", "normal.png"]
-    done = iccm("map", "square.svg", "sheet.obj", *given, "-o", "x.glb", "-o", "x.obj")
-    assert done.code == 0, done.err
+    arguments = ["--texture", "texture.png", "--normal", "normal.png"]
+    result = iccm("map", "square.svg", "sheet.obj", *arguments, "-o", "x.glb", "-o", "x.obj")
+    assert result.code == 0, result.err
     whole = gltf.read(material / "x.glb")
     (material_entry,) = whole.tree["materials"]
     slots = {
@@ -103,7 +103,7 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
         gltf_materials.NORMALS: (material / "normal.png").read_bytes(),
     }
     assert (material / "x.mtl").read_text().split()[-4:] == ["map_Kd", "texture.png", "norm", "normal.png"]
-    alone = iccm("map", "square.svg", "sheet.obj", *given[2:], "-o", "n.obj")
+    alone = iccm("map", "square.svg", "sheet.obj", *arguments[2:], "-o", "n.obj")
     assert alone.code == 0 and "map_Kd" not in (material / "n.mtl").read_text()
 
 
@@ -117,37 +117,46 @@ def test_a_mesh_shows_a_set_itself(material, iccm):
     ],
 )
 def test_outputs_that_a_mesh_cannot_show_are_refused(material, iccm, more, message):
-    given = ["--texture", "texture.png", "--normal", "normal.png"]
-    done = iccm("map", "square.svg", "tiles.obj#left", *given, *more)
-    assert done.code == 2 and message in done.err and not (material / more[1]).exists()
+    arguments = ["--texture", "texture.png", "--normal", "normal.png"]
+    result = iccm("map", "square.svg", "tiles.obj#left", *arguments, *more)
+    assert result.code == 2 and message in result.err and not (material / more[1]).exists()
 
 
 @pytest.mark.parametrize(
-    "given", [["--normal-down", "normal.png"], ["--texture", "data.tif", "--kind", "data"]]
+    "arguments", [["--normal-down", "normal.png"], ["--texture", "data.tif", "--kind", "data"]]
 )
-def test_a_mesh_does_not_show_data_as_colours(material, iccm, given):
+def test_a_mesh_does_not_show_data_as_colours(material, iccm, arguments):
     for output in (["-o", "x.glb"], []):  # by default, a mesh onto a mesh gives a mesh
-        done = iccm("map", "square.svg", "tiles.obj#left", *given, *output)
-        assert done.code == 2 and "add a picture for" in done.err, done.err
+        result = iccm("map", "square.svg", "tiles.obj#left", *arguments, *output)
+        assert result.code == 2 and "add a picture for" in result.err, result.err
     assert not (material / "x.glb").exists()
 
 
-@pytest.mark.parametrize("given", [["--data", "data.tif"], ["--normal-down", "normal.png"]])
-def test_a_mesh_beside_a_picture_shows_colours_alone(material, iccm, given):
+@pytest.mark.parametrize("arguments", [["--data", "data.tif"], ["--normal-down", "normal.png"]])
+def test_a_mesh_beside_a_picture_shows_colours_alone(material, iccm, arguments):
     """Data and DirectX normals become pictures; the mesh gets its coordinates, and a note reports the rest."""
     write_sheets(material / "sheet.obj", {"sheet": TILES["left"]})
     out = ["-o", "made.png", "-o", "x.glb", "-o", "x.obj"]
-    alone = iccm("map", "square.svg", "sheet.obj", *given, *out)
+    alone = iccm("map", "square.svg", "sheet.obj", *arguments, *out)
     assert alone.code == 0, alone.err
     errors = [line for line in alone.lines if "cannot include" in line]
-    assert len(errors) == 2 and all(given[1] in line and "--texture" in line for line in errors)
+    assert len(errors) == 2 and all(arguments[1] in line and "--texture" in line for line in errors)
     assert "x.glb: " in errors[0] and "x.obj: " in errors[1]
     assert not gltf.read(material / "x.glb").tree.get("images") and not (material / "x.mtl").exists()
     result = iccm(
-        "map", "square.svg", "sheet.obj", "--texture", "texture.png", *given, "-o", "t.png", *out, "--force"
+        "map",
+        "square.svg",
+        "sheet.obj",
+        "--texture",
+        "texture.png",
+        *arguments,
+        "-o",
+        "t.png",
+        *out,
+        "--force",
     )
     errors = [line for line in result.lines if "cannot include" in line]
-    assert result.code == 0 and len(errors) == 2 and all(given[1] in line for line in errors)
+    assert result.code == 0 and len(errors) == 2 and all(arguments[1] in line for line in errors)
     assert "texture.png" not in "".join(errors)
     whole = gltf.read(material / "x.glb")
     (material_entry,) = whole.tree["materials"]
@@ -171,10 +180,10 @@ def test_a_batch_takes_sets_and_tiles(material, iccm):
         },
     ]
     (material / "jobs.jsonl").write_text("\n".join(map(json.dumps, jobs)))
-    done = iccm("batch", "jobs.jsonl", "--root", "made", "-j", "1")
-    assert done.code == 0, done.err + done.out
+    result = iccm("batch", "jobs.jsonl", "--root", "made", "-j", "1")
+    assert result.code == 0, result.err + result.out
     outputs = [
-        sorted(entry["path"] for entry in json.loads(line)["outputs"]) for line in done.out.splitlines()
+        sorted(entry["path"] for entry in json.loads(line)["outputs"]) for line in result.out.splitlines()
     ]
     assert outputs == [
         ["made/square-blob-normal.png", "made/square-blob-texture.png"],

@@ -48,7 +48,7 @@ def test_a_job_accepts_its_options_or_names_each_mistake(data):
 
 
 @pytest.mark.parametrize(
-    ("given", "kept"),
+    ("options", "kept"),
     [
         ({"balance": 2}, 2.0),
         ({"balance": "0.5"}, 0.5),
@@ -66,14 +66,14 @@ def test_a_job_accepts_its_options_or_names_each_mistake(data):
         ({"report": None}, None),
     ],
 )
-def test_values_are_kept_as_their_types_have_them(given, kept):
-    (name,) = given
-    value = getattr(Job(source="a.svg", **given), name)
+def test_values_are_kept_as_their_types_have_them(options, kept):
+    (name,) = options
+    value = getattr(Job(source="a.svg", **options), name)
     assert value == kept and type(value) is type(kept)
 
 
 @pytest.mark.parametrize(
-    ("given", "what"),
+    ("options", "cause"),
     [
         ({"balance": True}, "number"),
         ({"balance": -0.5}, "at least 0"),
@@ -93,11 +93,11 @@ def test_values_are_kept_as_their_types_have_them(given, kept):
         ({"require_injective": 10**400}, "share"),
     ],
 )
-def test_a_value_of_another_type_or_out_of_bounds_is_reported(given, what):
+def test_a_value_of_another_type_or_out_of_bounds_is_reported(options, cause):
     with pytest.raises(JobError) as caught:
-        Job(**{"source": "a.svg"} | given)
+        Job(**{"source": "a.svg"} | options)
     ((key, text),) = caught.value.mistakes
-    assert key.partition(".")[0] in given and what in text
+    assert key.partition(".")[0] in options and cause in text
 
 
 def test_options_that_are_not_given_have_their_defaults():

@@ -212,10 +212,10 @@ def test_the_command_pins_landmarks(tmp_path, pair, iccm, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "multi.roi", SOURCE)
     write(tmp_path / "table.csv", TARGET)
-    given = "a.svg", "b.svg", "--exact-pins", "--source-landmarks", "multi.roi"
-    typed = iccm("map", *given, "--target-landmarks", "table.csv", "-o", "map.npz")
-    assert typed.code == 0, typed.err
+    arguments = "a.svg", "b.svg", "--exact-pins", "--source-landmarks", "multi.roi"
+    result = iccm("map", *arguments, "--target-landmarks", "table.csv", "-o", "map.npz")
+    assert result.code == 0, result.err
     images = core.load("map.npz").map(np.array(SOURCE) @ [1, -1j])  # y up, where the files have it down
     assert np.abs(images - np.array(TARGET) @ [1, -1j]).max() < 1e-6
-    typed = iccm("map", *given, "-o", "other.npz")
-    assert typed.code == 2 and "--target-landmarks" in typed.err
+    result = iccm("map", *arguments, "-o", "other.npz")
+    assert result.code == 2 and "--target-landmarks" in result.err

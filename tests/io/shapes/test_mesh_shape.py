@@ -281,8 +281,8 @@ def test_a_bound_on_memory_does_not_change_a_picture_from_or_for_a_mesh(shapes, 
 
 def test_a_bake_that_a_bound_on_memory_cannot_hold_is_refused_before_the_solving(shapes, iccm):
     write_mesh(shapes / "a.obj", n=3)
-    done = iccm("map", "square.svg", "a.obj", "--bake", "--size", "8000", "-o", "o.png", "--memory", "2G")
-    assert done.code == 2 and "too little for the whole picture at once (--bake)" in done.err
+    result = iccm("map", "square.svg", "a.obj", "--bake", "--size", "8000", "-o", "o.png", "--memory", "2G")
+    assert result.code == 2 and "too little for the whole picture at once (--bake)" in result.err
 
 
 def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch, iccm):
@@ -290,7 +290,7 @@ def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch,
     write_mesh(tmp_path / "hill.obj")
     assert iccm("flatten", "hill.obj").code == 0
     assert (tmp_path / "hill-flat.svg").exists()
-    done = iccm(
+    result = iccm(
         "flatten",
         "hill.obj",
         "-o",
@@ -304,8 +304,8 @@ def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch,
         "--plot",
         "p.png",
     )
-    assert done.code == 0, done.err
-    report = json.loads(done.out)
+    assert result.code == 0, result.err
+    report = json.loads(result.out)
     assert report["schema"] == "iccm.flatten/1"
     assert report["boundary_loops"] == [48]
     assert 1 < report["dilatation"]["p95"] < 1.1
@@ -335,15 +335,15 @@ def test_flatten_refuses_meshes_that_it_cannot_flatten_or_write(tmp_path, monkey
         ("drawing.svg",): "cannot read a mesh from '.svg'",
         ("hill.obj#9",): "no boundary 9",
     }.items():
-        done = iccm("flatten", *words)
-        assert done.code == 2
-        assert message in done.err
-        assert len(done.lines) == 1
+        result = iccm("flatten", *words)
+        assert result.code == 2
+        assert message in result.err
+        assert len(result.lines) == 1
     (tmp_path / "drawing.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg"><rect width="9" height="9"/></svg>'
     )
-    done = iccm("map", "drawing.svg", "hill.obj", "-o", "x.stl")
-    assert done.code == 2 and "STL files cannot hold texture coordinates" in done.err
+    result = iccm("map", "drawing.svg", "hill.obj", "-o", "x.stl")
+    assert result.code == 2 and "STL files cannot hold texture coordinates" in result.err
     assert iccm("flatten", "tetra.obj").code == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == [
         *("drawing.svg", "hill.obj", "tetra-flat.svg", "tetra.obj")
@@ -386,10 +386,10 @@ def test_points_of_the_surface_are_located_and_other_points_by_the_nearest(tmp_p
     assert np.allclose(space, np.einsum("pk,pkc->pc", weights, patch.points[patch.faces]), atol=1e-12)
     assert np.allclose(mesh.to_core(space), z, atol=1e-12)
     assert np.allclose(mesh.to_core(patch.points), flat, atol=1e-12)
-    beside = np.add(space[:40], (0, 0, 0.1))
-    result = mesh.to_space(mesh.to_core(beside))
-    nearest = np.linalg.norm(beside[:, None] - space[None], axis=2).min(axis=1)
-    assert (np.linalg.norm(result - beside, axis=1) <= nearest + 1e-12).all()
+    off_surface = np.add(space[:40], (0, 0, 0.1))
+    result = mesh.to_space(mesh.to_core(off_surface))
+    nearest = np.linalg.norm(off_surface[:, None] - space[None], axis=2).min(axis=1)
+    assert (np.linalg.norm(result - off_surface, axis=1) <= nearest + 1e-12).all()
 
 
 def test_a_texture_is_mapped_onto_a_mesh_with_pins_of_the_command_line(tmp_path, shapes, iccm):
@@ -408,8 +408,8 @@ def test_a_texture_is_mapped_onto_a_mesh_with_pins_of_the_command_line(tmp_path,
         "-o",
         "o.glb",
     ]
-    done = iccm(*words, "--pin", "50,50:v41", "--report", "r.json", "--plot", "p.png")
-    assert done.code in (0, 1), done.err
+    result = iccm(*words, "--pin", "50,50:v41", "--report", "r.json", "--plot", "p.png")
+    assert result.code in (0, 1), result.err
     report = json.loads((tmp_path / "r.json").read_text())
     assert report["flattening"]["triangles"] == 128
     assert report["pins"][0]["error"] < 0.05
@@ -441,12 +441,12 @@ def test_a_mesh_that_holds_its_texture_passes_it_on(tmp_path, monkeypatch, embed
     monkeypatch.chdir(tmp_path)
     write_mesh(tmp_path / "b.obj", n=5, uv=False)
     words = ["map", "a.glb", "b.obj", "--method", "paper", "--vertices", "60"]
-    done = iccm(*words, "-o", "o.obj", "-o", "o.glb", "-o", "o.ply")
-    assert done.code in (0, 1), done.err
+    result = iccm(*words, "-o", "o.obj", "-o", "o.glb", "-o", "o.ply")
+    assert result.code in (0, 1), result.err
     assert embedded in (tmp_path / "o.glb").read_bytes()
     assert (tmp_path / "o-texture.jpg").read_bytes().rstrip(b"\0") == embedded
     assert "map_Kd o-texture.jpg" in (tmp_path / "o.mtl").read_text()
-    assert "o.ply: a PLY file contains no texture" in done.err
+    assert "o.ply: a PLY file contains no texture" in result.err
     texture = mesh_reading.read_texture(mesh_reading.read("o.obj"))
     assert (
         np.abs(texture.pixels.astype(int) - image_files.read("c.jpg").pixels).max() <= 2
@@ -462,10 +462,10 @@ def test_a_damaged_embedded_texture_is_refused_before_the_solving(tmp_path, monk
     cut = whole[: len(whole) // 2].ljust(len(whole), b"\0")
     out, plane = tmp_path / "a.glb", target_plane(target)
     new_uvs([(target, identity(target), plane)], stmap.flat(target.box), out, name=out, texture=cut)
-    done = iccm("map", "a.glb", "hill.obj", "--bake", "-o", "o.png")
-    assert done.code == 2
-    assert len(done.lines) == 1
-    assert "a.glb: the texture in the file: cannot read" in done.err
+    result = iccm("map", "a.glb", "hill.obj", "--bake", "-o", "o.png")
+    assert result.code == 2
+    assert len(result.lines) == 1
+    assert "a.glb: the texture in the file: cannot read" in result.err
 
 
 @pytest.mark.parametrize(
@@ -481,9 +481,9 @@ def test_a_missing_layout_is_refused_before_the_solving(tmp_path, monkeypatch, i
     monkeypatch.setattr("iccm.fit", lambda *args, **options: pytest.fail("solved"))
     for name in ("source", "target"):
         write_mesh(tmp_path / f"{name}.obj", n=5, uv=name != bare)
-    done = iccm("map", "source.obj", "target.obj", *words)
-    assert done.code == 2
-    assert done.lines == [
+    result = iccm("map", "source.obj", "target.obj", *words)
+    assert result.code == 2
+    assert result.lines == [
         f"error: {bare}.obj: has no texture coordinates; create them with iccm flatten --uv"
     ]
 
@@ -511,16 +511,16 @@ def test_outputs_that_a_mesh_cannot_hold_are_refused_before_the_solving(
     for name in ("c.exr", "-c.png"):
         image_files.write(f"./{name}", colours(8))
     write_mesh(tmp_path / "a.obj", n=5)
-    far = (tmp_path / "a.obj").read_text().replace("vt 0.000000 0.000000", "vt 1e9 0", 1)
-    (tmp_path / "far.obj").write_text(far)
+    wrong = (tmp_path / "a.obj").read_text().replace("vt 0.000000 0.000000", "vt 1e9 0", 1)
+    (tmp_path / "far.obj").write_text(wrong)
     target = "far.obj" if "far" in message else "a.obj"
     (tmp_path / "a.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><rect width="9" height="9"/></svg>'
     )
-    done = iccm("map", "a.svg", target, *words)
-    assert done.code == 2
-    assert len(done.lines) == 1
-    assert message in done.err
+    result = iccm("map", "a.svg", target, *words)
+    assert result.code == 2
+    assert len(result.lines) == 1
+    assert message in result.err
 
 
 def test_padding_of_a_meshs_texture_on_a_planar_target(tmp_path, monkeypatch, iccm):
@@ -531,8 +531,8 @@ def test_padding_of_a_meshs_texture_on_a_planar_target(tmp_path, monkeypatch, ic
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle cx="4" cy="4" r="3"/></svg>'
     )
     words = ["--method", "paper", "--vertices", "60", "--size", "32", "--padding", "-1", "-o", "o.png"]
-    done = iccm("map", "a.obj", "b.svg", "--texture", "c.png", *words)
-    assert done.code in (0, 1), done.err
+    result = iccm("map", "a.obj", "b.svg", "--texture", "c.png", *words)
+    assert result.code in (0, 1), result.err
     pixels = image_files.read("o.png").pixels
     assert (pixels[..., 3] == 0).any()
     assert (pixels[..., :3] == 200).all()
@@ -542,9 +542,9 @@ def test_a_mesh_without_a_texture_is_noted(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     for name in ("a.obj", "b.obj"):
         write_mesh(tmp_path / name, n=5)
-    done = iccm("map", "a.obj", "b.obj", "--method", "paper", "--vertices", "60", "-o", "o.obj")
-    assert done.code in (0, 1), done.err
-    assert sum("a.obj: has no texture; name one with --texture" in line for line in done.lines) == 1
+    result = iccm("map", "a.obj", "b.obj", "--method", "paper", "--vertices", "60", "-o", "o.obj")
+    assert result.code in (0, 1), result.err
+    assert sum("a.obj: has no texture; name one with --texture" in line for line in result.lines) == 1
 
 
 @pytest.mark.parametrize(
@@ -562,11 +562,11 @@ def test_files_beside_an_output_are_checked_before_any_work(
     words = ["map", source, "b.obj", "-o", f"{name[0]}.obj", "--texture", "c.jpg"][
         : 5 if source == "a.glb" else 7
     ]
-    done = iccm(*words, *(["--force"] if name == "c.mtl" else []))
-    assert done.code == 2
-    assert len(done.lines) == 1
+    result = iccm(*words, *(["--force"] if name == "c.mtl" else []))
+    assert result.code == 2
+    assert len(result.lines) == 1
     expected = "is also an input" if name == "c.mtl" else "the file exists; use --force"
-    assert f"{name}: {expected}" in done.err
+    assert f"{name}: {expected}" in result.err
     assert (tmp_path / name).read_text() == "newmtl mine\n"
 
 
@@ -576,8 +576,8 @@ def test_an_embedded_texture_is_read_like_a_separate_one(tmp_path):
     deep = np.arange(8 * 8 * 3, dtype=np.uint16).reshape(8, 8, 3) * 300
     image_files.write(tmp_path / "c.png", image_files.Image(deep))
     out = tmp_path / "o.glb"
-    given = {"name": out, "texture": tmp_path / "c.png"}
-    new_uvs([(target, identity(target), target_plane(target))], stmap.flat(target.box), out, **given)
+    options = {"name": out, "texture": tmp_path / "c.png"}
+    new_uvs([(target, identity(target), target_plane(target))], stmap.flat(target.box), out, **options)
     mesh = mesh_reading.read(str(out))
     assert np.array_equal(mesh_reading.read_texture(mesh).pixels, deep)
     with pytest.raises(InputError, match=r"o\.glb: the texture in the file: .*8x8 exceeds"):
@@ -619,8 +619,8 @@ def test_a_texture_of_another_format_becomes_png(tmp_path):
 
 def test_a_deformation_writes_no_mesh_and_bakes_nothing(shapes, iccm):
     write_mesh(shapes / "a.obj", n=5)
-    done = iccm("deform", "a.obj", "--pin", "v1:v2", "-o", "o.obj")
-    assert done.code == 2 and "a deformation cannot be written as a mesh" in done.lines[-1]
+    result = iccm("deform", "a.obj", "--pin", "v1:v2", "-o", "o.obj")
+    assert result.code == 2 and "a deformation cannot be written as a mesh" in result.lines[-1]
     assert "No such option" in iccm("deform", "a.obj", "--pin", "v1:v2", "--bake").lines[-1]
 
 
@@ -628,10 +628,11 @@ def test_texture_coordinates_that_are_not_finite_are_refused(shapes, iccm):
     text = write_mesh(shapes / "a.obj", n=5).read_text()
     (shapes / "a.obj").write_text(text.replace("vt 0.000000 0.000000", "vt nan 0", 1))
     image_files.write("c.png", colours(8))
-    done = iccm("map", "a.obj", "square.svg", "--texture", "c.png", "-o", "o.png")
+    result = iccm("map", "a.obj", "square.svg", "--texture", "c.png", "-o", "o.png")
     assert (
-        done.code == 2 and "a.obj: face 1 (line 73): its texture coordinates are not finite" in done.lines[-1]
-    ), done.err
+        result.code == 2
+        and "a.obj: face 1 (line 73): its texture coordinates are not finite" in result.lines[-1]
+    ), result.err
 
 
 @pytest.mark.slow
@@ -645,8 +646,8 @@ def test_omitted_geometries_are_reported(shapes, iccm):
     note = "ignored 1 other geometry"
     words = ["--texture", "c.png", "--method", "paper", "--vertices", "60", "-o"]
     image_files.write("c.png", colours(8))
-    done = iccm("map", "square.svg", "two.glb#b", *words, "o.glb")
-    assert f"note: two.glb#b: {note}" in done.lines, done.err
+    result = iccm("map", "square.svg", "two.glb#b", *words, "o.glb")
+    assert f"note: two.glb#b: {note}" in result.lines, result.err
     assert f"note: two.glb#a: {note}" in iccm("flatten", "two.glb#a", "-o", "a.svg").lines
     cure = "is the largest; two.glb#name selects one, --parts all or each uses all of them"
     lines = iccm("map", "square.svg", "two.glb", "--parts", "largest", *words, "p.glb").lines
@@ -711,21 +712,21 @@ def test_an_stmap_through_texture_coordinates_agrees_with_the_run(shapes, iccm, 
     options = ["--texture", "t.png", "--size", "128", "--stmap", "m.exr", "-o", "o.png"]
     assert iccm("map", *words, *options).code == 0
     assert iccm("apply", "m.exr", "t.png", "-o", "p.png").code == 0
-    direct, through = (image_files.read(name).pixels.astype(int) for name in ("o.png", "p.png"))
-    seen = through[..., 3] == 255
+    direct, by_stmap = (image_files.read(name).pixels.astype(int) for name in ("o.png", "p.png"))
+    seen = by_stmap[..., 3] == 255
     assert seen.mean() > 0.5
-    assert np.abs(direct[..., :3] - through[..., :3])[seen].max() <= 3
+    assert np.abs(direct[..., :3] - by_stmap[..., :3])[seen].max() <= 3
 
 
 def test_a_layout_that_overlaps_or_leaves_the_unit_square_gets_a_note(shapes, iccm):
     text = write_mesh(shapes / "a.obj", n=6).read_text()
     (shapes / "a.obj").write_text(text.replace("vt 1.0", "vt 1.5").replace("vt 0.833333", "vt 1.25"))
     words = ["--bake", "--method", "paper", "--vertices", "60", "--size", "32", "-o", "o.png"]
-    done = iccm("map", "square.svg", "a.obj", *words)
-    assert any("a.obj: 24 triangles have texture coordinates outside 0..1" in line for line in done.lines), (
-        done.err
-    )
-    assert any("texels lie in several triangles" in line for line in done.lines)
+    result = iccm("map", "square.svg", "a.obj", *words)
+    assert any(
+        "a.obj: 24 triangles have texture coordinates outside 0..1" in line for line in result.lines
+    ), result.err
+    assert any("texels lie in several triangles" in line for line in result.lines)
 
 
 def steep(x, y):
@@ -792,9 +793,9 @@ def test_a_map_that_flips_triangles_is_poor(tmp_path, monkeypatch, iccm):
     (tmp_path / "ell.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 4 4"><path d="M0 0H4V1H1V4H0Z"/></svg>'
     )
-    done = iccm("map", "ell.svg", "sheet.obj", "-o", "out.obj", "--report", "out.json")
+    result = iccm("map", "ell.svg", "sheet.obj", "-o", "out.obj", "--report", "out.json")
     report = json.loads((tmp_path / "out.json").read_text())
     assert report["uv"]["flipped"] > 0
-    assert (done.code, report["status"]) == (1, "flipped")
-    errors = [line for line in done.err.splitlines() if line.startswith("error: ")]
+    assert (result.code, report["status"]) == (1, "flipped")
+    errors = [line for line in result.err.splitlines() if line.startswith("error: ")]
     assert len(errors) == 1 and "flip triangles" in errors[0] and "(uv)" in errors[0]

@@ -61,12 +61,12 @@ def test_a_closed_line_is_its_inside_in_any_light(tmp_path, uneven, ink, gap):
     assert "the inside of the line is used; --trace dark uses the line itself" in outline.notes
 
 
-@pytest.mark.parametrize("beside", [False, True])
-def test_a_line_in_pieces_is_its_inside(tmp_path, beside):
+@pytest.mark.parametrize("table", [False, True])
+def test_a_line_in_pieces_is_its_inside(tmp_path, table):
     """None of the pieces spans most of it, and there is a dark table beside the paper."""
     cover = line(4, 14, (0, 70, 160, 220, 310))
     pixels = paper(0.5) * (1 - cover) + 40 * cover
-    outline = traced(tmp_path, np.where(beside & (X > 360), 30, pixels))
+    outline = traced(tmp_path, np.where(table & (X > 360), 30, pixels))
     assert gap_to_truth(outline) < 6 and not outline.holes
     assert "the inside of the line is used; --trace dark uses the line itself" in outline.notes
 
@@ -141,10 +141,10 @@ def test_traced_outlines_are_simple():
 
 
 def test_scans_must_be_pictures(shapes, iccm):
-    done = iccm("map", "square.svg", "blob.svg", "--trace", "dark", "-o", "o.png")
+    result = iccm("map", "square.svg", "blob.svg", "--trace", "dark", "-o", "o.png")
     assert (
-        done.code == 2
-        and "--trace dark: only works for pictures, and square.svg is not a picture" in done.err
+        result.code == 2
+        and "--trace dark: only works for pictures, and square.svg is not a picture" in result.err
     )
 
 

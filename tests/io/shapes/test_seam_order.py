@@ -63,22 +63,23 @@ def test_open_meshes_have_none(ball, tmp_path):
     assert same_vertices((spec, spec), (None, None)) == []
 
 
-@pytest.mark.parametrize("twisted, taken", [([False], 0), ([True, False], 1), ([True] * MAPS_TRIED, 0)])
-def test_the_first_seam_whose_map_is_not_twisted_is_used(twisted, taken, monkeypatch, ball, tmp_path):
+@pytest.mark.parametrize("twisted, chosen", [([False], 0), ([True, False], 1), ([True] * MAPS_TRIED, 0)])
+def test_the_first_seam_whose_map_is_not_twisted_is_used(twisted, chosen, monkeypatch, ball, tmp_path):
     points, faces = ball
     points = points * [1, 1.2, 2]
     stops = [
-        int(np.argmax(points @ way)) for way in ([0, 0, 1], [0, 0, -1], [1, 0, 0], [0, 1, 0.5], [-1, -1, 0])
+        int(np.argmax(points @ direction))
+        for direction in ([0, 0, 1], [0, 0, -1], [1, 0, 0], [0, 1, 0.5], [-1, -1, 0])
     ]
     specs = written(tmp_path / "a.obj", points, faces), written(tmp_path / "b.obj", points, faces)
     orders, tried_orders = list(itertools.permutations(range(len(stops))))[::7], []
-    monkeypatch.setattr(module, "agreed_orders", lambda *given: [np.array(order) for order in orders])
-    monkeypatch.setattr(module, "same_seam", lambda *given: None)
+    monkeypatch.setattr(module, "agreed_orders", lambda *args: [np.array(order) for order in orders])
+    monkeypatch.setattr(module, "same_seam", lambda *args: None)
     monkeypatch.setattr(
-        module, "_twists", lambda *given: tried_orders.append(given) or twisted[len(tried_orders) - 1]
+        module, "_twists", lambda *args: tried_orders.append(args) or twisted[len(tried_orders) - 1]
     )
     pins = [(f"v{stop + 1}", f"v{stop + 1}") for stop in stops]
-    assert module.seam_order(specs, (None, None), pins) == (list(orders[taken]), None)
+    assert module.seam_order(specs, (None, None), pins) == (list(orders[chosen]), None)
     assert len(tried_orders) == len(twisted)
 
 

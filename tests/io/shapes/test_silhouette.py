@@ -334,8 +334,8 @@ def test_a_photograph_is_carried_without_a_texture_given(tmp_path, iccm, monkeyp
     (tmp_path / "disc.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><circle cx="4.5" cy="4.5" r="4"/></svg>'
     )
-    done = iccm("map", of_scikit_image("chelsea.png"), "disc.svg", "--size", "64", "-o", "o.png")
-    assert done.code == 0 and "#silhouette" in done.err
+    result = iccm("map", of_scikit_image("chelsea.png"), "disc.svg", "--size", "64", "-o", "o.png")
+    assert result.code == 0 and "#silhouette" in result.err
     cat = image_files.read(of_scikit_image("chelsea.png")).pixels
     picture = image_files.read("o.png").pixels
     seen = picture[picture[..., 3] == 255][:, :3]
@@ -373,8 +373,10 @@ def test_a_drawing_that_wraps_a_picture_with_alpha_is_its_silhouette(tmp_path):
 def test_other_drawings_with_a_picture_have_its_rectangle(tmp_path):
     place = 'x="10" y="0" width="160" height="80"'
     opaque = wrapped_in_svg(tmp_path, np.ascontiguousarray(disc_with_a_hole()[..., :3]), place)
-    beside = wrapped_in_svg(tmp_path, disc_with_a_hole(), place, '<rect x="200" width="20" height="10"/>')
-    assert opaque.curve.area == beside.curve.area == 160 * 80
+    with_rectangle = wrapped_in_svg(
+        tmp_path, disc_with_a_hole(), place, '<rect x="200" width="20" height="10"/>'
+    )
+    assert opaque.curve.area == with_rectangle.curve.area == 160 * 80
 
 
 def test_a_large_picture_is_judged_by_a_small_one_and_traced_in_its_own_pixels(tmp_path, monkeypatch):
@@ -414,8 +416,8 @@ def test_a_photograph_is_decoded_once(tmp_path, monkeypatch, iccm):
     monkeypatch.setattr(decoders, "read", counted)
     pixels = []
     for more, times in (((), 1), (("--memory", "2G"), 2), (("--colorspace", "sRGB"), 2)):
-        done = iccm("map", "photo.png", "leaf.svg", "-o", "o.png", "--size", "60", "--force", *more)
-        assert done.code == 0 and decoded.count("photo.png") == times, done.err
+        result = iccm("map", "photo.png", "leaf.svg", "-o", "o.png", "--size", "60", "--force", *more)
+        assert result.code == 0 and decoded.count("photo.png") == times, result.err
         decoded.clear()
         pixels.append(read("o.png").pixels)
     assert all(np.array_equal(picture, pixels[0]) for picture in pixels)

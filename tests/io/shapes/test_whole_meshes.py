@@ -63,8 +63,8 @@ def test_flatten_and_map_take_all_faces_in_one_command(machine, shapes, iccm):
     # the bag alone would span decades if it were not cut
     assert spread < 0.5 and data["dilatation"]["p95"] < 3
     assert (shapes / "flat.svg").read_text().count("<path") == 5
-    done = iccm("map", "square.svg", machine, "-o", "out.obj", "--report", "r.json")
-    assert done.code == 0, done.err
+    result = iccm("map", "square.svg", machine, "-o", "out.obj", "--report", "r.json")
+    assert result.code == 0, result.err
     report = json.loads((shapes / "r.json").read_text())
     assert report["mapped"] == 1 and report["uv"] == {"flipped": 0, "degenerate": 0}
     assert report["injective"]["certified"] and report["scale"]["within2"] > 0.95
@@ -105,16 +105,16 @@ def test_pieces_lie_in_what_a_line_encloses_unless_its_inside_is_a_hole(shapes, 
 @pytest.mark.slow
 def test_one_piece_is_used_on_request_or_where_pins_need_it(machine, shapes, iccm):
     for words in (["--parts", "largest"], ["--pin", "50,50:v300"]):
-        done = iccm("map", "square.svg", machine, *words, "-o", "o.obj", "--report", "r.json", "--force")
-        assert done.code == 0, done.err
+        result = iccm("map", "square.svg", machine, *words, "-o", "o.obj", "--report", "r.json", "--force")
+        assert result.code == 0, result.err
         assert json.loads((shapes / "r.json").read_text())["mapped"] < 0.8
-        assert "faces are mapped" in done.err
+        assert "faces are mapped" in result.err
 
 
 def test_no_cut_refuses_closed_pieces(machine, iccm):
     for words in (["flatten", machine, "--uv", "o.obj"], ["map", "square.svg", machine, "-o", "o.obj"]):
-        done = iccm(*words, "--no-cut")
-        assert done.code == 2 and "is closed" in done.err and "--no-cut" in done.err
+        result = iccm(*words, "--no-cut")
+        assert result.code == 2 and "is closed" in result.err and "--no-cut" in result.err
 
 
 def test_faces_of_both_sides_and_without_area_get_coordinates_too(shapes, iccm):
@@ -122,11 +122,13 @@ def test_faces_of_both_sides_and_without_area_get_coordinates_too(shapes, iccm):
     lines = [f"v {x} {y} {0.1 * x * y}" for y in range(3) for x in range(4)]
     faces = [(1, 2, 6), (1, 6, 5), (2, 3, 7), (2, 7, 6), (5, 6, 10), (5, 10, 9)]
     behind = [face[::-1] for face in faces]
-    far = [f"v {x} {y} 5" for x, y in ((0, 0), (1, 0), (0, 1))]
+    unused = [f"v {x} {y} 5" for x, y in ((0, 0), (1, 0), (0, 1))]
     every = [*faces, *behind, (1, 2, 2), (13, 14, 15)]
-    (shapes / "a.obj").write_text("\n".join([*lines, *far, *("f {} {} {}".format(*face) for face in every)]))
-    done = iccm("map", "square.svg", "a.obj", "-o", "o.obj", "--report", "r.json")
-    assert done.code == 0, done.err
+    (shapes / "a.obj").write_text(
+        "\n".join([*lines, *unused, *("f {} {} {}".format(*face) for face in every)])
+    )
+    result = iccm("map", "square.svg", "a.obj", "-o", "o.obj", "--report", "r.json")
+    assert result.code == 0, result.err
     assert json.loads((shapes / "r.json").read_text())["mapped"] == 1
     mesh = mesh_files.read("o.obj").mesh
     uv = mesh.uv[mesh.uv_corners]

@@ -92,8 +92,8 @@ def test_a_silhouette_that_is_refused_has_not_been_read_to_its_end(tmp_path, mon
     (tmp_path / "a.svg").write_text(SVG.format("".join(rows)))
     (tmp_path / "b.svg").write_text(SVG.format("".join(rows[:1000])))
     assert len(shape.read(f"{tmp_path}/b.svg#silhouette").curve.z) > 4
-    seen, of = [], reader.runs_of
-    monkeypatch.setattr(reader, "runs_of", lambda *given: seen.append(1) or of(*given))
+    seen, runs_of = [], reader.runs_of
+    monkeypatch.setattr(reader, "runs_of", lambda *args: seen.append(1) or runs_of(*args))
     monkeypatch.setattr(limits, "CROSSINGS", 6000)  # of about 15,000
     with pytest.raises(InputError, match="cross each other too often"):
         shape.read(f"{tmp_path}/a.svg#silhouette")
@@ -303,9 +303,9 @@ PICTURE = f'<image id="i" width="80" height="80" href="data:image/png;base64,{PI
 )
 def test_artwork_that_multiplies_is_refused_before_the_solving(shapes, iccm, body):
     (shapes / "a.svg").write_text(SVG.format(body))
-    typed = iccm("map", "a.svg#o", "blob.svg", "-o", "out.svg", "-q")
-    assert typed.code == 2 and len(typed.lines) == 1, typed.err
-    assert "a.svg" in typed.err and "more than 100000 lines and curves" in typed.err
+    result = iccm("map", "a.svg#o", "blob.svg", "-o", "out.svg", "-q")
+    assert result.code == 2 and len(result.lines) == 1, result.err
+    assert "a.svg" in result.err and "more than 100000 lines and curves" in result.err
     assert artwork.carry and not (shapes / "out.svg").exists()
 
 
@@ -327,8 +327,8 @@ AGAIN = {
 def test_repeated_uses_count_towards_the_budget(shapes, iccm, name):
     body, match = AGAIN[name]
     (shapes / "a.svg").write_text(SVG.format(SHOWN + body))
-    typed = iccm("map", "a.svg#o", "blob.svg", "-o", "out.svg", "-q")
-    assert typed.code == 2 and len(typed.lines) == 1 and match in typed.err
+    result = iccm("map", "a.svg#o", "blob.svg", "-o", "out.svg", "-q")
+    assert result.code == 2 and len(result.lines) == 1 and match in result.err
     assert not (shapes / "out.svg").exists()
 
 
@@ -347,8 +347,8 @@ def test_a_picture_that_is_used_often_is_written_once(shapes, iccm):
     """If the map is a similarity, under which it is unchanged."""
     (shapes / "a.svg").write_text(SVG.format(f"<defs>{PICTURE}</defs>{SHOWN}" + '<use href="#i"/>' * 3))
     (shapes / "b.svg").write_text(SVG.format('<path d="M20 20H340V340H20Z"/>'))
-    typed = iccm("map", "a.svg#o", "b.svg", "-o", "out.svg", "-q")
-    assert typed.code == 0 and (shapes / "out.svg").read_text().count(PIXEL) == 1
+    result = iccm("map", "a.svg#o", "b.svg", "-o", "out.svg", "-q")
+    assert result.code == 0 and (shapes / "out.svg").read_text().count(PIXEL) == 1
 
 
 def test_a_compressed_drawing_is_read_within_the_same_bounds(shapes, iccm):
@@ -365,8 +365,8 @@ def test_a_compressed_drawing_is_read_within_the_same_bounds(shapes, iccm):
     whole = (shapes / "square.svgz").read_bytes()
     for damaged in (whole[:-9], whole[:10] + b"\xff" + whole[11:]):
         (shapes / "bad.svgz").write_bytes(damaged)
-        typed = iccm("info", "bad.svgz")
-        assert typed.code == 2 and "bad.svgz: damaged" in typed.err and len(typed.lines) == 1
+        result = iccm("info", "bad.svgz")
+        assert result.code == 2 and "bad.svgz: damaged" in result.err and len(result.lines) == 1
 
 
 @pytest.mark.parametrize("at_once", [64, fill.MOST_PAIRS])

@@ -110,8 +110,8 @@ def test_letters_are_counted(tmp_path, monkeypatch):
 def test_artwork_carries_letters(tmp_path, iccm):
     square = '<rect id="s" width="200" height="100" fill="#fff"/>'
     (tmp_path / "a.svg").write_text(SVG.format(square + TEXT.format(x=30, more="", text="h")))
-    done = iccm("map", tmp_path / "a.svg", tmp_path / "a.svg", "-o", tmp_path / "o.svg")
-    assert done.code == 0 and "omitted (convert it" not in done.err
+    result = iccm("map", tmp_path / "a.svg", tmp_path / "a.svg", "-o", tmp_path / "o.svg")
+    assert result.code == 0 and "omitted (convert it" not in result.err
     low, high = shape.read(f"{tmp_path}/o.svg#2").curve.box
     assert [low.real, low.imag, high.real, high.imag] == pytest.approx(box_of("h", 30), abs=0.6)
 
@@ -194,8 +194,10 @@ def test_a_text_follows_a_path(tmp_path, offset, start):
     expected, _ = drawn(tmp_path, turned + TEXT.format(x=0, more="", text="hou") + "</g>")
     middles = [sorted(complex(letter.curve.z.mean()).real for letter in side) for side in (shapes, expected)]
     assert len(shapes) == 3 and np.allclose(*middles, atol=0.1)
-    far, _ = drawn(tmp_path, path + TEXT.format(x=0, more="", text=text.replace(f'"{offset}"', '"70%"', 1)))
-    assert len(far) < 3
+    beyond_end, _ = drawn(
+        tmp_path, path + TEXT.format(x=0, more="", text=text.replace(f'"{offset}"', '"70%"', 1))
+    )
+    assert len(beyond_end) < 3
 
 
 def test_repeated_letters_are_drawn_from_their_font_once():
@@ -274,8 +276,8 @@ def test_spans_have_paint_of_their_own(tmp_path, iccm):
     (tmp_path / "a.svg").write_text(SVG.format(SPANS))
     shapes, _ = drawn(tmp_path, SPANS)
     assert len(shapes) == 4
-    done = iccm("map", tmp_path / "a.svg#canvas", tmp_path / "a.svg#canvas", "-o", tmp_path / "o.svg")
-    assert done.code == 0 and "omitted" not in done.err
+    result = iccm("map", tmp_path / "a.svg#canvas", tmp_path / "a.svg#canvas", "-o", tmp_path / "o.svg")
+    assert result.code == 0 and "omitted" not in result.err
     for name in ("a.svg", "o.svg"):
         pixels = rendering.render(tmp_path / name, (-100j, 200 + 0j), (200, 100)).pixels
         seen = {tuple(int(v) for v in colour) for colour in pixels[pixels[..., 3] > 0].reshape(-1, 4)}

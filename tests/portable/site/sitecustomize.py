@@ -333,10 +333,10 @@ def install() -> None:
     pathlib.Path.open = open_path
     start = subprocess.Popen.__init__
 
-    def start_with_encoding(self, *given, **named):
-        if (named.get("text") or named.get("universal_newlines")) and named.get("encoding") is None:
-            named["encoding"] = ENCODING
-        start(self, *given, **named)
+    def start_with_encoding(self, *args, **kwargs):
+        if (kwargs.get("text") or kwargs.get("universal_newlines")) and kwargs.get("encoding") is None:
+            kwargs["encoding"] = ENCODING
+        start(self, *args, **kwargs)
 
     subprocess.Popen.__init__ = start_with_encoding
     sys.addaudithook(audit)

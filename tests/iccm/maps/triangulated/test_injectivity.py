@@ -129,15 +129,17 @@ def test_outlines_by_exact_signs():
     st.integers(0, 4),
     st.booleans(),
 )
-def test_a_vertex_moved_through_an_edge_is_detected(radii, depth, k, through):
+def test_a_vertex_moved_through_an_edge_is_detected(radii, depth, k, crosses):
     """A spike from a far vertex to an opposite edge, short of it or through it by any depth."""
     loop = radial(radii, np.zeros(len(radii)))
     a, b = loop[k], loop[(k + 1) % loop.size]
-    tip = 0.5 * (a + b) + (-1 if through else 1) * depth * 1j * (b - a)
-    far = (k + 1 + loop.size // 2) % loop.size
-    spiked = np.insert(loop, far + 1, [tip])
-    spiked = np.insert(spiked, far + 2, [0.999 * loop[far] + 0.001 * loop[(far + 1) % loop.size]])
-    if far == loop.size - 1 or exact_turn(a, b, tip) > 0:
+    tip = 0.5 * (a + b) + (-1 if crosses else 1) * depth * 1j * (b - a)
+    opposite = (k + 1 + loop.size // 2) % loop.size
+    spiked = np.insert(loop, opposite + 1, [tip])
+    spiked = np.insert(
+        spiked, opposite + 2, [0.999 * loop[opposite] + 0.001 * loop[(opposite + 1) % loop.size]]
+    )
+    if opposite == loop.size - 1 or exact_turn(a, b, tip) > 0:
         return
     assert fault([spiked])
 
