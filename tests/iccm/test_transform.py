@@ -33,6 +33,16 @@ def test_a_transform_returns_points_in_the_given_form(fit):
             fit.transform(wrong)
 
 
+def test_pairs_on_either_side_of_the_inverse_are_in_that_side_s_axes():
+    """From pixels, with y down, to a plane with y up: the map of complex numbers doubles and moves them."""
+    transform = iccm.Transform(lambda z: 2 * z + 1j, lambda w: (w - 1j) / 2, ("screen", "xy"))
+    pixels = np.array([[3.0, -5.0], [0.5, 2.0]])  # 3 + 5i, .5 - 2i
+    places = np.array([[6.0, 11.0], [1.0, -3.0]])
+    assert np.array_equal(transform(pixels), places)
+    assert np.array_equal(transform.inverse(places), pixels)
+    assert np.array_equal(transform.inverse.inverse(pixels), places)
+
+
 def test_maps_one_after_the_other(fit):
     onward = iccm.fit(arrow(), blob(), method="balanced")
     z = inside(pear(), 30)
