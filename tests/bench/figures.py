@@ -176,7 +176,10 @@ def rim(file: Written, plane: NDArray) -> Figures:
     outer = max((ring for ring in rings if len(ring) > 2), key=lambda ring: shapely.Polygon(ring).area)
     rings = shapely.LinearRing(outer), shapely.LinearRing(DISK)
     dense = [np.array(ring.segmentize(0.02).coords) for ring in rings]
-    away = [shapely.distance(shapely.points(places), other) for places, other in zip(dense, rings[::-1])]
+    away = [
+        shapely.distance(shapely.points(places), target_ring)
+        for places, target_ring in zip(dense, rings[::-1])
+    ]
     middles, lengths = (dense[0][1:] + dense[0][:-1]) / 2, np.linalg.norm(np.diff(dense[0], axis=0), axis=1)
     square = np.average(shapely.distance(shapely.points(middles), rings[1]) ** 2, weights=lengths)
     diagonal = float(np.linalg.norm(np.ptp(DISK, axis=0)))

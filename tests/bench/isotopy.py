@@ -50,8 +50,8 @@ def wound(first: list[Complex], second: list[Complex], pins: Complex) -> bool:
     The arcs determine the class, except for turns of the outline and of the surroundings of single pins, which are
     not counted.
     """
-    for k, (one, another) in enumerate(zip(first, second), start=1):
-        others = np.delete(pins, [0, k])
-        if word(np.concatenate([one, another[::-1]]), others):
+    for k, (first_path, second_path) in enumerate(zip(first, second), start=1):
+        punctures = np.delete(pins, [0, k])
+        if word(np.concatenate([first_path, second_path[::-1]]), punctures):
             return True
     return False

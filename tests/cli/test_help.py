@@ -53,8 +53,8 @@ def test_the_help_of_a_topic_has_its_options_alone(iccm, topic):
 
 
 def test_help_names_its_topics_and_every_command_its_version(iccm):
-    typed = iccm("map", "--help", "colours")
-    assert typed.code == 2 and "texture" in typed.err and "limits" in typed.err and not typed.out
+    result = iccm("map", "--help", "colours")
+    assert result.code == 2 and "texture" in result.err and "limits" in result.err and not result.out
     assert iccm("help").out == iccm("--help").out
     for command in COMMANDS:
         version = iccm(command, "--version")
@@ -63,8 +63,8 @@ def test_help_names_its_topics_and_every_command_its_version(iccm):
 
 
 def test_a_misspelt_command_names_the_nearest(iccm):
-    typed = iccm("flaten", "a.obj")
-    assert typed.code == 2 and "did you mean 'flatten'?" in typed.err
+    result = iccm("flaten", "a.obj")
+    assert result.code == 2 and "did you mean 'flatten'?" in result.err
     assert "did you mean" not in iccm("xyzzy").err
 
 
@@ -87,29 +87,29 @@ def test_completion_is_installed_once_and_nothing_else_changes(tmp_path, monkeyp
     assert "already installed" in iccm("completion", "install", "--shell", shell).err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == contents
     monkeypatch.setenv("SHELL", "/bin/sh")
-    typed = iccm("completion", "install")
-    assert typed.code == 2 and typed.lines[0].startswith("error: sh: ")
-    assert len(typed.lines) == 1 and "--shell bash|zsh|fish" in typed.lines[0]
+    result = iccm("completion", "install")
+    assert result.code == 2 and result.lines[0].startswith("error: sh: ")
+    assert len(result.lines) == 1 and "--shell bash|zsh|fish" in result.lines[0]
 
 
 def test_a_run_is_summed_up_in_one_line(shapes, iccm):
-    typed = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png")
-    assert len(typed.lines) == 1 and typed.lines[0].startswith("out.png  32×32 · scale within 2× on ")
-    assert " · no folds · " in typed.lines[0]
+    result = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png")
+    assert len(result.lines) == 1 and result.lines[0].startswith("out.png  32×32 · scale within 2× on ")
+    assert " · no folds · " in result.lines[0]
     more = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png", "--force", "-v")
     assert any(line.startswith("dilatation ") for line in more.lines)
 
 
 def test_a_dry_run_checks_and_writes_nothing(shapes, iccm):
     before = sorted(shapes.iterdir())
-    given = ("map", "square.svg", "disk.svg", "-o", "out.png", "--report", "out.json", "--dry-run")
-    typed = iccm(*given)
-    assert typed.code == 0 and typed.lines == ["would write out.png", "would write out.json"]
+    arguments = ("map", "square.svg", "disk.svg", "-o", "out.png", "--report", "out.json", "--dry-run")
+    result = iccm(*arguments)
+    assert result.code == 0 and result.lines == ["would write out.png", "would write out.json"]
     assert iccm("map", "square.svg", "none.svg", "--dry-run").code == 2
     assert sorted(shapes.iterdir()) == before
     (shapes / "out.png").touch()
-    typed = iccm(*given)
-    assert typed.code == 2 and "out.png: the file exists" in typed.err
+    result = iccm(*arguments)
+    assert result.code == 2 and "out.png: the file exists" in result.err
 
 
 @pytest.mark.slow
@@ -141,26 +141,26 @@ def test_an_input_that_changes_is_mapped_again_until_ctrl_c(shapes):
 
 
 def test_open_without_a_display_gets_a_note(shapes, iccm, monkeypatch):
-    given = ("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png", "--open", "--force")
+    arguments = ("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png", "--open", "--force")
     monkeypatch.setattr(sys, "platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    typed = iccm(*given)
+    result = iccm(*arguments)
     assert (
-        typed.code == 0 and "note: --open: cannot show out.png: this computer has no display" in typed.lines
+        result.code == 0 and "note: --open: cannot show out.png: this computer has no display" in result.lines
     )
     opened = []
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr("click.launch", lambda name: opened.append(name) or 0)
-    assert iccm(*given).code == 0 and opened == ["out.png"]
+    assert iccm(*arguments).code == 0 and opened == ["out.png"]
 
 
 @pytest.mark.parametrize(("name", "code"), [("blob.svg", 0), ("m.obj", 0), ("jobs.toml", 2)])
 def test_a_sheet_shows_numbered_parts(shapes, iccm, name, code):
     (shapes / "jobs.toml").write_text('[[job]]\nsource = "disk.svg"\ntarget = "blob.svg"')
     (shapes / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nf 1 2 3\nf 1 3 4\n")
-    typed = iccm("info", name, "--plot", "sheet.svg")
-    assert typed.code == code and (shapes / "sheet.svg").exists() == (code == 0)
+    result = iccm("info", name, "--plot", "sheet.svg")
+    assert result.code == code and (shapes / "sheet.svg").exists() == (code == 0)
     if not code:
         text = (shapes / "sheet.svg").read_text()
         assert {"blob.svg": "#1 ", "m.obj": "#piece-1"}[name] in text
@@ -169,12 +169,12 @@ def test_a_sheet_shows_numbered_parts(shapes, iccm, name, code):
 
 def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
     (shapes / "out.png").touch()
-    typed = iccm("map", "square.svg", "none.svg", "-o", "out.png")
-    assert typed.code == 2 and "none.svg: no such file" in typed.err
+    result = iccm("map", "square.svg", "none.svg", "-o", "out.png")
+    assert result.code == 2 and "none.svg: no such file" in result.err
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("arguments", "message"),
     [
         (("map", "folder", "disk.svg"), "folder: is a folder"),
         (("map", "square.xyz", "disk.svg"), ".glb"),
@@ -200,7 +200,7 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
         (("square.svg", "disk.svg", "map"), "run: iccm map square.svg disk.svg (run"),
     ],
 )
-def test_the_error_for_a_wrong_file_names_its_kind(shapes, iccm, given, message):
+def test_the_error_for_a_wrong_file_names_its_kind(shapes, iccm, arguments, message):
     (shapes / "folder").mkdir()
     for name in ("old.svg", "old.png"):
         (shapes / name).touch()
@@ -208,8 +208,8 @@ def test_the_error_for_a_wrong_file_names_its_kind(shapes, iccm, given, message)
     shutil.copy("square.svg", "drawing.png")
     for name in ("logo.pdf", "car.fbx", "car.blend", "layers.psd"):
         (shapes / name).write_text("content of another program")
-    typed = iccm(*given)
-    assert typed.code == 2 and message in typed.err and "OpenImageIO" not in typed.err
+    result = iccm(*arguments)
+    assert result.code == 2 and message in result.err and "OpenImageIO" not in result.err
 
 
 def test_info_knows_reports(shapes, iccm):

@@ -638,30 +638,30 @@ def stiffen(system, border, directions, curvature, matrix):
             matrix[system.ahead[v], 0] -= curvature[v]
 
 
-def _remaining(kinds, goals, u, way):
+def _remaining(kinds, goals, u, displacements):
     """Compute the displacements (n,) of fixed vertices to their goals; return whether there are any."""
     moving = False
-    for v in range(way.size):
-        way[v] = 0j
+    for v in range(displacements.size):
+        displacements[v] = 0j
     for v in range(goals.size):
         if kinds[v] == HELD and goals[v] != u[v]:
-            way[v], moving = goals[v] - u[v], True
+            displacements[v], moving = goals[v] - u[v], True
     return moving
 
 
-def add_product(system, matrix, way, gradient):
+def add_product(system, matrix, displacements, gradient):
     """Add the matrix times the displacements (n,) to the gradient (n,), both x + iy of each vertex."""
     for k in range(system.order.size):
         row = system.order[k]
         for p in range(system.starts[k], system.starts[k + 1]):
             column = system.order[system.columns[p]]
-            if way[column] != 0:
-                x, y = way[column].real, way[column].imag
+            if displacements[column] != 0:
+                x, y = displacements[column].real, displacements[column].imag
                 gradient[row] += complex(
                     matrix[p, 0] * x + matrix[p, 1] * y, matrix[p, 2] * x + matrix[p, 3] * y
                 )
-            if row != column and way[row] != 0:
-                x, y = way[row].real, way[row].imag
+            if row != column and displacements[row] != 0:
+                x, y = displacements[row].real, displacements[row].imag
                 gradient[column] += complex(
                     matrix[p, 0] * x + matrix[p, 2] * y, matrix[p, 1] * x + matrix[p, 3] * y
                 )

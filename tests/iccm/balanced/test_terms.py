@@ -157,8 +157,8 @@ def test_the_energy_of_a_half_is_that_of_the_whole():
 class Broken(ScaleGradient):
     """A term whose derivatives fail."""
 
-    def on_mesh(self, rest):
-        term = super().on_mesh(rest)
+    def on_mesh(self, shapes):
+        term = super().on_mesh(shapes)
         term.derivatives = lambda u: [][0]
         return term
 

@@ -273,10 +273,10 @@ def test_faces_without_area_are_laid_out_by_newton_and_refused_by_least_squares(
 def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
     """A mesh with shuffled faces would continue forever without improving."""
     layout = flatten(disk_patch(grid(4, 4, dome)))
-    made = []
+    layouts = []
 
     def slow(start, sheet, theta, steps):
-        made.extend(itertools.islice(steps, 140))
+        layouts.extend(itertools.islice(steps, 140))
         return start
 
     monkeypatch.setattr(seams, "sharper", lambda flattening: replace(flattening.patch))
@@ -284,7 +284,7 @@ def test_lengthening_a_seam_takes_no_more_scaffolds_than_a_layout(monkeypatch):
     monkeypatch.setattr(method, "_relax", slow)
     monkeypatch.setattr(method, "_conformal", lambda even, sheet, steps: even)
     assert method._lengthen_seam(layout) is layout
-    assert len(made) <= method.SCAFFOLD_STEPS and len(made) > 0.9 * method.SCAFFOLD_STEPS
+    assert len(layouts) <= method.SCAFFOLD_STEPS and len(layouts) > 0.9 * method.SCAFFOLD_STEPS
 
 
 def annulus_cut_open():
@@ -426,7 +426,8 @@ def test_a_huge_surface_needs_no_layout_of_all_its_vertices_to_start_from(monkey
     layout, sizes = flattened_from_coarsest(monkeypatch, mesh)
     unit = newton.patch.points / np.sqrt(newton.patch.areas.sum())
     least, energy = (
-        coarsening.gradient(one.patch.faces, unit, 1.0, method._unit(one))[0] for one in (newton, layout)
+        coarsening.gradient(sheet.patch.faces, unit, 1.0, method._unit(sheet))[0]
+        for sheet in (newton, layout)
     )
     assert layout.method == "balanced" and overlap(layout) is None
     assert energy < 1.003 * least

@@ -325,8 +325,8 @@ def test_a_journal_that_is_not_a_plain_file_is_refused(tmp_path, iccm, make):
     else:
         pytest.skip("there are no pipes with names here")
     (tmp_path / "in.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0H9V5z"/></svg>')
-    typed = iccm("batch", tmp_path / "j.jsonl")
-    assert typed.code == 2 and journal.NAME in typed.err
+    result = iccm("batch", tmp_path / "j.jsonl")
+    assert result.code == 2 and journal.NAME in result.err
     assert (tmp_path / "precious").read_text() == "mine"
 
 
@@ -443,23 +443,23 @@ def test_a_batch_from_end_to_end(shapes, shell):
 
 def test_the_wrong_manifest_and_the_failing_job_have_their_exit_codes(shapes, iccm, monkeypatch):
     (shapes / "bad.jsonl").write_text('{"source": "x"}\n{"sauce": 1}\n')
-    typed = iccm("batch", "bad.jsonl")
+    result = iccm("batch", "bad.jsonl")
     assert (
-        typed.code == 2
-        and len(typed.lines) == 3
-        and all(line.startswith("error: bad.jsonl") for line in typed.lines)
+        result.code == 2
+        and len(result.lines) == 3
+        and all(line.startswith("error: bad.jsonl") for line in result.lines)
     )
     assert iccm("batch", "none.toml").code == 2
     lines = [{"source": "square.svg", "target": "blob.svg", "method": "paper", "report": "r.json", **more}
              for more in ({"pin": [[0, 0, 1, 1]]}, {"vertices": 30, "report": "s.json"})]  # fmt: skip
     (shapes / "jobs.jsonl").write_text("\n".join(map(json.dumps, lines)))
     assert "2 jobs" in iccm("batch", "jobs.jsonl", "--dry-run").err and not (shapes / "s.json").exists()
-    typed = iccm("batch", "jobs.jsonl", "-j", "1")
-    assert typed.code == 1 and sorted(row["status"] for row in map(json.loads, typed.out.splitlines())) == [
+    result = iccm("batch", "jobs.jsonl", "-j", "1")
+    assert result.code == 1 and sorted(row["status"] for row in map(json.loads, result.out.splitlines())) == [
         "done",
         "failed",
     ]
-    assert "outside the shape" in typed.err and (shapes / "s.json").exists()
+    assert "outside the shape" in result.err and (shapes / "s.json").exists()
 
 
 class Forgetful:

@@ -54,13 +54,17 @@ def relaid(iccm, folder, old, new, out="out.glb"):
     """Transfer an old file to the layout of a new one; return the new file, its picture and the command's result."""
     (folder / "old.glb").write_bytes(old)
     (folder / "new.glb").write_bytes(new)
-    done = iccm("relayout", "old.glb", "new.glb", "-o", out, "--size", N)
-    assert done.code == 0, done.err
+    result = iccm("relayout", "old.glb", "new.glb", "-o", out, "--size", N)
+    assert result.code == 0, result.err
     file = rich_glb.read(folder / out)
     texture_index = file.materials[
         file.meshes[0].primitives[0].material
     ].pbrMetallicRoughness.baseColorTexture.index
-    return file, np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, texture_index)))).astype(float), done
+    return (
+        file,
+        np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, texture_index)))).astype(float),
+        result,
+    )
 
 
 def off(picture, linear):
@@ -138,8 +142,8 @@ def test_vertex_colours_of_a_ply_are_srgb(folder, iccm):
     faces = ["3 {} {} {}".format(*face) for face in FACES]
     (folder / "old.ply").write_text("\n".join([*head, *rows, *faces]) + "\n")
     (folder / "new.glb").write_bytes(mesh(TURNED))
-    done = iccm("relayout", "old.ply", "new.glb", "-o", "out.glb", "--size", N)
-    assert done.code == 0, done.err
+    result = iccm("relayout", "old.ply", "new.glb", "-o", "out.glb", "--size", N)
+    assert result.code == 0, result.err
     file = rich_glb.read(folder / "out.glb")
     texture_index = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
     picture = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, texture_index)))).astype(float)
@@ -154,8 +158,8 @@ def test_vertex_colours_of_an_obj_are_srgb_and_need_no_coordinates(folder, iccm,
     faces = ["f {} {} {}".format(*face) for face in np.array(FACES) + 1]
     (folder / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
     (folder / "new.glb").write_bytes(mesh(TURNED))
-    done = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
-    assert done.code == 0, done.err
+    result = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
+    assert result.code == 0, result.err
     file = rich_glb.read(folder / "out.glb")
     colours = file.materials[0].pbrMetallicRoughness.baseColorTexture.index
     picture = np.asarray(Image.open(io.BytesIO(rich_glb.picture(file, colours)))).astype(float)
@@ -168,5 +172,5 @@ def test_an_obj_with_colours_of_some_vertices_only_has_none(folder, iccm):
     faces = ["f {} {} {}".format(*face) for face in np.array(FACES) + 1]
     (folder / "old.obj").write_text("\n".join([*rows, *faces]) + "\n")
     (folder / "new.glb").write_bytes(mesh(TURNED))
-    done = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
-    assert done.code == 2 and "old.obj" in done.err and not (folder / "out.glb").exists()
+    result = iccm("relayout", "old.obj", "new.glb", "-o", "out.glb", "--size", N)
+    assert result.code == 2 and "old.obj" in result.err and not (folder / "out.glb").exists()
