@@ -153,10 +153,10 @@ class Fit:
             return self.ended
         if self.distortion.strain:
             return Status.TWISTED
-        return Status.DRIFTED if self._has_drifted else self.ended
+        return Status.DRIFTED if self.has_drifted else self.ended
 
     @property
-    def _has_drifted(self) -> bool:
+    def has_drifted(self) -> bool:
         """Whether two surfaces lie in the same place, including their landmarks, and the map moves points far away."""
         source, target = self.layouts
         assert source is not None and target is not None

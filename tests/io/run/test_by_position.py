@@ -1,12 +1,14 @@
 """Two meshes in the same place: matched by position, and `drifted` if the map still moves points far."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 
 from iccm import fit
+from iccm.io.run.by_position import pins_by_position
 from iccm.io.shapes import mesh_reading
 from iccm.status import Status
 
@@ -42,3 +44,26 @@ def test_a_map_that_drifts_is_not_good_unless_its_landmarks_move(eggs):
     free = fit(source, target)
     assert free.report()["apart"]["p95"] > 0.05  # both are cut at different places
     assert free.status is Status.DRIFTED and not free.status.ok
+
+
+@pytest.mark.parametrize(
+    ("status", "has_drifted", "count"),
+    [
+        (Status.DRIFTED, True, 6),
+        (Status.TWISTED, True, 6),
+        (Status.TWISTED, False, 0),
+        (Status.REACHED, False, 0),
+    ],
+)
+def test_twisted_maps_between_meshes_in_the_same_place_are_matched_by_position_too(
+    shapes, status, has_drifted, count
+):
+    for name, ball in (("a.obj", trimesh.creation.icosphere(2)), ("b.obj", trimesh.creation.uv_sphere())):
+        bent(ball).export(name)
+    pair = [mesh_reading.read(name, cut=True) for name in ("a.obj", "b.obj")]
+    options = dict.fromkeys(("has_pins", "start", "rigid", "rigid_target", "several"))
+    result = SimpleNamespace(status=status, has_drifted=has_drifted)
+    run = SimpleNamespace(
+        job=SimpleNamespace(**options), fits=[result], fit=result, pairs=[pair], target=pair[1]
+    )
+    assert len(pins_by_position(run)) == count
