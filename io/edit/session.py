@@ -55,9 +55,9 @@ MOST_SETTLING_SHARE = 0.005
 """Largest displacement by which a map settles after a pin was released, relative to the target's diagonal. What is
 released stays where it was seen; further settling waits for the next drag.
 """
-MOST_PICTURE_SHARE = 0.01
-"""Largest displacement of a released map from one picture to the next, relative to the target's diagonal, while it has
-not reached its pins. If it would move farther, it stays, and the pins stop short.
+MOST_PULLED_SHARE = 0.01
+"""Largest displacement of a released map that has not reached its pins, relative to the target's diagonal. If it would
+move farther, it stays, and the pins stop short.
 """
 SHORT_AIMS = (NARROW_AIM, 0.0)
 """Distances at which soft pins stop short of their places, relative to their limits. At the first one their springs
@@ -492,12 +492,8 @@ class Session:
             return None
         if released is None:
             return update
-        settled = (
-            self._moved_share(released, relaxed) > MOST_SETTLING_SHARE
-            if was_met
-            else share > MOST_PICTURE_SHARE
-        )
-        if settled:
+        most = MOST_SETTLING_SHARE if was_met else MOST_PULLED_SHARE
+        if self._moved_share(released, relaxed) > most:
             self._live, self._maps, self._is_met, self._missed = live, [earlier], was_met, missed
             return None
         return update
@@ -562,9 +558,9 @@ class Session:
         fit = self._fit
         if softness is None or fit is None or fit.softness is None or fit.softness.is_soft.all():
             return softness
-        exact = {tuple(pin) for pin in fit.pins[~fit.softness.is_soft].tolist()}
-        is_exact = [tuple(pin) in exact for pin in pins.tolist()]
-        numbers = np.flatnonzero(~softness.is_given & np.array(is_exact))
+        # a pin that is dragged keeps one of its ends
+        is_exact = np.isin(pins, fit.pins[~fit.softness.is_soft]).any(axis=1)
+        numbers = np.flatnonzero(~softness.is_given & is_exact)
         return softness.with_pins(numbers, Softness.exact(numbers.size)) if numbers.size else softness
 
 
