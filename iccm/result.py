@@ -126,6 +126,8 @@ class Fit:
     opaque: bool = True
     place: str = "fill"
     softness: Softness | None = None
+    # with the triangles that fill holes of the target, so that a drag can continue from there
+    _covering_map: TriangulatedMap | None = None
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if not name.startswith("_")]

@@ -428,6 +428,7 @@ def result_of(
         hole_partners=solution.partners,
         passed_holes=ignored,
         filled=solution.filled,
+        _covering_map=solution.covering_map,
         rigid=rigid,
         softness=softness_of(pins, solution.soft_pins, solution.softness),
     )

@@ -43,6 +43,7 @@ from .search.final_mesh import (
     MOST_STIFFENED,
     NARROW_AIM,
     STIFFEST,
+    eased,
     final_level,
     with_present_springs,
 )
@@ -66,7 +67,7 @@ STEPS_PER_MESH = 20
 """Steps of a drag between two new fine meshes. A new mesh costs as much as some ten other steps, which is a
 noticeable delay; with 20 to 40 steps per second, there is at most one per second.
 """
-BLOCKED_LIMIT_RATIO, BLOCKED_STIFFENING = 1.5, 1e4
+BLOCKED_LIMIT_RATIO, BLOCKED_STIFFENING = 1.1, 1e4
 """A soft pin farther from its place than the first, relative to its limit, is blocked if its spring is stiffer by the
 second: material would have to move along the outlines, whose corners hold it.
 """
@@ -176,7 +177,7 @@ class _Pair:
                 new = split_at_vertices(slid)
             except Stuck:
                 new = _transferred(level, slid)
-            new = new.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE)
+            new = eased(new)
             if _worst_miss(new) < _worst_miss(state):
                 return new
         return None
@@ -251,8 +252,8 @@ class Live:
             pins: (k, 2) points of the source and their places.
             strokes: polylines of the source, and of the target.
             softness: of the pins; None if all are exact.
-            covering_map: the map with the triangles that fill holes of the target, as returned by `start`; None if
-                these are not known.
+            covering_map: the map with the triangles that fill holes of the target, as returned by `start`; None for
+                those of the solution.
             springs: factors of the springs of the map's soft pins, as returned by `springs`, as far as they are known.
             dragged: whether pins are moving.
 
@@ -266,7 +267,7 @@ class Live:
         holes = Holes(tuple(fit.source_holes), tuple(fit.target_holes), partners)
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
         pair = _Pair(fit.source, fit.target, holes, frames)
-        map = fit.map
+        map, covering_map = fit.map, covering_map or fit._covering_map
         if pair.inverted and covering_map is not None:
             map, mapped_holes = covering_map, holes_of(covering_map, holes)
         sketch = sketch_of(map, frames, mapped_holes)

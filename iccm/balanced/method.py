@@ -19,7 +19,7 @@ from ..plane import Similarity
 from . import injectivity
 from .constraints.soft import bands_of, patches_of
 from .constraints.validate import NO_PINS, UNPINNED, Pins, check, put_pins
-from .holes.filled import Cut, without_filled
+from .holes.filled import Cut, covering, without_filled
 from .holes.given import NONE, Holes, hole_at, unequal
 from .model.boundary_pairs import loops_of
 from .model.frames import frames_of, unit_curve, unit_ring
@@ -254,6 +254,9 @@ def solution_of(
         put_pins(pins, z, u, state.border, state.first_pin)
     cut = without_filled(state, mirrored=mirror)
     filled = None if cut.filled is None else (z[cut.filled], u[cut.filled])
+    covering_map = None
+    if len(cut.faces) < len(state.faces) and filled is None:
+        covering_map = covering(state, z, u, mirrored=mirror)
     z, u, loops = z[cut.vertices], u[cut.vertices], cut.loops
     for name, w in (("source", z), ("image", u)):
         injectivity.refuse_folds(name, w, cut.faces)
@@ -279,6 +282,7 @@ def solution_of(
         lines=cut.lines,
         partners=cut.partners,
         filled=filled,
+        covering_map=covering_map,
     )
 
 

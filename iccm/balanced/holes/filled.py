@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
+from ...maps.triangulated.map import TriangulatedMap
 from ...meshes.topology import Triangles
 from ...plane import polygon_area
 from ..model.discrete_map import BAY
@@ -56,6 +57,24 @@ def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
         faces, loops = np.ascontiguousarray(faces[:, ::-1]), tuple(loop[::-1].copy() for loop in loops)
     partners = tuple((hole.source, hole.target) for hole in holes)
     return Cut(used, faces, loops, partners, place[state.lines], filled if bays else None)
+
+
+def covering(state: MeshMap, z: Complex, u: Complex, *, mirrored: bool) -> TriangulatedMap:
+    """Return a map with the triangles that fill holes of the target, from which a drag can continue.
+
+    Args:
+        state: the map in unit coordinates.
+        z: (n,) its vertices in the given coordinates.
+        u: (n,) their images.
+        mirrored: whether the unit coordinates are mirrored.
+    """
+    vertices = np.arange(state.border)
+    loops = [vertices[state.outer], *(vertices[loop.vertices] for loop in state.loops)]
+    if not mirrored:
+        return TriangulatedMap(z, u, state.faces, tuple(loops))
+    return TriangulatedMap(
+        z, u, np.ascontiguousarray(state.faces[:, ::-1]), tuple(loop[::-1] for loop in loops)
+    )
 
 
 def outer_loop(faces: Index, z: Complex) -> Index:

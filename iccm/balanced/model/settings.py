@@ -85,6 +85,7 @@ class Solution:
         partners: for each loop but the first, the hole of the source and the hole of the target; -1 for a slit.
         holes: numbers of the holes of the source and of the target that the map respects; None for all.
         filled: if concavities are filled, the outer outlines of source and image including them.
+        covering_map: the map with the triangles that fill holes of the target; None if it has none.
         rigid: outlines of rigid regions, and of holes in them.
         rigid_of_target: whether these are regions of the target.
         soft_pins: (k, 2) pins that need not be met exactly.
@@ -105,6 +106,7 @@ class Solution:
     partners: tuple[tuple[int, int], ...] = ()
     holes: tuple[tuple[int, ...], tuple[int, ...]] | None = None
     filled: tuple[Complex, Complex] | None = None
+    covering_map: TriangulatedMap | None = None
     rigid: tuple[tuple[Complex, ...], ...] = ()
     rigid_of_target: bool = False
     soft_pins: Complex = field(default_factory=lambda: np.empty((0, 2), np.complex128))
@@ -123,6 +125,7 @@ class Solution:
             source_gap=self.gap,
             holes=self.holes and self.holes[::-1],
             filled=self.filled and self.filled[::-1],
+            covering_map=None,
             partners=tuple((j, i) for i, j in self.partners),
             rigid_of_target=not self.rigid_of_target,
         )

@@ -4,11 +4,13 @@ from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Complex, Index, Real, xy_of
 from ...curve import Curve
 from ...linalg.cholesky import system_of
 from ..holes.given import Holes
+from ..holes.outlines import manageable_holes
 from ..meshing.mesh import closed_links
 from ..model import mesh_sizes
 from ..model.boundary import MatchedBoundary, MeshHoles
@@ -101,16 +103,21 @@ def outlines_followed(
     """Return the outlines as an earlier map follows them; None if it does not follow the given ones.
 
     If the given outlines were simplified again, they would have other corners, at which the map's mesh has no
-    vertices.
+    vertices. Holes without a partner have no loop in the map. Of these, vertices that the mesh has are kept.
     """
     sides = (start.z, source, holes.source), (start.u, target, holes.target)
     followed: list[list[Curve]] = []
     for side, (w, outer, inner) in enumerate(sides):
         rings = {(loop.source, loop.target)[side]: w[loop.vertices] for loop in start.loops}
         tolerance_length = CLOSE_TOLERANCES * tolerance * outer.diagonal
+        simplified = manageable_holes(outer, inner, tolerance)
         curves = [
             _followed(w[start.outer], outer, tolerance_length),
-            *(_followed(rings[k], rim, tolerance_length) for k, rim in enumerate(inner) if k in rings),
+            *(
+                _followed(rings[k] if k in rings else _present(rim, w), rim, tolerance_length)
+                or (None if k in rings else simplified[k])
+                for k, rim in enumerate(inner)
+            ),
         ]
         outlines = [curve for curve in curves if curve is not None]
         if len(outlines) < 1 + len(inner):
@@ -120,8 +127,16 @@ def outlines_followed(
     return source, target, Holes(tuple(rims), tuple(goals), holes.partners)
 
 
+def _present(outline: Curve, w: Complex) -> Complex:
+    """Return the vertices of an outline that are among the vertices w of a mesh."""
+    away, _ = cKDTree(xy_of(w)).query(xy_of(outline.z))
+    return outline.z[away <= SAME_PLACE_SHARE]
+
+
 def _followed(rim: Complex, outline: Curve, tolerance: float) -> Curve | None:
     """Return the polygon of an outline's vertices; None if it is not close to the given one."""
+    if rim.size < 3:
+        return None
     curve = Curve(rim)
     curve = simplify(curve, SAME_PLACE_SHARE / curve.diagonal)
     away = max(a.distances(b.z).max() for a, b in permutations((curve, outline)))

@@ -1,11 +1,15 @@
 """The coarse map that follows pins: it meets them, has no folds, and continues from its last state."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 import iccm
 from iccm.arrays import xy_of
+from iccm.balanced import interactive
+from iccm.balanced.errors import NoMapError
 from iccm.balanced.interactive import BUDGET_TRIANGLE_STEPS, STEPS_PER_MESH, Live
 from iccm.balanced.minimise import newton
 from iccm.balanced.model.settings import Settings
@@ -199,6 +203,57 @@ def test_a_drag_begins_where_the_last_one_ended_also_around_a_hole_of_the_target
     z = fit.interior
     away = np.abs(begun_again.map(z) - live.map(z))
     assert begun_again.state.fills_holes and np.nanquantile(away, 0.95) < 0.01 * fit.diagonal
+
+
+def test_a_drag_begins_on_the_mesh_of_the_map_from_scratch_around_a_hole_of_the_target():
+    holes = [0.1 + 0.25 * shapes.circle(40)]
+    given = shapes.pear(), shapes.blob()
+    pins = np.array([[0.6j, 0.65j]])
+    fit = iccm.fit(*given, target_holes=holes, pins=pins, exact_pins=True)
+    live = Live.of(fit, Settings(), pins, dragged=True)
+    assert live.state.fills_holes and len(live.map.faces) == len(fit.map.faces)
+    away = np.abs(live.map(fit.interior) - fit.map(fit.interior))
+    assert np.nanquantile(away, 0.95) < 2e-3 * fit.diagonal
+
+
+def wavy_bar(n):
+    x = np.linspace(-1, 1, n)
+    return np.concatenate([x - 0.12j - 0.03j * np.sin(5 * x), (x + 0.12j + 0.03j * np.cos(4 * x))[::-1]])
+
+
+def test_outlines_slide_where_they_hold_a_pin_back():
+    source, target = wavy_bar(60), 1.1 * wavy_bar(47)
+    fit = iccm.fit(source, target)
+    pins = np.array([[0j, fit.map(np.zeros(1, complex))[0]]])
+    live = Live.of(fit, Settings(), pins, softness=soft(pins))
+    for _ in range(22):
+        pins[0, 1] += 0.03
+        live = live.follow(pins, softness=soft(pins), dragged=True)
+    slid = live.pair.slid(live.state, live.exact, live.settings)
+    assert slid is not None
+    after = replace(live, state=slid)
+    gap, slid_gap = (abs(state.map(pins[:, 0])[0] - pins[0, 1]) for state in (live, after))
+    assert slid_gap < 0.6 * gap and after.map.injectivity.certified
+    # it can be kept as it is when the pin is released
+    kept = iccm.fit(source, target, pins=pins, start=after.start, keep_start=True)
+    assert kept.status.ok
+    assert np.nanmax(np.abs(kept.map(fit.interior) - after.map(fit.interior))) < 1e-9
+
+
+def test_a_map_stays_on_its_mesh_where_it_would_fold_on_a_new_one(monkeypatch):
+    fit, _, pins = begun()
+    live = Live.of(iccm.fit(fit.source, fit.target, pins=pins, exact_pins=True), Settings(), pins)
+    faces = live.state.faces
+
+    def refuse(*args, **options):
+        raise NoMapError("folds")
+
+    monkeypatch.setattr(interactive, "final_level", refuse)
+    pins = pins + 0j
+    pins[1, 1] += 0.999 * (pins[2, 1] - pins[1, 1])
+    for _ in range(STEPS_PER_MESH + 5):
+        live = live.follow(pins, dragged=True)
+    assert live.state.faces is faces and not live.coarse and live.map.injectivity.certified
 
 
 def test_what_cannot_be_is_refused_by_name():

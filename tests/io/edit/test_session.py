@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from iccm.io.edit.session import Session
 from iccm.io.pictures import image_files
 from iccm.io.run.job import make
 from iccm.io.shapes import shape
+from iccm.pins import Softness
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -319,6 +321,20 @@ def test_parts_may_be_left_out_and_the_command_says_so(shapes, shell, fit, pair,
     pins = scene({"source": [50, 60], "target": [50, 65]}, fit=fit)
     assert edited.follow(pins).kind == "coarse"
     assert edited.solve(pins).kind == "full" and not edited.solve(pins).wrong["pins"]
+
+
+def test_a_pin_that_is_met_exactly_is_followed_exactly(shapes):
+    edited = session()
+    pins = scene(PIN, OTHER)
+    edited.solve(pins)
+    # as of pins that would miss their places as soft ones
+    softness = edited._fit.softness.with_pins(np.array([0]), Softness.exact(1))
+    edited._fit = replace(edited._fit, softness=softness)
+    for side in ("source", "target"):
+        moved = {**PIN, side: [PIN[side][0] + 2, PIN[side][1]]}
+        edited.follow(scene(moved, OTHER))
+        assert edited._live.met and not edited._live.coarse
+        assert edited._live.exact.inner.shape[1:] == (2,) and len(edited._live.exact.inner) == 1
 
 
 def test_handles_lie_where_the_map_takes_them_and_keep_it(shapes):
