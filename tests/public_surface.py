@@ -155,16 +155,14 @@ def of_solver() -> Iterator[str]:
 
 
 def of_callable(path: str, thing: object) -> Iterator[str]:
-    """Yield the parameters of a function or class."""
+    """Yield the public parameters of a function or class."""
     try:
         parameters = inspect.signature(thing).parameters
     except (TypeError, ValueError):
         return
     for name, parameter in parameters.items():
-        if name not in ("self", "cls") and parameter.kind not in (
-            parameter.VAR_POSITIONAL,
-            parameter.VAR_KEYWORD,
-        ):
+        is_public = not name.startswith("_") and name not in ("self", "cls")
+        if is_public and parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
             yield f"python {path}({name}=)"
 
 

@@ -4,9 +4,8 @@ from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from ...arrays import Complex, Index, Real, xy_of
+from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ...linalg.cholesky import system_of
 from ..holes.given import Holes
@@ -129,8 +128,8 @@ def outlines_followed(
 
 def _present(outline: Curve, w: Complex) -> Complex:
     """Return the vertices of an outline that are among the vertices w of a mesh."""
-    away, _ = cKDTree(xy_of(w)).query(xy_of(outline.z))
-    return outline.z[away <= SAME_PLACE_SHARE]
+    is_present = [float(np.abs(w - vertex).min()) <= SAME_PLACE_SHARE for vertex in outline.z]
+    return outline.z[is_present]
 
 
 def _followed(rim: Complex, outline: Curve, tolerance: float) -> Curve | None:
