@@ -553,9 +553,7 @@ def _notes(staying: list[str], kept_set: int | None) -> list[str]:
     if kept_set is None:
         return []
     names = gltf_materials.name_slots(staying)
-    return [
-        f"{names} still use the old coordinates, now TEXCOORD_{kept_set}; use --carry-maps to transfer them"
-    ]
+    return [f"still with the old coordinates, now TEXCOORD_{kept_set}: {names}; --carry-maps transfers them"]
 
 
 def _type_of(content: bytes) -> str:

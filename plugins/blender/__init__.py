@@ -173,6 +173,8 @@ def existing(path):
     path = bpy.path.abspath(path)
     if not path:
         raise exchange.Unfit("choose the file of the outline")
+    if Path(path).is_dir():
+        raise exchange.Unfit(f"{path} is a folder; choose a file in it")
     if not any(Path(each).is_file() for each in (path, path.rpartition("#")[0])):
         raise exchange.Unfit(f"{path}: there is no such file")
     return path

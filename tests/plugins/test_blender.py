@@ -224,6 +224,7 @@ picture("quarters", 64, 64, QUARTERS)
 before = coordinates()
 results["said"] = [
     refused("fit_island", outline="file", filepath="/nowhere/disc.svg"),
+    refused("fit_island", outline="file", filepath=os.path.abspath("settings")),
     refused("fit_island", outline="file"),
     refused("fit_island", outline="island"),
     refused("fit_island", outline="curve", curve="none"),
@@ -240,6 +241,7 @@ results["same"] = before == coordinates() and len(bpy.data.images) == 1
 """)
     parts = [
         "/nowhere/disc.svg",
+        "settings is a folder",
         "file of the outline",
         "no face is active",
         "choose a curve object",
