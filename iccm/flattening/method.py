@@ -88,21 +88,25 @@ def flatten(
         return exact
     if method == "balanced" and (layout := _even_from_coarsest(patch, loop, grow)):
         return layout
+    outline, has_seam = patch.loops[loop - 1], grow and len(patch.seam) > 0
+    most = SEAM_ROUNDS if seam_extensions is None else seam_extensions
+    if hidden and has_seam and len(patch.points) >= LARGE_VERTEX_COUNT:
+        # with a seam that is still too short, least squares are too far from even to start from them
+        return _check(_nearly_even(patch, outline, True, chart or joins, None, most))
     plain = _least_squares(patch, loop, False)
     fault = overlap(plain)
     # a cut surface has many layouts with little distortion of angles: choose one with even areas
-    growing = grow and (len(patch.seam) > 0 or fault is not None or _spread(plain) > EVEN_AREA_SPREAD)
+    growing = has_seam or (grow and (fault is not None or _spread(plain) > EVEN_AREA_SPREAD))
     joins = growing and (chart or joins)
     sound = plain if fault is None else None
-    most = SEAM_ROUNDS if seam_extensions is None else seam_extensions
     if method == "balanced":
-        return _check(_even_with_seam(plain, growing, joins, sound, most)[0])
+        return _check(_even_with_seam(patch, outline, growing, joins, sound, most)[0])
     if fault is None and not growing:
         return plain
     if hidden and len(patch.points) >= LARGE_VERTEX_COUNT:
-        layout = _check(_nearly_even(plain, growing, joins, sound, most))
+        layout = _check(_nearly_even(patch, outline, growing, joins, sound, most))
     else:
-        layout = _conformal(*_even_with_seam(plain, growing, joins, sound, most))
+        layout = _conformal(*_even_with_seam(patch, outline, growing, joins, sound, most))
         layout = _check(_lengthen_seam(layout) if growing and chart else layout)
     notes = () if fault is None or hidden else (f"LSCM produced {fault}; another method was used",)
     return replace(layout, notes=notes)
@@ -177,30 +181,31 @@ def _even_from_coarsest(patch: Patch, loop: int, grow: bool) -> Flattening | Non
 
 
 def _even_with_seam(
-    layout: Flattening, growing: bool, joins: bool, sound: Flattening | None, most: int
+    patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None, most: int
 ) -> tuple[Flattening, Elastic]:
     """Return the even layout with a long enough seam, and the surface on which it was found.
 
     Args:
-        layout: any layout; its patch and outline are used.
+        patch: the patch.
+        outline: its boundary loop that becomes the outline.
         growing: whether the seam may be lengthened.
         joins: whether it may run into holes.
         sound: a layout of this patch without folds or overlaps, used as the start if it is close enough.
         most: most times that the seam is extended.
     """
-    start = _first_layout(layout, growing, sound)
+    start = _first_layout(patch, outline, growing, sound)
     if not growing:
-        sheet = surface(layout.patch.points, layout.patch.faces)
+        sheet = surface(patch.points, patch.faces)
         return _relax(start, sheet, 1.0), sheet
     result, sheet, _ = _with_seam(start, joins, most)
     return _relax(result, sheet, 1.0), sheet
 
 
 def _nearly_even(
-    layout: Flattening, growing: bool, joins: bool, sound: Flattening | None, most: int
+    patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None, most: int
 ) -> Flattening:
     """Return a nearly even layout of a large patch with a long enough seam; arguments as for `_even_with_seam`."""
-    start = _first_layout(layout, growing, sound)
+    start = _first_layout(patch, outline, growing, sound)
     result, sheet, _ = _with_seam(start, joins, most) if growing else _roughly(start)
     if overlap(result) is None:
         return result
@@ -215,14 +220,13 @@ def _nearly_even(
     )
 
 
-def _first_layout(layout: Flattening, growing: bool, sound: Flattening | None) -> Flattening:
+def _first_layout(patch: Patch, outline: Index, growing: bool, sound: Flattening | None) -> Flattening:
     """Return a layout without folds from which to relax; arguments as for `_even_with_seam`."""
-    patch = layout.patch
     coarsely = (
         len(patch.points) >= LARGE_VERTEX_COUNT and not growing
     )  # coarsening makes up for a distant start
     is_near = sound is not None and (coarsely or sound.strained(95) < STRETCHED_P95)
-    return replace(sound, method="balanced") if sound and is_near else _start(patch, layout.loop)
+    return replace(sound, method="balanced") if sound and is_near else _start(patch, outline)
 
 
 def _with_seam(start: Flattening, joins: bool, most: int) -> tuple[Flattening, Elastic, list[int]]:
