@@ -5,8 +5,7 @@ of the converged map, and nothing visible changes when it converges again. If th
 moved, their goals move; if their sources moved, the goals of the inverse map do. Everything else (adding or
 removing an exact pin, pins on the outline, strokes) requires a new mesh at each step, which is a coarse one.
 
-Where outlines hold a soft pin back, they slide on a new mesh from time to time. A fine mesh is never exchanged for a
-coarse one, on which the map could not be kept when the pin is released.
+A fine mesh is never exchanged for a coarse one, on which the map could not be kept when the pin is released.
 
 While something is dragged, each step has a budget of Newton steps, and the map may lag behind; the rest is done
 in the next step, and then on a new mesh. When nothing is dragged, there is no budget.
@@ -35,7 +34,6 @@ from .model.discrete_map import DiscreteMap
 from .model.frames import frames_of, unit_curve
 from .model.mesh_map import MeshMap
 from .model.mesh_sizes import graded
-from .model.outline_split import split_at_vertices
 from .model.settings import Settings
 from .search.final_mesh import (
     FINE_EXACTNESS,
@@ -43,7 +41,6 @@ from .search.final_mesh import (
     MOST_STIFFENED,
     NARROW_AIM,
     STIFFEST,
-    eased,
     final_level,
     with_present_springs,
 )
@@ -66,15 +63,6 @@ and target that would pass each other on the outline, which is possible on a new
 STEPS_PER_MESH = 20
 """Steps of a drag between two new fine meshes. A new mesh costs as much as some ten other steps, which is a
 noticeable delay; with 20 to 40 steps per second, there is at most one per second.
-"""
-BLOCKED_LIMIT_RATIO, BLOCKED_STIFFENING = 1.1, 1e4
-"""A soft pin farther from its place than the first, relative to its limit, is blocked if its spring is stiffer by the
-second: material would have to move along the outlines, whose corners hold it.
-"""
-STEPS_PER_SLIDE = 15  # steps of a drag between two meshes on which the outlines slide
-SLIDING_ROUNDS, SLIDING_UNFOLDING_STEPS = 3, 40
-"""Rounds of Newton steps while outlines slide, and steps to unfold the map on a new mesh. With more of these, an update
-takes seconds where the map cannot be unfolded.
 """
 
 
@@ -158,29 +146,6 @@ class _Pair:
             return _relax(new if coarse else _towards(new))
         except Stuck as error:
             raise NoMapError(f"the map cannot follow: {error}") from error
-
-    def slid(self, state: DiscreteMap, exact: Pins, settings: Settings) -> DiscreteMap | None:
-        """Let blocked pins pull the map along its outlines, past all but sharp corners.
-
-        As at the end of a search, the outlines slide on a mesh with few corners, which is then split at all vertices.
-
-        Returns:
-            The map on a new fine mesh; None if it folds, or is not closer to its pins.
-        """
-        free = state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
-        problem = self.problem(exact, settings)
-        smooth_level, level = (final_level(problem, settings, smooth=smooth) for smooth in (True, False))
-        with suppress(Stuck):
-            slid = _transferred(smooth_level, free).relaxed()
-            slid = slid.alternated(FINE_POWER, SLIDING_ROUNDS, BACKWARD_STEPS)
-            try:
-                new = split_at_vertices(slid)
-            except Stuck:
-                new = _transferred(level, slid)
-            new = eased(new)
-            if _worst_miss(new) < _worst_miss(state):
-                return new
-        return None
 
     def carried_anyhow(
         self, state: MeshMap, exact: Pins, settings: Settings, *, coarse: bool
@@ -352,26 +317,13 @@ class Live:
             state = None
         if state is None or behind:
             return replace(self, state=state or self.state, age=age, behind=True)
-        if not coarse and self.age + 1 >= STEPS_PER_SLIDE and self._is_blocked(state):
-            age = 0
-            slid = self.pair.slid(state, exact, stiff)
-            if slid is not None:
-                state, least = slid, _least_area(slid)
-        elif not waits and not area >= SQUEEZED_AREA_RATIO * least:
+        if not waits and not area >= SQUEEZED_AREA_RATIO * least:
             age, free = 0, state.forward(FINE_POWER, FORWARD_STEPS, AT_REST_DECREASE, corners=False)
             with suppress(NoMapError):
                 anew = self.pair.carried(free, exact, stiff, coarse=coarse)
                 state = min(anew, state, key=lambda candidate: candidate.miss)
                 least = _least_area(state)
         return replace(self, exact=exact, state=state, least=least, coarse=coarse, age=age, behind=False)
-
-    def _is_blocked(self, state: DiscreteMap) -> bool:
-        """Return whether soft pins are far beyond their limits although their springs are stiff."""
-        pins = state.energy.pins
-        if pins is None or self.stiffening.size != state.energy.pin_count:
-            return False
-        missed = pins.misses(state.z, state.u, state.material) > BLOCKED_LIMIT_RATIO * pins.limits
-        return bool((missed & (self.stiffening >= BLOCKED_STIFFENING)).any())
 
     def _with_patches(self, patches: PinnedPatches, exact: Pins) -> "Live":
         """Return the map with other soft pins in its energy; `exact` are the exact ones."""
@@ -493,26 +445,6 @@ def _stiffened(settings: Settings, factors: Real) -> Settings:
     pins = settings.energy.pins
     stiff = None if pins is None else pins.stiffer(factors)
     return replace(settings, energy=replace(settings.energy, pins=stiff))
-
-
-def _transferred(level: Level, state: DiscreteMap) -> DiscreteMap:
-    """Return a map on the mesh of another level, if unfolding it there takes few steps.
-
-    Raises:
-        Stuck: folds remain.
-    """
-    sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-    # without its constraints, which belong to other vertices
-    plain = MeshMap.plain(state.z, state.u, state.faces, state.border, loops=state.loops)
-    new = refine(level, plain, sizes, only=SLIDING_UNFOLDING_STEPS)
-    return satisfy_constraints(new) if new.inside.z.size else new
-
-
-def _worst_miss(state: DiscreteMap) -> float:
-    """Return the largest distance of a soft pin from its place, relative to its limit."""
-    pins = state.energy.pins
-    assert pins is not None
-    return float((pins.misses(state.z, state.u, state.material) / pins.limits).max(initial=0.0))
 
 
 def _least_area(state: DiscreteMap) -> float:

@@ -1,7 +1,5 @@
 """The coarse map that follows pins: it meets them, has no folds, and continues from its last state."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -214,30 +212,6 @@ def test_a_drag_begins_on_the_mesh_of_the_map_from_scratch_around_a_hole_of_the_
     assert live.state.fills_holes and len(live.map.faces) == len(fit.map.faces)
     away = np.abs(live.map(fit.interior) - fit.map(fit.interior))
     assert np.nanquantile(away, 0.95) < 2e-3 * fit.diagonal
-
-
-def wavy_bar(n):
-    x = np.linspace(-1, 1, n)
-    return np.concatenate([x - 0.12j - 0.03j * np.sin(5 * x), (x + 0.12j + 0.03j * np.cos(4 * x))[::-1]])
-
-
-def test_outlines_slide_where_they_hold_a_pin_back():
-    source, target = wavy_bar(60), 1.1 * wavy_bar(47)
-    fit = iccm.fit(source, target)
-    pins = np.array([[0j, fit.map(np.zeros(1, complex))[0]]])
-    live = Live.of(fit, Settings(), pins, softness=soft(pins))
-    for _ in range(22):
-        pins[0, 1] += 0.03
-        live = live.follow(pins, softness=soft(pins), dragged=True)
-    slid = live.pair.slid(live.state, live.exact, live.settings)
-    assert slid is not None
-    after = replace(live, state=slid)
-    gap, slid_gap = (abs(state.map(pins[:, 0])[0] - pins[0, 1]) for state in (live, after))
-    assert slid_gap < 0.6 * gap and after.map.injectivity.certified
-    # it can be kept as it is when the pin is released
-    kept = iccm.fit(source, target, pins=pins, start=after.start, keep_start=True)
-    assert kept.status.ok
-    assert np.nanmax(np.abs(kept.map(fit.interior) - after.map(fit.interior))) < 1e-9
 
 
 def test_a_map_stays_on_its_mesh_where_it_would_fold_on_a_new_one(monkeypatch):
