@@ -246,14 +246,17 @@ class _Constraints:
         return np.concatenate([as_pins(self.pins), np.reshape(np.array(ends, complex), (-1, 2))])
 
     @property
-    def are_none(self) -> bool:
-        """Whether there are no constraints."""
-        values = (
-            getattr(self, field.name)
-            for field in fields(self)
-            if field.name not in ("softness", "stroke_widths")
+    def has_pins(self) -> bool:
+        """Whether there are pins."""
+        return bool(len(as_pins(self.pins)))
+
+    @property
+    def fix_frames(self) -> bool:
+        """Whether there are constraints that are given for the outlines of the shapes: all but pins."""
+        values = (self.strokes, self.rigid, self.rigid_target, self.importance, self.size_map)
+        return any(
+            value is not None and not (isinstance(value, Sized) and len(value) == 0) for value in values
         )
-        return all(value is None or (isinstance(value, Sized) and len(value) == 0) for value in values)
 
 
 @dataclass(frozen=True)
@@ -336,9 +339,18 @@ def _fit_drawings(
         result = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
         pins = as_pins(constraints.pins)
         return replace(result, opaque=opaque, pins=pins, softness=Softness.exact(len(pins)))
-    searched = constraints.are_none and not partners and settings.is_balanced and settings.balance <= 1
+    searched = not constraints.fix_frames and not partners and settings.is_balanced and settings.balance <= 1
     searched = searched and settings.max_dilatation is None and settings.max_stretch is None
-    result = fit_drawings(source, target, settings, solve_outlines, free_gaps=free_gaps, searched=searched)
+    result = fit_drawings(
+        source,
+        target,
+        settings,
+        solve_outlines,
+        free_gaps=free_gaps,
+        searched=searched,
+        pinned=constraints.has_pins,
+        start=_map_of(constraints.start),
+    )
     return replace(result, opaque=opaque)
 
 

@@ -1,12 +1,16 @@
 """Solve for the map of whole drawings, with the cheapest choice of frames."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from ..balanced.fit import coverage_notes, loses_too_much, settings_of
+from ..curve import Curve, hausdorff
 from ..drawings.drawing import Drawing
+from ..drawings.frame import Frame
 from ..errors import InputError
 from ..fits import FITS
+from ..maps.triangulated.map import TriangulatedMap
 from ..options import Options
 from ..result import Fit
 from ..status import Status
@@ -28,6 +32,8 @@ def fit_drawings(
     *,
     free_gaps: bool = False,
     searched: bool = True,
+    pinned: bool = False,
+    start: TriangulatedMap | None = None,
 ) -> Fit:
     """Return the map of two drawings.
 
@@ -42,20 +48,29 @@ def fit_drawings(
     free_gaps
         Whether gaps of the source may be shown at no cost.
     searched
-        Whether frames are chosen by their cost. Otherwise, as with constraints, outlines are mapped where both drawings
-        have one part, and the tightest frames where they do not.
+        Whether frames are chosen by their cost. Otherwise, as with rigid regions, outlines are mapped where both
+        drawings have one part, and the tightest frames where they do not.
+    pinned
+        Whether there are pins.
+    start
+        The map to continue from, which determines the frames.
 
     Raises
     ------
     NoMapError
         No map without folds was found.
     """
-    if not searched or not FITS[options.fit].is_searched or options.holes == "keep":
+    by_cost = FITS[options.fit].is_searched and options.holes != "keep"
+    if by_cost and start is not None:
+        return solve_choice(_continued(source, target, start), source, target, options, solver)
+    if not by_cost or not searched:
         return solve_choice(_unsearched(source, target, options), source, target, options, solver)
     framed = FITS[options.fit].of_drawings
     ranked = choices(source, target, settings_of(options), free_gaps=free_gaps, framed=framed)
     # the sort is stable: choices within the bounds stay sorted by cost
     ranked.sort(key=lambda choice: _excess(choice, options))
+    if pinned:
+        return _cheapest_with_pins(ranked, source, target, options, solver)
     missed: Fit | None = None
     failure: InputError | None = None
     for choice in ranked[:MOST_SOLVED_CHOICES]:
@@ -86,6 +101,74 @@ def paired_parts(
     if not may_pair(source, target):
         return []
     return choices(source, target, settings_of(options), free_gaps=free_gaps, pair_parts=True)[0].pairs
+
+
+def _cheapest_with_pins(
+    ranked: Sequence[Choice], source: Drawing, target: Drawing, options: Options, solver: Solver
+) -> Fit:
+    """Return the cheaper of two maps with pins: of the frames that are best without pins, and of the outlines.
+
+    So a pin that is placed where the map takes it anyway changes nothing, and pins that connect protrusions, which
+    the frames close, get the outlines. Maps with concavities filled are not considered, because they cannot follow
+    pins that are dragged.
+
+    Args:
+        ranked: the choices, best first, compared without pins.
+        source: the drawing that is mapped.
+        target: the drawing onto which it is mapped.
+        options: how to solve.
+        solver: solves for a pair of outlines with the pins.
+
+    Raises:
+        InputError: neither map exists.
+    """
+    outlines = _unsearched(source, target, options)
+    best = next((choice for choice in ranked if choice.fit == "whole"), outlines)
+    have_holes = bool(source.mappable_holes or target.mappable_holes)
+    if best.frames == outlines.frames and (best.holed == outlines.holed or not have_holes):
+        return solve_choice(outlines, source, target, options, solver)
+    fit = None
+    # pins on the outline of one frame may be inside the other, and pins may not be met
+    with suppress(InputError):
+        fit = solve_choice(best, source, target, options, solver)
+    least_costs = [
+        choice.cost for choice in ranked if choice.frames == outlines.frames and choice.fit == "whole"
+    ]
+    if fit is not None and fit.status.ok and _cost(fit) <= min(least_costs, default=0.0):
+        return fit  # because pins only raise the cost
+    try:
+        fit_of_outlines = solve_choice(outlines, source, target, options, solver)
+    except InputError:
+        if fit is None:
+            raise
+        return fit
+    return fit_of_outlines if fit is None else min(fit, fit_of_outlines, key=_rank)
+
+
+def _rank(fit: Fit) -> tuple[bool, float]:
+    """Return by what maps with the same pins are sorted: whether they fail, then their cost."""
+    return not fit.status.ok, _cost(fit)
+
+
+def _cost(fit: Fit) -> float:
+    """Return the cost of a map of drawings, without that of the rotation, which pins determine."""
+    assert fit.seen is not None
+    return fit.seen.cost()
+
+
+def _continued(source: Drawing, target: Drawing, start: TriangulatedMap) -> Choice:
+    """Return the choice of frames of an earlier map: those whose outlines are closest to its outlines."""
+    loop = start.loops[0]
+    frames = (
+        _closest_frame(source, Curve(start.source[loop])),
+        _closest_frame(target, Curve(start.image[loop])),
+    )
+    return Choice(frames, "whole", holed=len(start.loops) > 1)
+
+
+def _closest_frame(drawing: Drawing, outline: Curve) -> Frame:
+    """Return the frame of a drawing whose outline is closest to another outline."""
+    return min(drawing.frames, key=lambda frame: hausdorff(frame.outline, outline))
 
 
 def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:

@@ -46,8 +46,8 @@ class Scene(_Message):
 
     @property
     def whole(self) -> bool:
-        """Whether the whole outlines, or the tightest frames, of both drawings are certain to be mapped onto each
-        other, so that maps can continue from each other.
+        """Whether the whole outlines, or whole frames, of both drawings are certain to be mapped onto each other, so
+        that maps can continue from each other.
         """
         mode = FITS[self.fit]
         return not mode.leaves_out_parts and (self.constrained or not mode.is_searched)

@@ -52,13 +52,30 @@ def transfer(session: Session, side: str, points: Sequence[Place]) -> list[list[
     if not np.isfinite(w).all():
         raise InputError("this point is not part of the map; place the pin elsewhere")
     if not pair.deforming:
-        closest = shape.curve.at(shape.curve.closest(z))
-        on_outline = np.abs(closest - z) < ON_OUTLINE_SHARE * shape.curve.diagonal
-        w[on_outline] = destination.curve.nearest(w[on_outline])
+        outline, image = _outlines(session, from_source=from_source)
+        on_outline = outline.distances(z) < ON_OUTLINE_SHARE * shape.curve.diagonal
+        w[on_outline] = image.nearest(w[on_outline])
+        is_hidden = ~destination.curve.contains(w) & (
+            destination.curve.distances(w) > ON_OUTLINE_SHARE * destination.curve.diagonal
+        )
+        if is_hidden.any():
+            raise InputError(
+                "the map takes this point outside the other shape, where it is not seen; place the pin elsewhere, "
+                "or both of its ends"
+            )
     if surface := session.view.surfaces[1 if from_source else 0]:
         return surface.places(w, PLACE_DIGITS)
     decimals = PLACE_DIGITS - int(np.floor(np.log10(destination.curve.diagonal)))
     return [[round(value, decimals) for value in place] for place in destination.to_file(w).tolist()]
+
+
+def _outlines(session: Session, *, from_source: bool) -> tuple[Curve, Curve]:
+    """Return the outlines that are mapped onto each other: those of frames, where drawings are mapped by frames."""
+    pair, fit = session.pair, session.fit
+    outlines = pair.source.curve, pair.target.curve
+    if fit is not None and fit.target is not None and len(session.maps) == 1 and not pair.has_mesh:
+        outlines = fit.source, fit.target
+    return outlines if from_source else outlines[::-1]
 
 
 def suggest(session: Session, scene: Scene) -> list[dict[str, Any]]:

@@ -350,15 +350,15 @@ class Session:
 
     @property
     def is_whole(self) -> bool:
-        """Whether the last converged map covers the whole outlines, or the tightest frames, with all holes, so that a
-        map with pins and strokes may continue from it.
+        """Whether the last converged map covers whole frames of both drawings, or the whole outlines with all holes, so
+        that a map with pins and strokes may continue from it.
         """
         fit = self._fit
         if self._last[0].whole:
             return True
         if fit is None or len(self._maps) > 1 or fit.is_partial or fit.target is None:
             return False
-        if self.pair.has_mesh:
+        if self.pair.has_mesh or fit.drawings is not None:
             return True
         holes = len(self._maps[0].loops) - 1
         return all(
