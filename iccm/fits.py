@@ -103,7 +103,7 @@ def of_outlines(name: str) -> str:
 
 
 def with_constraints(name: str) -> str:
-    """Return the value of `fit` to use if maps are not compared: with constraints, bounds or an earlier map."""
+    """Return the value of `fit` for outlines whose maps are not compared: with constraints, bounds or an earlier map."""
     return "whole" if FITS[name].compares else name
 
 
@@ -112,4 +112,4 @@ def help_text() -> str:
     order = [name for name, mode in FITS.items() if not mode.compares]
     order += [name for name, mode in FITS.items() if mode.compares]
     clauses = "; ".join(f"{name}: {FITS[name].help}" for name in order)
-    return f"{clauses}.  [default: auto; whole with pins, bounds or meshes]"
+    return f"{clauses}.  [default: auto; whole with strokes, rigid regions, bounds or meshes]"

@@ -149,7 +149,7 @@ class Options:
         turn: desired rotation in degrees counter-clockwise (balanced); "any" leaves it to the shapes; None is 0, or the
             rotation given by two pins or strokes. A note reports a contradiction between them.
         fit: how shapes that differ are mapped onto each other: a name in `iccm.fits.FITS`, which describes each. "auto"
-            is the cheapest of them ("whole" with pins, strokes, bounds, surfaces and a balance above 1).
+            is the cheapest of them ("whole" with strokes, rigid regions, bounds, surfaces and a balance above 1).
         place: "fill", the source takes the form of the target; "inside", it keeps its proportions and is as large as
             fits inside the target; "slice", it keeps its proportions and covers the target, and the rest is cut off.
         holes: "keep", all are mapped onto each other or shrink to slits; "auto", partial maps may ignore some, if that

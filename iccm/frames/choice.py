@@ -30,6 +30,7 @@ from ..drawings.cost import LOST_POINT_ENERGY, price
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
 from ..drawings.pairing import pair_by_place
+from ..drawings.region import Region
 from ..drawings.seen import NOTHING_SEEN, Seen, seen
 from ..plane import triangle_areas
 
@@ -152,12 +153,17 @@ def _joined(
     return tuple(candidates or [Choice(tightest)])
 
 
+def textured_region(source: Drawing, *, free_gaps: bool) -> Region:
+    """Return the region of a drawing that may be shown without being counted as bare."""
+    return source.hull_region if free_gaps else source.region
+
+
 class _Judge:
     """Assesses coarse maps of two drawings."""
 
     def __init__(self, source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool):
         self.source, self.target, self.settings, self.free_gaps = source, target, settings, free_gaps
-        self._covering = source.hull_region if free_gaps else source.region
+        self._covering = textured_region(source, free_gaps=free_gaps)
         self._good: set[Choice] = set()
         self.least_cost = np.inf
 

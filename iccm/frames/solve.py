@@ -8,13 +8,15 @@ from ..balanced.fit import coverage_notes, loses_too_much, settings_of
 from ..curve import Curve, hausdorff
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
+from ..drawings.seen import seen
 from ..errors import InputError
 from ..fits import FITS
+from ..maps.approximation import triangulated
 from ..maps.triangulated.map import TriangulatedMap
 from ..options import Options
 from ..result import Fit
 from ..status import Status
-from .choice import Choice, choices, may_pair
+from .choice import Choice, choices, may_pair, textured_region
 
 Solver = Callable[..., Fit]
 """Solves for the map of two outlines: `solver(source, target, source_holes, target_holes, options)`."""
@@ -70,7 +72,7 @@ def fit_drawings(
     # the sort is stable: choices within the bounds stay sorted by cost
     ranked.sort(key=lambda choice: _excess(choice, options))
     if pinned:
-        return _cheapest_with_pins(ranked, source, target, options, solver)
+        return _cheapest_with_pins(ranked, source, target, options, solver, free_gaps=free_gaps)
     missed: Fit | None = None
     failure: InputError | None = None
     for choice in ranked[:MOST_SOLVED_CHOICES]:
@@ -104,7 +106,13 @@ def paired_parts(
 
 
 def _cheapest_with_pins(
-    ranked: Sequence[Choice], source: Drawing, target: Drawing, options: Options, solver: Solver
+    ranked: Sequence[Choice],
+    source: Drawing,
+    target: Drawing,
+    options: Options,
+    solver: Solver,
+    *,
+    free_gaps: bool,
 ) -> Fit:
     """Return the cheaper of two maps with pins: of the frames that are best without pins, and of the outlines.
 
@@ -118,6 +126,7 @@ def _cheapest_with_pins(
         target: the drawing onto which it is mapped.
         options: how to solve.
         solver: solves for a pair of outlines with the pins.
+        free_gaps: as for `fit_drawings`.
 
     Raises:
         InputError: neither map exists.
@@ -127,14 +136,18 @@ def _cheapest_with_pins(
     have_holes = bool(source.mappable_holes or target.mappable_holes)
     if best.frames == outlines.frames and (best.holed == outlines.holed or not have_holes):
         return solve_choice(outlines, source, target, options, solver)
+
+    def cost(fit: Fit) -> float:
+        return _cost(fit, source, target, options, free_gaps=free_gaps)
+
     fit = None
     # pins on the outline of one frame may be inside the other, and pins may not be met
     with suppress(InputError):
         fit = solve_choice(best, source, target, options, solver)
-    least_costs = [
+    unpinned_costs = [
         choice.cost for choice in ranked if choice.frames == outlines.frames and choice.fit == "whole"
     ]
-    if fit is not None and fit.status.ok and _cost(fit) <= min(least_costs, default=0.0):
+    if fit is not None and fit.status.ok and cost(fit) <= min(unpinned_costs, default=0.0):
         return fit  # because pins only raise the cost
     try:
         fit_of_outlines = solve_choice(outlines, source, target, options, solver)
@@ -142,18 +155,24 @@ def _cheapest_with_pins(
         if fit is None:
             raise
         return fit
-    return fit_of_outlines if fit is None else min(fit, fit_of_outlines, key=_rank)
+    if fit is None:
+        return fit_of_outlines
+    return min(fit, fit_of_outlines, key=lambda candidate: (not candidate.status.ok, cost(candidate)))
 
 
-def _rank(fit: Fit) -> tuple[bool, float]:
-    """Return by what maps with the same pins are sorted: whether they fail, then their cost."""
-    return not fit.status.ok, _cost(fit)
-
-
-def _cost(fit: Fit) -> float:
-    """Return the cost of a map of drawings, without that of the rotation, which pins determine."""
-    assert fit.seen is not None
-    return fit.seen.cost()
+def _cost(fit: Fit, source: Drawing, target: Drawing, options: Options, *, free_gaps: bool) -> float:
+    """Return the cost of a map of drawings without that of the rotation, which pins determine."""
+    map = triangulated(fit.map)
+    visible = seen(
+        map.source,
+        map.image,
+        map.faces,
+        source.region,
+        target.region,
+        covering=textured_region(source, free_gaps=free_gaps),
+        theta=settings_of(options).theta,
+    )
+    return visible.cost()
 
 
 def _continued(source: Drawing, target: Drawing, start: TriangulatedMap) -> Choice:

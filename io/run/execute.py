@@ -173,7 +173,7 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
     if job.target and job.exact:
         arguments |= {"holes": "keep"} if job.holes == "keep" else {}
         meshes = any(shape.is_mesh for pair in run.pairs for shape in pair)
-        arguments |= {"fit": "whole"} if (meshes or job.start) and job.fit is None else {}
+        arguments |= {"fit": "whole"} if meshes and job.fit is None else {}
         arguments |= {"fit": "whole"} if job.handles else {}  # as with the pins that will be read
     solved, failed = Pairs(), list[tuple[Pair, InputError]]()
     with run.phases.timed("solve"):

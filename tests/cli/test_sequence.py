@@ -91,6 +91,17 @@ def test_a_frame_that_differs_too_much_starts_afresh_with_a_note(frames, iccm):
     assert result.code == 0 and any("a new one is computed" in line for line in result.lines), result.err
 
 
+def test_a_map_of_frames_goes_on_from_itself(shapes, iccm):
+    comb = '<path d="M10 90V34H17V80H30V10H37V80H52V26H59V80H84V18H91V90Z"/><path d="M66 44H74V54H66Z"/>'
+    Path("comb.svg").write_text(SVG.format(comb))
+    assert iccm("map", "comb.svg", "square.svg", "-o", "first.npz").code == 0
+    assert iccm("map", "comb.svg", "square.svg", "--start", "first.npz", "-o", "second.npz").code == 0
+    first, second = core.load("first.npz"), core.load("second.npz")
+    assert first.source.area > 1.1 * core.read_shape("comb.svg").curve.area  # a wide frame
+    z = first.interior
+    assert np.abs(first.map(z) - second.map(z)).max() < 1e-3 * first.diagonal
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -348,3 +348,57 @@ def test_limits_of_hidden_and_bare_areas_are_kept_or_the_status_is_not_ok():
     assert kept.status.ok and kept.shown == pytest.approx(free.shown)
     missed = iccm.fit(BARS, RING, max_left_out=0.0)
     assert not missed.status.ok and f"{1 - missed.shown:.1%}" in missed.notes[-1]
+
+
+DOTTED_COMB = shapely.union_all(
+    [
+        shapely.box(0, 0, 6, 0.8),
+        *(shapely.box(x, 0, x + 0.5, height) for x, height in ((0, 3), (1.5, 4.5), (3, 3.5), (5.5, 4))),
+        shapely.box(4.3, 2, 4.8, 2.6),
+    ]
+)
+LEANING_BLOCK = shapely.Polygon([(0, 0), (7, 0.5), (6.5, 5), (0.5, 4)])
+
+
+@pytest.fixture(scope="module")
+def comb_on_block():
+    """The map of a comb with a dot onto a block, which is one of frames."""
+    fit = iccm.fit(DOTTED_COMB, shapely.MultiPolygon([LEANING_BLOCK]))
+    assert not fit.is_partial and fit.source.area > 1.5 * DOTTED_COMB.area
+    return fit
+
+
+def test_a_pin_where_the_map_takes_it_keeps_the_frames(comb_on_block):
+    fit = comb_on_block
+    z = np.array([0.3 + 2j, 5.2 + 0.4j])
+    pins = np.stack([z, fit.map(z)], axis=1)
+    pinned = iccm.fit(DOTTED_COMB, shapely.MultiPolygon([LEANING_BLOCK]), pins=pins)
+    assert np.array_equal(pinned.source.z, fit.source.z) and np.array_equal(pinned.target.z, fit.target.z)
+    assert pinned.status.ok
+    assert np.quantile(np.abs(pinned.map(fit.interior) - fit.map(fit.interior)), 0.95) < 0.02 * fit.diagonal
+
+
+def test_a_map_continues_on_the_frames_of_its_start(comb_on_block):
+    fit = comb_on_block
+    z = np.array([0.3 + 2j])
+    pins = np.stack([z, fit.map(z) + 0.2 - 0.1j], axis=1)
+    for strokes in ([], [(np.array([5.7 + 1j, 5.8 + 3j]), fit.map(np.array([5.7 + 1j, 5.8 + 3j])))]):
+        continued = iccm.fit(
+            DOTTED_COMB,
+            shapely.MultiPolygon([LEANING_BLOCK]),
+            pins=pins,
+            strokes=strokes,
+            start=fit,
+            exact_pins=True,
+        )
+        assert np.array_equal(continued.source.z, fit.source.z)
+        assert continued.status.ok and np.abs(continued.map(pins[0, 0]) - pins[0, 1]) < 1e-6
+
+
+def test_pins_that_frames_cannot_meet_get_the_outlines(comb_on_block):
+    # a point between two teeth, which the frame encloses, goes to the outline of the block
+    pins = np.array([[1 + 0.8j, 3.5 + 4.5j]])
+    assert comb_on_block.source.distances(pins[:, 0])[0] > 0.1
+    fit = iccm.fit(DOTTED_COMB, shapely.MultiPolygon([LEANING_BLOCK]), pins=pins)
+    assert fit.source.distances(pins[:, 0])[0] < 1e-9
+    assert fit.status.ok and np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-6 * fit.diagonal

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from iccm import load
+from iccm.errors import InputError
 from iccm.io.edit import placing, saving
+from iccm.io.edit.map_choice import displacement
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
 from iccm.io.edit.workspace import parts_of
@@ -23,12 +26,19 @@ BARS = '<path d="M10 10H30V90H10Z"/><path d="M40 30H60V90H40Z"/><path d="M70 60H
 PANES = '<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'
 DOTS = '<circle cx="22" cy="24" r="15"/><circle cx="80" cy="20" r="12"/><circle cx="50" cy="82" r="14"/>'
 SQUARES = '<path d="M8 8H34V34H8Z"/><path d="M66 12H94V38H66Z"/><path d="M36 66H62V96H36Z"/>'
+COMB = '<path d="M10 90V34H17V80H30V10H37V80H52V26H59V80H84V18H91V90Z"/><path d="M66 44H74V54H66Z"/>'
 GAP = {"source": [65.0, 75.0], "target": [60.0, 46.0]}  # between parts on both sides
 
 
 @pytest.fixture
 def drawings(shapes):
-    for name, drawn in (("bars", BARS), ("panes", PANES), ("dots", DOTS), ("squares", SQUARES)):
+    for name, drawn in (
+        ("bars", BARS),
+        ("panes", PANES),
+        ("dots", DOTS),
+        ("squares", SQUARES),
+        ("comb", COMB),
+    ):
         (shapes / f"{name}.svg").write_text(SVG.format(drawn))
     return shapes
 
@@ -105,6 +115,37 @@ def test_a_pin_between_parts_is_met_and_followed(drawings):
     assert np.hypot(destination[0] - 64, destination[1] - 45) < 3 * update.patches[0]["tolerance"]
     stroke = {"source": [[20.0, 80.0], [80.0, 80.0]], "target": [[20.0, 70.0], [75.0, 75.0]]}
     assert edited.solve(scene(strokes=[stroke])).ok
+
+
+def test_the_first_pin_changes_nothing_where_the_map_takes_it(drawings, iccm):
+    edited = session("comb.svg", "panes.svg#bbox")
+    assert edited.solve(scene()).ok
+    shown = edited.maps[0]
+    source, target = edited.pair.source, edited.pair.target
+    assert edited.fit.source.area > 1.1 * source.curve.area  # the map is one of wider frames
+    [place] = placing.transfer(edited, "source", [(14.0, 50.0)])
+    pin = {"source": [14.0, 50.0], "target": place}
+    assert edited.solve(scene(pin)).ok
+    assert displacement(shown, edited.maps[0]) < 1e-6 * target.curve.diagonal
+    # it is dragged by 4 % of the diagonal, and released
+    moved = scene({**pin, "target": [place[0] + 4, place[1] - 3]})
+    assert edited.follow(moved).ok
+    followed = edited.maps[0]
+    assert edited.solve(moved, hand="released").ok
+    assert displacement(followed, edited.maps[0]) < 0.01 * target.curve.diagonal
+    saving.save(edited, moved, saving.constraints_file(edited), replace=False)
+    words = shlex.split(saving.command(edited, moved))[1:]
+    assert iccm(*words[:-1], "typed.npz").code == 0
+    assert displacement(load("typed.npz").map, edited.maps[0]) < 1e-3 * target.curve.diagonal
+
+
+def test_a_click_on_a_point_that_is_hidden_is_refused(drawings):
+    edited = session("panes.svg#bbox", "comb.svg")
+    assert edited.solve(scene(fit="frame")).ok
+    gap = [22.0, 40.0]  # between two teeth
+    z = edited.maps[0].inverse(np.array([edited.pair.target.at(gap)]))
+    with pytest.raises(InputError):
+        placing.transfer(edited, "source", edited.pair.source.to_file(z).tolist())
 
 
 @pytest.mark.slow
