@@ -103,7 +103,7 @@ def of_outlines(name: str) -> str:
 
 
 def with_constraints(name: str) -> str:
-    """Return the value of `fit` for outlines whose maps are not compared: with constraints, bounds or an earlier map."""
+    """Return the value of `fit` for outlines if maps are not compared: with constraints, bounds or an earlier map."""
     return "whole" if FITS[name].compares else name
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from . import capabilities, deadline, fits
 from .arrays import Complex
 from .blas import on_one_thread
-from .curve import Curve, polygon_of
+from .curve import Curve, inside_any, polygon_of
 from .deadline import TimeUp
 from .drawings.drawing import Drawing
 from .errors import InputError
@@ -341,6 +341,8 @@ def _fit_drawings(
         return replace(result, opaque=opaque, pins=pins, softness=Softness.exact(len(pins)))
     searched = not constraints.fix_frames and not partners and settings.is_balanced and settings.balance <= 1
     searched = searched and settings.max_dilatation is None and settings.max_stretch is None
+    # pins in holes pair holes, which frames do not have
+    searched = searched and not _are_in_holes(as_pins(constraints.pins), source, target)
     result = fit_drawings(
         source,
         target,
@@ -352,6 +354,12 @@ def _fit_drawings(
         start=_map_of(constraints.start),
     )
     return replace(result, opaque=opaque)
+
+
+def _are_in_holes(pins: Complex, source: Drawing, target: Drawing) -> bool:
+    """Return whether an end of a pin (k, 2) is in a hole of its drawing that can be mapped."""
+    sides = ((source, pins[:, 0]), (target, pins[:, 1]))
+    return any(inside_any(drawing.mappable_holes, points).any() for drawing, points in sides)
 
 
 def _drawing_of_outlines(outlines: Outlines, name: str) -> Drawing:
