@@ -631,8 +631,8 @@ def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
     if largest < NOTED_DISTANCE:
         return []
     return [
-        f"Pins are soft: they come within {largest:.2%} of the target's diagonal of their places; exact ones "
-        "would come exactly there (exact_pins)."
+        f"Pins are soft: they come within {largest:.2%} of the target's diagonal of their places; exact "
+        "pins (exact_pins) meet theirs."
     ]
 
 
