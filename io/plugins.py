@@ -68,8 +68,9 @@ def install(program: str, to: str | None = None) -> list[Path]:
         _check_own(home / OWN)
     for home in homes:
         files.make_folder(home / OWN)
-        for name, content in plugin_files.items():
-            files.write_bytes(home / OWN / name, content, force=True)
+        with files.together():  # an earlier version stays whole if one file cannot be written
+            for name, content in plugin_files.items():
+                files.write_bytes(home / OWN / name, content, force=True)
     return [home / OWN for home in homes]
 
 

@@ -148,10 +148,16 @@ def stopped_sentence(pins: Sequence[int]) -> str:
     )
 
 
-def _named(pins: Sequence[int]) -> str:
-    """Return the numbers of pins (indices), as the page shows them, for a sentence."""
-    numbers = [str(k + 1) for k in pins]
-    return f"{'pin' if len(numbers) == 1 else 'pins'} {all_names(numbers)}"
+def missed_sentence(wrong: dict[str, list[int]]) -> str:
+    """Return a sentence about pins and strokes (indices) that a map misses although it is good otherwise."""
+    names = [_named(wrong[f"{kind}s"], kind) for kind in ("pin", "stroke") if wrong[f"{kind}s"]]
+    return f"No map was found that meets {' and '.join(names)}."
+
+
+def _named(indices: Sequence[int], kind: str = "pin") -> str:
+    """Return the numbers of pins or strokes (indices), as the page shows them, for a sentence."""
+    numbers = [str(k + 1) for k in indices]
+    return f"{kind if len(numbers) == 1 else kind + 's'} {all_names(numbers)}"
 
 
 def missed_constraints(report: dict[str, Any], scene: Scene) -> dict[str, list[int]]:

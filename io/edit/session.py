@@ -36,6 +36,7 @@ from .map_update import (
     blocked_sentence,
     figures,
     missed_constraints,
+    missed_sentence,
     refusal,
     stopped_sentence,
     verdict,
@@ -404,7 +405,8 @@ class Session:
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
         if any(wrong.values()) and self._map is not None:
-            return MapUpdate("error", False, status.value, {}, wrong)
+            message = missed_sentence(wrong) if status.ok else status.value
+            return MapUpdate("error", False, message, {}, wrong)
         image = self.view.image_of(solved.maps)
         details = (
             figures(report) | {"regions": self.view.regions(solved.fit, report)},

@@ -6,6 +6,7 @@ import sys
 import tomllib
 import zipfile
 from importlib.resources import files as resources
+from pathlib import Path
 
 import pytest
 
@@ -146,3 +147,19 @@ def test_only_plug_ins_are_replaced(home, iccm, monkeypatch):
     (sources / "__init__.py").write_text("mine")
     assert iccm("plugins", "install", "blender", "--to", "src").code == 2
     assert files(home / "src") == {"iccm/__init__.py": b"mine"}
+
+
+def test_an_installed_plug_in_stays_whole_if_the_new_one_cannot_be_written(home, iccm, monkeypatch):
+    monkeypatch.chdir(home)
+    assert iccm("plugins", "install", "inkscape", "--to", "here").code == 0
+    folder = Path("here/iccm")
+    *others, last = sorted(set(plugins.contents("inkscape")) - {plugins.PYTHON})
+    for name in others:
+        (folder / name).write_text(f"an earlier {name}")
+    (folder / last).unlink()
+    (folder / last).mkdir()  # in the way
+    assert iccm("plugins", "install", "inkscape", "--to", "here").code == 2
+    assert {name: (folder / name).read_text() for name in others} == {
+        name: f"an earlier {name}" for name in others
+    }
+    assert sorted(path.name for path in folder.iterdir()) == sorted([*others, last, plugins.PYTHON])

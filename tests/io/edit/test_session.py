@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.io.edit import placing, saving
+from iccm.io.edit import placing, saving, solving
+from iccm.io.edit.map_choice import MapChoice
 from iccm.io.edit.map_update import LOST
 from iccm.io.edit.messages import Scene, read
 from iccm.io.edit.scene import PageHalf
@@ -149,6 +150,17 @@ def test_what_is_not_met_is_told_and_the_map_stays(shapes):
     update = edited.solve(scene(*pins, strokes=[stroke]))
     assert (update.kind, update.ok, update.drawn) == ("error", False, None) and edited._map is before
     assert update.wrong["strokes"] == [0] and "could be met" in update.message
+
+
+def test_the_message_names_pins_that_a_good_map_misses(shapes):
+    edited = session()
+    edited.solve(scene())
+    solved = solving.solve_scene(edited.pair, scene(PIN, OTHER), None)
+    assert solved.status.ok
+    solved.report["pins"][1]["error"] = 0.2  # as if the map missed it
+    update = edited._settle(scene(PIN, OTHER), solved, MapChoice())
+    assert (update.kind, update.ok, update.wrong["pins"]) == ("error", False, [1])
+    assert "pin 2" in update.message and "pin 1" not in update.message
 
 
 @pytest.mark.slow
