@@ -12,13 +12,14 @@ after each with --compare, the map is compared with the one from scratch, as the
 
 Of each pair, the table shows how many releases were `met`: the map takes the pin to where the hand put it. Where it
 cannot follow, the pin stops `short`. The table also shows jumps in per cent of the target's diagonal, as the
-distance that 95 % of the points move at most: in the first step of the drag (`begun`), between the map seen after the
-last step and the converged one (`at once`), between the map seen at the release and the converged one (`released`),
-between two consecutive pictures after the release, of which there is one for each update in which the map settles
-(`picture`), and when the comparison shows the map from scratch (`replaced`). `settling` is the mean number of updates
-between the release and the converged map. `p95` is the stretch on 95 % of the target after the last drag, relative to
-the map from scratch with the same pins, before and after the comparison. `wound` is the number of pairs whose map
-differs from the one from scratch by more than a deformation that leaves the pins where they are.
+distance that 95 % of the points move at most: when a pin is placed where the map takes it (`placed`), in the first
+step of the drag (`begun`), between the map seen after the last step and the converged one (`at once`), between the map
+seen at the release and the converged one (`released`), between two consecutive pictures after the release, of which
+there is one for each update in which the map settles (`picture`), and when the comparison shows the map from scratch
+(`replaced`). `settling` is the mean number of updates between the release and the converged map. `p95` is the stretch
+on 95 % of the target after the last drag, relative to the map from scratch with the same pins, before and after the
+comparison. `wound` is the number of pairs whose map differs from the one from scratch by more than a deformation that
+leaves the pins where they are.
 """
 
 import argparse
@@ -71,6 +72,7 @@ class Drags:
 
     met: list[bool] = field(default_factory=list)
     short: list[bool] = field(default_factory=list)
+    placed: list[float] = field(default_factory=list)
     begun: list[float] = field(default_factory=list)
     at_once: list[float] = field(default_factory=list)
     released: list[float] = field(default_factory=list)
@@ -88,7 +90,7 @@ class Drags:
     def row(self, name: str) -> str:
         """Return a line of the table."""
         cells = [f"{sum(self.met):4d}/{len(self.met):3d} {sum(self.short):6d}"]
-        for jumps in (self.begun, self.at_once, self.released, self.picture, self.replaced):
+        for jumps in (self.placed, self.begun, self.at_once, self.released, self.picture, self.replaced):
             within = sum(jump <= PLAIN_JUMP for jump in jumps)
             cells.append(f"{np.max(jumps, initial=0):6.2f} {within:4d}/{len(jumps):3d}")
         cells.append(f"{np.mean(self.settling or [0]):5.1f}")
@@ -224,7 +226,9 @@ def drag_once(
     if goal is None:
         return False
     # the pin is placed, and solved, before it is dragged
+    before = session._map
     session.solve(scene(pins))
+    found.placed.append(moved(session, before, session._map))
     before = session._map
     path = (
         np.array([start, goal]) if straight else path_inside(shape, start, goal, holed=session.pair.job.holed)
@@ -339,7 +343,9 @@ def main() -> None:
     parser.add_argument("--compare", action="store_true", help="after each drag")
     parser.add_argument("--straight", action="store_true", help="drag along straight lines")
     options = parser.parse_args()
-    jumps = "  ".join(f"{name:>14}" for name in ("begun", "at once", "released", "picture", "replaced"))
+    jumps = "  ".join(
+        f"{name:>14}" for name in ("placed", "begun", "at once", "released", "picture", "replaced")
+    )
     print(
         f"{f'seed {options.seed}':52}  {'met':>8} {'short':>6}  {jumps}  {'settling':>5}  {'p95':11} wound",
         flush=True,

@@ -49,7 +49,7 @@ def place(session: Session, side: int, z: complex) -> list[float]:
 
 
 def reached(session: Session, z: complex) -> bool:
-    """Return whether a point of the source is not in a hole."""
+    """Return whether a point of the source is neither in a hole nor hidden."""
     try:
         placing.transfer(session, "source", [tuple(session.pair.source.to_file(z).tolist())])
     except InputError:
