@@ -81,7 +81,7 @@ class Commands(click.Group):
         return import_module(f".{name}", __package__).command
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse what precedes the command: no option but those of the group."""
+        """Parse the options before the name of the command; those of commands are refused there."""
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:

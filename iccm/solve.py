@@ -246,12 +246,7 @@ class _Constraints:
         return np.concatenate([as_pins(self.pins), np.reshape(np.array(ends, complex), (-1, 2))])
 
     @property
-    def has_pins(self) -> bool:
-        """Whether there are pins."""
-        return bool(len(as_pins(self.pins)))
-
-    @property
-    def fix_frames(self) -> bool:
+    def refer_to_outlines(self) -> bool:
         """Whether there are constraints that are given for the outlines of the shapes: all but pins."""
         values = (self.strokes, self.rigid, self.rigid_target, self.importance, self.size_map)
         return any(
@@ -339,10 +334,13 @@ def _fit_drawings(
         result = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
         pins = as_pins(constraints.pins)
         return replace(result, opaque=opaque, pins=pins, softness=Softness.exact(len(pins)))
-    searched = not constraints.fix_frames and not partners and settings.is_balanced and settings.balance <= 1
+    searched = (
+        not constraints.refer_to_outlines and not partners and settings.is_balanced and settings.balance <= 1
+    )
     searched = searched and settings.max_dilatation is None and settings.max_stretch is None
     # pins in holes pair holes, which frames do not have
-    searched = searched and not _are_in_holes(as_pins(constraints.pins), source, target)
+    pins = as_pins(constraints.pins)
+    searched = searched and not _are_in_holes(pins, source, target)
     result = fit_drawings(
         source,
         target,
@@ -350,7 +348,7 @@ def _fit_drawings(
         solve_outlines,
         free_gaps=free_gaps,
         searched=searched,
-        pinned=constraints.has_pins,
+        pinned=len(pins) > 0,
         start=_map_of(constraints.start),
     )
     return replace(result, opaque=opaque)

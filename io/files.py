@@ -23,8 +23,8 @@ BLOCK_BYTES = 1 << 16  # written to find out whether the disk is full
 MOST_ENTRIES = 10_000
 """Names in a folder that are searched for a similar one, so that an error message never takes long."""
 SIMILARITY_RATIO = 0.75
-ADDRESS = re.compile(r"(?i)(https?|ftp|file):/")
 """Similarity (by `difflib`) of names without suffixes: one or two wrong letters in ten."""
+ADDRESS = re.compile(r"(?i)(https?|ftp|file):/")  # one slash, since paths join two into one
 SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F]")
 _unfinished = set[Path]()  # temporary files and folders that exist now
 _together: ContextVar[ExitStack | None] = ContextVar(

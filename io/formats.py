@@ -212,7 +212,7 @@ def remedy(name: str | PathLike, kind: str, suffixes: Sequence[str]) -> str:
 
     Args:
         name: of the file.
-        kind: what is to be read: "shape", "picture" or "mesh".
+        kind: the kind of content that is expected: "shape", "picture" or "mesh".
         suffixes: that can be read.
     """
     suffix = suffix_of(name)

@@ -16,9 +16,8 @@ import numpy as np
 from ..arrays import Complex, Flags, Index, Real
 from ..balanced.minimise.energy import SOURCE_AREA
 from ..meshes.flatten import Flattening
-from ..meshes.mesh import Mesh, with_unit_area
-from ..meshes.patch import Patch
-from ..meshes.topology import Triangles
+from ..meshes.mesh import with_unit_area
+from ..meshes.patch import Patch, patch_of
 from ..native import function
 from ..sorting import grouped
 from .free import LARGE_VERTEX_COUNT, SMALL_GAIN_SHARE, Elastic, surface
@@ -167,18 +166,6 @@ def coarser_layout(layout: Flattening, large: int) -> tuple[Flattening, Index] |
     if loop is None:
         return None
     return replace(layout, patch=coarse, flat=layout.flat[vertices], loop=loop), vertices
-
-
-def patch_of(name: str, points: Real, faces: Index) -> Patch:
-    """Return triangles (m, 3) between points (n, 3), a valid surface, as a separate patch."""
-    mesh = Mesh.triangles(name, points, faces)
-    return Patch(
-        mesh,
-        mesh.points,
-        Triangles(faces, len(points)),
-        np.arange(len(points)),
-        np.arange(faces.size).reshape(-1, 3),
-    )
 
 
 def same_loop(coarse: Patch, vertices: Index, loop: Index) -> Index | None:

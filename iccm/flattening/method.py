@@ -9,9 +9,9 @@ from ..arrays import Complex, Index, Real, at_vertices
 from ..errors import InputError
 from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
-from ..meshes.patch import Patch
+from ..meshes.patch import Patch, patch_of
 from . import seams, tutte
-from .coarsening import by_coarser, coarser_layout, patch_of, same_loop, smooth
+from .coarsening import by_coarser, coarser_layout, same_loop, smooth
 from .free import LARGE_VERTEX_COUNT, Elastic, surface
 from .multigrid import HUGE_VERTEX_COUNT, nearly_relaxed, relaxed, relaxed_from_coarsest
 from .opening import open_up

@@ -1,7 +1,6 @@
 """Solve for the map of whole drawings, with the cheapest choice of frames."""
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 from ..balanced.fit import coverage_notes, loses_too_much, settings_of
@@ -137,27 +136,25 @@ def _cheapest_with_pins(
     if best.frames == outlines.frames and (best.holed == outlines.holed or not have_holes):
         return solve_choice(outlines, source, target, options, solver)
 
-    def cost(fit: Fit) -> float:
-        return _cost(fit, source, target, options, free_gaps=free_gaps)
+    def rank(fit: Fit) -> tuple[bool, float]:
+        """Return what maps are compared by: whether they fail, then their cost."""
+        return not fit.status.ok, _cost(fit, source, target, options, free_gaps=free_gaps)
 
-    fit = None
-    # pins on the outline of one frame may be inside the other, and pins may not be met
-    with suppress(InputError):
+    try:
         fit = solve_choice(best, source, target, options, solver)
+    except InputError:  # pins may be on the outline of one frame, and inside the other
+        return solve_choice(outlines, source, target, options, solver)
+    rank_of_best = rank(fit)
     unpinned_costs = [
         choice.cost for choice in ranked if choice.frames == outlines.frames and choice.fit == "whole"
     ]
-    if fit is not None and fit.status.ok and cost(fit) <= min(unpinned_costs, default=0.0):
-        return fit  # because pins only raise the cost
+    if rank_of_best <= (False, min(unpinned_costs, default=0.0)):
+        return fit  # because pins only raise the cost of the outlines
     try:
         fit_of_outlines = solve_choice(outlines, source, target, options, solver)
     except InputError:
-        if fit is None:
-            raise
         return fit
-    if fit is None:
-        return fit_of_outlines
-    return min(fit, fit_of_outlines, key=lambda candidate: (not candidate.status.ok, cost(candidate)))
+    return fit if rank_of_best <= rank(fit_of_outlines) else fit_of_outlines
 
 
 def _cost(fit: Fit, source: Drawing, target: Drawing, options: Options, *, free_gaps: bool) -> float:

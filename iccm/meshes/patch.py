@@ -152,3 +152,15 @@ class Patch:
             np.concatenate([self.seam, edges]),
             self.notes,
         )
+
+
+def patch_of(name: str, points: Real, faces: Index) -> Patch:
+    """Return triangles (m, 3) between points (n, 3), a valid surface, as a separate patch."""
+    mesh = Mesh.triangles(name, points, faces)
+    return Patch(
+        mesh,
+        mesh.points,
+        Triangles(faces, len(points)),
+        np.arange(len(points)),
+        np.arange(faces.size).reshape(-1, 3),
+    )

@@ -11,9 +11,8 @@ from ..arrays import Flags, Index, Real
 from ..meshes.cut import path_through
 from ..meshes.geodesics import GeodesicGraph
 from ..meshes.locate import barycentric
-from ..meshes.mesh import Mesh, face_areas
-from ..meshes.patch import Patch
-from ..meshes.topology import Triangles
+from ..meshes.mesh import face_areas
+from ..meshes.patch import Patch, patch_of
 from .refined import ON_EDGE_BARYCENTRIC, RefinedSurface
 
 FINE_TRIANGLES, MOST_HALVINGS = 10_000, 3
@@ -77,14 +76,7 @@ def same_way(source: Patch, target: Patch, stops: Index, path: list[int]) -> Rea
     source_distances = source_distances * _detour(
         source_distances[stops[:, 0]], target_distances[stops[:, 1]]
     )
-    mesh = Mesh.triangles(source.mesh.name, points, fine_source.faces)
-    whole = Patch(
-        mesh,
-        points,
-        Triangles(fine_source.faces, fine_source.count),
-        np.arange(fine_source.count),
-        np.arange(3 * len(fine_source.faces)).reshape(-1, 3),
-    )
+    whole = patch_of(source.mesh.name, points, fine_source.faces)
     ends = [path.index(stop) for stop in stops[:, 1]]
     length_factors = [
         1 + (_off(source_distances, target_distances[path[i : j + 1]]) / ASTRAY_DISTANCE_SHARE) ** 2

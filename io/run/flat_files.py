@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Index, Real, xy_of
+from ...arrays import Complex, Index, Real, xy_of
 from ...errors import InputError
 from ...plane import longer_side
 from .. import formats
@@ -57,8 +57,13 @@ def svg(shape: MeshShape) -> str:
     holes = [loop for loop in patch.loops if int(loop[0]) not in outer]
     outlines = [flat[loop] for loop in shape.flattening.outer_loops] if shape.packed else [shape.curve.z]
     names = [f"outline-{k + 1}" for k in range(len(outlines))] if shape.packed else ["outline"]
-    lines = [f'<path id="{name}" fill="#22262b" d="{_path(z)}"/>' for name, z in zip(names, outlines)]
-    lines += [f'<path id="hole-{k + 1}" {thin} d="{_path(flat[loop])}"/>' for k, loop in enumerate(holes)]
+    lines = [
+        f'<path id="{name}" fill="#22262b" d="{closed_path(z.conj())}"/>' for name, z in zip(names, outlines)
+    ]
+    lines += [
+        f'<path id="hole-{k + 1}" {thin} d="{closed_path(flat[loop].conj())}"/>'
+        for k, loop in enumerate(holes)
+    ]
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}">'
     return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *lines, "</svg>", ""])
 
@@ -109,9 +114,9 @@ def write_uvs(
     return replace(written, notes=[*(f"{name}: {note}" for note in carried.notes), *written.notes])
 
 
-def _path(z) -> str:
-    """Return a closed path with a few points per line, for tools that read line by line."""
-    words = [f"{p.real:.9g},{-p.imag:.9g}" for p in z]
+def closed_path(w: Complex) -> str:
+    """Return SVG path data through points (n,) x + iy, y down, a few per line, for tools that read line by line."""
+    words = [f"{p.real:.9g},{p.imag:.9g}" for p in w.tolist()]
     rows = [" ".join(words[k : k + POINTS_PER_LINE]) for k in range(0, len(words), POINTS_PER_LINE)]
     return "M" + "\n".join(rows) + "Z"
 

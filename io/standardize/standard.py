@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Complex, Index
+from ...arrays import Complex, Index, complex_of
 from ...curve import Curve
 from ...errors import InputError
 from ...plane import Similarity, bounding_box
 from ...procrustes import Superimposition, mean_outline, superimpose
 from .. import limits
+from ..run.flat_files import closed_path
 from ..run.framing import size_within
 from .specimens import Specimen
 
@@ -26,7 +27,6 @@ FAR_FROM_OUTLINE_SHARE = 0.1
 TOLERANCE_SHARE = 0.01
 """Distance by which landmarks inside may miss their places, relative to the root of the standard shape's area. With
 0.003 drawn wings are as well aligned, with 0.03 half as well."""
-POINTS_PER_LINE = 8  # so that lines stay below 200 characters
 
 Pin = tuple[tuple[float, float], tuple[float, float], dict[str, float]]
 
@@ -81,9 +81,7 @@ class Standard:
     def svg(self) -> str:
         """Return the outline as an SVG file with the canvas of the pictures."""
         width, height = self.size
-        words = [f"{x:.9g},{y:.9g}" for x, y in map(self.to_file, self.outline.tolist())]
-        rows = [" ".join(words[k : k + POINTS_PER_LINE]) for k in range(0, len(words), POINTS_PER_LINE)]
-        path = "M" + "\n".join(rows) + "Z"
+        path = closed_path(complex_of(np.array([self.to_file(z) for z in self.outline.tolist()])))
         size = f'width="{width}" height="{height}" viewBox="0 0 {width} {height}"'
         return (
             f'<?xml version="1.0" encoding="UTF-8"?>\n<svg xmlns="http://www.w3.org/2000/svg" {size}>\n'

@@ -30,7 +30,8 @@ def main(words: list[str] | None = None) -> None:
     """Print the table."""
     words = sys.argv[1:] if words is None else words
     arguments = [int(word) for word in words if word != "balance"]
-    count, seed = (*arguments, *(20, 31)[len(arguments) :])
+    count = arguments[0] if arguments else 20
+    seed = arguments[1] if len(arguments) > 1 else 31
     (balances if "balance" in words else bounds)(count, seed)
 
 

@@ -1,4 +1,4 @@
-"""The core's line search of Newton's method as a function, so that tests can pass energies of their own."""
+"""The core's line search of Newton's method as a function, so that tests can pass any energy."""
 
 from collections.abc import Callable
 

@@ -68,14 +68,14 @@ def test_islands_are_fitted_into_a_drawing_and_undone(blender):
 grid("a", 12, turned(.4, .2, .1, .5)); select(lambda face: True)
 undo_point("before")
 results["before"] = coordinates()
-results["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+results["messages"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
 results["after"] = coordinates()
 undo_point("after")
 bpy.ops.ed.undo()
 results["undone"] = coordinates()
 """)
     before, after = (np.array(result[name]) for name in ("before", "after"))
-    assert result["said"] == ["FINISHED"] and result["undone"] == result["before"]
+    assert result["messages"] == ["FINISHED"] and result["undone"] == result["before"]
     assert (areas(after) > 0).all()
     assert np.allclose(np.hypot(*(border(after) - [0.5, 0.6]).T), 0.3, atol=2e-3)
     turn = [np.angle((faces[-1].mean(0) - faces[0].mean(0)) @ [1, 1j]) for faces in (before, after)]
@@ -87,7 +87,7 @@ def test_mirrored_islands_stay_mirrored(blender):
     result = blender("""
 grid("a", 8, lambda x, y: (.9 - .4 * x, .1 + .4 * y), lambda x, y: (.1 + .3 * x, .6 + .3 * y))
 select(lambda face: True)
-results["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+results["messages"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
 results["after"] = coordinates()
 """)
     mirrored, plain = np.split(np.array(result["after"]), 2)
@@ -100,7 +100,7 @@ def test_several_islands_share_an_outline_side_by_side(blender):
     result = blender("""
 grid("a", 8, lambda x, y: (.1 + .3 * x, .1 + .4 * y), lambda x, y: (.5 + .4 * x, .6 + .3 * y))
 select(lambda face: True)
-results["said"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
+results["messages"] = operator("fit_island", outline="file", filepath=os.path.abspath("disc.svg"))
 results["after"] = coordinates()
 import sys
 addon = sys.modules["bl_ext.user_default.iccm"]
@@ -109,7 +109,7 @@ results["readable"] = addon.readable("islands.svg: folds; outline.obj#uv: is ope
 """)
     assert ".svg" not in result["readable"] and ".obj" not in result["readable"]
     left, right = np.split(np.array(result["after"]), 2)
-    assert result["said"] == ["FINISHED"] and result["options"] == ["REGISTER", "UNDO"]
+    assert result["messages"] == ["FINISHED"] and result["options"] == ["REGISTER", "UNDO"]
     assert (areas(left) > 0).all() and (areas(right) > 0).all()
     away = np.hypot(*(np.reshape([left, right], (-1, 2)) - [0.5, 0.6]).T)
     assert away.max() < 0.3 + 2e-3 and away.max() > 0.29
@@ -121,11 +121,11 @@ def test_an_island_is_fitted_into_a_like_one_by_the_similarity(blender):
     result = blender("""
 grid("a", 6, lambda x, y: (.5 * x, .3 * y), lambda x, y: (.6 + .25 * x, .5 + .15 * y), lambda x, y: (.9 + .1 * x, y))
 select(lambda face: face.index < 72, active=40)
-results["said"] = operator("fit_island", outline="island", fit="whole", parts="each")
+results["messages"] = operator("fit_island", outline="island", fit="whole", parts="each")
 results["after"] = coordinates()
 """)
     faces = np.array(result["after"])
-    assert result["said"] == ["FINISHED"]
+    assert result["messages"] == ["FINISHED"]
     assert np.allclose(faces[:36], faces[36:72], atol=1e-4)
     assert np.allclose(faces[36:72].reshape(-1, 2).min(axis=0), [0.6, 0.5])
     assert np.allclose(faces[72:].reshape(-1, 2).min(axis=0), [0.9, 0])
@@ -135,10 +135,10 @@ def test_islands_are_fitted_into_a_curve(blender):
     result = blender("""
 bpy.ops.curve.primitive_bezier_circle_add(radius=3, location=(4, 5, 6)); bpy.context.object.name = "round"
 grid("a", 8, lambda x, y: (.4 * x, .4 * y), lambda x, y: (.5 + .4 * x, .5 + .4 * y)); select(lambda face: True)
-results["said"] = operator("fit_island", outline="curve", curve="round", parts="each")
+results["messages"] = operator("fit_island", outline="curve", curve="round", parts="each")
 results["after"] = coordinates()
 """)
-    assert result["said"] == ["FINISHED"]
+    assert result["messages"] == ["FINISHED"]
     for faces in np.split(np.array(result["after"]), 2):
         assert (areas(faces) > 0).all()
         assert np.allclose(np.hypot(*(border(faces) - 0.5).T), 0.5, atol=4e-3)
@@ -156,7 +156,7 @@ select(lambda face: face.index < 64, synced={base})
 if {base}:
     material(picture("base", 128, 128, dict.fromkeys(QUARTERS, (0, .5, .5, 1))))
 undo_point("before")
-results["said"] = operator("transfer", picture="quarters", size=128)
+results["messages"] = operator("transfer", picture="quarters", size=128)
 shown = nodes()[0].image
 results["name"], results["packed"], results["size"] = shown.name, shown.packed_file is not None, list(shown.size)
 results["at"] = [list(pixel_at(shown, .25 + .5 * x, .25 + .5 * y)) for x, y in QUARTERS]
@@ -166,7 +166,7 @@ undo_point("after")
 bpy.ops.ed.undo()
 results["undone"] = [node.image.name for node in nodes()]
 """)
-    assert result["said"] == ["FINISHED"] and result["packed"] and result["size"] == [128, 128]
+    assert result["messages"] == ["FINISHED"] and result["packed"] and result["size"] == [128, 128]
     assert np.allclose(result["at"], [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1], [1, 1, 1, 1]], atol=0.01)
     assert np.allclose(result["aside"][3 - 3 * base :], [0, 0.5, 0.5, 1] if base else [0], atol=0.01)
     assert result["undone"] == (["base"] if base else [])
@@ -183,7 +183,7 @@ for face in mesh.polygons: face.material_index = int(face.index >= 48)
 mesh.uv_layers.active = mesh.uv_layers["new"]
 twin = bpy.data.objects.new("twin", mesh.copy()); bpy.context.collection.objects.link(twin)
 undo_point("before")
-results["said"] = operator("relayout")
+results["messages"] = operator("relayout")
 results["rendered"] = [layer.name for layer in mesh.uv_layers if layer.active_render]
 images = [node.image for node in nodes()]
 results["names"] = [image.name for image in images]
@@ -205,7 +205,7 @@ bpy.ops.ed.undo()
 results["undone"] = [node.image.name for node in nodes()]
 results["again"] = operator("relayout")
 """)
-    assert result["said"] == ["FINISHED"] and result["rendered"] == ["new"]
+    assert result["messages"] == ["FINISHED"] and result["rendered"] == ["new"]
     assert result["names"] == ["quarters new", "rough new", "bent new", "other new"]
     assert result["spaces"] == ["sRGB", "Non-Color", "Non-Color", "sRGB"]
     assert result["far"] < 0.02 and np.allclose(result["other"], [[1, 0, 0, 1]], atol=0.01)
@@ -222,7 +222,7 @@ def test_impossible_requests_are_reported_and_change_nothing(blender):
 grid("a", 4, lambda x, y: (x, y)); select(lambda face: True)
 picture("quarters", 64, 64, QUARTERS)
 before = coordinates()
-results["said"] = [
+results["messages"] = [
     refused("fit_island", outline="file", filepath="/nowhere/disc.svg"),
     refused("fit_island", outline="file", filepath=os.path.abspath("settings")),
     refused("fit_island", outline="file"),
@@ -233,10 +233,10 @@ results["said"] = [
     refused("relayout"),
 ]
 bpy.ops.mesh.select_all(action="DESELECT")
-results["said"] += [refused("transfer", picture="quarters")]
+results["messages"] += [refused("transfer", picture="quarters")]
 preferences().python = "/nowhere/python"
 select(lambda face: True)
-results["said"] += [refused("transfer", picture="quarters")]
+results["messages"] += [refused("transfer", picture="quarters")]
 results["same"] = before == coordinates() and len(bpy.data.images) == 1
 """)
     parts = [
@@ -251,8 +251,8 @@ results["same"] = before == coordinates() and len(bpy.data.images) == 1
         "select faces",
         "/nowhere/python",
     ]
-    assert result["same"] and len(result["said"]) == len(parts)
-    for message, part in zip(result["said"], parts):
+    assert result["same"] and len(result["messages"]) == len(parts)
+    for message, part in zip(result["messages"], parts):
         assert part in message and "Traceback" not in message, message
 
 

@@ -109,15 +109,14 @@ def outlines_followed(
     for side, (w, outer, inner) in enumerate(sides):
         rings = {(loop.source, loop.target)[side]: w[loop.vertices] for loop in start.loops}
         tolerance_length = CLOSE_TOLERANCES * tolerance * outer.diagonal
-        simplified = manageable_holes(outer, inner, tolerance)
-        curves = [
-            _followed(w[start.outer], outer, tolerance_length),
-            *(
-                _followed(rings[k] if k in rings else _present(rim, w), rim, tolerance_length)
-                or (None if k in rings else simplified[k])
-                for k, rim in enumerate(inner)
-            ),
-        ]
+        curves = [_followed(w[start.outer], outer, tolerance_length)]
+        all_have_loops = all(k in rings for k in range(len(inner)))
+        simplified = inner if all_have_loops else manageable_holes(outer, inner, tolerance)
+        for k, rim in enumerate(inner):
+            if k in rings:
+                curves.append(_followed(rings[k], rim, tolerance_length))
+            else:
+                curves.append(_followed(_present(rim, w), rim, tolerance_length) or simplified[k])
         outlines = [curve for curve in curves if curve is not None]
         if len(outlines) < 1 + len(inner):
             return None
