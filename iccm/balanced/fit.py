@@ -632,7 +632,7 @@ def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
         return []
     return [
         f"Pins are soft: they come within {largest:.2%} of the target's diagonal of their places; exact "
-        "pins (exact_pins) meet theirs."
+        "pins meet theirs (exact_pins)."
     ]
 
 

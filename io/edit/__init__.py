@@ -21,4 +21,5 @@ messages      messages from the page, validated
 guard         access control
 routes        routes of the server
 server        the server's lifetime
+wording       messages of iccm in the words of the page, which has controls instead of options
 """

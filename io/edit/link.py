@@ -36,12 +36,12 @@ from .messages import (
 )
 from .scene import frame
 from .session import MapUpdate, Session
-from .workspace import Workspace, without_folders
+from .wording import message_on_page
+from .workspace import Workspace
 
 KINDS = ("follow", "solve", "compare")
 Answered = Place | Suggest | AddHandles | Save | Draw | Export | Forget | ReadPins | WritePins
 Keep = Callable[[Session, Scene], None]
-SENTENCES = ("message", "error", "notes")  # fields of messages that contain text for the user
 IDLE_SECONDS = 0.5  # seconds without a change before a map is compared with the one from scratch
 MOST_RELAXATIONS = 30  # steps of some 50 ms in which a map comes to rest
 RELOAD_GRACE_SECONDS = 3.0  # seconds that the server waits for a page that is being reloaded to be requested
@@ -158,16 +158,6 @@ async def _choosing(socket: WebSocket, workspace: Workspace) -> None:
         await socket.send_json({"type": "hello", "empty": True, **workspace.describe()})
         while True:
             await _text(socket)
-
-
-def _with_plain_names(message: dict[str, Any]) -> dict[str, Any]:
-    """Return a message in which files have the names that the user knows."""
-    sentences = {name: message[name] for name in SENTENCES if name in message}
-    plain = {
-        name: without_folders(text) if isinstance(text, str) else [without_folders(item) for item in text]
-        for name, text in sentences.items()
-    }
-    return message | plain
 
 
 class _Link:
@@ -300,7 +290,7 @@ class _Link:
         if drawn is None:
             await self._say(head)
         else:
-            await self._send(self._socket.send_bytes(frame(_with_plain_names(head), drawn)))
+            await self._send(self._socket.send_bytes(frame(message_on_page(head), drawn)))
 
     async def _done(self, pool: str, call: Callable[..., Any], *arguments: Any) -> Any:
         """Return the result of a call in another thread, or {"error": …}."""
@@ -370,7 +360,7 @@ class _Link:
         return names | {"restart": saving.edit_command(session)}
 
     async def _say(self, message: dict[str, Any]) -> None:
-        await self._send(self._socket.send_json(_with_plain_names(message)))
+        await self._send(self._socket.send_json(message_on_page(message)))
 
     async def _send(self, sending: Any) -> None:
         with suppress(WebSocketDisconnect, RuntimeError):  # the page was closed

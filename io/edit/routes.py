@@ -25,7 +25,8 @@ from .. import limits
 from . import messages, saving
 from .guard import Guard
 from .link import Keep, Links
-from .workspace import Workspace, parts_of, without_folders
+from .wording import on_page
+from .workspace import Workspace, parts_of
 
 CONTENT_TYPES = {
     ".html": "text/html",
@@ -157,7 +158,7 @@ class _Answers:
             order = messages.read_download(body)
             result = await run_in_threadpool(saving.download, session, order.scene, order.name, order.size)
         except InputError as error:
-            return JSONResponse({"error": without_folders(str(error))})
+            return JSONResponse({"error": on_page(str(error))})
         suffix = result.name[result.name.rfind(".") :].lower()
         kind = CONTENT_TYPES.get(suffix) or mimetypes.types_map.get(suffix, "application/octet-stream")
         return Response(result.content, media_type=kind, headers={"x-file-name": quote(result.name)})
@@ -211,4 +212,4 @@ async def _in_thread(call: Callable[[], dict[str, Any]]) -> Response:
     try:
         return JSONResponse(await run_in_threadpool(call))
     except InputError as error:
-        return JSONResponse({"error": without_folders(str(error))})
+        return JSONResponse({"error": on_page(str(error))})

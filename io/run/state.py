@@ -373,8 +373,8 @@ class Run:
             )
         if sampler.faded:
             self.note(
-                f"{self.job.texture}: with this --memory its edge cannot be removed, so the result "
-                "may fade at the outline"
+                f"{self.job.texture}: there is not enough memory to remove its edge, so the result may "
+                "fade at the outline; raise --memory"
             )
         return sampler
 
