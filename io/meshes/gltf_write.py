@@ -8,12 +8,14 @@ import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Flags, Index, Real, distinct_rows
+from ...errors import first_names
 from ...meshes.charted import Charted
 from ...surfaces.subdivided import Mixtures, Subdivision
 from .. import formats
@@ -26,6 +28,7 @@ ATTRIBUTE, INDEX = 34962, 34963  # targets of buffer views
 COORDINATES = {"componentType": 5126, "type": "VEC2"}
 POINTS = {"componentType": 5126, "type": "VEC3"}
 TANGENTS = {"componentType": 5126, "type": "VEC4"}
+NAMED_MATERIALS = 4  # in a note, before the number of the others
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that refer to views
 
 
@@ -184,6 +187,40 @@ def _make_roots(tree: dict[str, Any]) -> None:
                     del node["children"]
 
 
+@dataclass
+class _SideEffects:
+    """What else new coordinates mean for the materials of a file.
+
+    Attributes:
+        staying_slots: slots that keep using the old coordinates, by the set that these are now.
+        whitened: names of materials whose colour became white, in order.
+        tinted_by_vertices: whether colours of vertices tint a new picture.
+    """
+
+    staying_slots: dict[int, list[str]] = field(default_factory=dict)
+    whitened: dict[str, None] = field(default_factory=dict)
+    tinted_by_vertices: bool = False
+
+    @property
+    def notes(self) -> list[str]:
+        """What users should know, once for all materials."""
+        notes = [
+            f"still with the old coordinates, now TEXCOORD_{kept_set}: {gltf_materials.name_slots(slots)}; "
+            "--carry-maps transfers them"
+            for kept_set, slots in self.staying_slots.items()
+        ]
+        if self.whitened:
+            names = first_names(list(self.whitened), NAMED_MATERIALS)
+            notes.append(
+                f"the colours of {names} are white now, so that they do not tint the picture"
+                if len(self.whitened) > 1
+                else f"the colour of {names} is white now, so that it does not tint the picture"
+            )
+        if self.tinted_by_vertices:
+            notes.append("its vertex colours tint the picture in programs that show them")
+        return notes
+
+
 def with_coordinates(
     parts: Sequence[Primitive],
     faces: Flags,
@@ -213,17 +250,14 @@ def with_coordinates(
         The bytes of a GLB file, and notes on textures that stay on the old coordinates, and on colours that tinted or
         still tint the new ones.
     """
-    editor, notes = GltfEditor(parts[0].document), dict[str, None]()
+    editor, effects = GltfEditor(parts[0].document), _SideEffects()
     faces_by_part = np.split(faces, np.cumsum([len(part.faces) for part in parts])[:-1])
     corners = np.split(uv_corners, 3 * np.cumsum([part_faces.sum() for part_faces in faces_by_part])[:-1])
     for part, part_faces, part_corners in zip(parts, faces_by_part, corners):
         if part_faces.any():
-            notes |= dict.fromkeys(
-                _change(
-                    editor, part, part_faces, uv, part_corners, pictures.get(part.key, {}), untinted=untinted
-                )
-            )
-    return editor.bytes(), list(notes)
+            shown = pictures.get(part.key, {})
+            _change(editor, part, part_faces, uv, part_corners, shown, effects, untinted=untinted)
+    return editor.bytes(), effects.notes
 
 
 def _change(
@@ -233,10 +267,11 @@ def _change(
     uv: Real,
     uv_corners: Index,
     pictures: Mapping[str, bytes],
+    effects: _SideEffects,
     *,
     untinted: bool,
-) -> list[str]:
-    """Give triangles (m,) of a primitive new coordinates; return notes. Arguments as for `with_coordinates`."""
+) -> None:
+    """Give triangles (m,) of a primitive new coordinates. Arguments as for `with_coordinates`."""
     primitive = _alone(editor, part, faces)
     attributes, old_attributes = primitive["attributes"], dict(part.attributes)
     count = editor.tree["accessors"][attributes["POSITION"]]["count"]
@@ -260,12 +295,12 @@ def _change(
     if split.copies.size or not faces.all() or primitive.get("mode", TRIANGLES_MODE) != TRIANGLES_MODE:
         _index(editor, primitive, split.number, primitive.get("indices"), split.order.size)
     _rebind(editor, primitive, pictures, kept_set)
-    notes = _notes(staying, kept_set)
+    if kept_set is not None:
+        effects.staying_slots.setdefault(kept_set, []).extend(staying)
     if untinted and gltf_materials.BASE in pictures:
-        notes += _untint(editor, primitive, part)
+        _untint(editor, primitive, part, effects)
     if "TANGENT" in attributes and "normalTexture" in pictures:
         _with_tangents(editor, primitive, part, split, uv, uv_corners, faces)
-    return notes
 
 
 def parted(parts: Sequence[Primitive], owner: Index) -> tuple[Gltf, list[list[Primitive]]]:
@@ -513,21 +548,17 @@ def _own_material(editor: GltfEditor, number: int | None) -> int:
     return len(materials) - 1
 
 
-def _untint(editor: GltfEditor, primitive: dict, part: Primitive) -> list[str]:
-    """Make the colour factor of a primitive's material white; return notes on colours that tint its texture.
+def _untint(editor: GltfEditor, primitive: dict, part: Primitive, effects: _SideEffects) -> None:
+    """Make the colour factor of a primitive's material white, so that it does not tint its texture.
 
     Vertex colours are kept, because programs use them for other purposes, too.
     """
-    notes = []
     material = editor.tree["materials"][primitive["material"]]
     if gltf_materials.remove_tint(material):
-        name = material.get("name") or "a material"
-        notes.append(f"the colour of {name} is white now, so that it does not tint the picture")
+        effects.whitened[material.get("name") or "a material"] = None
     if VERTEX_COLOURS in part.attributes:
         colours = part.document.floats(part.attributes[VERTEX_COLOURS])[:, :3]
-        if (colours != 1).any():
-            notes.append("its vertex colours tint the picture in programs that show them")
-    return notes
+        effects.tinted_by_vertices |= bool((colours != 1).any())
 
 
 def _with_tangents(
@@ -547,13 +578,6 @@ def _with_tangents(
     )
     values[split.number] = tangents.reshape(-1, 4)
     attributes["TANGENT"] = editor.accessor(values.astype("<f4"), TANGENTS, ATTRIBUTE, attributes["TANGENT"])
-
-
-def _notes(staying: list[str], kept_set: int | None) -> list[str]:
-    if kept_set is None:
-        return []
-    names = gltf_materials.name_slots(staying)
-    return [f"still with the old coordinates, now TEXCOORD_{kept_set}: {names}; --carry-maps transfers them"]
 
 
 def _type_of(content: bytes) -> str:

@@ -555,3 +555,26 @@ def test_joints_and_weights_of_no_new_vertices_are_none(rich):
     nothing = Mixtures(np.empty((0, 3), int), np.empty((0, 3)), np.empty((0, 3), int))
     bound = gltf_write._bound(source, primitive["attributes"], "0", nothing)
     assert bound["JOINTS"].shape == bound["WEIGHTS"].shape == (0, 4)
+
+
+def test_notes_on_several_materials_are_given_once(tmp_path):
+    """All names are in one line, and what is the same everywhere is reported once."""
+    import trimesh
+
+    triangle, scene = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), trimesh.Scene()
+    for number in range(6):
+        material = trimesh.visual.material.PBRMaterial(
+            name=f"Paint {number}",
+            baseColorFactor=[90, 9 * number, 0, 255],
+            normalTexture=Image.new("RGB", (2, 2)),
+        )
+        visual = trimesh.visual.TextureVisuals(uv=triangle[:, :2] / (number + 1), material=material)
+        scene.add_geometry(trimesh.Trimesh(triangle + 2.0 * number, [[0, 1, 2]], visual=visual))
+    scene.export(tmp_path / "six.glb")
+    parts = [*gltf.primitives(gltf.read(tmp_path / "six.glb")).values()]
+    pictures = {part.key: {gltf_materials.BASE: rich_glb.png((0, 0, 255))} for part in parts}
+    _, notes = gltf_write.with_coordinates(
+        parts, np.ones(6, bool), triangle[:, :2], np.tile([0, 1, 2], 6), pictures, untinted=True
+    )
+    staying, whitened = notes
+    assert staying.count("normalTexture") == 1 and "Paint 0" in whitened and "2 more" in whitened
