@@ -219,16 +219,13 @@ def command(
     shapes = [fields_saved.pop("source"), fields_saved.pop("target")]
     words = ["iccm", kind, *filter(None, shapes)]
     options_of_job = job.model_dump(exclude_defaults=True, exclude={"source", "target"})
-    if size or session.pair.job.size:
+    output = output or stem(session.pair.job) + session.pair.suffix
+    if has_size(output) and (size or session.pair.job.size):
         options_of_job["size"] = size or session.pair.job.size
     words += _option_words(options_of_job, kind)
     for name, value in fields_saved.items():
         words += [f"--{name}", value]
-    words += [
-        "--stmap" if _is_stmap(output) else "-o",
-        output or stem(session.pair.job) + session.pair.suffix,
-    ]
-    return _line(words)
+    return _line([*words, "--stmap" if _is_stmap(output) else "-o", output])
 
 
 def edit_command(session: Session) -> str:
@@ -264,6 +261,11 @@ def _fields_to_save(session: Session, scene: Scene) -> dict[str, str]:
         side: _spec(name, shape) for side, name, shape in zip(("source", "target"), names, _sides(session))
     }
     return specs | ({"constraints": names[2]} if _needs_list(session, scene) else {})
+
+
+def has_size(name: str) -> bool:
+    """Return whether a file of this name has pixels, whose number can be chosen."""
+    return formats.of(name).picture is not None
 
 
 def _is_stmap(name: str) -> bool:

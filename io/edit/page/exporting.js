@@ -55,13 +55,14 @@ export class Exporting {
     return {name: input('picture').value, size: Math.round(Number(input('size').value)) || DEFAULT_SIZE};
   }
 
-  /** Show the command that writes the same file. */
+  /** Show the command that writes the same file, and the size if the file has pixels. */
   async #showCommand() {
     const {name, size} = this.choice;
     select('format').value = formatOf(name, [...select('format').options].map((option) => option.value));
     if (!name) return;
     const answer = await this.#link.ask({type: 'export', scene: this.#editor.scene, name, size, write: false});
     byId('export-command').textContent = answer.command ?? answer.error ?? '';
+    byId('size-field').hidden = answer.sized === false;
   }
 
   /**

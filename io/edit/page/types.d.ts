@@ -181,6 +181,8 @@ export interface Answer {
   exists?: string[];
   written?: string[];
   command?: string;
+  /** Whether the number of pixels can be chosen. */
+  sized?: boolean;
   message?: string;
   notes?: string[];
   text?: string;

@@ -1181,10 +1181,13 @@ def test_what_is_exported_is_seen_before_and_downloaded(page, tmp_path, shell):
     edited.js("document.getElementById('more').click()")
     shown = "document.querySelector('#preview img')?.naturalWidth"
     edited.wait(f"{shown} > 0")
+    sized = "document.getElementById('size').checkVisibility()"
+    assert edited.js(sized)
     edited.js(
         "document.getElementById('format').value = '.svg', document.getElementById('format').onchange()"
     )
     edited.wait("document.getElementById('export-command').textContent.endsWith('-o two-leaf.svg')")
+    edited.wait(f"!{sized}")  # artwork has no pixels
     edited.wait(f"{shown} > 0")
     edited.js("document.getElementById('download').click()")
     edited.wait("document.getElementById('status').textContent.includes('Downloaded two-leaf.svg')")

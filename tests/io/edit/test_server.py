@@ -168,6 +168,9 @@ def test_files_are_written_when_asked_and_replaced_when_confirmed(client, shapes
         assert asked(socket, **export, name="o.png")["written"] == ["o.png"]
         assert "suffix" in asked(socket, **export, name="o.xyz")["error"]
         assert "folder" in asked(socket, **export, name="../o.png")["error"]
+        answers = [asked(socket, **export, name=name, write=False) for name in ("o.png", "o.svg")]
+        assert [answer["sized"] for answer in answers] == [True, False]  # a drawing has no pixels
+        assert ["--size 40" in answer["command"] for answer in answers] == [True, False]
         paths = {"c.json", "square-p.svg", "blob-p.svg", "o.png"}
         assert {path.name for path in shapes.iterdir()} == before | paths
 
