@@ -92,11 +92,11 @@ def flatten(
     most = SEAM_ROUNDS if seam_extensions is None else seam_extensions
     if hidden and has_seam and len(patch.points) >= LARGE_VERTEX_COUNT:
         # with a seam that is still too short, least squares are too far from even to start from them
-        return _check(_nearly_even(patch, outline, True, chart or joins, None, most))
+        return _nearly_even(patch, outline, True, chart or joins, None, most)
     plain = _least_squares(patch, loop, False)
     fault = overlap(plain)
     # a cut surface has many layouts with little distortion of angles: choose one with even areas
-    growing = has_seam or (grow and (fault is not None or _spread(plain) > EVEN_AREA_SPREAD))
+    growing = has_seam or (grow and _needs_seam(plain, fault))
     joins = growing and (chart or joins)
     sound = plain if fault is None else None
     if method == "balanced":
@@ -104,7 +104,7 @@ def flatten(
     if fault is None and not growing:
         return plain
     if hidden and len(patch.points) >= LARGE_VERTEX_COUNT:
-        layout = _check(_nearly_even(patch, outline, growing, joins, sound, most))
+        layout = _nearly_even(patch, outline, growing, joins, sound, most)
     else:
         layout = _conformal(*_even_with_seam(patch, outline, growing, joins, sound, most))
         layout = _check(_lengthen_seam(layout) if growing and chart else layout)
@@ -153,6 +153,16 @@ def _least_squares(patch: Patch, loop: int, growing: bool) -> Flattening:
     return result
 
 
+def _needs_seam(plain: Flattening, fault: str | None) -> bool:
+    """Return whether the least squares layout of a patch without a seam is so uneven that one should be cut.
+
+    Args:
+        plain: the layout.
+        fault: why it is not one-to-one; None if it is.
+    """
+    return fault is not None or _spread(plain) > EVEN_AREA_SPREAD
+
+
 def _even_from_coarsest(patch: Patch, loop: int, grow: bool) -> Flattening | None:
     """Return the even layout of a huge patch without factorising a matrix of all its vertices, where that succeeds.
 
@@ -169,7 +179,7 @@ def _even_from_coarsest(patch: Patch, loop: int, grow: bool) -> Flattening | Non
             return None
         plain = Flattening(coarse, upright(coarse, lscm(coarse, coarse_outline)), coarse_outline, "lscm")
         fault = overlap(plain)
-        if grow and (fault is not None or _spread(plain) > EVEN_AREA_SPREAD):
+        if grow and _needs_seam(plain, fault):
             return None
         return _unit(plain if fault is None else _start(coarse, coarse_outline))
 
@@ -204,7 +214,11 @@ def _even_with_seam(
 def _nearly_even(
     patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None, most: int
 ) -> Flattening:
-    """Return a nearly even layout of a large patch with a long enough seam; arguments as for `_even_with_seam`."""
+    """Return a nearly even layout of a large patch with a long enough seam; arguments as for `_even_with_seam`.
+
+    Raises:
+        InputError: none without overlap was found.
+    """
     start = _first_layout(patch, outline, growing, sound)
     result, sheet, _ = _with_seam(start, joins, most) if growing else _roughly(start)
     if overlap(result) is None:
@@ -215,9 +229,8 @@ def _nearly_even(
     unit = result.patch.points / np.sqrt(result.patch.areas.sum())
     smooth(sheet.faces, unit, rim, SWEEPS, 1.0, u)
     rings, steps = _rings(result), range(SCAFFOLD_STEPS)
-    return _place(
-        result, relax_with_scaffold(sheet, u, rings, 1.0, steps, LEAST_DECREASE_OF_HIDDEN, settled=1)
-    )
+    relaxed_u = relax_with_scaffold(sheet, u, rings, 1.0, steps, LEAST_DECREASE_OF_HIDDEN, settled=1)
+    return _check(_place(result, relaxed_u))
 
 
 def _first_layout(patch: Patch, outline: Index, growing: bool, sound: Flattening | None) -> Flattening:
