@@ -440,11 +440,16 @@ class Run:
                 self.tell(remark)
 
 
+def _fills_lines(job: Job) -> bool:
+    """Return whether what closed lines enclose counts as filled: by default, unless pins are given."""
+    return job.holes == "auto" and job.holed and job.target is not None and not job.has_pins
+
+
 def _fills_holes(shape: Shape, job: Job) -> bool:
-    """Return whether the map treats the holes of a shape as parts of it, as `_with_holes_as_asked` does."""
+    """Return whether the map treats the holes of a shape as parts of it."""
     from ..shapes.holes import is_drawn_by_lines
 
-    return job.holes == "fill" or (job.holes == "auto" and job.holed and is_drawn_by_lines(shape))
+    return job.holes == "fill" or (_fills_lines(job) and is_drawn_by_lines(shape))
 
 
 def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
@@ -457,6 +462,6 @@ def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
             many = f"{count} holes" if count > 1 else "hole"
             notes.append(f"{shape.spec}: the map ignores its {many}, which pictures fill")
         return filled(shape)
-    if job.holes == "auto" and job.holed and job.target and not job.has_pins:
+    if _fills_lines(job):
         return without_holes(shape, notes.append)
     return as_drawn(shape)
