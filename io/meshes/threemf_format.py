@@ -6,6 +6,7 @@ import logging
 import re
 import zipfile
 from collections import Counter
+from functools import cached_property
 from io import BytesIO
 from typing import Any
 
@@ -27,8 +28,7 @@ class ThreeMfFormat(MeshFormat):
         files.open_input(self.path, max_bytes=limits.MESH_BYTES)
         if not zipfile.is_zipfile(self.path):
             return 0
-        with zipfile.ZipFile(self.path) as package:
-            return sum(_count_triangles(package.read(name)) for name in self._models(package))
+        return sum(map(_count_triangles, self._models))
 
     def read(self) -> dict[str, MeshFile]:
         """Read each object of the build at its place, in the order of the build."""
@@ -38,9 +38,9 @@ class ThreeMfFormat(MeshFormat):
         import trimesh
 
         logging.getLogger("trimesh").addHandler(logging.NullHandler())
-        with zipfile.ZipFile(self.path) as package:
-            models = [package.read(name) for name in self._models(package)]
-        self._check_copies(*_structure(etree, models))
+        self._check_copies(*_structure(etree, self._models))
+        declares_triangles = any(map(_count_triangles, self._models))
+        del self._models  # trimesh unpacks the file itself
         scene = trimesh.load_scene(self.path, file_type="3mf", process=False)
         meshes = dict[str, MeshFile]()
         for node in scene.graph.nodes_geometry:
@@ -50,23 +50,25 @@ class ThreeMfFormat(MeshFormat):
             if len(solid.faces):
                 mesh = Mesh.triangles(str(self.path), points, solid.faces)
                 meshes[str(node)] = MeshFile.whole(self.path, MeshContent(mesh))
-        if not meshes and any(_count_triangles(model) for model in models):
+        if not meshes and declares_triangles:
             raise InputError(
                 f"{self.path}: none of the objects that its build places were found; save it without the production "
                 "extension"
             )
         return meshes
 
-    def _models(self, package: zipfile.ZipFile) -> list[str]:
-        """Return the names of the models of a package.
+    @cached_property
+    def _models(self) -> list[bytes]:
+        """The models of the package, unpacked once, to be counted and checked.
 
         Raises:
             InputError: the package unpacks to too many bytes.
         """
-        unpacked = sum(entry.file_size for entry in package.infolist())
-        if unpacked > limits.MESH_BYTES:
-            raise InputError(f"{self.path}: unpacks to {unpacked} bytes, more than {limits.MESH_BYTES}")
-        return [name for name in package.namelist() if name.lower().endswith(".model")]
+        with zipfile.ZipFile(self.path) as package:
+            unpacked = sum(entry.file_size for entry in package.infolist())
+            if unpacked > limits.MESH_BYTES:
+                raise InputError(f"{self.path}: unpacks to {unpacked} bytes, more than {limits.MESH_BYTES}")
+            return [package.read(name) for name in package.namelist() if name.lower().endswith(".model")]
 
     def _check_copies(self, components: dict[str, Counter[str]], build: Counter[str]) -> None:
         """Refuse objects that contain themselves, and too many copies of objects.
