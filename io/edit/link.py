@@ -225,7 +225,7 @@ class _Link:
                 await self._relax(message)
             if kind == "solve" and shown.kind != "blocked":
                 await self._kept(message.scene)
-            if shown.kind == "full":
+            if shown.kind in ("full", "blocked"):
                 self._put("compare", message)
 
     async def _follow_last(self, message: Solve) -> None:
@@ -263,18 +263,24 @@ class _Link:
             )
 
     async def _compare(self) -> None:
-        """While nothing else is to be done, compare the map with the one from scratch and inform the page if they
-        differ.
+        """While nothing else is to be done, compare the map with the one from scratch, and show the page what comes of
+        it.
         """
         session, queue = self._session, self._newest["compare"]
         while True:
             message: Solve = await queue.get()
             await asyncio.sleep(IDLE_SECONDS)
-            if session.scene is message.scene and queue.empty():
-                shown: Any = await self._done("compare", session.compare, message.scene)
-                if isinstance(shown, MapUpdate) and session.scene is message.scene:
-                    await self._show(message, shown)
-                    await self._kept(message.scene)
+            if session.scene is not message.scene or not queue.empty():
+                continue
+            was_blocked, compare = session.has_followed(message.scene), session.compare
+            resting = message.hand == "resting"
+            shown: Any = await self._done("compare", partial(compare, resting=resting), message.scene)
+            if not isinstance(shown, MapUpdate) or session.scene is not message.scene:
+                continue
+            await self._show(message, shown)
+            await self._kept(message.scene)
+            if was_blocked and queue.empty():
+                self._put("compare", message)  # the map that was found need not be the one from scratch
 
     def _put(self, kind: str, message: Follow | Solve) -> None:
         """Queue a request in place of the one that is waiting."""

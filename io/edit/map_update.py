@@ -135,7 +135,15 @@ def blocked_sentence(pins: Sequence[int]) -> str:
     they, do = ("it", "stays") if len(pins) == 1 else ("they", "stay")
     return (
         f"The picture cannot follow {_named(pins)} to here without folds; if you release now, {they} {do} where the "
-        "picture is."
+        "picture is. Keep still to search for another picture."
+    )
+
+
+def reached_sentence(pins: Sequence[int]) -> str:
+    """Return a sentence about pins (indices) that were reached by another map while the hand rested."""
+    return (
+        f"The picture could not follow {_named(pins)} to here without folds, so it was replaced by another one; undo "
+        "returns to the picture before."
     )
 
 

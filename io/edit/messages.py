@@ -72,6 +72,7 @@ class Solve(_Message):
 
     `way` selects one of two known maps, see `MapChoice`, or searches for a map that meets all pins, even if it differs
     from the one that is seen. `hand` says what the hand that drags something is doing: the map stays where it is seen.
+    If it releases a converged map, `way` is the one that was seen.
     """
 
     type: Literal["solve"]

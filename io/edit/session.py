@@ -18,11 +18,12 @@ from ...balanced.model.energy import Energy
 from ...balanced.model.settings import Settings
 from ...balanced.search.final_mesh import NARROW_AIM
 from ...blas import one_thread
-from ...errors import InputError
+from ...errors import Cancelled, InputError
 from ...maps.approximation import triangulated
 from ...maps.distortion import in_middles
 from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Softness
+from ...progress import listening
 from ...result import Fit
 from ...status import Status
 from ..run.job import Job
@@ -37,6 +38,7 @@ from .map_update import (
     figures,
     missed_constraints,
     missed_sentence,
+    reached_sentence,
     refusal,
     stopped_sentence,
     verdict,
@@ -67,6 +69,10 @@ that the solver measures another distance.
 """
 PLACED_SHARE = 1e-3  # of the target's diagonal: a new pin this close to where the map takes it moves nothing
 MOST_COMPARED_PINS = 12  # a map from scratch with more takes seconds
+REPLACED_STRETCH_RATIO = 1.2
+"""Stretch of the map that is seen, on 95 % of the target and relative to the map from scratch, above which the latter
+replaces it while the hand rests. Smaller differences are not worth a change of the whole picture.
+"""
 # a map from scratch with one of these statuses does not replace another map
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 Way = Literal["", "fresh", "kept", "search"]
@@ -157,9 +163,12 @@ class Session:
             scene: pins and strokes.
             way: "fresh" for the map from scratch, "kept" for the continued one, if both are known; "search" to search
                 for a map that meets all pins, even if it differs from the one that is seen.
-            hand: what the hand that drags something is doing; empty if nothing is being dragged.
+            hand: what the hand that drags something is doing; empty if nothing is being dragged. If it releases a map
+                that had converged, `way` is the one that was seen.
         """
         self.scene = scene
+        if hand == "released" and self._is_shown(scene, way):
+            return replace(self._last[1], drawn=None)
         try:
             with one_thread():
                 if not way and (kept_update := self._kept(scene)) is not None:
@@ -175,6 +184,13 @@ class Session:
         except InputError as error:
             return refusal(error)
         return self._settle(scene, solved, choice)
+
+    def _is_shown(self, scene: Scene, way: Way) -> bool:
+        """Return whether one of the two known maps of a scene is the one that is shown."""
+        choice = self._choices.get(scene.key)
+        if choice is None or not way or scene.key != self._last[0].key or self.has_followed(scene):
+            return False
+        return choice.fresh == (way == "fresh")
 
     def _can_keep(self, scene: Scene) -> bool:
         """Return whether the map that is shown can become that of a scene as it is; strokes need other vertices."""
@@ -287,32 +303,77 @@ class Session:
         gaps = np.abs(map(placed[:, 0]) - placed[:, 1])
         return bool((gaps <= PLACED_SHARE * self.pair.target.curve.diagonal).all())
 
-    def compare(self, scene: Scene) -> MapUpdate | None:
+    def compare(self, scene: Scene, *, resting: bool = False) -> MapUpdate | None:
         """Compare a continued map with the one from scratch; return an update of the page if there is something to
         report.
 
         If they look the same, the map from scratch replaces the other: then only pins and strokes have to be saved.
         Otherwise it is offered, because nothing that is seen changes without the user. Maps of meshes and of many pins
         are not compared, because each takes seconds.
+
+        Where the hand still holds what it dragged, what replaces the map is seen before it is released. Then a map
+        from scratch replaces it if that is stretched much less, and a map that reaches the pins if the one that
+        is seen cannot.
+
+        Args:
+            scene: pins and strokes. The comparison ends without a result as soon as they change, or are released.
+            resting: whether the hand still holds what it dragged.
         """
+        with suppress(InputError, Cancelled), one_thread(), listening(None, lambda: self.scene is not scene):
+            if resting and self.has_followed(scene):
+                return self._reach(scene)
+            return self._compare(scene, resting=resting)
+        return None
+
+    def _compare(self, scene: Scene, *, resting: bool) -> MapUpdate | None:
+        """Compare a continued map with the one from scratch."""
         if self.pair.has_mesh or len(scene.pins) > MOST_COMPARED_PINS:
             return None
         choice, fit = self._choices.get(scene.key, MapChoice()), self._fit
-        if choice.begins is None or choice.other or fit is None or self.scene is not scene:
+        if choice.begins is None or choice.other or fit is None:
             return None
-        try:
-            with one_thread():
-                solved = solve_scene(self.pair, scene, None)
-        except InputError:
-            return None
-        if any(missed_constraints(solved.report, scene).values()) or self.scene is not scene:
+        solved = solve_scene(self.pair, scene, None)
+        if any(missed_constraints(solved.report, scene).values()):
             return None
         if same(fit.map, solved.maps[0]):  # type: ignore[arg-type]
-            return self._settle(scene, solved, MapChoice(), live=self._live)
+            return self._replace(scene, solved, MapChoice(), live=self._live)
         gain = fit.distortion.stretch_p95 / solved.fit.distortion.stretch_p95
         choice = replace(choice, other=True, gain=gain if solved.status.ok else 1.0)
+        if resting and choice.gain > REPLACED_STRETCH_RATIO and not solved.fit.is_partial:
+            return self._replace(scene, solved, replace(choice, fresh=True))
+        if self.scene is not scene:
+            return None
         self._choices[scene.key] = choice
-        return replace(self._last[1], drawn=None, other=choice.alternative, gain=choice.gain)
+        self._last = scene, replace(self._last[1], other=choice.alternative, gain=choice.gain)
+        return replace(self._last[1], drawn=None)
+
+    def _reach(self, scene: Scene) -> MapUpdate | None:
+        """Return the update that shows a map which meets all pins, where the one that is seen cannot follow them."""
+        missed = self._missed.tolist()
+        solved, choice = self._solve(scene, MapChoice(self._start(scene)))
+        if not solved.status.ok or any(missed_constraints(solved.report, scene).values()):
+            return None
+        return self._replace(scene, solved, choice, message=reached_sentence(missed) if missed else "")
+
+    def _replace(
+        self,
+        scene: Scene,
+        solved: Solved,
+        choice: MapChoice,
+        *,
+        live: Live | None = None,
+        message: str = "",
+    ) -> MapUpdate | None:
+        """Return the update that shows a map in place of another one of the same scene; None if the hand has moved on
+        or has released the other one.
+        """
+        update = self._full(scene, solved, choice)
+        if message:
+            update = replace(update, message=message)
+        if self.scene is not scene:
+            return None
+        self._choices[scene.key] = choice
+        return self._show(scene, solved, update, live)
 
     def _start(self, scene: Scene) -> TriangulatedMap | None:
         """Return the map to continue from, rounded as in a file; None to start from scratch."""
@@ -402,11 +463,22 @@ class Session:
             live: the same map as the next drag continues it; None to begin with the converged one.
             requested: the scene that the page requested, if it is another one.
         """
+        wrong = missed_constraints(solved.report, scene)
+        if any(wrong.values()) and self._map is not None:
+            message = missed_sentence(wrong) if solved.status.ok else solved.status.value
+            return MapUpdate("error", False, message, {}, wrong)
+        update = self._full(scene, solved, choice)
+        self._choices[scene.key] = choice
+        if self.scene is (
+            requested or scene
+        ):  # else something is being dragged again, from the map as it was
+            update = self._show(scene, solved, update, live)
+        return update
+
+    def _full(self, scene: Scene, solved: Solved, choice: MapChoice) -> MapUpdate:
+        """Return the update for a map of a scene, computed as in `choice`."""
         report, status = solved.report, solved.status
         wrong = missed_constraints(report, scene)
-        if any(wrong.values()) and self._map is not None:
-            message = missed_sentence(wrong) if status.ok else status.value
-            return MapUpdate("error", False, message, {}, wrong)
         image = self.view.image_of(solved.maps)
         details = (
             figures(report) | {"regions": self.view.regions(solved.fit, report)},
@@ -416,18 +488,15 @@ class Session:
             choice.gain,
         )
         update = MapUpdate("full", status.ok, verdict(status, report, deformed=self.pair.deforming), *details)
-        update = replace(
+        return replace(
             update, patches=self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.softness)
         )
-        self._choices[scene.key] = choice
-        if self.scene is (
-            requested or scene
-        ):  # else something is being dragged again, from the map as it was
-            self._fit, self._maps, self._live, self._shown_key = solved.fit, solved.maps, live, ""
-            self._last = scene, update = (
-                scene,
-                replace(update, outlines=self.view.deformed_rings(solved.maps[0])),
-            )
+
+    def _show(self, scene: Scene, solved: Solved, update: MapUpdate, live: Live | None) -> MapUpdate:
+        """Make a map the one that is shown, and return its update."""
+        self._fit, self._maps, self._live, self._shown_key = solved.fit, solved.maps, live, ""
+        update = replace(update, outlines=self.view.deformed_rings(solved.maps[0]))
+        self._last = scene, update
         return update
 
     def follow(self, scene: Scene) -> MapUpdate:

@@ -248,7 +248,9 @@ function showMap(message, floats) {
     fresh: gain > BETTER_STRETCH_RATIO
       ? ` From scratch, it would be stretched ${gain.toFixed(1)} times less.`
       : ' A computation from scratch finds another map.',
-    kept: editor.replaced ? '' : ' This map was computed from scratch.',
+    kept: gain > BETTER_STRETCH_RATIO
+      ? ` It was computed from scratch, and is stretched ${gain.toFixed(1)} times less than the continued map.`
+      : ' This map was computed from scratch.',
   }[message.other ?? ''] ?? '';
   const sentence = failed ? `${message.message.replace(/\.$/, '')}. The last valid map is shown.` : message.message + further;
   report(sentence, !message.ok);

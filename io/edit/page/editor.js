@@ -40,9 +40,13 @@ export class Editor {
   shown = 0;
   /** Whether the converged map is being computed. */
   busy = false;
-  /** Whether the last map took the place of a converged one although nothing had changed. */
+  /** Whether the last map took the place of another one that had come to rest, although nothing had changed. */
   replaced = false;
   #solved = 0;
+  /** Whether the converged map was requested while the hand rested during a drag. */
+  #resting = false;
+  /** Which of two known maps is not shown; empty if there is only one. */
+  #other = '';
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #rest;
   #say;
@@ -126,10 +130,14 @@ export class Editor {
     else this.changed();
   }
 
-  /** End a drag. If nothing has moved since the converged map was shown, that map is still valid. */
+  /**
+   * End a drag. If nothing has moved since the converged map was shown, that map is still valid, and the server is
+   * informed which one was seen: while the hand rests, it searches for a better one.
+   */
   drop() {
     this.history.push(this.scene);
     if (this.busy || this.asked !== this.#solved || this.kind === 'blocked') this.solve('', 'released');
+    else if (this.#resting && this.kind === 'full') this.solve(this.#other === 'kept' ? 'fresh' : 'kept', 'released');
     else this.changed();
   }
 
@@ -167,6 +175,7 @@ export class Editor {
     this.searching = false;
     this.#ask('solve', {way, hand});
     this.#solved = this.asked;
+    this.#resting = hand === 'resting';
     this.busy = true;
     this.changed();
   }
@@ -190,7 +199,8 @@ export class Editor {
   receive(message) {
     const wanted = message.kind === 'coarse' ? message.seq >= this.shown : message.seq === this.asked;
     if (!wanted) return false;
-    this.replaced = message.kind === 'full' && this.kind === 'full' && message.seq === this.shown;
+    const rested = this.kind === 'full' || this.kind === 'blocked';
+    this.replaced = message.kind === 'full' && rested && message.seq === this.shown;
     this.shown = message.seq;
     this.kind = message.kind;
     this.wrong = message.wrong;
@@ -202,6 +212,7 @@ export class Editor {
     if (message.kind === 'coarse' || message.kind === 'full') {
       this.regions = message.figures.regions ?? [];
       this.patches = message.patches ?? [];
+      this.#other = message.other ?? '';
     }
     return true;
   }

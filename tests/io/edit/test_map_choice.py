@@ -15,6 +15,7 @@ from iccm.io.edit.session import Session
 from iccm.io.edit.solving import solve_scene
 from iccm.io.run.job import make
 from iccm.io.shapes.starts import StartingMap
+from iccm.progress import tell
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -110,6 +111,108 @@ def test_a_map_from_scratch_that_is_stretched_less_is_offered_and_changes_nothin
     assert (back.other, back.gain) == ("fresh", offered.gain) and np.array_equal(
         edited._map.image, kept.image
     )
+
+
+@pytest.fixture
+def resting(dragged, monkeypatch):
+    """A session whose hand rests after a drag, and the scene; a map from scratch is to replace the one that is seen."""
+    edited, last, _ = dragged
+    monkeypatch.setattr("iccm.io.edit.session.same", lambda one, other: False)
+    monkeypatch.setattr("iccm.io.edit.session.REPLACED_STRETCH_RATIO", 0.0)
+    assert edited.solve(last, hand="resting").kind == "full"
+    return edited, last
+
+
+def copied(scene):
+    """The same scene as another message from the page has it."""
+    return scene.model_copy(deep=True)
+
+
+def test_a_map_from_scratch_that_is_stretched_less_replaces_the_one_that_is_held(resting, shapes):
+    edited, last = resting
+    kept = edited._map
+    shown = edited.compare(last, resting=True)
+    held = edited._map
+    assert (shown.kind, shown.ok, shown.other) == ("full", True, "kept") and shown.drawn is not None
+    assert held is not kept and edited.start(last) is None and edited.compare(last, resting=True) is None
+    released = copied(last)
+    update = edited.solve(released, "fresh", hand="released")
+    assert (update.kind, update.other, update.gain) == ("full", "kept", shown.gain)
+    assert edited._map is held and update.drawn is None  # the page keeps what it shows
+    back = edited.solve(copied(last), "kept")
+    assert back.other == "fresh" and np.array_equal(edited._map.image, kept.image)
+    assert edited.start(last) is not None
+    edited.solve(copied(last), "fresh")
+    assert np.array_equal(edited._map.image, held.image)
+    before = scene(*((pin.source, pin.target) for pin in last.pins[:1]))
+    edited.solve(before)
+    edited.solve(copied(last))  # undone and done again
+    assert np.array_equal(edited._map.image, held.image)
+    (shapes / "pins.json").write_text(saving.constraints_json(edited, last))
+    assert "start" not in json.loads((shapes / "pins.json").read_text())
+    opened = Session(make({"source": "square.svg", "target": "blob.svg", "constraints": "pins.json"}))
+    assert opened.solve(opened.pair.first).ok and np.array_equal(opened._map.image, held.image)
+
+
+def test_a_drag_goes_on_from_the_map_that_replaced_the_other(resting):
+    edited, last = resting
+    edited.compare(last, resting=True)
+    held = edited._map
+    edited.scene = onward = scene(*((pin.source, [pin.target[0] + 0.1, pin.target[1]]) for pin in last.pins))
+    assert edited.follow(onward).ok and apart(held, edited._map) < 0.01
+
+
+def test_a_map_that_is_hardly_stretched_less_is_offered_while_the_hand_rests(resting, monkeypatch):
+    edited, last = resting
+    monkeypatch.setattr("iccm.io.edit.session.REPLACED_STRETCH_RATIO", 1e6)
+    kept = edited._map
+    offered = edited.compare(last, resting=True)
+    assert (offered.other, offered.drawn) == ("fresh", None) and edited._map is kept
+    update = edited.solve(copied(last), "kept", hand="released")
+    assert (update.other, update.gain) == ("fresh", offered.gain) and edited._map is kept
+
+
+def test_a_map_that_leaves_parts_out_is_offered_however_little_it_is_stretched(resting, monkeypatch):
+    edited, last = resting
+    monkeypatch.setattr("iccm.result.Fit.is_partial", True)
+    kept = edited._map
+    assert edited.compare(last, resting=True).other == "fresh" and edited._map is kept
+
+
+@pytest.mark.parametrize("is_cancelled", [True, False])
+@pytest.mark.parametrize("is_released", [True, False])
+def test_a_search_ends_without_a_change_when_the_hand_moves_or_lets_go(
+    resting, monkeypatch, is_released, is_cancelled
+):
+    """The search ends where it reports its progress, or its result comes too late."""
+    edited, last = resting
+    kept, pin, unmoved = edited._map, *last.pins
+    moved = scene([pin.source, [pin.target[0] + 1, pin.target[1]]], [unmoved.source, unmoved.target])
+    later = copied(last) if is_released else moved
+
+    def search(*arguments, **more):
+        edited.scene = later
+        if is_cancelled:
+            tell("searching")
+            pytest.fail("the search goes on")
+        return solve_scene(*arguments, **more)
+
+    with monkeypatch.context() as interrupted:
+        interrupted.setattr("iccm.io.edit.session.solve_scene", search)
+        assert edited.compare(last, resting=True) is None
+    assert edited._map is kept and edited.start(last) is not None
+    if is_released:
+        assert edited.solve(later, "kept", hand="released").kind == "full" and edited._map is kept
+        assert edited.compare(later).other == "fresh" and edited._map is kept
+
+
+def test_a_map_that_was_not_seen_any_more_is_not_what_is_released(resting):
+    edited, last = resting
+    kept = edited._map
+    edited.compare(last, resting=True)
+    update = edited.solve(copied(last), "kept", hand="released")  # it crossed the other map on its way
+    assert update.other == "fresh" and update.drawn is not None
+    assert np.array_equal(edited._map.image, kept.image)
 
 
 @pytest.fixture
@@ -273,6 +376,38 @@ def test_a_pin_that_the_map_cannot_follow_stops_short_and_nothing_jumps(blocked,
     edited.scene = onward = update.scene
     edited.follow(onward)  # the next drag begins, with a spring that pulls as strongly from closer by
     assert apart(seen, edited._map) < 0.05
+
+
+def test_a_map_that_reaches_the_pin_replaces_one_that_cannot_while_the_hand_rests(blocked, shapes):
+    edited, last = blocked
+    seen = edited._map
+    assert edited.solve(last, hand="resting").kind == "blocked"
+    assert edited.compare(last) is None and edited._map is seen  # after the release, the pin stops short
+    update = edited.compare(last, resting=True)
+    assert (update.kind, update.ok, update.wrong["pins"]) == ("full", True, []) and "pin 1" in update.message
+    held = edited._map
+    assert apart(seen, held) > 0.01
+    released = edited.solve(copied(last), "kept", hand="released")
+    assert (released.kind, released.short, released.message) == ("full", [], update.message)
+    assert edited._map is held
+    (shapes / "held.json").write_text(saving.constraints_json(edited, last))
+    opened = Session(make({"source": "square.svg", "target": "blob.svg", "constraints": "held.json"}))
+    assert opened.solve(opened.pair.first).ok and np.array_equal(opened._map.image, held.image)
+
+
+def test_a_pin_that_is_released_before_another_map_was_found_stops_short(blocked, monkeypatch):
+    edited, last = blocked
+    seen, released = edited._map, copied(last)
+
+    def search(*arguments, **more):
+        edited.scene = released
+        return solve_scene(*arguments, **more)
+
+    with monkeypatch.context() as interrupted:
+        interrupted.setattr("iccm.io.edit.session.solve_scene", search)
+        assert edited.compare(last, resting=True) is None
+    assert edited._map is seen
+    assert edited.solve(released, hand="released").short == [0] and apart(seen, edited._map) < 1e-4
 
 
 def test_the_place_of_a_pin_that_stopped_short_can_be_searched_for(blocked):

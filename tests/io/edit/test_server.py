@@ -415,3 +415,25 @@ def test_the_files_to_choose_are_those_that_can_be_read():
     assert ".exr" in suffixes["texture"] and ".obj" not in suffixes["texture"]
     text = b"".join(content for content, _ in routes.page_files().values())
     assert b".stl" not in text and b".exr" not in text.replace(b".stmap.exr", b"")
+
+
+def test_a_better_map_is_shown_while_the_hand_rests_and_is_what_it_releases(client, monkeypatch):
+    monkeypatch.setattr("iccm.io.edit.link.IDLE_SECONDS", 0.0)
+    monkeypatch.setattr("iccm.io.edit.session.same", lambda one, other: False)
+    monkeypatch.setattr("iccm.io.edit.session.REPLACED_STRETCH_RATIO", 0.0)
+    moved = {"pins": [{"source": [40, 45], "target": [52, 47]}]}
+    with linked(client) as socket:
+        socket.receive_json()
+        for seq, asking in enumerate(({}, SCENE), start=1):
+            socket.send_json({"type": "solve", "seq": seq, "scene": asking})
+            map_of(socket)
+        socket.send_json({"type": "follow", "seq": 3, "scene": moved})
+        socket.send_json({"type": "solve", "seq": 4, "scene": moved, "hand": "resting"})
+        (head, patches), seen = map_of(socket), []
+        while head["kind"] != "full" or head["other"] != "kept":
+            seen.append(head["kind"])
+            head, patches = map_of(socket)
+        assert "full" in seen and head["seq"] == 4 and len(patches) > 1000
+        socket.send_json({"type": "solve", "seq": 5, "scene": moved, "way": "fresh", "hand": "released"})
+        head = socket.receive_json()  # without patches: the page keeps the map that it shows
+        assert (head["kind"], head["seq"], head["ok"], head["other"]) == ("full", 5, True, "kept")

@@ -150,8 +150,6 @@ test('what is held still is solved for after a while, also where the map has not
   mock.timers.tick(1);
   assert.deepEqual(said.map(({type}) => type), ['follow', 'follow', 'solve']);
   editor.receive(mapMessage({kind: 'full', seq: 3}));
-  editor.drop();  // the converged map is shown already
-  assert.equal(said.length, 3);
   editor.follow();
   editor.receive(mapMessage({kind: 'coarse', seq: 4, ok: false}));
   mock.timers.tick(1000);
@@ -159,6 +157,46 @@ test('what is held still is solved for after a while, also where the map has not
   editor.follow();
   editor.drop();  // at once
   assert.deepEqual(said.slice(5).map(({type}) => type), ['follow', 'solve']);
+  mock.timers.reset();
+});
+
+test('the server learns which of two maps was seen when the hand let go', () => {
+  mock.timers.enable({apis: ['setTimeout']});
+  const {editor, said} = begun();
+  const rest = () => {
+    editor.follow();
+    mock.timers.tick(150);
+    editor.receive(mapMessage({kind: 'full', seq: said.length}));
+  };
+  rest();
+  editor.drop();
+  assert.deepEqual([said.at(-1).way, said.at(-1).hand], ['kept', 'released']);
+  rest();
+  editor.receive(mapMessage({kind: 'full', seq: said.length, other: 'fresh'}));  // it is offered
+  editor.drop();
+  assert.deepEqual([said.at(-1).way, said.at(-1).hand], ['kept', 'released']);
+  rest();
+  editor.receive(mapMessage({kind: 'full', seq: said.length, other: 'kept'}));  // it took the place of the other
+  assert.equal(editor.replaced, true);
+  editor.drop();
+  assert.deepEqual([said.at(-1).way, said.at(-1).hand], ['fresh', 'released']);
+  editor.receive(mapMessage({kind: 'full', seq: said.length, other: 'kept'}));
+  const count = said.length;
+  editor.drop();  // a click that moves nothing
+  assert.equal(said.length, count);
+  mock.timers.reset();
+});
+
+test('a map that reaches a pin while the hand rests replaces the one that could not', () => {
+  mock.timers.enable({apis: ['setTimeout']});
+  const {editor, said} = begun();
+  editor.follow();
+  mock.timers.tick(150);
+  editor.receive(mapMessage({kind: 'blocked', seq: 2, ok: false, wrong: {pins: [0]}}));
+  editor.receive(mapMessage({kind: 'full', seq: 2}));
+  assert.equal(editor.replaced, true);
+  editor.drop();
+  assert.deepEqual([said.at(-1).way, said.at(-1).hand], ['kept', 'released']);
   mock.timers.reset();
 });
 
