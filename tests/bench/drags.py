@@ -1,19 +1,22 @@
 """Whether pins that are dragged in `iccm edit` are met when they are released, and whether the map jumps then.
 
 python -m tests.bench.drags [--pairs 10] [--drags 10] [--steps 60] [--rest 3] [--seed 1] [--first 0] [--compare]
-                            [--straight]
+                            [--straight] [--hold]
 
 Each pair of five sets of drawings (fetched by npm) gives one pair of shapes: in turns silhouettes, and whole drawings
 as the page opens them. The drags of a pair follow each other, as on the page: each places a new pin where the map takes
 it, or takes an earlier one; one of its ends moves in equal steps to a random place anywhere in the shape, along the
 shortest path inside that keeps away from the outline, or with --straight along a straight line, which may leave the
-shape; the hand rests for a number of updates (three take some 150 ms), and releases the pin. After the last drag, or
-after each with --compare, the map is compared with the one from scratch, as the page does when nothing happens.
+shape; the hand rests for a number of updates (three take some 150 ms), and releases the pin. With --hold it rests until
+the page has done everything that it does then: the map comes to rest, and a better one replaces it. After the last
+drag, or after each with --compare, the map is compared with the one from scratch, as the page does when nothing
+happens.
 
 Of each pair, the table shows how many releases were `met`: the map takes the pin to where the hand put it. Where it
 cannot follow, the pin stops `short`. The table also shows jumps in per cent of the target's diagonal, as the
 distance that 95 % of the points move at most: when a pin is placed where the map takes it (`placed`), in the first
-step of the drag (`begun`), between the map seen after the last step and the converged one (`at once`), between the map
+step of the drag (`begun`), while the hand holds the pin (`held`, between the map that has come to rest and the one that
+replaces it), between the map seen after the last step and the converged one (`at once`), between the map
 seen at the release and the converged one (`released`), between two consecutive pictures after the release, of which
 there is one for each update in which the map settles (`picture`), and when the comparison shows the map from scratch
 (`replaced`). `settling` is the mean number of updates between the release and the converged map. `p95` is the stretch
@@ -39,6 +42,7 @@ from iccm.curve import Curve, inside_any
 from iccm.errors import InputError
 from iccm.io.edit import placing
 from iccm.io.edit.link import MOST_RELAXATIONS
+from iccm.io.edit.map_update import MapUpdate
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
 from iccm.io.run.job import make
@@ -61,6 +65,7 @@ LEAST_DEPTH, LEAST_GAP = 0.02, 0.04
 NEW_PIN_SHARE = 0.5  # share of drags that begin with a new pin
 TRIES = 1000  # random places before a drag is given up
 PLAIN_JUMP = 1.0  # per cent of the diagonal
+JUMPS = ("placed", "begun", "held", "at_once", "released", "picture", "replaced")  # columns
 ARC_POINTS = 1000  # on the arcs between pins, which show how the pins are wound around each other
 PATH_CELLS = 120  # along the longer side of the box in which paths are searched
 COST_AT_OUTLINE = 5.0  # of a step closer to the outline than LEAST_DEPTH, relative to one further inside
@@ -74,6 +79,7 @@ class Drags:
     short: list[bool] = field(default_factory=list)
     placed: list[float] = field(default_factory=list)
     begun: list[float] = field(default_factory=list)
+    held: list[float] = field(default_factory=list)
     at_once: list[float] = field(default_factory=list)
     released: list[float] = field(default_factory=list)
     picture: list[float] = field(default_factory=list)
@@ -90,7 +96,8 @@ class Drags:
     def row(self, name: str) -> str:
         """Return a line of the table."""
         cells = [f"{sum(self.met):4d}/{len(self.met):3d} {sum(self.short):6d}"]
-        for jumps in (self.placed, self.begun, self.at_once, self.released, self.picture, self.replaced):
+        for name_of_jumps in JUMPS:
+            jumps = getattr(self, name_of_jumps)
             within = sum(jump <= PLAIN_JUMP for jump in jumps)
             cells.append(f"{np.max(jumps, initial=0):6.2f} {within:4d}/{len(jumps):3d}")
         cells.append(f"{np.mean(self.settling or [0]):5.1f}")
@@ -208,6 +215,7 @@ def drag_once(
     found: Drags,
     *,
     straight: bool,
+    holding: bool,
 ) -> bool:
     """Drag a new or an earlier pin, and release it; return whether there was room. `pins` is changed."""
     if not pins or rng.uniform() < NEW_PIN_SHARE:
@@ -244,16 +252,21 @@ def drag_once(
     if shown.kind == "error":
         print(f"    {shown.message}")
     dragged = session._map
-    for _ in range(rest):
-        session.relax(last)
+    shown = hold(session, last, found) if holding else None
+    if shown is None:
+        for _ in range(rest):
+            session.relax(last)
     released = session._map
     pictures = [released]
-    for _ in range(MOST_RELAXATIONS):
-        if session.relax(last, released) is None:
-            break
-        pictures.append(session._map)
+    if shown is not None and shown.kind == "full":
+        full = session.solve(last, "fresh" if shown.other == "kept" else "kept", hand="released")
+    else:
+        for _ in range(MOST_RELAXATIONS):
+            if session.relax(last, released) is None:
+                break
+            pictures.append(session._map)
+        full = session.solve(last, hand="released")
     found.settling.append(len(pictures) - 1)
-    full = session.solve(last, hand="released")
     found.met.append(full.kind == "full" and full.ok and not full.short)
     found.short.append(bool(full.short))
     if full.scene is not None:
@@ -271,6 +284,22 @@ def drag_once(
     found.released.append(moved(session, released, converged))
     found.picture.append(max(moved(session, a, b) for a, b in pairwise(pictures)))
     return True
+
+
+def hold(session: Session, last: Scene, found: Drags) -> MapUpdate:
+    """Hold a pin until nothing changes any more, as the page's server does; return the last update of the page."""
+    for _ in range(MOST_RELAXATIONS):
+        if session.relax(last) is None:
+            break
+    shown, rested = session.solve(last, hand="resting"), session._map
+    while shown.kind in ("full", "blocked"):
+        was_blocked = session.has_followed(last)
+        better = session.compare(last, resting=True)
+        shown = better or shown
+        if better is None or not was_blocked:
+            break
+    found.held.append(moved(session, rested, session._map))
+    return shown
 
 
 def compare(session: Session, pins: list[Pin], found: Drags) -> None:
@@ -311,10 +340,13 @@ def measure(
     *,
     comparing: bool = False,
     straight: bool = False,
+    holding: bool = False,
 ) -> Drags:
     """Return what the drags of a pair give."""
     found, pins = Drags(), list[Pin]()
-    while len(found.met) < drags and drag_once(session, pins, steps, rest, rng, found, straight=straight):
+    while len(found.met) < drags and drag_once(
+        session, pins, steps, rest, rng, found, straight=straight, holding=holding
+    ):
         if comparing:
             compare(session, pins, found)
     if not comparing:
@@ -342,10 +374,9 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first pair")
     parser.add_argument("--compare", action="store_true", help="after each drag")
     parser.add_argument("--straight", action="store_true", help="drag along straight lines")
+    parser.add_argument("--hold", action="store_true", help="hold each pin until nothing changes any more")
     options = parser.parse_args()
-    jumps = "  ".join(
-        f"{name:>14}" for name in ("placed", "begun", "at once", "released", "picture", "replaced")
-    )
+    jumps = "  ".join(f"{name.replace('_', ' '):>14}" for name in JUMPS)
     print(
         f"{f'seed {options.seed}':52}  {'met':>8} {'short':>6}  {jumps}  {'settling':>5}  {'p95':11} wound",
         flush=True,
@@ -364,6 +395,7 @@ def main() -> None:
             rng,
             comparing=options.compare,
             straight=options.straight,
+            holding=options.hold,
         )
         stems = [
             Path(shape.spec.partition("#")[0]).stem for shape in (session.pair.source, session.pair.target)
