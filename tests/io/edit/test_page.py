@@ -32,6 +32,7 @@ FLAGS = (
     *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 )  # WebGL without a graphics card, and no connections to the vendor
 PATIENCE = 120
+WEAK = "import iccm.balanced.interactive as live; live.STIFFEST = 1.0"  # code: springs cannot pull far
 
 
 class Page:
@@ -953,17 +954,73 @@ def test_what_is_held_still_settles_and_nothing_moves_when_it_is_let_go_of(page)
     assert edited.settled() == "full"
     seen, number = edited.picture(200, 200), edited.js("iccm.seq[1]")
     edited.mouse("mouseReleased", edited.at("target", x + 20, y))
-    time.sleep(0.3)
-    assert edited.js("iccm.seq[1]") == number and np.array_equal(edited.picture(200, 200), seen)
+    edited.wait(f"iccm.seq[1] > {number}")
+    assert edited.settled() == "full" and np.array_equal(edited.picture(200, 200), seen)
     edited.key("z", ctrl=True)
     assert (
         edited.settled() == "full" and edited.scene["pins"][0]["target"] == [x, y] and not edited.js(history)
     )
 
 
+def test_a_better_map_is_shown_while_a_pin_is_held_and_is_what_is_released(page):
+    better = (
+        "import iccm.io.edit.session as edit; edit.REPLACED_STRETCH_RATIO, edit.same = 0, lambda *_: False"
+    )
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg", before=better)
+    other = "document.getElementById('other')"
+    edited.click("source", 259, 156)
+    x, y = edited.scene["pins"][0]["target"]
+    edited.drag("target", (x, y), (x + 40, y - 25), release=False)
+    edited.wait(f"!{other}.hidden && {other}.dataset.way === 'kept'")
+    assert edited.settled() == "full"
+    held, number = edited.picture(200, 200), edited.js("iccm.seq[1]")
+    edited.mouse("mouseReleased", edited.at("target", x + 40, y - 25))
+    edited.wait(f"iccm.seq[1] > {number}")
+    assert edited.settled() == "full" and np.array_equal(edited.picture(200, 200), held)
+    assert np.allclose(edited.scene["pins"][0]["target"], (x + 40, y - 25), atol=1)
+    edited.js(f"{other}.click()")
+    edited.wait(f"{other}.dataset.way === 'fresh'")
+    edited.settled()
+    kept = edited.picture(200, 200)
+    assert not np.array_equal(kept, held)
+    edited.js(f"{other}.click()")
+    edited.wait(f"{other}.dataset.way === 'kept'")
+    edited.settled()
+    assert np.array_equal(edited.picture(200, 200), held)
+    edited.key("z", ctrl=True)
+    assert edited.settled() == "full" and np.allclose(edited.scene["pins"][0]["target"], (x, y), atol=1)
+    edited.key("y", ctrl=True)
+    assert edited.settled() == "full" and np.array_equal(edited.picture(200, 200), held)
+
+
+def test_a_pin_that_the_picture_cannot_follow_is_reached_while_it_is_held(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg", before=WEAK)
+    edited.click("source", 259, 156)
+    field = "document.querySelector('#pin [name=tolerance]')"
+    edited.js(f"[{field}.value = '2', {field}.dispatchEvent(new Event('change'))]")
+    edited.settled()
+    x, y = edited.scene["pins"][0]["target"]
+    edited.drag("target", (x, y), (x + 90, y), release=False)
+    named = "document.getElementById('status').textContent.includes('pin 1')"
+    edited.wait(f"iccm.kind === 'full' && {named}")
+    edited.settled()
+    held, number = edited.picture(200, 200), edited.js("iccm.seq[1]")
+    edited.mouse("mouseReleased", edited.at("target", x + 90, y))
+    edited.wait(f"iccm.seq[1] > {number}")
+    assert edited.settled() == "full" and np.array_equal(edited.picture(200, 200), held)
+    assert np.allclose(edited.scene["pins"][0]["target"], (x + 90, y), atol=1)
+    assert edited.js("document.getElementById('search').hidden")
+    edited.key("z", ctrl=True)
+    assert edited.settled() == "full" and np.allclose(edited.scene["pins"][0]["target"], (x, y), atol=1)
+
+
 def test_a_pin_that_the_picture_cannot_follow_stops_short_until_its_place_is_searched_for(page):
-    weak = "import iccm.balanced.interactive as live; live.STIFFEST = 1.0"  # springs that cannot pull far
-    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg", before=weak)
+    unsearched = (
+        "import iccm.io.edit.session as edit; edit.Session._reach = lambda *_: None"  # while it is held
+    )
+    edited = page(
+        "rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg", before=f"{WEAK}; {unsearched}"
+    )
     search = "document.getElementById('search')"
     edited.click("source", 259, 156)
     begun = edited.scene["pins"][0]
