@@ -259,7 +259,7 @@ class AroundPlaces:
         """Solve for the map of the domains with the regions cut out; see `coarse_to_fine` for `patient`.
 
         Raises:
-            Stuck: a region has a hole, or there are strokes.
+            Stuck: a region has a hole, there are strokes, or the map had to fill a region that was cut out.
             NoMapError: none was found.
         """
         if problem.strokes or any(len(rings) > 1 for rings in rigid.regions):
@@ -282,6 +282,8 @@ class AroundPlaces:
         whole: MeshMap = solution.inverse() if used_problem.inverted else solution
         # The regions' outlines come last on its boundary; in the map with regions they are inner vertices.
         loops = tuple(loop for loop in whole.loops if loop.source < first_source)
+        if len(whole.loops) < len(loops) + len(cut):
+            raise Stuck("the map around a region fills it, so the region is not in its place")
         border = whole.loops[len(loops)].first
         return cls(MeshMap.plain(whole.z, whole.u, whole.faces, border, loops=loops), places)
 

@@ -9,14 +9,17 @@ import shapely
 
 import iccm
 from iccm.arrays import xy_of
+from iccm.balanced.errors import Stuck
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise import energy
 from iccm.balanced.minimise.energy import Objective, RestShapes
 from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
+from iccm.balanced.model.mesh_map import MeshMap
+from iccm.balanced.rigid import solve as rigid_solve
 from iccm.balanced.rigid.given import regions_of
 from iccm.balanced.rigid.room import room_for
-from iccm.balanced.rigid.solve import Placing, place_regions, strains
+from iccm.balanced.rigid.solve import AroundPlaces, Placing, Rigid, place_regions, strains
 from iccm.balanced.search.levels import Level
 from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
@@ -238,6 +241,18 @@ def test_where_there_is_room_for_a_region_it_is_inside(angle):
     domain, box = shapely.Polygon(xy_of(turned)), np.array([-1 - 1j, 1 - 1j, 1 + 1j, -1 + 1j])
     share, place = room_for(0.7 * box, domain, complex(turned.mean()))
     assert 0 < share < 1 and domain.contains(shapely.Polygon(xy_of(place + share * 0.7 * box)))
+
+
+def test_a_region_that_the_map_around_it_fills_is_not_placed_that_way(monkeypatch):
+    """Where that map would fold, it fills the hole in the place of the region, whose outline is lost."""
+    square, box = Curve(np.array([0, 1, 1 + 1j, 1j])), np.array([0.2, 0.4, 0.4 + 0.3j, 0.2 + 0.3j])
+    problem, free = UnitProblem(square, square, WITHOUT_ROTATION), np.zeros(1, bool)
+    solution = MeshMap.plain(square.z, square.z, np.array([[0, 1, 2], [0, 2, 3]]), 4)
+    monkeypatch.setattr(rigid_solve.multilevel, "coarse_to_fine", lambda cut, *_, **__: (cut, solution))
+    rigid = Rigid(((box,),), np.ones(1), free, free, np.full((1, 2), np.nan))
+    placing = Placing(np.ones(1), np.array([0.3 + 0.2j]), np.array([0.5 + 0.5j]))
+    with pytest.raises(Stuck):
+        AroundPlaces.of(problem, solution, rigid, placing, patient=False)
 
 
 @pytest.mark.slow
