@@ -205,14 +205,16 @@ class _Link:
             message: Follow | Solve = await queue.get()
             if session.scene is not message.scene:
                 continue  # the pin was released in the meantime
-            how = {"way": message.way, "hand": message.hand} if isinstance(message, Solve) else {}
             if isinstance(message, Solve) and not message.way:
                 if message.hand and session.is_behind(message.scene):
                     await self._follow_last(message)
                 await self._relax(message)  # so that the picture settles visibly, and does not jump
                 if session.scene is not message.scene:
                     continue
-            shown: Any = await self._done(kind, partial(getattr(session, kind), **how), message.scene)
+            compute: Callable[[Scene], MapUpdate] = session.follow
+            if isinstance(message, Solve):
+                compute = partial(session.answer, way=message.way, hand=message.hand)
+            shown: Any = await self._done(kind, compute, message.scene)
             if isinstance(shown, dict):
                 shown = MapUpdate("error", False, shown["error"])
             if kind == "solve" and session.scene is not message.scene and shown.kind != "error":

@@ -80,7 +80,7 @@ Hand = Literal["", "resting", "released"]
 
 
 class Session:
-    """A pair of shapes being edited. One call of `follow` and one of `solve` may run at the same time."""
+    """A pair of shapes being edited. One call each of `follow`, `answer` and `compare` may run at the same time."""
 
     def __init__(self, job: Job) -> None:
         """Read the inputs of a job.
@@ -154,8 +154,13 @@ class Session:
         )
 
     def solve(self, scene: Scene, way: Way = "", *, hand: Hand = "") -> MapUpdate:
+        """Make a scene the current one, and return its map as `answer` does."""
+        self.scene = scene
+        return self.answer(scene, way, hand=hand)
+
+    def answer(self, scene: Scene, way: Way = "", *, hand: Hand = "") -> MapUpdate:
         """Return the converged map, continued from the last one or from scratch, as `iccm map` computes it from saved
-        files.
+        files. It becomes the one that is shown if its scene is still the current one.
 
         Where a drag ends, no search replaces the map that is seen: a pin that it does not reach stops short.
 
@@ -166,7 +171,6 @@ class Session:
             hand: what the hand that drags something is doing; empty if nothing is being dragged. If it releases a map
                 that had converged, `way` is the one that was seen.
         """
-        self.scene = scene
         if hand == "released" and self._is_shown(scene, way):
             return replace(self._last[1], drawn=None)
         try:

@@ -241,7 +241,7 @@ def test_a_page_that_was_asked_for_is_waited_for(client, gone):
 
 
 def test_a_mistake_of_ours_does_not_end_the_page(client, monkeypatch):
-    monkeypatch.setattr(client.session, "solve", lambda scene: 1 / 0)
+    monkeypatch.setattr(client.session, "answer", lambda scene, **_: 1 / 0)
     with linked(client) as socket:
         socket.receive_json()
         socket.send_json({"type": "solve", "seq": 1, "scene": {}})
@@ -415,6 +415,30 @@ def test_the_files_to_choose_are_those_that_can_be_read():
     assert ".exr" in suffixes["texture"] and ".obj" not in suffixes["texture"]
     text = b"".join(content for content, _ in routes.page_files().values())
     assert b".stl" not in text and b".exr" not in text.replace(b".stmap.exr", b"")
+
+
+def test_a_change_that_arrives_as_a_solve_begins_is_answered(client, monkeypatch):
+    session, answer = client.session, client.session.answer
+    begun, changed = threading.Event(), threading.Event()
+
+    def late(scene, **how):
+        """Begin when the next change has arrived."""
+        begun.set()
+        while not changed.is_set() and session.scene is scene:
+            time.sleep(0.001)
+        changed.set()
+        return answer(scene, **how)
+
+    with linked(client) as socket:
+        socket.receive_json()
+        socket.send_json({"type": "solve", "seq": 1, "scene": {}})
+        map_of(socket)
+        monkeypatch.setattr(session, "answer", late)
+        socket.send_json({"type": "solve", "seq": 2, "scene": {"balance": 2}})
+        assert begun.wait(20)
+        socket.send_json({"type": "solve", "seq": 3, "scene": {"balance": 3}})
+        head, _ = map_of(socket)
+        assert (head["kind"], head["seq"], head["ok"]) == ("full", 3, True) and session.scene.balance == 3
 
 
 def test_a_better_map_is_shown_while_the_hand_rests_and_is_what_it_releases(client, monkeypatch):
