@@ -43,7 +43,7 @@ function diagonal(ring) {
 export class Pinning {
   /** @type {PaneScene} */
   scene = {
-    pins: [], strokes: [], regions: [], rigid: [], balance: 1, turn: 0, fit: 'whole', wrong: {}, suggested: [], selected: new Set(), locked: () => false, wanted: () => null,
+    pins: [], strokes: [], regions: [], rigid: [], unmapped: [], failed: false, balance: 1, turn: 0, fit: 'whole', wrong: {}, suggested: [], selected: new Set(), locked: () => false, wanted: () => null,
     patches: [], active: null, pending: null, digits: {source: 0, target: 0},
   };
   /** The triangles of the last map. @type {Float32Array} */

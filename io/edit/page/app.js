@@ -278,7 +278,7 @@ function refresh() {
   /** @type {PaneScene} */
   const scene = {
     ...editor.scene, wrong, suggested, selected, regions, patches, active, pending, digits: digitsOf(page.panes), locked: (entry) => editor.isLocked(entry),
-    wanted: (pin) => editor.wanted(pin),
+    wanted: (pin) => editor.wanted(pin), unmapped: editor.unmapped, failed: editor.kind === 'error',
   };
   for (const pane of [page.panes.source, page.panes.target]) {
     pane.scene = scene;

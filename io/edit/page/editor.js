@@ -3,7 +3,7 @@
 import {contentOf} from './history.js';
 
 /** @import {History} from './history.js' */
-/** @import {Ends, MapMessage, Patch, Pin, PinEnd, Region, Scene, Stroke, Wrong} from './types.d.ts' */
+/** @import {Ends, MapMessage, Patch, Pin, PinEnd, Place, Region, Scene, Stroke, Wrong} from './types.d.ts' */
 
 const REST = 150;  // milliseconds without movement after which the converged map is requested during a drag
 
@@ -188,6 +188,15 @@ export class Editor {
     clearTimeout(this.#rest);
     this.asked += 1;
     this.#say({type, seq: this.asked, scene: this.scene, ...how});
+  }
+
+  /**
+   * Rigid regions as drawn, where the map that is shown does not have all of them.
+   * @returns {Place[][]}
+   */
+  get unmapped() {
+    const {rigid} = this.scene;
+    return this.kind === 'error' || this.regions.length < rigid.length ? rigid.filter((region) => typeof region !== 'string') : [];
   }
 
   /**

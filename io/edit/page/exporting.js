@@ -89,7 +89,7 @@ export class Exporting {
     const {blob, error} = await this.#fetch(isShown ? name : 'preview.png', PREVIEW_SIZE);
     if (number !== this.#asked) return;  // another format was chosen meanwhile
     if (!blob) {
-      byId('preview').replaceChildren(hint(error ?? ''));
+      showFault(error ?? '');
       return;
     }
     URL.revokeObjectURL(this.#address);
@@ -113,7 +113,7 @@ export class Exporting {
     const {blob, name, error} = await this.#fetch(this.choice.name, this.choice.size);
     button('download').disabled = false;
     if (!blob) {
-      byId('preview').replaceChildren(hint(error ?? ''));
+      showFault(error ?? '');
       return;
     }
     saveAs(blob, name);
@@ -132,6 +132,17 @@ export function saveAs(blob, name) {
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(address));
+}
+
+/**
+ * Show why there is no file in place of the preview.
+ * @param {string} error
+ */
+function showFault(error) {
+  const text = hint(error);
+  text.classList.add('fault');
+  text.setAttribute('role', 'alert');
+  byId('preview').replaceChildren(text);
 }
 
 /** @param {string} text */

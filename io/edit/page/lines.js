@@ -77,6 +77,11 @@ function linesOf(pane) {
   if (rings.length > 1 && shape.painted) lines.push({d: path(shape.outline, true), class: 'frame'});
   lines.push({d: rings.map((ring) => path(ring, true)).join(''), class: 'outline'});
   for (const region of scene.regions) lines.push({d: path(region[side], true), class: 'region'});
+  if (side === 'source') {
+    for (const region of scene.unmapped) {
+      lines.push({d: path(region.map((place) => pane.page(place)), true), class: `region${scene.failed ? ' wrong' : ''}`});
+    }
+  }
   scene.strokes.forEach((stroke, k) => {
     const wrong = scene.wrong.strokes?.includes(k) ? ' wrong' : '';
     lines.push({d: path(stroke[side].map((place) => pane.page(place))), class: `stroke${wrong}`, hue: strokeHue(k)});

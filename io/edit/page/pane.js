@@ -26,7 +26,7 @@ const LOUPE_AWAY = 40;       // pixels between the loupe and what is dragged
 export class Pane {
   /** @type {PaneScene} */
   scene = {
-    pins: [], strokes: [], regions: [], rigid: [], balance: 1, turn: 0, fit: 'auto',
+    pins: [], strokes: [], regions: [], rigid: [], unmapped: [], failed: false, balance: 1, turn: 0, fit: 'auto',
     wrong: {}, suggested: [], selected: new Set(), locked: () => false, wanted: () => null, patches: [], active: null, pending: null, digits: {source: 0, target: 0},
   };
   view = new View();

@@ -265,6 +265,10 @@ export interface PaneScene extends Scene {
   /** Returns where a pin that stopped short was dragged to. */
   wanted: (pin: Pin) => Ends | null;
   regions: Region[];
+  /** Rigid regions as drawn, where the map does not have all of them. */
+  unmapped: Place[][];
+  /** Whether no map meets the pins, strokes and rigid regions. */
+  failed: boolean;
   /** For each pin; null for exact pins, empty if not known. */
   patches: (Patch | null)[];
   /** Index of the pin whose settings are shown. */

@@ -260,3 +260,18 @@ test('locked pins stay when others are moved together', () => {
   editor.toggleLock(editor.scene.pins[2]);
   assert.deepEqual(editor.movedWith(2), [0, 2]);
 });
+
+test('rigid regions are shown as drawn as long as no map has them', () => {
+  const {editor} = begun(), drawn = [[0, 0], [1, 0], [0, 1]];
+  const region = {dilatation: 1, scale: 1, source: [], target: []};
+  editor.scene.rigid.push(drawn, 'head');
+  editor.commit();
+  assert.deepEqual(editor.unmapped, [drawn]);
+  editor.receive(mapMessage({seq: editor.asked, figures: {regions: [region, region]}}));
+  assert.deepEqual(editor.unmapped, []);
+  editor.commit();
+  editor.scene.pins.push(pin(1));
+  editor.commit();
+  editor.receive(mapMessage({kind: 'error', seq: editor.asked}));
+  assert.deepEqual(editor.unmapped, [drawn]);
+});
