@@ -34,6 +34,7 @@ export class Exporting {
     this.#hello = hello;
     this.#panes = panes;
     input('picture').value = hello.picture;
+    offerFormats(hello.picture);
     button('more').onclick = () => {
       dialog('export').showModal();
       this.#showCommand();
@@ -132,6 +133,17 @@ export function saveAs(blob, name) {
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(address));
+}
+
+/**
+ * Offer only formats of meshes if a mesh is written, and only others if not.
+ * @param {string} name the default name of the file
+ */
+function offerFormats(name) {
+  const options = [...select('format').options].filter(({value}) => value);
+  const usual = options.find(({value}) => name.toLowerCase().endsWith(value));
+  const writesMesh = !usual || 'mesh' in usual.dataset;
+  for (const option of options) option.disabled = option.hidden = 'mesh' in option.dataset !== writesMesh;
 }
 
 /**

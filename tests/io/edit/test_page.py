@@ -315,6 +315,9 @@ def test_a_mesh_is_turned_pinned_on_its_surface_and_written_as_it_is_shown(
     edited.mouse("mouseReleased", (pane[0] + 65, pane[1] + 279))
     axes = np.reshape(edited.js("iccm.panes.target.surface.axes"), (3, 3))
     assert np.abs(axes.ravel() - before).max() > 0.1 and np.allclose(axes @ axes.T, np.eye(3), atol=1e-9)
+    offered = "[...document.getElementById('format').options].filter((option) => !option.disabled)"
+    formats = edited.js(f"{offered}.map((option) => option.value)")
+    assert ".obj" in formats and ".png" not in formats  # a mesh is written
     for x, y in ((170, 200), (342, 200)):
         assert edited.click("source", x, y) == "full"
     assert edited.click("target", 0.0, -0.13, 1.1) == "full"
@@ -703,6 +706,28 @@ def test_places_are_typed_and_two_states_compared(page):
     assert edited.settled() == "full" and edited.scene["fit"] == "cover"
 
 
+def test_presets_change_a_pin_and_words_are_not_taken_as_numbers(page):
+    edited = page("pins", "round.svg", "cat.svg")
+    edited.js("document.querySelector('#source .handle.pin').focus()")
+    edited.wait("!document.getElementById('pin').hidden")
+    chosen_radius = edited.js("iccm.panes.source.scene.patches[0].radius")
+    for preset, holds in (
+        ("pull", f"iccm.scene.pins[0].radius < {chosen_radius} && iccm.scene.pins[0].tolerance > 0"),
+        ("nail", "iccm.scene.pins[0].radius === 0"),
+        ("keep", "iccm.scene.pins[0].radius === null && iccm.scene.pins[0].tolerance === null"),
+    ):
+        edited.driver.find_element("css selector", f"#pin [name={preset}]").click()
+        edited.wait(holds)
+        assert edited.settled() == "full"
+    pins = edited.scene["pins"]
+    place = edited.driver.find_elements("css selector", "#list li:first-child input")[1]
+    digits = [number.partition(".")[2] for number in re.findall(r"[\d.]+", place.get_attribute("value"))]
+    assert len(digits) == 4 and max(map(len, digits)) <= 2  # what a screen can place
+    place.send_keys(webdriver.Keys.CONTROL, "a", webdriver.Keys.NULL, "abc", webdriver.Keys.ENTER)
+    edited.wait("document.body.classList.contains('bad')")
+    assert edited.scene["pins"] == pins
+
+
 def test_pins_are_suggested_selected_locked_and_undone_from_a_list(page, tmp_path):
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
     edited.js("document.getElementById('suggest').click()")
@@ -827,7 +852,7 @@ def test_axe_finds_nothing_at_any_width(page, axe):
             assert edited.driver.execute_async_script(FINDINGS) == [], (width, scheme)
     for scheme in ("light", "dark"):
         edited.screen(1, 1400, 700, scheme)
-        for dialog in ("export", "keys", "lasso", "fits"):
+        for dialog in ("export", "keys", "lasso", "fits", "handles"):
             edited.js(f"document.getElementById('{dialog}').showModal()")
             assert edited.driver.execute_async_script(FINDINGS) == [], (dialog, scheme)
             edited.js(f"document.getElementById('{dialog}').close()")
@@ -1240,6 +1265,7 @@ def test_what_is_exported_is_seen_before_and_downloaded(page, tmp_path, shell):
     edited.wait(f"{shown} > 0")
     sized = "document.getElementById('size').checkVisibility()"
     assert edited.js(sized)
+    assert edited.js("document.querySelector('#format [value=\".obj\"]').disabled")  # of meshes
     edited.js(
         "document.getElementById('format').value = '.svg', document.getElementById('format').onchange()"
     )
