@@ -243,7 +243,8 @@ class _Link:
         """
         session, queue = self._session, self._newest["follow"]
         is_released = isinstance(message, Solve) and message.hand == "released"
-        released = await self._done("follow", session.seen) if is_released else None
+        maps: Any = await self._done("follow", lambda: session.maps) if is_released else []
+        released = maps[0] if maps else None
         for _ in range(MOST_RELAXATIONS):
             if not queue.empty() or session.scene is not message.scene:
                 return

@@ -578,10 +578,6 @@ class Session:
         follows = not self.pair.deforming and self._live is not None
         return follows and scene.key not in self._choices and not self.has_followed(scene)
 
-    def seen(self) -> TriangulatedMap | None:
-        """Return the map that is shown."""
-        return self._map
-
     def _moved_share(self, earlier: TriangulatedMap, later: TriangulatedMap) -> float:
         """Return the displacement between two maps, relative to the target's diagonal."""
         return displacement(earlier, later) / self.pair.target.curve.diagonal
