@@ -54,7 +54,11 @@ class FitMode:
 
 FITS: dict[str, FitMode] = {
     "auto": FitMode(
-        "Automatic", "the cheapest map", "the cheapest of these", ("source", "target"), compares=True
+        "Automatic",
+        "what fits best",
+        "the one of these that distorts and hides least",
+        ("source", "target"),
+        compares=True,
     ),
     "frame": FitMode(
         "Frames",

@@ -26,7 +26,7 @@ FILES = {
 """Names for files of the temporary folder in messages."""
 EVERY = 0.2  # seconds between two checks of the process
 FITS = [
-    ("auto", "Automatic", "The cheapest map"),
+    ("auto", "Automatic", "What fits best"),
     ("whole", "Whole Outlines", "Outline onto outline"),
     ("contain", "Show All", "No part of the source is hidden"),
     ("cover", "Cover All", "No part of the target stays bare"),
