@@ -211,8 +211,12 @@ def _closest_frame(frames: Sequence[Frame], outline: Curve) -> Frame:
 
 
 def _with_shown_frame(choice: Choice, source: Drawing, target: Drawing, options: Options) -> Choice:
-    """Return a choice, with the target's concavities filled, as one of frames: that of the source is the part of it that
-    the map without pins shows. Other choices are returned as they are.
+    """Return a choice with the target's concavities filled as one of frames; other choices are returned as they are.
+
+    The frame of the source is the part of it that the map without pins shows.
+
+    Raises:
+        InputError: that map does not exist, or the part that it shows has no simple outline.
     """
     if choice.fit != "cover":
         return choice
@@ -227,7 +231,7 @@ def _shown_outline(source: Drawing, target: Drawing, options: Options) -> Curve:
 
     Raises:
         NoMapError: no map without folds was found.
-        InputError: the two sides of a concavity that is hidden touch, so that the part has no simple outline.
+        InputError: the sides of a concavity touch, so that the part has no simple outline.
     """
     covering = solve_outlines(Problem.of(source.tightest.outline, target.tightest.outline), options)
     return Curve.domain(triangulated(covering.map).polygon)

@@ -142,8 +142,8 @@ def blocked_sentence(pins: Sequence[int]) -> str:
 def hidden_sentence(pins: Sequence[int]) -> str:
     """Return a sentence about pins (indices) that are dragged to where the map hides the source."""
     return (
-        f"The picture hides the place of {_named(pins)} in the source; hold still or release there for another picture, "
-        "which shows it."
+        f"The picture hides the place of {_named(pins)} in the source; hold still or release there for another "
+        "picture, which shows it."
     )
 
 

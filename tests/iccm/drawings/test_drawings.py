@@ -426,7 +426,9 @@ def test_a_pin_where_the_map_takes_it_keeps_the_part_that_is_shown(house_on_fork
     assert pinned.status.ok and not pinned.is_partial
     assert hausdorff(pinned.source, Curve(fit.map.polygon)) < 1e-9
     assert pinned.shown == pytest.approx(fit.shown, abs=0.01) and pinned.covered == pytest.approx(1)
-    assert np.nanquantile(np.abs(pinned.map(fit.interior) - fit.map(fit.interior)), 0.95) < 0.05 * fit.diagonal
+    assert (
+        np.nanquantile(np.abs(pinned.map(fit.interior) - fit.map(fit.interior)), 0.95) < 0.05 * fit.diagonal
+    )
 
 
 def test_a_map_of_the_part_that_is_shown_can_be_kept_and_continued(house_on_fork):

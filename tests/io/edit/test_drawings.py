@@ -130,9 +130,7 @@ def test_a_pin_between_parts_is_met_and_followed(drawings):
         (("house.svg", "fork.svg"), 0.5, 0.99),
     ],
 )
-def test_the_first_pin_changes_nothing_where_the_map_takes_it(
-    drawings, iccm, pair, least, most
-):
+def test_the_first_pin_changes_nothing_where_the_map_takes_it(drawings, iccm, pair, least, most):
     edited = session(*pair)
     assert edited.solve(scene()).ok
     shown = edited.maps[0]
