@@ -25,6 +25,7 @@ from ...maps.approximation import triangulated
 from ...maps.distortion import in_middles
 from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Softness
+from ...problem import ON_OUTLINE_SHARE
 from ...progress import listening
 from ...result import Fit
 from ...status import Status
@@ -558,7 +559,9 @@ class Session:
             points = self.pair.placed(scene).pins[: len(scene.pins), 0]
         except InputError:
             return []
-        return np.flatnonzero(~Curve(self._map.polygon).contains(points)).tolist()
+        outline = Curve(self._map.polygon)
+        is_on_outline = outline.distances(points) <= ON_OUTLINE_SHARE * outline.diagonal
+        return np.flatnonzero(~outline.contains(points) & ~is_on_outline).tolist()
 
     def has_followed(self, scene: Scene) -> bool:
         """Return whether the map that is shown followed a drag to the pins and strokes of a scene."""
