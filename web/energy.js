@@ -29,7 +29,7 @@ const totalOf = declare('double iccm_minimise_total(const RestShapes *rest, cons
 const leastDeterminantOf = declare('double iccm_minimise_least_determinant(const RestShapes *rest, const Complex *u)');
 const descendOf = declare(`int64_t iccm_minimise_descend(
   System *system, const Objective *objective, Complex *u, double *tau, bool factorised, int64_t steps,
-  double tolerance, double *energy, int64_t *counts)`);
+  double tolerance, double reach, double *energy, int64_t *counts)`);
 const quadraticStepOf = declare('int64_t iccm_minimise_quadratic_step(System *system, Complex *u, double *tau)');
 const objectiveRecord = struct('struct Objective { double theta; double q; double share; double epsilon; bool forward; }');
 const restRecord = struct(`struct RestShapes {
@@ -161,7 +161,7 @@ export class System {
    */
   descend(objective, u, tau, steps, tolerance) {
     const energy = new Float64Array(1), counts = new Int32Array(2);
-    descendOf(this.#record(false), objectiveStruct(objective), u, tau, false, steps, tolerance, energy, counts);
+    descendOf(this.#record(false), objectiveStruct(objective), u, tau, false, steps, tolerance, Infinity, energy, counts);
     return {energy: energy[0], done: counts[0], small: counts[1]};
   }
 

@@ -95,12 +95,13 @@ namespace {
 
 class Descent {
   public:
-    Descent(System &system, const Objective &objective, SurfaceMap *surface, Complex *u, double *tau, bool factorised)
-        : system(system), objective(objective), surface(surface), u(u), tau(tau), factorised(factorised),
+    Descent(System &system, const Objective &objective, SurfaceMap *surface, Complex *u, double *tau, bool factorised,
+            double reach)
+        : system(system), objective(objective), surface(surface), u(u), tau(tau), factorised(factorised), reach(reach),
           space(system.workspace), n(system.pattern.n), c(system.constraints.border.count) {}
 
-    // Steps until two in succession gain less than `tolerance` of the energy each, or held vertices are stuck on their
-    // way.
+    // Steps until two in succession gain less than `tolerance` of the energy each, held vertices are stuck on their way,
+    // or vertices have moved as far as `reach`.
     void run(Index steps, double tolerance) {
         bool again = factorised;  // whether the factor of an earlier step is used
         double gain_before = INFINITY;
@@ -114,6 +115,7 @@ class Descent {
             double slope = 0.0;
             for (Index v = 0; v < n; v++) slope += dot(space.gradient[v], space.step[v]);
             release(system.constraints, space);
+            measure_step();
             Trial trial = objective.epsilon > 0 ? untangling_step(slope) : moving ? moving_step() : descending_step(slope);
             if (!trial.accepted) {  // the factor of an earlier step can be to blame: repeat the step with a new one
                 if (factorised || !again) return;
@@ -124,7 +126,7 @@ class Descent {
             if (surface) adapt_damping(trial.share);
             bool stale = again && !factorised;
             bool ends = moving ? stuck(trial.share) : small_gains(gain, stale ? STALE_TOLERANCE * tolerance : tolerance);
-            if (ends) {
+            if (ends || reach == 0) {
                 done++;
                 return;
             }
@@ -205,9 +207,20 @@ class Descent {
             [&](double part) { return energy + ARMIJO * part * slope; });
     }
 
-    // The largest share, up to a given one, that keeps the curves' vertices in order and is at most `most` times the
-    // share at which a triangle folds.
+    // Compute how far the whole step moves vertices, as the root mean square of their displacements, and the share of it
+    // with which they use up their reach.
+    void measure_step() {
+        if (!(reach < INFINITY)) return;
+        double sum = 0.0;
+        for (Index v = 0; v < n; v++) sum += dot(space.step[v], space.step[v]);
+        displacement = sqrt(sum / double(n));
+        share_at_reach = reach / displacement;
+    }
+
+    // The largest share, up to a given one, that stays within the reach, keeps the curves' vertices in order and is at
+    // most `most` times the share at which a triangle folds.
     double largest_share(double share, double most) {
+        share = min(share, share_at_reach);
         share = gap_limit(system.constraints.border, tau, space.slide, share);
         return min(share, most * largest_step(system.faces, u, space.step, system.m));
     }
@@ -229,6 +242,7 @@ class Descent {
         memcpy(u, space.new_u, sizeof(Complex) * n);
         memcpy(tau, space.new_tau, sizeof(double) * c);
         energy -= gain;
+        if (reach < INFINITY) reach = trial.share < share_at_reach ? reach - trial.share * displacement : 0.0;
         return gain;
     }
 
@@ -259,6 +273,8 @@ class Descent {
     Complex *u;
     double *tau;
     bool factorised;
+    double reach;  // how far vertices may still move
+    double displacement = 0.0, share_at_reach = INFINITY;  // of the present step, see `measure_step`
     Workspace &space;
     Index n, c, crawling = 0;
     double before = INFINITY, damping = 0.0;
@@ -267,8 +283,8 @@ class Descent {
 };
 
 Index descend(System &system, const Objective &objective, SurfaceMap *surface, Complex *u, double *tau, bool factorised,
-              Index steps, double tolerance, double *energy, Index *counts) {
-    Descent descent(system, objective, surface, u, tau, factorised);
+              Index steps, double tolerance, double reach, double *energy, Index *counts) {
+    Descent descent(system, objective, surface, u, tau, factorised, reach);
     descent.run(steps, tolerance);
     *energy = descent.energy;
     counts[0] = descent.done;
@@ -314,17 +330,19 @@ ICCM_EXPORT int64_t iccm_minimise_quadratic_step(System *system, Complex *u, dou
 //   factorised  whether all steps use the present factor, which saves time near the end, where little changes
 //   steps       largest number of steps
 //   tolerance   relative decrease below which a step counts as small; after two such steps the descent ends
+//   reach       how far vertices may move, as the sum over all steps of the root mean square of their displacements;
+//               infinite if that is not bounded
 //   energy      (1,) final energy, written
 //   counts      (2,) steps made, and how many of the last ones gained less than the tolerance, written
 ICCM_EXPORT int64_t iccm_minimise_descend(System *system, const Objective *objective, Complex *u, double *tau,
-                                          bool factorised, int64_t steps, double tolerance, double *energy,
-                                          int64_t *counts) {
-    return descend(*system, *objective, nullptr, u, tau, factorised, steps, tolerance, energy, counts);
+                                          bool factorised, int64_t steps, double tolerance, double reach,
+                                          double *energy, int64_t *counts) {
+    return descend(*system, *objective, nullptr, u, tau, factorised, steps, tolerance, reach, energy, counts);
 }
 
 // The same for a map onto a surface in space.
 ICCM_EXPORT int64_t iccm_minimise_descend_in_space(System *system, const Objective *objective, SurfaceMap *surface,
                                                    Complex *u, double *tau, bool factorised, int64_t steps,
                                                    double tolerance, double *energy, int64_t *counts) {
-    return descend(*system, *objective, surface, u, tau, factorised, steps, tolerance, energy, counts);
+    return descend(*system, *objective, surface, u, tau, factorised, steps, tolerance, INFINITY, energy, counts);
 }

@@ -12,6 +12,7 @@ from iccm.balanced.minimise.newton import System
 from iccm.balanced.minimise.sliding import Border, Constraints, Rail, Rails
 from iccm.balanced.minimise.upright import ANY_ROTATION, Upright
 from iccm.linalg import cholesky
+from iccm.plane import triangle_areas
 from tests.core.line_search import line_search
 from tests.core.reference import minimise as reference
 
@@ -233,6 +234,29 @@ def test_a_descent(mode):
     assert result == plain_result and result[1] > 1
     assert np.array_equal(u, plain_u) and np.array_equal(s, plain_s)
     assert not np.array_equal(u, start)
+
+
+@pytest.mark.parametrize("mode", ["descending", "moving"])
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def test_a_descent_ends_where_vertices_have_moved_as_far_as_they_may(mode):
+    goals, objective, cost, _ = MODES[mode]
+    tau, constraints = constrained(goals)
+
+    def displacement(descend, reach):
+        u, s = BENT.copy(), tau.copy()
+        system = System.of(PATTERN, FACES, rest_shapes(), constraints, cost)
+        results.append((*descend(system, objective, None, u, s, 30, 1e-12, reach), *u.tolist(), *s.tolist()))
+        assert (triangle_areas(u[FACES]) > 0).all()
+        return np.sqrt(np.mean(np.abs(u - BENT) ** 2))
+
+    results = []
+    far = displacement(newton.descend, np.inf)
+    for share in (0.1, 0.6):
+        results.clear()
+        moved = [displacement(descend, share * far) for descend in (newton.descend, reference.descend)]
+        assert results[0] == results[1]
+        assert 0 < moved[0] <= share * far * (1 + 1e-9)
+    assert moved[0] > 0.1 * far
 
 
 def test_a_quadratic_energy_takes_one_step():

@@ -45,7 +45,8 @@ def described(text, value, arrays):
     if pointer:
         arrays.append(value)
         return {"kind": "array", "bytes": base64.b64encode(value.tobytes()).decode()}
-    return {"kind": kind, "value": bool(value) if kind == "bool" else str(value)}
+    number = str(value).replace("inf", "Infinity")  # as JavaScript reads it
+    return {"kind": kind, "value": bool(value) if kind == "bool" else number}
 
 
 @pytest.fixture

@@ -48,7 +48,7 @@ _largest_step = function(
 _descend = function(
     """int64_t iccm_minimise_descend(
         System *system, const Objective *objective, Complex *u, double *tau, bool factorised, int64_t steps,
-        double tolerance, double *energy, int64_t *counts)"""
+        double tolerance, double reach, double *energy, int64_t *counts)"""
 )
 _quadratic_step = function("int64_t iccm_minimise_quadratic_step(System *system, Complex *u, double *tau)")
 _descend_in_space = function(
@@ -193,6 +193,7 @@ def descend(
     tau: Real,
     steps: int,
     tolerance: float,
+    reach: float = np.inf,
 ) -> tuple[float, int, int]:
     """Make Newton steps until two in succession gain less than `tolerance`, or held vertices get stuck.
 
@@ -207,6 +208,8 @@ def descend(
         tau: (c,) arclengths of the constrained vertices, increasing along each curve.
         steps: most steps.
         tolerance: relative decrease of the energy below which a step does not count.
+        reach: how far vertices may move in the plane, as the sum over all steps of the root mean square of their
+            displacements.
 
     Returns:
         The energy, the number of steps, and how many of the last ones gained less than the tolerance.
@@ -217,11 +220,11 @@ def descend(
     check_time()
     energy, counts = np.empty(1), np.empty(2, np.int64)
     records = system.record, objective.record()
-    how = system.factorised, steps, tolerance, energy, counts
+    how = system.factorised, steps, tolerance
     if surface is None:
-        _descend(*records, u, tau, *how)
+        _descend(*records, u, tau, *how, reach, energy, counts)
     else:
-        _descend_in_space(*records, surface.record(), u, tau, *how)
+        _descend_in_space(*records, surface.record(), u, tau, *how, energy, counts)
     system.terms.raise_error()
     return float(energy[0]), int(counts[0]), int(counts[1])
 

@@ -302,7 +302,9 @@ class DiscreteMap(MeshMap):
             raise Tangled(u)
         return replace(self, u=u)
 
-    def forward(self, q: float, steps: int, tolerance: float, *, corners: bool = True) -> "DiscreteMap":
+    def forward(
+        self, q: float, steps: int, tolerance: float, *, corners: bool = True, reach: float = np.inf
+    ) -> "DiscreteMap":
         """Make Newton steps on the image.
 
         Constrained vertices that are not at their goals move there, as far as no triangle folds.
@@ -312,12 +314,13 @@ class DiscreteMap(MeshMap):
             steps: most steps.
             tolerance: relative decrease below which steps end.
             corners: whether corners of the target hold their vertices.
+            reach: how far vertices may move; see `newton.descend`.
         """
         inside, at_goals = self.inside, self.miss == 0
         stay = inside.at_target if corners else inside.stuck
         if not at_goals:  # strokes do not slide before they have reached their goals
             stay = np.ones(stay.size, bool)
-        u, tau, end = self._descend(True, corners, stay, q, steps, tolerance)
+        u, tau, end = self._descend(True, corners, stay, q, steps, tolerance, reach)
         if self.bound and inside.strokes and at_goals:
             inside = inside.slid(u[self.inner], tau[self.inner], stay)
         boundary = self.boundary.slid(True, tau[: self.border], corners)
@@ -386,7 +389,14 @@ class DiscreteMap(MeshMap):
         )
 
     def _descend(
-        self, forward: bool, corners: bool, stay: Flags, q: float, steps: int, tolerance: float
+        self,
+        forward: bool,
+        corners: bool,
+        stay: Flags,
+        q: float,
+        steps: int,
+        tolerance: float,
+        reach: float = np.inf,
     ) -> tuple[Complex, Real, dict[str, Any]]:
         """Run Newton's method on the map or on its inverse.
 
@@ -397,6 +407,7 @@ class DiscreteMap(MeshMap):
             q: power of the density.
             steps: most steps.
             tolerance: relative decrease below which steps end.
+            reach: how far vertices may move; see `newton.descend`.
 
         Returns:
             Positions (n,), arclengths (c,) of the constrained vertices, and the fields to update in the map.
@@ -414,7 +425,7 @@ class DiscreteMap(MeshMap):
         system = newton.System.of(
             self.pattern, self.faces, rest, constraints, upright, self._terms(forward, q)
         )
-        value, steps_made, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance)
+        value, steps_made, _ = newton.descend(system, objective, surface, u, tau, steps, tolerance, reach)
         return (
             u,
             tau,

@@ -844,7 +844,7 @@ def regularise(system, matrix, share):
         matrix[slot, 3] += little
 
 
-def descend(system, objective, surface, u, tau, steps, tolerance):
+def descend(system, objective, surface, u, tau, steps, tolerance, reach=np.inf):
     """Take Newton steps until two of them gain less than `tolerance` of the energy each, or fixed vertices are stuck on
     the way to their goals; u and tau are changed in place.
 
@@ -857,6 +857,7 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
         tau: (c,) arclengths of the constrained vertices, increasing along each curve.
         steps: largest number of steps.
         tolerance: relative decrease that counts as none.
+        reach: how far vertices may move, as the sum over all steps of the root mean square of their displacements.
 
     Returns:
         The energy, the number of steps, and how many of the last ones gained less than the tolerance.
@@ -895,11 +896,16 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
         for v in range(u.size):
             decrease += dot(gradient[v], step[v])
         release(constraints, space)
-        t = 1.0
+        t, squares = 1.0, 0.0
+        for v in range(u.size):
+            squares += dot(step[v], step[v])
+        displacement = np.sqrt(squares / u.size)
+        t_at_reach = reach / displacement
         if objective.epsilon == 0:
             if not moving:
                 t = 1 / (1 + max(decrease / energy, -LONGEST))  # decrease < 0: Newton's for log E
             most = SHARE_WHILE_MOVING if moving else SHARE_OF_FLIP
+            t = min(t, t_at_reach)
             t = min(gap_limit(border, tau, space.slide, t), most * largest_step(system.faces, u, step))
         energy, decrease = factor * energy, factor * decrease
 
@@ -924,6 +930,7 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             tau[v] = space.new_tau[v]
         gained = energy - new_energy
         energy -= gained
+        reach = reach - t * displacement if t < t_at_reach else 0.0
         if surface is not None:
             if t < SHORT:
                 damping = max(10 * damping, DAMPED)
@@ -934,9 +941,9 @@ def descend(system, objective, surface, u, tau, steps, tolerance):
             before = t
             if crawling == CRAWLING:
                 return energy, done + 1, small
-            continue
-        small = small + 1 if gained < tolerance * (energy + gained) else 0
-        if small == 2:
+        else:
+            small = small + 1 if gained < tolerance * (energy + gained) else 0
+        if small == 2 or reach == 0:
             return energy, done + 1, small
     return energy, steps, small
 
