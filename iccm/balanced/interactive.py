@@ -64,6 +64,14 @@ STEPS_PER_MESH = 20
 """Steps of a drag between two new fine meshes. A new mesh costs as much as some ten other steps, which is a
 noticeable delay; with 20 to 40 steps per second, there is at most one per second.
 """
+EASED_SHARE = 0.005
+"""Displacement in the first step of a drag beyond that of the hand, relative to the diagonal; 95 % of the points move
+less. In each later step it may be larger by as much. A map that was released before it had converged, or to which a pin
+was added, thus relaxes in several pictures, rather than in a jump at the first one.
+"""
+ALMOST = 0.99  # relative to the reach of a step, which ended it if it moved farther
+RMS_RATIO = 0.5
+"""Root mean square of the displacements in a step, roughly, relative to the distance that 95 % of them stay below."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,11 +184,13 @@ class Live:
         settings: options of the map, with soft pins in its energy.
         given: exact pins and strokes in unit coordinates.
         patches: soft pins in the user's coordinates.
+        pins: (k, 2) all pins as they were given.
         state: the map in unit coordinates.
         least: the smallest area of a triangle, or of its image, when the mesh was new.
         coarse: whether the mesh is coarse.
         age: steps since the mesh was new, or since a new one was last tried.
         behind: whether the map belongs to earlier constraints, because the current ones were not reached.
+        eased: steps since the drag began; see `EASED_SHARE`.
         stiffening: (k,) factors for the stiffness of soft pins' springs, above 1 for pins that would exceed
             their limits.
     """
@@ -189,11 +199,13 @@ class Live:
     settings: Settings
     exact: Pins
     patches: PinnedPatches
+    pins: Complex
     state: DiscreteMap
     least: float
     coarse: bool
     age: int = STEPS_PER_MESH
     behind: bool = False
+    eased: int = 0
     stiffening: Real = field(default_factory=lambda: np.empty(0))
 
     @classmethod
@@ -255,7 +267,9 @@ class Live:
             stiff = _stiffened(settings, stiffening)
             state, coarse = pair.carried_anyhow(sketch, exact, stiff, coarse=coarse)
         # of the default age: another mesh may be made at once, because pins are sometimes blocked on this one
-        live = cls(pair, settings, exact, patches, state, _least_area(state), coarse, stiffening=stiffening)
+        live = cls(
+            pair, settings, exact, patches, fit.pins, state, _least_area(state), coarse, stiffening=stiffening
+        )
         return live if exact is not own_pins else live.follow(pins, strokes, softness, dragged=dragged)
 
     def follow(
@@ -286,10 +300,41 @@ class Live:
             live = replace(self, settings=settings, state=begun)
             return live.follow(pins, strokes, softness, dragged=dragged)
         exact, patches = self.pair.checked(pins, strokes, softness)
-        return self._with_patches(patches, exact)._follow(exact, dragged=dragged)._stiffened()
+        reach = self._reach(pins) if dragged else np.inf
+        moved = replace(self._with_patches(patches, exact), pins=pins, eased=self.eased + 1)
+        followed = moved._follow(exact, reach, dragged=dragged)
+        # if the reach ended the step, pins are not yet where springs of this stiffness take them
+        return followed if _has_reached(self.state, followed.state, reach) else followed._stiffened()
 
-    def _follow(self, exact: Pins, *, dragged: bool) -> "Live":
-        """Return the map updated to exact pins and strokes, and to the soft pins of its energy."""
+    @property
+    def released(self) -> "Live":
+        """The map as a later drag continues it."""
+        return replace(self, eased=0)
+
+    def _reach(self, pins: Complex) -> float:
+        """Return how far vertices may move in a step of a drag in which pins moved to (k, 2), in unit coordinates.
+
+        This is the root mean square of their displacements. The hand counts with its distance in the shape in which it
+        moves: the map may magnify it, and follows less closely there until the drag is a few steps old.
+        """
+        diagonals = self.pair.source.diagonal, self.pair.target.diagonal
+        if pins.shape == self.pins.shape:
+            hand = (pins - self.pins) / diagonals
+        else:  # pins are placed where the map takes them
+            new_pins = pins[~np.isin(pins, self.pins).any(axis=1)]
+            hand = (self.map(new_pins[:, 0]) - new_pins[:, 1]) / diagonals[1]
+        hand_share = float(
+            np.nan_to_num(np.abs(hand)).max(initial=0.0)
+        )  # a new pin may be where there is no map
+        share = hand_share + EASED_SHARE * (self.eased + 1)
+        side = 0 if self.pair.inverted else 1
+        return RMS_RATIO * share * diagonals[side] * abs(self.pair.frames[side].factor)
+
+    def _follow(self, exact: Pins, reach: float, *, dragged: bool) -> "Live":
+        """Return the map updated to exact pins and strokes, and to the soft pins of its energy.
+
+        As long as it stays on its mesh, vertices move no farther than `reach`; see `newton.descend`.
+        """
         changes_vertices = self._changes_vertices(exact)
         coarse = self.coarse or changes_vertices
         waits = dragged and not changes_vertices and self.age + 1 < STEPS_PER_MESH
@@ -297,9 +342,10 @@ class Live:
         state, least, age = self._pulled(exact, steps), self.least, self.age + 1
         behind = state is None or not _at_sources(state)
         if state is not None and (dragged or not behind):
-            state = _within(state) if dragged else _towards(state)
+            state = _within(state, reach) if dragged else _towards(state)
             state = _relax(state) if coarse and not behind else state
-        goes_on = dragged and self.met and state is not None  # the next step may reach the goals
+        # the next step may reach the goals
+        goes_on = dragged and state is not None and (self.met or _has_reached(self.state, state, reach))
         stiff = _stiffened(self.settings, self.stiffening)
         if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
@@ -467,11 +513,16 @@ def _towards(state: DiscreteMap) -> DiscreteMap:
     return reached if reached.miss == 0 else state.forward(1.0, FORWARD_STEPS, AT_REST_DECREASE, corners=True)
 
 
-def _within(state: DiscreteMap) -> DiscreteMap:
-    """Return the map after the steps left in the budget, at FINE_POWER and then, if goals are not reached, at 1."""
+def _within(state: DiscreteMap, reach: float) -> DiscreteMap:
+    """Return the map after the steps left in the budget, at FINE_POWER and then, if goals are not reached, at 1.
+
+    Vertices move no farther than `reach`; see `newton.descend`.
+    """
+    begun = state.u
     for power in (FINE_POWER, 1.0):
-        if state.spared > 0 and (power == FINE_POWER or state.miss > 0):
-            state = state.forward(power, state.spared, _rest_decrease(state), corners=True)
+        left = reach - _root_mean_square(state.u - begun)
+        if state.spared > 0 and left > 0 and (power == FINE_POWER or state.miss > 0):
+            state = state.forward(power, state.spared, _rest_decrease(state), corners=True, reach=left)
     return state
 
 
@@ -485,3 +536,13 @@ def _rest_decrease(state: DiscreteMap) -> float:
 def _relax(state: DiscreteMap) -> DiscreteMap:
     """Return the map after some Newton steps on its inverse, if it has reached its goals."""
     return state if state.miss > 0 else state.backward(FINE_POWER, BACKWARD_STEPS, AT_REST_DECREASE)
+
+
+def _has_reached(before: DiscreteMap, after: DiscreteMap, reach: float) -> bool:
+    """Return whether vertices moved as far as they might, so that the step is unfinished."""
+    return after.faces is before.faces and _root_mean_square(after.u - before.u) > ALMOST * reach
+
+
+def _root_mean_square(displacements: Complex) -> float:
+    """Return the root of the mean square of displacements (n,)."""
+    return float(np.sqrt(np.mean(np.abs(displacements) ** 2)))

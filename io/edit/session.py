@@ -506,7 +506,8 @@ class Session:
 
     def _show(self, scene: Scene, solved: Solved, update: MapUpdate, live: Live | None) -> MapUpdate:
         """Make a map the one that is shown, and return its update."""
-        self._fit, self._maps, self._live, self._shown_key = solved.fit, solved.maps, live, ""
+        self._fit, self._maps, self._shown_key = solved.fit, solved.maps, ""
+        self._live = None if live is None else live.released
         update = replace(update, outlines=self.view.deformed_rings(solved.maps[0]))
         self._last = scene, update
         return update

@@ -3,6 +3,7 @@
 import base64
 import json
 import zlib
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -634,3 +635,26 @@ def test_maps_with_holes_go_on_from_the_one_before_and_the_file_repeats_them(sha
     again = Session(make({"source": "a.svg", "target": "b.svg", "constraints": "kept.json"}))
     assert again.solve(again.pair.first).ok
     assert np.abs(again._map.image - edited._map.image).max() < 1e-9 * edited._map.image_diagonal
+
+
+def test_a_map_that_had_not_converged_relaxes_gradually_when_the_next_drag_begins(shapes, monkeypatch):
+    edited = Session(make({"source": "square.svg", "target": "blob.svg"}))
+    edited.solve(scene())
+    (x, y), *_ = placing.transfer(edited, "source", [AT])
+    edited.solve(scene([AT, [x, y]]))
+    with monkeypatch.context() as limited:
+        limited.setattr("iccm.balanced.interactive.BUDGET_TRIANGLE_STEPS", 0)  # two Newton steps an update
+        edited.scene = last = scene([AT, [x, y - 32]])
+        edited.follow(last)
+        last = edited.solve(last, hand="released").scene
+    (pin,) = last.pins
+    maps = [edited._map]
+    edited.scene = onward = scene([AT, [pin.target[0] + 0.1, pin.target[1]]])
+    update = edited.follow(onward)
+    while update is not None:
+        assert edited._map.injectivity.certified
+        maps.append(edited._map)
+        update = edited.relax(onward)
+    motions = [apart(before, after) for before, after in pairwise(maps)]
+    assert apart(maps[0], maps[-1]) > 0.03 and motions[0] < 0.01 and max(motions) < 0.02
+    assert motions[-1] < 0.003  # it converges while the hand rests
