@@ -161,7 +161,9 @@ class _Answers:
             return JSONResponse({"error": on_page(str(error))})
         suffix = result.name[result.name.rfind(".") :].lower()
         kind = CONTENT_TYPES.get(suffix) or mimetypes.types_map.get(suffix, "application/octet-stream")
-        return Response(result.content, media_type=kind, headers={"x-file-name": quote(result.name)})
+        notes = json.dumps([on_page(note) for note in result.notes])
+        headers = {"x-file-name": quote(result.name), "x-notes": quote(notes)}
+        return Response(result.content, media_type=kind, headers=headers)
 
     async def describe_workspace(self, request: Request) -> Response:
         """Return the open files and those that may be chosen; with ?side=source or target, the parts of that file."""

@@ -288,10 +288,11 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
 
 
 class Download(NamedTuple):
-    """A file for the browser to download."""
+    """A file for the browser to download, and notes on what differs in it."""
 
     name: str
     content: bytes
+    notes: tuple[str, ...]
 
 
 def download(session: Session, scene: Scene, name: str, size: int) -> Download:
@@ -305,15 +306,18 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
         path = str(Path(folder) / name)
         output: dict[str, Any] = {"stmap": path} if _is_stmap(name) else {"output": (path,)}
         with naming_only(folder):
-            run(job_of(session, scene, **{"size": (size,), "force": True, **output, **written_fields}))
+            outcome = run(
+                job_of(session, scene, **{"size": (size,), "force": True, **output, **written_fields})
+            )
+        notes = tuple(_without(folder, note) for note in outcome.notes)
         written = sorted(Path(folder).iterdir())
         if len(written) == 1:
-            return Download(written[0].name, written[0].read_bytes())
+            return Download(written[0].name, written[0].read_bytes(), notes)
         archive = io.BytesIO()
         with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
             for file in written:
                 packed.write(file, file.name)
-        return Download(f"{Path(name).stem}.zip", archive.getvalue())
+        return Download(f"{Path(name).stem}.zip", archive.getvalue(), notes)
 
 
 @contextmanager
@@ -322,7 +326,12 @@ def naming_only(folder: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(str(error).replace(f"{folder}{os.sep}", "")) from error
+        raise InputError(_without(folder, str(error))) from error
+
+
+def _without(folder: str, text: str) -> str:
+    """Return a text in which files are named without a folder."""
+    return text.replace(f"{folder}{os.sep}", "")
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 // The export dialog: format, name, size, a preview, and the download.
 
 import {button, byId, dialog, input, select} from './dom.js';
-import {report} from './status.js';
+import {report, shownNotes} from './status.js';
 
 /** @import {Editor} from './editor.js' */
 /** @import {Link} from './link.js' */
@@ -67,27 +67,30 @@ export class Exporting {
   }
 
   /**
-   * Fetch what the server writes under a name, to show or download it.
+   * Fetch what the server writes under a name, to show or download it, with notes that the page does not show yet.
    * @param {string} name
    * @param {number} size
-   * @returns {Promise<{blob?: Blob, name: string, error?: string}>}
+   * @returns {Promise<{blob?: Blob, name: string, notes: string[], error?: string}>}
    */
   async #fetch(name, size) {
     const answer = await fetch('export', {method: 'POST', body: JSON.stringify({scene: this.#editor.scene, name, size})});
     const given = answer.headers.get('x-file-name');
-    if (!given) return {name, ...await answer.json()};
-    return {blob: await answer.blob(), name: decodeURIComponent(given)};
+    if (!given) return {name, notes: [], ...await answer.json()};
+    /** @type {string[]} */
+    const notes = JSON.parse(decodeURIComponent(answer.headers.get('x-notes') ?? '[]'));
+    const known = shownNotes();
+    return {blob: await answer.blob(), name: decodeURIComponent(given), notes: notes.filter((note) => !known.includes(note))};
   }
 
   async #showPreview() {
     this.#asked += 1;
     const number = this.#asked, {name} = this.choice;
     if (this.#hello.target.mesh) {
-      this.#showPicture(this.#panes.target.picture(PREVIEW_SIZE, PREVIEW_SIZE), 'The mesh in the current view.');
+      this.#showPicture(this.#panes.target.picture(PREVIEW_SIZE, PREVIEW_SIZE), ['The mesh in the current view.']);
       return;
     }
     const isShown = SHOWN.test(name);
-    const {blob, error} = await this.#fetch(isShown ? name : 'preview.png', PREVIEW_SIZE);
+    const {blob, notes, error} = await this.#fetch(isShown ? name : 'preview.png', PREVIEW_SIZE);
     if (number !== this.#asked) return;  // another format was chosen meanwhile
     if (!blob) {
       showFault(error ?? '');
@@ -95,30 +98,31 @@ export class Exporting {
     }
     URL.revokeObjectURL(this.#address);
     this.#address = URL.createObjectURL(blob);
-    this.#showPicture(this.#address, isShown ? '' : 'Browsers cannot show this format; this is the same result as PNG.');
+    const texts = isShown ? notes : ['Browsers cannot show this format; this is the same result as PNG.'];
+    this.#showPicture(this.#address, texts);
   }
 
   /**
    * @param {string} address
-   * @param {string} text
+   * @param {string[]} texts
    */
-  #showPicture(address, text) {
+  #showPicture(address, texts) {
     const image = document.createElement('img');
     image.src = address;
     image.alt = 'the result';
-    byId('preview').replaceChildren(image, ...(text ? [hint(text)] : []));
+    byId('preview').replaceChildren(image, ...texts.map(hint));
   }
 
   async #download() {
     button('download').disabled = true;
-    const {blob, name, error} = await this.#fetch(this.choice.name, this.choice.size);
+    const {blob, name, notes, error} = await this.#fetch(this.choice.name, this.choice.size);
     button('download').disabled = false;
     if (!blob) {
       showFault(error ?? '');
       return;
     }
     saveAs(blob, name);
-    report(`Downloaded ${name}.`);
+    report([`Downloaded ${name}.`, ...notes].join(' '));
   }
 }
 

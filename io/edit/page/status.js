@@ -20,3 +20,6 @@ export function showNotes(texts) {
     return item;
   }));
 }
+
+/** Return the notes that are shown. */
+export const shownNotes = () => [...byId('notes').children].map((item) => item.textContent ?? '');

@@ -10,6 +10,7 @@ import time
 import urllib.error
 import urllib.request
 from pathlib import Path
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -218,6 +219,22 @@ def test_the_file_to_download_is_the_one_that_the_command_writes(client, shapes,
     assert drawn.headers["content-type"].startswith("image/svg+xml") and b"<svg" in drawn.content
     wrong = client.post(f"/{TOKEN}/export", json={**ask, "name": "../a.png"}, headers=HERE).json()
     assert "../a.png" in wrong["error"]
+
+
+def test_notes_on_a_file_to_download_come_with_it(shapes, gone):
+    line = '<path transform="scale(1 .4)" d="M20 50L70 160" stroke="red" stroke-width="3"/>'
+    drawing = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M10 10H90V80H10Z"/>{line}</svg>'
+    (shapes / "lined.svg").write_text(drawing)
+    workspace = Workspace(source="lined.svg", target="blob.svg")
+    application = routes.app(workspace, TOKEN, PORT, gone.set, grace=0.05)
+    with TestClient(application, base_url=f"http://127.0.0.1:{PORT}") as client:
+        notes = {}
+        for name in ("a.svg", "a.png"):
+            ask = {"scene": {}, "name": name, "size": 64}
+            answer = client.post(f"/{TOKEN}/export", json=ask, headers=HERE)
+            notes[name] = json.loads(unquote(answer.headers["x-notes"]))
+    assert any("constant width" in note for note in notes["a.svg"])
+    assert not any("constant width" in note for note in notes["a.png"])
 
 
 def test_it_ends_when_the_page_is_closed_and_not_while_it_is_loaded_again(client, gone):
