@@ -63,7 +63,7 @@ class Frame:
     Attributes:
         outline: the boundary, counter-clockwise.
         radius: closing radius relative to the drawing's size; 0 for the outline of a part itself, infinite for the
-            convex hull, not a number for the part that a map shows.
+            convex hull.
         left_out: share of the painted area that lies outside.
     """
 
@@ -76,8 +76,6 @@ class Frame:
         """Return the degree of closing in words, for notes."""
         if self.radius == 0:
             return "outline"
-        if np.isnan(self.radius):
-            return "the part that is shown"
         return "hull" if np.isinf(self.radius) else f"gaps up to {2 * self.radius:.0%} closed"
 
 

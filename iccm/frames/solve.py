@@ -1,14 +1,9 @@
 """Solve for the map of whole drawings, with the cheapest choice of frames."""
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
-from functools import lru_cache
-
-import numpy as np
 
 from ..balanced.fit import coverage_notes, loses_too_much, settings_of
-from ..balanced.fit import solve as solve_outlines
 from ..curve import Curve, hausdorff
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
@@ -18,7 +13,6 @@ from ..fits import FITS
 from ..maps.approximation import triangulated
 from ..maps.triangulated.map import TriangulatedMap
 from ..options import Options
-from ..problem import Problem
 from ..result import Fit
 from ..status import Status
 from .choice import Choice, choices, may_pair, textured_region
@@ -28,8 +22,6 @@ Solver = Callable[..., Fit]
 
 LEAST_LEFT_OUT_SHARE = 1e-3
 """Of a drawing's area: if parts left out sum to less, they are specks and not reported."""
-SAME_OUTLINE_SHARE = 1e-3
-"""Relative to the diagonal: frames differ by more than this, and an earlier map lies at its frame but for rounding."""
 MOST_SOLVED_CHOICES = 3  # choices that are tried, cheapest first, until one has a map without folds
 
 
@@ -71,11 +63,13 @@ def fit_drawings(
     """
     by_cost = FITS[options.fit].is_searched and options.holes != "keep"
     if by_cost and start is not None:
-        frames = _continued(source, target, start, options, free_gaps=free_gaps)
-        return solve_choice(frames, source, target, options, solver)
+        return solve_choice(_continued(source, target, start), source, target, options, solver)
     if not by_cost or not searched:
         return solve_choice(_unsearched(source, target, options), source, target, options, solver)
-    ranked = _ranked(source, target, options, free_gaps=free_gaps)
+    framed = FITS[options.fit].of_drawings
+    ranked = choices(source, target, settings_of(options), free_gaps=free_gaps, framed=framed)
+    # the sort is stable: choices within the bounds stay sorted by cost
+    ranked.sort(key=lambda choice: _excess(choice, options))
     if pinned:
         return _cheapest_with_pins(ranked, source, target, options, solver, free_gaps=free_gaps)
     missed: Fit | None = None
@@ -93,15 +87,6 @@ def fit_drawings(
         return missed
     assert failure is not None
     raise failure
-
-
-def _ranked(source: Drawing, target: Drawing, options: Options, *, free_gaps: bool) -> list[Choice]:
-    """Return the choices of frames without pins: those within the bounds on losses first, then by cost."""
-    framed = FITS[options.fit].of_drawings
-    ranked = choices(source, target, settings_of(options), free_gaps=free_gaps, framed=framed)
-    # the sort is stable: choices within the bounds stay sorted by cost
-    ranked.sort(key=lambda choice: _excess(choice, options))
-    return ranked
 
 
 def _excess(choice: Choice, options: Options) -> float:
@@ -130,9 +115,9 @@ def _cheapest_with_pins(
 ) -> Fit:
     """Return the cheaper of two maps with pins: of the frames that are best without pins, and of the outlines.
 
-    So a pin that is placed where the map takes it anyway changes little, and pins that connect protrusions, which
-    the frames close, get the outlines. Of a map with the target's concavities filled, the part of the source that it
-    shows is a frame like others, so that the map can follow pins that are dragged.
+    So a pin that is placed where the map takes it anyway changes nothing, and pins that connect protrusions, which
+    the frames close, get the outlines. Maps with concavities filled are not considered, because they cannot follow
+    pins that are dragged.
 
     Args:
         ranked: the choices, best first, compared without pins.
@@ -146,10 +131,7 @@ def _cheapest_with_pins(
         InputError: neither map exists.
     """
     outlines = _unsearched(source, target, options)
-    try:
-        best = _with_shown_frame(ranked[0], source, target, options)
-    except InputError:
-        best = next((choice for choice in ranked if choice.fit == "whole"), outlines)
+    best = next((choice for choice in ranked if choice.fit == "whole"), outlines)
     have_holes = bool(source.mappable_holes or target.mappable_holes)
     if best.frames == outlines.frames and (best.holed == outlines.holed or not have_holes):
         return solve_choice(outlines, source, target, options, solver)
@@ -190,51 +172,19 @@ def _cost(fit: Fit, source: Drawing, target: Drawing, options: Options, *, free_
     return visible.cost()
 
 
-def _continued(
-    source: Drawing, target: Drawing, start: TriangulatedMap, options: Options, *, free_gaps: bool
-) -> Choice:
+def _continued(source: Drawing, target: Drawing, start: TriangulatedMap) -> Choice:
     """Return the choice of frames of an earlier map: those whose outlines are closest to its outlines."""
     loop = start.loops[0]
-    outlines = Curve(start.source[loop]), Curve(start.image[loop])
-    frames = _closest_frame(source.frames, outlines[0]), _closest_frame(target.frames, outlines[1])
-    if hausdorff(frames[0].outline, outlines[0]) > SAME_OUTLINE_SHARE * outlines[0].diagonal:
-        best = _ranked(source, target, options, free_gaps=free_gaps)[0]
-        with suppress(InputError):
-            shown = _with_shown_frame(best, source, target, options).frames[0]
-            frames = _closest_frame([frames[0], shown], outlines[0]), frames[1]
+    frames = (
+        _closest_frame(source, Curve(start.source[loop])),
+        _closest_frame(target, Curve(start.image[loop])),
+    )
     return Choice(frames, "whole", holed=len(start.loops) > 1)
 
 
-def _closest_frame(frames: Sequence[Frame], outline: Curve) -> Frame:
-    """Return the frame whose outline is closest to another outline."""
-    return min(frames, key=lambda frame: hausdorff(frame.outline, outline))
-
-
-def _with_shown_frame(choice: Choice, source: Drawing, target: Drawing, options: Options) -> Choice:
-    """Return a choice with the target's concavities filled as one of frames; other choices are returned as they are.
-
-    The frame of the source is the part of it that the map without pins shows.
-
-    Raises:
-        InputError: that map does not exist, or the part that it shows has no simple outline.
-    """
-    if choice.fit != "cover":
-        return choice
-    outline = _shown_outline(source, target, replace(options, fit="cover", keep_start=False))
-    return replace(choice, frames=(Frame(outline, np.nan), target.tightest), fit="whole")
-
-
-# Cached, because an earlier map is continued with each step of an edit.
-@lru_cache(maxsize=1)
-def _shown_outline(source: Drawing, target: Drawing, options: Options) -> Curve:
-    """Return the outline of the part of the source that covers the target, with the target's concavities filled.
-
-    Raises:
-        NoMapError: no map without folds was found.
-        InputError: the sides of a concavity touch, so that the part has no simple outline.
-    """
-    covering = solve_outlines(Problem.of(source.tightest.outline, target.tightest.outline), options)
-    return Curve.domain(triangulated(covering.map).polygon)
+def _closest_frame(drawing: Drawing, outline: Curve) -> Frame:
+    """Return the frame of a drawing whose outline is closest to another outline."""
+    return min(drawing.frames, key=lambda frame: hausdorff(frame.outline, outline))
 
 
 def _unsearched(source: Drawing, target: Drawing, options: Options) -> Choice:

@@ -139,14 +139,6 @@ def blocked_sentence(pins: Sequence[int]) -> str:
     )
 
 
-def hidden_sentence(pins: Sequence[int]) -> str:
-    """Return a sentence about pins (indices) that are dragged to where the map hides the source."""
-    return (
-        f"The picture hides the place of {_named(pins)} in the source; hold still or release there for another "
-        "picture, which shows it."
-    )
-
-
 def reached_sentence(pins: Sequence[int]) -> str:
     """Return a sentence about pins (indices) that were reached by another map while the hand rested."""
     return (

@@ -18,14 +18,11 @@ from ...balanced.model.energy import Energy
 from ...balanced.model.settings import Settings
 from ...balanced.search.final_mesh import NARROW_AIM
 from ...blas import one_thread
-from ...curve import Curve
 from ...errors import Cancelled, InputError
-from ...fits import FITS
 from ...maps.approximation import triangulated
 from ...maps.distortion import in_middles
 from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Softness
-from ...problem import ON_OUTLINE_SHARE
 from ...progress import listening
 from ...result import Fit
 from ...status import Status
@@ -39,7 +36,6 @@ from .map_update import (
     Solved,
     blocked_sentence,
     figures,
-    hidden_sentence,
     missed_constraints,
     missed_sentence,
     reached_sentence,
@@ -422,16 +418,12 @@ class Session:
     def is_whole(self) -> bool:
         """Whether the last converged map covers whole frames of both drawings, or the whole outlines with all holes, so
         that a map with pins and strokes may continue from it.
-
-        The part of a drawing that was chosen to cover the other one is a frame, too.
         """
         fit = self._fit
         if self._last[0].whole:
             return True
-        if fit is None or len(self._maps) > 1 or fit.target is None:
+        if fit is None or len(self._maps) > 1 or fit.is_partial or fit.target is None:
             return False
-        if fit.is_partial:
-            return fit.drawings is not None and not FITS[self._last[0].fit].leaves_out_parts
         if self.pair.has_mesh or fit.drawings is not None:
             return True
         holes = len(self._maps[0].loops) - 1
@@ -533,8 +525,6 @@ class Session:
                     "coarse", live.met, "", in_middles(map).report(), {}, self.view.image_of([map])
                 )
         except InputError as error:
-            if hidden := self._hidden(scene):
-                return MapUpdate("error", False, hidden_sentence(hidden), wrong={"pins": hidden})
             return refusal(error)
         self._maps = [map]
         pins = placed.pins
@@ -551,18 +541,6 @@ class Session:
         wrong = {"pins": np.flatnonzero(missed[: len(scene.pins)]).tolist()}
         message = "The pin is not there yet: the picture follows as far as possible without folds."
         return replace(update, wrong=wrong, message=message)
-
-    def _hidden(self, scene: Scene) -> list[int]:
-        """Return the indices of the pins that lie in parts of the source that the map hides."""
-        if self._map is None:
-            return []
-        try:
-            points = self.pair.placed(scene).pins[: len(scene.pins), 0]
-        except InputError:
-            return []
-        outline = Curve(self._map.polygon)
-        is_on_outline = outline.distances(points) <= ON_OUTLINE_SHARE * outline.diagonal
-        return np.flatnonzero(~outline.contains(points) & ~is_on_outline).tolist()
 
     def has_followed(self, scene: Scene) -> bool:
         """Return whether the map that is shown followed a drag to the pins and strokes of a scene."""
@@ -637,7 +615,7 @@ class Session:
         settings = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.pair.job.tolerance)
         choice = self._choices.get(self._last[0].key, MapChoice())
         return Live.of(
-            _of_shown_frame(self._fit),
+            self._fit,
             settings,
             pins,
             strokes,
@@ -656,13 +634,6 @@ class Session:
         is_exact = np.isin(pins, fit.pins[~fit.softness.is_soft]).any(axis=1)
         numbers = np.flatnonzero(~softness.is_given & is_exact)
         return softness.with_pins(numbers, Softness.exact(numbers.size)) if numbers.size else softness
-
-
-def _of_shown_frame(fit: Fit) -> Fit:
-    """Return a map that hides parts of the source in concavities of the target as a map of the rest of the source."""
-    if fit.filled is None:
-        return fit
-    return replace(fit, source=Curve.domain(triangulated(fit.map).polygon), filled=None)
 
 
 def _dumped(scene: Scene | None) -> dict[str, Any] | None:

@@ -7,7 +7,7 @@ import shapely
 import iccm
 from iccm.arrays import xy_of
 from iccm.balanced.fit import settings_of
-from iccm.curve import Curve, hausdorff
+from iccm.curve import Curve
 from iccm.drawings.cost import LOST_POINT_ENERGY, price
 from iccm.drawings.drawing import Drawing
 from iccm.drawings.frame import Frame, close_hairlines, frames_of
@@ -402,52 +402,3 @@ def test_pins_that_frames_cannot_meet_get_the_outlines(comb_on_block):
     fit = iccm.fit(DOTTED_COMB, shapely.MultiPolygon([LEANING_BLOCK]), pins=pins)
     assert fit.source.distances(pins[:, 0])[0] < 1e-9
     assert fit.status.ok and np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-6 * fit.diagonal
-
-
-HOUSE = shapely.union_all(
-    [shapely.Polygon([(0, 0), (7, 0), (7, 4), (3, 5), (0, 4)]), shapely.box(5, 4.7, 5.6, 5.4)]
-)
-FORK = shapely.Polygon([(0, 0), (9, 0), (9, 6), (6.5, 6), (6.5, 2.5), (3, 2), (3, 7), (0, 7)])
-
-
-@pytest.fixture(scope="module")
-def house_on_fork():
-    """The map of a house onto a fork, between whose tines a part of the house is hidden."""
-    fit = iccm.fit(HOUSE, shapely.MultiPolygon([FORK]))
-    assert fit.is_partial and fit.filled is not None
-    return fit
-
-
-def test_a_pin_where_the_map_takes_it_keeps_the_part_that_is_shown(house_on_fork):
-    fit = house_on_fork
-    z = np.array([1.5 + 2j, 6 + 1j])
-    pins = np.stack([z, fit.map(z)], axis=1)
-    pinned = iccm.fit(HOUSE, shapely.MultiPolygon([FORK]), pins=pins)
-    assert pinned.status.ok and not pinned.is_partial
-    assert hausdorff(pinned.source, Curve(fit.map.polygon)) < 1e-9
-    assert pinned.shown == pytest.approx(fit.shown, abs=0.01) and pinned.covered == pytest.approx(1)
-    assert (
-        np.nanquantile(np.abs(pinned.map(fit.interior) - fit.map(fit.interior)), 0.95) < 0.05 * fit.diagonal
-    )
-
-
-def test_a_map_of_the_part_that_is_shown_can_be_kept_and_continued(house_on_fork):
-    fit = house_on_fork
-    z = np.array([1.5 + 2j])
-    drawings = HOUSE, shapely.MultiPolygon([FORK])
-    kept = iccm.fit(*drawings, pins=np.stack([z, fit.map(z)], axis=1), start=fit.map, keep_start=True)
-    assert kept.status.ok and not kept.is_partial
-    assert np.nanmax(np.abs(kept.map(fit.interior) - fit.map(fit.interior))) < 1e-6 * fit.diagonal
-    pins = np.stack([z, fit.map(z) + 0.3 - 0.2j], axis=1)
-    continued = iccm.fit(*drawings, pins=pins, start=kept, exact_pins=True)
-    assert continued.status.ok and np.abs(continued.map(z) - pins[:, 1]).max() < 1e-6
-    assert np.array_equal(continued.source.z, kept.source.z)
-
-
-def test_a_pin_in_the_part_that_is_hidden_gets_the_outlines(house_on_fork):
-    hidden, _ = house_on_fork.unseen
-    point = hidden.representative_point()
-    pins = np.array([[complex(point.x, point.y), 4.5 + 1.2j]])
-    fit = iccm.fit(HOUSE, shapely.MultiPolygon([FORK]), pins=pins)
-    assert fit.status.ok and np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 0.02 * fit.diagonal
-    assert fit.shown == pytest.approx(1)

@@ -27,8 +27,6 @@ PANES = '<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'
 DOTS = '<circle cx="22" cy="24" r="15"/><circle cx="80" cy="20" r="12"/><circle cx="50" cy="82" r="14"/>'
 SQUARES = '<path d="M8 8H34V34H8Z"/><path d="M66 12H94V38H66Z"/><path d="M36 66H62V96H36Z"/>'
 COMB = '<path d="M10 90V34H17V80H30V10H37V80H52V26H59V80H84V18H91V90Z"/><path d="M66 44H74V54H66Z"/>'
-HOUSE = '<path d="M10 90V50L42 40L80 52V90Z"/><path d="M62 32H70V42H62Z"/>'
-FORK = '<path d="M5 95V25H35V75L70 70V35H95V95Z"/>'
 GAP = {"source": [65.0, 75.0], "target": [60.0, 46.0]}  # between parts on both sides
 
 
@@ -40,8 +38,6 @@ def drawings(shapes):
         ("dots", DOTS),
         ("squares", SQUARES),
         ("comb", COMB),
-        ("house", HOUSE),
-        ("fork", FORK),
     ):
         (shapes / f"{name}.svg").write_text(SVG.format(drawn))
     return shapes
@@ -121,25 +117,16 @@ def test_a_pin_between_parts_is_met_and_followed(drawings):
     assert edited.solve(scene(strokes=[stroke])).ok
 
 
-@pytest.mark.parametrize(
-    ("pair", "least", "most"),
-    [
-        # wider frames
-        (("comb.svg", "panes.svg#bbox"), 1.1, np.inf),
-        # the part of the house that is not hidden between the tines of the fork
-        (("house.svg", "fork.svg"), 0.5, 0.99),
-    ],
-)
-def test_the_first_pin_changes_nothing_where_the_map_takes_it(drawings, iccm, pair, least, most):
-    edited = session(*pair)
+def test_the_first_pin_changes_nothing_where_the_map_takes_it(drawings, iccm):
+    edited = session("comb.svg", "panes.svg#bbox")
     assert edited.solve(scene()).ok
     shown = edited.maps[0]
     source, target = edited.pair.source, edited.pair.target
-    [place] = placing.transfer(edited, "source", [(14.0, 70.0)])
-    pin = {"source": [14.0, 70.0], "target": place}
+    assert edited.fit.source.area > 1.1 * source.curve.area  # the map is one of wider frames
+    [place] = placing.transfer(edited, "source", [(14.0, 50.0)])
+    pin = {"source": [14.0, 50.0], "target": place}
     assert edited.solve(scene(pin)).ok
     assert displacement(shown, edited.maps[0]) < 1e-6 * target.curve.diagonal
-    assert least < edited.fit.source.area / source.curve.area < most
     # it is dragged by 4 % of the diagonal, and released
     moved = scene({**pin, "target": [place[0] + 4, place[1] - 3]})
     assert edited.follow(moved).ok
@@ -150,22 +137,6 @@ def test_the_first_pin_changes_nothing_where_the_map_takes_it(drawings, iccm, pa
     words = shlex.split(saving.command(edited, moved))[1:]
     assert iccm(*words[:-1], "typed.npz").code == 0
     assert displacement(load("typed.npz").map, edited.maps[0]) < 1e-3 * target.curve.diagonal
-
-
-def test_a_pin_dragged_to_where_the_source_is_hidden_gets_a_map_that_shows_it(drawings):
-    edited = session("house.svg", "fork.svg")
-    assert edited.solve(scene()).ok
-    middle = edited.fit.unseen[0].representative_point()
-    point = np.array([complex(middle.x, middle.y)])
-    [hidden_place] = edited.pair.source.to_file(point).tolist()
-    [place] = placing.transfer(edited, "source", [(14.0, 70.0)])
-    assert edited.solve(scene({"source": [14.0, 70.0], "target": place})).ok
-    hidden = scene({"source": hidden_place, "target": place})
-    following = edited.follow(hidden)
-    assert not following.ok and following.wrong["pins"] == [0] and "hides" in following.message
-    released = edited.solve(hidden, hand="released")
-    assert released.ok and not released.wrong["pins"]
-    assert edited.fit.source.contains(point).all()
 
 
 def test_a_click_on_a_point_that_is_hidden_is_refused(drawings):
