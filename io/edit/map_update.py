@@ -14,6 +14,7 @@ from ...arrays import Complex
 from ...balanced.constraints.soft import MOST_LIMIT_RATIO
 from ...balanced.search.partial import GOOD_STRETCH
 from ...errors import InputError, all_names
+from ...fits import FITS
 from ...maps.summary import WELL_SEEN_SHARE
 from ...maps.triangulated.map import TriangulatedMap
 from ...result import Fit
@@ -136,6 +137,17 @@ def blocked_sentence(pins: Sequence[int]) -> str:
     return (
         f"The picture cannot follow {_named(pins)} to here without folds; if you release now, {they} {do} where the "
         "picture is. Keep still to search for another picture."
+    )
+
+
+def whole_sentence(earlier: Fit) -> str:
+    """Return a sentence about the map from which parts are no longer left out, unlike from an earlier one."""
+    title = FITS[
+        "cover" if earlier.drawings is not None or earlier.left_out > earlier.uncovered else "contain"
+    ].title
+    return (
+        "With pins or strokes nothing is left out, so the picture changed, and follows as you drag. "
+        f"{title} under Fit leaves parts out even then, but shows the map only after you release."
     )
 
 

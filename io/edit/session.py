@@ -42,6 +42,7 @@ from .map_update import (
     refusal,
     stopped_sentence,
     verdict,
+    whole_sentence,
 )
 from .messages import Scene
 from .page_view import PageView
@@ -187,7 +188,12 @@ class Session:
                 solved, choice = self._solve(scene, choice)
         except InputError as error:
             return refusal(error)
-        return self._settle(scene, solved, choice)
+        earlier, last_scene = self._fit, self._last[0]
+        update = self._settle(scene, solved, choice)
+        first = scene.constrained and not last_scene.constrained and scene.fit == last_scene.fit
+        if first and update.ok and earlier is not None and earlier.is_partial and not solved.fit.is_partial:
+            return replace(update, message=f"{update.message} {whole_sentence(earlier)}")
+        return update
 
     def _is_shown(self, scene: Scene, way: Way) -> bool:
         """Return whether one of the two known maps of a scene is the one that is shown."""

@@ -27,6 +27,8 @@ PANES = '<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'
 DOTS = '<circle cx="22" cy="24" r="15"/><circle cx="80" cy="20" r="12"/><circle cx="50" cy="82" r="14"/>'
 SQUARES = '<path d="M8 8H34V34H8Z"/><path d="M66 12H94V38H66Z"/><path d="M36 66H62V96H36Z"/>'
 COMB = '<path d="M10 90V34H17V80H30V10H37V80H52V26H59V80H84V18H91V90Z"/><path d="M66 44H74V54H66Z"/>'
+HOUSE = '<path d="M10 90V50L42 40L80 52V90Z"/><path d="M62 32H70V42H62Z"/>'
+FORK = '<path d="M5 95V25H35V75L70 70V35H95V95Z"/>'
 GAP = {"source": [65.0, 75.0], "target": [60.0, 46.0]}  # between parts on both sides
 
 
@@ -38,6 +40,8 @@ def drawings(shapes):
         ("dots", DOTS),
         ("squares", SQUARES),
         ("comb", COMB),
+        ("house", HOUSE),
+        ("fork", FORK),
     ):
         (shapes / f"{name}.svg").write_text(SVG.format(drawn))
     return shapes
@@ -137,6 +141,23 @@ def test_the_first_pin_changes_nothing_where_the_map_takes_it(drawings, iccm):
     words = shlex.split(saving.command(edited, moved))[1:]
     assert iccm(*words[:-1], "typed.npz").code == 0
     assert displacement(load("typed.npz").map, edited.maps[0]) < 1e-3 * target.curve.diagonal
+
+
+@pytest.mark.parametrize("fit", ["auto", "cover"])
+def test_the_first_pin_shows_what_was_hidden_and_names_the_fit_that_hides_it_again(drawings, fit):
+    edited = session("house.svg", "fork.svg")
+    assert edited.solve(scene(fit=fit)).ok and edited.fit.is_partial
+    hiding, diagonal = edited.maps[0], edited.pair.target.curve.diagonal
+    ends = [
+        {"source": at, "target": placing.transfer(edited, "source", [at])[0]} for at in ([14, 70], [70, 80])
+    ]
+    first = edited.solve(scene(ends[0], fit=fit))
+    assert first.ok and ("Cover all" in first.message) == (fit == "auto")
+    assert edited.fit.is_partial == (fit == "cover")
+    if fit == "cover":
+        assert displacement(hiding, edited.maps[0]) < 0.05 * diagonal
+    else:
+        assert "Cover all" not in edited.solve(scene(*ends)).message
 
 
 def test_a_click_on_a_point_that_is_hidden_is_refused(drawings):
