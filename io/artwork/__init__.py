@@ -35,7 +35,6 @@ from ..outlines import lettering
 from ..shapes.shape import Shape, without_box
 from ..spec import Spec
 from ..svg.document import SUFFIXES, drawing_bytes
-from . import attributes
 from .document import MappedDocument
 from .mapping import PathMapping
 
@@ -142,8 +141,6 @@ def carry_frames(
             refit(prepared_shapes.image, len(prepared_shapes.owners), tolerance)
             for prepared_shapes in prepared
         ]
-    for prefix, name in attributes.SPACES.items():
-        ElementTree.register_namespace(prefix, name)
     notes: dict[str, int] = {}
     for frame, drawing, mapping, prepared_shapes, cubics in zip(frames, drawings, mappings, prepared, fitted):
         mapping.write(prepared_shapes, cubics, drawing.effects)

@@ -15,7 +15,6 @@ from xml.etree.ElementTree import Element, SubElement
 from ...errors import InputError
 from ..svg import css
 from ..svg.document import root
-from . import attributes
 from .element import SVG
 
 COMMANDS = re.compile(r"[A-DF-Za-df-z]")
@@ -46,8 +45,6 @@ def write(frames: Sequence[Path], path: Path, fps: float) -> tuple[str, ...]:
         )
     seconds = f"{max(len(frames) - 1, 1) / fps:.9g}s"
     still = sum(_animate(elements, seconds) for elements in zip(*(list(top.iter()) for top in tops)))
-    for prefix, name in attributes.SPACES.items():
-        ElementTree.register_namespace(prefix, name)
     ElementTree.ElementTree(tops[0]).write(path, encoding="utf-8", xml_declaration=True)
     return (f"{still} × transform of a gradient or pattern, as in the first frame",) if still else ()
 

@@ -1,5 +1,6 @@
 """Select the attributes and styles that an element keeps in the new drawing."""
 
+from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from ..svg import css
@@ -12,6 +13,9 @@ SPACES = {
     "inkscape": "http://www.inkscape.org/namespaces/inkscape",
     "cc": "http://creativecommons.org/ns#",
 }
+# Once, because while a prefix is registered again, another thread would write elements without it.
+for _prefix, _name in SPACES.items():
+    ElementTree.register_namespace(_prefix, _name)
 # Other attributes of Inkscape, and all of sodipodi, describe how to recompute a path from its original shape.
 _NAMED = {f"{{{SPACES['inkscape']}}}{name}" for name in ("label", "groupmode")}
 _NAMED.add("{http://www.w3.org/XML/1998/namespace}space")

@@ -142,8 +142,6 @@ def _cleaned(data: bytes) -> _Cleaned:
         sides = dict(zip(("x", "y", "width", "height"), map(repr, document.canvas)))
         top.attrib |= sides | {"viewBox": " ".join(sides.values()), "preserveAspectRatio": "none"}
     restyle(top, {"overflow": "visible"})
-    for prefix, name in attributes.SPACES.items():
-        ElementTree.register_namespace(prefix, name)
     has_text = any(local(descendant) == "text" for descendant in top.iter())
     return _Cleaned(ElementTree.tostring(top, encoding="unicode"), has_text)
 

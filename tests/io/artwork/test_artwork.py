@@ -47,6 +47,18 @@ def drawn(path):
     return tree.parse(path.read_bytes()).shapes
 
 
+def test_a_drawing_is_written_without_touching_the_prefixes_that_other_threads_use(
+    source, tmp_path, monkeypatch
+):
+    """`ElementTree.register_namespace` removes a prefix for a moment, in which elements get others, such as ns0:svg."""
+    monkeypatch.setattr(ElementTree, "register_namespace", lambda *_: pytest.fail("prefixes are changed"))
+    artwork.carry(source, curved(source), source, tmp_path / "b.svg")
+    frames = [tmp_path / "b.svg", tmp_path / "b.svg"]
+    animation.write(frames, tmp_path / "c.svg", 2)
+    for name in ("b.svg", "c.svg"):
+        assert (tmp_path / name).read_text().split("\n", 1)[1].startswith("<svg ")
+
+
 def test_refit_stays_within_its_tolerance():
     def image(curve, t):
         return np.where(curve == 0, np.exp(2j * np.pi * t), t + 1j * np.sin(9 * t))
