@@ -69,7 +69,7 @@ EASED_SHARE = 0.005
 less. In each later step it may be larger by as much. A map that was released before it had converged, or to which a pin
 was added, thus relaxes in several pictures, rather than in a jump at the first one.
 """
-ALMOST = 0.99  # relative to the reach of a step, which ended it if it moved farther
+REACHED_SHARE = 0.99  # of the reach of a step: if vertices moved farther than this, the reach ended the step
 RMS_RATIO = 0.5
 """Root mean square of the displacements in a step, roughly, relative to the distance that 95 % of them stay below."""
 
@@ -323,9 +323,8 @@ class Live:
         else:  # pins are placed where the map takes them
             new_pins = pins[~np.isin(pins, self.pins).any(axis=1)]
             hand = (self.map(new_pins[:, 0]) - new_pins[:, 1]) / diagonals[1]
-        hand_share = float(
-            np.nan_to_num(np.abs(hand)).max(initial=0.0)
-        )  # a new pin may be where there is no map
+        # not a number for a new pin where there is no map
+        hand_share = float(np.nan_to_num(np.abs(hand)).max(initial=0.0))
         share = hand_share + EASED_SHARE * (self.eased + 1)
         side = 0 if self.pair.inverted else 1
         return RMS_RATIO * share * diagonals[side] * abs(self.pair.frames[side].factor)
@@ -540,7 +539,7 @@ def _relax(state: DiscreteMap) -> DiscreteMap:
 
 def _has_reached(before: DiscreteMap, after: DiscreteMap, reach: float) -> bool:
     """Return whether vertices moved as far as they might, so that the step is unfinished."""
-    return after.faces is before.faces and _root_mean_square(after.u - before.u) > ALMOST * reach
+    return after.faces is before.faces and _root_mean_square(after.u - before.u) > REACHED_SHARE * reach
 
 
 def _root_mean_square(displacements: Complex) -> float:

@@ -141,7 +141,7 @@ def blocked_sentence(pins: Sequence[int]) -> str:
 
 
 def whole_sentence(earlier: Fit) -> str:
-    """Return a sentence about the map from which parts are no longer left out, unlike from an earlier one."""
+    """Return a sentence about a map of whole shapes that replaced an earlier one, which left parts out."""
     title = FITS[
         "cover" if earlier.drawings is not None or earlier.left_out > earlier.uncovered else "contain"
     ].title

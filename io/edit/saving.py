@@ -279,10 +279,7 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
         InputError: as in `iccm map`.
     """
     local(name)
-    output: dict[str, Any] = {"stmap": name} if _is_stmap(name) else {"output": (name,)}
-    with _written_constraints(session, scene) as written_fields:
-        job = job_of(session, scene, **{"size": (size,), "force": replace, **output, **written_fields})
-        outcome = run(job)
+    outcome = _write(session, scene, name, size, replace=replace)
     session.written.update(outcome.written)
     return outcome
 
@@ -302,13 +299,9 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
         InputError: as in `export`.
     """
     local(name)
-    with tempfile.TemporaryDirectory() as folder, _written_constraints(session, scene) as written_fields:
-        path = str(Path(folder) / name)
-        output: dict[str, Any] = {"stmap": path} if _is_stmap(name) else {"output": (path,)}
+    with tempfile.TemporaryDirectory() as folder:
         with naming_only(folder):
-            outcome = run(
-                job_of(session, scene, **{"size": (size,), "force": True, **output, **written_fields})
-            )
+            outcome = _write(session, scene, str(Path(folder) / name), size, replace=True)
         notes = tuple(_without(folder, note) for note in outcome.notes)
         written = sorted(Path(folder).iterdir())
         if len(written) == 1:
@@ -318,6 +311,13 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
             for file in written:
                 packed.write(file, file.name)
         return Download(f"{Path(name).stem}.zip", archive.getvalue(), notes)
+
+
+def _write(session: Session, scene: Scene, path: str, size: int, *, replace: bool) -> Outcome:
+    """Write the result for a scene to a file with the code of `iccm map`."""
+    output: dict[str, Any] = {"stmap": path} if _is_stmap(path) else {"output": (path,)}
+    with _written_constraints(session, scene) as written_fields:
+        return run(job_of(session, scene, **{"size": (size,), "force": replace, **output, **written_fields}))
 
 
 @contextmanager

@@ -29,10 +29,10 @@ function storage() {
 
 function begun(store = storage()) {
   /** @type {any[]} */
-  const said = [];
-  const editor = new Editor((message) => said.push(structuredClone(message)), new History(store, '/pair/'), () => {});
+  const sent = [];
+  const editor = new Editor((message) => sent.push(structuredClone(message)), new History(store, '/pair/'), () => {});
   editor.begin(scene());
-  return {editor, said, store};
+  return {editor, sent, store};
 }
 
 /** @returns {MapMessage} */
@@ -141,80 +141,80 @@ test('a map that takes the place of a converged one without a change is known as
 
 test('what is held still is solved for after a while, also where the map has not followed', () => {
   mock.timers.enable({apis: ['setTimeout']});
-  const {editor, said} = begun();
+  const {editor, sent} = begun();
   editor.follow();
   mock.timers.tick(149);
   editor.follow();
   mock.timers.tick(149);
-  assert.deepEqual(said.map(({type}) => type), ['follow', 'follow']);
+  assert.deepEqual(sent.map(({type}) => type), ['follow', 'follow']);
   mock.timers.tick(1);
-  assert.deepEqual(said.map(({type}) => type), ['follow', 'follow', 'solve']);
+  assert.deepEqual(sent.map(({type}) => type), ['follow', 'follow', 'solve']);
   editor.receive(mapMessage({kind: 'full', seq: 3}));
   editor.follow();
   editor.receive(mapMessage({kind: 'coarse', seq: 4, ok: false}));
   mock.timers.tick(1000);
-  assert.deepEqual(said.map(({type}) => type), ['follow', 'follow', 'solve', 'follow', 'solve']);
+  assert.deepEqual(sent.map(({type}) => type), ['follow', 'follow', 'solve', 'follow', 'solve']);
   editor.follow();
   editor.drop();  // at once
-  assert.deepEqual(said.slice(5).map(({type}) => type), ['follow', 'solve']);
+  assert.deepEqual(sent.slice(5).map(({type}) => type), ['follow', 'solve']);
   mock.timers.reset();
 });
 
 test('the server learns which of two maps was seen when the hand let go', () => {
   mock.timers.enable({apis: ['setTimeout']});
-  const {editor, said} = begun();
+  const {editor, sent} = begun();
   const rest = () => {
     editor.follow();
     mock.timers.tick(150);
-    editor.receive(mapMessage({kind: 'full', seq: said.length}));
+    editor.receive(mapMessage({kind: 'full', seq: sent.length}));
   };
   rest();
   editor.drop();
-  assert.deepEqual([said.at(-1).way, said.at(-1).hand], ['kept', 'released']);
+  assert.deepEqual([sent.at(-1).way, sent.at(-1).hand], ['kept', 'released']);
   rest();
-  editor.receive(mapMessage({kind: 'full', seq: said.length, other: 'fresh'}));  // it is offered
+  editor.receive(mapMessage({kind: 'full', seq: sent.length, other: 'fresh'}));  // it is offered
   editor.drop();
-  assert.deepEqual([said.at(-1).way, said.at(-1).hand], ['kept', 'released']);
+  assert.deepEqual([sent.at(-1).way, sent.at(-1).hand], ['kept', 'released']);
   rest();
-  editor.receive(mapMessage({kind: 'full', seq: said.length, other: 'kept'}));  // it took the place of the other
+  editor.receive(mapMessage({kind: 'full', seq: sent.length, other: 'kept'}));  // it took the place of the other
   assert.equal(editor.replaced, true);
   editor.drop();
-  assert.deepEqual([said.at(-1).way, said.at(-1).hand], ['fresh', 'released']);
-  editor.receive(mapMessage({kind: 'full', seq: said.length, other: 'kept'}));
-  const count = said.length;
+  assert.deepEqual([sent.at(-1).way, sent.at(-1).hand], ['fresh', 'released']);
+  editor.receive(mapMessage({kind: 'full', seq: sent.length, other: 'kept'}));
+  const count = sent.length;
   editor.drop();  // a click that moves nothing
-  assert.equal(said.length, count);
+  assert.equal(sent.length, count);
   mock.timers.reset();
 });
 
 test('a map that reaches a pin while the hand rests replaces the one that could not', () => {
   mock.timers.enable({apis: ['setTimeout']});
-  const {editor, said} = begun();
+  const {editor, sent} = begun();
   editor.follow();
   mock.timers.tick(150);
   editor.receive(mapMessage({kind: 'blocked', seq: 2, ok: false, wrong: {pins: [0]}}));
   editor.receive(mapMessage({kind: 'full', seq: 2}));
   assert.equal(editor.replaced, true);
   editor.drop();
-  assert.deepEqual([said.at(-1).way, said.at(-1).hand], ['kept', 'released']);
+  assert.deepEqual([sent.at(-1).way, sent.at(-1).hand], ['kept', 'released']);
   mock.timers.reset();
 });
 
 test('the server learns that the hand let go, before and while the map settles', () => {
   mock.timers.enable({apis: ['setTimeout']});
-  const {editor, said} = begun();
+  const {editor, sent} = begun();
   editor.follow();
   editor.drop();
   editor.follow();
   mock.timers.tick(150);
   editor.drop();  // the converged map was requested, but is not shown yet
-  assert.deepEqual(said.map(({type, hand}) => `${type} ${hand ?? ''}`),
+  assert.deepEqual(sent.map(({type, hand}) => `${type} ${hand ?? ''}`),
     ['follow ', 'solve released', 'follow ', 'solve resting', 'solve released']);
   mock.timers.reset();
 });
 
 test('a pin that stops short is moved in the same step, and its place is searched for in another one', () => {
-  const {editor, said} = begun();
+  const {editor, sent} = begun();
   editor.scene.pins = [pin(1), pin(2)];
   editor.commit();
   const dragged = editor.scene.pins[1];
@@ -222,13 +222,13 @@ test('a pin that stops short is moved in the same step, and its place is searche
   editor.follow();
   editor.drop();
   const moved = {...pin(2), target: [5, 5]};
-  editor.receive(mapMessage({kind: 'full', seq: said.length, short: [1], pins: [pin(1), moved]}));
+  editor.receive(mapMessage({kind: 'full', seq: sent.length, short: [1], pins: [pin(1), moved]}));
   assert.equal(editor.scene.pins[1], dragged);  // a drag of it goes on
   assert.deepEqual(dragged.target, [5, 5]);
   assert.deepEqual([editor.wanted(pin(1)), editor.wanted(dragged)], [null, {source: [2, 1], target: [9, 9]}]);
   assert.equal(editor.history.describe().length, 3);
   editor.search();
-  assert.deepEqual([said.at(-1).way, said.at(-1).scene.pins[1].target, editor.searching], ['search', [9, 9], true]);
+  assert.deepEqual([sent.at(-1).way, sent.at(-1).scene.pins[1].target, editor.searching], ['search', [9, 9], true]);
   assert.equal(editor.wanted(dragged), null);
   editor.stopSearch();
   assert.deepEqual([editor.searching, editor.scene.pins[1].target], [false, [5, 5]]);
@@ -239,13 +239,13 @@ test('a pin that stops short is moved in the same step, and its place is searche
 
 test('a pin that is released where the map was found not to follow is left short of it', () => {
   mock.timers.enable({apis: ['setTimeout']});
-  const {editor, said} = begun();
+  const {editor, sent} = begun();
   editor.follow();
   mock.timers.tick(150);
   editor.receive(mapMessage({kind: 'blocked', seq: 2, ok: false, wrong: {pins: [0]}}));
   assert.deepEqual([editor.busy, editor.wrong], [false, {pins: [0]}]);
   editor.drop();
-  assert.equal(said.at(-1).hand, 'released');
+  assert.equal(sent.at(-1).hand, 'released');
   mock.timers.reset();
 });
 
