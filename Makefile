@@ -2,7 +2,10 @@
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
-READY  := $(VENV)/.ready
+BASE   := $(VENV)/.base
+PLOT   := $(VENV)/.plot
+TESTS  := $(VENV)/.tests
+LARGE  := $(VENV)/.large
 PAGES  := $(VENV)/.docs
 
 CORE   := $(VENV)/.core
@@ -16,43 +19,56 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: demo figma test test-slow test-portable lint lint-page lint-types docs generated bench gallery wheels wasm clean
 
-$(READY): pyproject.toml setup.py
-	@echo "Installing iccm and what it needs into $(VENV) (some minutes, once) ..."
+# The environment grows as it is needed: iccm itself, what figures of maps need, what its tests need, and the large libraries of some extras.
+$(BASE): pyproject.toml setup.py
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@$(BIN)/python packaging/install.py
+	touch $@
+
+$(PLOT): $(BASE)
+	@$(BIN)/python packaging/install.py plot
+	touch $@
+
+$(TESTS): $(BASE)
+	@$(BIN)/python packaging/install.py dev
+	touch $@
+
+$(LARGE): $(TESTS)
+	@$(BIN)/python packaging/install.py large
 	touch $@
 
 # The compiled core, brought up to date with its sources; without a compiler the installation brings one and compiles.
-$(CORE): $(READY) $(shell find core -name '*.cpp' -o -name '*.h' -o -name '*.py')
+$(CORE): $(BASE) $(shell find core -name '*.cpp' -o -name '*.h' -o -name '*.py')
 	@echo "Bringing the compiled core up to date ..."
 	@$(BIN)/python core/compile.py >/dev/null 2>&1 || \
 	    $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
 	touch $@
 
-demo: $(CORE)
+demo: $(CORE) $(PLOT)
 	@echo "Running the samples; each line names the picture that it wrote:"
 	@$(BIN)/python samples/run.py
 	@echo "Next: source $(VENV)/bin/activate, then iccm map --help"
 
 # Several tests at a time, and one thread for linear algebra in each, so that they don't fight.
-test: $(CORE)
+test: $(CORE) $(TESTS)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" -n auto --maxprocesses 4
 
-# The module for WebAssembly is among them, which ziglang compiles.
-test-slow: $(CORE) $(ZIG)
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
+# The module for WebAssembly is among them, which ziglang compiles, and the tests of extras with large libraries, which
+# `make test` skips.
+test-slow: $(CORE) $(LARGE) $(ZIG)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -m "slow or large" -n auto --maxprocesses 4
 
 # The fast tests as on Windows, as far as it can be imitated, folder by folder: half an hour. `--system macos` imitates
 # macOS.
-test-portable: $(CORE)
+test-portable: $(CORE) $(TESTS)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.portable
 
-lint: $(READY) lint-page lint-types
+lint: $(TESTS) lint-page lint-types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
 # mypy must see the package as it is installed, not the folders of the repository: stage it.
-lint-types: $(READY)
+lint-types: $(TESTS)
 	rm -rf build/typecheck && mkdir -p build/typecheck
 	cp -R iccm build/typecheck/iccm && cp -R cli io build/typecheck/iccm
 	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml --cache-dir ../mypy-cache -p iccm
@@ -67,7 +83,7 @@ $(NODE): package.json package-lock.json
 	npm ci --silent --no-audit --no-fund
 	touch $@
 
-$(PAGES): $(READY)
+$(PAGES): $(TESTS)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
 	touch $@
 
@@ -77,20 +93,20 @@ docs: $(PAGES) $(DEMO)
 	@$(BIN)/python docs/links.py build/site
 
 # What is written from the code and committed: man pages, lists, and the record of what is public.
-generated: $(CORE)
+generated: $(CORE) $(TESTS)
 	$(BIN)/python docs/man.py
 	$(BIN)/python docs/lists.py
 	$(BIN)/python docs/modules.py
 	$(BIN)/python -m tests.public_surface --record
 
-bench: $(CORE)
+bench: $(CORE) $(LARGE)
 	$(BIN)/python -m tests.bench
 
-gallery: $(CORE)
+gallery: $(CORE) $(LARGE)
 	$(BIN)/python -m tests.bench.gallery
 
 # The wheels of all platforms, into dist, with the compiler that the package ziglang brings.
-wheels: $(ZIG)
+wheels: $(TESTS) $(ZIG)
 	$(BIN)/python core/wheels.py
 
 # The core for browsers and other hosts of WebAssembly, into build/wasm.
@@ -110,7 +126,7 @@ $(DEMO): $(WASM) $(shell find web io/edit/page -type f) $(wildcard docs/files/*)
 figma: $(DEMO)
 	cp build/web/figma.html plugins/figma/ui.html
 
-$(ZIG): $(READY)
+$(ZIG): $(BASE)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'ziglang>=0.15'
 	touch $@
 

@@ -1,5 +1,6 @@
 """What pyproject.toml cannot say of the build: libraries of the core, in a wheel for every Python 3, and packages."""
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from setuptools.command.build_ext import build_ext
 ROOT = Path(__file__).resolve().parent
 sys.path.insert(0, str(ROOT / "core"))
 
-from compile import compile_core, find_compiler, library_names, sources  # noqa: E402
+from compile import FOLDER, compile_core, find_compiler, library_names, sources  # noqa: E402
 from package_folders import package_folders  # noqa: E402
 from package_page import description, links, repository  # noqa: E402
 
@@ -19,8 +20,18 @@ class BuildCore(build_ext):
     """Compiles the core with `core/compile.py` instead of as extensions of one Python."""
 
     def build_extensions(self) -> None:
-        """Write the libraries, all at once; setuptools copies them beside the sources if that is asked for."""
+        """Write the libraries, all at once; setuptools copies them beside the sources if that is asked for.
+
+        For an editable installation, the objects are kept in the checkout, as by `core/compile.py`, so that nothing is
+        compiled twice.
+        """
         folder = Path(self.build_lib) / "iccm" / "native" / "lib"
+        if self.editable_mode:
+            compile_core(FOLDER, find_compiler())
+            folder.mkdir(parents=True, exist_ok=True)
+            for name in library_names():
+                shutil.copy2(FOLDER / name, folder)
+            return
         compile_core(folder.resolve(), find_compiler(), Path(self.build_temp).resolve() / "core")
 
     def copy_extensions_to_source(self) -> None:

@@ -112,14 +112,14 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **arguments:
         watch = {"resume": arguments["resume"], "warn": logs.log.warning}
         watch["stopping"] = lambda: bool(caught) or process.unread()
         results: list[dict[str, Any]] | None = [] if arguments["html"] else None
-        counts = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results)
+        counts, idle = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results)
     if results is not None:
         page = overview.html(results, name, os.path.dirname(arguments["html"]) or ".")
         files.write_bytes(arguments["html"], page, force=True)
     _summary(counts, time.perf_counter() - start)
     if caught:
         return 128 + caught[0]
-    return 0 if set(counts) <= {"done", "unchanged"} else 1
+    return 0 if set(counts) <= {"done", "unchanged"} and not idle else 1
 
 
 def _tasks(jobs: str, folder: Path, *, outside: bool, force: bool) -> list[Any]:
@@ -237,12 +237,17 @@ def _start_tracker() -> None:
 
 def _report(
     results: Iterator[dict[str, Any]], count: int, collected: list[dict[str, Any]] | None
-) -> Counter[str]:
-    """Write results to stdout and to a list, problems and progress to stderr. Returns the number of jobs by status."""
+) -> tuple[Counter[str], set[str]]:
+    """Write results to stdout and to a list, problems and progress to stderr.
+
+    Returns the number of jobs by status, and the options that have no effect in any of them.
+    """
     from .. import progress
+    from ..io.batch.dispatch import idle_in_all
     from ..io.run.report import as_json
 
     counts: Counter[str] = Counter()
+    idle: set[str] | None = None
     people = sys.stdout.isatty()
     level = {"done": logging.DEBUG, "poor": logs.POOR_LEVEL, "cancelled": logging.DEBUG}
     with status.show_status():
@@ -256,13 +261,15 @@ def _report(
                 logs.log.info(_line(result))
             unchanged = result["resumed"] and result["status"] == "done"
             counts["unchanged" if unchanged else result["status"]] += 1
+            idle = idle_in_all(idle, result)
             if collected is not None:
                 collected.append(result)
             tell = level.get(result["status"], logging.ERROR)
             extra = {"fields": {key: result[key] for key in ("job", "name", "status", "seconds")}}
             message = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
             logs.log.log(tell, message, extra=extra)
-    return counts
+    logs.explain_idle(idle or set())
+    return counts, idle or set()
 
 
 def _line(result: dict[str, Any]) -> str:

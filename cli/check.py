@@ -84,6 +84,8 @@ def _check(run: Path, baselines: Path, arguments: dict[str, Any]) -> int:
 
 
 def _tell(verdict: Any) -> None:
+    for note in verdict.notes:
+        logs.tell(f"{verdict.name}: {note}")
     if verdict.ok:
         figures = ", ".join(f"{name} {value:.4g}" for name, value in verdict.figures.items())
         logs.log.debug(f"{verdict.name}: matches its baseline" + (f" ({figures})" if figures else ""))

@@ -14,20 +14,29 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 @click.command("completion", cls=options.Command)
-@click.argument("action", type=click.Choice(["install"]))
+@click.argument("action", type=click.Choice(["install", *SHELLS]))
 @options.of("completion")
 def command(action: str, shell: str | None) -> int:
     """Set up completion of commands, options and files in the shell.
 
-    bash and fish find the completion script automatically. For zsh, one line is added to the end of .zshrc, once.
+    `install` writes the completion script to the place where the shell looks for it. bash and fish find it
+    automatically; for zsh, one line is added to the end of .zshrc, once. With the name of a shell, the script is
+    printed.
 
     \b
     iccm completion install
     iccm completion install --shell zsh
+    iccm completion bash > ~/.local/share/bash-completion/completions/iccm
 
     Exit code: 0 done, 2 the shell is not bash, zsh or fish, or its folder cannot be written.
     """
     from ..io import files
+
+    if action != "install":
+        if shell is not None:
+            raise InputError(f"--shell: only applies to install; {action} prints the script of {action}")
+        click.echo(_script(action))
+        return 0
 
     shell = shell or Path(os.environ.get("SHELL", "")).name
     if shell not in SHELLS:

@@ -22,14 +22,14 @@ def command(
 ) -> int:
     """Write saved maps as a displacement field, arrays for OpenCV, or a picture for compositors.
 
-    Each pixel of the target's canvas contains its place in the source. ~MAP is the inverse of a map, and several maps
-    are applied one after another. The suffix of the output decides: .nrrd .mha .nii .nii.gz are displacement fields of
-    ITK, .npz contains map_x and map_y for cv2.remap, .exr and .tif are STMaps, or with --vectors pixels vectors in
-    pixels.
+    Each pixel of the target's canvas contains its place in the source. inverse:MAP is the inverse of a map, and several
+    maps are applied one after another. The suffix of the output decides: .nrrd .mha .nii .nii.gz are displacement
+    fields of ITK, .npz contains map_x and map_y for cv2.remap, .exr and .tif are STMaps, or with --vectors pixels
+    vectors in pixels.
 
     \b
     iccm field rose-leaf.npz --moving petals.jpg -o field.nrrd
-    iccm field ~rose-leaf.npz --fixed petals.jpg -o back.nrrd
+    iccm field inverse:rose-leaf.npz --fixed petals.jpg -o back.nrrd
     iccm field rose-leaf.npz --moving petals.jpg --size 800 -o remap.npz
     iccm apply field.nrrd petals.jpg -o petals-on-leaf.png
 

@@ -13,25 +13,36 @@ from .options import FILE
 
 
 @click.command("info", cls=options.Command)
-@click.argument("file", type=FILE, nargs=-1, required=True)
+@click.argument("file", type=FILE, nargs=-1)
 @options.of("info")
-def command(file: tuple[str, ...], json: bool, plot: str | None, force: bool, max_faces: int) -> int:
+def command(
+    file: tuple[str, ...], formats: bool, json: bool, plot: str | None, force: bool, max_faces: int
+) -> int:
     """Show how iccm reads each FILE: outlines and ids, pins and strokes, pictures, meshes, constraints, jobs.
 
     \b
     iccm info body.obj
     iccm info sheet.svg --plot parts.png
+    iccm info --formats
 
     Exit code: 0 done, 2 a file could not be read; the others are shown.
     """
     from json import dumps
 
-    from ..io import files, formats
+    from ..io import files
+    from ..io import formats as file_formats
     from ..io.describe import describe, lines
     from ..io.run.report import as_json
 
+    if formats:
+        if file or json or plot:
+            raise InputError("--formats: lists all formats; leave out files and other options")
+        click.echo("\n".join([*file_formats.table(), "", "* is read, but not written"]))
+        return 0
+    if not file:
+        raise click.MissingParameter(param_type="argument", param_hint="FILE")
     if plot:
-        formats.check(plot, "plot", "unknown suffix for --plot")
+        file_formats.check_plot(plot)
         if len(file) > 1:
             raise InputError(f"--plot: shows the parts of one file, but {len(file)} files are given")
         files.check_outputs([plot], file, force=force)

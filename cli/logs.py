@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..deadline import TimeUp
 from ..errors import IccmError, lacks_memory, printable
 
 if TYPE_CHECKING:
@@ -36,9 +37,9 @@ INDENTED = {
     "break_long_words": False,
     "break_on_hyphens": False,
 }
-EXIT_INPUT, EXIT_INTERNAL, EXIT_PIPE = 2, 70, 141
-"""Exit codes besides 0 (done) and 1 (not good enough); a process that is stopped by a signal exits with 128 +
-signal.
+EXIT_POOR, EXIT_INPUT, EXIT_INTERNAL, EXIT_PIPE = 1, 2, 70, 141
+"""Exit codes besides 0 (done): the first is that of a result that is not good enough, or of none in time; a process
+that is stopped by a signal exits with 128 + signal.
 """
 
 
@@ -235,6 +236,8 @@ def sentence(error: BaseException) -> tuple[str, int]:
         )
     if isinstance(error, click.ClickException):
         return _one_line(error.format_message()), EXIT_INPUT
+    if isinstance(error, TimeUp):
+        return str(error), EXIT_POOR
     if isinstance(error, IccmError):
         return str(error), EXIT_INPUT
     if isinstance(error, OSError) and error.strerror:
@@ -263,3 +266,9 @@ def _broken_pipe() -> int:
     """End quietly after the reader of stdout is gone (such as `| head`), without flushing into the pipe."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return EXIT_PIPE
+
+
+def explain_idle(names: Iterable[str]) -> None:
+    """Report the options that have no effect in any job of a batch."""
+    for name in sorted(names):
+        log.error(f"--{name.replace('_', '-')}: has no effect in any job; leave it out")

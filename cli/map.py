@@ -35,7 +35,13 @@ class MapCommand(options.Command):
 @click.argument("source", type=FILE, required=False, metavar="SOURCE")
 @click.argument("target", type=FILE, required=False, metavar="TARGET")
 @options.of("map")
-def command(text: str | None, target_text: str | None, font: str | None, **arguments: Any) -> int:
+def command(
+    text: str | None,
+    target_text: str | None,
+    font: str | None,
+    font_variation: str | None,
+    **arguments: Any,
+) -> int:
     """Map the shape SOURCE onto the shape TARGET and carry a texture through the map.
 
     SOURCE and TARGET are files (SVG, a picture with a silhouette, OBJ, GLB, GeoJSON, DXF), or file#id for one element
@@ -52,11 +58,17 @@ def command(text: str | None, target_text: str | None, font: str | None, **argum
 
     Exit code: 0 done, 1 the result is not good enough, 2 wrong input.
     """
-    return execute(arguments | _shapes(arguments["source"], arguments["target"], text, target_text, font))
+    shapes = _shapes(arguments["source"], arguments["target"], text, target_text, font, font_variation)
+    return execute(arguments | shapes)
 
 
 def _shapes(
-    source: str | None, target: str | None, text: str | None, target_text: str | None, font: str | None
+    source: str | None,
+    target: str | None,
+    text: str | None,
+    target_text: str | None,
+    font: str | None,
+    variation: str | None,
 ) -> dict[str, str]:
     """Return the specs of both shapes, where texts take the place of files.
 
@@ -66,6 +78,8 @@ def _shapes(
     """
     if font is not None and text is None and target_text is None:
         raise InputError("--font: only works with --text or --target-text")
+    if variation is not None and font is None:
+        raise InputError("--font-variation: needs a variable font; name its file with --font")
     files = [file for file in (source, target) if file is not None]
     needed = [name for name, value in (("SOURCE", text), ("TARGET", target_text)) if value is None]
     if len(files) < len(needed):
@@ -81,8 +95,8 @@ def _shapes(
     from ..io.outlines import lettering
 
     return {
-        "source": files.pop(0) if text is None else lettering.spec(text, font),
-        "target": files.pop(0) if target_text is None else lettering.spec(target_text, font),
+        "source": files.pop(0) if text is None else lettering.spec(text, font, variation),
+        "target": files.pop(0) if target_text is None else lettering.spec(target_text, font, variation),
     }
 
 
@@ -148,16 +162,19 @@ def _sequence(arguments: dict[str, Any], run_options: dict[str, Any], seconds: f
             logs.log.info(f"would write {name}")
         return 0
     policy, failed = dispatch.Policy(threads=run_options["threads"], time_limit=seconds), False
+    idle: set[str] | None = None
     with status.show_status(), deadline.limited(None):
         watch = {"resume": run_options["resume"], "warn": logs.log.warning}
         for result in dispatch.execute(tasks, pools.InProcess(), book, policy, **watch):
             failed |= result["status"] != "done"
+            idle = dispatch.idle_in_all(idle, result)
             tell = logs.log.info if result["status"] == "done" else logs.log.error
             took = "unchanged" if result["resumed"] else f"{result['seconds']:.1f} s"
             tell(f"{result['name']}: {result['status']}, {took}: {result['message']}")
             for note in result["notes"]:
                 logs.tell(f"{result['name']}: {note}")
-    return int(failed)
+    logs.explain_idle(idle or set())
+    return int(failed or bool(idle))
 
 
 def _run(arguments: dict[str, Any], run_options: dict[str, Any]) -> tuple[int, Stamps]:

@@ -22,14 +22,25 @@ from ..io.options import (
     options_of,
     suggest,
 )
+from ..io.values import EMPTY_NAME
 from . import logs, settings
 from .logs import apply, styled
 
-FILE = click.Path(readable=False)
+
+class _File(click.Path):
+    """The name of a file, which is not empty."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the name, or fail if it is empty."""
+        if value == "" and param is not None:
+            name = max(param.opts, key=len) if isinstance(param, click.Option) else param.human_readable_name
+            raise click.UsageError(f"{name}: {EMPTY_NAME}", ctx)
+        return super().convert(value, param, ctx)
+
+
+FILE = _File(readable=False)
 """An argument that is a file. Shells complete its name; whether it exists is checked when it is read."""
 MESSAGES = options_of(MessageOptions).keys()
-# metavars of options whose values are files, which shells complete
-FILES = ("FILE", "IMAGE", "DIR", "OUTLINE")
 ALL = "all"
 """The topic of help that lists all options."""
 
@@ -315,7 +326,7 @@ def _type(hint: Any, option: Option) -> Any:
 
 def _text(option: Option) -> Any:
     """Return the click type of text, or of a file name, which shells complete."""
-    return FILE if any(word in (option.metavar or "") for word in FILES) else str
+    return FILE if option.names_files else str
 
 
 def _checked(hint: Any, option: Option) -> Callable:

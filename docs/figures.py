@@ -1,9 +1,11 @@
 """Draw the figures that explain concepts: python docs/figures.py FOLDER NAME ...
 
-A page asks for figures with a comment, `<!-- figures: distortion frames -->`; docs/recipes.py then runs this script.
+A page asks for figures with a comment, `<!-- figures: distortion frames -->`; docs/recipes.py then runs this script in
+the folder of the page's commands.
 Figures have a transparent background and grey text, so that they can be read on light and on dark pages.
 """
 
+import json
 import sys
 import tempfile
 from collections.abc import Callable
@@ -14,11 +16,13 @@ import matplotlib
 matplotlib.use("Agg")
 
 import numpy as np
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Polygon
 from matplotlib.path import Path as Outline
+from PIL import Image, ImageDraw
 
 import iccm
 
@@ -347,8 +351,6 @@ def layouts() -> Figure:
 
 def sail_view() -> Figure:
     """Draw a textured mesh in space: the right half of the command's plot, without its background."""
-    from PIL import Image, ImageDraw
-
     from iccm.io.run import Job, run
 
     folder = SAMPLES / "hexagon-surface"
@@ -390,7 +392,186 @@ def _area_scales(flattened) -> np.ndarray:
     return ratio - np.average(ratio, weights=space)
 
 
-FIGURES: dict[str, Callable[[], Figure]] = {
+def cartogram() -> Figure:
+    """Draw the regions of a cartogram, which the page has written, next to the original."""
+    figure, axes = panels(2, 4)
+    for panel, file in zip(axes, ("africa.geojson", "africa-people.geojson")):
+        for number, feature in enumerate(_features(file)):
+            colour = matplotlib.colormaps["tab20"](number * 7 % 20)
+            for part in shapely.get_parts(shapely.from_geojson(json.dumps(feature["geometry"]))):
+                panel.add_patch(Polygon(np.array(part.exterior.coords), fc=colour, ec="white", lw=0.4))
+        panel.autoscale_view()
+    return figure
+
+
+def island() -> Figure:
+    """Draw the features of a region, and their images, which the page has written."""
+    colours = {"Polygon": LINE, "LineString": "grey", "Point": MARK}
+    styles = {"Polygon": "-", "LineString": "--", "Point": "o"}
+    figure, axes = panels(2, 3)
+    for panel, file in zip(axes, ("island.geojson", "island-on-shield.geojson")):
+        for feature in _features(file):
+            kind, points = feature["geometry"]["type"], feature["geometry"]["coordinates"]
+            x, y = np.array(points[0] if kind == "Polygon" else np.atleast_2d(points)).T
+            panel.plot(x, y, styles[kind], color=colours[kind])
+    axes[1].invert_yaxis()  # the shield's file has y down
+    return figure
+
+
+def annotation() -> Figure:
+    """Draw an annotation on its picture, and both carried to a heart, which the page has written."""
+    figure, axes = panels(2, 3)
+    pictures = (
+        ("coffee.jpg", None, "cup.geojson"),
+        ("slide-on-heart.png", (0, 120, 110, 0), "cup-on-heart.geojson"),
+    )
+    for panel, (file, extent, drawn) in zip(axes, pictures):
+        with Image.open(file) as photo:
+            panel.imshow(photo, extent=extent)
+        ring = _features(drawn)[0]["geometry"]["coordinates"][0]
+        panel.plot(*np.array(ring).T, color="cyan", lw=2)
+    return figure
+
+
+def dxf() -> Figure:
+    """Draw a DXF drawing, and the same in another size, which the page has written."""
+    import ezdxf
+    from ezdxf.addons.drawing import Frontend, RenderContext
+    from ezdxf.addons.drawing.config import BackgroundPolicy, Configuration
+    from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
+
+    figure, axes = panels(2, 4.5)
+    style = Configuration(background_policy=BackgroundPolicy.WHITE, pdmode=34, pdsize=-3)
+    for panel, file in zip(axes, ("pattern.dxf", "graded.dxf")):
+        document = ezdxf.readfile(file)
+        frontend = Frontend(RenderContext(document), MatplotlibBackend(panel), config=style)
+        frontend.draw_layout(document.modelspace())
+        caption(panel, file)
+    figure.set_facecolor("white")
+    return figure
+
+
+def _features(path: str) -> list[dict]:
+    """Return the features of a GeoJSON file."""
+    return json.loads(Path(path).read_text(encoding="utf-8"))["features"]
+
+
+DRAG_FRAMES = 20
+DRAG_SECONDS = 2.4
+DRAG_PIXELS = 240
+"""Longer side of a frame."""
+
+
+def drag() -> list[Image.Image]:
+    """Draw the frames of a drag: a pin on a cup in a heart is moved around, and the photo follows."""
+    photo = iccm.read_image(str(FILES / "coffee.jpg"))
+    height, width = photo.shape[:2]
+    frame = np.array([0, width, width + 1j * height, 1j * height])
+    heart = curve("heart.svg")
+    size = np.ptp(heart.real)
+    cup = 0.52 * width + 0.6j * height
+    fit = iccm.fit(frame, heart)
+    begin = fit.map(np.array([cup]))[0]
+    frames = []
+    for angle in np.linspace(0, 2 * np.pi, DRAG_FRAMES, endpoint=False):
+        place = begin + size * (0.16 * np.sin(angle) + 0.07j * (1 - np.cos(angle)))
+        fit = iccm.fit(frame, heart, pins=[(cup, place)], start=fit)
+        shown = iccm.warp(fit, photo, size=DRAG_PIXELS)
+        low, high = shown.box
+        picture = Image.fromarray(shown.pixels)
+        scale = picture.width / (high - low).real
+        x, y = (place - low).real * scale, picture.height - (place - low).imag * scale
+        pen = ImageDraw.Draw(picture)
+        for radius, colour in ((7, "white"), (5, MARK)):
+            pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
+        frames.append(picture)
+    return frames
+
+
+CORRESPONDENCES = 64
+"""Pairs of outline points, at equal shares of both outlines, that `compare` gives to the methods that need pairs."""
+
+
+def compare() -> Figure:
+    """Draw a photo on a heart and on a starfish by a spline, a puppet warp, an envelope and iccm."""
+    photo = iccm.read_image(str(FILES / "coffee.jpg"))[::-1] / 255  # row 0 at the bottom, y up
+    height, width = photo.shape[:2]
+    ratio = height / width
+    frame = np.array([0, 1, 1 + 1j * ratio, 1j * ratio])
+    x, y = np.meshgrid(np.linspace(0, 1, width // 2 + 1), np.linspace(0, ratio, height // 2 + 1))
+    grid = x + 1j * y
+    colours = photo[: 2 * (height // 2) : 2, : 2 * (width // 2) : 2]
+    figure = Figure(figsize=(9, 5))
+    rows = figure.subplots(2, 4)
+    figure.subplots_adjust(0.01, 0.01, 0.99, 0.9, wspace=0.02, hspace=0.2)
+    shares = np.arange(CORRESPONDENCES) / CORRESPONDENCES
+    a = _along(np.append(0.5 + 1j * ratio, np.roll(frame, -3)), shares)
+    for row, file in zip(rows, (FILES / "heart.svg", SAMPLES / "limbs" / "starfish.svg")):
+        z = _from_top(iccm.read_shape(str(file)).curve.z)
+        b = _along(z, shares)
+        results = {
+            "thin-plate spline": _spline(grid, a, b),
+            "puppet warp": _puppet(grid, a, b),
+            "envelope": _envelope(grid, ratio, z),
+            "iccm": iccm.fit(frame, z, fit="whole").map(grid),
+        }
+        for axes, (name, w) in zip(row, results.items()):
+            area = (np.diff(w, axis=1)[:-1].conj() * np.diff(w, axis=0)[:, :-1]).imag
+            even = np.abs(np.log2(np.maximum(area, 1e-300) / area.mean())) < 2  # lengths within a factor of 2
+            axes.pcolormesh(w.real, w.imag, colours[: w.shape[0] - 1, : w.shape[1] - 1])
+            axes.plot(z.real, z.imag, lw=0.8, color="tab:cyan")
+            axes.set_aspect("equal")
+            axes.set_axis_off()
+            caption(axes, f"{name}\nfolds {np.mean(area <= 0):.1%}, even {even.mean():.0%}")
+    return figure
+
+
+def _along(corners: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Return points of a closed polygon at these shares of its length, from its first corner."""
+    z = np.append(corners, corners[0])
+    length = np.append(0, np.cumsum(np.abs(np.diff(z))))
+    return np.interp(shares * length[-1], length, z)
+
+
+def _from_top(z: np.ndarray) -> np.ndarray:
+    """Return the same outline, from the point at the middle of its top."""
+    middle = (z.real.min() + z.real.max()) / 2
+    return np.roll(z, -np.argmin(np.abs(z.real - middle) - 0.5 * z.imag))
+
+
+def _spline(z: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Map points by the thin-plate spline through pairs of outline points."""
+    from scipy.interpolate import RBFInterpolator
+
+    f = RBFInterpolator(np.c_[a.real, a.imag], np.c_[b.real, b.imag], kernel="thin_plate_spline")
+    x, y = f(np.c_[z.real.ravel(), z.imag.ravel()]).T
+    return (x + 1j * y).reshape(z.shape)
+
+
+def _puppet(z: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Map points by rigid moving least squares (Schaefer, McPhail, Warren 2006) with the same pairs."""
+    size = np.ptp(b.real) / np.ptp(a.real)
+    w = 1 / (np.abs(z[..., None] - a) ** 2 + 1e-9)
+    p, q = ((w * c).sum(-1) / w.sum(-1) for c in (a, b))
+    rotation = (w * (b - q[..., None]) * (a - p[..., None]).conj()).sum(-1)
+    return size * (z - p) * rotation / np.abs(rotation) + q
+
+
+def _envelope(z: np.ndarray, ratio: float, target: np.ndarray) -> np.ndarray:
+    """Map points by a Coons patch between four parts of the outline, as long as the sides of the frame."""
+    u, v = z.real, z.imag / ratio
+    perimeter = 2 + 2 * ratio
+    starts = np.array([0.5, 0.5 + ratio, 1.5 + ratio, 1.5 + 2 * ratio]) / perimeter
+    left = _along(target, starts[0] + (1 - v) * ratio / perimeter)
+    right = _along(target, starts[2] + v * ratio / perimeter)
+    bottom = _along(target, starts[1] + u / perimeter)
+    top = _along(target, (starts[3] + (1 - u) / perimeter) % 1)
+    tl, bl, br, tr = _along(target, starts)
+    corners = (1 - u) * (1 - v) * bl + u * (1 - v) * br + u * v * tr + (1 - u) * v * tl
+    return (1 - v) * bottom + v * top + (1 - u) * left + u * right - corners
+
+
+FIGURES: dict[str, Callable[[], Figure | list[Image.Image]]] = {
     figure.__name__: figure
     for figure in (
         distortion,
@@ -403,14 +584,28 @@ FIGURES: dict[str, Callable[[], Figure]] = {
         filtering,
         layouts,
         sail_view,
+        compare,
+        drag,
+        cartogram,
+        island,
+        annotation,
+        dxf,
     )
 }
 
 
 def draw(name: str, folder: Path) -> Path:
-    """Draw a figure as a PNG file into a folder."""
+    """Draw a figure as a PNG file into a folder, or the frames of an animation as a WebP file."""
+    drawn = FIGURES[name]()
+    if isinstance(drawn, list):
+        path = folder / f"{name}.webp"
+        step_ms = round(1000 * DRAG_SECONDS / len(drawn))
+        drawn[0].save(
+            path, save_all=True, append_images=drawn[1:], duration=step_ms, loop=0, quality=50, method=6
+        )
+        return path
     path = folder / f"{name}.png"
-    FIGURES[name]().savefig(path, dpi=PIXELS_PER_INCH, transparent=True)
+    drawn.savefig(path, dpi=PIXELS_PER_INCH, transparent=True)
     return path
 
 

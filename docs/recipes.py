@@ -2,7 +2,7 @@
 
 A block marked `sh` or `python` is run, in a copy of `docs/files` and `samples`; a block marked `bash` is only shown.
 The blocks of a page run in order; a `cd` in a block of `iccm` commands also applies to the next blocks. A comment
-`<!-- figures: NAME ... -->` draws figures of docs/figures.py.
+`<!-- figures: NAME ... -->` draws figures of docs/figures.py afterwards, which may show files that the commands wrote.
 
 Every picture of docs/pictures that a page shows must be made by that page under the same name. A comment
 `<!-- pictures: PAGE ... -->` names pages that make pictures which are only shown here. `--update` stores the pictures;
@@ -80,7 +80,7 @@ def run(page: Path, folder: Path) -> None:
     """
     for part in ("docs/files", "samples"):
         shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("out", "picture.png"))
-    draw_figures(page, folder)
+    top = folder
     missing = [tool for tool in TOOLS if not shutil.which(tool)]
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
     for language, text in BLOCK.findall(text_of(page)):
@@ -98,13 +98,14 @@ def run(page: Path, folder: Path) -> None:
         )
         if done.returncode:
             raise RuntimeError(f"{text}{done.stderr}")
+    draw_figures(page, top, folder)
 
 
-def draw_figures(page: Path, folder: Path) -> None:
-    """Draw the figures of docs/figures.py that a page asks for, into a folder."""
+def draw_figures(page: Path, folder: Path, inputs: Path) -> None:
+    """Draw the figures of docs/figures.py that a page asks for, into a folder; files of the page are in `inputs`."""
     for names in FIGURES.findall(text_of(page)):
         command = [sys.executable, str(ROOT / "docs" / "figures.py"), str(folder), *names.split()]
-        done = subprocess.run(command, capture_output=True, text=True)
+        done = subprocess.run(command, cwd=inputs, capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"figures {names}: {done.stderr}")
 

@@ -38,7 +38,7 @@ SMALL_DEMO = """<div id="try" class="try-small"></div>
 })();
 </script>"""
 """The demo without most of its controls, loaded when it comes close to the window."""
-SAMPLES = re.compile(r"\.\./(?=samples/[\w./-]+\.(?:svg|png|jpg)\b)")
+SAMPLES = re.compile(r'((?:\]\(|src=")(?:\.\./)*)\.\./(?=samples/[\w./-]+\.(?:svg|png|jpg)\b)')
 """One level up in a link to a sample: on the site, samples lie beside the pages."""
 IMAGE = re.compile(r'<img (?=[^>]*src="([^"]+)")')
 SHOWN_SAMPLES = ("*.svg", "*.png", "*.jpg")
@@ -109,7 +109,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     markdown = re.sub(r"<!-- options: (\w+) -->", lambda found: options_of(found[1]), markdown)
     markdown = markdown.replace("<!-- commands -->", commands()).replace("<!-- formats -->", contents())
     markdown = markdown.replace("<!-- demo -->", SHOWN_DEMO).replace("<!-- small demo -->", SMALL_DEMO)
-    return SAMPLES.sub("", markdown)
+    return SAMPLES.sub(r"\1", markdown)
 
 
 def on_page_content(html: str, page: Any, **_: Any) -> str:

@@ -38,7 +38,6 @@ polygons          unions and offsets of regions of many parts
 plane             areas, boxes, similarities and exact orientation of points in the plane
 buckets           a grid of square buckets for nearest points
 sorting           stable orders of small integers
-flips             triangles across the edges of a triangulation
 arrays            types of arrays, and conversions to them
 axes              the meaning of pairs of numbers: y up or down, rows and columns
 native/           the compiled core, C++ kernels called from Python
@@ -47,11 +46,14 @@ blas              linear algebra on one thread
 memory            storage of large arrays
 progress          progress of long computations, for listeners
 deadline          limits on time
-signatures        signatures without types, for `help`
 fits              the values of the option `fit`
 errors            exceptions
 io/               files: shapes, pictures, meshes, jobs, reports
 cli/              the command line
+symmetry          mirror symmetry of outlines: how far an outline is from its mirror image, and its axes of symmetry
+figures           figures about a result: distances of outlines, distortion, folds, and the report that collects them
+fit_data          what a result consists of: a map, what was given, notes, and what follows from these at once
+fit_files         results as saved maps, and back
 """
 
 from importlib import import_module

@@ -1,6 +1,7 @@
 """Types of arrays, and conversions to them."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +12,10 @@ Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+Numbers = complex | Sequence[complex] | NDArray[np.complexfloating[Any, Any]]
+"""Points as complex numbers, of any shape."""
+Pairs = Sequence[float] | Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
+"""Points as pairs of real numbers, (…, 2)."""
 Box = tuple[complex, complex]
 """Lower left and upper right corner, x + iy."""
 
@@ -45,12 +50,21 @@ def as_points(z: ArrayLike) -> Complex:
     """Convert complex points of any shape to an array.
 
     Raises:
-        InputError: pairs of real numbers, which would be mistaken for points on the real axis.
+        InputError: not numbers, or real numbers in several dimensions, which would be mistaken for points on the
+            real axis.
     """
-    array = np.asarray(z)
-    if array.dtype.kind in "iuf" and array.ndim > 1 and array.shape[-1] == 2:
-        raise InputError(f"points: real array of shape {array.shape}; give complex numbers x + iy here")
-    return np.asarray(array, dtype=np.complex128)
+    try:
+        array = np.asarray(z)
+        if array.dtype.kind not in "iufcb":
+            raise ValueError("not numbers")
+        points = np.asarray(array, dtype=np.complex128)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"points: cannot be read as complex numbers x + iy, or as pairs ({error})") from None
+    if array.dtype.kind in "iuf" and array.ndim > 0 and array.size:
+        raise InputError(
+            f"points: real array of shape {array.shape}; pass complex numbers x + iy, or pairs where they are accepted"
+        )
+    return points
 
 
 def xy_of(z: Complex) -> Real:

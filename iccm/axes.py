@@ -4,7 +4,7 @@ Complex numbers are always x + iy with y up.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from .arrays import Complex, Real, xy_of
 from .errors import InputError
 
-AXES = {
+Axes = Literal["xy", "screen", "image"]
+AXES: dict[Axes, str] = {
     "xy": "pairs are x and y, y up",
     "screen": "pairs are x and y, y down: pixels as OpenCV and SVG count them",
     "image": "pairs are row and column, rows down: as NumPy and scikit-image index pixels",
@@ -43,9 +44,14 @@ def pairs_in(z: Complex, axes: str) -> Real:
 
 
 def is_pairs(points: Any) -> bool:
-    """Return whether points are pairs of real numbers, an array (…, n, 2)."""
-    array = np.asarray(points)
-    return array.dtype.kind in "iuf" and array.ndim > 1 and array.shape[-1] == 2
+    """Return whether points are pairs of real numbers, an array (…, 2); one pair is one point."""
+    if isinstance(points, complex | float | int):
+        return False
+    try:
+        array = np.asarray(points)
+    except ValueError:  # lists of different lengths
+        return False
+    return array.dtype.kind in "iuf" and array.ndim > 0 and array.shape[-1] == 2
 
 
 def on_pairs(function: Callable[[Complex], Complex], points: ArrayLike, axes: tuple[str, str]) -> Real:

@@ -7,24 +7,29 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from .arrays import Complex, Flags, complex_of, xy_of
+from .arrays import Complex, Flags, xy_of
 from .curve import Curve, inside_any, polygon_of
+from .drawings.cost import Cost, cost_of
 from .drawings.cracks import crack_share
 from .drawings.drawing import Drawing
-from .drawings.raster import rings_of
-from .drawings.seen import Seen, seen
 from .maps.approximation import AnyMap, triangulated
 from .maps.extended_inverse import ExtendedInverse
 from .maps.moved_rings import RING_SPACING_SHARE
 from .maps.triangulated.map import TriangulatedMap
+from .polygons import rings_of
 
 ROUNDED_WIDTH_SHARE = 1e-9  # relative to the diagonal: narrower pieces are ignored
+SAMPLED_WELL_SHARE = (
+    0.6  # of a drawing: if less seems to be covered, thin parts may have been missed by samples
+)
 THIN_WIDTH_SHARE = 1e-4  # relative to the diagonal: narrower pieces are due to outlines that nearly coincide
 
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """The parts of two shapes that a map covers; attributes are those of `Fit`.
+    """The parts of two shapes that a map covers; other attributes are those of `Fit`.
+
+    `hidden` and `bare` are the shares that are lost, `lost_regions` the parts themselves.
 
     Attributes:
         map: the continuous map from source to target.
@@ -35,7 +40,6 @@ class Coverage:
         target_holes: those of the target's.
         hole_partners: for each boundary of the map but the outer one, the hole of the source and of the target;
             -1 for a slit.
-        passed_holes: holes of the source, and of the target, that the map ignores.
         is_filled: whether concavities of one shape are filled.
         drawings: the whole drawings of source and target, if the map is one of drawings.
         opaque: whether the texture also covers the gaps between the source's parts.
@@ -48,7 +52,6 @@ class Coverage:
     source_holes: Sequence[Curve]
     target_holes: Sequence[Curve]
     hole_partners: Sequence[tuple[int, int]]
-    passed_holes: tuple[Sequence[Curve], Sequence[Curve]]
     is_filled: bool
     drawings: tuple[Drawing, Drawing] | None
     opaque: bool
@@ -70,14 +73,31 @@ class Coverage:
         return [self.map.source[loop] for loop in holes], [self.map.image[loop] for loop in holes]
 
     @cached_property
-    def seen(self) -> Seen | None:
+    def seen(self) -> Cost | None:
         """The visible parts of both drawings; None if the map is not one of drawings."""
         if self.drawings is None or self.target is None:
             return None
         source, target = (drawing.region for drawing in self.drawings)
         map = triangulated(self.map)
         faces = map.faces if map is not self.map else map.faces[~self.voids]
-        return seen(map.source, map.image, faces, source, target, covering=None if self.opaque else source)
+        return cost_of(map.source, map.image, faces, source, target, covering=None if self.opaque else source)
+
+    @property
+    def hidden(self) -> float:
+        """Share of the source that the result does not show: of a drawing's painted area, of an outline's inside."""
+        return self.left_out if self.seen is None else self.seen.hidden
+
+    @property
+    def bare(self) -> float:
+        """Share of the target that shows nothing: of a drawing's painted area, of an outline's inside."""
+        if self.seen is None:
+            return 0.0 if self.target is None else self.uncovered
+        return self.seen.bare
+
+    @property
+    def lost_regions(self) -> tuple[shapely.Geometry, shapely.Geometry]:
+        """The hidden part of the source and the bare part of the target, as shapely geometries."""
+        return self.without_partner if self.drawings is None else self.unseen
 
     @cached_property
     def cracks(self) -> float:
@@ -85,6 +105,18 @@ class Coverage:
         if self.drawings is None or self.target is None:
             return 0.0
         return crack_share(self.drawings[1], [rings_of(self._covered), self._textured_rings])
+
+    @property
+    def reached(self) -> float:
+        """Share of what the target paints that lies in the map's image, whatever the texture shows there."""
+        if self.target is None:
+            return 1.0
+        if self.seen is None or self.drawings is None:
+            return 1 - self.uncovered
+        if self.opaque and 1 - self.seen.bare >= SAMPLED_WELL_SHARE:
+            return 1 - self.seen.bare
+        painted = self.drawings[1].painted
+        return float(shapely.area(shapely.intersection(painted, self._covered)) / max(painted.area, 1e-300))
 
     @property
     def unseen(self) -> tuple[shapely.Geometry, shapely.Geometry]:
@@ -138,9 +170,9 @@ class Coverage:
 
     @property
     def is_partial(self) -> bool:
-        """Whether parts may have no partner: concavities are filled, or holes are ignored or have no partner."""
+        """Whether parts may have no partner: concavities are filled, or holes have no partner."""
         slits = isinstance(self.map, TriangulatedMap) and bool(self.voids.any())
-        return slits or self.is_filled or any(self.passed_holes)
+        return slits or self.is_filled
 
     @property
     def left_out(self) -> float:
@@ -157,16 +189,6 @@ class Coverage:
         return self.without_partner[side].area / abs(outer.area + sum(hole.area for hole in holes))
 
     @cached_property
-    def _rings_passed(self) -> tuple[list[Complex], list[Complex]]:
-        """The ignored holes of the target, in the source, and those of the source, in the target."""
-        assert isinstance(self.map, TriangulatedMap)
-        image = Curve(self.image)
-        return (
-            [self.map.inverse(image.pulled_in(ring)) for ring in rings_within(self.passed_holes[1], image)],
-            [self._image_of(ring) for ring in rings_within(self.passed_holes[0], Curve(self.map.polygon))],
-        )
-
-    @cached_property
     def without_partner(self) -> tuple[shapely.Geometry, shapely.Geometry]:
         """The parts of the source and of the target without a partner, as shapely geometries."""
         if not self.is_partial:
@@ -177,8 +199,7 @@ class Coverage:
         unpaired = []
         for side, (goal, holes, outer, points) in enumerate((source, target)):
             voids = shapely.coverage_union_all(shapely.polygons(xy_of(points[self.map.faces[self.voids]])))
-            passed = [region(ring) for ring in self._rings_passed[side]]
-            mapped = region(outer, self.openings[side]).difference(shapely.union_all([voids, *passed]))
+            mapped = region(outer, self.openings[side]).difference(voids)
             parts = shapely.get_parts(region(goal.z, [hole.z for hole in holes]).difference(mapped))
             wide = shapely.area(parts) > ROUNDED_WIDTH_SHARE * goal.diagonal * shapely.length(parts)
             unpaired.append(shapely.union_all(parts[wide]))
@@ -187,18 +208,6 @@ class Coverage:
     def _image_of(self, z: Complex) -> Complex:
         """Return the images of points of the source; points outside the map's polygon are moved to its outline."""
         return self.map(Curve(self.map.polygon).pulled_in(z))
-
-
-def rings_within(holes: Sequence[Curve], outline: Curve) -> list[Complex]:
-    """Return the outlines of the parts of holes inside a closed curve."""
-    parts = [outline.polygon.intersection(hole.polygon) for hole in holes]
-    rings = [
-        part.exterior
-        for intersection in parts
-        for part in shapely.get_parts(intersection)
-        if part.geom_type == "Polygon" and not part.is_empty
-    ]
-    return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
 
 
 def region(outline: Complex, holes: Iterable[Complex] = ()) -> shapely.Geometry:

@@ -15,6 +15,7 @@ from .errors import InputError
 from .plane import bounding_box, distinct, polygon_area
 
 HAUSDORFF_ERROR_SHARE = 0.01  # relative error of a Hausdorff distance, which may be too small by this
+MOST_COORDINATE = 1e100  # products of four coordinates do not overflow
 ROUNDING_SHARE = 1e-9  # relative to the diagonal: shorter distances are not refined
 
 
@@ -47,11 +48,16 @@ class Curve:
         curve = cls(distinct(_finite(z, name)))
         if curve.z.size < 3:
             raise InputError(f"{name}: has {curve.z.size} distinct vertices; at least 3 are needed")
-        if abs(curve.area) <= 1e-14 * curve.diagonal**2:
+        smallest = 1e-14 * curve.diagonal**2
+        # the area of a figure eight is zero, too, if its halves are equal, but not that of its hull
+        if abs(curve.area) <= smallest and curve.polygon.convex_hull.area <= smallest:
             raise InputError(f"{name}: the outline encloses no area")
         if not curve.polygon.is_valid:
             why = explain_validity(curve.polygon)
-            raise InputError(f"{name}: the outline is not simple: {why}; remove the crossing")
+            verb = "touches" if why.startswith("Ring") else "crosses"
+            raise InputError(f"{name}: the outline {verb} itself: {why}; remove this place")
+        if abs(curve.area) <= smallest:
+            raise InputError(f"{name}: the outline encloses no area")
         return curve if curve.area > 0 else curve.reversed()
 
     @classmethod
@@ -194,6 +200,11 @@ def inside_any(curves: Iterable[Curve], w: Complex) -> NDArray[np.bool_]:
     return inside
 
 
+def corners_of(curve: Curve, least: float) -> NDArray[np.intp]:
+    """Return the indices of the vertices at which a closed curve bends by more than `least`, in radians."""
+    return np.flatnonzero(np.abs(np.angle(curve.edges / np.roll(curve.edges, 1))) > least)
+
+
 def boundary_samples(polygon: Complex, per_edge: int = 4) -> Complex:
     """Return (n · per_edge,) points on a polygon, in order, including its vertices."""
     t = np.arange(per_edge) / per_edge
@@ -308,4 +319,10 @@ def _finite(z: ArrayLike, name: str) -> Complex:
     bad = np.flatnonzero(~np.isfinite(z))
     if bad.size:
         raise InputError(f"{name}: vertex {bad[0]} is not a finite number")
+    far = np.flatnonzero(np.maximum(np.abs(z.real), np.abs(z.imag)) > MOST_COORDINATE)
+    if far.size:
+        raise InputError(
+            f"{name}: vertex {far[0]} has a coordinate above {MOST_COORDINATE:g}, too large to compute areas; "
+            "scale the shape down"
+        )
     return z

@@ -47,6 +47,10 @@ class InputError(IccmError, ValueError):
         return InputError(f"{place}: {self}")
 
 
+class MissingFileError(InputError, FileNotFoundError):
+    """A file does not exist."""
+
+
 class Cancelled(IccmError):
     """The `cancel` function of a call returned true, so the computation ended."""
 

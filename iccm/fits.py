@@ -11,7 +11,7 @@ another way, and `frames.solve` for those about whole drawings.
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-FitName = Literal["auto", "frame", "whole", "contain", "cover"]
+FitName = Literal["auto", "frame", "box", "whole", "contain", "cover"]
 Side = Literal["source", "target"]
 
 
@@ -64,6 +64,12 @@ FITS: dict[str, FitMode] = {
         "Frames",
         "a frame around all parts",
         "a region around the whole source, with its gaps closed, onto one around the target",
+        of_drawings=True,
+    ),
+    "box": FitMode(
+        "Box",
+        "the drawing's box",
+        "the bounding box of the source, with paper or nothing around the drawing, onto the target",
         of_drawings=True,
     ),
     "whole": FitMode(

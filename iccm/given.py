@@ -1,12 +1,12 @@
 """Convert users' shapes and points to the complex numbers that iccm computes with: x + iy, y up.
 
 Accepted are complex numbers, pairs (n, 2), `Curve`, shapes read from files, shapely's polygons and rings (also
-items of a GeoSeries), GeoJSON geometries, and trimesh's paths. `axes` is the meaning of pairs and polygons, see
-`iccm.axes`. To support another kind of shape, extend `_polygons`.
+items of a GeoSeries), GeoJSON geometries, and paths of trimesh and matplotlib. `axes` is the meaning of pairs and
+polygons, see `iccm.axes`. To support another kind of shape, extend `_polygons`.
 """
 
 from collections.abc import Mapping, Sequence, Sized
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike, fspath
 from typing import Any
 
@@ -17,34 +17,81 @@ from numpy.typing import ArrayLike
 
 from .arrays import Complex, Real, as_complex
 from .axes import check, complex_in
-from .curve import Curve
+from .curve import Curve, polygon_of
 from .drawings.drawing import Drawing
 from .drawings.frame import close_hairlines
 from .errors import InputError
 from .meshes.flatten import Flattening
 from .pins import Pin, Softness, Stroke
+from .problem import as_domain, as_holes
+
+PATH_UNITS = 4000.0  # of a path's longer side, in units of which curves are divided
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Outlines:
-    """The outlines of a shape.
+    """A shape as it was given.
 
     Attributes:
-        outline: its boundary.
+        outline: its boundary; for a drawing of several parts, that of the tightest frame around them.
         holes: outlines of its holes.
+        holes_are_separate: whether these were given separately, not as holes of a polygon or drawing.
+        drawing: the whole drawing that it is; None for a single outline, and for surfaces.
+        layout: the flattening of the surface that it stands for; None for planar shapes.
     """
 
     outline: Curve | ArrayLike
     holes: tuple[Complex, ...] = ()
+    holes_are_separate: bool = False
+    drawing: Drawing | None = None
+    layout: Flattening | None = None
+
+    def as_drawing(self, name: str) -> Drawing:
+        """Return the whole drawing; an outline with holes is a drawing of one part.
+
+        Raises:
+            InputError: they are not simple polygons, or a hole does not lie inside.
+        """
+        if self.drawing is not None:
+            return self.drawing
+        outer = as_domain(self.outline, name)
+        return Drawing(polygon_of(outer.z, *(hole.z for hole in as_holes(outer, self.holes, name))))
 
 
-def outlines_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
-    """Return the boundary and the holes of a shape.
+def outlines_of(shape: Any, name: str, axes: str = "xy", separate_holes: Sequence[Any] = ()) -> Outlines:
+    """Return what is given as a shape: its boundary and holes, the drawing or the surface that it is.
 
     Args:
         shape: see the module.
         name: name of the argument in messages.
         axes: meaning of pairs; polygons are in x and y, with y down unless this is "xy".
+        separate_holes: outlines of holes, in addition to those of polygons.
+
+    Raises:
+        InputError: an object without an outline, or holes for a shape that has its own.
+    """
+    drawing = drawing_of(shape, name, axes)
+    if drawing is None:
+        given = outline_of(shape, name, axes)
+    else:
+        mappable = tuple(hole.z for hole in drawing.mappable_holes)
+        given = Outlines(drawing.tightest.outline, mappable, drawing=drawing)
+    given = replace(given, layout=flattening_of(shape))
+    if not len(separate_holes):
+        return given
+    if given.holes:
+        raise InputError(f"{name}_holes: the shape already has holes; remove one of the two")
+    holes: list[Any] = [
+        outline_of(hole, f"{name} hole {k + 1}", axes).outline for k, hole in enumerate(separate_holes)
+    ]
+    if drawing is not None:
+        rings = [as_domain(hole, f"{name} hole {k + 1}").z for k, hole in enumerate(holes)]
+        drawing = Drawing(polygon_of(drawing.tightest.outline.z, *rings))
+    return replace(given, holes=tuple(holes), holes_are_separate=True, drawing=drawing)
+
+
+def outline_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
+    """Return the boundary and the holes of a single outline, a polygon or a surface.
 
     Raises:
         InputError: several polygons, or an object without an outline.
@@ -110,10 +157,16 @@ def pins_of(pins: Any, axes: str = "xy") -> tuple[Any, Softness | None]:
     points = np.empty((len(listed), 2), np.complex128)
     for k, pin in enumerate(listed):
         for side, point in enumerate((pin.source, pin.target)):
-            points[k, side] = (
-                point if np.iscomplexobj(point) else as_points_of([point], f"pin {k + 1}", axes)[0]
-            )
+            name = f"pin {k + 1}"
+            points[k, side] = as_complex(as_points_of([point], name, axes), name)[0]
     return points, Softness.of(listed)
+
+
+def refuse_non_sequences(**arguments: Any) -> None:
+    """Raise an InputError for the first argument that cannot be a list of items."""
+    for name, value in arguments.items():
+        if not isinstance(value, Sized):
+            raise InputError(f"{name}: {value!r} is not a list")
 
 
 def strokes_of(strokes: Any, axes: str = "xy") -> tuple[Any, list[float]]:
@@ -166,7 +219,7 @@ def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
     if isinstance(getattr(shape, "curve", None), Curve):
         return None
     if isinstance(shape, list | tuple) and len(shape) and all(_is_ring(ring) for ring in shape):
-        return Drawing.of_rings([np.asarray(outlines_of(ring, name, axes).outline) for ring in shape], name)
+        return Drawing.of_rings([np.asarray(outline_of(ring, name, axes).outline) for ring in shape], name)
     polygons = _polygons(shape, name)
     if polygons is None or len(polygons) < 2 or any(polygon.geom_type != "Polygon" for polygon in polygons):
         return None
@@ -176,7 +229,7 @@ def drawing_of(shape: Any, name: str, axes: str = "xy") -> Drawing | None:
     try:
         return Drawing(painted)
     except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+        raise error.named(name) from None
 
 
 def _is_ring(value: Any) -> bool:
@@ -205,6 +258,8 @@ def _polygons(shape: Any, name: str) -> list[Any] | None:
     """
     if hasattr(shape, "polygons_full") and hasattr(shape, "entities"):  # trimesh's paths
         return list(shape.polygons_full)
+    if hasattr(shape, "to_polygons") and hasattr(shape, "codes"):  # matplotlib's paths
+        return _polygons_of_path(shape, name)
     if hasattr(shape, "iloc") and hasattr(shape, "geometry"):  # GeoSeries, GeoDataFrame and its rows
         geometry = shape.geometry
         if not hasattr(geometry, "iloc"):
@@ -227,6 +282,29 @@ def _polygons(shape: Any, name: str) -> list[Any] | None:
     if shape.is_empty:
         raise InputError(f"{name}: the {shape.geom_type} is empty")
     return [shape]
+
+
+def _polygons_of_path(path: Any, name: str) -> list[Any]:
+    """Return the polygons that a path of matplotlib encloses by the even-odd rule.
+
+    Raises:
+        InputError: it has no area.
+    """
+    # Curves are divided into pieces of about one unit, so that the path is enlarged first.
+    size = float(np.ptp(path.vertices, axis=0).max()) if len(path.vertices) else 0.0
+    if not (size > 0 and np.isfinite(size)):
+        raise InputError(f"{name}: the path has no area")
+    larger = type(path)(path.vertices * (PATH_UNITS / size), path.codes)
+    rings = [ring * (size / PATH_UNITS) for ring in larger.to_polygons(closed_only=True) if len(ring) > 3]
+    enclosed = shapely.Polygon()
+    for ring in rings:
+        enclosed = shapely.symmetric_difference(enclosed, shapely.make_valid(shapely.Polygon(ring)))
+    parts = [
+        part for part in shapely.get_parts(enclosed).tolist() if part.geom_type == "Polygon" and part.area
+    ]
+    if not parts:
+        raise InputError(f"{name}: the path has no area")
+    return parts
 
 
 def _only(parts: Sequence[Any], name: str) -> Any:

@@ -7,14 +7,15 @@ from numbers import Real
 from typing import Any, Literal, TypedDict, get_args
 
 from .errors import InputError
-from .fits import FITS
+from .fits import FITS, FitName
 
 MethodName = Literal["balanced", "conformal", "paper"]
 """The methods; the first one is the default."""
 PlaceName = Literal["fill", "inside", "slice"]
 METHODS: tuple[str, ...] = get_args(MethodName)
 PLACES: tuple[str, ...] = get_args(PlaceName)
-HOLES = ("auto", "keep")
+HolesName = Literal["auto", "keep"]
+HOLES: tuple[str, ...] = get_args(HolesName)
 BALANCED = ("balanced",)
 WEIGHTED = ("conformal", "paper")
 """The methods that weight constraints in the energy."""
@@ -106,12 +107,12 @@ def _number(default: Any, *, least: float = 0, **row: Any) -> Any:
 class OptionValues(TypedDict, total=False):
     """The attributes of `Options` as keyword arguments, for type checkers."""
 
-    method: str | None
+    method: MethodName | None
     balance: float
     turn: float | Literal["any"] | None
-    fit: str
-    place: str
-    holes: str
+    fit: FitName
+    place: PlaceName
+    holes: HolesName
     max_left_out: float
     max_uncovered: float
     effort: int
@@ -129,7 +130,7 @@ class OptionValues(TypedDict, total=False):
     consistency: float | None
     tangential: float
     literal: bool
-    vertices: int | str | None
+    vertices: int | Literal["source"] | None
     samples_per_edge: int | None
     max_iterations: int
     decrease: float | None
@@ -152,8 +153,8 @@ class Options:
             is the cheapest of them ("whole" with strokes, rigid regions, bounds, surfaces and a balance above 1).
         place: "fill", the source takes the form of the target; "inside", it keeps its proportions and is as large as
             fits inside the target; "slice", it keeps its proportions and covers the target, and the rest is cut off.
-        holes: "keep", all are mapped onto each other or shrink to slits; "auto", partial maps may ignore some, if that
-            costs less.
+        holes: "keep", all are mapped onto each other or shrink to slits; "auto", they are ignored if that costs less,
+            and mapped onto each other only if both shapes have as many.
         max_left_out: largest share of the source that may be hidden, relative to the area inside its outline without
             holes; for drawings, relative to the area that they paint.
         max_uncovered: largest share of the target that may stay bare, measured alike.

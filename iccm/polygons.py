@@ -12,6 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from . import deadline
+from .arrays import Complex, complex_of
 
 Polygons = NDArray[np.object_]
 REGION = "the region that a drawing paints"
@@ -151,3 +152,11 @@ def _region(parts: Polygons) -> shapely.Geometry:
     if len(parts) < 2:
         return parts[0] if len(parts) else shapely.Polygon()
     return shapely.multipolygons(parts)
+
+
+def rings_of(region: shapely.Geometry) -> list[Complex]:
+    """Return the rings of a region, those of parts counter-clockwise, those of holes clockwise."""
+    parts = [part for part in shapely.get_parts(region) if part.geom_type == "Polygon" and not part.is_empty]
+    oriented = shapely.orient_polygons(np.array(parts, dtype=object))
+    rings = [ring for part in oriented for ring in (part.exterior, *part.interiors)]
+    return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Sequence, Sized
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Box, Complex, as_complex
+from .arrays import Box, Complex, Index, as_complex
 from .curve import Curve
 from .errors import InputError
 from .maps.fields import Field
@@ -44,6 +44,7 @@ class Problem:
         size_map: desired scale of the source's parts, relative to each other.
         softness: of the pins.
         stroke_widths: for each stroke, the width of the band around it that keeps its shape; 0 for none.
+        pin_numbers: (k,) numbers of the pins for messages; None for consecutive ones.
     """
 
     source: Curve
@@ -59,6 +60,7 @@ class Problem:
     size_map: Field | None = None
     softness: Softness = field(default_factory=lambda: Softness.free(0))
     stroke_widths: Sequence[float] = ()
+    pin_numbers: Index | None = None
 
     @classmethod
     def of(
@@ -70,12 +72,10 @@ class Problem:
         *,
         holes=((), ()),
         partners=(),
-        reach: float = NEAR_SHARE,
         rigid=(),
         rigid_target=(),
         importance=None,
         size_map=None,
-        pins_inside: bool = False,
         softness: Softness | None = None,
         stroke_widths: Sequence[float] = (),
     ) -> "Problem":
@@ -85,27 +85,20 @@ class Problem:
             source, target, pins, strokes: see `iccm.fit`.
             holes: of the source and of the target.
             partners: see `hole_partners`.
-            reach: how far outside constraints may be, relative to the diagonal.
             rigid, rigid_target, importance, size_map: see `iccm.fit`.
-            pins_inside: whether to reject pins whose target is outside the shape; methods that weight pins
-                would not notice.
             softness: of the pins; None leaves it to the method.
             stroke_widths: for each stroke; empty for none.
 
         Raises:
-            InputError: an outline is not a simple polygon, or a constraint is not inside the shapes.
+            InputError: an outline is not a simple polygon, or a constraint is not valid. Whether constraints are inside
+                the shapes is checked by `refuse_outside`.
         """
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
-        source_holes = _holes(source, holes[0], "source")
-        target_holes = _holes(target, holes[1], "target")
+        source_holes = as_holes(source, holes[0], "source")
+        target_holes = as_holes(target, holes[1], "target")
         pins = as_pins(pins)
-        _refuse_outside(source, pins[:, 0], "pin", reach)
-        if target is not None and pins_inside:
-            _refuse_outside(target, pins[:, 1], "target of pin", reach, "target")
         pairs = [as_strokes(k, pair) for k, pair in enumerate(strokes or [])]
-        for stroke, _ in pairs:
-            _refuse_outside(source, stroke.z, "source stroke vertex", reach)
         return cls(
             source,
             target,
@@ -113,7 +106,7 @@ class Problem:
             pairs,
             source_holes=source_holes,
             target_holes=target_holes,
-            hole_partners=_partners(partners, (source_holes, target_holes)),
+            hole_partners=tuple((int(i), int(j)) for i, j in partners),
             rigid=_regions(rigid),
             rigid_target=_regions(rigid_target),
             importance=_field(importance, source.box, "importance", LEAST_IMPORTANCE),
@@ -121,6 +114,89 @@ class Problem:
             softness=Softness.free(len(pins)) if softness is None else softness,
             stroke_widths=tuple(stroke_widths) or (0.0,) * len(pairs),
         )
+
+    def refuse_outside(self, reach: float, *, pins_inside: bool = False) -> None:
+        """Raise an error for constraints outside the source, and for partners that are not holes.
+
+        Args:
+            reach: how far outside constraints may be, relative to the diagonal.
+            pins_inside: whether to reject pins whose target is outside the shape; methods that weight pins
+                would not notice.
+
+        Raises:
+            InputError: a constraint is not inside the shapes.
+        """
+        _refuse_outside(self.source, self.pins[:, 0], "pin", reach)
+        if self.target is not None and pins_inside:
+            _refuse_outside(self.target, self.pins[:, 1], "target of pin", reach, "target")
+        for stroke, _ in self.strokes:
+            _refuse_outside(self.source, stroke.z, "source stroke vertex", reach)
+
+    def between(
+        self,
+        outlines: tuple[Curve, Curve] | None = None,
+        holes: tuple[Sequence[Complex | Curve], Sequence[Complex | Curve]] = ((), ()),
+    ) -> "Problem":
+        """Return the problem between other outlines of the same shapes, such as frames around them, with holes.
+
+        Args:
+            outlines: of source and target; those that the problem has by default.
+            holes: outlines of holes of both. Without any, no partners are prescribed.
+
+        Raises:
+            InputError: a hole does not lie inside its outline, or partners are not holes.
+        """
+        source, target = outlines or (self.source, self.target)
+        assert target is not None
+        source, target = as_domain(source, "source"), as_domain(target, "target")
+        source_holes = as_holes(source, holes[0], "source")
+        target_holes = as_holes(target, holes[1], "target")
+        partners = _partners(self.hole_partners, (source_holes, target_holes)) if any(map(len, holes)) else ()
+        return replace(
+            self,
+            source=source,
+            target=target,
+            source_holes=source_holes,
+            target_holes=target_holes,
+            hole_partners=partners,
+        )
+
+    def inverse(self) -> "Problem":
+        """Return the problem of the inverse map, without the fields, which are given over the source.
+
+        There has to be a target.
+        """
+        assert self.target is not None
+        return replace(
+            self,
+            source=self.target,
+            target=self.source,
+            pins=np.ascontiguousarray(self.pins[:, ::-1]),
+            strokes=[(image, stroke) for stroke, image in self.strokes],
+            source_holes=self.target_holes,
+            target_holes=self.source_holes,
+            hole_partners=tuple((j, i) for i, j in self.hole_partners),
+            rigid=self.rigid_target,
+            rigid_target=self.rigid,
+            importance=None,
+            size_map=None,
+        )
+
+    def without_pins(self) -> "Problem":
+        """Return the problem without its pins."""
+        return replace(self, pins=as_pins(None), softness=Softness.free(0))
+
+    @property
+    def ends(self) -> Complex:
+        """(k, 2) points and their images: the pins, and the ends of strokes."""
+        ends = [(a.z[k], b.z[k]) for a, b in self.strokes for k in (0, -1)]
+        return np.concatenate([self.pins, np.reshape(np.array(ends, complex), (-1, 2))])
+
+    @property
+    def refers_to_outlines(self) -> bool:
+        """Whether there are constraints that are given for the outlines of the shapes: all but pins."""
+        fields = self.importance is not None or self.size_map is not None
+        return fields or any(map(len, (self.strokes, self.rigid, self.rigid_target, self.hole_partners)))
 
     @property
     def outlines(self) -> tuple[Curve, Curve]:
@@ -151,7 +227,7 @@ def from_known(curve: Curve) -> Curve:
     return Curve(np.roll(curve.z, -int(first)))
 
 
-def _holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
+def as_holes(outer: Curve | None, holes, name: str) -> tuple[Curve, ...]:
     """Return the outlines of holes, clockwise, started at canonical vertices.
 
     Raises:

@@ -4,31 +4,34 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Callable, Mapping, Sequence, Sized
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
 from difflib import get_close_matches
 from functools import wraps
-from typing import Any, TypeVar, Unpack
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 from . import capabilities, deadline, fits
 from .arrays import Complex
+from .axes import Axes
 from .blas import on_one_thread
-from .curve import Curve, inside_any, polygon_of
+from .curve import Curve
 from .deadline import TimeUp
 from .drawings.drawing import Drawing
 from .errors import InputError
-from .given import Outlines, drawing_of, flattening_of, outlines_of, pins_of, strokes_of
+from .fit_data import with_details
+from .given import Outlines, outline_of, outlines_of, pins_of, refuse_non_sequences, strokes_of
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .options import Options, OptionValues
 from .pins import Pin, Softness, Stroke
-from .problem import NEAR_SHARE, ON_OUTLINE_SHARE, Problem, as_domain, as_pins, as_strokes
+from .problem import NEAR_SHARE, ON_OUTLINE_SHARE, Problem
 from .progress import Progress, listening
 from .result import Fit
-from .signatures import plain_signature
 from .status import Status
+
+if TYPE_CHECKING:
+    from .balanced.coarse import CoarseMap
+    from .drawings.detail import Detail
 
 FORMER_NAMES = {"starts": "effort"}
 """Former names of options, with the present ones."""
@@ -66,13 +69,12 @@ def _within_time(solve: Solve) -> Solve:
         note = (
             f"The search stopped after {limit.seconds:g} s (--time-limit); the result is the best map so far."
         )
-        ended = Status.LIMIT if result.ended.ok else result.ended
-        return replace(result, ended=ended, notes=[*result.notes, note])
+        ended = Status.LIMIT if result._ended.ok else result._ended
+        return replace(result, _ended=ended, notes=[*result.notes, note])
 
     return timed  # type: ignore[return-value]
 
 
-@plain_signature
 @on_one_thread
 @_within_time
 def fit(
@@ -89,9 +91,11 @@ def fit(
     importance: Any = None,
     size_map: Any = None,
     start: Fit | TriangulatedMap | None = None,
+    choices: Sequence[Any] | None = None,
+    detail: Detail | None = None,
     opaque: bool = True,
     free_gaps: bool = False,
-    axes: str = "xy",
+    axes: Axes = "xy",
     progress: Callable[[Progress], object] | None = None,
     cancel: Callable[[], bool] | None = None,
     **options: Unpack[OptionValues],
@@ -102,11 +106,11 @@ def fit(
     ----------
     source, target
         The two shapes. An outline: (n,) complex vertices x + iy with y up, in either orientation; pairs (n, 2); a
-        shapely polygon with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a trimesh path; a contour
-        of scikit-image or OpenCV (see `axes`); or a result of `iccm.read_shape` or `iccm.flatten`. A whole drawing: a
-        MultiPolygon, a GeoSeries, or a list of rings (arrays) filled by the even-odd rule; a frame around all parts of
-        one drawing is then mapped onto a frame around the other. With a flattened surface, the scale is uniform on
-        the surface, and figures describe the surface.
+        shapely polygon with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a path of trimesh or
+        matplotlib; a contour of scikit-image or OpenCV (see `axes`); or a result of `iccm.read_shape` or
+        `iccm.flatten`. A whole drawing: a MultiPolygon, a GeoSeries, or a list of rings (arrays) filled by the
+        even-odd rule; a frame around all parts of one drawing is then mapped onto a frame around the other. With a
+        flattened surface, the scale is uniform on the surface, and figures describe the surface.
     pins
         Points of the source and their places in the target: (k, 2) complex or (k, 2, 2) pairs, or a list of `iccm.Pin`.
         Either both are inside, or both are on the outlines. The balanced method pulls a patch around each inner pin to
@@ -117,8 +121,9 @@ def fit(
         both outlines. Strokes and pins on the outlines are hard constraints of the balanced method; the
         other methods weight them.
     source_holes, target_holes
-        Outlines of holes, in addition to those of polygons. The balanced method maps each onto a hole of the other
-        shape. If one shape has more, the unmatched ones shrink to slits.
+        Outlines of holes of shapes that are given as outlines. The balanced method maps each onto a hole of the other
+        shape. If one shape has more, the unmatched ones shrink to slits. Holes of polygons may be ignored where that
+        costs less, see `holes`.
     hole_partners
         (i, j) for holes that must be mapped onto each other, counted from 0; the others are paired by position and
         size.
@@ -139,6 +144,12 @@ def fit(
         Either a map of these domains whose constraints have moved (if inner pins have the same source points, the mesh
         is kept), or a map of the shapes in the previous frame, which is moved with their outlines (not for surfaces).
         Maps of flattened surfaces with holes are computed afresh.
+    choices
+        For drawings: ways to map these drawings with these options, from `iccm.frames.choice.choose`, if they were
+        compared before. The best that leads to a map without folds is refined.
+    detail
+        For drawings: the edges of the picture that the source shows, a `Detail` of `iccm.drawings.detail`. Maps are
+        then compared by what is seen of them, and the picture may be placed upright in the target, with paper around.
     opaque
         For drawings: whether the texture also covers the gaps between the source's parts.
     free_gaps
@@ -182,133 +193,66 @@ def fit(
     array([0.5 , 0.25])
     """
     settings = _options(fit, options)
+    refuse_non_sequences(
+        strokes=() if strokes is None else strokes,
+        source_holes=source_holes,
+        target_holes=target_holes,
+        hole_partners=hole_partners,
+        rigid=rigid,
+        rigid_target=rigid_target,
+        terms=settings.terms,
+    )
     points, softness = pins_of(pins, axes)
     lines, widths = strokes_of(strokes, axes)
-    constraints = _Constraints(
-        pins=points,
-        softness=softness,
-        strokes=lines,
-        stroke_widths=widths,
-        rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
-        rigid_target=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid_target)],
-        importance=importance,
-        size_map=size_map,
-        start=start,
+    given = (
+        outlines_of(source, "source", axes, source_holes),
+        outlines_of(target, "target", axes, target_holes),
     )
-    sides = [
-        _Side(
-            shape,
-            outlines_of(shape, name, axes) if drawing is None else None,
-            drawing,
-            [_points(hole, f"{name} hole {k + 1}", axes) for k, hole in enumerate(holes)],
-            name,
-        )
-        for shape, name, holes in ((source, "source", source_holes), (target, "target", target_holes))
-        for drawing in [drawing_of(shape, name, axes)]
-    ]
-    side_pair = sides[0], sides[1]
+    on_surface = any(side.layout is not None for side in given)
+    if on_surface and settings.place != "fill":
+        raise InputError(f"place: {settings.place} only works for planar drawings; leave it out for a mesh")
+    if len(hole_partners) and not (given[0].holes and given[1].holes):
+        raise InputError("hole_partners: at least one of the shapes has no holes; leave it out")
     with listening(progress, cancel):
-        on_surface = any(side.is_surface for side in side_pair)
-        if on_surface and settings.place != "fill":
-            raise InputError(
-                f"place: {settings.place} only works for planar drawings; leave it out for a mesh"
-            )
-        if (
-            any(side.drawing is not None for side in side_pair) or settings.place != "fill"
-        ) and not on_surface:
-            return _fit_drawings(side_pair, constraints, settings, hole_partners, axes, opaque, free_gaps)
-        return _fit_outlines(side_pair, constraints, settings, hole_partners, axes)
-
-
-@dataclass(frozen=True)
-class _Constraints:
-    """The constraints of a map, as for `fit`, with points as complex numbers."""
-
-    pins: Any
-    softness: Softness | None
-    strokes: Any
-    stroke_widths: Sequence[float]
-    rigid: Sequence[Any]
-    rigid_target: Sequence[Any]
-    importance: Any
-    size_map: Any
-    start: Fit | TriangulatedMap | None
-
-    @property
-    def points(self) -> Complex:
-        """(k, 2) points and their images: the pins, and the ends of strokes.
-
-        Raises:
-            InputError: they are not pairs of points.
-        """
-        strokes = [as_strokes(k, pair) for k, pair in enumerate(self.strokes or [])]
-        ends = [(a.z[k], b.z[k]) for a, b in strokes for k in (0, -1)]
-        return np.concatenate([as_pins(self.pins), np.reshape(np.array(ends, complex), (-1, 2))])
-
-    @property
-    def refer_to_outlines(self) -> bool:
-        """Whether there are constraints that are given for the outlines of the shapes: all but pins."""
-        values = (self.strokes, self.rigid, self.rigid_target, self.importance, self.size_map)
-        return any(
-            value is not None and not (isinstance(value, Sized) and len(value) == 0) for value in values
+        problem = Problem.of(
+            given[0].outline,
+            given[1].outline,
+            points,
+            lines,
+            rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
+            rigid_target=[
+                _points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid_target)
+            ],
+            importance=importance,
+            size_map=size_map,
+            softness=softness,
+            stroke_widths=widths,
+            partners=hole_partners,
         )
-
-
-@dataclass(frozen=True)
-class _Side:
-    """The source or the target.
-
-    Attributes:
-        shape: as given.
-        given_outlines: its outline and holes; None for drawings.
-        drawing: the whole drawing that it is; None for outlines.
-        given_holes: outlines of holes that were given separately.
-        name: "source" or "target", for messages.
-    """
-
-    shape: Any
-    given_outlines: Outlines | None
-    drawing: Drawing | None
-    given_holes: Sequence[Any]
-    name: str
-
-    @property
-    def is_surface(self) -> bool:
-        """Whether it is a surface flattened into the plane."""
-        return flattening_of(self.shape) is not None
-
-    @property
-    def outlines(self) -> Outlines:
-        """Its outline and those of its holes; for a drawing those of the tightest frame.
-
-        Raises:
-            InputError: holes were given for a shape that has its own.
-        """
-        outlines = self.given_outlines
-        if outlines is None:
-            assert self.drawing is not None
-            holes = tuple(hole.z for hole in self.drawing.mappable_holes)
-            outlines = Outlines(self.drawing.tightest.outline, holes)
-        if self.given_holes and outlines.holes:
-            raise InputError(f"{self.name}_holes: the shape already has holes; remove one of the two")
-        return Outlines(outlines.outline, tuple(self.given_holes)) if self.given_holes else outlines
-
-    def with_outline(self, outline: Curve, holes: Sequence[Curve]) -> _Side:
-        """Return the side with an outline that replaces its drawing."""
-        outlines = Outlines(outline, tuple(hole.z for hole in holes))
-        return replace(self, given_outlines=outlines, drawing=None, given_holes=())
+        is_drawn = settings.is_balanced or settings.place != "fill" or any(side.drawing for side in given)
+        if is_drawn and not on_surface:
+            result = _fit_drawings(
+                problem, given, settings, start, choices, opaque=opaque, free_gaps=free_gaps, detail=detail
+            )
+        else:
+            # other methods fill the holes of polygons
+            holes = [side.holes if settings.is_balanced or side.holes_are_separate else () for side in given]
+            result = _solve(problem.between(holes=(holes[0], holes[1])), settings, given, start)
+    return _with_axes(result, axes, (source, target))
 
 
 def _fit_drawings(
-    sides: tuple[_Side, _Side],
-    constraints: _Constraints,
+    problem: Problem,
+    given: tuple[Outlines, Outlines],
     settings: Options,
-    partners: Sequence[tuple[int, int]],
-    axes: str,
+    start: Fit | TriangulatedMap | None,
+    choices: Sequence[Any] | None,
+    *,
     opaque: bool,
     free_gaps: bool,
+    detail: Detail | None,
 ) -> Fit:
-    """Return the map between two drawings, one of which may have been given as an outline."""
+    """Return the map between two drawings, of which outlines are those of one part."""
     from .frames.placed import fit_placed
     from .frames.solve import fit_drawings
 
@@ -320,27 +264,27 @@ def _fit_drawings(
         options: Options,
         *,
         pinned: bool = True,
+        coarse: CoarseMap | None = None,
     ) -> Fit:
-        used_sides = sides[0].with_outline(source, source_holes), sides[1].with_outline(target, target_holes)
-        hole_partners = partners if source_holes or target_holes else ()
-        used_constraints = constraints if pinned else replace(constraints, pins=None, softness=None)
-        return _fit_outlines(used_sides, used_constraints, options, hole_partners, axes, advised=advised)
+        framed = problem if pinned else problem.without_pins()
+        return _solve(
+            framed.between((source, target), (source_holes, target_holes)), options, given, start, coarse
+        )
 
-    advised = bool(
-        {"whole", "keep"} & {settings.fit, settings.holes}
-    )  # otherwise frames were compared, not requested
-    source, target = (side.drawing or _drawing_of_outlines(side.outlines, side.name) for side in sides)
+    source, target = given[0].as_drawing("source"), given[1].as_drawing("target")
     if settings.place != "fill":
-        result = fit_placed(source, target, settings, solve_outlines, pins=constraints.points, opaque=opaque)
-        pins = as_pins(constraints.pins)
-        return replace(result, opaque=opaque, pins=pins, softness=Softness.exact(len(pins)))
-    searched = (
-        not constraints.refer_to_outlines and not partners and settings.is_balanced and settings.balance <= 1
-    )
-    searched = searched and settings.max_dilatation is None and settings.max_stretch is None
+        result = fit_placed(
+            source, target, settings, solve_outlines, pins=problem.ends, opaque=opaque, detail=detail
+        )
+        result = replace(result, pins=problem.pins)
+        return with_details(result, opaque=opaque, softness=Softness.exact(len(problem.pins)))
+    if settings.is_balanced and any(side.holes_are_separate for side in given):
+        settings = replace(settings, holes="keep")  # they were given to be mapped
+    has_bounds = settings.max_dilatation is not None or settings.max_stretch is not None
+    searched = settings.is_balanced and settings.balance <= 1 and not has_bounds
+    searched = searched and not problem.refers_to_outlines
     # pins in holes pair holes, which frames do not have
-    pins = as_pins(constraints.pins)
-    searched = searched and not _are_in_holes(pins, source, target)
+    searched = searched and not _are_in_holes(problem.pins, source, target)
     result = fit_drawings(
         source,
         target,
@@ -348,85 +292,49 @@ def _fit_drawings(
         solve_outlines,
         free_gaps=free_gaps,
         searched=searched,
-        pinned=len(pins) > 0,
-        start=_map_of(constraints.start),
+        pins=problem.pins,
+        start=_map_of(start),
+        choices=choices,
+        detail=detail,
     )
-    return replace(result, opaque=opaque)
+    return with_details(result, opaque=opaque)
 
 
 def _are_in_holes(pins: Complex, source: Drawing, target: Drawing) -> bool:
-    """Return whether an end of a pin (k, 2) is in a hole of its drawing that can be mapped."""
+    """Return whether an end of a pin (k, 2) is in a hole of its drawing that can be mapped, or on its outline."""
     sides = ((source, pins[:, 0]), (target, pins[:, 1]))
-    return any(inside_any(drawing.mappable_holes, points).any() for drawing, points in sides)
-
-
-def _drawing_of_outlines(outlines: Outlines, name: str) -> Drawing:
-    """Return the drawing with one part that an outline with holes encloses."""
-    outer = as_domain(outlines.outline, name)
-    holes = [as_domain(hole, f"{name} hole {k + 1}").z for k, hole in enumerate(outlines.holes)]
-    return Drawing(polygon_of(outer.z, *holes))
-
-
-def _fit_outlines(
-    sides: tuple[_Side, _Side],
-    constraints: _Constraints,
-    settings: Options,
-    partners: Sequence[tuple[int, int]],
-    axes: str,
-    *,
-    advised: bool = True,
-) -> Fit:
-    """Return the map between two outlines with their holes, or between surfaces."""
-    settings = replace(settings, fit=fits.of_outlines(settings.fit))
-    outlines = sides[0].outlines, sides[1].outlines
-    holes: tuple[Sequence[Any], Sequence[Any]] = outlines[0].holes, outlines[1].holes
-    if not settings.is_balanced and not any(side.given_holes for side in sides):
-        holes = (), ()  # holes of polygons: other methods fill them
-    problem = Problem.of(
-        outlines[0].outline,
-        outlines[1].outline,
-        constraints.pins,
-        constraints.strokes,
-        holes=holes,
-        partners=partners,
-        rigid=constraints.rigid,
-        rigid_target=constraints.rigid_target,
-        importance=constraints.importance,
-        size_map=constraints.size_map,
-        softness=constraints.softness,
-        stroke_widths=constraints.stroke_widths,
-        reach=ON_OUTLINE_SHARE if settings.is_balanced else NEAR_SHARE,
-        pins_inside=not settings.is_balanced,
+    return any(
+        (hole.contains(points) | (hole.distances(points) <= ON_OUTLINE_SHARE * hole.diagonal)).any()
+        for drawing, points in sides
+        for hole in drawing.mappable_holes
     )
-    layouts = flattening_of(sides[0].shape), flattening_of(sides[1].shape)
-    result = _solve(problem, settings, layouts, constraints.start, advised=advised)
-    return _with_axes(result, axes, (sides[0].shape, sides[1].shape))
 
 
 def _solve(
     problem: Problem,
     settings: Options,
-    layouts: tuple[Flattening | None, Flattening | None],
+    given: tuple[Outlines, Outlines],
     start: Fit | TriangulatedMap | None,
-    *,
-    advised: bool,
+    coarse: CoarseMap | None = None,
 ) -> Fit:
-    """Solve a problem by the requested method; see `balanced.fit.solve` for `advised`."""
-    start_map = _map_of(start)
+    """Solve for the map of two outlines, or of surfaces, by the requested method; see `balanced.fit.solve`."""
+    layouts, start_map = (given[0].layout, given[1].layout), _map_of(start)
+    reach = ON_OUTLINE_SHARE if settings.is_balanced else NEAR_SHARE
+    problem.refuse_outside(reach, pins_inside=not settings.is_balanced)
     if settings.keep_start and (start_map is None or any(layouts)):
         reason = (
             "does not work with surfaces; leave it out" if any(layouts) else "needs the map to keep, start"
         )
         raise InputError(f"keep_start: {reason}")
-    capabilities.refuse(
-        _constraint_names(problem, start_map), _method_of(settings), _kind_of(layouts), settings.fit
-    )
+    fit = fits.of_outlines(settings.fit)
+    capabilities.refuse(_constraint_names(problem, start_map), _method_of(settings), _kind_of(layouts), fit)
+    settings = replace(settings, fit=fit)
     if settings.method == "paper":
-        from .paper import algorithm1
+        from . import paper
 
-        return _complete_result(settings, algorithm1.solve(problem, settings), layouts)
+        return _complete_result(settings, paper.solve(problem, settings), layouts)
     if not settings.is_balanced:
-        from .conformal import method as conformal
+        from . import conformal
 
         return _complete_result(settings, conformal.solve(problem, settings), layouts)
     if any(layouts):
@@ -441,7 +349,7 @@ def _solve(
         return surfaces.solve(problem, settings, layouts, start_map)
     from .balanced import fit as balanced
 
-    return balanced.solve(problem, settings, start_map, advised=advised)
+    return balanced.solve(problem, settings, start_map, coarse=coarse)
 
 
 def _complete_result(
@@ -452,7 +360,7 @@ def _complete_result(
     It gets the layouts, the method's tolerance, and a note if constraints determined the choice of the method.
     """
     notes = [_switch_note(settings), *result.notes] if settings.switched_by else result.notes
-    return replace(result, layouts=layouts, tolerance=settings.tolerance, notes=notes)
+    return with_details(replace(result, notes=notes), layouts=layouts, tolerance=settings.tolerance)
 
 
 def _switch_note(settings: Options) -> str:
@@ -527,7 +435,7 @@ def refuse_unknown(
 
 def _points(shape: Outline, name: str, axes: str) -> Any:
     """Return the outline of a hole or of a region."""
-    return outlines_of(shape, name, axes).outline
+    return outline_of(shape, name, axes).outline
 
 
 def _with_axes(result: Fit, axes: str, shapes: tuple[Outline, ...]) -> Fit:
@@ -543,7 +451,6 @@ def _side(axes: str, shape: Outline) -> str:
     return axes if not isinstance(shape, Curve | Flattening) and not hasattr(shape, "curve") else "xy"
 
 
-@plain_signature
 @on_one_thread
 @_within_time
 def deform(
@@ -554,7 +461,7 @@ def deform(
     source_holes: Sequence[Outline] = (),
     rigid: Sequence[Outline] = (),
     start: Fit | TriangulatedMap | None = None,
-    axes: str = "xy",
+    axes: Axes = "xy",
     progress: Callable[[Progress], object] | None = None,
     cancel: Callable[[], bool] | None = None,
     **options: Unpack[OptionValues],
@@ -591,8 +498,9 @@ def deform(
         (True, (3+2j))
     """
     settings = _options(deform, options)
+    refuse_non_sequences(strokes=() if strokes is None else strokes, source_holes=source_holes, rigid=rigid)
     reach = ON_OUTLINE_SHARE if settings.is_balanced else NEAR_SHARE
-    outlines = outlines_of(source, "source", axes)
+    outlines = outline_of(source, "source", axes)
     points, softness = pins_of(pins, axes)
     lines, widths = strokes_of(strokes, axes)
     holes = [_points(hole, f"source hole {k + 1}", axes) for k, hole in enumerate(source_holes)]
@@ -604,9 +512,9 @@ def deform(
         softness=softness,
         stroke_widths=widths,
         holes=(holes or (outlines.holes if settings.is_balanced else ()), ()),
-        reach=reach,
         rigid=[_points(ring, f"rigid region {k + 1}", axes) for k, ring in enumerate(rigid)],
     )
+    problem.refuse_outside(reach)
     if not problem.pins.size and not problem.strokes:
         raise InputError("deform: no pins or strokes are given; add at least one")
     with listening(progress, cancel):
@@ -631,14 +539,14 @@ def _deform(
     capabilities.refuse(
         _constraint_names(problem, _map_of(start)), _method_of(settings), "plane", settings.fit
     )
-    from .paper import algorithm1
+    from . import paper
 
     weighed = Options(**OptionValues(smoothness=1e-4, order=0, max_iterations=100) | options)
-    return _complete_result(settings, algorithm1.deform(problem, weighed))
+    return _complete_result(settings, paper.deform(problem, weighed))
 
 
 def _map_of(start: Fit | TriangulatedMap | None) -> TriangulatedMap | None:
-    if isinstance(start, Fit) and start.filled is not None:
+    if isinstance(start, Fit) and start.details.filled is not None:
         raise InputError("start: cannot continue from a partial map; compute it with fit='whole'")
     map = start.map if isinstance(start, Fit) else start
     if map is not None and not isinstance(map, TriangulatedMap):

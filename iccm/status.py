@@ -35,6 +35,16 @@ class Status(Enum):
         "Pieces of the target have no partner in the source, so their faces show nothing of it (unpaired); name a "
         "piece of the source, as in source.obj#piece-1, for --parts each."
     )
+    BARE = (
+        "The map reaches less than half of what the target paints, and the rest stays bare (covered); use --fit whole "
+        "or cover, or allow it with --fit contain or --max-uncovered."
+    )
+    HIDDEN = "Nothing of the source is shown (shown): all of it lies in gaps of the target, or is too thin."
+    EMPTY = "A picture is empty, because no part of the texture lies in the area that it shows (empty)."
+    PARTIAL = (
+        "Less than half of a mesh's area is mapped, because it has other pieces, or pieces that cannot be flattened; "
+        "name the piece (file#piece-1), or map all of them with --parts all or each (mapped)."
+    )
     FLIPPED = "The texture coordinates that were written flip triangles or leave them without area (uv)."
     CROWDED = (
         "Parts of the target are not covered, because the map is too crowded there for double "

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Unpack
+from typing import Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import solve
 from .arrays import Box, Complex, as_complex
+from .axes import Axes
 from .blas import on_one_thread
 from .errors import InputError
-from .given import drawing_of, outlines_of
 from .maps.triangulated.map import TriangulatedMap
 from .options import OptionValues
 from .pixels import stmap as stmaps
@@ -24,13 +24,15 @@ from .pixels import warp as warping
 from .pixels.canvas import LONGER_SIDE_PIXELS, Canvas, Diagnostics, proportional
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
-from .problem import as_domain
 from .progress import Progress
 from .result import Fit
-from .signatures import plain_signature
 from .solve import Outline, Points
 from .transform import Transform
 
+FilterName = Literal["auto", "nearest", "linear", "cubic", "lanczos", "spline"]
+KindName = Literal["colour", "data", "normal", "normal-down"]
+EdgeName = Literal["clamp", "transparent", "repeat", "mirror"]
+EncodingName = Literal["srgb", "linear"]
 TYPES = (np.uint8, np.uint16, np.float16, np.float32)
 
 
@@ -47,9 +49,11 @@ class FitOptions(OptionValues, total=False):
     importance: Any
     size_map: Any
     start: Fit | TriangulatedMap | None
+    choices: Sequence[Any] | None
+    detail: Any
     opaque: bool
     free_gaps: bool
-    axes: str
+    axes: Axes
     progress: Callable[[Progress], object] | None
     cancel: Callable[[], bool] | None
 
@@ -71,6 +75,12 @@ class Transfer:
     fit: Fit
     diagnostics: Diagnostics
 
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Left, right, bottom and top of the picture, as for `extent` of `matplotlib.pyplot.imshow`."""
+        low, high = self.box
+        return low.real, high.real, low.imag, high.imag
+
     def _repr_png_(self) -> bytes:
         """Return the picture as PNG, for notebooks."""
         from .pixels.thumbnail import png
@@ -91,10 +101,10 @@ class PictureOptions:
     size: int | tuple[int, int] = LONGER_SIDE_PIXELS
     texture_box: Box | None = None
     target_box: Box | None = None
-    filter: str = "auto"
-    kind: str = "colour"
-    edge: str = "clamp"
-    encoding: str | None = None
+    filter: FilterName = "auto"
+    kind: KindName = "colour"
+    edge: EdgeName = "clamp"
+    encoding: EncodingName | None = None
     padding: int = 0
     threads: int | None = None
 
@@ -131,17 +141,16 @@ class PictureOptions:
     def carry_through(self, fit: Fit, texture: ArrayLike) -> Transfer:
         """Warp a texture through a given map, by default from all of its source to all of its target."""
         outlines = [loop.z for loop in (fit.source, *fit.source_holes)]
-        source_box, target_box = fit.boxes
+        source_box, target_box = fit._boxes
         return self.carry(fit, self.sampler(texture, source_box, outlines), self.canvas(target_box))
 
     def carry(self, fit: Fit, sampler: Sampler, canvas: Canvas) -> Transfer:
         """Warp a texture through a map."""
-        work = warping.Warp(fit.visible_map, sampler, canvas)
+        work = warping.Warp(fit._visible_map, sampler, canvas)
         warped = warping.whole(work, padding=self.padding, threads=self.threads)
         return Transfer(warped.pixels, canvas.box, fit, warped.diagnostics)
 
 
-@plain_signature
 @on_one_thread
 def transfer(
     texture: ArrayLike,
@@ -151,10 +160,10 @@ def transfer(
     size: int | tuple[int, int] = LONGER_SIDE_PIXELS,
     texture_box: Box | None = None,
     target_box: Box | None = None,
-    filter: str = "auto",
-    kind: str = "colour",
-    edge: str = "clamp",
-    encoding: str | None = None,
+    filter: FilterName = "auto",
+    kind: KindName = "colour",
+    edge: EdgeName = "clamp",
+    encoding: EncodingName | None = None,
     padding: int = 0,
     threads: int | None = None,
     **options: Unpack[FitOptions],
@@ -197,7 +206,6 @@ def transfer(
             "transfer: takes a texture and two shapes; to use an existing map, call iccm.warp(fit, texture)"
         )
     solve.refuse_unknown(transfer, options, passed_to=solve.fit)
-    axes = options.get("axes", "xy")
     picture = PictureOptions(
         size=size,
         texture_box=texture_box,
@@ -209,25 +217,10 @@ def transfer(
         padding=padding,
         threads=threads,
     )
-    drawings = drawing_of(source, "source", axes), drawing_of(target, "target", axes)
-    if any(drawings):
-        picture.check(texture)
-        fit = solve.fit(drawings[0] or source, drawings[1] or target, **options)
-        return picture.carry_through(fit, texture)
-    # check the texture first, so that errors are reported before the map is solved
-    source_outlines, target_outlines = (
-        outlines_of(source, "source", axes),
-        outlines_of(target, "target", axes),
-    )
-    holes = [outlines_of(hole, "hole", axes).outline for hole in options.get("source_holes", ())]
-    domain = as_domain(source_outlines.outline, "source")
-    outlines = [domain.z, *(as_domain(hole, "hole").z for hole in (holes or source_outlines.holes))]
-    sampler = picture.sampler(texture, domain.box, outlines)
-    canvas = picture.canvas(as_domain(target_outlines.outline, "target").box)
-    return picture.carry(solve.fit(source, target, **options), sampler, canvas)
+    picture.check(texture)  # before a map is solved
+    return picture.carry_through(solve.fit(source, target, **options), texture)
 
 
-@plain_signature
 @on_one_thread
 def warp(
     fit: Fit,
@@ -236,10 +229,10 @@ def warp(
     size: int | tuple[int, int] = LONGER_SIDE_PIXELS,
     texture_box: Box | None = None,
     target_box: Box | None = None,
-    filter: str = "auto",
-    kind: str = "colour",
-    edge: str = "clamp",
-    encoding: str | None = None,
+    filter: FilterName = "auto",
+    kind: KindName = "colour",
+    edge: EdgeName = "clamp",
+    encoding: EncodingName | None = None,
     padding: int = 0,
     threads: int | None = None,
 ) -> Transfer:
@@ -291,10 +284,10 @@ def stmap(
     >>> complex(np.round(back(0.5 + 0.25j), 3))
     (1.5+0.75j)
     """
-    boxes = fit.boxes
+    boxes = fit._boxes
     canvas = _canvas(size, target_box or boxes[1])
     box = _box(texture_box or boxes[0], "texture_box")
-    return np.concatenate(list(stmaps.stmap(fit.visible_map, box, canvas, threads=threads)))
+    return np.concatenate(list(stmaps.stmap(fit._visible_map, box, canvas, threads=threads)))
 
 
 def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Box | None = None) -> Transform:

@@ -6,12 +6,10 @@ y down.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import overload
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from .arrays import Complex, Real
-from .axes import UP, on_pairs
+from .arrays import Complex, Numbers, Pairs, Real, as_points
+from .axes import UP, is_pairs, on_pairs
 
 Function = Callable[[Complex], Complex]
 
@@ -36,16 +34,21 @@ class Transform:
     backward: Function
     axes: tuple[str, str] = UP
 
-    def __call__(self, points: ArrayLike) -> Complex | Real:
-        """Return the images of complex points of any shape, or of pairs (…, 2), in the same form."""
-        array = np.asarray(points)
-        if np.iscomplexobj(array):
-            return self.forward(array)
-        if array.shape[-1:] != (2,):
-            raise ValueError(
-                f"points: have shape {array.shape}; pass complex numbers, or real numbers of shape (n, 2)"
-            )
-        return on_pairs(self.forward, array, self.axes)
+    @overload
+    def __call__(self, points: Pairs) -> Real: ...
+
+    @overload
+    def __call__(self, points: Numbers) -> Complex: ...
+
+    def __call__(self, points: Pairs | Numbers) -> Complex | Real:
+        """Return the images of complex points of any shape, or of pairs (…, 2), in the same form.
+
+        Raises:
+            InputError: neither complex numbers nor pairs.
+        """
+        if is_pairs(points):
+            return on_pairs(self.forward, points, self.axes)
+        return self.forward(as_points(points))
 
     @property
     def inverse(self) -> "Transform":

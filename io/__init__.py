@@ -38,4 +38,6 @@ describe       what `iccm info` reports
 sheet          the figure of numbered parts for `iccm info --plot`
 doctor         the checks of `iccm doctor`
 plugins        installation of plug-ins for other programs
+lengths        units of length, and the width and height of drawings in them
+isolated/      reading files in a separate process, with libraries whose errors would end this one
 """

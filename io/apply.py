@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import shapely
 
 from ..arrays import Complex
@@ -19,7 +20,7 @@ from ..maps.approximation import triangulated
 from ..maps.harmonic import ROUNDING_SHARE
 from ..maps.triangulated.map import TriangulatedMap
 from ..plane import diagonal
-from ..result import Fit
+from ..result import Fit, result_of
 from ..saved.geometry import Carrier
 from ..saved.inverted import Inverted
 from ..saved.map_file import MapFile, Plane
@@ -28,8 +29,8 @@ from . import files, formats
 from .artwork import TOLERANCE_SHARE
 from .geometry import document
 from .geometry.document import Geometry, Images
+from .lengths import MILLIMETRES
 from .memory import within
-from .options import INVERSE_MARK
 from .run import outputs
 from .run.inputs import Inputs
 from .run.job import Job
@@ -37,6 +38,7 @@ from .run.phases import Phases
 from .run.report import write as write_report
 from .run.state import Run
 from .shapes.shape import Shape
+from .spec import INVERSE, path_of, saved_map_of
 
 SCHEMA = "iccm.apply/1"
 PICTURE_OPTIONS = ("target_box", "holes")
@@ -77,7 +79,7 @@ class Saved:
         """
         stored = read_file(files.open_input(name))
         with naming(name):
-            fit, job = Fit.of(stored), _job(stored)
+            fit, job = result_of(stored), _job(stored)
         map = fit.map
         margin = (map.near if isinstance(map, TriangulatedMap) else ROUNDING_SHARE) * map.diagonal
         saved = cls(name, fit, stored.planes, job, lambda z: map.jet(z)[0], margin)
@@ -97,8 +99,7 @@ class Saved:
             target=fit.source,
             source_holes=fit.target_holes,
             target_holes=fit.source_holes,
-            passed_holes=fit.passed_holes[::-1],
-            drawings=fit.drawings and fit.drawings[::-1],
+            details=replace(fit.details, drawings=fit.details.drawings and fit.details.drawings[::-1]),
         )
         job = {name: value for name, value in self.job.items() if name != "target_box"}
         margin = triangles.near * triangles.image_diagonal if triangles is fit.map else 0.0
@@ -116,13 +117,16 @@ class Saved:
         *,
         threads: int | None = None,
         tell: Callable[[str], None] = lambda note: None,
-    ) -> None:
+    ) -> bool:
         """Write a picture or a drawing carried through the map.
 
         Args:
             job: `output`, and `texture` for a picture or `source` for a drawing; options of `Job`.
             threads: number of threads; None for all cores.
             tell: called with each note.
+
+        Returns:
+            Whether a picture is empty.
 
         Raises:
             InputError: as for a job.
@@ -144,9 +148,11 @@ class Saved:
         first_output = next(iter(full_job.outputs), None)  # none if the picture goes to stdout
         room = within(full_job.memory, first_output)
         run = Run(full_job, inputs, [(source, target)], room, tell, phases, threads, fits=[self.fit])
+        reports = []
         for output in outputs.check(run, requested):
             with files.writing(output.name, force=full_job.force) as path:
-                output.write(run, path)
+                reports.append(output.write(run, path))
+        return any(report.figures.get("empty") for report in reports)
 
     def carry_geometry(self, path: str, output: str, **options: Any) -> dict[str, int]:
         """Write the geometry of a file carried through the map; see the function `carry_geometry`."""
@@ -156,8 +162,8 @@ class Saved:
     def _painted(self) -> tuple[shapely.Geometry, shapely.Geometry]:
         """What the shapes of source and target paint, in the core plane; for a deformation, also its image."""
         fit = self.fit
-        if fit.drawings is not None:
-            return fit.drawings[0].painted, fit.drawings[1].painted
+        if fit.details.drawings is not None:
+            return fit.details.drawings[0].painted, fit.details.drawings[1].painted
         target = fit.image if fit.target is None else fit.target.z
         sides = (fit.source.z, fit.source_holes), (target, () if fit.target is None else fit.target_holes)
         polygons = [shapely.make_valid(polygon_of(z, *(hole.z for hole in holes))) for z, holes in sides]
@@ -199,17 +205,15 @@ class Saved:
 def inverse_chain(names: Sequence[str]) -> list[str]:
     """Return the names of the inverses of maps that are applied one after another, in the opposite order.
 
-    >>> inverse_chain(["a.npz", "~b.npz"])
-    ['b.npz', '~a.npz']
+    >>> inverse_chain(["a.npz", "inverse:b.npz"])
+    ['b.npz', 'inverse:a.npz']
     """
-    return [
-        name.removeprefix(INVERSE_MARK) if name.startswith(INVERSE_MARK) else INVERSE_MARK + name
-        for name in reversed(names)
-    ]
+    steps = [saved_map_of(name) for name in reversed(names)]
+    return [path if is_inverse else f"{INVERSE}{path}" for path, is_inverse in steps]
 
 
 def read_chain(names: Sequence[str]) -> list[Saved]:
-    """Read maps that are applied one after another; `~` before a name is the inverse of a map.
+    """Read maps that are applied one after another; `inverse:` before a name requests the inverse of a map.
 
     Args:
         names: of files, the map that is applied first first.
@@ -218,16 +222,14 @@ def read_chain(names: Sequence[str]) -> list[Saved]:
         InputError: a file does not contain a valid map, or a map does not begin on the shape on which the one before
             ends.
     """
-    steps = [
-        Saved.read(name.removeprefix(INVERSE_MARK), inverse=name.startswith(INVERSE_MARK)) for name in names
-    ]
+    steps = [Saved.read(path, inverse=is_inverse) for path, is_inverse in map(saved_map_of, names)]
     for first, second in pairwise(steps):
         ends, begins = first._painted[1], second._painted[0]
         area_between = shapely.symmetric_difference(ends, begins).area / ends.area
         if first.planes[1].down != second.planes[0].down or area_between > JOINT_AREA_SHARE:
             raise InputError(
                 f"{second.name}: does not begin on the shape on which {first.name} ends; chain maps that meet in the "
-                "same file, and put ~ before a map to use its inverse"
+                f"same file, and put {INVERSE} before a map to use its inverse"
             )
     return steps
 
@@ -258,6 +260,8 @@ def carry_geometry(
     output: str,
     *,
     columns: str | None = None,
+    pixel_size: float | None = None,
+    unit: str | None = None,
     max_line_error: float | None = None,
     unmapped: str = "drop",
     report: str | None = None,
@@ -270,54 +274,102 @@ def carry_geometry(
         steps: the maps, which are applied one after another.
         path: the file to read.
         output: the file to write, in the same format.
-        columns, max_line_error, unmapped, report: see `options.ApplyOptions`.
+        columns, pixel_size, unit, max_line_error, unmapped, report: see `options.ApplyOptions`.
         force: whether an existing file may be replaced.
         tell: called with each note.
 
     Returns:
-        The numbers of points, lines and polygons, and how many of them lay outside or were cut.
+        The numbers of points, lines and polygons that were written, and how many others lay outside or were cut.
 
     Raises:
         InputError: a file is invalid, or something lies outside and `unmapped` is "refuse".
     """
-    suffix = formats.suffix_of(path)
+    suffix = formats.suffix_of(path_of(path))
     if output != "-" and document.READERS.get(formats.suffix_of(output)) != document.READERS[suffix]:
         raise InputError(f"{output}: must have the format of the input; choose a name that ends in {suffix}")
     formats.check_report(report)
     names = [name for name in (output, report) if name not in (None, "-")]
-    files.check_outputs(names, [path, *(step.name for step in steps)], force=force)
+    files.check_outputs(names, [path_of(path), *(step.name for step in steps)], force=force)
     if output == report == "-":
         raise InputError("-: only one output can be stdout; name a file for the others")
     content = document.read(path, columns)
+    if output == "-" and content.is_database:
+        raise InputError(f"-: {suffix} is written to a file; name one")
+    companions = content.companions(output)
+    files.check_outputs(list(companions), [path_of(path)], force=force)
     if unmapped == "keep" and not content.keeps:
         raise InputError(
             f"--unmapped keep: {suffix} files cannot contain entries without a position; use drop or refuse"
         )
-    images, counted = steps[0].carried(content.geometry, content.upward, max_line_error)
+    to_source, from_target = _scales(steps, pixel_size, unit)
+    if content.unit and pixel_size is None and unit is None:
+        tell(
+            f"{path}: coordinates in {content.unit} are taken as units of {steps[0].name}; --pixel-size or --unit "
+            "converts them"
+        )
+    geometry = content.geometry
+    images, counted = steps[0].carried(geometry.scaled(to_source), content.upward, max_line_error)
     for step in steps[1:]:
         images, further_counts = _carried_again(images, step, content.upward, max_line_error)
         counted += further_counts
-    images = replace(images, keep=unmapped == "keep")
+    images = replace(images.scaled(from_target), keep=unmapped == "keep")
     nonzero_counts = {name: count for name, count in counted.items() if count}
     losses = ", ".join(f"{count} {name}" for name, count in nonzero_counts.items() if "repaired" not in name)
     if losses and unmapped == "refuse":
         raise InputError(f"{path}: {losses} of the map's domain; use --unmapped drop to leave them out")
     for note in (*content.notes, *(f"{count} {name}" for name, count in nonzero_counts.items())):
         tell(f"{path}: {note}")
-    geometry = content.geometry
     counts = {
         "points": len(geometry.points),
         "lines": len(geometry.lines),
         "polygons": len(geometry.polygons),
     }
+    placeless = int(np.isnan(geometry.points).sum())
+    if placeless:
+        remedy = "kept" if images.keep else "left out; --unmapped keep keeps them"
+        tell(f"{path}: {placeless} without a position, {remedy}")
     counts |= {name.replace(" ", "_"): count for name, count in counted.items()}
+    written = images.counts
     maps = {"map": steps[0].name} if len(steps) == 1 else {"maps": [step.name for step in steps]}
     with ExitStack() as stack:
         result_file = stack.enter_context(files.writing(output, force=force, suffix=suffix))
-        result_file.write_bytes(content.encode(images))
+        if companions:
+            folder = stack.enter_context(files.scratch())
+            content.write(images, folder / Path(output).name)
+            result_file.write_bytes((folder / Path(output).name).read_bytes())
+            for name in companions:
+                written_file = folder / Path(name).name
+                if written_file.is_file():
+                    place = stack.enter_context(files.writing(name, force=force, suffix=Path(name).suffix))
+                    place.write_bytes(written_file.read_bytes())
+        else:
+            content.write(images, result_file)
         if report:
-            write_report({"schema": SCHEMA, "input": path, **maps, **counts}, report, stack, force=force)
-    return counts
+            entries = {"schema": SCHEMA, "input": path, **maps, **counts, "written": written}
+            write_report(entries, report, stack, force=force)
+    return counts | written
+
+
+def _scales(steps: Sequence[Saved], pixel_size: float | None, unit: str | None) -> tuple[float, float]:
+    """Return the factors from a file's units to those of the first map's source, and from the last target's back.
+
+    Raises:
+        InputError: both options are given, or the length of a map's unit is not known.
+    """
+    if pixel_size is not None and unit is not None:
+        raise InputError("--pixel-size, --unit: use one of the two")
+    if pixel_size is not None:
+        return 1 / pixel_size, pixel_size
+    if unit is None:
+        return 1.0, 1.0
+    lengths = list[float]()
+    for plane in (steps[0].planes[0], steps[-1].planes[1]):
+        if plane.millimetres is None:
+            raise InputError(
+                f"--unit {unit}: {plane.name or steps[0].name} does not state the length of its unit; use --pixel-size"
+            )
+        lengths.append(plane.millimetres)
+    return MILLIMETRES[unit] / lengths[0], lengths[1] / MILLIMETRES[unit]
 
 
 def _carried_again(
@@ -344,11 +396,12 @@ def _shape(name: str, plane: Plane) -> Shape:
     assert plane.outline is not None
     holes = tuple(plane.holes)
     outline = Curve(plane.outline)
-    path, unit = Path(name), plane.millimetres
+    path = Path(name)
     return Shape(
         *(plane.name or name, path, outline, plane.box, plane.down, {}, {}),
         holes=holes,
-        millimetres=unit,
+        millimetres=plane.millimetres,
+        unit=plane.unit,
         georeference=plane.georeference,
     )
 

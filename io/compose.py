@@ -9,16 +9,17 @@ from itertools import pairwise
 from ..arrays import Complex
 from ..curve import Curve, hausdorff
 from ..errors import InputError, naming
+from ..fit_data import Details
 from ..maps.approximation import triangulated
 from ..maps.composition import Function, composed
 from ..maps.triangulated.map import NEAR_SHARE, TriangulatedMap
 from ..plane import diagonal
-from ..result import Fit
+from ..result import Fit, result_of
 from ..saved.map_file import Plane
 from ..saved.map_file import read as read_file
 from ..status import Status
 from . import files
-from .options import INVERSE_MARK
+from .spec import saved_map_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +46,16 @@ class Step:
 
     @classmethod
     def read(cls, name: str) -> Step:
-        """Read a step from a file, whose name may begin with `~`.
+        """Read a step from a file, whose name may begin with `inverse:`.
 
         Raises:
             InputError: the file does not contain a valid map, or one that cannot be composed.
         """
-        is_inverse = name.startswith(INVERSE_MARK)
-        path = name.removeprefix(INVERSE_MARK)
+        path, is_inverse = saved_map_of(name)
         stored = read_file(files.open_input(path))
         with naming(path):
-            fit = Fit.of(stored)
-        if fit.target is None or fit.filled is not None:
+            fit = result_of(stored)
+        if fit.target is None or fit.details.filled is not None:
             kind = "the map of a deformation" if fit.target is None else "a map of parts of its shapes"
             raise InputError(f"{path}: {kind} cannot be composed; use maps of whole shapes (--fit whole)")
         map = triangulated(fit.map)
@@ -86,7 +86,7 @@ def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
     Parameters
     ----------
     names
-        Files of maps; `~name` is the inverse of a map.
+        Files of maps; `inverse:name` is the inverse of a map.
 
     Raises
     ------
@@ -116,8 +116,8 @@ def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
     map = replace(map, axes=(first.map.axes[0], last.map.axes[1]))
     (source, source_holes), (target, target_holes) = first.domains[0], last.domains[1]
     drawings = None
-    if all(step.fit.drawings for step in steps):
-        begin, end = first.fit.drawings or (), last.fit.drawings or ()
+    if all(step.fit.details.drawings for step in steps):
+        begin, end = first.fit.details.drawings or (), last.fit.details.drawings or ()
         drawings = begin[-1 if first.is_inverse else 0], end[0 if last.is_inverse else -1]
     fit = Fit(
         map,
@@ -130,18 +130,20 @@ def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
         [f"Composed of {', '.join(names)}, to within {error:.1e} of the diagonal."],
         source_holes=source_holes,
         target_holes=target_holes,
-        hole_partners=[
-            (_nearest(map.source[loop], source_holes), _nearest(map.image[loop], target_holes))
-            for loop in map.loops[1:]
-        ],
-        tolerance=max(step.fit.tolerance for step in steps),
         axes=map.axes,
-        drawings=drawings,
+        details=Details(
+            hole_partners=[
+                (_nearest(map.source[loop], source_holes), _nearest(map.image[loop], target_holes))
+                for loop in map.loops[1:]
+            ],
+            tolerance=max(step.fit.details.tolerance for step in steps),
+            drawings=drawings,
+        ),
     )
     if not fit.certificate.certified:
-        fit = replace(fit, ended=Status.FOLDED)
-    elif fit.is_far_off:
-        fit = replace(fit, ended=Status.GAP)
+        fit = replace(fit, _ended=Status.FOLDED)
+    elif fit._is_far_off:
+        fit = replace(fit, _ended=Status.GAP)
     return fit, (first.planes[0], last.planes[1])
 
 

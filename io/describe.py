@@ -69,7 +69,7 @@ def _shape(spec: Spec | Path) -> dict[str, Any]:
         "ids": list(drawing.ids)[:LISTED_ITEMS],
         "pins": {name: [z.real, z.imag] for name, z in drawing.pins.items()},
         "strokes": {name: int(z.size) for name, z in drawing.strokes.items()},
-        "refused": [str(error) for _, error in drawing.refused[:LISTED_ITEMS]],
+        "refused": list(dict.fromkeys(str(error) for _, error in drawing.refused))[:LISTED_ITEMS],
         "notes": drawing.notes[:LISTED_ITEMS],
     }
 
@@ -96,9 +96,13 @@ def _map(path: Path) -> dict[str, Any]:
         },
         "pins": len(fit.pins),
         "strokes": len(fit.strokes),
-        "left_out": fit.left_out if fit.target is not None else 0.0,
-        "uncovered": fit.uncovered if fit.target is not None else 0.0,
-        **({"shown": fit.shown, "covered": fit.covered} if fit.seen is not None else {}),
+        "left_out": fit.coverage.left_out if fit.target is not None else 0.0,
+        "uncovered": fit.coverage.uncovered if fit.target is not None else 0.0,
+        **(
+            {"shown": 1 - fit.coverage.hidden, "covered": 1 - fit.coverage.bare}
+            if fit.coverage.seen is not None
+            else {}
+        ),
         "notes": fit.notes[:LISTED_ITEMS],
     }
 

@@ -111,7 +111,7 @@ def _writing() -> Iterator[Finding]:
 def _fonts() -> Finding:
     """Return which tool finds the fonts for texts in drawings."""
     try:
-        from .svg.lettering import finder
+        from .svg.installed_fonts import finder
     except ImportError as error:  # missing libraries are reported separately
         return Finding("fonts", f"cannot be searched: {error}")
     return Finding("fonts", finder())

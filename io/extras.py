@@ -4,8 +4,10 @@ To add an extra: its packages in `pyproject.toml` and in `PACKAGES`, and its lin
 page on installation list them.
 """
 
+import sys
 from collections.abc import Mapping
 from importlib import import_module
+from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Any
 
@@ -14,11 +16,12 @@ from ..errors import InputError
 PURPOSES: Mapping[str, str] = MappingProxyType(
     {
         "edit": "iccm edit",
+        "plot": "--plot, Fit.plot(), and colours of overlays on surfaces",
         "dxf": "DXF drawings",
         "draco": "glTF files compressed by Draco",
         "meshopt": "glTF files compressed by meshopt",
         "dask": "iccm batch --dask",
-        "gis": "GeoTIFF: where a picture lies on a map, and ground control points",
+        "gis": "GeoTIFF: where a picture lies on a map, and ground control points; GeoPackage, Shapefile and KML",
         "heic": "photos in HEIC, as phones take them",
         "usd": "meshes in USD files",
         "vtk": "meshes in VTK files, as ParaView saves them",
@@ -36,11 +39,13 @@ PACKAGES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "distributed": ("distributed", "dask"),
         "ezdxf": ("ezdxf", "dxf"),
         "lxml": ("lxml", "3mf"),
+        "matplotlib": ("matplotlib", "plot"),
         "meshopt": ("meshopt", "meshopt"),
         "networkx": ("networkx", "3mf"),
         "nibabel": ("nibabel", "brain"),
         "pi_heif": ("pi-heif", "heic"),
         "pxr": ("usd-core", "usd"),
+        "pyogrio": ("pyogrio", "gis"),
         "rasterio": ("rasterio", "gis"),
         "roifile": ("roifile", "imagej"),
         "starlette": ("starlette", "edit"),
@@ -72,9 +77,21 @@ def load(purpose: str, package: str, *submodules: str, otherwise: str = "") -> A
         for name in submodules:
             import_module(f"{package}.{name}")
     except ImportError:
-        distribution, extra = PACKAGES[package]
-        alternative = f", or {otherwise}" if otherwise else ""
-        raise InputError(
-            f"{purpose} needs the package {distribution}: pip install 'iccm[{extra}]'{alternative}"
-        ) from None
+        raise _missing(purpose, package, otherwise) from None
     return module
+
+
+def require(purpose: str, package: str, *, otherwise: str = "") -> None:
+    """Check that an optional package is installed, without importing it; arguments and errors as for `load`."""
+    try:
+        is_installed = package in sys.modules or find_spec(package) is not None
+    except ValueError:
+        is_installed = False
+    if not is_installed or sys.modules.get(package, True) is None:
+        raise _missing(purpose, package, otherwise)
+
+
+def _missing(purpose: str, package: str, otherwise: str) -> InputError:
+    distribution, extra = PACKAGES[package]
+    alternative = f", or {otherwise}" if otherwise else ""
+    return InputError(f"{purpose} needs the package {distribution}: pip install 'iccm[{extra}]'{alternative}")

@@ -26,11 +26,11 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Real
 from ..errors import InputError
-from ..saved.archive import Archive, opened
+from ..saved.archive import ERRORS, Archive, opened
 from . import files, formats, itk_files, limits
 from .apply import Saved, in_one, read_chain
 from .itk_files import is_itk, simple_itk, suffix_of
-from .options import INVERSE_MARK
+from .spec import saved_map_of
 
 STMAP, PIXELS = "stmap", "pixels"
 OUTSIDE_PIXEL = -10.0
@@ -77,10 +77,9 @@ class Grid:
         return cls._of_itk(itk_files.read(path))
 
     @classmethod
-    def _of_itk(cls, image: Any) -> Grid:
-        width, height = image.GetSize()
-        direction = np.array(image.GetDirection()).reshape(2, 2)
-        return cls((width, height), np.array(image.GetOrigin()), np.array(image.GetSpacing()), direction)
+    def _of_itk(cls, image: itk_files.ItkImage) -> Grid:
+        height, width = image.pixels.shape[:2]
+        return cls((width, height), image.origin, image.spacing, image.direction)
 
     def physical(self, pixels: Real) -> Real:
         """Convert pixels (…, 2), counted from the centre of the first one, to physical places."""
@@ -113,7 +112,7 @@ def write(
     """Write saved maps, applied one after another, as a field in the format of the output's suffix.
 
     Args:
-        names: the maps; `~name` is the inverse of a map.
+        names: the maps; `inverse:name` is the inverse of a map.
         output: the file to write.
         size: of the field in pixels; by default that of `fixed`, or a pixel for each unit of the target's canvas.
         fixed, moving: pictures that cover the canvas of the target and of the source; their sizes, and in formats of
@@ -140,9 +139,7 @@ def write(
     if fixed and size:
         raise InputError("--size: cannot be combined with --fixed, whose size the field has")
     inputs = [name for name in (fixed, moving) if name]
-    files.check_outputs(
-        [output], [*(name.removeprefix(INVERSE_MARK) for name in names), *inputs], force=force
-    )
+    files.check_outputs([output], [*(saved_map_of(name)[0] for name in names), *inputs], force=force)
     saved = in_one(names, read_chain(names))
     of_source, of_target = saved.planes
     to = _grid(fixed, of_target.box, "--fixed", size)
@@ -298,7 +295,7 @@ def is_field(path: str) -> bool:
             try:
                 with zipfile.ZipFile(file) as archive:
                     return {"map_x.npy", "map_y.npy"} <= set(archive.namelist())
-            except (OSError, zipfile.BadZipFile):
+            except (OSError, *ERRORS):
                 return False
     from .pictures import image_files
 
@@ -313,10 +310,10 @@ def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:
     """
     if is_itk(path):
         image = itk_files.read(path)
-        if image.GetNumberOfComponentsPerPixel() != 2:
+        if image.components != 2:
             raise InputError(f"{path}: not a displacement field of two components")
         grid = Grid._of_itk(image)
-        away = np.asarray(simple_itk().GetArrayFromImage(image), float)
+        away = image.pixels.astype(float)
         if not np.isfinite(away).all():
             raise InputError(f"{path}: contains vectors that are not finite")
         place = Grid.pixels(*size).pixels_at(grid.physical(grid.indices) + away)

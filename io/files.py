@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import progress
-from ..errors import InputError, naming
+from ..errors import InputError, MissingFileError, naming
 
 BLOCK_BYTES = 1 << 16  # written to find out whether the disk is full
 MOST_ENTRIES = 10_000
@@ -280,7 +280,7 @@ def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator
     except FileNotFoundError as error:
         if ADDRESS.match(str(path)):
             raise InputError(f"{path}: is an address, not a file; download it, and name the file") from error
-        raise InputError(f"{path}: no such file{similar_name(path)}") from error
+        raise MissingFileError(f"{path}: no such file{similar_name(path)}") from error
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise

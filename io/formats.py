@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
 from ..errors import InputError
+from . import extras
 
 PNG = b"\x89PNG\r\n\x1a\n"
 PICTURE_BEGINNINGS = {
@@ -26,6 +27,24 @@ FONTS = (".ttf", ".otf")
 """Suffixes of fonts, in which a text is set: `font.ttf#text=Word`."""
 
 
+KINDS = {
+    "picture": "pictures",
+    "drawing": "drawings",
+    "outlines": "outlines",
+    "mesh": "meshes",
+    "flat": "flattenings",
+    "plot": "plots",
+    "stmap": "STMaps",
+    "map": "saved maps",
+    "manifest": "jobs",
+    "constraints": "pins and strokes",
+    "world": "places on a map of the earth",
+}
+"""The attributes of `Format`, in words."""
+MOST_LISTED_SUFFIXES = 8
+"""A message that lists more is not read."""
+USUAL_SUFFIXES = (".png", ".svg", ".jpg", ".obj", ".glb", ".tif", ".exr", ".npz")
+"""The suffixes that most people use, which messages list first."""
 FREESURFER = "lh.*"
 """Stands in the table for the files of FreeSurfer, whose names tell the hemisphere, as in lh.white and rh.inflated."""
 DOUBLE_SUFFIXES = (".gii.gz",)
@@ -42,6 +61,7 @@ class PictureFormat:
         alpha: whether it supports alpha.
         hidden: whether colours are kept where alpha is 0.
         named: whether it stores any colour space; otherwise sRGB is assumed, or linear for floats.
+        profile: whether it stores a colour profile (ICC).
         encoder: OpenImageIO's name for the compression.
     """
 
@@ -51,6 +71,7 @@ class PictureFormat:
     alpha: bool = True
     hidden: bool = True
     named: bool = False
+    profile: bool = True
     encoder: str = ""
 
 
@@ -99,13 +120,13 @@ FORMATS = {
     ".jpeg": _JPEG,
     ".tif": _TIFF,
     ".tiff": _TIFF,
-    ".exr": Format(PictureFormat("linear", (), hidden=False, named=True), stmap=True),
+    ".exr": Format(PictureFormat("linear", (), hidden=False, named=True, profile=False), stmap=True),
     ".webp": Format(PictureFormat("display", (8,), grey=False, hidden=False, encoder="lossless")),
-    ".hdr": Format(PictureFormat("linear", (), grey=False, alpha=False, hidden=False)),
-    ".bmp": Format(PictureFormat("display", (8,), grey=False)),
-    ".tga": Format(PictureFormat("display", (8,))),
+    ".hdr": Format(PictureFormat("linear", (), grey=False, alpha=False, hidden=False, profile=False)),
+    ".bmp": Format(PictureFormat("display", (8,), grey=False, profile=False)),
+    ".tga": Format(PictureFormat("display", (8,), profile=False)),
     ".jxl": Format(PictureFormat(grey=False, named=True, encoder="jpegxl:100")),
-    ".dpx": Format(PictureFormat(named=True)),
+    ".dpx": Format(PictureFormat(named=True, profile=False)),
     **dict.fromkeys(READ_ONLY, Format(PictureFormat("display", (8,)))),
     ".svg": Format(drawing=True, flat=True, plot=True),
     ".svgz": Format(drawing=True),
@@ -129,9 +150,11 @@ FORMATS = {
     ".json": Format(constraints=True, outlines=True),
     ".geojson": Format(outlines=True),
     ".geojsonl": Format(outlines=True),
+    ".geojsons": Format(outlines=True),
     ".topojson": Format(outlines=True),
+    **dict.fromkeys((".gpkg", ".shp", ".kml", ".fgb"), Format(outlines=True)),
     **dict.fromkeys(FONTS, Format(outlines=True)),
-    ".dxf": Format(outlines=True, drawing=True),
+    ".dxf": Format(outlines=True, drawing=True, flat=True),
     ".npz": Format(map=True),
     **dict.fromkeys((".pgw", ".jgw", ".tfw", ".wld", ".prj"), Format(world=True)),
 }
@@ -187,6 +210,32 @@ def _holds(suffix: str, what: str, *, written: bool) -> bool:
     return bool(content) and not (written and what == "picture" and suffix in READ_ONLY)
 
 
+def one_of(suffixes: Iterable[str]) -> str:
+    """Return a list of suffixes for a message: all of them if they are few, else the first ones and the command that
+    lists all.
+
+    >>> one_of([".png", ".tif"])
+    'one of .png .tif'
+    """
+    known = [*USUAL_SUFFIXES, *FORMATS]
+    listed = sorted(suffixes, key=lambda suffix: known.index(suffix) if suffix in known else len(known))
+    if len(listed) <= MOST_LISTED_SUFFIXES:
+        return f"one of {' '.join(listed)}"
+    return f"one of {' '.join(listed[:MOST_LISTED_SUFFIXES])} … (`iccm info --formats` lists all)"
+
+
+def table() -> list[str]:
+    """Return a line for each suffix: what such files can contain, and a star where they are only read."""
+    lines = []
+    for suffix, form in FORMATS.items():
+        kinds = [KINDS[kind] for kind in KINDS if getattr(form, kind) and kind != "uv"]
+        is_mesh_read_only = bool(form.mesh) and not form.uv
+        are_outlines_read_only = form.outlines and not (form.drawing or form.constraints)
+        is_read_only = suffix in READ_ONLY or is_mesh_read_only or are_outlines_read_only
+        lines.append(f"{suffix:10}{', '.join(kinds)}{' *' if is_read_only else ''}")
+    return lines
+
+
 def check(name: str | PathLike, what: str, problem: str, *others: str) -> None:
     """Check that the format of an output can contain something.
 
@@ -204,7 +253,7 @@ def check(name: str | PathLike, what: str, problem: str, *others: str) -> None:
     if Path(name).is_dir():
         raise InputError(f"{name}: is a folder; name a file in it")
     suffixes = dict.fromkeys(suffix for kind in (what, *others) for suffix in holding(kind, written=True))
-    raise InputError(f"{name}: {problem}; use one of {' '.join(suffixes)}")
+    raise InputError(f"{name}: {problem}; use {one_of(suffixes)}")
 
 
 def remedy(name: str | PathLike, kind: str, suffixes: Sequence[str]) -> str:
@@ -221,7 +270,7 @@ def remedy(name: str | PathLike, kind: str, suffixes: Sequence[str]) -> str:
         known, export = EXPORTS[cause]
         if suffix in known:
             return f"export it as {export} from the program that made it"
-    return f"use one of {', '.join(suffixes)}"
+    return f"use {one_of(suffixes)}"
 
 
 def check_report(name: str | None) -> None:
@@ -233,6 +282,16 @@ def check_report(name: str | None) -> None:
     kind = of(name or "")
     if kind.picture or kind.drawing or kind.mesh or kind.plot:
         raise InputError(f"{name}: the report is JSON; choose a name that ends in .json for --report")
+
+
+def check_plot(name: str) -> None:
+    """Check that the figure of `--plot` can be drawn into a file.
+
+    Raises:
+        InputError: figures are not written with this suffix, or matplotlib is not installed.
+    """
+    check(name, "plot", "unknown suffix for --plot")
+    extras.require("--plot", "matplotlib")
 
 
 def is_svg(beginning: bytes) -> bool:

@@ -18,6 +18,8 @@ from .. import options as solver
 from ..deadline import DEFAULT_SECONDS
 from . import formats, limits, point_syntax, values
 
+FILES = ("FILE", "IMAGE", "DIR", "OUTLINE", "REGION")
+"""Words in the placeholders of options whose values name files."""
 LARGEST_SIZE_FACTOR = 1e6  # factor of a texture's size
 MOST_BYTE_DIGITS = 15  # digits of a number of bytes, K, M, G or T
 KINDS = ("colour", "normal", "normal-down", "data")
@@ -78,6 +80,11 @@ class Option:
     instead: str = ""
     words: str = ""
 
+    @property
+    def names_files(self) -> bool:
+        """Whether its values name files, folders or parts of files."""
+        return any(word in (self.metavar or "") for word in FILES)
+
     def value_of(self, raw: Any, hint: Any) -> Any:
         """Return the value of an option in the form that a job stores.
 
@@ -94,6 +101,8 @@ class Option:
                 value = values.each_of(value, self.parse_each)
             value = values.convert(value, hint)
             values.check_bounds(value, least=self.least, more_than=self.above, most=self.most)
+            if self.names_files:
+                values.check_names(value)
         except values.WrongValue:
             raise
         except ValueError as error:
@@ -234,7 +243,7 @@ def _numbers(value: Any, counts: tuple[int, ...], what: str) -> Any:
         if not isinstance(parts, list | tuple):
             parts = [parts]
         numbers = tuple(map(float, parts)) if value is not None else None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):  # of an integer beyond all floats
         numbers = ()
     if numbers is not None and (len(numbers) not in counts or not all(map(math.isfinite, numbers))):
         raise ValueError(f"{value!r} is not {what}")
@@ -298,8 +307,6 @@ MESHES = " ".join(formats.holding("uv"))
 """Suffixes of meshes that are written with texture coordinates."""
 MESHES_ALONE = " ".join(suffix for suffix in formats.holding("uv") if not formats.FORMATS[suffix].flat)
 """Those of them that are not also written as flat meshes."""
-INVERSE_MARK = "~"
-"""Before the name of a saved map: the inverse of that map."""
 OUTPUT = "-o"
 """Value of --stmap that refers to the file in --output."""
 EVERY = ("map", "deform", "apply")
@@ -329,9 +336,18 @@ class ApplyOptions:
         old=("outside",),
     )
     columns: str | None = _option(
-        "Columns of x and y in a table, by name or number.  [default: the columns named x and y, else "
-        "the first two]",
+        "Columns of x and y in a table, by name or number.  [default: those whose names say so, such as x and y, "
+        "Centroid X and Centroid Y, lon and lat]",
         "X,Y",
+    )
+    pixel_size: float | None = _option(
+        "Size of a unit of the map, such as a pixel of its picture, in the units of INPUT's coordinates.",
+        "NUMBER", above=0, words="scale micrometre micron um calibration resolution spacing",
+    )  # fmt: skip
+    unit: Literal["um", "mm", "cm", "m", "in", "ft"] | None = _option(
+        "Unit of INPUT's coordinates, for maps between files with sizes in real units.  [default: that of the map's "
+        "files]",
+        words="units scale size millimetres inches",
     )
     report: str | None = _option(
         "Report of what was carried and what lay outside the map (JSON); - for stdout.",
@@ -433,6 +449,12 @@ class TextOptions:
         topic="shapes",
         words="typeface family",
     )
+    font_variation: str | None = _option(
+        "Axes of a variable --font, such as wght=700 or wght=700,wdth=85.",
+        "AXIS=VALUE",
+        topic="shapes",
+        words="variable weight width axis",
+    )
 
 
 @_table("flatten")
@@ -440,7 +462,7 @@ class FlattenOptions:
     """Options of `iccm flatten`."""
 
     output: tuple[str, ...] = _option(
-        "What to write: the outline (.svg), the flat mesh (.obj), the mesh with its flattening as "
+        "What to write: the outline (.svg .dxf), the flat mesh (.obj), the mesh with its flattening as "
         f"texture coordinates ({MESHES_ALONE}), or a picture of --overlay (.png .tif .exr).",
         "FILE",
         default=(),
@@ -499,6 +521,23 @@ class FlattenOptions:
     margin: int = _option(
         "Distance between charts, in texels of a texture of 1024 by 1024.",
         "TEXELS", default=TEXELS_BETWEEN_CHARTS, least=0, most=256, words="padding gap spacing",
+    )  # fmt: skip
+    charts: Literal["auto", "one"] = _option(
+        "Where to cut a piece. auto: hard surfaces that one chart would distort are cut along their edges into nets, "
+        "such as a cross for a cube, with the shortest seams; one: each piece stays one chart.",
+        default="auto", words="islands segmentation seams net unfold unwrap smart uv",
+        topic="mesh",
+    )  # fmt: skip
+    max_distortion: float = _option(
+        "With --charts auto: distortion from which a hard surface is cut into nets: the dilatation (longer over "
+        "shorter axis of a small circle's image) on all but 5 % of its area.",
+        "RATIO", default=1.1, least=1, words="stretch tolerance bound k95",
+        topic="mesh",
+    )  # fmt: skip
+    unit: Literal["um", "mm", "cm", "m", "in", "ft"] | None = _option(
+        "Unit of the mesh, for the size of .svg and .dxf.  [default: the mesh's own (glTF, USD, 3MF), else mm]",
+        words="units scale size millimetres inches metres dimension",
+        topic="output",
     )  # fmt: skip
     no_cut: bool = _option(
         "Refuse surfaces that have to be cut open: closed ones, and those with handles. Do not cut bag-like ones.",
@@ -731,6 +770,9 @@ class CheckOptions:
 class InfoOptions:
     """Options of `iccm info`."""
 
+    formats: bool = _option(
+        "List all suffixes, and what such files can contain.", default=False, topic="output"
+    )
     json: bool = _option("Print one JSON object per file, one per line.", default=False, topic="output")
     plot: str | None = _option(
         "Draw the numbered parts of one file (.png .svg .pdf).", "FILE.png", topic="output"
@@ -769,18 +811,18 @@ class JobOptions:
     """Options of a job, by topic, in the order in which help shows them."""
 
     texture: str | None = _option(
-        "Picture or SVG to carry through the map; checker is a numbered checkerboard.  [default: SOURCE "
-        "if it has several colours, else checker; --texture SOURCE shows a SOURCE of one colour]",
+        "Picture or SVG to carry through the map; checker is a numbered checkerboard.  [default: SOURCE, "
+        "or checker if both shapes are plain outlines of one colour]",
         "IMAGE", commands=MORPHED, basic=True,
-        brief="Picture or SVG to carry through the map.  [default: SOURCE if it has several colours, else "
-              "a checkerboard]",
+        brief="Picture or SVG to carry through the map.  [default: SOURCE, or a checkerboard for two plain "
+              "outlines]",
         aliases=(("image", "{}"), ("picture", "{}"), ("photo", "{}")), words="pattern input material fill",
         topic="texture",
     )  # fmt: skip
-    gaps: Literal["paper", "transparent"] = _option(
+    gaps: Literal["paper", "transparent"] | None = _option(
         "What to show between the painted areas of a drawing that is its own texture. paper: a tint of "
-        "the drawing's colours; transparent: nothing.",
-        default="paper", commands=("map",), brief="What to show between a drawing's painted areas.",
+        "the drawing's colours; transparent: nothing.  [default: paper; transparent for file#canvas]",
+        commands=("map",), brief="What to show between a drawing's painted areas.",
         words="background transparent alpha paper bare",
         topic="texture",
     )  # fmt: skip
@@ -949,6 +991,14 @@ class JobOptions:
         solver=True, commands=("map", "morph"), basic=True,
         brief="Which parts may be cropped or left empty where the shapes differ.",
         words="mode crop contain cover frame",
+        topic="shapes",
+    )  # fmt: skip
+    detail: float | None = _option(
+        "How much the edges of a drawing or photo that is its own picture count when maps are compared, from 0 "
+        "(only areas count) to 1. With detail, the drawing may be placed whole and upright in the target, with paper "
+        "around.  [default: 1; 0 with --texture]",
+        "WEIGHT", least=0, most=1, commands=("map",),
+        words="compose composition subject saliency edges",
         topic="shapes",
     )  # fmt: skip
     place: solver.PlaceName = _option(

@@ -10,6 +10,7 @@ from importlib.resources import files as resources
 from pathlib import Path
 
 from ..errors import InputError
+from ..saved.archive import ERRORS
 from . import files
 
 PROGRAMS = ("inkscape", "blender", "figma")
@@ -177,7 +178,7 @@ def _is_own_zip(path: Path) -> bool:
     try:
         with zipfile.ZipFile(path) as archive:
             names = set(archive.namelist())
-    except (OSError, zipfile.BadZipFile):
+    except (OSError, *ERRORS):
         return False
     return {SHARED, PYTHON} <= names and not any("/" in name for name in names)
 

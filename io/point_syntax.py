@@ -146,6 +146,15 @@ def _setting(word: str) -> tuple[str, float]:
 Pin = Annotated[tuple[Place, Place] | tuple[Place, Place, dict[str, float]], CheckedBy(pin)]
 
 
+def is_number(text: str) -> bool:
+    """Return whether a text is a number, also one that is not finite."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def coordinate(text: str, where: str) -> float:
     """Parse a coordinate in a table or another text file.
 

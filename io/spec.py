@@ -8,6 +8,23 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+INVERSE = "inverse:"
+"""Before the name of a saved map: the inverse of that map."""
+FORMER_INVERSE = "~"
+"""The same in earlier versions; shells such as zsh expand it to a folder."""
+
+
+def saved_map_of(name: str) -> tuple[str, bool]:
+    """Return the file of a saved map, and whether its inverse is requested.
+
+    >>> saved_map_of("inverse:a.npz"), saved_map_of("a.npz")
+    (('a.npz', True), ('a.npz', False))
+    """
+    for mark in (INVERSE, FORMER_INVERSE):
+        if name.startswith(mark):
+            return name.removeprefix(mark), True
+    return name, False
+
 
 @dataclass(frozen=True)
 class Spec:

@@ -13,6 +13,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 UNKNOWN = "unknown key"
 MISSING = "is missing"
 NOT_UNICODE = "the name is not UTF-8; rename the file"
+EMPTY_NAME = "the name is empty; name a file, or leave it out"
 TRUE = ("true", "yes", "on", "t", "y", "1")
 FALSE = ("false", "no", "off", "f", "n", "0")
 """Words for true and false, in any case."""
@@ -49,6 +50,19 @@ def one_of(choices: Iterable[object]) -> str:
     """Return the message for a value that is not one of the choices."""
     *most, last = [repr(choice) for choice in choices]
     return f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
+
+
+def check_names(value: Any) -> None:
+    """Check that a name of a file, and each of several names, is not empty, as an unset variable of a shell makes it.
+
+    Raises:
+        WrongValue: it is.
+    """
+    if value == "":
+        raise WrongValue(EMPTY_NAME)
+    for index, name in enumerate(value if isinstance(value, tuple) else ()):
+        if name == "":
+            raise WrongValue(EMPTY_NAME, index)
 
 
 def convert(value: Any, hint: Any) -> Any:

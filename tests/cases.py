@@ -1,8 +1,15 @@
-"""Parameters of tests that have many similar cases."""
+"""Parameters of tests that have many similar cases, and pictures as arrays."""
 
 from collections.abc import Iterable
 
+import numpy as np
 import pytest
+from PIL import Image
+
+
+def pixels(name: str) -> np.ndarray:
+    """Return a picture as floats, with alpha."""
+    return np.asarray(Image.open(name).convert("RGBA"), float)
 
 
 def slow(*values: object):

@@ -19,7 +19,7 @@ from typing import Annotated, Literal, get_args, get_origin
 import click
 
 import iccm
-from iccm import cli
+from iccm import cli, result
 from iccm.io import options
 from iccm.options import ROWS
 from iccm.solve import FORMER_NAMES
@@ -36,7 +36,7 @@ def entries() -> list[str]:
     names = {*of_commands(), *of_settings(), *of_exit_codes(), *of_schemas(), *of_saved_maps()}
     for module in MODULES:
         names.update(of_module(module))
-    names.update((*of_jobs(), *of_solver()))
+    names.update((*of_jobs(), *of_solver(), *of_former_attributes()))
     return sorted(names)
 
 
@@ -152,6 +152,17 @@ def of_jobs() -> Iterator[str]:
 def of_solver() -> Iterator[str]:
     """Yield the options of the solver, which `iccm.fit`, `deform` and `transfer` take by name; former ones included."""
     yield from (f"solver-option {name}" for name in (*ROWS, *FORMER_NAMES))
+
+
+def of_former_attributes() -> Iterator[str]:
+    """Yield the former names of attributes, which work with a warning."""
+    yield from (f"python iccm.Fit.{name}" for name in result.FORMER_NAMES)
+    yield from (
+        "python iccm.Fit(ended=)",
+        "python iccm.Fit(passed_holes=)",
+        *(f"python iccm.Fit({name}=)" for name in result.DETAILS),
+        "python iccm.Fit.outline_of(region=)",
+    )
 
 
 def of_callable(path: str, thing: object) -> Iterator[str]:

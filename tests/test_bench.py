@@ -95,13 +95,14 @@ def test_a_pair_is_measured_by_both_methods(capsys):
     assert "certified injective" in capsys.readouterr().out
 
 
-def test_gallery_pictures_are_small_and_in_the_table():
+def test_gallery_pictures_are_small_and_shown():
     folder = ROOT / "docs" / "gallery"
     pictures = sorted(folder.glob("*.png"))
-    text = (folder / "README.md").read_text(encoding="utf-8")
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    text = "".join(page.read_text(encoding="utf-8") for page in pages)
     assert all(path.stat().st_size <= 150_000 for path in pictures)
     assert sum(path.stat().st_size for path in pictures) < 1_500_000
-    assert all(f"({path.name})" in text for path in pictures) and len(pictures) >= 7
+    assert all(f"gallery/{path.name})" in text for path in pictures) and len(pictures) >= 7
 
 
 def test_every_bench_of_the_list_is_a_module():
@@ -152,14 +153,18 @@ def test_the_bench_of_dragging_follows_pins_that_it_places(tmp_path):
     assert seconds.shape == (6, 2) and missed == 0
 
 
-def test_handwritten_text_above_a_gallery_picture_stays(capsys):
+def test_a_figure_of_the_gallery_replaces_its_rows_alone(tmp_path, monkeypatch):
     from tests.bench import gallery
 
-    before = "## Old heading\n\nGood: 1, 2.\nNot: 3.\n\n![sheet](sheet.png)\n\n| map | figures |"
-    lines = gallery.table("sheet", [("a", "b")], before)
-    assert lines.index("Good: 1, 2.\nNot: 3.") < lines.index("![sheet](sheet.png)")
-    assert "by hand" in capsys.readouterr().err
-    assert "\n".join(lines) == "\n".join(gallery.table("sheet", [("a", "b")], "\n".join(lines)))
+    table = tmp_path / "figures.csv"
+    table.write_text('figure,map,values\nrose,paper,"gap 1, K 2"\npins,nose,gap 3\n', encoding="utf-8")
+    monkeypatch.setattr(gallery.pictures, "FOLDER", tmp_path)
+    monkeypatch.setattr(gallery, "FIGURES", {"rose": None, "pins": lambda: [("eyes", "gap 4")]})
+    assert gallery.main(["pins"]) == 0
+    assert (
+        table.read_text(encoding="utf-8") == 'figure,map,values\nrose,paper,"gap 1, K 2"\npins,eyes,gap 4\n'
+    )
+    assert gallery.main(["sheep"]) == 2
 
 
 @pytest.mark.slow

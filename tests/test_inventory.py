@@ -21,6 +21,7 @@ import roifile
 
 import iccm as core
 from iccm.io.pictures import image_files
+from tests.io.isolated.test_process import POLYDATA
 from tests.io.test_hostile import FACES, POINTS, UV, glb
 
 ROOT = Path(__file__).parents[1]
@@ -73,6 +74,8 @@ COMMANDS = {
     "a composition": ("compose planted.npz -o o.npz", ""),
     "arrays for remap": ("field planted.npz --size 32 --moving t.png -o o.npz", "o.npz"),
     "a field with data elsewhere": ("apply elsewhere.mha t.png -o o.png", ""),
+    "a mesh that a process reads": ("map sheet.vtp square.svg -o o.png --size 32", "o.png"),
+    "a field that a process reads": ("apply here.mha t.png -o o.png", "o.png"),
     "a text": ("map disk.svg --target-text Hi -o o.png --size 32", "o.png"),
     "points": ("map square.svg disk.svg --source-landmarks a.csv --target-landmarks a.csv -o o.png --size 32", "o.png"),
     "regions": ("apply planted.npz b.zip -o o.zip", "o.zip"),
@@ -107,6 +110,18 @@ def folder(shapes):
     fields = {"ObjectType": "Image", "NDims": 2, "DimSize": "2 1", "ElementType": "MET_UCHAR"}
     lines = [f"{name} = {value}" for name, value in fields.items()]
     Path("elsewhere.mha").write_text("\n".join([*lines, "ElementDataFile = ../canary.mtl"]) + "\n")
+    lines[2] = "DimSize = 2 1\nElementNumberOfChannels = 2"
+    content = "\n".join([*lines[:3], "ElementType = MET_FLOAT", "ElementDataFile = LOCAL"]) + "\n"
+    Path("here.mha").write_bytes(content.encode() + np.array([0.1, 0, 0, 0], "<f4").tobytes())
+    Path("sheet.vtp").write_text(
+        POLYDATA.format(
+            points=len(POINTS),
+            polys=len(FACES),
+            places=" ".join(map(str, POINTS.ravel().tolist())),
+            corners=" ".join(map(str, FACES.ravel().tolist())),
+            offsets=" ".join(str(3 * k + 3) for k in range(len(FACES))),
+        )
+    )
     Path("a.csv").write_text("x,y\n30,40\n60,45\n")
     with zipfile.ZipFile("b.zip", "w") as archive:
         for number, place in enumerate([(1, 1), (2, 2)]):
@@ -148,7 +163,7 @@ def check(events, folder, written):
     inputs |= {
         folder / name for name in ("sheet.glb", "names.obj", "planted.npz", "jobs.jsonl", "results/a.png")
     }
-    inputs |= {folder / name for name in ("elsewhere.mha", "a.csv", "b.zip")}
+    inputs |= {folder / name for name in ("elsewhere.mha", "here.mha", "sheet.vtp", "a.csv", "b.zip")}
     outputs = {folder / name for name in written.split()}
     folders = {path.parent for path in outputs}  # they are created unless they exist
     stems = {path.stem.lstrip(".") for path in outputs}

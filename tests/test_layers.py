@@ -36,8 +36,9 @@ ORDER = (
     "io.pictures",
     "io.svg",
     "io.memory io.quiet_stderr io.checked",
+    "io.isolated",
     "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references io.values",
-    "io.extras io.files io.limits io.projections",
+    "io.extras io.files io.lengths io.limits io.projections",
     "texture_transfer",
     "solve cartograms",
     "projection",
@@ -47,7 +48,7 @@ ORDER = (
     "conformal",
     "balanced",
     "paper",
-    "problem result coverage status given capabilities options",
+    "problem result figures fit_data fit_files coverage status given capabilities options",
     "saved",
     "drawings",
     "meshes",
@@ -55,11 +56,12 @@ ORDER = (
     "maps",
     "pins",
     "procrustes",
+    "symmetry",
     "curve linalg polygons",
-    "buckets flips plane transform axes",
+    "buckets plane transform axes",
     "sorting",
     "arrays native",
-    "parallel memory blas progress signatures fits",
+    "parallel memory blas progress fits",
     "deadline",
     "errors",
 )
@@ -262,6 +264,17 @@ def test_help_of_a_command_imports_no_numerics():
 
 def test_import_iccm_is_free():
     assert not loaded("import iccm").intersection({"numpy", "scipy", *HEAVY})
+
+
+@pytest.mark.parametrize("method", ["conformal", "paper"])
+def test_a_method_is_entered_by_its_package(method):
+    """Modules outside of it import the package, not its modules."""
+    entered = {
+        module: {target for target in graph_of_iccm()[module] if target.startswith(f"{method}.")}
+        for module in FILES
+        if module and room_of(module) != method
+    }
+    assert {module: targets for module, targets in entered.items() if targets} == {}
 
 
 NOT_FOR_A_PICTURE = {

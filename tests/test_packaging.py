@@ -152,7 +152,6 @@ def test_the_action_uses_the_inputs_that_it_declares():
 OF_CONDA = {
     "isal": "python-isal",
     "libigl": "igl",
-    "matplotlib": "matplotlib-base",
     "openimageio": "py-openimageio",
 }
 
@@ -220,5 +219,5 @@ def test_with_an_address_pictures_and_links_are_absolute(page, monkeypatch):
 def test_the_readme_leaves_nothing_relative_on_the_page(page):
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     plain = page.description(readme, None)
-    assert "](docs" not in plain and "![" not in plain and "## First commands" in plain
+    assert "](docs" not in plain and "![" not in plain and "## Six results" in plain
     assert "](docs" not in page.description(readme, "https://host.example/us/iccm")

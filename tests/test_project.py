@@ -62,6 +62,10 @@ import iccm.io.run
 square = np.array([0, 1, 1 + 1j, 1j])
 fit = iccm.fit(square, square, method="paper", pins=[(0.5, 0.5)])
 w: np.ndarray = fit.map(square)
+x: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = fit.map([0.25, 0.5])
+pairs: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = fit.inverse(np.array([[0.25, 0.5]]))
+z: np.ndarray[tuple[int, ...], np.dtype[np.complex128]] = fit.transform(0.25 + 0.5j)
+left, right, bottom, top = iccm.transfer(iccm.checkerboard(), square, square, edge="repeat").extent
 moved: iccm.Fit = iccm.deform(square, pins=[(0.5, 0.5)], start=fit)
 pixels: np.ndarray = iccm.transfer(iccm.checkerboard(), square, square, size=64).pixels
 closed: bool = iccm.Curve(square).closed
@@ -80,6 +84,10 @@ MISTAKES = {
     "number: int = iccm.transfer(pixels, square, square)": '(expression has type "Transfer"',
     "iccm.fit(square, square, metod='paper')": 'Unexpected keyword argument "metod" for "fit"',
     "iccm.transfer(pixels, square, square, balance='1')": 'Argument "balance" to "transfer" has incompatible',
+    "iccm.fit(square, square, axes='up')": 'Argument "axes" to "fit" has incompatible type',
+    "iccm.transfer(pixels, square, square, filter='best')": 'Argument "filter" to "transfer" has incompatible',
+    "iccm.fit(square, square, holes='fill')": 'Argument "holes" to "fit" has incompatible type',
+    "fit.map('a')": 'has incompatible type "str"',
     "iccm.warp(square, pixels)": 'Argument 1 to "warp" has incompatible type',
 }
 
@@ -162,6 +170,20 @@ def test_every_dependency_has_a_tested_lower_bound():
     listed = [*PROJECT["project"]["dependencies"], *(name for extra in extras for name in extra)]
     assert listed and all(re.fullmatch(r"[\w.-]+>=\d[\d.]*", name) for name in listed)
     assert (ROOT / "iccm" / "py.typed").exists()
+
+
+def test_tests_of_large_libraries_run_in_the_slow_stage():
+    large = {"usd-core": "pxr", "vtk": "vtkmodules"}
+    names = [re.match(r"[\w-]+", line)[0] for line in PROJECT["project"]["optional-dependencies"]["large"]]
+    imported = "|".join(large.get(name, name) for name in names)
+    users = [
+        path
+        for path in (ROOT / "tests").rglob("test_*.py")
+        if re.search(rf'(?:import|from|importorskip\(")\s*(?:{imported})\b', path.read_text(encoding="utf-8"))
+    ]
+    assert users
+    marked = re.compile(r"pytest\.mark\.(large|slow)|from tests\.cases import .*slow")
+    assert [path.name for path in users if not marked.search(path.read_text(encoding="utf-8"))] == []
 
 
 def test_nothing_large_is_tracked():

@@ -11,7 +11,10 @@ from iccm.io.batch import manifest
 from iccm.io.check import compare
 from iccm.io.options import options_of
 
+from .scripts import script
+
 DOCS = Path(__file__).parents[1] / "docs"
+SITE = script("docs/site.py")
 TOOLS = ("jq", "xargs", "parallel", "make")
 
 
@@ -58,7 +61,7 @@ def test_the_pages_know_every_command_and_option():
     readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
     assert all(f"iccm {command}" in readme for command in COMMANDS)
     detail = "".join(
-        page.read_text(encoding="utf-8") for page in (DOCS / "reference").iterdir() if page.is_file()
+        SITE.on_page_markdown(page.read_text(encoding="utf-8")) for page in (DOCS / "reference").glob("*.md")
     )
     visible = {name for name, (_, option) in options_of().items() if not option.hidden}
     for field in visible - {"output"}:

@@ -148,9 +148,9 @@ bool may_collapse(const Stars &stars, const Ring &ring, Index i) {
 }
 
 // The vertex of a ring onto which the middle can move so that the remaining triangles are roundest in space and none is
-// folded in the plane; -1 if every one would leave a thin triangle. In an open ring only the two ends are considered, so
-// that the boundary stays. `stars` are null where the chart is part of a layout, in which no edge can occur twice.
-Index best_neighbour(Points points, const Chart &chart, const Ring &ring, Index degree, const Stars *stars) {
+// folded in the plane; -1 if every one would leave a thin triangle, or an edge twice: without a fold in a layout, that
+// still happens at holes of three edges. In an open ring only the two ends are considered, so that the boundary stays.
+Index best_neighbour(Points points, const Chart &chart, const Ring &ring, Index degree, const Stars &stars) {
     constexpr double MIN_ROUNDNESS = 0.2;  // no collapse makes a thinner triangle
     double best = MIN_ROUNDNESS;
     Index into = -1;
@@ -164,7 +164,7 @@ Index best_neighbour(Points points, const Chart &chart, const Ring &ring, Index 
             Index w = ring.neighbours[i], x = ring.neighbours[j], y = ring.neighbours[next];
             worst = folds ? 0.0 : min(worst, roundness(points, w, x, y));
         }
-        if (worst > best && (!stars || may_collapse(*stars, ring, i))) best = worst, into = i;
+        if (worst > best && may_collapse(stars, ring, i)) best = worst, into = i;
     }
     return into;
 }
@@ -428,7 +428,7 @@ ICCM_EXPORT int64_t iccm_flattening_remove(int64_t *faces, const double *points,
         Ring ring = ring_of(rows<3>(faces), star, degree, v);
         if (!ring.size) continue;
         const Chart chart = polar ? polar_chart(rows<3>(points), ring, degree, v) : chart_of(z, ring, v);
-        Index i = best_neighbour(rows<3>(points), chart, ring, degree, polar ? &stars : nullptr);
+        Index i = best_neighbour(rows<3>(points), chart, ring, degree, stars);
         if (i < 0) continue;
         record(chart, ring, degree, v, i, removed, number++);
         for (Index k = 0; k < ring.size; k++) blocked[ring.neighbours[k]] = true;

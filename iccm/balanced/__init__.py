@@ -5,7 +5,6 @@ method        `solve`: unit coordinates, the search, checks of the returned numb
 motion        an earlier map adapted to outlines that moved
 cartogram     areas prescribed by a size map
 coarse        coarse maps, with which pairs of outlines are compared
-rings         rings cut open, for maps to shapes without a hole
 interactive   a coarse map that follows its pins while they are dragged
 deform/       deformations by pins and strokes, without a target
 rigid/        regions that are mapped by similarities

@@ -1,6 +1,6 @@
 """Exceptions of the balanced solver, and checks of its time limit."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from typing import TypeVar
 
@@ -9,7 +9,7 @@ from ..arrays import Complex
 from ..deadline import TimeUp, searching
 from ..errors import InputError
 
-Attempt = TypeVar("Attempt")
+Result = TypeVar("Result")
 
 
 class Stuck(Exception):
@@ -43,7 +43,7 @@ def check_time() -> None:
         raise OutOfTime(limit.message(searching(limit)))
 
 
-def until_time_is_over(attempts: Iterator[Attempt]) -> Iterator[Attempt]:
+def until_time_is_over(attempts: Iterator[Result]) -> Iterator[Result]:
     """Yield the results of attempts until the time for the search is over."""
     with suppress(OutOfTime):
         yield from attempts
@@ -51,3 +51,25 @@ def until_time_is_over(attempts: Iterator[Attempt]) -> Iterator[Attempt]:
 
 class NoMapError(InputError):
     """No map without folds was found; the message is a sentence with the reason."""
+
+
+def first_success(*attempts: Callable[[], Result]) -> Result:
+    """Return the result of the first attempt that succeeds; later ones are not made.
+
+    Raises:
+        Stuck: the last one fails, too.
+    """
+    for attempt in attempts[:-1]:
+        with suppress(Stuck):
+            return attempt()
+    return attempts[-1]()
+
+
+def successes(attempts: Iterable[Callable[[], Result]]) -> Iterator[Result]:
+    """Yield the results of the attempts that succeed, each when it is asked for."""
+    for attempt in attempts:
+        try:
+            result = attempt()
+        except (Stuck, NoMapError):
+            continue
+        yield result

@@ -1,16 +1,15 @@
 """Solve a problem by the balanced method: from a `Problem` and `Options` to a `Fit`."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import Complex, Flags, Index, Real
-from ..curve import Curve
 from ..errors import InputError, all_names
-from ..fits import FITS, leaves_out_parts, with_constraints
+from ..fit_data import Details
+from ..fits import leaves_out_parts, with_constraints
 from ..maps import bounds
 from ..maps.approximation import triangulated
 from ..maps.distortion import Distortion
@@ -23,32 +22,32 @@ from ..plane import diagonal
 from ..problem import Problem
 from ..result import Fit
 from ..status import Status
-from . import cartogram, rings
+from . import cartogram
+from .coarse import CoarseMap
 from .constraints.soft import MOST_LIMIT_RATIO, bands_of, patches_of, softness_of
 from .constraints.validate import check, check_free
 from .errors import NoMapError, OutOfTime
-from .holes.given import Holes, named_partners, open_holes, unequal
+from .holes.given import Holes, open_holes, unequal, with_paired_holes
 from .method import solve as solved
 from .minimise.terms import Term
 from .model.energy import UPRIGHT, Energy
-from .model.measures import turn_of
 from .model.settings import Settings, Solution
-from .motion import carry_map
 from .rigid.given import NO_REGIONS, regions_of
-from .search.partial import GOOD_ROTATION_RADIANS, GOOD_STRETCH
 
-SEAM = "The ring of the {} is cut open along a seam, where both edges of the picture meet (holes)."
 LAYERED = "Where the shape overlaps itself, pictures show the layer that is farther from the {}."
 
 EVEN_BALANCE = 1.0  # the balance with equal weights of angles and areas
-# Relative to the whole map's dilatation: a partial map with less is suggested.
-WORTHWHILE_DILATATION_SHARE = 0.5
 NOTED_AREA_SHARE = 5e-4  # relative to the area; less is not reported
+NOTED_ROTATION_RADIANS = np.radians(20)  # less is not reported
 NOTED_DISTANCE = 5e-5  # relative to the diagonal; in per cent, less reads 0.00
 
 
 def solve(
-    problem: Problem, options: Options, start: TriangulatedMap | None = None, *, advised: bool = True
+    problem: Problem,
+    options: Options,
+    start: TriangulatedMap | None = None,
+    *,
+    coarse: CoarseMap | None = None,
 ) -> Fit:
     """Return the balanced map of a problem, with notes about what it leaves out or cannot meet.
 
@@ -56,13 +55,13 @@ def solve(
         problem: the domains and constraints.
         options: options of the solver.
         start: an earlier map to start from.
-        advised: whether a note suggests the partial map that was not requested, if it is much better.
+        coarse: a coarse map of the problem, which is refined if there are no constraints.
 
     Raises:
         NoMapError: no map without folds was found.
         InputError: no one-to-one map meets the pins or strokes.
     """
-    fit = solve_once(problem, options, start)
+    fit = solve_once(problem, options, start, coarse=coarse)
     if problem.size_map and options.balance >= cartogram.AREAS_MET_BALANCE:
         whole = replace(options, fit="whole")
         fit = cartogram.match_areas(
@@ -70,43 +69,15 @@ def solve(
             fit,
             lambda sizes, *before: solve_once(replace(problem, size_map=sizes), whole, *before),
         )
-    free = not (len(problem.pins) or problem.strokes or problem.rigid or problem.rigid_target)
-    free = free and not (start or problem.importance or problem.size_map)
-    if (
-        advised
-        and free
-        and fit.distortion.strain is not None
-        and {"whole", "keep"} & {options.fit, options.holes}
-    ):
-        fit.notes.extend(better_partial(problem, options, fit))
     return fit
 
 
-def better_partial(problem: Problem, options: Options, whole: Fit) -> list[str]:
-    """Return a note with the figures of the map with fit and holes set to auto, if its dilatation is at most half.
-
-    The dilatations compared are those that are not exceeded on 95 % of the target.
-    """
-    names = [name for name in ("fit", "holes") if getattr(options, name) != "auto"]
-    with suppress(NoMapError):
-        partial_fit = solve_once(problem, replace(options, fit="auto", holes="auto"))
-        complete, partial = whole.distortion, partial_fit.distortion
-        if (
-            partial_fit.status.ok
-            and partial.dilatation_p95 <= WORTHWHILE_DILATATION_SHARE * complete.dilatation_p95
-        ):
-            return [
-                f"With {' and '.join(names)} set to auto, the largest stretch on 95 % of the target is "
-                f"{partial.stretch_p95:.1f} instead of {complete.stretch_p95:.1f}, and the dilatation "
-                f"{partial.dilatation_p95:.1f} instead of {complete.dilatation_p95:.1f}; "
-                f"{partial_fit.left_out:.1%} of the source would be hidden and "
-                f"{partial_fit.uncovered:.1%} of the target bare."
-            ]
-    return []
-
-
 def solve_once(
-    problem: Problem, options: Options, start: TriangulatedMap | None = None, remesh: bool = False
+    problem: Problem,
+    options: Options,
+    start: TriangulatedMap | None = None,
+    remesh: bool = False,
+    coarse: CoarseMap | None = None,
 ) -> Fit:
     """Return the balanced map of a problem with its notes, without fitting a size map and without suggestions.
 
@@ -116,6 +87,7 @@ def solve_once(
         start: an earlier map to start from.
         remesh: whether to solve on a new mesh, on which the outlines slide, even if the start has the same
             outlines.
+        coarse: see `solve`.
 
     Raises:
         NoMapError: no map without folds was found.
@@ -125,17 +97,13 @@ def solve_once(
         options = replace(options, fit="whole")
         attempt = _attempt(problem, options, _map_of_less_balance(problem, options), remesh=True)
     else:
-        attempt = _attempt(problem, options, start, remesh=remesh)
+        attempt = _attempt(problem, options, start, remesh=remesh, coarse=coarse)
     attempt = _with_exact_pins(attempt, problem, options, start, remesh=remesh)
     fit, settings = attempt.fit, attempt.settings
-    if settings.fit != "whole" and loses_too_much(fit.left_out, fit.uncovered, options):
+    if settings.fit != "whole" and loses_too_much(fit.coverage.left_out, fit.coverage.uncovered, options):
         return solve_once(problem, replace(options, fit="whole"), start)
     if fit.rigid:
         check_sizes(fit, options.rigid_size)
-    if attempt.is_free and FITS[settings.fit].compares and not settings.keep_holes:
-        opened = cut_ring(problem, fit, options, settings)
-        if opened is not None:
-            return opened
     if attempt.is_free:
         fit.notes.extend(stretch_notes(fit.distortion))
     if attempt.is_free or options.turn is not None:  # by default, pins determine the rotation
@@ -212,8 +180,10 @@ def _are_near(attempt: _Attempt, pins: Complex) -> Flags:
     limit.
     """
     fit = attempt.fit
-    assert fit.softness is not None
-    limits = {point: limit for point, limit in zip(fit.pins[:, 0].tolist(), fit.softness.limits.tolist())}
+    assert fit.details.softness is not None
+    limits = {
+        point: limit for point, limit in zip(fit.pins[:, 0].tolist(), fit.details.softness.limits.tolist())
+    }
     pin_limits = np.array([limits.get(point, np.nan) for point in pins[:, 0].tolist()])
     # exact pins, and pins in holes, have no limit
     return near_places(triangulated(fit.map), pins, pin_limits)
@@ -227,80 +197,39 @@ def exact_pin_note(numbers: Index) -> str:
     return f"Pins {all_names(labels)} are met exactly, because as soft pins some would miss their places (radius)."
 
 
-def _attempt(problem: Problem, options: Options, start: TriangulatedMap | None, *, remesh: bool) -> _Attempt:
+def _attempt(
+    problem: Problem,
+    options: Options,
+    start: TriangulatedMap | None,
+    *,
+    remesh: bool,
+    coarse: CoarseMap | None = None,
+) -> _Attempt:
     """Solve a problem directly, or through its inverse if regions of the target are rigid."""
     source, target = problem.outlines
-    carried = start
-    if start is not None:
-        carried = carry_map(start, source, target, (problem.source_holes, problem.target_holes))
-    outlines_moved = carried is not start
-    remesh = remesh or outlines_moved
-    strokes = problem.strokes
-    all_holes = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
-    holes, pins, numbers = named_partners(all_holes, source, target, problem.pins, strokes)
+    between = with_paired_holes(replace(problem, source=source, target=target))
+    pins, regions = between.pins, problem.rigid or problem.rigid_target
+    if options.exact_pins or regions:  # pins in a rigid region determine its similarity
+        between = replace(between, softness=Softness.exact(len(pins)))
     settings = settings_of(options)
-    fields = problem.size_map, problem.importance
-    regions = problem.rigid or problem.rigid_target
-    constrained = len(pins) or strokes or regions or any(fields)
-    softness = None
-    # Pins in a rigid region determine its similarity, and are exact.
-    if len(pins) and not options.exact_pins and not regions:
-        softness = problem.softness.of_pins(numbers)
+    constrained = len(pins) or between.strokes or regions or problem.size_map or problem.importance
     if constrained or start is not None or settings.bounded:
         settings = replace(settings, fit=with_constraints(settings.fit))
     if problem.rigid_target:
-        solution = solve_inverse(
-            source,
-            target,
-            settings,
-            pins,
-            strokes,
-            holes,
-            numbers,
-            carried,
-            problem.rigid_target,
-            remesh=remesh,
-            outlines_moved=outlines_moved,
-        )
+        solution = solve_inverse(between, settings, start, remesh=remesh)
     else:
-        solution = solved(
-            source,
-            target,
-            settings,
-            pins,
-            strokes,
-            holes,
-            numbers,
-            carried,
-            problem.rigid,
-            fields,
-            remesh=remesh,
-            outlines_moved=outlines_moved,
-            softness=softness,
-            stroke_widths=problem.stroke_widths,
-        )
+        solution = solved(between, settings, start, remesh=remesh, coarse=None if constrained else coarse)
     linear = in_regions(solution.map, solution.rigid, of_target=solution.rigid_of_target)
     map = straighten_lines(solution.map, solution.lines, linear)
     map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
     in_bounds = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
-    fit = result_of(problem, solution, map, (holes, pins), settings, in_bounds=in_bounds)
-    is_free = not (len(pins) or len(strokes))
+    fit = result_of(problem, solution, map, (Holes.of(between), pins), settings, in_bounds=in_bounds)
+    is_free = not (len(pins) or len(between.strokes))
     return _Attempt(fit, settings, solution.turn, is_free=is_free, soft_pins=solution.soft_pins)
 
 
 def solve_inverse(
-    source: Curve,
-    target: Curve,
-    settings: Settings,
-    pins: Complex,
-    strokes: Sequence[tuple[Curve, Curve]],
-    holes: Holes,
-    numbers: Index | None,
-    start: TriangulatedMap | None,
-    rigid: Sequence[Complex],
-    *,
-    remesh: bool,
-    outlines_moved: bool,
+    problem: Problem, settings: Settings, start: TriangulatedMap | None, *, remesh: bool
 ) -> Solution:
     """Solve a problem with rigid regions of the target through its inverse, in which they are regions of the source.
 
@@ -311,24 +240,13 @@ def solve_inverse(
         InputError: no one-to-one map meets the pins or strokes, or the source has more holes than the target.
     """
     # Checked here, so that messages do not confuse source and target.
-    check(source, target, pins, strokes, numbers)
+    check(*problem.outlines, problem.pins, problem.strokes, problem.pin_numbers)
+    holes = Holes.of(problem)
     if len(holes.source) > len(holes.target):
         raise InputError("rigid_target: the source has more holes than the target; set holes to fill or cut")
-    swapped_holes = holes.inverse()
-    solution = solved(
-        target,
-        source,
-        settings.inverse(),
-        pins[:, ::-1],
-        [(target_stroke, source_stroke) for source_stroke, target_stroke in strokes],
-        swapped_holes,
-        numbers,
-        start and start.linear_inverse(),
-        rigid,
-        remesh=remesh,
-        outlines_moved=outlines_moved,
-    )
-    inverse_notes, hole_notes = unequal(swapped_holes), unequal(holes)
+    inverse_start = start and start.linear_inverse()
+    solution = solved(problem.inverse(), settings.inverse(), inverse_start, remesh=remesh)
+    inverse_notes, hole_notes = unequal(holes.inverse()), unequal(holes)
     notes = [note for note in solution.notes if note not in inverse_notes]
     return replace(
         solution.inverse(), notes=[*hole_notes, *notes] if len(notes) < len(solution.notes) else notes
@@ -341,49 +259,6 @@ def loses_too_much(hidden: float, bare: float, options: Options) -> bool:
     They are those of a solved map; the search only estimates them.
     """
     return hidden > options.max_left_out + NOTED_AREA_SHARE or bare > options.max_uncovered + NOTED_AREA_SHARE
-
-
-def cut_ring(problem: Problem, closed: Fit, options: Options, settings: Settings) -> Fit | None:
-    """Cut a ring open and return the map of the open ring, if that costs less than the given one.
-
-    Args:
-        problem: the domains.
-        closed: the map with the ring closed.
-        options: options of the solver.
-        settings: those of the given map.
-
-    Returns:
-        The map; None unless exactly one shape is a ring, the other has no hole, and the map costs less.
-    """
-    sides = problem.outlines
-    holes = problem.source_holes, problem.target_holes
-    if sorted(map(len, holes)) != [0, 1] or not (
-        closed.is_partial or closed.distortion.stretch_p95 > GOOD_STRETCH
-    ):
-        return None
-    k = 0 if holes[0] else 1
-
-    def pair(ring: Curve) -> tuple[Curve, Curve]:
-        return (ring, sides[1]) if k == 0 else (sides[0], ring)
-
-    most = price_of(closed, settings)
-    ring = rings.best_seam(sides[k], holes[k][0], lambda cut: rings.coarse_cost(*pair(cut), settings), most)
-    if ring is None:
-        return None
-    with suppress(NoMapError):
-        open_fit = solve_once(Problem.of(*pair(ring)), replace(options, fit="whole"))
-        if open_fit.status.ok and price_of(open_fit, settings) < most:
-            open_fit.notes.insert(0, SEAM.format(("source", "target")[k]))
-            return open_fit
-    return None
-
-
-def price_of(fit: Fit, settings: Settings) -> float:
-    """Return the cost of a map; see `drawings.cost.price`."""
-    map = triangulated(fit.map)
-    rotation = turn_of(map.source, map.image, map.faces) - (settings.turn or 0.0)
-    lost_shares = fit.left_out, fit.uncovered
-    return settings.energy.cost(map.source, map.image, map.faces[~fit.voids], lost_shares, rotation=rotation)
 
 
 def result_of(
@@ -409,9 +284,7 @@ def result_of(
             map's mean scale.
     """
     source, target, strokes = problem.source, problem.target, problem.strokes
-    all_holes, pins = constraints
-    holes = all_holes if solution.holes is None else all_holes.only(solution.holes)
-    ignored = ((), ()) if solution.holes is None else all_holes.others(solution.holes)
+    holes, pins = constraints
     status = _status(solution, in_bounds, settings)
     flat, mean = region_layout or (None, mean_scale(source, target, holes.sides))
     of_target = solution.rigid_of_target
@@ -425,12 +298,13 @@ def result_of(
         *(map, status, energies, source, target, pins, strokes, list(solution.notes)),
         source_holes=holes.source,
         target_holes=holes.target,
-        hole_partners=solution.partners,
-        passed_holes=ignored,
-        filled=solution.filled,
-        _covering_map=solution.covering_map,
         rigid=rigid,
-        softness=softness_of(pins, solution.soft_pins, solution.softness),
+        details=Details(
+            hole_partners=solution.partners,
+            filled=solution.filled,
+            softness=softness_of(pins, solution.soft_pins, solution.softness),
+        ),
+        _covering_map=solution.covering_map,
     )
 
 
@@ -486,7 +360,7 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
         *(map, status, energies, source, None, pins, strokes, notes),
         source_holes=holes,
         rigid=rigid,
-        softness=softness_of(pins, patches.points, patches.softness),
+        details=Details(softness=softness_of(pins, patches.points, patches.softness)),
     )
 
 
@@ -518,9 +392,6 @@ def settings_of(options: Options) -> Settings:
         max_dilatation=options.max_dilatation,
         max_stretch=options.max_stretch,
         fit=options.fit,
-        keep_holes=options.holes == "keep",
-        max_left_out=options.max_left_out,
-        max_uncovered=options.max_uncovered,
         starts=options.effort,
         rigid_size=None if options.rigid_size == "free" else float(options.rigid_size or 1.0),
         keep_start=options.keep_start,
@@ -593,20 +464,17 @@ def stretch_notes(distortion: Distortion) -> list[str]:
 
 
 def coverage_notes(fit: Fit) -> list[str]:
-    """Return notes on ignored holes, and on the hidden share of the source and the bare share of the target."""
-    counts = zip(("source", "target"), map(len, fit.passed_holes))
-    ignored = [f"{count} hole{'s' * (count > 1)} of the {side}" for side, count in counts if count]
-    notes = [f"The map ignores {' and '.join(ignored)} (holes)."] if ignored else []
-    if fit.left_out >= NOTED_AREA_SHARE:
+    """Return notes on the hidden share of the source and the bare share of the target."""
+    notes = []
+    if fit.coverage.left_out >= NOTED_AREA_SHARE:
         notes.append(
-            f"{fit.left_out:.1%} of the source is hidden, since concavities or holes of the target leave "
+            f"{fit.coverage.left_out:.1%} of the source is hidden, since concavities or holes of the target leave "
             "no room for it (fit)."
         )
-    if fit.uncovered >= NOTED_AREA_SHARE:
-        addition = "; the texture inside these holes is shown there" if fit.passed_holes[0] else ""
+    if fit.coverage.uncovered >= NOTED_AREA_SHARE:
         notes.append(
-            f"{fit.uncovered:.1%} of the target stays bare, where concavities or holes of the source "
-            f"open{addition} (fit)."
+            f"{fit.coverage.uncovered:.1%} of the target stays bare, where concavities or holes of the source "
+            "open (fit)."
         )
     return notes
 
@@ -646,7 +514,7 @@ def rotation_notes(rotation: float, requested: float | None) -> list[str]:
     if requested is None:
         return []
     difference = np.degrees(np.angle(np.exp(1j * (rotation - requested))))
-    if abs(np.radians(difference)) <= GOOD_ROTATION_RADIANS:
+    if abs(np.radians(difference)) <= NOTED_ROTATION_RADIANS:
         return []
     turn = np.degrees(np.angle(np.exp(1j * rotation)))
     return [

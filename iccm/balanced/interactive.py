@@ -115,7 +115,7 @@ class _Pair:
         return (exact.inverse() if self.inverted else exact), patches
 
     def with_patches(self, settings: Settings, patches: PinnedPatches) -> Settings:
-        """Return the settings with soft pins in the energy of the map from source to target."""
+        """Return settings in unit coordinates with other soft pins in the energy of the map from source to target."""
         soft = None if patches.are_none else patches.unit(self.frames)
         return replace(settings, energy=replace(settings.energy, pins=soft))
 
@@ -239,7 +239,9 @@ class Live:
             InputError: no one-to-one map meets the pins or strokes.
         """
         assert fit.target is not None and isinstance(fit.map, TriangulatedMap)
-        mapped_holes = [(loop + 1, i, j) for loop, (i, j) in enumerate(fit.hole_partners) if min(i, j) >= 0]
+        mapped_holes = [
+            (loop + 1, i, j) for loop, (i, j) in enumerate(fit.details.hole_partners) if min(i, j) >= 0
+        ]
         partners = tuple((i, j) for _, i, j in mapped_holes)
         holes = Holes(tuple(fit.source_holes), tuple(fit.target_holes), partners)
         frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
@@ -248,8 +250,8 @@ class Live:
         if pair.inverted and covering_map is not None:
             map, mapped_holes = covering_map, holes_of(covering_map, holes)
         sketch = sketch_of(map, frames, mapped_holes)
-        own_pins, patches = pair.checked(fit.pins, fit.strokes, fit.softness)
-        settings = pair.with_patches(settings, patches)
+        own_pins, patches = pair.checked(fit.pins, fit.strokes, fit.details.softness)
+        settings = pair.with_patches(settings.in_frames(frames), patches)
         level = final_level(pair.problem(own_pins, settings, sketch), settings)
         sketch = sketch.inverse() if pair.inverted else sketch
         state = on_its_mesh(level, sketch)

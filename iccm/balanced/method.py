@@ -9,24 +9,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Complex, Index
+from ..arrays import Complex
 from ..curve import Curve, closer_outline, hausdorff, interior_grid
 from ..errors import InputError
-from ..maps.fields import Field
 from ..maps.triangulated.map import TriangulatedMap
-from ..pins import Softness
 from ..plane import Similarity
+from ..problem import Problem
 from . import injectivity
+from .coarse import CoarseMap
 from .constraints.soft import bands_of, patches_of
-from .constraints.validate import NO_PINS, UNPINNED, Pins, check, put_pins
+from .constraints.validate import UNPINNED, Pins, check, put_pins
 from .holes.filled import Cut, covering, without_filled
-from .holes.given import NONE, Holes, hole_at, unequal
+from .holes.given import Holes, hole_at, unequal
 from .model.boundary_pairs import loops_of
 from .model.frames import frames_of, unit_curve, unit_ring
 from .model.measures import turn_of
 from .model.mesh_map import MeshMap
 from .model.metric import FieldMetric
 from .model.settings import Settings, Solution, SolveLog
+from .motion import carry_map
 from .rigid.given import NO_REGIONS, Regions, aims_of, regions_of
 from .rigid.solve import Rigid, is_rigid_similarity, keep_rigid
 from .search import multilevel
@@ -36,46 +37,33 @@ FIELD_SAMPLES = 20_000  # points in the source at which the means of fields are 
 
 
 def solve(
-    source: Curve,
-    target: Curve,
+    problem: Problem,
     settings: Settings | None = None,
-    pins: Complex = NO_PINS,
-    strokes: Sequence[tuple[Curve, Curve]] = (),
-    holes: Holes = NONE,
-    numbers: Index | None = None,
     start: TriangulatedMap | None = None,
-    rigid: Sequence[Complex] = (),
-    fields: tuple[Field | None, Field | None] = (None, None),
     *,
     remesh: bool = False,
-    outlines_moved: bool = False,
-    softness: Softness | None = None,
-    stroke_widths: Sequence[float] = (),
+    coarse: CoarseMap | None = None,
 ) -> Solution:
-    """Return the balanced map of two domains.
+    """Return the balanced map of a problem.
+
+    Unmatched holes of the source shrink to slits, and unmatched holes of the target open from slits.
 
     Args:
-        source: a domain, as from `Curve.domain`.
-        target: a domain in the same form.
+        problem: the domains and constraints. No pin is in a hole, and rigid regions are those of the source.
         settings: options of the map.
-        pins: (k, 2) points of the source and their places.
-        strokes: polylines of the source and their images; ends are mapped to ends.
-        holes: holes of both domains. Unmatched holes of the source shrink to slits, and unmatched holes of the
-            target open from slits.
-        numbers: (k,) numbers of the pins for messages; consecutive by default.
-        start: an earlier map of these domains to start from.
-        rigid: polygons in the source that are mapped by similarities.
-        fields: relative sizes of the source's parts, and weights of distortion there.
-        softness: of the pins; None if all are exact.
-        stroke_widths: widths of the bands around strokes that keep their shape; empty for none.
-        remesh: whether the start needs a new mesh, because its outlines or options were different.
-        outlines_moved: whether its outlines were different.
+        start: an earlier map to start from; its outlines are moved to those of the problem if they differ.
+        remesh: whether the start needs a new mesh in any case, because its options were different.
+        coarse: a coarse map of the problem without constraints, which is refined.
 
     Raises:
         NoMapError: no map without folds was found.
         InputError: no one-to-one map meets the pins or strokes, or the start has other holes.
     """
     settings = settings or Settings()
+    source, target, pins, strokes = problem.source, problem.target, problem.pins, problem.strokes
+    assert target is not None
+    holes, fields = Holes.of(problem), (problem.size_map, problem.importance)
+    carried = None if start is None else carry_map(start, source, target, holes.sides)
     frames = frames_of(source, target, settings.turn, holes.sides)
     if any(fields):
         metric = FieldMetric.of(
@@ -84,28 +72,28 @@ def solve(
         settings = replace(settings, metric=metric)
     journal = SolveLog()
     curves = unit_curve(frames[0], source), unit_curve(frames[1], target), holes.unit(frames)
-    constraints = check(source, target, pins, strokes, numbers) if len(pins) or len(strokes) else UNPINNED
-    softness = Softness.exact(len(pins)) if softness is None else softness
-    bands = bands_of(strokes, stroke_widths)
-    patches = patches_of(source, target, holes.sides, pins, softness, constraints, numbers, bands)
-    if not patches.are_none:
-        settings = replace(settings, energy=replace(settings.energy, pins=patches.unit(frames)))
-        constraints = constraints.without(patches.points[:, 0])
+    numbers, constraints = problem.pin_numbers, UNPINNED
+    if len(pins) or len(strokes):
+        constraints = check(source, target, pins, strokes, numbers)
+    bands = bands_of(strokes, problem.stroke_widths)
+    patches = patches_of(source, target, holes.sides, pins, problem.softness, constraints, numbers, bands)
+    settings = settings.in_frames(frames, None if patches.are_none else patches.unit(frames))
+    constraints = constraints.without(patches.points[:, 0])
     regions = NO_REGIONS
     if constraints.count or constraints.strokes or start is not None:
         journal.notes += [*unequal(holes), *constraints.notes]
-        start_sketch = None if start is None else sketch_of(start, frames, holes_of(start, holes))
+        start_sketch = None if carried is None else sketch_of(carried, frames, holes_of(carried, holes))
         state, constraints_met = multilevel.constrained_map(
             *curves,
             constraints.unit(frames),
             settings,
             journal,
             start_sketch,
-            remesh=remesh,
-            outlines_moved=outlines_moved,
+            remesh=remesh or carried is not start,
+            outlines_moved=carried is not start,
         )
-        if rigid:
-            regions = regions_of(rigid, source, holes.source, pins, strokes)
+        if problem.rigid:
+            regions = regions_of(problem.rigid, source, holes.source, pins, strokes)
             state = _keep_rigid(state, regions, curves, frames, constraints, settings, journal)
         solution = solution_of(
             state,
@@ -118,16 +106,14 @@ def solve(
         )
         solution = replace(solution, met=constraints_met)
     else:
-        state, hole_numbers = multilevel.free_map(*curves, settings, journal)
-        used_holes = holes.only(hole_numbers)
-        journal.notes += [*unequal(used_holes), *constraints.notes]
-        domains = _domains(source, target, used_holes)
-        if rigid:
-            regions = regions_of(rigid, source, used_holes.source)
-            curves = (*curves[:2], used_holes.unit(frames))
+        begun = None if coarse is None else (coarse.problem, coarse.state)
+        state = multilevel.free_map(*curves, settings, journal, begun)
+        journal.notes += [*unequal(holes), *constraints.notes]
+        domains = _domains(source, target, holes)
+        if problem.rigid:
+            regions = regions_of(problem.rigid, source, holes.source)
             state = _keep_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
         solution = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
-        solution = replace(solution, holes=hole_numbers)
     return replace(
         solution,
         rigid=regions.polygons,

@@ -1,6 +1,6 @@
 """A boundary correspondence: both boundaries as circles of harmonic measure, and a map between the circles."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -38,6 +38,12 @@ class Moebius:
     def inside(self, u: Complex) -> Complex:
         """Return the images of points of the disc."""
         return np.exp(1j * self.rho) * (u - self.b) / (1 - np.conj(self.b) * u)
+
+    @property
+    def parameters(self) -> Real:
+        """(3,) the unbounded parameters; see `of`."""
+        q = np.arctanh(abs(self.b)) * np.exp(1j * np.angle(self.b))
+        return np.array([q.real, q.imag, float(self.rho)])
 
     @classmethod
     def of(cls, p: Real) -> "Moebius":
@@ -100,6 +106,10 @@ class View:
         """The boundary as the unit circle with few panels."""
         return Coarse(self.measure, self.mass)
 
+    def on_circle(self, z: Complex) -> Complex:
+        """Return the points of the unit circle that stand for the points of the boundary closest to z (k,)."""
+        return np.exp(1j * TURN * self.circle.turn(self.measure.curve.closest(z)))
+
     def disc(self, z: Complex) -> Complex:
         """Return the images of points inside under the Riemann map to the disc.
 
@@ -111,12 +121,23 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Correspondence:
-    """A boundary correspondence: source view, target view, and an increasing map between their circles."""
+    """A boundary correspondence: source view, target view, and an increasing map between their circles.
+
+    Attributes:
+        source: the source.
+        target: the target.
+        between: the map between their circles.
+        distortion: of the map.
+        fixed: source arclengths of the ends of axes of symmetry: (0,), (2,) or (4,). Their images stay where they are.
+        fixed_images: target arclengths of these.
+    """
 
     source: View
     target: View
     between: "Moebius | CircleMap"
     distortion: float
+    fixed: Real = field(default_factory=lambda: np.empty(0))
+    fixed_images: Real = field(default_factory=lambda: np.empty(0))
 
     def forward(self, s: Real) -> Real:
         """Return the target arclengths at source arclengths, lifted and increasing."""

@@ -24,11 +24,16 @@ from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples, hausdorff
 from ..maps.harmonic import HarmonicMap
 from ..options import Options
-from ..paper.algorithm1 import assemble, discretise, finish, iterate
-from ..paper.energies import Basis
-from ..paper.initial import constraint_points
-from ..paper.least_squares import System
-from ..paper.normalised import NormalisedProblem
+from ..paper import (
+    Basis,
+    NormalisedProblem,
+    System,
+    assemble,
+    constraint_points,
+    discretise,
+    finish,
+    iterate,
+)
 from ..problem import Problem
 from ..result import Fit
 from ..status import Status
@@ -89,8 +94,8 @@ def solve(problem: Problem, settings: Options) -> Fit:
         polygon, phi, psi, *details = _solve(normalised, settings)
     fit = finish(problem, normalised.in_plane(polygon, phi, psi), *details)
     # judge the map as it is reported: in the user's coordinates, against the given target
-    if fit.ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
-        return replace(fit, ended=Status.REACHED)
+    if fit._ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
+        return replace(fit, _ended=Status.REACHED)
     return fit
 
 
@@ -206,7 +211,7 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
             old if (new == had).all() else View.of(measure(curve, new, spacing), np.array([old.centre]))[0]
             for old, curve, new, had in zip((c.source, c.target), (source, target), deeper, sharp)
         ]
-        c, sharp = Correspondence(views[0], views[1], c.between, c.distortion), deeper
+        c, sharp = replace(c, source=views[0], target=views[1]), deeper
     return c
 
 
@@ -256,10 +261,27 @@ def crowding(c: Correspondence) -> dict[str, str]:
 
 
 def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[str, float]]]:
-    """Compute vertices and their images: relax, slide, measure, until the gap is within the tolerance.
+    """Compute vertices and their images, so that the gap is within the tolerance if possible.
+
+    The ends of axes of symmetry move if the gap cannot be closed otherwise, as it may happen with crowding.
 
     Returns:
         The best state, and the energies of each step.
+    """
+    score, state, energies = refine(c, settings)
+    if score > settings.tolerance and c.fixed.size:
+        released = replace(c, fixed=np.empty(0), fixed_images=np.empty(0))
+        released_score, released_state, released_energies = refine(released, settings)
+        if released_score < score:
+            return released_state, released_energies
+    return state, energies
+
+
+def refine(c: Correspondence, settings: Options) -> tuple[float, State, list[dict[str, float]]]:
+    """Compute vertices and their images: relax, slide, measure, until the gap is within the tolerance.
+
+    Returns:
+        The gap of the best state, larger if there may be folds, the state, and the energies of each step.
     """
     source, target = c.source.measure.curve, c.target.measure.curve
     error = FIRST_ERROR_TOLERANCES * settings.tolerance * target.diameter
@@ -272,7 +294,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
         allowed = Allowance(radius, error, LEAST_ERROR_SHARE * target.diameter)
         c, states = relax(c, pairs, allowed, most, RELAXATION_STEPS)
         state = states[-1]
-        tau, residual = newton(source, state.s, target, state.tau, MOST_SLIDES, allowed)
+        tau, residual = newton(source, state.s, target, state.tau, MOST_SLIDES, allowed, c.fixed)
         states.append(replace(state, tau=tau, residual=residual))
         energies += [{"consistency": e.energy, "total": e.energy} for e in states]
         previous_gap = best[1] if best else np.inf
@@ -292,7 +314,7 @@ def correspond(c: Correspondence, settings: Options) -> tuple[State, list[dict[s
             break
         c, error = follow(c, states[-1]), error / 2
     assert best is not None
-    return best[2], energies
+    return best[0], best[2], energies
 
 
 def pairs(c: Correspondence) -> tuple[Real, Real]:

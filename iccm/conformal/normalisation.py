@@ -9,19 +9,21 @@ between them, and |f'| on the boundary is the quotient of the harmonic densities
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 from .. import progress
 from ..arrays import Complex, Real
 from ..curve import Curve
 from ..errors import InputError
 from ..maps import cauchy_green
+from ..symmetry import centre_of
 from .correspondence import TURN, Coarse, Correspondence, Moebius, View
 from .harmonic_measure import HarmonicMeasure
 from .panels import thickness
+from .symmetry import centres_between, common_axes, shift_of, translation
 
 # Values were chosen by hand unless a comment gives a reason.
 CENTRES_TRIED = 8
@@ -33,6 +35,13 @@ FAR_HYPERBOLIC_DISTANCE = 1.5
 SIMPLEX = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.2]])
 ROUGH_SEARCH = {"maxfev": 250, "xatol": 1e-2, "fatol": 1e-3}
 FINE_SEARCH = {"maxfev": 250, "xatol": 1e-5, "fatol": 1e-7}
+MOST_SHIFT, SHIFTS_TRIED = 6.0, 49
+"""Range of shifts along an axis of symmetry that are tried from each pair of centres: hyperbolic lengths, twice that
+of `FAR_HYPERBOLIC_DISTANCE` in either direction."""
+SHIFT_TOLERANCE = 1e-5  # hyperbolic length
+NEARLY_SAME_RATIO = (
+    1.001  # relative score up to which symmetric maps are the same, seen from different centres
+)
 NEARLY_BEST_RATIO = 1.05  # relative cost up to which candidates are refined until convergence
 APART_CIRCLE_DISTANCE = 0.25
 """Mean distance on the unit circle above which candidates count as different."""
@@ -113,7 +122,14 @@ def search(
     tried with several rotations, and the best candidates are refined over all three parameters. Of maps with
     about the same distortion, the one with the least rotation from `upright` is chosen, in particular if the
     distortion does not depend on the rotation, as between discs. With pins, rotation is ignored.
+
+    Between two shapes with the same axis of symmetry, it is the symmetric map with the least distortion, unless there
+    are pins.
     """
+    if pins is None or not pins.size:
+        symmetric = search_symmetric(source, target, upright)
+        if symmetric is not None:
+            return symmetric
     views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
     wish = Wish(pins if pins is not None and pins.size else None, upright)
     pairs = [(a, b) for a in views[0] for b in views[1]]
@@ -125,6 +141,42 @@ def search(
     finished = [*starts, *(wish.finished(t, views) for t in rough if t.score <= close)]
     least = min(t.score for t in finished)
     return wish.stood(next(t for t in finished if t.score <= least + SAME_SCORE)).correspondence
+
+
+def search_symmetric(
+    source: HarmonicMeasure, target: HarmonicMeasure, upright: complex
+) -> Correspondence | None:
+    """Return the correspondence of the symmetric map with the least distortion.
+
+    It is None if the shapes have no axis of symmetry in common. A map is symmetric about an axis if it takes the axis,
+    a geodesic of the domain, to that of the other shape. Then one parameter is left, a shift along the axis, and
+    none if there are two axes in common.
+    """
+    axes = common_axes(source.curve, target.curve, upright)
+    if not axes:
+        return None
+    wish = Wish(None, upright)
+    centres_of_sides = [
+        centres_between(h.curve, axes[0][side]) if len(axes) == 1 else np.array([centre_of(h.curve)])
+        for side, h in enumerate((source, target))
+    ]
+    views = [View.of(h, points) for h, points in zip((source, target), centres_of_sides)]
+    pairs = [(a, b) for a in views[0] for b in views[1]]
+    candidates = [
+        candidate
+        for a, b in progress.counted("symmetric Möbius maps", pairs)
+        for swapped in (False, True)
+        if (candidate := wish.along_axis(a, b, axes, swapped=swapped)) is not None
+    ]
+    if not candidates:
+        return None
+    least = min(candidate.score for candidate in candidates)
+    close = [t for t in candidates if t.score <= NEARLY_SAME_RATIO * least + SAME_SCORE]
+    # the same map, as seen from the centres between which it is closest to a rotation
+    best = min(close, key=lambda t: float(np.hypot(*t.p[:2])))
+    fixed = source.curve.closest(np.concatenate([ends for ends, _ in axes[:2]]))
+    found = best.correspondence
+    return replace(found, fixed=fixed, fixed_images=found.forward(fixed))
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +212,43 @@ class Wish:
             Candidate(score, cost, a, b, np.array([0, 0, r]))
             for score, cost, r in zip(scores.tolist(), costs.tolist(), rho)
         ]
+
+    def along_axis(
+        self, a: View, b: View, axes: list[tuple[Complex, Complex]], *, swapped: bool
+    ) -> Candidate | None:
+        """Return the best map that takes the ends of an axis to those of another, for views of both shapes.
+
+        Args:
+            a: view of the source.
+            b: view of the target.
+            axes: the ends (2,) of each axis in the source and in the target; the first two determine the map.
+            swapped: whether the map is upside down.
+        """
+        order = slice(None, None, -1 if swapped else 1)
+        ends = [
+            (a.on_circle(source_ends), b.on_circle(target_ends)[order])
+            for source_ends, target_ends in axes[:2]
+        ]
+        cost = self.cost(a, b)
+        shift: float | None
+        if len(ends) > 1:
+            shift = shift_of(*ends[0], *ends[1])
+            if shift is None:
+                return None
+        else:
+            tried = np.linspace(-MOST_SHIFT, MOST_SHIFT, SHIFTS_TRIED)
+            k = int(np.argmin(cost(translation(*ends[0], tried[:, None]))))
+            shift = minimize_scalar(
+                lambda shift: float(cost(translation(*ends[0], shift))),
+                bounds=(tried[max(k - 1, 0)], tried[min(k + 1, tried.size - 1)]),
+                method="bounded",
+                options={"xatol": SHIFT_TOLERANCE},
+            ).x
+        m = translation(*ends[0], shift)
+        if not abs(m.b) < 1:  # too far from these centres for double precision
+            return None
+        least_cost = cost(m)
+        return Candidate(float(self.score(a, b, m, least_cost)), float(least_cost), a, b, m.parameters)
 
     def polished(self, t: Candidate, ends: dict[str, float], turn: float = 0.0) -> Candidate:
         """Minimise the cost from a candidate; `turn` is the cost of a rotation by 90°."""

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from ..arrays import Complex, Real
-from ..curve import Curve
+from ..curve import Curve, corners_of
 
 # Values were chosen by hand unless a comment gives a reason.
 CORNER = np.radians(
@@ -16,9 +16,9 @@ PAIRS_AT_ONCE = 1 << 21  # of samples that are processed at a time: 0.1 GB
 THICKNESS_SHARE = 0.35  # longest panel, relative to the local thickness
 
 
-def corners(curve: Curve, least: float = CORNER) -> np.ndarray:
-    """Return the indices of the vertices at which the curve bends by more than `least`, in radians."""
-    return np.flatnonzero(np.abs(np.angle(curve.edges / np.roll(curve.edges, 1))) > least)
+def corners(curve: Curve) -> np.ndarray:
+    """Return the indices of the vertices at which densities and derivatives are singular."""
+    return corners_of(curve, CORNER)
 
 
 def thickness(curve: Curve, per_length: float) -> tuple[np.ndarray, Complex, Real]:

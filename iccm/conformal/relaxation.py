@@ -15,8 +15,9 @@ import scipy.linalg
 
 from ..arrays import Complex, Real
 from ..curve import Curve
-from .correspondence import CircleMap, Correspondence
+from .correspondence import TURN, CircleMap, Correspondence
 from .riemann_hilbert import LEAST_DAMPING, consistency, interpolate_means, shares, stretches
+from .symmetry import shift_of, translation
 from .vertices import Allowance, place
 
 # Values were chosen by hand unless a comment gives a reason.
@@ -89,12 +90,28 @@ def follow(c: Correspondence, state: State) -> Correspondence:
     Relaxation steps do not move the target's corners (`relaxation_step`); this does.
     """
     between, turn = circle_map(c), c.source.circle.turn(state.s)
-    return replace(c, between=between.shifted(turn, c.target.circle.turn(state.tau) - between(turn)))
+    moved = between.shifted(turn, c.target.circle.turn(state.tau) - between(turn))
+    return with_fixed_points(replace(c, between=moved))
 
 
 def circle_map(c: Correspondence) -> CircleMap:
     """Return the map between the circles with knots, converted from a Möbius map if it is one."""
     return c.between if isinstance(c.between, CircleMap) else CircleMap.of(c)
+
+
+def with_fixed_points(c: Correspondence) -> Correspondence:
+    """Return the correspondence composed with the Möbius map of the target's circle that puts fixed points back.
+
+    A strain of the circle map moves them, and a map composed with a Möbius map is as conformal as before.
+    """
+    if not c.fixed.size:
+        return c
+    between = circle_map(c)
+    present = np.exp(1j * TURN * between(c.source.circle.turn(c.fixed)))
+    places = np.exp(1j * TURN * c.target.circle.turn(c.fixed_images))
+    shift = shift_of(present[:2], places[:2], present[2:], places[2:]) if c.fixed.size > 2 else 0.0
+    back = translation(present[:2], places[:2], shift or 0.0)(between.b)
+    return replace(c, between=CircleMap(between.a, back - np.round(back[0] - between.b[0])))
 
 
 def relax(
@@ -121,7 +138,7 @@ def relax(
         solve = relaxation_step(c, state)
         previous_norm = state.norm
         while damping <= MOST_DAMPING:
-            trial = replace(c, between=between.strained(*solve(damping)))
+            trial = with_fixed_points(replace(c, between=between.strained(*solve(damping))))
             placed = lay(trial, pairs, allowed, most)
             if placed.norm < previous_norm:
                 break

@@ -25,6 +25,8 @@ STALLED_RESIDUAL_SHARE = 0.98  # stop when a step leaves more than this share of
 # Relative to the largest diagonal entry: smaller columns are rounding errors.
 ROUNDING_DIAGONAL_SHARE = 1e-13
 RAISE = 1 / 6  # derived: see `interpolate_means`
+DEPENDENT_SHARE = 1e-9  # relative singular value below which conditions on fixed points depend on each other
+NO_POINTS = np.empty(0)
 SHORTEST_GAP_SHARE = 1e-15  # least gap, relative to the length of the boundary
 
 
@@ -96,7 +98,13 @@ def _neighbours(z: Complex) -> tuple[Complex, Complex]:
 
 
 def newton(
-    source: Curve, s: Real, target: Curve, tau: Real, iterations: int, allowed: Allowance
+    source: Curve,
+    s: Real,
+    target: Curve,
+    tau: Real,
+    iterations: int,
+    allowed: Allowance,
+    fixed: Real = NO_POINTS,
 ) -> tuple[Real, Complex]:
     """Move τ along the target until its values are consistent.
 
@@ -107,6 +115,7 @@ def newton(
         tau: (n,) increasing arclengths of their images, lifted.
         iterations: most steps; fewer if the residual stops decreasing.
         allowed: allowed error at each place, by which residuals are divided.
+        fixed: (k,) arclengths of the source, at most three of them independent, whose images do not move.
 
     Returns:
         τ, and the defect D T(τ) at the vertices.
@@ -117,7 +126,7 @@ def newton(
     for _ in range(iterations):
         q = np.sqrt(shares(source, s, target, tau)) / allowed(s, stretches(s, source, tau, target))
         norm = float(np.linalg.norm(q * residual))
-        steps = _steps(defect, residual, target, tau, q)
+        steps = _steps(defect, residual, target, tau, q, interpolation(s, source.length, fixed))
         trials: list[tuple[float, float, Real, Complex]] = []
         while damping <= MOST_DAMPING:
             trial = keep_order(tau, steps(damping), target.length)
@@ -136,10 +145,25 @@ def newton(
     return tau, residual
 
 
-def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real) -> Callable[[float], Real]:
+def interpolation(s: Real, length: float, points: Real) -> Real:
+    """Return the matrix (k, n) of linear interpolation at points (k,) between increasing arclengths (n,), one lap."""
+    weights = np.zeros((points.size, s.size))
+    ends = np.append(s, s[0] + length)
+    place = s[0] + np.mod(points - s[0], length)
+    k = np.clip(np.searchsorted(ends, place, side="right") - 1, 0, s.size - 1)
+    share = (place - ends[k]) / (ends[k + 1] - ends[k])
+    rows = np.arange(points.size)
+    weights[rows, k] += 1 - share
+    weights[rows, (k + 1) % s.size] += share
+    return weights
+
+
+def _steps(
+    defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real, fixed: Real
+) -> Callable[[float], Real]:
     """Return the Levenberg-Marquardt step of ‖q D T(τ)‖² in τ as a function of the damping.
 
-    It is scaled by the local spacing.
+    It is scaled by the local spacing, and zero at points given by their weights (k, n) of τ.
     """
     edge, _ = target.locate(tau)
     gaps = cyclic_gaps(tau, target.length)
@@ -152,7 +176,13 @@ def _steps(defect: Complex, residual: Complex, target: Curve, tau: Real, q: Real
 
     def step(damping: float) -> Real:
         damped = gram + np.diag(damping * diagonal + ROUNDING_DIAGONAL_SHARE * diagonal.max())
-        return -scale * scipy.linalg.cho_solve(scipy.linalg.cho_factor(damped, check_finite=False), load)
+        factor = scipy.linalg.cho_factor(damped, check_finite=False)
+        x = -scipy.linalg.cho_solve(factor, load)
+        if len(fixed):  # the constrained minimum
+            conditions = fixed * scale
+            across = scipy.linalg.cho_solve(factor, conditions.T)
+            x -= across @ np.linalg.lstsq(conditions @ across, conditions @ x, rcond=DEPENDENT_SHARE)[0]
+        return scale * x
 
     return step
 

@@ -6,8 +6,9 @@ frame           simply connected regions around a drawing, with gaps closed to s
 mappable_holes  holes that leave room for a map
 placing         the largest similar copy of one region inside another
 pairing         pairs of corresponding parts of two drawings
-raster          regions on a raster of pixels
 cracks          slits of a result that look like defects
-seen            energy and losses of a map of two drawings
-cost            the cost by which maps are compared
+visible         what is visible of two drawings
+cost            the one cost by which maps are compared
+detail          detail of a picture: the edges that people recognise it by
+intermediate    the drawing between two drawings in the same plane: parts and holes grow and shrink, and nothing fades
 """

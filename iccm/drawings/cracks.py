@@ -6,8 +6,8 @@ import numpy as np
 
 from ..arrays import Complex, Flags
 from ..pixels.canvas import Canvas, proportional
+from ..pixels.coverage import painted_share
 from .drawing import Drawing
-from .raster import painted_share
 
 RASTER_PIXELS = 512
 """Pixels of the target drawing's longer side."""

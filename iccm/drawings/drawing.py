@@ -54,7 +54,7 @@ class Drawing:
         try:
             return cls(painted)
         except InputError as error:
-            raise InputError(f"{name}: {error}") from None
+            raise error.named(name) from None
 
     @property
     def rings(self) -> list[Complex]:

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex, complex_of, xy_of
 from ..pixels.canvas import Canvas, proportional
+from ..pixels.coverage import painted_share
 from ..plane import Similarity
-from .raster import painted_share, rings_of
+from ..polygons import rings_of
 
 RASTER_PIXELS = 96
 """Pixels of the outer region's longer side: places are found to a hundredth of its size, and refined from there."""

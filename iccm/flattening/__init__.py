@@ -10,8 +10,10 @@ seams          where to lengthen a cut
 opening        repair of flipped triangles and non-convex polygons by moving single vertices
 interpolation  `morph`: shapes between two, by interpolating the metric of a map
 of_arrays      `iccm.flatten`: meshes given as arrays
+segmentation   pieces divided into charts, so that all of each gets a place
 whole          all pieces of a mesh, packed side by side
 charts         the charts of a mesh's own texture coordinates as flattenings
+unfolding      cut a hard surface into nets: rigid unfoldings of its flat faces along the fewest and shortest seams
 """
 
 from .method import METHODS, convex, even_layout, flatten

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import shapely
 
 from ..arrays import Complex, Flags, Index, Real, complex_of, distinct_rows, xy_of
 from ..errors import InputError
@@ -30,6 +31,8 @@ MOST_MOVED_SHARE = 1e-3
 DRAWN_IN_SHARE = 1e-5
 """Of a chart's diagonal: how far vertices that the outline passes twice are moved inwards: far above rounding, and
 invisible."""
+TOUCHING_SHARE = 1e-7
+"""Of a chart's diagonal: distance of two parts of its boundary that touch, except for rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +196,7 @@ class Atlas:
         shape, pair = split_non_manifold(Triangles(local.reshape(-1, 3), used.size), used, [])
         vertex = self.vertex[pair]
         z = self.uv[pair, 0] * aspect + 1j * self.uv[pair, 1]
-        flat = _separate_boundaries(shape, z if mirror is None else 2 * mirror - z.conj())
+        flat = separate_boundaries(shape, z if mirror is None else 2 * mirror - z.conj())
         name = self.mesh.name
         patch = Patch(self.mesh, self.mesh.points[vertex], shape, vertex, corner, notes=self.notes)
         if not patch.loops:
@@ -279,11 +282,10 @@ def _kaczmarz(faces: Index, signs: Real, uv: Real) -> Real:
     return xy_of(z)
 
 
-def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
+def separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
     """Move vertices where a boundary touches itself a little inwards; return the new positions (n,)."""
     rim = np.unique(shape.tail[shape.twin < 0])
-    first, place = distinct_rows(xy_of(flat[rim]))
-    twice = rim[np.bincount(place, minlength=first.size)[place] > 1]
+    twice = rim[_touch(shape, flat, rim)]
     if not twice.size:
         return flat
     touching = np.isin(shape.faces, twice).any(axis=1)
@@ -293,12 +295,25 @@ def _separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
     height = 2 * np.abs(triangle_areas(corner)) / longest
     into, room = np.zeros(flat.size, complex), np.full(flat.size, np.inf)
     outward = middle - corner.ravel()
-    np.add.at(into, shape.faces[touching].ravel(), outward / np.abs(outward))
+    np.add.at(into, shape.faces[touching].ravel(), outward / np.maximum(np.abs(outward), 1e-300))
     np.minimum.at(room, shape.faces[touching].ravel(), np.repeat(height, 3))
     separated = flat.copy()
     length = np.minimum(DRAWN_IN_SHARE * diagonal(flat), room[twice] / 10)
     separated[twice] += length * into[twice] / np.maximum(np.abs(into[twice]), 1e-300)
     return separated
+
+
+def _touch(shape: Triangles, flat: Complex, rim: Index) -> Flags:
+    """Mark (r,) vertices of the boundary that lie on an edge of it that does not end there, or at another vertex."""
+    border = np.flatnonzero(shape.twin < 0)
+    ends = np.column_stack([shape.tail[border], shape.head[border]])
+    edges = shapely.linestrings(xy_of(flat[ends].ravel()).reshape(-1, 2, 2))
+    near = TOUCHING_SHARE * diagonal(flat)
+    vertex, edge = shapely.STRtree(edges).query(shapely.points(xy_of(flat[rim])), "dwithin", near)
+    apart = (ends[edge] != rim[vertex][:, None]).all(axis=1)
+    touches = np.zeros(rim.size, bool)
+    touches[vertex[apart]] = True
+    return touches
 
 
 def _has_coordinates(mesh: Mesh, uv: Real, uv_corners: Index, corner: Index) -> Flags:

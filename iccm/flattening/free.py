@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import deadline
 from ..arrays import Complex, Index, Real
 from ..balanced.minimise.energy import NO_SLOTS, SOURCE_AREA, Objective, RestShapes, geometry
 from ..balanced.minimise.newton import System, descend
@@ -98,8 +99,9 @@ class Elastic:
         `term` is added to the energy; it has to be zero at `u`.
 
         Newton's method runs a few steps at a time, so that signals are handled in between, until a step gains less than
-        `tolerance` of the energy. The Cholesky factor of a large surface is reused after a step that gains less than
-        SMALL_GAIN_SHARE, as long as each step gains at most half as much as the one before.
+        `tolerance` of the energy, or the time for searches is over. The Cholesky factor of a large surface is reused
+        after a step that gains less than SMALL_GAIN_SHARE, as long as each step gains at most half as much as the one
+        before.
         """
         pattern, rest, fixed = self.connectivity.pattern, self._rest, self.connectivity.fixed
         u, tau, energy, previous_gain = u.copy(), np.zeros(fixed), rest.energy(u, _objective(theta)), 0.0
@@ -108,6 +110,8 @@ class Elastic:
         system = System.of(pattern, self.faces, rest, constraints, terms=terms)
         at_once = min(STEPS_AT_ONCE if u.size < LARGE_VERTEX_COUNT else 1, steps)
         for _ in range(-(-steps // at_once)):
+            if deadline.ends_search():
+                break
             below, steps_made, _ = descend(system, _objective(theta), None, u, tau, at_once, tolerance)
             gain = energy - below
             slowing = gain / previous_gain if 0 < previous_gain < np.inf and not system.factorised else 1.0

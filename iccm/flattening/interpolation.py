@@ -63,7 +63,7 @@ def morph(
     map = fit.map
     if not isinstance(map, TriangulatedMap) or fit.target is None:
         raise InputError("morph: needs a balanced map between two planar shapes")
-    if fit.is_partial:
+    if fit.coverage.is_partial:
         raise InputError(
             "morph: the map leaves parts out; use fit='frame', or fit='whole' for shapes with equally many holes"
         )

@@ -10,7 +10,8 @@ from collections.abc import Iterable
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Index, xy_of
+from .. import deadline
+from ..arrays import Complex, Index, complex_of, xy_of
 from ..plane import triangle_areas
 from .free import Elastic
 
@@ -51,6 +52,8 @@ def relax_with_scaffold(
     around = frame(u[loops[0]])
     faces, areas, joint = outside(u, around, loops), np.empty(0), None
     for _ in steps:
+        if deadline.ends_search():
+            break
         positions = np.concatenate([around, u])
         if joint is not None and (triangle_areas(positions[faces]) < LEAST_KEPT_AREA_SHARE * areas).any():
             around, joint = frame(u[loops[0]]), None
@@ -90,10 +93,8 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
     """
     positions = np.concatenate([around, u])
     rings = [np.arange(around.size), *(loop + around.size for loop in loops)]
-    polygons = [
-        shapely.Polygon(xy_of(around), [xy_of(u[loops[0]])]),
-        *(shapely.Polygon(xy_of(u[loop])) for loop in loops[1:]),
-    ]
+    frame_polygon = shapely.Polygon(xy_of(around), [xy_of(u[loops[0]])])
+    polygons = np.append(_polygons(u, loops[1:]), frame_polygon)
     return _numbered(
         positions, rings, polygons, THIN_AREA_SHARE * float(np.abs(around[0] - around.mean()) ** 2)
     )
@@ -101,23 +102,34 @@ def outside(u: Complex, around: Complex, loops: list[Index]) -> Index:
 
 def filling(u: Complex, hole: Index) -> Index:
     """Return (k, 3) counter-clockwise triangles that cover a hole, given its vertices' numbers in u (n,)."""
-    return _numbered(u, [hole], [shapely.Polygon(xy_of(u[hole]))], 0.0)
+    return _numbered(u, [hole], _polygons(u, [hole]), 0.0)
 
 
-def _numbered(positions: Complex, rings: list[Index], polygons: list[shapely.Polygon], thin: float) -> Index:
-    """Triangulate polygons; return the vertex numbers of triangles with more area than `thin`."""
-    number = {complex(positions[v]): v for ring in rings for v in ring.tolist()}
-    parts = np.concatenate([_triangles(polygon) for polygon in polygons])
-    xy = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3]
-    faces = np.array([number[complex(x, y)] for x, y in xy.reshape(-1, 2).tolist()], np.int64).reshape(-1, 3)
+def _polygons(u: Complex, loops: list[Index]) -> np.ndarray:
+    """Return (k,) the polygons that loops of vertices bound; all are made at once, as scans have thousands of holes."""
+    if not loops:
+        return np.empty(0, object)
+    ring = np.repeat(np.arange(len(loops)), [loop.size for loop in loops])
+    return shapely.polygons(shapely.linearrings(xy_of(u[np.concatenate(loops)]), indices=ring))
+
+
+def _numbered(positions: Complex, rings: list[Index], polygons: np.ndarray, thin: float) -> Index:
+    """Triangulate polygons (k,); return the vertex numbers of triangles with more area than `thin`."""
+    vertices = np.concatenate(rings)
+    number = dict(zip(positions[vertices].tolist(), vertices.tolist()))
+    xy = shapely.get_coordinates(shapely.get_parts(_triangulations(polygons))).reshape(-1, 4, 2)[:, :3]
+    faces = np.array([number[z] for z in complex_of(xy.reshape(-1, 2)).tolist()], np.int64).reshape(-1, 3)
     area = triangle_areas(positions[faces])
     faces = np.where((area < 0)[:, None], faces[:, ::-1], faces)
     return np.ascontiguousarray(faces[np.abs(area) > thin])
 
 
-def _triangles(polygon: shapely.Polygon) -> np.ndarray:
-    """Return the Delaunay triangles of a polygon; none where it is too thin for GEOS, until it gets wider."""
+def _triangulations(polygons: np.ndarray) -> np.ndarray:
+    """Return the Delaunay triangulations (k,) of polygons; none where one is too thin for GEOS, until it gets wider."""
     try:
-        return shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+        return shapely.constrained_delaunay_triangles(polygons)
     except shapely.errors.GEOSException:
-        return np.empty(0, object)
+        if len(polygons) == 1:
+            return np.empty(0, object)
+        halves = np.array_split(polygons, 2)
+        return np.concatenate([_triangulations(half) for half in halves])

@@ -7,56 +7,58 @@ import numpy as np
 import shapely
 
 from ..arrays import Index
-from ..errors import InputError
-from ..meshes.disk_patch import open_piece
 from ..meshes.flatten import Flattening, upright
 from ..meshes.mesh import Mesh
 from ..meshes.packing import pack
 from ..meshes.patch import Patch
-from .method import convex, flatten
+from .segmentation import MAX_DISTORTION, Chart, Charts, charts_of
 
 SAME_LENGTH_SHARE = 1e-5
 """Share of a piece's longest edge; pieces whose edge lengths differ by less, which files of six digits make, are
 copies."""
 
 
-def flatten_each(pieces: Sequence[Patch], *, grow: bool, method: str) -> list[Flattening | InputError]:
-    """Flatten pieces one by one; copies of a piece are flattened alike.
+def flatten_each(
+    pieces: Sequence[Patch],
+    *,
+    grow: bool,
+    method: str,
+    charts: Charts = "auto",
+    max_distortion: float = MAX_DISTORTION,
+) -> list[list[Flattening]]:
+    """Flatten pieces one by one into one or more charts; copies of a piece are flattened alike.
 
     Args:
         pieces: valid pieces, see `meshes.disk_patch.sound_piece`.
         grow: whether pieces that are closed, or nearly so, may be cut.
         method: see `flattening.flatten`.
+        charts, max_distortion: see `segmentation.charts_of`.
 
     Returns:
-        For each piece its flattening, or the reason why there is none without overlap.
+        For each piece its charts, which contain all of its triangles.
 
     Raises:
         InputError: a piece is closed or has handles, and may not be cut.
     """
-    originals: dict[bytes, tuple[Patch, Flattening]] = {}
-    layouts = list[Flattening | InputError]()
+    originals: dict[bytes, tuple[Patch, list[Chart]]] = {}
+    layouts = list[list[Flattening]]()
     for piece in pieces:
         key = _key(piece)
         if key in originals:
-            layouts.append(_of_copy(piece, *originals[key]))
+            original, parts = originals[key]
+            layouts.append([_of_copy(piece, original, part) for part in parts])
             continue
-        opened = open_piece(piece, cut=grow)
-        try:
-            flat = flatten(opened, grow=grow, method=method, chart=True)
-        except InputError as error:
-            layouts.append(error)
-            continue
-        flat = flat if method == "lscm" else convex(flat)
-        originals[key] = piece, flat
-        layouts.append(flat)
+        parts = charts_of(piece, grow=grow, method=method, charts=charts, max_distortion=max_distortion)
+        originals[key] = piece, parts
+        layouts.append([part.layout for part in parts])
     return layouts
 
 
-def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
-    """Return the flattening of a piece transferred to a copy of it, which is cut in the same way."""
-    originals = np.empty(flat.flat.size, np.int64)  # the piece's vertex behind each vertex of the cut piece
-    originals[flat.patch.faces] = piece.faces
+def _of_copy(copy: Patch, piece: Patch, chart: Chart) -> Flattening:
+    """Return a chart of a piece transferred to a copy of it, which is cut in the same way."""
+    flat = chart.layout
+    originals = np.empty(flat.flat.size, np.int64)  # the piece's vertex behind each vertex of the chart
+    originals[flat.patch.faces] = piece.faces[chart.triangles]
     number = np.zeros(int(piece.vertex.max()) + 1, np.int64)
     number[piece.vertex] = copy.vertex
     patch = replace(
@@ -64,7 +66,7 @@ def _of_copy(copy: Patch, piece: Patch, flat: Flattening) -> Flattening:
         mesh=copy.mesh,
         points=copy.points[originals],
         vertex=copy.vertex[originals],
-        corner=copy.corner,
+        corner=copy.corner[chart.triangles],
         seam=number[flat.patch.seam],
         notes=copy.notes,
     )

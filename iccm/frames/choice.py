@@ -9,36 +9,35 @@ Candidates are compared by coarse maps of disks, which take a tenth of a second 
 - For drawings of one part with the same number of holes, the outlines, with holes mapped to holes.
 - For drawings with the same number of parts, pairs of parts.
 
-Only the cheapest candidate is solved for on a fine mesh.
+`choose` returns them with their frames, coarse maps and costs, best first. Only the best one is refined, from its
+coarse map.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
 import numpy as np
 import shapely
 
 from ..arrays import Complex, Index
-from ..balanced.coarse import CoarseMap, coarse_filled, coarse_holed, coarse_map
+from ..balanced.coarse import CoarseMap, coarse_filled, coarse_map
 from ..balanced.holes.given import Holes
 from ..balanced.model.measures import stretch_quantile
 from ..balanced.model.mesh_map import MeshMap
 from ..balanced.model.settings import Settings
 from ..balanced.search.candidates import HOPELESS
-from ..drawings.cost import LOST_POINT_ENERGY, price
+from ..drawings.cost import LOST_POINT_ENERGY, NO_MAP, Cost, cost_of
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
 from ..drawings.pairing import pair_by_place
 from ..drawings.region import Region
-from ..drawings.seen import NOTHING_SEEN, Seen, seen
 from ..plane import triangle_areas
 
 GOOD_STRETCH_P95 = 2.2
 """A map of whole outlines is accepted without further search if its stretch on 95 % of the area is at most this."""
 GOOD_LOST_SHARE = 0.02
 """It must also hide or leave bare at most this share of either drawing."""
-GOOD_COST = 1.5
+GOOD_OUTLINES_COST = 1.5
 """And it must cost at most this: where stretch is small on 95 %, the rest may still be stretched into stripes, which
 shows in the mean energy.
 """
@@ -49,11 +48,14 @@ MOST_MATCHED_HOLES = 3
 MOST_PAIRED_PARTS = 8
 """Drawings with more parts are mapped as wholes, since each pair of parts needs a separate map."""
 GIVEN_UP_COST_RATIO = 4 / 3
-"""Relative to the least cost found: a descent at a higher cost is abandoned. On 36 pairs of drawings with many parts or
-long outlines, no such descent reached the cheapest frames; abandoning them halves the time of the search."""
+"""Relative to the cost of pairs of parts: if both starts of the descents cost more, wholes are not considered."""
+ABANDONED_COST_RATIO = 1.1
+"""Relative to the least cost found, which filled concavities often have: a descent at a higher cost is abandoned. On
+325 pairs of outlines and of drawings of one or more parts, no such descent reached the cheapest frames."""
 CLOSED_COST_RATIO = 0.95
-"""Relative to the cost with the source's tightest frame: a frame that shows more gaps of the source must cost less than
-this, since missing pieces of an outline are more conspicuous than the mean over the area suggests."""
+"""Relative to the cost with the source's tightest frame: a frame that shows more gaps of the source, or a map that
+leaves out pieces of the outlines, must cost less than this, since missing pieces of an outline are more conspicuous
+than the mean over the area suggests."""
 PAIRED_COST_RATIO = 0.95
 """Relative to the cost of the best map of wholes: pairing parts must cost less than this, since it moves parts relative
 to each other."""
@@ -61,26 +63,47 @@ to each other."""
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """One way to map two drawings.
+    """One way to map two drawings: frames, a coarse map of them, and its cost.
 
     Attributes:
         frames: the frames of source and target.
         fit: "whole" maps the frames' outlines onto each other; "cover" and "contain" fill concavities of one of them.
         holed: whether drawings of one part are mapped with their holes.
-        cost: of a coarse map, see `drawings.cost`.
-        seen: energy and losses of that map.
+        cost: of the coarse map, see `drawings.cost`.
+        coarse: the coarse map, which a solve refines; None if there is none, or parts are mapped separately.
         pairs: parts of source and target that are mapped one-to-one; empty where the drawings are mapped as wholes.
+        stretch: ratio of the source's width to its height by which it is stretched before it is mapped.
+        composed: the cost of what is seen of the picture's detail, for a choice that composes it.
+        shown: what pictures show of the target, if that is more than it paints; see `frames.silhouettes`.
     """
 
     frames: tuple[Frame, Frame]
     fit: str = "whole"
     holed: bool = False
-    cost: float = np.inf
-    seen: Seen = NOTHING_SEEN
-    pairs: Sequence[tuple[Drawing, Drawing]] = field(default_factory=list)
+    cost: Cost = NO_MAP
+    coarse: CoarseMap | None = None
+    pairs: Sequence["PairOfParts"] = field(default_factory=list)
+    stretch: float = 1.0
+    composed: Cost | None = None
+    shown: Drawing | None = None
 
 
-def choices(
+@dataclass(frozen=True, eq=False)
+class PairOfParts:
+    """Two parts that are mapped onto each other.
+
+    Attributes:
+        source: the part of the source, as a drawing.
+        target: that of the target.
+        choices: ways to map them, best first.
+    """
+
+    source: Drawing
+    target: Drawing
+    choices: Sequence[Choice]
+
+
+def choose(
     source: Drawing,
     target: Drawing,
     settings: Settings,
@@ -89,7 +112,7 @@ def choices(
     pair_parts: bool = False,
     framed: bool = False,
 ) -> list[Choice]:
-    """Return ways to map a drawing onto another, sorted by the cost of coarse maps.
+    """Return ways to map a drawing onto another, sorted by the cost of their coarse maps.
 
     Parameters
     ----------
@@ -104,53 +127,48 @@ def choices(
     framed
         Whether to consider only frames, and of these only the ones that contain all of a drawing.
     """
-    drawings = source, target, settings, free_gaps, framed
+    search = _FrameSearch(_Judge(source, target, settings, free_gaps=free_gaps), around_all=framed)
     paired = _paired(source, target, settings, free_gaps=free_gaps) if pair_parts else None
-    if paired is not None and _search(*drawings).starts_above(GIVEN_UP_COST_RATIO * paired.cost):
+    if paired is not None and search.starts_above(GIVEN_UP_COST_RATIO * paired.cost.total):
         return [paired]
-    joined = list(_joined(*drawings))
-    if paired is not None and paired.cost < PAIRED_COST_RATIO * joined[0].cost:
-        return [paired, *joined]
-    return joined
+    wholes = _of_wholes(search, framed=framed)
+    if paired is not None and paired.cost.total < PAIRED_COST_RATIO * wholes[0].cost.total:
+        return [paired, *wholes]
+    return wholes
 
 
-@lru_cache(maxsize=1)
-def _search(
-    source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
-) -> "_FrameSearch":
-    """Return the search over frames of two drawings, cached with the candidates that it has compared."""
-    return _FrameSearch(_Judge(source, target, settings, free_gaps=free_gaps), around_all=framed)
-
-
-# Callers first ask whether to pair parts, and again for the same drawings when they solve; hence the cache.
-@lru_cache(maxsize=1 + MOST_PAIRED_PARTS)
-def _joined(
-    source: Drawing, target: Drawing, settings: Settings, free_gaps: bool, framed: bool
-) -> tuple[Choice, ...]:
+def _of_wholes(search: "_FrameSearch", *, framed: bool) -> list[Choice]:
     """Return ways to map a drawing onto another as a whole, the cheapest first."""
-    search = _search(source, target, settings, free_gaps, framed)
     judge = search.judge
-    tightest = source.tightest, target.tightest
+    tightest = judge.source.tightest, judge.target.tightest
     first = search.attempt((0, 0))
     candidates = [] if first is None else [first]
     if first is not None and judge.is_good(first):
-        return (first,)
+        return [first]
     if not framed:
         outlines = tightest[0].outline, tightest[1].outline
-        covers = coarse_filled(*outlines, replace(settings, fit="cover"))
+        covers = coarse_filled(*outlines, replace(judge.settings, fit="cover"))
         candidates += [judge.choice(tightest, "cover", coarse) for coarse in covers]
-        holes = Holes(tuple(source.mappable_holes), tuple(target.mappable_holes))
+        holes = Holes(tuple(judge.source.mappable_holes), tuple(judge.target.mappable_holes))
         if 0 < len(holes.source) == len(holes.target) <= MOST_MATCHED_HOLES:
-            holed = coarse_holed(*outlines, holes, settings)
+            holed = coarse_map(*outlines, judge.settings, holes=holes)
             if holed is not None:
                 candidates.append(judge.choice(tightest, "whole", holed, holed=True))
     candidates += search.descents()
-    candidates.sort(key=lambda choice: choice.cost)
-    least_closed = [choice for choice in candidates if choice.frames[0].radius <= tightest[0].radius]
-    if least_closed and not free_gaps and candidates[0].cost > CLOSED_COST_RATIO * least_closed[0].cost:
+    candidates.sort(key=lambda choice: choice.cost.total)
+    least_closed = [
+        choice
+        for choice in candidates
+        if choice.fit == "whole" and choice.frames[0].radius <= tightest[0].radius
+    ]
+    if (
+        least_closed
+        and not judge.free_gaps
+        and candidates[0].cost.total > CLOSED_COST_RATIO * least_closed[0].cost.total
+    ):
         candidates.remove(least_closed[0])
         candidates.insert(0, least_closed[0])
-    return tuple(candidates or [Choice(tightest)])
+    return candidates or [Choice(tightest)]
 
 
 def textured_region(source: Drawing, *, free_gaps: bool) -> Region:
@@ -171,45 +189,62 @@ class _Judge:
         self, frames: tuple[Frame, Frame], fit: str, coarse: CoarseMap, *, holed: bool = False
     ) -> Choice:
         """Return the choice for a coarse map, with its cost and losses."""
-        visible = self._seen(coarse)
-        choice = Choice(frames, fit, holed, visible.cost(coarse.turning), visible)
-        self.least_cost = min(self.least_cost, choice.cost)
+        cost = self._cost(coarse)
+        choice = Choice(frames, fit, holed, cost, coarse)
+        self.least_cost = min(self.least_cost, cost.total)
         if (
-            max(visible.hidden, visible.bare) <= GOOD_LOST_SHARE
-            and choice.cost <= GOOD_COST
+            max(cost.hidden, cost.bare) <= GOOD_LOST_SHARE
+            and cost.total <= GOOD_OUTLINES_COST
             and stretch_quantile(*_of_area_one(coarse.map), 0.95) <= GOOD_STRETCH_P95
         ):
             self._good.add(choice)
         return choice
 
+    def least_cost_of(self, frames: tuple[Frame, Frame]) -> float:
+        """Return a cost below that of any map of two frames that scales areas evenly, without solving for one.
+
+        Such a map shows at most the smaller of the painted shares of both frames, however little it distorts them.
+        Maps of minimal energy cost more too: on 1,200 coarse maps of 325 pairs none cost less.
+        """
+        source, target = frames
+        shares = self.source.region.area / source.outline.area, self.target.region.area / target.outline.area
+        inside = [(1 - frame.left_out) * share for frame, share in zip(frames, shares)]
+        hidden = 1 - min(inside) / shares[0]
+        bare = target.left_out if self.free_gaps else 1 - min(inside) / shares[1]
+        return Cost(1.0, max(0.0, hidden), max(0.0, bare)).total
+
     def is_good(self, choice: Choice) -> bool:
         """Return whether a choice is a good enough map of exact outlines, so that the search can stop."""
         return choice in self._good and all(frame.radius == 0 for frame in choice.frames)
 
-    def _seen(self, coarse: CoarseMap) -> Seen:
-        """Measure the energy and losses of a coarse map.
+    def _cost(self, coarse: CoarseMap) -> Cost:
+        """Return the cost of a coarse map.
 
         Where filled gaps of the source collapse, the slits that remain count with the width at which they are seen.
         """
         source, target = self.source.region, self.target.region
-        visible = seen(
+        material = coarse.map.faces[~coarse.voids]
+        cost = cost_of(
             coarse.map.z,
             coarse.map.u,
-            coarse.map.faces[~coarse.voids],
+            material,
             source,
             target,
             covering=self._covering,
-            theta=self.settings.theta,
+            balance=self.settings.theta,
+            rotation=coarse.rotation_cost,
         )
+        terms = self.settings.energy.sum_of_terms(coarse.map.z, coarse.map.u, material)
+        cost = cost._replace(energy=cost.energy + terms)
         if not coarse.voids.any():
-            return visible
+            return cost
         corners = coarse.map.u[coarse.map.faces[coarse.voids]]
         triangles = shapely.polygons(np.stack([corners.real, corners.imag], axis=-1))
         slits = shapely.union_all(shapely.make_valid(triangles))
         # both sides of a slit are its boundary
         length = shapely.length(shapely.intersection(slits.boundary, self.target.painted)) / 2
         width = CRACK_WIDTH_SHARE * np.sqrt(shapely.convex_hull(self.target.painted).area)
-        return visible._replace(bare=min(1.0, visible.bare + length * width / target.area))
+        return cost._replace(bare=min(1.0, cost.bare + length * width / target.area))
 
 
 class _FrameSearch:
@@ -234,9 +269,12 @@ class _FrameSearch:
         self._compared: dict[tuple[int, int], Choice | None] = {}
 
     def attempt(self, pair: tuple[int, int]) -> Choice | None:
-        """Return the choice for a pair of frames; None where no map is found, or its energy is much too high."""
+        """Return the choice for a pair of frames; None where no map is found, or none that could be the cheapest."""
         if pair not in self._compared:
             frames = self._sides[0][pair[0]], self._sides[1][pair[1]]
+            if self.judge.least_cost_of(frames) >= self.judge.least_cost / CLOSED_COST_RATIO:
+                self._compared[pair] = None
+                return None
             most = HOPELESS * min(self.judge.least_cost, LOST_POINT_ENERGY)
             coarse = coarse_map(frames[0].outline, frames[1].outline, self.judge.settings, most=most)
             self._compared[pair] = None if coarse is None else self.judge.choice(frames, "whole", coarse)
@@ -275,12 +313,12 @@ class _FrameSearch:
     @staticmethod
     def _cost(choice: Choice | None) -> float:
         """Return the cost of a choice; infinite where no map was found."""
-        return np.inf if choice is None else choice.cost
+        return np.inf if choice is None else choice.cost.total
 
     def _is_given_up(self, pair: tuple[int, int]) -> bool:
         """Return whether a pair of frames costs so much that its neighbours are not visited."""
         cost = self._cost(self._compared.get(pair))
-        return bool(GIVEN_UP_COST_RATIO * self.judge.least_cost < cost < np.inf)
+        return bool(ABANDONED_COST_RATIO * self.judge.least_cost < cost < np.inf)
 
 
 def _of_area_one(map: MeshMap) -> tuple[Complex, Complex, Index]:
@@ -299,18 +337,18 @@ def _paired(source: Drawing, target: Drawing, settings: Settings, *, free_gaps: 
     if not may_pair(source, target):
         return None
     parts = source.parts, target.parts
-    pairs, energies, weights, shown_share, covered_share = [], [], [], 0.0, 0.0
+    pairs, energies, weights, shown_share, covered_share = list[PairOfParts](), [], [], 0.0, 0.0
     for i, j in pair_by_place(parts[0], parts[1]):
-        pair = Drawing(parts[0][i]), Drawing(parts[1][j])
-        best = choices(*pair, settings, free_gaps=free_gaps)[0]
-        if not np.isfinite(best.cost):
+        part, image = Drawing(parts[0][i]), Drawing(parts[1][j])
+        choices = choose(part, image, settings, free_gaps=free_gaps)
+        best = choices[0].cost
+        if not np.isfinite(best.total):
             return None
-        areas = pair[0].region.area / source.region.area, pair[1].region.area / target.region.area
-        pairs.append(pair)
-        energies.append(best.seen.energy)
+        areas = part.region.area / source.region.area, image.region.area / target.region.area
+        pairs.append(PairOfParts(part, image, choices))
+        energies.append(best.energy)
         weights.append(0.5 * sum(areas))
-        shown_share += areas[0] * (1 - best.seen.hidden)
-        covered_share += areas[1] * (1 - best.seen.bare)
-    whole = Seen(float(np.average(energies, weights=weights)), 1 - shown_share, 1 - covered_share)
-    cost = price(whole.energy, (whole.hidden, whole.bare), 1.0)
-    return Choice((source.tightest, target.tightest), cost=cost, seen=whole, pairs=pairs)
+        shown_share += areas[0] * (1 - best.hidden)
+        covered_share += areas[1] * (1 - best.bare)
+    cost = Cost(float(np.average(energies, weights=weights)), 1 - shown_share, 1 - covered_share)
+    return Choice((source.tightest, target.tightest), cost=cost, pairs=pairs)

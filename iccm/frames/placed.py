@@ -6,9 +6,11 @@ possible while covering the target, and is cut where it extends beyond it. Where
 the other drawing, the copy is clipped there, and the map is bent to the part that is left.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import shapely
@@ -16,14 +18,18 @@ import shapely
 from ..arrays import Complex, complex_of
 from ..balanced.search.multilevel import SIMILAR
 from ..curve import Curve
-from ..drawings.cost import price
+from ..drawings.cost import Cost
 from ..drawings.drawing import Drawing
 from ..drawings.placing import largest_copy, largest_copy_about, transform_region
 from ..errors import InputError
+from ..fit_data import with_details
 from ..options import Options
 from ..plane import Similarity
 from ..result import Fit
 from .solve import Solver, without_outline_losses
+
+if TYPE_CHECKING:
+    from ..drawings.detail import Detail
 
 ROUNDING_SHARE = 1e-9
 """Relative to the target's diagonal: points closer than this are equal."""
@@ -32,6 +38,10 @@ MOST_CUT_SHARE = 0.5
 HIDDEN_INSIDE_WEIGHT = 3.0
 """Weight of source area that gaps of the target hide, with `inside`. It puts a drawing beside the hole of a ring, but
 does not avoid small holes."""
+SHIFTS_PER_SIDE = 21
+"""Places of the cropped part that are compared, across and down."""
+LEAST_GAIN = 0.02
+"""Share of the detail that has to be gained for a shift by the size of the part, to leave the middle."""
 SLIVER_AREA_SHARE = 1e-4
 """Of the copy's area: smaller pieces that are cut off come from rounding."""
 
@@ -57,7 +67,14 @@ class Placement(NamedTuple):
 
 
 def fit_placed(
-    source: Drawing, target: Drawing, options: Options, solver: Solver, *, pins: Complex, opaque: bool
+    source: Drawing,
+    target: Drawing,
+    options: Options,
+    solver: Solver,
+    *,
+    pins: Complex,
+    opaque: bool,
+    detail: Detail | None = None,
 ) -> Fit:
     """Map a drawing inside another, or over another, in its own proportions.
 
@@ -73,6 +90,8 @@ def fit_placed(
         (k, 2) points of the source and their images, which determine the placement.
     opaque
         Whether the texture covers the gaps between the source's parts.
+    detail
+        The edges of the picture, which the cropped part of it should show; None to crop about the middle.
 
     Raises
     ------
@@ -89,11 +108,38 @@ def fit_placed(
             f"place: with these pins no copy fits (place {options.place}); move the pins, or use place fill"
         )
     best = min(possible, key=lambda placement: _cost(placement, source, target, options.place, opaque=opaque))
+    if options.place == "slice" and detail is not None and not detail.is_empty and not len(pins):
+        best = _with_most_detail(best, source, target, detail)
     turn = float(np.degrees(np.angle(best.similarity.factor)))
     whole = replace(options, place="fill", fit="whole", turn=turn)
     fit = solver(best.source, best.target, [], [], whole, pinned=not best.meets(pins))
     notes = [note for note in without_outline_losses(fit) if note != SIMILAR]  # a similarity was requested
-    return replace(fit, drawings=(source, target), place=options.place, notes=notes)
+    return with_details(replace(fit, notes=notes), drawings=(source, target), place=options.place)
+
+
+def _with_most_detail(placement: Placement, source: Drawing, target: Drawing, detail: Detail) -> Placement:
+    """Return a placement moved inside the source so that what the target shows has the most detail."""
+    from ..drawings.detail import TargetView
+
+    view = TargetView.of(target.painted)
+    outer, part = source.tightest.outline, placement.source
+    slack = [side - own for side, own in zip(outer.box, part.box)]
+    across = np.linspace(slack[0].real, slack[1].real, SHIFTS_PER_SIDE)
+    up = np.linspace(slack[0].imag, slack[1].imag, SHIFTS_PER_SIDE)
+    shifts = np.append((across[:, None] + 1j * up).ravel(), 0)
+    seen = np.array(
+        [view.seen(placement.similarity(detail.points - shift)) @ detail.weights for shift in shifts]
+    )
+    seen -= LEAST_GAIN * np.abs(shifts) / part.diagonal
+    shapely.prepare(outer.polygon)
+    for number in np.argsort(-seen, kind="stable"):
+        shift = complex(shifts[number])
+        moved = Curve(part.z + shift)
+        if shift == 0 or shapely.covers(outer.polygon.buffer(ROUNDING_SHARE * part.diagonal), moved.polygon):
+            break
+    factor = placement.similarity.factor
+    similarity = placement.similarity._replace(shift=placement.similarity.shift - factor * shift)
+    return Placement(similarity, moved, placement.target)
 
 
 def _regions(source: Drawing, target: Drawing, options: Options) -> Iterator[tuple[Curve, shapely.Geometry]]:
@@ -200,4 +246,4 @@ def _cost(placement: Placement, source: Drawing, target: Drawing, place: str, *,
     hidden, bare = 1 - seen_area / source.region.area, 1 - covered / target.region.area
     if place == "inside":
         hidden *= HIDDEN_INSIDE_WEIGHT
-    return price(1.0, (hidden, bare), 1.0)
+    return Cost(1.0, hidden, bare).total

@@ -35,6 +35,11 @@ LOGARITHM_ERROR_RATIO = 3
 """Ratio of the errors for z log z and for a cubic with the same tangent."""
 REFINEMENT_ROUNDS = 40  # rounds of refinement: each halves edges, so that digits end before
 MOST_TRIANGLES = 400_000  # triangles: an irregular map could need more than is useful
+MOST_TERMS = 2e9
+"""Points at which the map is evaluated, times the polygon's vertices: about 10 CPU-seconds. A regular map of a polygon
+of 4000 vertices needs a fifth of it; one that is irregular everywhere, such as an altered file's, has no end.
+"""
+MOST_GROWTH = 2.5  # of the number of terms from one round to the next
 # Relative to the coordinates: shorter edges are not split for lack of digits.
 DIGITS_SHARE = 1e-13
 FOLDED_AREA_SHARE = 1e-6
@@ -93,10 +98,14 @@ def _approximation(map: HarmonicMap, source_error: float, image_error: float) ->
     mesh = Triangulation.of(map.polygon)
     samples = Samples(map, source_error, image_error)
     for rounds_left in reversed(range(REFINEMENT_ROUNDS)):
+        terms_before = samples.terms
         samples.extend(mesh.z)
         bulge, marked = samples.edges(mesh.z, mesh.edges)
         marked |= samples.triangles(mesh, bulge, marked)
-        if not marked.any() or len(mesh.faces) > MOST_TRIANGLES or not rounds_left:
+        terms_after_next = samples.terms + MOST_GROWTH * (samples.terms - terms_before)
+        if len(mesh.faces) > MOST_TRIANGLES or terms_after_next > MOST_TERMS:
+            break
+        if not marked.any() or not rounds_left:
             break
         mesh = mesh.refined(marked)
     faces, image = mesh.faces, samples.w[: mesh.z.size]
@@ -120,16 +129,23 @@ class Samples:
         p, q: the inverse's derivatives with respect to w and its conjugate there; not finite where there are
             none.
         checked: keys of the triangles whose midpoints were compared with the map, in order.
+        terms: number of points at which the map was evaluated, times the vertices of its polygon.
     """
 
     def __init__(self, map: HarmonicMap, source_error: float, image_error: float):
         self.map, self.errors = map, (source_error, image_error)
         self.w, self.p, self.q = np.empty((3, 0), np.complex128)
         self.checked = np.empty(0, np.int64)
+        self.terms = 0
+
+    def _jet(self, z: Complex) -> tuple[Complex, Complex, Complex]:
+        """Return the map and its derivatives at points (p,), and count the terms."""
+        self.terms += z.size * self.map.polygon.size
+        return self.map.jet_inside(z)
 
     def extend(self, z: Complex) -> None:
         """Evaluate the map at new vertices."""
-        w, f_z, f_zbar = self.map.jet_inside(z[self.w.size :])
+        w, f_z, f_zbar = self._jet(z[self.w.size :])
         values = zip((self.w, self.p, self.q), (w, *inverted(f_z, f_zbar)))
         self.w, self.p, self.q = (np.concatenate(parts) for parts in values)
 
@@ -195,7 +211,7 @@ class Samples:
 
         The points z are close to the preimages; the former displacements are of first order.
         """
-        image, f_z, f_zbar = self.map.jet_inside(z)
+        image, f_z, f_zbar = self._jet(z)
         p, q = inverted(f_z, f_zbar)
         return p * (w - image) + q * (w - image).conj(), w - image
 

@@ -59,7 +59,7 @@ def _bulges(a: Complex, middle: Complex, b: Complex) -> Real:
 def _distances(a: Complex, b: Complex, bulge: Real, w: Complex) -> Real:
     """Return (p,) largest distances of points (p, k) from the lines and arcs from a to b."""
     chord = b - a
-    length = np.maximum(np.abs(chord), 1e-300)
+    length = np.maximum(np.abs(chord), 1e-150)  # its square must not underflow
     s = (w - a[:, None]) * (chord.conj() / length**2)[:, None]  # the chord from 0 to 1
     along = np.clip(s.real, 0, 1)
     from_line = np.abs(s - along)

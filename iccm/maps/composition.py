@@ -13,10 +13,9 @@ import numpy as np
 
 from ..arrays import Complex, Flags, Index
 from ..errors import InputError
-from ..flips import neighbours
 from ..plane import diagonal, triangle_areas
 from .refinement import Triangulation
-from .triangulated.adjacency import loops_along
+from .triangulated.adjacency import loops_along, neighbours
 from .triangulated.map import TriangulatedMap
 
 ERROR_SHARE = 1e-4

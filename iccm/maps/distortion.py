@@ -213,3 +213,17 @@ def of_inverse(map: AnyMap, w: Complex, scale: float) -> Distortion:
     return Distortion(
         np.ones(w.size), np.where(is_outside, 0, f_z), np.where(is_outside, 0, f_zbar), scale, z, w
     )
+
+
+def dilatation(f_z: Complex, f_zbar: Complex) -> np.ndarray:
+    """Return the quasi-conformal dilatation K = (|f_z| + |f_z̄|) / (|f_z| - |f_z̄|) (paper Eq. 9).
+
+    It is 1 where the map is conformal, and inf where it folds.
+    """
+    major, minor = np.abs(f_z) + np.abs(f_zbar), np.abs(f_z) - np.abs(f_zbar)
+    return np.where(minor > 0, major / np.where(minor > 0, minor, 1.0), np.inf)
+
+
+def area_scale(f_z: Complex, f_zbar: Complex) -> np.ndarray:
+    """Return the signed area scale |f_z|² - |f_z̄|² (paper §3.2), the Jacobian of f as a map of the plane."""
+    return np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2

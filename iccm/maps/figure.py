@@ -22,7 +22,7 @@ from ..arrays import Box, Complex, xy_of
 from ..curve import Curve
 from ..plane import bounding_box, longer_side
 from .approximation import AnyMap
-from .harmonic import area_scale, dilatation
+from .distortion import area_scale, dilatation
 from .summary import in_words
 
 GRID_LINES, POINTS_PER_LINE, HEAT_PIXELS = 24, 400, 220  # HEAT_PIXELS: along the longer side

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import overload
 
 import numpy as np
 
-from ..arrays import Complex, as_points
+from ..arrays import Complex, Numbers, Pairs, Real, as_points
 from ..axes import UP, is_pairs, on_pairs
 from ..curve import Curve
 from ..plane import bounding_box
@@ -47,10 +48,16 @@ class HarmonicMap:
         """Whether Ψ is zero."""
         return not self.psi.any()
 
-    def __call__(self, z: Complex) -> Complex:
+    @overload
+    def __call__(self, z: Pairs) -> Real: ...
+
+    @overload
+    def __call__(self, z: Numbers) -> Complex: ...
+
+    def __call__(self, z: Pairs | Numbers) -> Complex | Real:
         """Evaluate f at complex points of any shape, or at pairs (…, 2), in the same form; NaN outside."""
         if is_pairs(z):
-            return on_pairs(self.__call__, z, self.axes)  # type: ignore[return-value]
+            return on_pairs(self.__call__, z, self.axes)
         z = as_points(z)
         points = self.placed(z.ravel())
         c = self._blocks(cauchy_green.coordinates, points)
@@ -137,17 +144,3 @@ class HarmonicMap:
         """Yield the coordinate matrix of z in blocks of bounded memory, at least one."""
         for rows in cauchy_green.blocks(z.size, self.polygon.size) or [slice(0, 0)]:
             yield coordinates(self.polygon, z[rows])
-
-
-def dilatation(f_z: Complex, f_zbar: Complex) -> np.ndarray:
-    """Return the quasi-conformal dilatation K = (|f_z| + |f_z̄|) / (|f_z| - |f_z̄|) (paper Eq. 9).
-
-    It is 1 where the map is conformal, and inf where it folds.
-    """
-    major, minor = np.abs(f_z) + np.abs(f_zbar), np.abs(f_z) - np.abs(f_zbar)
-    return np.where(minor > 0, major / np.where(minor > 0, minor, 1.0), np.inf)
-
-
-def area_scale(f_z: Complex, f_zbar: Complex) -> np.ndarray:
-    """Return the signed area scale |f_z|² - |f_z̄|² (paper §3.2), the Jacobian of f as a map of the plane."""
-    return np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2

@@ -17,9 +17,8 @@ import shapely
 
 from ..arrays import Complex, Flags, Index, Real, complex_of
 from ..curve import polygon_of
-from ..flips import neighbours
 from ..native import function
-from .triangulated.adjacency import Edges, edges_across
+from .triangulated.adjacency import Edges, edges_across, neighbours
 
 THIN_RATIO = 0.15
 """Twice the area over the squared longest side: about 9 degrees, below which interpolation errors grow."""

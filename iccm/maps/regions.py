@@ -1,6 +1,6 @@
 """Rigid regions of a map, and figures about them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -130,3 +130,8 @@ def rings_of(z: Complex, faces: Index) -> list[Rings]:
         tuple(complex_of(shapely.get_coordinates(ring)[:-1]) for ring in (part.exterior, *part.interiors))
         for part in parts
     ]
+
+
+def outline_in_source(region: Region, inverse: Callable[[Complex], Complex]) -> Complex:
+    """Return (p,) the outer outline of a rigid region, in the source of the map with this inverse."""
+    return inverse(region.rings[0]) if region.of_target else region.rings[0]

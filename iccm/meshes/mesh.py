@@ -245,6 +245,18 @@ def face_areas(triangle: Real) -> Real:
     return areas
 
 
+def polygon_areas(mesh: Mesh) -> Real:
+    """Return (f,) areas of polygons, of bent ones that of their projection; 0 for invalid ones."""
+    points = np.nan_to_num(mesh.points[np.clip(mesh.corners, 0, max(len(mesh.points) - 1, 0))])
+    following = np.arange(1, mesh.corners.size + 1)
+    has_corners = mesh.sizes > 0
+    following[mesh.starts[1:][has_corners] - 1] = mesh.starts[:-1][has_corners]
+    centre = points.mean(axis=0) if len(points) else 0.0
+    across = np.cross(points - centre, points[following] - centre)
+    sums = np.cumsum(np.vstack([np.zeros((1, 3)), across]), axis=0)
+    return 0.5 * np.linalg.norm(sums[mesh.starts[1:]] - sums[mesh.starts[:-1]], axis=1)
+
+
 def face_angles(triangle: Real) -> Real:
     """Return (m, 3) the angles of (m, 3, 3) triangles in space at their corners; 0 if two of these coincide."""
     ahead, behind = np.roll(triangle, -1, axis=1) - triangle, np.roll(triangle, 1, axis=1) - triangle

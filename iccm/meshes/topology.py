@@ -95,8 +95,8 @@ class Triangles:
         for pairs in _seams(self, points):
             joined = twin.copy()
             joined[pairs[:, 0]], joined[pairs[:, 1]] = pairs[:, 1], pairs[:, 0]
-            twin = joined if _flattens(twin, joined, pairs) else twin
-        fan = _fans(twin)
+            twin = joined if _flattens(self, twin, joined, pairs) else twin
+        fan = _fans(twin, self.tail)
         old = self.tail[firsts(fan, int(fan.max()) + 1)]
         return Triangles(fan.reshape(-1, 3), old.size), old, crowded
 
@@ -141,7 +141,7 @@ class Triangles:
         Half-edges in `cut` separate their triangles. Without a cut, a vertex has one fan unless the surface
         touches itself there. With a cut, fans are the new vertices.
         """
-        return _fans(self.twin if cut is None else np.where(cut, -1, self.twin))
+        return _fans(self.twin if cut is None else np.where(cut, -1, self.twin), self.tail)
 
     def loops(self) -> list[Index]:
         """Return the boundary loops as vertices, with the surface on their left.
@@ -195,11 +195,22 @@ class Triangles:
         return np.minimum(a, b) * self.count + np.maximum(a, b)
 
 
-def _fans(twin: Index) -> Index:
-    """Return (3m,) the fan of triangles to which each corner belongs, given the twin half-edges (3m,), -1 for none."""
+def _fans(twin: Index, tail: Index) -> Index:
+    """Return (3m,) the fan of triangles to which each corner belongs.
+
+    Triangles may be wound in different directions.
+
+    Args:
+        twin: (3m,) twin half-edges, -1 for none.
+        tail: (3m,) the vertex at which each half-edge starts.
+    """
     joined = np.flatnonzero(twin >= 0)
     opposite = twin[joined]
-    return labels(joined, 3 * (opposite // 3) + (opposite + 1) % 3, twin.size)
+    alike = tail[joined] == tail[opposite]  # both run in the same direction
+    after = 3 * (opposite // 3) + (opposite + 1) % 3
+    heads = 3 * (joined // 3) + (joined + 1) % 3
+    first = np.concatenate([joined, heads[alike]])
+    return labels(first, np.concatenate([np.where(alike, opposite, after), after[alike]]), twin.size)
 
 
 def _seams(shape: Triangles, points: Real) -> list[Index]:
@@ -236,17 +247,18 @@ def _even(shape: Triangles, points: Real, half: Index) -> list[tuple[int, int]]:
     return pairs
 
 
-def _flattens(original: Index, welded: Index, pairs: Index) -> bool:
+def _flattens(shape: Triangles, original: Index, welded: Index, pairs: Index) -> bool:
     """Return whether surfaces joined at pairs of half-edges can be flattened if one of them could.
 
     They must also be connected there.
     """
     label = _labels_of(original)
     joined = _labels_of(welded) == _labels_of(welded)[pairs[0, 0] // 3]
-    whole, half = _apart(welded, joined), np.cumsum(np.repeat(joined, 3)) - 1
+    tail = shape.tail
+    whole, half = _apart(welded, tail, joined), np.cumsum(np.repeat(joined, 3)) - 1
     if not (whole.twin[half[pairs[:, 0]]] == half[pairs[:, 1]]).all():
         return False
-    parts = (_apart(original, label == k) for k in np.unique(label[pairs // 3]))
+    parts = (_apart(original, tail, label == k) for k in np.unique(label[pairs // 3]))
     return _is_open(whole) or not any(map(_is_open, parts))
 
 
@@ -256,12 +268,12 @@ def _labels_of(twin: Index) -> Index:
     return labels(inner // 3, twin[inner] // 3, twin.size // 3)
 
 
-def _apart(twin: Index, marked: NDArray[np.bool_]) -> Triangles:
+def _apart(twin: Index, tail: Index, marked: NDArray[np.bool_]) -> Triangles:
     """Return the marked triangles (m,), all of one surface, with a vertex for each of their fans."""
     half = np.flatnonzero(np.repeat(marked, 3))
     number = np.full(twin.size, -1)
     number[half] = np.arange(half.size)
-    fan = _fans(np.where(twin[half] < 0, -1, number[twin[half]]))
+    fan = _fans(np.where(twin[half] < 0, -1, number[twin[half]]), tail[half])
     return Triangles(fan.reshape(-1, 3), int(fan.max()) + 1)
 
 

@@ -7,7 +7,7 @@
 | Algorithm 1: local and global step | `algorithm1.iterate` |
 | §3.1: β E_p, pins; start from them | `energies.points`; `initial.from_constraints` |
 | §3.2, Eq. 8: f = C φ + conj(C) ψ | `maps.harmonic.HarmonicMap`, `energies.Basis` |
-| Eq. 9: dilatation K; E_q | `maps.harmonic.dilatation`; `energies.quasiconformal` |
+| Eq. 9: dilatation K; E_q | `maps.distortion.dilatation`; `energies.quasiconformal` |
 | §3.3: γ strokes; α E_s; deformation | `energies.stroke`; `energies.smoothness`; `algorithm1.deform` |
 | §3.4, Eq. 13: first-order distance | `least_squares.System._first_order` |
 | §4.1: consistency energy μ | `energies.consistency` |
@@ -19,3 +19,22 @@ initial        initial maps
 energies       the energies, each a matrix, a weight and a target
 least_squares  one weighted system of all energies
 """
+
+from .algorithm1 import assemble, deform, discretise, finish, iterate, solve
+from .energies import Basis
+from .initial import constraint_points
+from .least_squares import System
+from .normalised import NormalisedProblem
+
+__all__ = ["deform", "solve"]
+# The conformal method continues with the paper's iteration from another start.
+__all__ += [
+    "Basis",
+    "NormalisedProblem",
+    "System",
+    "assemble",
+    "constraint_points",
+    "discretise",
+    "finish",
+    "iterate",
+]

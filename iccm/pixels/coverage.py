@@ -1,10 +1,14 @@
 """Exact coverage of pixels by a closed polyline, one band of rows at a time, in double precision."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Complex
 from ..native import function
+from ..plane import polygon_area
+from .canvas import Canvas
 
 _cover = function("""int64_t iccm_pixels_cover(
     const Complex *low, const Complex *high, const double *sign, int64_t count, int64_t rows, int64_t width,
@@ -45,3 +49,20 @@ def _coverage(
     sign = np.where(falls[crosses], -1.0, 1.0)
     _cover(low[crosses], high[crosses], sign, sign.size, rows, width, out, inside, inside.shape[0] > 0)
     return out
+
+
+def painted_share(rings: Sequence[Complex], canvas: Canvas) -> NDArray[np.float32]:
+    """Return the share of each pixel that a region covers, (height, width) in [0, 1].
+
+    Parameters
+    ----------
+    rings
+        The region's boundaries, closed polylines: those of parts counter-clockwise, those of holes clockwise.
+    canvas
+        The raster.
+    """
+    covered = np.zeros((canvas.height, canvas.width), np.float32)
+    for ring in rings:
+        area = coverage_box(canvas.pixels(ring), 0, canvas.height, canvas.width)
+        covered += area if polygon_area(ring) > 0 else -area
+    return np.clip(covered, 0, 1)

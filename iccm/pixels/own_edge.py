@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Complex
 from .coverage import coverage
-from .padding import pad
+from .padding import fill_from_nearest
 from .raster import dilated, eroded
 from .texture import Texture
 
@@ -61,6 +61,7 @@ def without_own_edge(texture: Texture, outlines: Sequence[Complex]) -> Texture:
         gain = np.where(alpha[crop] > 0, full / np.where(alpha[crop] > 0, alpha[crop], 1), 0)
         for k in range(pixels.shape[2]):
             out[..., k] = pixels[..., k] * gain if k != channel else out[..., k]
+    del alpha, full, fading, falls, most, beyond  # filling takes as much memory as these arrays
     _bleed(out, [channel], inside, to_fill)
     _bleed(out, [k for k in range(pixels.shape[2]) if k != channel], known, to_fill)
     return replace(texture, pixels=out)
@@ -70,17 +71,12 @@ def _bleed(
     pixels: NDArray, channels: list[int], known: NDArray[np.bool_], to_fill: NDArray[np.bool_]
 ) -> None:
     """Fill texels from the nearest known texel that is finite, channel by channel, in place."""
-    values = np.ascontiguousarray(pixels[..., channels])
-    if (
-        values.dtype.kind != "f" or np.isfinite(values).all()
-    ):  # the nearest texel is the same for all channels
-        pad(values, known, -1, "nearest")
-    else:
-        finite = np.isfinite(values)
-        for k in range(len(channels)):
-            pad(values[..., k : k + 1], known & finite[..., k], -1, "nearest")
-    for k, channel in enumerate(channels):
-        np.copyto(pixels[..., channel], values[..., k], where=to_fill)
+    if pixels.dtype.kind != "f":  # the nearest texel is the same for all channels
+        fill_from_nearest(pixels, channels, known, to_fill & ~known)
+        return
+    for channel in channels:
+        is_known = known & np.isfinite(pixels[..., channel])
+        fill_from_nearest(pixels, [channel], is_known, to_fill & ~is_known)
 
 
 def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:

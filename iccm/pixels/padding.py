@@ -21,7 +21,7 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
         return
     unknown = ~known
     if method == "nearest":
-        _spread(pixels, known, unknown, reach)
+        fill_from_nearest(pixels, list(range(pixels.shape[2])), known, unknown, reach)
         return
     if reach > 0:
         unknown &= depths(unknown) <= reach
@@ -31,14 +31,36 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
         pixels[unknown, k] = np.rint(filled) if pixels.dtype.kind != "f" else filled
 
 
-def _spread(pixels: NDArray, known: NDArray[np.bool_], unknown: NDArray[np.bool_], reach: int) -> None:
-    """Fill unknown pixels with the colour of the nearest known pixel, in place."""
+def fill_from_nearest(
+    pixels: NDArray,
+    channels: list[int],
+    known: NDArray[np.bool_],
+    unknown: NDArray[np.bool_],
+    reach: int = -1,
+) -> None:
+    """Fill channels of unknown pixels from the nearest known pixel, in place.
+
+    Args:
+        pixels: (h, w, c) of any type.
+        channels: those that are filled.
+        known: (h, w) marks the pixels that have a colour; if there are none, nothing is filled.
+        unknown: (h, w) marks pixels to fill, none of which is known.
+        reach: distance in pixels up to which to fill, -1 for the whole picture.
+    """
+    if not known.any():
+        return
     source, away = nearest(known)
-    fill = np.flatnonzero(unknown if reach < 0 else unknown & (away <= reach))
-    flat = pixels.reshape(-1, pixels.shape[2])
-    flat[fill] = flat[source.ravel()[fill]]
-    if not np.may_share_memory(flat, pixels):  # reshape copies arrays that are not contiguous
-        pixels[...] = flat.reshape(pixels.shape)
+    for row in range(
+        0, len(pixels), BAND_ROWS
+    ):  # the numbers of all pixels take more memory than the picture
+        rows = slice(row, row + BAND_ROWS)
+        fill = unknown[rows] if reach < 0 else unknown[rows] & (away[rows] <= reach)
+        places = np.divmod(source[rows][fill], pixels.shape[1])
+        for channel in channels:
+            pixels[rows, :, channel][fill] = pixels[..., channel][places]
+
+
+BAND_ROWS = 64  # rows that are filled at once
 
 
 class _Level(NamedTuple):

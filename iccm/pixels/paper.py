@@ -1,11 +1,24 @@
-"""A background for drawings used as textures: a paper colour where the drawing is transparent."""
+"""A background for drawings used as textures: a paper colour where the drawing is transparent.
 
+Where a drawing is shown on a target's silhouette, what the target itself paints is a darker tone on the paper, so that
+the target is recognised below the drawing. Paper then lies in what the target encloses, and not in the gaps between its
+parts, where its rim would look like another shape.
+"""
+
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
+import shapely
+from scipy import ndimage
 
-from ..arrays import Real
+from ..arrays import Complex, Real, xy_of
+from ..plane import bounding_box, polygon_area
+from ..polygons import rings_of, unite
+from .canvas import Canvas
 from .colour import Float, decode, encode
+from .coverage import painted_share
 from .texture import Texture
 
 INK_SHARE = 0.15
@@ -16,13 +29,46 @@ PAPER_CONTRAST_RATIO = 1.25
 has half the drawing's contrast with white (in logarithms), if that is less."""
 LEAST_CONTRAST_RATIO = 1.3
 """Contrast with white (WCAG 2.2: from 1 to 21) below which a drawing is meant for a dark page."""
+TONE_SHARE = 0.075
+"""Share of ink by which a tone exceeds plain paper, and the paper around it falls below."""
+DARK_TONE_SHARE = 0.35
+"""Share of the drawing's mean colour in a tone on dark paper."""
 INK_SHARES_TRIED = 100
 """Number of shares of ink in the paper that are compared; neighbours differ by less than is visible."""
+FULL_BOX_SHARE = 0.95
+"""Of its bounding box: a picture that covers more has no margin, as a photo or a flag."""
+RIM_WIDTH_SHARE = 0.02
+"""Relative to the picture's shorter side: width of the rim that is examined, just inside of its edge."""
+FLAT_RIM_SHARE = 0.97
+"""Of the rim: a picture that has one colour on more of it lies on this colour."""
+LEAST_GROUND_SHARE, MOST_GROUND_SHARE = 0.4, 0.99
+"""Of a picture's area, that has the colour of its rim: less is an outline around it, which ends the picture; on more,
+there is nothing to see."""
+FLAT_DIFFERENCE = 8 / 255
+"""Greatest difference of colours that count as one."""
+HARDLY_SEEN_DIFFERENCE = 20 / 255
+"""Largest difference of any channel between a drawing and paper on which it is hardly seen."""
+HARDLY_SEEN_SHARE = 0.5
+"""Of a drawing's silhouette: if more of it is hardly seen on light paper, dark paper is used where that shows more."""
+EXAMINED_PIXELS = 256
+"""Of the longer side of the copy in which rim and silhouette are examined."""
 LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
 
 
-def on_paper(texture: Texture) -> Texture:
-    """Return a texture with paper where it is transparent, opaque everywhere.
+class Ground(NamedTuple):
+    """What is seen below a drawing, as colours (c,) in the stored encoding of a texture, from 0 to 1.
+
+    Attributes:
+        paper: the colour of the paper.
+        tone: the colour of what the target paints, on the paper; None if it has the paper's colour.
+    """
+
+    paper: Float
+    tone: Float | None = None
+
+
+def on_paper(texture: Texture, painted: Sequence[Complex] = ()) -> Texture:
+    """Return a texture with paper where it is transparent: everywhere, or in what an area encloses.
 
     The paper is tinted with the drawing's mean colour: light, but not white, or almost black where the drawing itself
     is nearly white. Colours are mixed in the stored encoding, as drawing programs do.
@@ -31,6 +77,10 @@ def on_paper(texture: Texture) -> Texture:
     ----------
     texture
         Grey or RGB colours with an alpha channel; a texture without alpha is returned as it is.
+    painted
+        Closed outlines of an area that is a tone on the paper, in the texture's plane: those of parts
+        counter-clockwise, those of holes clockwise. Paper lies in its holes only. The texture is extended so that it
+        contains the area.
 
     Examples
     --------
@@ -41,31 +91,146 @@ def on_paper(texture: Texture) -> Texture:
     """
     if texture.alpha < 0:
         return texture
+    ground = ground_of(texture, toned=bool(painted))
+    if ground.tone is not None:
+        texture = _extended(texture, bounding_box(np.concatenate(painted)))
     pixels = texture.pixels
     values = decode(pixels, texture.alpha, srgb=False, associated=texture.associated, premultiply=True)
-    alpha = values[..., texture.alpha].copy()
+    bare = 1 - values[..., texture.alpha]
+    toned: Float = np.zeros(bare.shape, np.float32)
+    if ground.tone is not None:
+        toned, enclosed = (_share_of(rings, texture) for rings in (painted, without_holes(painted)))
+        bare *= enclosed
+        toned = np.divide(toned, enclosed, out=np.zeros_like(toned), where=enclosed > 0)
     colours = [k for k in range(pixels.shape[2]) if k != texture.alpha]
-    painted = max(float(alpha.sum()), 1.0)
-    mean = np.array([values[..., k].sum(dtype=np.float64) for k in colours]) / painted
-    bare = 1 - alpha
-    for k, paper in zip(colours, _paper(mean, texture.transfer == "srgb")):
-        values[..., k] += bare * paper
-    values[..., texture.alpha] = 1
+    for number, k in enumerate(colours):
+        paper = ground.paper[number]
+        tone = paper if ground.tone is None else ground.tone[number]
+        values[..., k] += bare * (paper + toned * (tone - paper))
+    values[..., texture.alpha] += bare
     return replace(
         texture, pixels=encode(values, pixels.dtype, texture.alpha, srgb=False, associated=texture.associated)
     )
 
 
-def _paper(mean: Float | Real, is_srgb: bool) -> Float:
-    """Return the colour (c,) of the paper for a drawing with a mean colour (c,)."""
+def _extended(texture: Texture, box: tuple[complex, complex]) -> Texture:
+    """Return a texture with transparent texels around it, so that it contains a box."""
+    height, width = texture.pixels.shape[:2]
+    low, high = texture.box
+    step = complex((high - low).real / width, (high - low).imag / height)
+    below, above = low - box[0], box[1] - high
+    left, bottom, right, top = (
+        max(0, int(np.ceil(extent)))
+        for extent in (
+            below.real / step.real,
+            below.imag / step.imag,
+            above.real / step.real,
+            above.imag / step.imag,
+        )
+    )
+    pixels = np.pad(texture.pixels, ((top, bottom), (left, right), (0, 0)))
+    corners = (
+        low - complex(left * step.real, bottom * step.imag),
+        high + complex(right * step.real, top * step.imag),
+    )
+    return replace(texture, pixels=pixels, box=corners)
+
+
+def without_holes(rings: Sequence[Complex]) -> list[Complex]:
+    """Return those of an area's boundaries that are counter-clockwise, around its parts, with holes filled.
+
+    A part within a hole lies in what the outer one encloses, and is left out.
+    """
+    return rings_of(unite(shapely.Polygon(xy_of(ring)) for ring in rings if polygon_area(ring) > 0))
+
+
+def _share_of(painted: Sequence[Complex], texture: Texture) -> Float:
+    """Return the share (h, w) of each texel that lies in an area."""
+    height, width = texture.pixels.shape[:2]
+    return painted_share(painted, Canvas(width, height, texture.box))
+
+
+def ground_of(texture: Texture, *, toned: bool = False) -> Ground:
+    """Return the colours below a texture with alpha; with `toned`, paper and a tone on it if there may be one."""
+    values = decode(
+        texture.pixels, texture.alpha, srgb=False, associated=texture.associated, premultiply=True
+    )
+    painted = max(float(values[..., texture.alpha].sum()), 1.0)
+    colours = [k for k in range(values.shape[2]) if k != texture.alpha]
+    step = max(1, max(values.shape[:2]) // EXAMINED_PIXELS)
+    few = values[::step, ::step]
+    rim = flat_rim(few, texture.alpha)
+    if rim is not None:
+        return Ground(rim)  # what the picture lies on, and not paper
+    mean = np.array([values[..., k].sum(dtype=np.float64) for k in colours]) / painted
+    share = _share_of_ink(mean, texture.transfer == "srgb")
+    paper = None if share is None else _mixed(mean, share)
+    dark = (INK_SHARE * mean).astype(np.float32)
+    if paper is not None:
+        alpha = few[..., texture.alpha]
+        is_painted = alpha > 0.9
+        silhouette = few[is_painted & ~ndimage.binary_erosion(is_painted)][:, colours]
+        unseen, unseen_on_dark = (_hardly_seen_share(silhouette, ground) for ground in (paper, dark))
+        if unseen > HARDLY_SEEN_SHARE and unseen_on_dark < unseen:
+            paper = None
+    if paper is None:
+        return Ground(dark, (DARK_TONE_SHARE * mean).astype(np.float32) if toned else None)
+    if not toned or share is None:
+        return Ground(paper)
+    return Ground(_mixed(mean, share - TONE_SHARE), _mixed(mean, min(1.0, share + TONE_SHARE)))
+
+
+def _mixed(mean: Float | Real, share: float) -> Float:
+    """Return white with a share of a colour (c,)."""
+    return (share * mean + (1 - share)).astype(np.float32)
+
+
+def _hardly_seen_share(colours: Float, ground: Float) -> float:
+    """Return the share of colours (n, c) that are hardly seen on a ground (c,)."""
+    if not len(colours):
+        return 0.0
+    return float((np.abs(colours - ground).max(axis=1) < HARDLY_SEEN_DIFFERENCE).mean())
+
+
+def flat_rim(values: Float, alpha: int) -> Float | None:
+    """Return the colour (c,) of the rim of a picture that fills its box, if it has only one; else None.
+
+    Parameters
+    ----------
+    values
+        (h, w, c) colours with alpha, from 0 to 1.
+    alpha
+        Index of the alpha channel.
+    """
+    is_painted = values[..., alpha] > 0.9
+    rows, columns = (np.flatnonzero(is_painted.any(axis=axis)) for axis in (1, 0))
+    if not rows.size:
+        return None
+    box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    if is_painted[box].mean() < FULL_BOX_SHARE:
+        return None
+    width = 1 + round(RIM_WIDTH_SHARE * min(is_painted[box].shape))
+    outer = ndimage.binary_erosion(np.pad(is_painted[box], 1))[1:-1, 1:-1]  # without antialiased pixels
+    rim = values[box][outer & ~ndimage.binary_erosion(outer, iterations=width)]
+    rim = np.delete(rim, alpha, axis=1)
+    if not len(rim):
+        return None
+    colour = np.median(rim, axis=0)
+    ground = np.abs(np.delete(values[box], alpha, axis=2) - colour).max(axis=2) <= FLAT_DIFFERENCE
+    is_flat = (np.abs(rim - colour).max(axis=1) <= FLAT_DIFFERENCE).mean() >= FLAT_RIM_SHARE
+    is_ground = LEAST_GROUND_SHARE <= ground[outer].mean() <= MOST_GROUND_SHARE
+    return colour.astype(np.float32) if is_flat and is_ground else None
+
+
+def _share_of_ink(mean: Float | Real, is_srgb: bool) -> float | None:
+    """Return the share of ink in the light paper for a drawing with a mean colour (c,); None if paper is dark."""
     contrast = _contrast_with_white(mean[None], is_srgb)[0]
     if contrast < LEAST_CONTRAST_RATIO:
-        return (INK_SHARE * mean).astype(np.float32)
-    shares = np.linspace(INK_SHARE, 1, INK_SHARES_TRIED)[:, None]
-    papers = shares * mean + (1 - shares)
+        return None
+    shares = np.linspace(INK_SHARE, 1, INK_SHARES_TRIED)
+    papers = shares[:, None] * mean + (1 - shares[:, None])
     contrast_goal = min(PAPER_CONTRAST_RATIO, np.sqrt(contrast))
-    first = np.argmax(_contrast_with_white(papers, is_srgb) >= contrast_goal)
-    return papers[first].astype(np.float32)
+    return float(shares[np.argmax(_contrast_with_white(papers, is_srgb) >= contrast_goal)])
 
 
 def _contrast_with_white(colours: Float | Real, is_srgb: bool) -> Float:

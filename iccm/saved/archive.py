@@ -1,9 +1,10 @@
-"""Archives of NumPy arrays (.npz) that are not trusted.
+"""Archives (zip) that are not trusted, and those of NumPy arrays (.npz).
 
 Nothing is unpickled, and the size of an array is compared with that of its file before memory is allocated.
 """
 
 import math
+import struct
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -14,50 +15,62 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.lib import format as npy
 
-from ..errors import InputError, naming
+from ..errors import InputError, MissingFileError, naming
 
 MOST_BYTES = 1 << 30
 """Limit on the uncompressed size of an archive: maps have about 100 bytes per vertex, fields 24 per pixel."""
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""Compression methods that NumPy writes."""
+"""Compression methods that are accepted: those that NumPy and most other programs use."""
+ERRORS = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    NotImplementedError,
+    OverflowError,
+    RuntimeError,  # encrypted
+    ValueError,
+)
+"""Exceptions of `zipfile`, besides OSError, for a damaged archive."""
 HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 """Functions that read an array's header, by the version of NumPy's format."""
 
 
 @contextmanager
-def opened(path: str | PathLike, *, otherwise: str, damaged: str) -> Iterator[zipfile.ZipFile]:
+def opened(
+    path: str | PathLike | BinaryIO, *, otherwise: str, damaged: str, most_bytes: int = MOST_BYTES
+) -> Iterator[zipfile.ZipFile]:
     """Yield an archive, opened for the block.
 
     Args:
-        path: the file.
+        path: the file; with an open one, messages have no name of a file.
         otherwise: end of the message if it is not an archive.
         damaged: beginning of the message for an error in the block, such as of a damaged array.
+        most_bytes: limit on the uncompressed size of all its members.
 
     Raises:
-        InputError: the file is missing, is not an archive, or unpacks to more than MOST_BYTES; or there was an error in
-            the block.
+        InputError: the file is missing, is not an archive, or unpacks to more bytes; or there was an error in the
+            block.
     """
+    place = f"{path}: " if isinstance(path, str | PathLike) else ""
     try:
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
-            if size > MOST_BYTES:
-                raise InputError(f"contains {size} bytes, more than the limit of {MOST_BYTES}")
+            if size > most_bytes:
+                raise InputError(f"contains {size} bytes, more than the limit of {most_bytes}")
+            for entry in archive.infolist():
+                if entry.compress_type not in COMPRESSIONS:
+                    raise InputError(f"{entry.filename}: unsupported compression")
             yield archive
+    except FileNotFoundError as error:
+        raise MissingFileError(f"{place}cannot read this file: {error.strerror or error}") from error
     except OSError as error:
-        raise InputError(f"{path}: cannot read this file: {error.strerror or error}") from error
+        raise InputError(f"{place}cannot read this file: {error.strerror or error}") from error
     except zipfile.BadZipFile as error:
-        raise InputError(f"{path}: {otherwise}") from error
-    except (
-        ValueError,
-        KeyError,
-        EOFError,
-        TypeError,
-        NotImplementedError,
-        RuntimeError,
-        zlib.error,
-    ) as error:
+        raise InputError(f"{place}{otherwise}") from error
+    except (*ERRORS, KeyError, TypeError) as error:
         reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        raise InputError(f"{path}: {damaged}: {reason}") from error
+        raise InputError(f"{place}{damaged}: {reason}") from error
 
 
 class Archive:
@@ -76,8 +89,6 @@ class Archive:
         if name not in self:
             raise InputError(f"{name}: missing")
         entry = self.archive.getinfo(f"{name}.npy")
-        if entry.compress_type not in COMPRESSIONS:
-            raise InputError(f"{name}: unsupported compression")
         with self.archive.open(entry) as file, naming(name):
             return _read_array(file, entry.file_size)
 

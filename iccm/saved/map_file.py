@@ -35,11 +35,13 @@ RINGS = (
 """Data of a result besides the map (see `Fit`): arrays by type, dimensions and columns; and lists of rings."""
 DRAWING_RINGS = ("source_drawing", "target_drawing")
 """Rings of whole drawings, filled by the even-odd rule; empty if the map is between outlines."""
+FORMER_RINGS = ("passed_source_holes", "passed_target_holes")
+"""Holes that a map of an earlier version ignored; they are part of the format, and no longer used."""
 LATER = ("rigid", *DRAWING_RINGS)  # added later, so that files of this format may lack them
 
 
 SIDES = ("source", "target")
-PLANES = {"names": "name", "millimetres": "millimetres"}
+PLANES = {"names": "name", "millimetres": "millimetres", "units": "unit"}
 """What `about` contains of both planes: its names for attributes of `Plane`."""
 
 
@@ -54,6 +56,7 @@ class Plane:
         holes: outlines of the shape's holes.
         name: of its file, as given by the user.
         millimetres: length of a unit of its file; None if the file does not state it.
+        unit: the unit in which its file states its size, such as "in"; empty if it does not.
         georeference: where it lies on a map, if its file says so.
     """
 
@@ -63,6 +66,7 @@ class Plane:
     holes: Sequence[Complex] = ()
     name: str = ""
     millimetres: float | None = None
+    unit: str = ""
     georeference: Georeference | None = None
 
     @classmethod
@@ -168,13 +172,14 @@ class _Archive(Archive):
             raise InputError(f"its format is {format[:60]!r}, but this version of iccm reads {FORMAT!r}")
         about = self.about()
         map = self.harmonic() if "polygon" in self else self.triangulated()
-        units = about.get("millimetres", [None, None])  # files of older versions have none
+        lengths = about.get("millimetres", [None, None])  # files of older versions have none
+        units = about.get("units", ["", ""])
         places = about.get("georeferences", [None, None])
         if not isinstance(places, list) or len(places) != 2:
             raise InputError("about: does not contain two georeferences")
         planes = tuple(
-            replace(self.plane(side, name, unit), georeference=Georeference.of_json(place))
-            for side, name, unit, place in zip(SIDES, about["names"], units, places)
+            replace(self.plane(side, name, length), unit=unit, georeference=Georeference.of_json(place))
+            for side, name, length, unit, place in zip(SIDES, about["names"], lengths, units, places)
         )
         if planes[0].outline is None:
             raise InputError("source: has no vertices")
@@ -201,6 +206,7 @@ class _Archive(Archive):
             "rigid_of_target": isinstance(about.get("rigid_of_target", False), bool),
             "job": isinstance(about.get("job", {}), dict),
             "millimetres": _are_lengths(about.get("millimetres", [None, None])),
+            "units": _are(about.get("units", ["", ""]), str) and len(about.get("units", ["", ""])) == 2,
         }
         if wrong := [name for name, fine in sound.items() if not fine]:
             raise InputError(f"about: {wrong[0]} is invalid")
@@ -243,7 +249,15 @@ class _Archive(Archive):
         if not polygon.size == phi.size == psi.size:
             raise InputError(f"phi, psi: {phi.size} and {psi.size} for {polygon.size} vertices")
         slack = float(self.array("slack", "float64", 0))
-        if not np.array_equal(Curve.domain(polygon, "polygon").z, polygon) or slack < 0:
+        Curve.domain(polygon, "polygon")
+        # vertices of a crowded map may be closer than `Curve.domain` allows
+        curve = Curve(polygon)
+        if (
+            not curve.polygon.is_valid
+            or curve.area < 0
+            or np.any(polygon == np.roll(polygon, 1))
+            or slack < 0
+        ):
             raise InputError("polygon: is clockwise, repeats vertices, or has a negative slack")
         return HarmonicMap(polygon, phi, psi, slack)
 

@@ -21,6 +21,7 @@ from ..balanced.search import final_mesh, multilevel
 from ..balanced.search.levels import FINE_POWER, Level
 from ..balanced.search.unit_problem import UnitProblem
 from ..balanced.search.warm_start import continue_from
+from ..fit_data import with_details
 from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..options import Options
 from ..problem import Problem
@@ -79,7 +80,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         in_bounds=True,
         region_layout=region_layout,
     )
-    result = replace(result, layouts=layouts)
+    result = with_details(result, layouts=layouts)
     if surface_problem.regions:
         fit.check_sizes(result, options.rigid_size)
     result.notes.extend(fit.soft_pin_notes(map, soft_pins))
@@ -143,7 +144,14 @@ def _solution(problem: SurfaceProblem, last: MeshMap, z: Complex, u: Complex) ->
     """Return the solution for a map with vertices z (n,) and images u (n,) in the user's planes."""
     outlines = problem.sides[0].outlines, problem.sides[1].outlines
     return method.solution_of(
-        last, z, u, problem.frames, outlines, problem.settings, problem.journal, problem.pins
+        last,
+        z,
+        u,
+        problem.frames,
+        outlines,
+        problem.settings.in_frames(problem.frames),
+        problem.journal,
+        problem.pins,
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Complex
 from ..curve import Curve
+from ..fit_data import Details
 from ..maps.injectivity import Certificate
 from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..meshes.flatten import Flattening, overlap
@@ -27,14 +28,14 @@ class PackedFit(Fit):
     @cached_property
     def certificate(self) -> Certificate:
         """Whether no triangle is folded, and no chart overlaps itself or another."""
-        layout = self.layouts[1]
+        layout = self.details.layouts[1]
         assert layout is not None
         fault = overlap(layout) or ""
         folded = int(layout.flipped.size)
         return Certificate(not fault, 0.0, folded, 0.0, not fault, fault, float(not fault))
 
     @property
-    def interior(self) -> Complex:
+    def _interior(self) -> Complex:
         """Centroids of the charts' triangles."""
         assert isinstance(self.map, TriangulatedMap)
         return self.map.source[self.map.faces].mean(axis=1)
@@ -52,11 +53,11 @@ def place(source: Curve, layout: Flattening) -> PackedFit:
     map = TriangulatedMap(flat, flat, patch.faces, (*layout.outlines, *holes))
     return PackedFit(
         map=without_bulges(map),
-        ended=Status.REACHED,
+        _ended=Status.REACHED,
         energies=[],
         source=source,
         target=None,
         pins=np.zeros((0, 2), complex),
         strokes=[],
-        layouts=(None, layout),
+        details=Details(layouts=(None, layout)),
     )

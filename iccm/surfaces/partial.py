@@ -11,6 +11,7 @@ import numpy as np
 from ..balanced import fit, method
 from ..balanced.injectivity import refuse_folds
 from ..balanced.model.settings import Solution
+from ..fit_data import with_details
 from ..options import Options
 from ..problem import Problem
 from ..result import Fit
@@ -35,22 +36,27 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
         surface_problem.settings,
         in_bounds=True,
     )
-    if fit.loses_too_much(result.left_out, result.uncovered, options):
+    if fit.loses_too_much(result.coverage.left_out, result.coverage.uncovered, options):
         return None
     result.notes.extend(fit.coverage_notes(result))
-    return replace(result, layouts=layouts)
+    return with_details(result, layouts=layouts)
 
 
 def _solve(problem: SurfaceProblem) -> Solution:
     """Return the map in the user's planes."""
     sides, pins = problem.sides, problem.inner_pins
-    points = np.concatenate([pins.inner, pins.outer])
-    strokes = [(stroke.source, stroke.target) for stroke in pins.strokes]
-    outlines = sides[0].solved[0], sides[1].solved[0]
-    softness = problem.inner_softness
-    solution = method.solve(
-        *outlines, problem.settings, points, strokes, problem.inner_holes, softness=softness
+    holes = problem.inner_holes
+    between = Problem(
+        sides[0].solved[0],
+        sides[1].solved[0],
+        np.concatenate([pins.inner, pins.outer]),
+        [(stroke.source, stroke.target) for stroke in pins.strokes],
+        holes.source,
+        holes.target,
+        holes.partners,
+        softness=problem.inner_softness,
     )
+    solution = method.solve(between, problem.settings)
     map = solution.map
     z, u = (side.outward(w, side.is_on(w)) for side, w in zip(sides, (map.source, map.image)))
     for name, w in (("source", z), ("image", u)):

@@ -67,8 +67,9 @@ class SurfaceProblem:
             InputError: pins or strokes that no one-to-one map satisfies; a surface without an even layout.
         """
         source, target = problem.outlines
-        holes_given = Holes(problem.source_holes, problem.target_holes, problem.hole_partners)
-        holes, points, numbers = named_partners(holes_given, source, target, problem.pins, problem.strokes)
+        holes, points, numbers = named_partners(
+            Holes.of(problem), source, target, problem.pins, problem.strokes
+        )
         pins = check(source, target, points, problem.strokes, numbers)
         sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
         journal = SolveLog(notes=[*unequal(holes), *pins.notes])
@@ -183,9 +184,8 @@ class SurfaceProblem:
             settings = replace(settings, tolerance=ROUNDED_TOLERANCE_SHARE * settings.tolerance)
         source, target = (unit_curve(frame, side.solved[0]) for side, frame in zip(self.sides, frames))
         patches, pins = self.patches, self.inner_pins
-        if not patches.are_none:
-            settings = replace(settings, energy=replace(settings.energy, pins=patches.unit(frames)))
-            pins = pins.without(patches.points[:, 0])
+        settings = settings.in_frames(frames, None if patches.are_none else patches.unit(frames))
+        pins = pins.without(patches.points[:, 0])
         holes, pins = self.inner_holes.unit(frames), pins.unit(frames)
         unit = multilevel.problem_of(source, target, holes, pins, settings)
         metrics = [

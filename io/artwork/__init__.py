@@ -10,15 +10,19 @@ regions       the domains of maps
 affine_part   affine approximation of the map over some shapes
 clip          subpaths cut at the domain's boundary
 paint_server  gradients, patterns and markers
+tiles         patterns as their tiles
 embedded      embedded pictures, resampled
 filters       filters, by the map's affine part
 attributes    attributes and styles that are kept
 references    references, restricted to the drawing itself
 rendering     drawings rendered as pictures
 dxf           DXF drawings
+new_dxf       lines of other drawings as DXF
+dxf_as_svg    DXF drawings as SVG
 animation     frames joined into an animated SVG
 lottie        frames joined into a Lottie animation
 rasterize     resvg, in a separate process
+areas         drawings of one area in one colour: frames of a morph in which parts and holes grow and shrink
 """
 
 from collections.abc import Sequence
@@ -26,10 +30,13 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
+import numpy as np
+
 from ...arrays import Complex
 from ...errors import InputError, naming
 from ...maps.approximation import AnyMap
 from ...maps.bezier_fit import refit, refit_together
+from ...pixels.paper import without_holes
 from .. import formats
 from ..outlines import lettering
 from ..shapes.shape import Shape, without_box
@@ -39,6 +46,9 @@ from .document import MappedDocument
 from .mapping import PathMapping
 
 TOLERANCE_SHARE = 2e-4  # of the target's diagonal
+BEND_SAMPLES = 400  # points along an outline
+BEND_SIZE_SHARE = 1e-3
+"""Deviation of a map from an affine one, relative to the target's size, from which on patterns are drawn as tiles."""
 
 
 def check(source: Shape, target: Shape, copies: int = 1) -> None:
@@ -104,13 +114,22 @@ def carry_parts(
 
 
 class Frame(NamedTuple):
-    """A drawing to be written by `carry_frames`; see `carry_parts`."""
+    """A drawing to be written by `carry_frames`; see `carry_parts`.
+
+    Attributes:
+        paper: the colour behind it, if any.
+        tone: the colour of an area on the paper, if any.
+        toned: the rings of this area, filled by the even-odd rule.
+    """
 
     parts: Sequence[tuple[Shape, AnyMap]]
     target: Shape
     path: str | Path
     painted: Sequence[Complex] = ()
     opacity: float = 0.0
+    paper: str = ""
+    tone: str = ""
+    toned: Sequence[Complex] = ()
 
 
 def carry_frames(
@@ -126,8 +145,10 @@ def carry_frames(
         Notes, each once.
     """
     tolerance = tolerance or TOLERANCE_SHARE * min(frame.target.curve.diagonal for frame in frames)
+    bends = any(_bends(source, map) for frame in frames for source, map in frame.parts)
     drawings = [
-        _document(frame.parts[0][0], frame.target, len(frame.parts) if repeated else 1) for frame in frames
+        _document(frame.parts[0][0], frame.target, len(frame.parts) if repeated else 1, bends=bends)
+        for frame in frames
     ]
     mappings = [PathMapping(frame.parts, tolerance) for frame in frames]
     prepared = [mapping.prepare(drawing.elements) for mapping, drawing in zip(mappings, drawings)]
@@ -146,7 +167,9 @@ def carry_frames(
         mapping.write(prepared_shapes, cubics, drawing.effects)
         mapping.carry_pictures(drawing.pictures)
         if frame.painted:
-            drawing.cut_by(frame.painted, frame.opacity)
+            enclosed = without_holes(frame.toned) if frame.tone else frame.painted
+            grounds = [(frame.paper, enclosed), (frame.tone, frame.toned)]
+            drawing.cut_by(frame.painted, frame.opacity, [ground for ground in grounds if ground[0]])
         drawing.finish()
         ElementTree.ElementTree(drawing.out).write(frame.path, encoding="utf-8", xml_declaration=True)
         notes |= dict(drawing.notes + mapping.notes)
@@ -154,19 +177,33 @@ def carry_frames(
 
 
 def is_drawn(path: Path) -> bool:
-    """Return whether a file has paths that can become artwork: it is an SVG, or a font in which a text is set."""
-    return formats.suffix_of(path) in (*SUFFIXES, *formats.FONTS)
+    """Return whether a file has paths that can become artwork: an SVG, a DXF, or a font in which a text is set."""
+    return formats.suffix_of(path) in (*SUFFIXES, *formats.FONTS, ".dxf")
 
 
-def _document(source: Shape, target: Shape, copies: int) -> MappedDocument:
+def _bends(source: Shape, map: AnyMap) -> bool:
+    """Return whether a map differs visibly from an affine one along the outline of its source."""
+    z = source.curve.at(np.linspace(0, source.curve.length, BEND_SAMPLES, endpoint=False))
+    w = np.asarray(map(z))
+    columns = np.stack([z, z.conj(), np.ones_like(z)], axis=1)
+    affine = np.linalg.lstsq(columns, w, rcond=None)[0]
+    return bool(np.abs(w - columns @ affine).max() > BEND_SIZE_SHARE * np.abs(w - w.mean()).max())
+
+
+def _document(source: Shape, target: Shape, copies: int, *, bends: bool = True) -> MappedDocument:
     if not is_drawn(source.path):
         raise InputError(
-            f"{source.path}: artwork (.svg) can only be made from an SVG file or a text in a font; use a picture's "
-            "suffix for -o"
+            f"{source.path}: artwork (.svg) can only be made from an SVG or DXF file or a text in a font; use a "
+            "picture's suffix for -o"
         )
-    if formats.suffix_of(source.path) in formats.FONTS:
+    suffix = formats.suffix_of(source.path)
+    if suffix == ".dxf":
+        from .dxf_as_svg import svg_of
+
+        data = svg_of(source.path)
+    elif suffix in formats.FONTS:
         data = lettering.svg(source.path, without_box(source.path, Spec.of(source.spec).selection or ""))
     else:
         data = drawing_bytes(source.path)
     with naming(source.path):
-        return MappedDocument.of(data, source, target, copies)
+        return MappedDocument.of(data, source, target, copies, bends=bends)

@@ -5,13 +5,14 @@ from xml.etree.ElementTree import Element
 
 from ..svg import css
 from ..svg.document import local
-from ..svg.tree import Document
+from ..svg.tree import TRANSFORMS, Document
 
 SPACES = {
     "": "http://www.w3.org/2000/svg",
     "xlink": "http://www.w3.org/1999/xlink",
     "inkscape": "http://www.inkscape.org/namespaces/inkscape",
     "cc": "http://creativecommons.org/ns#",
+    "inkstitch": "http://inkstitch.org/namespace",
 }
 # Once, because while a prefix is registered again, another thread would write elements without it.
 for _prefix, _name in SPACES.items():
@@ -19,9 +20,11 @@ for _prefix, _name in SPACES.items():
 # Other attributes of Inkscape, and all of sodipodi, describe how to recompute a path from its original shape.
 _NAMED = {f"{{{SPACES['inkscape']}}}{name}" for name in ("label", "groupmode")}
 _NAMED.add("{http://www.w3.org/XML/1998/namespace}space")
+# Namespaces of which attributes describe the original shape, or act: those of the web, of Inkscape and of Sodipodi.
+_NOT_FOREIGN = ("http://www.w3.org/", "http://www.inkscape.org/", "http://sodipodi.sourceforge.net/")
 # Attributes for the position of an element, which path data replace, and for conditions on drawing it.
 _PLACED = {"d", "x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "x1", "y1", "x2", "y2", "points"}
-_PLACED |= {"transform", "transform-origin", "transform-box", "viewBox", "preserveAspectRatio", "pathLength"}
+_PLACED |= {*TRANSFORMS, "transform-origin", "transform-box", "viewBox", "preserveAspectRatio", "pathLength"}
 _PLACED |= {"clip-path", "clipPathUnits", "mask", "maskUnits", "maskContentUnits", "href"}
 _PLACED |= {"version", "baseProfile", "requiredExtensions", "requiredFeatures", "systemLanguage"}
 
@@ -44,10 +47,15 @@ def remaining_attributes(document: Document, element: Element, tag: str, *, name
     style.add({k: attributes.get(k, "inherit") for k in simple_style if k not in full_style})
     style.add(css.declarations(remaining.pop("style", "")))
     style = style.only(k for k in style if k not in _PLACED)
-    if "transform" in simple_style:
-        style.add(css.Style({"transform": "none"}, simple_style.important.intersection(["transform"])))
-    remaining |= {k: v for k, v in element.attrib.items() if k in _NAMED}
+    for name in TRANSFORMS.intersection(simple_style):
+        style.add(css.Style({name: "none"}, simple_style.important.intersection([name])))
+    remaining |= {k: v for k, v in element.attrib.items() if k in _NAMED or _is_foreign(k)}
     return remaining | ({"style": style.text()} if style else {})
+
+
+def _is_foreign(name: str) -> bool:
+    """Return whether an attribute is one of another program, such as parameters of Ink/Stitch."""
+    return name.startswith("{") and not name[1:].startswith(_NOT_FOREIGN)
 
 
 def settled(document: Document) -> Document:

@@ -16,8 +16,7 @@ import shapely
 from numpy.typing import NDArray
 
 from ...arrays import Complex, complex_of, xy_of
-from ...conformal.panels import corners
-from ...curve import Curve, polygon_of
+from ...curve import Curve, corners_of, polygon_of
 from ...plane import cross
 from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
@@ -141,7 +140,7 @@ class Domain:
     @cached_property
     def _corners(self) -> dict[Curve, NDArray[np.float64]]:
         return {
-            curve: curve.knots[:-1][corners(curve, CORNER_RADIANS)]
+            curve: curve.knots[:-1][corners_of(curve, CORNER_RADIANS)]
             for curve in (self.rim, *(hole for hole, _ in self.holes))
         }
 

@@ -5,10 +5,11 @@ resolved. Clip paths and masks are drawings as well, and are copied for every pl
 """
 
 import copy
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -16,8 +17,9 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError
 from .. import limits
+from ..lengths import svg_size
 from ..shapes.shape import Shape
-from ..svg import reader, tree
+from ..svg import css_functions, reader, tree
 from ..svg.budget import Quota
 from ..svg.document import local
 from ..svg.drawing_content import Rectangle
@@ -28,8 +30,17 @@ from .filters import MARGIN, filtered
 from .mapping import Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale
 from .references import confine
+from .tiles import tiled
 
-_TEXT = "<{}>, omitted (convert it to paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
+_REMEDY = " (convert it to paths: Inkscape, Path > Object to Path; Illustrator, Type > Create Outlines)"
+_MOVING = "animations are not played"
+_REASONS = {
+    "flowRoot": "it is flowed text of a draft of SVG 1.2, which browsers do not show either",
+    "foreignObject": "it contains HTML, which has no outlines",
+    "script": "scripts are not run",
+    **dict.fromkeys(("animate", "animateTransform", "animateMotion", "animateColor", "set"), _MOVING),
+}
+"""Why elements are omitted, by tag."""
 _UNREAD = "style rule that is kept but not applied: a malformed selector, or a pseudo-class such as :hover"
 _CARRIED = (
     f"as artwork it has more than {limits.ARTWORK_CURVES} lines and curves, counting clip paths and masks each time "
@@ -39,7 +50,10 @@ _COVERED = (
     f"as artwork more than {limits.ARTWORK_COVERED} of its lines and curves lie under clip paths, masks and "
     "filters (counted once for each nested group); use these in fewer groups"
 )
+_D_IN_CSS = re.compile(r"(?<![\w-])d\s*:\s*(?:path\([^)]*\)|none)\s*;?")  # it would replace mapped paths
+_DESCRIBING = ("title", "desc")
 _COPIED = ("title", "desc", "metadata")
+_EFFECTS = ("clip-path", "mask", "filter", "opacity", "mix-blend-mode")
 _PAINTED = ("linearGradient", "radialGradient", "pattern")
 _MARKERS = ("marker-start", "marker-mid", "marker-end")
 _MARKED = ("path", "line", "polyline", "polygon")
@@ -53,6 +67,7 @@ class MappedDocument:
         out, definitions: its root, and the future content of its <defs>.
         document: the original document.
         region: of a mask: the target's canvas and as much again on each side.
+        bends: whether the map is not affine.
         elements, effects: what the map has to transfer.
         shapes: those of `elements` that are drawn at the current place, without those of clip paths and masks.
         aside: whether the current place is a clip path or mask.
@@ -68,6 +83,7 @@ class MappedDocument:
     definitions: Definitions
     document: tree.Document
     region: dict[str, str]
+    bends: bool = True
     elements: list[MappedElement] = field(default_factory=list)
     effects: list[Effect] = field(default_factory=list)
     shapes: list[MappedElement] = field(default_factory=list)
@@ -79,10 +95,12 @@ class MappedDocument:
     covered: Quota = field(default_factory=lambda: Quota(limits.ARTWORK_COVERED, _COVERED))
 
     @classmethod
-    def of(cls, data: bytes, source: Shape, target: Shape, copies: int = 1) -> "MappedDocument":
+    def of(
+        cls, data: bytes, source: Shape, target: Shape, copies: int = 1, *, bends: bool = True
+    ) -> "MappedDocument":
         """Build the document that the source was read from on the target's canvas; its shapes have no paths yet.
 
-        With several copies, each is a group.
+        With several copies, each is a group. If the map `bends`, that is, is not affine, patterns are drawn as tiles.
 
         Raises:
             InputError: the document is malformed.
@@ -92,15 +110,19 @@ class MappedDocument:
         low, high = target.box
         x, y, width, height = low.real, -high.imag, (high - low).real, (high - low).imag
         around = (x - width, y - height, 3 * width, 3 * height)
-        out = Element(f"{SVG}svg", {"viewBox": " ".join(f"{v:.9g}" for v in (x, y, width, height))})
+        out = Element(f"{SVG}svg", svg_size(complex(width, height), target.millimetres, target.unit))
+        out.set("viewBox", " ".join(f"{v:.9g}" for v in (x, y, width, height)))
         drawing = cls(
             out,
             Definitions(document),
             document,
             {name: f"{value:.9g}" for (name, _), value in zip(SIDES, around)},
+            bends,
         )
         out.attrib |= drawing._styled(node, "svg")
-        out.extend(copy.deepcopy(e) for e in document.top.iter() if local(e) == "style")
+        for style in [copy.deepcopy(e) for e in document.top.iter() if local(e) == "style"]:
+            style.text = _D_IN_CSS.sub("", style.text or "")
+            out.append(style)
         drawing.notes[_UNREAD] += document.unread
         for copy_number in range(0 if node.hidden else copies):
             place, drawing.shapes = out, []
@@ -110,10 +132,16 @@ class MappedDocument:
             drawing._applied(node, place, drawing.shapes)
         return drawing
 
-    def cut_by(self, rings: Sequence[Complex], opacity: float = 0.0) -> None:
+    def cut_by(
+        self,
+        rings: Sequence[Complex],
+        opacity: float = 0.0,
+        grounds: Sequence[tuple[str, Sequence[Complex]]] = (),
+    ) -> None:
         """Show the drawing only inside rings, and outside with an opacity.
 
-        The rings are in the target's core plane, and filled by the even-odd rule.
+        Grounds are colours with the rings of areas that lie behind the drawing, the lowest first. All rings are in the
+        target's core plane, and filled by the even-odd rule.
         """
         content = [child for child in self.out if local(child) not in ("style", "defs")]
         cut = (
@@ -125,12 +153,15 @@ class MappedDocument:
         for child in content:
             self.out.remove(child)
             group.append(child)
+        for colour, area in grounds:
+            style = f"fill:{colour};fill-opacity:1;fill-rule:evenodd;stroke:none"
+            self.out.append(Element(f"{SVG}path", {"d": path_of(area), "style": style}))
         self.out.append(group)
 
     def _painted_clip(self, rings: Sequence[Complex]) -> str:
         """Add a clip path of rings, and return a reference to it."""
         clip = self.definitions.new("clipPath")
-        SubElement(clip, f"{SVG}path", {"d": _path_of(rings), "clip-rule": "evenodd"})
+        SubElement(clip, f"{SVG}path", {"d": path_of(rings), "clip-rule": "evenodd"})
         return f"url(#{clip.get('id')})"
 
     def _fading_mask(self, rings: Sequence[Complex], opacity: float) -> str:
@@ -139,7 +170,7 @@ class MappedDocument:
         everywhere = dict(zip(("x", "y", "width", "height"), self._everywhere()))
         mask.attrib |= {"maskUnits": "userSpaceOnUse", **everywhere}
         SubElement(mask, f"{SVG}rect", {**everywhere, "fill": "white", "fill-opacity": f"{opacity:.4g}"})
-        SubElement(mask, f"{SVG}path", {"d": _path_of(rings), "fill": "white", "fill-rule": "evenodd"})
+        SubElement(mask, f"{SVG}path", {"d": path_of(rings), "fill": "white", "fill-rule": "evenodd"})
         return f"url(#{mask.get('id')})"
 
     def _everywhere(self) -> list[str]:
@@ -158,9 +189,9 @@ class MappedDocument:
     def _share_pictures(self) -> None:
         """Store unchanged pictures that are shown more than once only once."""
         images = [(out, out[0]) for out in (picture.out for picture in self.pictures) if len(out) == 1]
-        uses = Counter(image.get("href") for _, image in images)
+        uses = Counter(image.get(tree.LINKS[1]) for _, image in images)
         for out, image in images:
-            if uses[image.get("href")] > 1 and (transform := image.attrib.pop("transform", "")):
+            if uses[image.get(tree.LINKS[1])] > 1 and (transform := image.attrib.pop("transform", "")):
                 shared = self.definitions.picture(image.attrib)
                 link = {tree.LINKS[1]: f"#{shared.get('id')}", "transform": transform}
                 out[0] = Element(f"{SVG}use", link)
@@ -180,7 +211,7 @@ class MappedDocument:
                 if str(error).startswith("<"):
                     raise
                 name = f" {node.element.get('id')!r}" if node.element.get("id") else ""
-                raise InputError(f"<{node.tag}>{name}: {error}") from error
+                raise error.named(f"<{node.tag}>{name}") from error
         elif node.tag in tree.GROUPS:
             self._group(node, parent)
         elif node.tag == "image":
@@ -190,11 +221,14 @@ class MappedDocument:
                 self.document.copies.add(node.element, whole=True)
             parent.append(copy.deepcopy(node.element))
         else:
-            note = _TEXT if node.tag in ("text", "flowRoot") else "<{}>, omitted"
-            self.notes[note.format(node.tag)] += 1
+            reason = self.document.unset_texts.get(id(node.element)) or _REASONS.get(node.tag, "")
+            remedy = _REMEDY if node.tag in ("text", "flowRoot") else ""
+            self.notes[f"<{node.tag}>, omitted{', since ' * bool(reason)}{reason}{remedy}"] += 1
 
     def _group(self, node: Node, parent: Element) -> None:
         first = len(self.shapes)
+        if node.tag == "a" and any(name in node.element.attrib for name in tree.LINKS):
+            self.notes["link (<a>), drawn without its address"] += 1
         group = self._nested(parent, {} if node.tag == tree.VIEWPORT else self._styled(node, "g"))
         self._children(node, group)
         if group is parent:
@@ -208,7 +242,7 @@ class MappedDocument:
                 restyle(group, {"clip-path": self._clip_to(place, node.frame)[0]})
 
     def _shape(self, node: Node, parent: Element) -> None:
-        if any(name.startswith((reader.PIN, reader.STROKE)) for name in node.names):
+        if reader.is_constraint(node):
             return
         runs = runs_of(node)
         self.notes["shape whose path data or points are malformed, drawn up to there"] += bool(node.faults)
@@ -235,6 +269,8 @@ class MappedDocument:
         )
         self.elements.append(shape)
         self.shapes.append(shape)
+        if local(parent) != "clipPath":
+            out.extend(copy.deepcopy(child) for child in node.element if local(child) in _DESCRIBING)
         self._applied(node, out, [shape])
         if local(parent) == "clipPath":
             if (
@@ -245,6 +281,8 @@ class MappedDocument:
         if marked and node.tag not in _MARKED:
             restyle(out, dict.fromkeys(sorted(marked), "none"))
         space = Space(node.affine, node.size, [shape])
+        if self._tile(node, shape, space):
+            properties = {**properties, "fill": "none"}
         self._paint(shape, properties, space)
         if shape.lined and properties.get("vector-effect") != "non-scaling-stroke":
             self.effects.append(Effect([shape], lined(shape, node.element, properties, space)))
@@ -287,6 +325,55 @@ class MappedDocument:
         self.shapes += shapes
         self._applied(node, group, shapes)
 
+    def _tile(self, node: Node, shape: MappedElement, space: Space) -> bool:
+        """Draw the pattern that fills a shape as tiles, which the map bends, below its line; return whether it does.
+
+        Patterns of shapes with clip paths, opacities or filters stay patterns, which follow the map's affine part.
+        """
+        properties, parent = node.properties, shape.parent
+        pattern = self.document.referenced(properties.get("fill", ""), "pattern")
+        has_effects = any(node.declared.get(name, "none") != "none" for name in _EFFECTS)
+        if (
+            pattern is None
+            or not self.bends
+            or not space.area
+            or has_effects
+            or id(pattern) in node.copied_from
+        ):
+            return False
+        attributes_of_pattern, source = self.definitions.inherited_attributes(pattern)
+        tile = space.rectangle(
+            attributes_of_pattern, "patternUnits", dict.fromkeys(("x", "y", "width", "height"), "0")
+        )
+        if not tile or tile[2] <= 0 or tile[3] <= 0:
+            return False
+        drawn = tiled(self.document, source, attributes_of_pattern, tile, space)
+        if drawn is None:
+            return False
+        outline = replace(node, properties={**properties, "fill": "black"}, declared={}, hidden=False)
+        clip = self.definitions.new("clipPath")
+        with self._elsewhere():
+            area = MappedElement(SubElement(clip, f"{SVG}path"), clip, shape.runs, aside=True, copy=self.copy)
+            restyle(area.out, {"clip-rule": properties.get("fill-rule", "nonzero")})
+            self.elements.append(area)
+        style = {"clip-path": f"url(#{clip.get('id')})", "opacity": properties.get("fill-opacity", "1")}
+        group = Element(f"{SVG}g", {"style": ";".join(f"{name}:{value}" for name, value in style.items())})
+        parent.insert(list(parent).index(shape.out), group)
+        inside = replace(
+            outline,
+            element=drawn,
+            tag="g",
+            properties={},
+            copied_from=(*node.copied_from, id(pattern)),
+            names=(),
+        )
+        with self._elsewhere():
+            self.aside = False
+            self.add(self.document.resolved(inside, {}), group)
+        restyle(shape.out, {"fill": "none"})
+        shape.filled = False
+        return True
+
     def _paint(self, shape: MappedElement, properties: Mapping[str, str], space: Space) -> None:
         """Copy the shape's gradients, patterns and markers into user space, so that they can follow the map."""
         for kind in ("fill", "stroke"):
@@ -307,21 +394,20 @@ class MappedDocument:
     def _applied(self, node: Node, out: Element, shapes: list[MappedElement]) -> None:
         """Apply a node's clip path, mask and filter to `out`, each as a separate copy to be mapped."""
         space = Space(node.affine, node.size, shapes)
-        kinds = (
-            ("clip-path", "clipPath", self._clip),
-            ("mask", "mask", self._mask),
-            ("filter", "filter", self._filter),
-        )
-        for name, tag, make in kinds:
+        kinds = (("clip-path", self._clip), ("mask", self._mask), ("filter", self._filter))
+        for name, make in kinds:
             reference = node.declared.get(name, "none").strip()
             if reference == "none" or (local(out) == "clipPath" and name != "clip-path"):
                 continue
-            definition = self.document.referenced(reference, tag)
+            definition = self.document.effect(node, name)
             self.covered.spend(sum(len(run.pieces) for shape in shapes for run in shape.runs))
             usable = definition is not None and id(definition) not in node.copied_from
             new_reference = make(definition, node, space) if definition is not None and usable else None
             if new_reference is None and shapes:
-                self.notes[f"{name} that refers to no element of the file or has no area, omitted"] += 1
+                reason = "refers to no element of the file or has no area"
+                if css_functions.is_function(reference):
+                    reason = "has a CSS function or a unit that is not supported"
+                self.notes[f"{name} that {reason}, omitted"] += 1
             restyle(out, {name: new_reference or "none"})
 
     def _clip(self, element: Element, node: Node, space: Space) -> str | None:
@@ -392,7 +478,10 @@ class MappedDocument:
     def _styled(self, node: Node, tag: str) -> dict[str, str]:
         """Return the attributes that a node keeps; without an id if it might occur twice."""
         once = not node.copied_from and not self.copy and tag not in ("clipPath", "mask")
-        return attributes.remaining_attributes(self.document, node.element, tag, named=once)
+        styled = Element(tag, attributes.remaining_attributes(self.document, node.element, tag, named=once))
+        contextual = [kind for kind in ("fill", "stroke") if "context-" in node.declared.get(kind, "")]
+        restyle(styled, {kind: node.properties[kind] for kind in contextual if kind in node.properties})
+        return styled.attrib
 
     @staticmethod
     def _nested(parent: Element, attributes: dict[str, str]) -> Element:
@@ -432,7 +521,7 @@ def _corners(place: Rectangle) -> Complex:
     return complex(x, y) + np.array([0, width, complex(width, height), 1j * height])
 
 
-def _path_of(rings: Sequence[Complex]) -> str:
+def path_of(rings: Sequence[Complex]) -> str:
     """Return path data of rings in the core plane, where y points up."""
     return "".join(
         "M" + "L".join(f"{z.real:.9g} {-z.imag:.9g}" for z in ring.tolist()) + "Z" for ring in rings

@@ -154,9 +154,15 @@ def carry(
         document.audit()
         document.saveas(output)
     notes = [f"{number} × {note}" for note, number in sorted(drawing.notes.items())]
+    return (*notes, *remarks(target, within * unit))
+
+
+def remarks(target: Shape, tolerance: float) -> list[str]:
+    """Return notes on the unit of a drawing in millimetres, and on its tolerance."""
+    notes = [f"lines are within {tolerance:.3g} mm of their exact images"]
     if target.millimetres is None:
-        notes.append(f"{target.spec}: does not state a unit; one unit is written as 1 mm")
-    return (*notes, f"lines are within {within * unit:.3g} mm of their exact images")
+        notes.insert(0, f"{target.spec}: does not state a unit; one unit is written as 1 mm")
+    return notes
 
 
 def check(path: Path) -> None:

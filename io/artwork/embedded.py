@@ -28,8 +28,13 @@ from ..svg import affine
 from ..svg.affine import Affine
 from ..svg.data_uri import content_of
 from ..svg.drawing_content import Rectangle
+from ..svg.tree import LINKS
 from .references import typed
 from .regions import Region
+
+LINK = LINKS[
+    1
+]  # with the prefix of SVG 1.1, since Inkscape 1.2 shows no pictures without it, and browsers do with it
 
 MOST_PIXELS = 1 << 24
 """Pixels of one resampled picture at most: more than screens and most prints show of a part of a drawing."""
@@ -83,7 +88,7 @@ class EmbeddedPicture:
         if len(covering) == 1 and (map := _affine_map(covering[0], polygon, corners, tolerance)):
             size = {"width": f"{self.ratio:.9g}", "height": "1", "preserveAspectRatio": "none"}
             transform = affine.to_svg(_conjugated(map) @ self.to_root)
-            SubElement(self.out, _name("image"), size | {"href": self.address, "transform": transform})
+            SubElement(self.out, _name("image"), size | {LINK: self.address, "transform": transform})
             return ""
         try:
             image = image_files.read_held(self.content, "embedded picture")
@@ -117,7 +122,7 @@ class EmbeddedPicture:
         low, high = canvas.box
         place = zip(("x", "y", "width", "height"), (low.real, -high.imag, *_size(canvas.box)))
         attributes = {name: f"{value:.9g}" for name, value in place} | {"preserveAspectRatio": "none"}
-        SubElement(self.out, _name("image"), attributes | {"href": _address(resampled, self.address)})
+        SubElement(self.out, _name("image"), attributes | {LINK: _address(resampled, self.address)})
         return f"embedded picture resampled, such as one to {canvas.width} × {canvas.height} pixels"
 
 

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from tinycss2.color3 import parse_color
 
-from ...arrays import Complex
+from ...arrays import Box, Complex
 from ...plane import polygon_area
 from ..svg import css, tree
 from ..svg.tree import Node
@@ -74,10 +74,43 @@ def write(
         below["ks"]["o"] = {"a": 1, "k": [_eased(keyframe) for keyframe in fading]}
         layers[0] |= {"hasMask": True, "masksProperties": masks}
         layers.append(below)  # what the upper layer shows covers it
-    size = [max(1, round(factor * side)) for side in (width, height)]
-    about = {"v": VERSION, "fr": fps, "ip": 0, "op": last, "w": size[0], "h": size[1], "ddd": 0, "assets": []}
-    path.write_text(json.dumps(about | {"layers": layers}, separators=(",", ":")), encoding="utf-8")
+    _write(path, layers, (factor * width, factor * height), last, fps)
     return tuple(f"{count} × {note}" for note, count in sorted((+notes).items()))
+
+
+def write_areas(
+    frames: Sequence[Sequence[Complex]], colours: Sequence[Sequence[int]], box: Box, path: Path, fps: float
+) -> None:
+    """Write a Lottie animation of areas, each shown alone for one frame.
+
+    Args:
+        frames: for each frame the rings of its area, core plane, filled by the even-odd rule.
+        colours: for each frame, red, green and blue, 8 bits.
+        box: the canvas, core plane.
+        path: the JSON file to write.
+        fps: frames per second.
+    """
+    size = box[1] - box[0]
+    corner = complex(box[0].real, -box[1].imag)
+    factor = max(1.0, SMALLEST_SIDE / max(size.real, size.imag))
+    layers = []
+    for number, (rings, colour) in enumerate(zip(frames, colours)):
+        forms = []
+        for ring in rings:
+            still = np.zeros(ring.size, complex)
+            form = _bezier(factor * (ring.conj() - corner), still, still, True)
+            forms.append({"ty": "sh", "ks": _still(form)})
+        channels = [round(level / 255, DIGITS) for level in colour]
+        fill = {"ty": "fl", "r": 2, "c": _still([*channels, 1]), "o": _still(100)}
+        group = {"ty": "gr", "it": [*forms, fill, _placed()]}
+        layers.append(_layer([group], len(frames), number + 1) | {"ip": number, "op": number + 1})
+    _write(path, layers, (factor * size.real, factor * size.imag), len(frames), fps)
+
+
+def _write(path: Path, layers: list[Json], size: tuple[float, float], frames: int, fps: float) -> None:
+    width, height = (max(1, round(side)) for side in size)
+    about = {"v": VERSION, "fr": fps, "ip": 0, "op": frames, "w": width, "h": height, "ddd": 0, "assets": []}
+    path.write_text(json.dumps(about | {"layers": layers}, separators=(",", ":")), encoding="utf-8")
 
 
 def _layer(shapes: list[Json], frames: int, number: int) -> Json:
@@ -107,14 +140,13 @@ def _group(
         {"ty": "sh", "ks": _moving([_path(z, closed, to_lottie) for z, closed in run])}
         for run in zip(*paths, strict=True)
     ]
-    transform = {
-        "ty": "tr",
-        "p": _still([0, 0]),
-        "a": _still([0, 0]),
-        "s": _still([100, 100]),
-        "r": _still(0),
-    }
-    return {"ty": "gr", "it": [*forms, *items, transform | {"o": _still(100)}]}
+    return {"ty": "gr", "it": [*forms, *items, _placed()]}
+
+
+def _placed() -> Json:
+    """Return the transform of a group: the identity, opaque."""
+    place = {"p": _still([0, 0]), "a": _still([0, 0]), "s": _still([100, 100]), "r": _still(0)}
+    return {"ty": "tr", **place, "o": _still(100)}
 
 
 def _runs(d: str) -> list[tuple[Complex, bool]]:

@@ -21,7 +21,7 @@ from ...errors import InputError, naming
 from .. import limits
 from ..pictures.image import Image
 from ..pictures.pillow import opened
-from ..svg import reader, tree
+from ..svg import affine, css, css_functions, reader, tree
 from ..svg.document import drawing_bytes, local
 from ..svg.lettering import Lettering
 from . import attributes, rasterize
@@ -30,6 +30,7 @@ from .references import confine, typed
 
 ROUNDING_SHARE = 1e-9  # relative margin, so that rounding does not lose a pixel of a whole number
 _CONSTRAINTS = (reader.PIN, reader.STROKE)
+_GEOMETRY = {"x", "y", "width", "height", "cx", "cy", "r", "rx", "ry"}
 _OF_TEXT = ("x", "y", "dx", "dy", "rotate", "textLength", "lengthAdjust")
 
 
@@ -48,15 +49,27 @@ def render(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limi
     Raises:
         InputError: it cannot be read or rendered.
     """
-    content = render_png(path, box, size, max_bytes=max_bytes)
-    with opened(content, path, formats=("PNG",)) as picture:
+    with naming(path):
+        data = drawing_bytes(path, max_bytes)
+    return render_data(data, path, box, size)
+
+
+def render_data(data: bytes, path: Path, box: Box, size: tuple[int, int]) -> Image:
+    """Render a drawing that was made from a file, as `render` does."""
+    with opened(_png(data, path, box, size), path, formats=("PNG",)) as picture:
         return Image(np.array(picture.convert("RGBA")), alpha=3)
 
 
 def render_png(path: Path, box: Box, size: tuple[int, int], *, max_bytes: int = limits.SVG_BYTES) -> bytes:
     """Render as `render` does, and return the content of a PNG file."""
     with naming(path):
-        cleaned = _cleaned(drawing_bytes(path, max_bytes))
+        data = drawing_bytes(path, max_bytes)
+    return _png(data, path, box, size)
+
+
+def _png(data: bytes, path: Path, box: Box, size: tuple[int, int]) -> bytes:
+    with naming(path):
+        cleaned = _cleaned(data)
         (low, high), (width, height) = box, size
         view = [low.real, -high.imag, (high - low).real, (high - low).imag]
         frame = f'viewBox="{" ".join(map(repr, view))}" width="{width}" height="{height}"'
@@ -123,11 +136,13 @@ class _Cleaned(NamedTuple):
 
 @lru_cache(maxsize=1)  # a drawing is rendered again where the map needs it finer
 def _cleaned(data: bytes) -> _Cleaned:
-    document = tree.parse(data)
+    document = attributes.settled(tree.parse(data))
     top, texts = document.top, _outlined_texts(document)
+    _spell_out(document)
+    defined = {id(e) for defs in top.iter() if local(defs) == "defs" for e in defs.iter()}  # for <use>
     for parent in list(top.iter()):
         for child in list(parent):
-            if _is_constraint(child):
+            if _is_constraint(child) and id(child) not in defined:
                 parent.remove(child)
             elif child in texts:
                 parent[list(parent).index(child)] = texts[child]
@@ -144,6 +159,56 @@ def _cleaned(data: bytes) -> _Cleaned:
     restyle(top, {"overflow": "visible"})
     has_text = any(local(descendant) == "text" for descendant in top.iter())
     return _Cleaned(ElementTree.tostring(top, encoding="unicode"), has_text)
+
+
+def _spell_out(document: tree.Document) -> None:
+    """Replace what resvg does not know of CSS by attributes and elements, in place.
+
+    That is most of style sheets, variables, functions for clip paths and filters, and path data, sizes and transforms
+    in styles.
+    """
+    top, declared = document.top, {element: document.declared(element) for element in document.top.iter()}
+    functional = {
+        element
+        for element, values in declared.items()
+        if any(css_functions.is_function(values.get(name, "")) for name in ("clip-path", "filter"))
+        or list(tree.separate_transforms(values))
+    }
+    styled = document.sheet is not None or document.has_variables
+
+    def walk(node: tree.Node) -> None:
+        values = declared[node.element] if node.element in functional else {}
+        if list(tree.separate_transforms(values)):
+            values.pop("transform-origin", None)
+            values["transform"] = affine.to_svg(document.transform(node))
+            node.element.set("transform", values["transform"])
+        for name in {"clip-path", "filter"}.intersection(values):
+            if not css_functions.is_function(values[name]):
+                continue
+            made = document.effect(node, name)
+            if made is not None and made not in top[:]:
+                top.append(made)
+            values[name] = f"url(#{made.get('id')})" if made is not None else "none"
+            restyle(node.element, {name: values[name]})
+        functional.discard(node.element)
+        if functional and not node.hidden and (node.tag in tree.GROUPS or node is document.root):
+            for child in document.children(node):
+                walk(child)
+
+    walk(document.root)
+    for element, values in declared.items():
+        if local(element) == "style":
+            element.text, element[:] = "", []
+            continue
+        if styled:
+            own = {k: v for k, v in values.items() if k != "style" and element.get(k) != v and k[:2] != "--"}
+            own |= {
+                k: v for k, v in css.declarations(element.get("style", "")).items() if "var(" not in v
+            } | own
+            element.attrib |= {k: own.pop(k) for k in _GEOMETRY.intersection(own)}
+            element.set("style", css.Style(own).text())
+        if local(element) == "path" and (data := tree.path_data_in_css(values.get("d", ""))) is not None:
+            element.set("d", data)
 
 
 def _is_constraint(element: Element) -> bool:

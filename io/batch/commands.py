@@ -6,12 +6,14 @@ from typing import Any
 
 from ..run.job import KINDS, Described, FlattenJob, Job, Outcome, RelayoutJob
 
+SHARED = "shared"
+"""Key of the names of values that were given for several jobs, see `Described`."""
+
 
 def job_of(values: dict[str, Any]) -> Described:
     """Return the job of a `command` (by default map) with the given values."""
-    return KINDS[values.get("command", "map")](
-        **{key: value for key, value in values.items() if key != "command"}
-    )
+    given = {key: value for key, value in values.items() if key not in ("command", SHARED)}
+    return KINDS[values.get("command", "map")](**given).sharing(values.get(SHARED, ()))
 
 
 def check(job: Described) -> None:

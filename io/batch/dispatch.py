@@ -87,6 +87,17 @@ def prepare(tasks: list[Task], book: Journal, *, resume: bool, make: bool = True
     return ready
 
 
+def idle_in_all(idle: set[str] | None, result: dict[str, Any]) -> set[str] | None:
+    """Return the options without effect in all jobs that were written, given those before `result`; None before any.
+
+    >>> idle_in_all({"exact_pins", "size"}, {"status": "done", "idle": ["size"]})
+    {'size'}
+    """
+    if result["status"] not in ("done", "poor"):
+        return idle
+    return set(result["idle"]) if idle is None else idle & set(result["idle"])
+
+
 def _why_unwritable(path: str, force: bool, make: bool) -> str | None:
     """Return why an output cannot be written, or None; with `make`, create its folder."""
     folder = os.path.dirname(path) or "."
@@ -347,5 +358,11 @@ def _answer(status: str, message: str) -> dict[str, Any]:
 def _record(item: _Running, result: dict[str, Any], *, resumed: bool = False) -> dict[str, Any]:
     task = item.task
     start = {"schema": SCHEMA, "job": task.number, "name": task.name, "place": task.place}
-    details = {"seconds": 0.0, **result, "attempts": 0 if resumed else item.attempt, "resumed": resumed}
+    details = {
+        "seconds": 0.0,
+        "idle": [],
+        **result,
+        "attempts": 0 if resumed else item.attempt,
+        "resumed": resumed,
+    }
     return start | {"status": details.pop("status")} | details

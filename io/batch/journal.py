@@ -28,7 +28,7 @@ from ..run.job import Described
 from .manifest import JOURNAL
 
 NAME = JOURNAL
-RESULT = ("status", "message", "outputs", "figures", "notes")
+RESULT = ("status", "message", "outputs", "figures", "notes", "idle")
 """Fields of a job's result that are stored."""
 CLOSED = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
 """Flags for opening the journal: not inherited by child processes, and not through a link."""
@@ -208,7 +208,8 @@ def _result(value: Any) -> dict[str, Any] | None:
             "figures": dict(),
         }:
             sound = all(isinstance(note, str) for note in notes) and all(map(_is_output, outputs))
-            return {key: value[key] for key in RESULT} if sound else None
+            idle = [str(name) for name in _list(value, "idle")]
+            return {key: value[key] for key in RESULT if key != "idle"} | {"idle": idle} if sound else None
     return None
 
 

@@ -63,6 +63,7 @@ class Task:
     def of(cls, number: int, name: str, place: str, job: Described, after: int = 0) -> Task:
         """Create a task for a job."""
         values = {"command": job.command, **job.model_dump(exclude_defaults=True)}
+        values |= {commands.SHARED: sorted(job.shared)} if job.shared else {}
         return cls(number, name, place, json.dumps(values, ensure_ascii=False), after)
 
     @property
@@ -111,6 +112,11 @@ class Entry:
         defaults, values = _with_todays_names(self.defaults), _with_todays_names(self.values)
         merged = {key: value for key, value in defaults.items() if key not in foreign_keys} | values
         return {key: value for key, value in merged.items() if key != "command"}
+
+    @property
+    def shared(self) -> set[str]:
+        """The names of values that only the defaults give."""
+        return _with_todays_names(self.defaults).keys() - _with_todays_names(self.values).keys()
 
     @property
     def former(self) -> list[tuple[str, str]]:
@@ -192,7 +198,7 @@ def from_patterns(
     output = [_named_in_folder(name, target) for name in many(values.get("output"))]
     shared = values | {"target": target} | ({"output": output} if output else {})
     place = sources[0] if len(sources) == 1 else f"{sources[0]} …"
-    entries = [Entry(place, {**shared, "source": pattern}) for pattern in patterns]
+    entries = [Entry(place, {"source": pattern}, shared, place) for pattern in patterns]
     return _tasks(entries, "-", "", [], root=root, outside=True)
 
 
@@ -217,7 +223,18 @@ def _in_folder(source: str) -> list[str]:
 
 
 def _named_in_folder(output: str, target: str | None) -> str:
-    """Return a template for the files in an output folder: a name that ends in a slash, or is an existing folder."""
+    """Return a template for the files in an output folder: a name that ends in a slash, or is an existing folder.
+
+    Raises:
+        ManifestError: the name has neither a suffix nor a slash at its end.
+    """
+    if (
+        not os.path.splitext(output)[1]
+        and output != "-"
+        and not os.path.isdir(output)
+        and output[-1:] not in "/\\"
+    ):
+        raise ManifestError([f"-o {output}: has no suffix; write {output}/ for a folder, or {output}.png"])
     if not output.endswith(("/", os.sep)) and not os.path.isdir(output):
         return output
     goal = "-{target.stem}" if target and glob.has_magic(target) else ""
@@ -239,7 +256,7 @@ def _tasks(
             f"{entry.at(old)}: {old}: former name of {new}, which is also given; remove it"
             for old, new in duplicates
         ]
-        predecessor = 0
+        predecessor, first = 0, len(tasks)
         for values in _expand(entry, base, globs, mistakes):
             if len(tasks) >= limits.JOBS:
                 raise ManifestError([f"{name}: contains more than {limits.JOBS} jobs; split the manifest"])
@@ -247,6 +264,9 @@ def _tasks(
             if task:
                 tasks.append(replace(_place(task, root, outside, mistakes), after=predecessor))
                 predecessor = task.number if entry.whole.get("sequence") else 0
+        if len(tasks) > first + 1:  # its patterns match several files, for which all of its values are
+            for k, task in enumerate(tasks[first:], first):
+                tasks[k] = task.with_job(task.job.sharing(entry.whole))
     _check_distinct(
         tasks, {os.path.realpath(path): description for path, description in _reserved(name, root)}, mistakes
     )
@@ -385,6 +405,11 @@ def _frames(
         key: value for key, value in entry.whole.items() if value != "auto" or key not in ("fit", "holes")
     }
     values = {"fit": "whole", "holes": "keep", **stated}
+    if not any(isinstance(values.get(key), str) and glob.has_magic(values[key]) for key in Job.globbed):
+        mistakes.append(
+            f"{entry.place}: none of source, target and texture is a pattern of frames, such as 'frames/*.svg'"
+        )
+        return
     counts = {len(matches) for matches in choices} - {1}
     if len(counts) > 1:
         numbers = ", ".join(
@@ -483,7 +508,9 @@ def _task(number: int, entry: Entry, values: dict[str, Any], mistakes: list[str]
         if not problems:
             problems = [f"{entry.place}: {text}" for text in _check_kinds(job)]
     mistakes.extend(problems)
-    return None if problems else Task.of(number, str(label).strip("-"), entry.place, job)
+    if problems:
+        return None
+    return Task.of(number, str(label).strip("-"), entry.place, job.sharing(entry.shared))
 
 
 def _with_map(values: dict[str, Any]) -> list[Any]:

@@ -109,11 +109,12 @@ def _run(payload: dict[str, Any]) -> dict[str, Any]:
     with deadline.limited(payload.get("seconds", deadline.DEFAULT_SECONDS)):
         outcome = commands.run(commands.job_of(payload["job"]), payload["threads"])
     return {
-        "status": "done" if outcome.ok else "poor",
+        "status": "timeout" if outcome.report.get("not_written") else "done" if outcome.ok else "poor",
         "message": outcome.message,
         "outputs": [{"path": path, "sha256": files.sha256(path)} for path in outcome.written],
         "figures": {k: v for k, v in outcome.report.items() if k in FIGURES},
         "notes": _first_notes(outcome.notes),
+        "idle": list(outcome.idle),
     }
 
 

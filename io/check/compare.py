@@ -6,6 +6,7 @@ import fnmatch
 import json
 import os
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -13,9 +14,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, ValidationError
 
-from ...errors import InputError
+from ...errors import InputError, first_names
 from .. import files, formats, limits
 from ..checked import StrictModel, mistakes
+
+SHOWN_ADDITIONS = 5
+"""Figures that a baseline lacks, in a note at most."""
 
 
 class Pictures(StrictModel):
@@ -90,6 +94,7 @@ class Verdict:
         figures: the measured differences of a picture.
         moved: the figures of a picture or report that are too far from their baselines.
         worst: column and row of a picture's largest difference, if there is one.
+        notes: remarks that are not failures, such as figures of a newer version that the baseline lacks.
         state: "new" or "missing" for a file that exists in only one of the folders.
     """
 
@@ -98,6 +103,7 @@ class Verdict:
     figures: dict[str, float] = field(default_factory=dict)
     moved: list[Moved] = field(default_factory=list)
     worst: tuple[int, int] | None = None
+    notes: list[str] = field(default_factory=list)
     state: Literal["same", "differs", "new", "missing"] = "same"
 
     def __post_init__(self) -> None:
@@ -232,11 +238,22 @@ def _meshes(run: Path, baseline: Path, allowed: Meshes, verdict: Verdict) -> Non
 
 
 def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -> None:
-    a, b = (_leaves(path, path.parents[name.count("/")]) for path in (run, baseline))
+    documents = [files.read_json(path, max_bytes=limits.COMPARED_BYTES) for path in (run, baseline)]
+    a, b = (
+        {key: _named(value, path.parents[name.count("/")]) for key, value in flat(document).items()}
+        for document, path in zip(documents, (run, baseline))
+    )
+    additions = list(added(*documents))
+    if unknown := [key for key in additions if not allowed.figure(key).ignore]:
+        verdict.notes.append(
+            f"not in the baseline, and not compared: {first_names(unknown, SHOWN_ADDITIONS)}"
+        )
     for key in [*b, *(key for key in a if key not in b)]:
         tolerance = allowed.figure(key)
-        if tolerance.ignore:
+        if tolerance.ignore or any(f"{key}.".startswith(f"{addition}.") for addition in additions):
             continue
+        if b.get(key) == {} and any(addition.startswith(f"{key}.") for addition in additions):
+            continue  # an object that was empty
         if key not in a or key not in b:
             verdict.problems.append(f"{key}: {'missing' if key not in a else 'not in the baseline'}")
         elif not _same(a[key], b[key], tolerance):
@@ -246,9 +263,21 @@ def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict:
             verdict.problems.append(f"{key}: {difference.run} instead of {difference.baseline}{within}")
 
 
-def _leaves(path: Path, folder: Path) -> dict[str, Any]:
-    document = files.read_json(path, max_bytes=limits.COMPARED_BYTES)
-    return {key: _named(value, folder) for key, value in flat(document).items()}
+def added(run: Any, baseline: Any, key: str = "") -> Iterator[str]:
+    """Yield the dotted paths of keys that objects of a result have and those of its baseline lack.
+
+    Later versions add keys to objects. A longer list is another result, for instance of more parts.
+    """
+    prefix = f"{key}." if key else ""
+    if isinstance(run, dict) and isinstance(baseline, dict):
+        for name, value in run.items():
+            if name in baseline:
+                yield from added(value, baseline[name], f"{prefix}{name}")
+            else:
+                yield f"{prefix}{name}"
+    elif isinstance(run, list) and isinstance(baseline, list):
+        for index, pair in enumerate(zip(run, baseline)):
+            yield from added(*pair, f"{prefix}{index}")
 
 
 def flat(value: Any, key: str = "") -> dict[str, Any]:

@@ -49,10 +49,20 @@ class Guard:
             return False
         if origin is not None and origin != f"http://{host}":
             return False
-        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin") and not self._is_visit(
+            scope, headers
+        ):
             return False
         token = scope["path"].split("/")[1] if scope["path"].startswith("/") else ""
         return secrets.compare_digest(token.encode(), self._token.encode())
+
+    def _is_visit(self, scope: Scope, headers: Headers) -> bool:
+        """Return whether a request is for the page itself, in a window or tab: the file from which the browser
+        is led to the page counts as another site.
+        """
+        wanted = headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest")
+        is_page = scope["path"].split("/")[2:] == [""]
+        return is_page and wanted == ("navigate", "document")
 
 
 def _with_policy(send: Send) -> Send:

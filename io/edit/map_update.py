@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ...arrays import Complex
 from ...balanced.constraints.soft import MOST_LIMIT_RATIO
-from ...balanced.search.partial import GOOD_STRETCH
 from ...errors import InputError, all_names
 from ...fits import FITS
+from ...frames.choice import GOOD_STRETCH_P95
 from ...maps.summary import WELL_SEEN_SHARE
 from ...maps.triangulated.map import TriangulatedMap
 from ...result import Fit
@@ -123,10 +123,10 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
         if report.get(name, 1) < WELL_SEEN_SHARE
     ]
     if losses:
-        return f"The shapes fit, {folds}, but {' and '.join([*losses, *([even] if most > GOOD_STRETCH else [])])}."
+        return f"The shapes fit, {folds}, but {' and '.join([*losses, *([even] if most > GOOD_STRETCH_P95 else [])])}."
     return (
         f"Good fit: the scale is nearly uniform, {folds}."
-        if most <= GOOD_STRETCH
+        if most <= GOOD_STRETCH_P95
         else (f"The shapes fit, {folds}, but {even}.")
     )
 
@@ -143,7 +143,9 @@ def blocked_sentence(pins: Sequence[int]) -> str:
 def whole_sentence(earlier: Fit) -> str:
     """Return a sentence about a map of whole shapes that replaced an earlier one, which left parts out."""
     title = FITS[
-        "cover" if earlier.drawings is not None or earlier.left_out > earlier.uncovered else "contain"
+        "cover"
+        if earlier.details.drawings is not None or earlier.coverage.left_out > earlier.coverage.uncovered
+        else "contain"
     ].title
     return (
         "With pins or strokes nothing is left out, so the picture changed, and follows as you drag. "

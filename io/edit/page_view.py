@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...maps.moved_rings import move_rings
+from ...maps.regions import outline_in_source
 from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Softness
 from ...pixels.paper import on_paper
@@ -153,7 +154,7 @@ class PageView:
         """Return the figures of rigid regions with their outlines on both sides."""
         regions = []
         for region, region_figures in zip(fit.rigid, report.get("regions", ())):
-            outline = fit.outline_of(region)
+            outline = outline_in_source(region, fit.inverse)
             image = [] if self.surfaces[1] else self.halves[1].points(fit.map(outline))
             regions.append({**region_figures, "source": self.halves[0].points(outline), "target": image})
         return regions

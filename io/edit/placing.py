@@ -106,7 +106,7 @@ def handles(session: Session, scene: Scene, rows: int, columns: int) -> list[dic
         raise InputError("handles are for maps from one planar shape to another")
     if scene.strokes or scene.rigid:
         raise InputError("handles do not work with strokes and rigid regions; remove those first")
-    if not session.is_whole or fit.is_partial:
+    if not session.is_whole or fit.coverage.is_partial:
         raise InputError(
             "parts of the shapes are hidden or bare in this map, which handles would change; choose Whole "
             "outlines under Fit first"

@@ -54,6 +54,7 @@ def app(
     port: int,
     gone: Callable[[], None],
     keep: Keep = lambda *_: None,
+    arrived: Callable[[], object] = lambda: None,
     **options: Any,
 ) -> Guard:
     """Make the application that answers requests with the right token.
@@ -64,9 +65,10 @@ def app(
         port: of the server.
         gone: called when the last page has been closed.
         keep: stores unsaved changes.
+        arrived: called when a browser requests the page.
         **options: passed to `Links`.
     """
-    answers = _Answers(workspace, Links(workspace, gone, keep, **options))
+    answers = _Answers(workspace, Links(workspace, gone, keep, **options), arrived)
     routes: list[BaseRoute] = [
         Route(f"/{token}/{name}", answers.page_file(name, content, kind), methods=["GET"])
         for name, (content, kind) in page_files().items()
@@ -89,8 +91,8 @@ def app(
 class _Answers:
     """Handlers of the routes."""
 
-    def __init__(self, workspace: Workspace, links: Links) -> None:
-        self._workspace, self._links = workspace, links
+    def __init__(self, workspace: Workspace, links: Links, arrived: Callable[[], object]) -> None:
+        self._workspace, self._links, self._arrived = workspace, links, arrived
 
     def page_file(self, name: str, content: bytes, kind: str) -> Callable[..., Any]:
         """Return a handler that answers with a file of the page."""
@@ -98,6 +100,7 @@ class _Answers:
         async def answer(_: Request) -> Response:
             if not name:
                 self._links.expect()
+                self._arrived()
             return Response(content, media_type=kind)
 
         return answer

@@ -316,8 +316,10 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
 def _write(session: Session, scene: Scene, path: str, size: int, *, replace: bool) -> Outcome:
     """Write the result for a scene to a file with the code of `iccm map`."""
     output: dict[str, Any] = {"stmap": path} if _is_stmap(path) else {"output": (path,)}
+    output["size"] = (size,) if has_size(path) else None
     with _written_constraints(session, scene) as written_fields:
-        return run(job_of(session, scene, **{"size": (size,), "force": replace, **output, **written_fields}))
+        job = job_of(session, scene, **{"force": replace, **output, **written_fields})
+        return run(job.sharing(job.defaults()))  # options of the editor serve all its exports
 
 
 @contextmanager

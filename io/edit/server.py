@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 import secrets
 import socket
+import tempfile
 import threading
 import webbrowser
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 
 import uvicorn
 
@@ -38,9 +41,14 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
     unsaved = autosave.read(workspace.session.pair.job) if workspace.session else None
     if workspace.session:
         autosave.offer(workspace.session, unsaved)
-    with listen(port or (unsaved.port if unsaved else 0), otherwise=not port) as listener:
+    with (
+        listen(port or (unsaved.port if unsaved else 0), otherwise=not port) as listener,
+        tempfile.TemporaryDirectory(prefix="iccm-edit-", ignore_cleanup_errors=True) as private_folder,
+    ):
         port = listener.getsockname()[1]
         token = unsaved.token if unsaved else secrets.token_urlsafe(24)
+        address = f"http://127.0.0.1:{port}/{token}/"
+        redirect = Path(private_folder, "iccm-edit.html")
 
         def gone() -> None:
             server.should_exit = True
@@ -53,6 +61,7 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
                     port,
                     gone,
                     lambda session, scene: autosave.keep(session, scene, port, token),
+                    arrived=lambda: redirect.unlink(missing_ok=True),
                 ),
                 lifespan="off",
                 log_config=None,
@@ -63,18 +72,30 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
                 timeout_graceful_shutdown=1,
             )
         )
-        address = f"http://127.0.0.1:{port}/{token}/"
         show(address)
         if browser:
-            threading.Timer(BROWSER_DELAY_SECONDS, _open, (address,)).start()
+            write_redirect(redirect, address)
+            threading.Timer(BROWSER_DELAY_SECONDS, _open, (redirect,)).start()
         server.run(sockets=[listener])
 
 
-def _open(address: str) -> None:
-    try:
-        webbrowser.open(address)
-    except Exception:  # the address was printed: it can be opened by hand
-        return
+def write_redirect(path: Path, address: str) -> None:
+    """Write a page that only the user can read and that leads to an address.
+
+    The browser is started with the name of this file, because all users of the machine can read the arguments of a
+    process, and who knows the address can write files in the user's name.
+    """
+    content = f"""<!DOCTYPE html><html lang="en"><meta charset="utf-8"><meta name="referrer" content="no-referrer">
+<meta http-equiv="refresh" content="0; url={address}"><title>iccm edit</title><a href="{address}">iccm edit</a></html>
+"""
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with open(handle, "w", encoding="utf-8") as file:
+        file.write(content)
+
+
+def _open(page: Path) -> None:
+    with suppress(Exception):  # the address was printed: it can be opened by hand
+        webbrowser.open(page.as_uri())
 
 
 def listen(port: int, *, otherwise: bool = False) -> socket.socket:

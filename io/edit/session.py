@@ -191,7 +191,13 @@ class Session:
         earlier, last_scene = self._fit, self._last[0]
         update = self._settle(scene, solved, choice)
         first = scene.constrained and not last_scene.constrained and scene.fit == last_scene.fit
-        if first and update.ok and earlier is not None and earlier.is_partial and not solved.fit.is_partial:
+        if (
+            first
+            and update.ok
+            and earlier is not None
+            and earlier.coverage.is_partial
+            and not solved.fit.coverage.is_partial
+        ):
             return replace(update, message=f"{update.message} {whole_sentence(earlier)}")
         return update
 
@@ -349,7 +355,7 @@ class Session:
             return self._replace(scene, solved, MapChoice(), live=self._live)
         gain = fit.distortion.stretch_p95 / solved.fit.distortion.stretch_p95
         choice = replace(choice, other=True, gain=gain if solved.status.ok else 1.0)
-        if resting and choice.gain > REPLACED_STRETCH_RATIO and not solved.fit.is_partial:
+        if resting and choice.gain > REPLACED_STRETCH_RATIO and not solved.fit.coverage.is_partial:
             return self._replace(scene, solved, replace(choice, fresh=True))
         if self.scene is not scene:
             return None
@@ -428,9 +434,9 @@ class Session:
         fit = self._fit
         if self._last[0].whole:
             return True
-        if fit is None or len(self._maps) > 1 or fit.is_partial or fit.target is None:
+        if fit is None or len(self._maps) > 1 or fit.coverage.is_partial or fit.target is None:
             return False
-        if self.pair.has_mesh or fit.drawings is not None:
+        if self.pair.has_mesh or fit.details.drawings is not None:
             return True
         holes = len(self._maps[0].loops) - 1
         return all(
@@ -499,7 +505,8 @@ class Session:
         )
         update = MapUpdate("full", status.ok, verdict(status, report, deformed=self.pair.deforming), *details)
         return replace(
-            update, patches=self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.softness)
+            update,
+            patches=self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.details.softness),
         )
 
     def _show(self, scene: Scene, solved: Solved, update: MapUpdate, live: Live | None) -> MapUpdate:
@@ -604,7 +611,7 @@ class Session:
             "" if is_met else "The pin is not there yet: the shape follows as far as possible without folds."
         )
         outlines = self.view.deformed_rings(solved.maps[0])
-        patches = self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.softness)
+        patches = self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.details.softness)
         return MapUpdate(
             "coarse", is_met, message, figures(report), wrong, image, outlines=outlines, patches=patches
         )
@@ -634,10 +641,15 @@ class Session:
     def _as_met(self, pins: Complex, softness: Softness | None) -> Softness | None:
         """Make pins exact that the last map meets exactly because they would miss their places as soft pins."""
         fit = self._fit
-        if softness is None or fit is None or fit.softness is None or fit.softness.is_soft.all():
+        if (
+            softness is None
+            or fit is None
+            or fit.details.softness is None
+            or fit.details.softness.is_soft.all()
+        ):
             return softness
         # a pin that is dragged keeps one of its ends
-        is_exact = np.isin(pins, fit.pins[~fit.softness.is_soft]).any(axis=1)
+        is_exact = np.isin(pins, fit.pins[~fit.details.softness.is_soft]).any(axis=1)
         numbers = np.flatnonzero(~softness.is_given & is_exact)
         return softness.with_pins(numbers, Softness.exact(numbers.size)) if numbers.size else softness
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from ...arrays import Complex, Real
 from ...balanced.model.outline import kept_vertices
-from ...balanced.search.symmetry import MOST_ASYMMETRY_SHARE, asymmetry
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
+from ...symmetry import MOST_ASYMMETRY_SHARE, asymmetry
 from ..shapes import parts
 from ..shapes.listing import Pin
 from ..shapes.shape import Shape
@@ -34,7 +34,7 @@ def axis(curve: Curve) -> float | None:
     """Return the abscissa of a shape's vertical mirror axis; None if it is not symmetric."""
     low, high = curve.box
     middle = 0.5 * (low.real + high.real)
-    return middle if asymmetry(curve, middle) <= MOST_ASYMMETRY_SHARE else None
+    return middle if asymmetry(curve, middle, 1j) <= MOST_ASYMMETRY_SHARE else None
 
 
 def suggested(map: TriangulatedMap, source: Shape, target: Shape, existing: Complex) -> list[Pin]:

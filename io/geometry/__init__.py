@@ -2,7 +2,9 @@
 
 document   content of a file, and its reader by suffix
 table      CSV and TSV
+columns    their columns of x and y
 geojson    GeoJSON, and lists of landmarks in JSON
+layers     GeoPackage, Shapefile, KML and FlatGeobuf
 tps        landmark files of morphometrics
 elastix    point sets of elastix and transformix
 rois       regions of interest of ImageJ

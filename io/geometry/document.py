@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
 from typing import ClassVar
@@ -14,6 +14,7 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError, naming
 from .. import files, formats, limits
+from ..spec import path_of
 
 NOWHERE = complex(np.nan, np.nan)
 
@@ -34,6 +35,13 @@ class Geometry:
     polygons: Sequence[list[Complex]] = ()
     names: Sequence[str] = ()
 
+    def scaled(self, factor: float) -> Geometry:
+        """Return the geometry with its coordinates times a factor."""
+        if factor == 1:
+            return self
+        polygons = [[factor * ring for ring in rings] for rings in self.polygons]
+        return Geometry(factor * self.points, [factor * line for line in self.lines], polygons, self.names)
+
 
 @dataclass
 class Images:
@@ -53,6 +61,23 @@ class Images:
     keep: bool = False
     name: str = ""
 
+    def scaled(self, factor: float) -> Images:
+        """Return the images with their coordinates times a factor."""
+        if factor == 1:
+            return self
+        lines = [[factor * piece for piece in pieces] for pieces in self.lines]
+        polygons = [[[factor * ring for ring in rings] for rings in parts] for parts in self.polygons]
+        return replace(self, points=factor * self.points, lines=lines, polygons=polygons)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The numbers of points, lines and polygons that are written."""
+        return {
+            "points": len(self.points) if self.keep else int((~np.isnan(self.points)).sum()),
+            "lines": sum(bool(pieces) or self.keep for pieces in self.lines),
+            "polygons": sum(bool(parts) or self.keep for parts in self.polygons),
+        }
+
 
 class Document(ABC):
     """A parsed file that can be written back with mapped geometry.
@@ -60,15 +85,28 @@ class Document(ABC):
     Attributes:
         geometry: its content.
         notes: what was ignored.
+        unit: of the coordinates, as the file names it, such as "micron"; empty if it does not.
     """
 
     upward: ClassVar[bool] = False
     """Whether y points up from the lower edge of the canvas, whatever the shape's file does."""
+    is_database: ClassVar[bool] = False
+    """Whether it is read from and written to files by a library, instead of bytes."""
     keeps: ClassVar[bool] = True
     """Whether it can represent entries without a position."""
 
     geometry: Geometry
     notes: tuple[str, ...] = ()
+    unit: str = ""
+
+    @classmethod
+    def of_file(cls, text: str) -> Document:
+        """Read `file` or `file#layer`, if it is a database.
+
+        Raises:
+            InputError: it cannot be read.
+        """
+        raise NotImplementedError
 
     @classmethod
     @abstractmethod
@@ -78,6 +116,15 @@ class Document(ABC):
         Raises:
             InputError: it is invalid; the message starts with what is wrong.
         """
+
+    def write(self, images: Images, path: Path) -> None:
+        """Write the file with its geometry replaced by the images."""
+        path.write_bytes(self.encode(images))
+
+    @staticmethod
+    def companions(output: str) -> Sequence[str]:
+        """Return the names of further files of an output."""
+        return ()
 
     @abstractmethod
     def encode(self, images: Images) -> bytes:
@@ -102,6 +149,10 @@ READERS = {
     ".txt": "table.Table",
     ".geojson": "geojson.GeoJson",
     ".json": "geojson.GeoJson",
+    ".geojsonl": "geojson.GeoJson",
+    ".geojsons": "geojson.GeoJson",
+    ".topojson": "geojson.GeoJson",
+    **dict.fromkeys((".gpkg", ".shp", ".kml", ".fgb"), "layers.LayerDocument"),
     ".tps": "tps.Tps",
     ".obj": "polylines.Polylines",
     ".pts": "elastix.PointSet",
@@ -120,12 +171,19 @@ def read(path: str, columns: str | None = None) -> Document:
     Raises:
         InputError: it cannot be read, or has no geometry.
     """
-    module, _, name = READERS[formats.suffix_of(path)].partition(".")
+    suffix = formats.suffix_of(path_of(path))
+    if suffix not in READERS:
+        files.open_input(path_of(path))
+        raise InputError(f"{path}: points are not read from {suffix!r}; use one of {', '.join(READERS)}")
+    module, _, name = READERS[suffix].partition(".")
+    kind: type[Document] = getattr(import_module(f".{module}", __package__), name)
     if columns and module != "table":
         raise InputError(f"--columns: this option is for tables, and {path} is not a table")
+    if kind.is_database:
+        return kind.of_file(path)
     data = files.read_bytes(Path(path), max_bytes=limits.GEOMETRY_BYTES)
     with naming(path):
         try:
-            return getattr(import_module(f".{module}", __package__), name).parse(data, columns)
+            return kind.parse(data, columns)
         except UnicodeDecodeError:
             raise InputError("not a UTF-8 text file; save it as UTF-8") from None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,12 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError
 from ..files import parse_json
+from ..outlines import topology
 from ..outlines.polygons import geometries
 from ..point_syntax import coordinate
 from .document import Geometry, Images, TextDocument
 
+SEPARATOR = b"\x1e"  # of records (RFC 8142)
 SIMPLE = {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
 """Types of geometries with coordinates."""
 TYPES = {*SIMPLE, "GeometryCollection", "Feature", "FeatureCollection"}
@@ -23,16 +25,54 @@ TYPES = {*SIMPLE, "GeometryCollection", "Feature", "FeatureCollection"}
 
 @dataclass
 class GeoJson(TextDocument):
-    """GeoJSON, or a list or object of points, which are pairs or have members x and y."""
+    """GeoJSON, or a list or object of points, which are pairs or have members x and y.
+
+    Attributes:
+        content: the document; lines of features, bare lists of features and topologies as a feature collection.
+        geometry: its geometry.
+        form: how the content was written: "lines", "records" (with separators), "list", "topology" or "" for itself.
+        topology: the original document of a topology.
+        objects: its objects as features, by name.
+    """
 
     content: Any
     geometry: Geometry
     notes: tuple[str, ...] = ()
+    form: str = ""
+    topology: dict[str, Any] | None = None
+    objects: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> GeoJson:
-        """Parse GeoJSON or landmarks, depending on the content."""
-        content = parse_json(data)
+        """Parse GeoJSON in any of its forms, TopoJSON, or landmarks, depending on the content."""
+        form, topology_document = "", None
+        try:
+            content = parse_json(data)
+        except InputError:
+            if not (features := _of_lines(data)):
+                raise
+            content = {"type": "FeatureCollection", "features": features}
+            form = "records" if data.lstrip().startswith(SEPARATOR) else "lines"
+        if _is_list_of_features(content):
+            content, form = {"type": "FeatureCollection", "features": content}, "list"
+        elif isinstance(content, dict) and content.get("type") == "Topology":
+            topology_document, form = content, "topology"
+            content = _converted(content)
+        document = cls.of(content)
+        document.form, document.topology = form, topology_document
+        if topology_document:
+            document.objects = dict(zip(topology.names_of(topology_document), content["features"]))
+        if form == "topology":
+            document.notes += ("arcs are written for each geometry, without sharing or quantization",)
+        return document
+
+    @classmethod
+    def of(cls, content: Any) -> GeoJson:
+        """Return a document of parsed JSON.
+
+        Raises:
+            InputError: it is neither GeoJSON nor a list of points, or has no geometry.
+        """
         collected = _Found()
         if _is_geojson(content):
             names = []
@@ -56,7 +96,20 @@ class GeoJson(TextDocument):
         )
 
     def text(self, images: Images) -> str:
-        """Return the document with the coordinates of the images."""
+        """Return the document with the coordinates of the images, in the form that it was written in."""
+        content = self.mapped(images)
+        if self.form in ("lines", "records"):
+            start = "\x1e" if self.form == "records" else ""
+            return "".join(f"{start}{json.dumps(f, ensure_ascii=False)}\n" for f in content["features"])
+        if self.topology is not None:
+            left = {id(feature) for feature in content["features"]}
+            named = {name: feature for name, feature in self.objects.items() if id(feature) in left}
+            content = topology.of_features(self.topology, named)
+        content = content["features"] if self.form == "list" else content
+        return json.dumps(content, ensure_ascii=False, indent=None if len(images.points) > 1000 else 1) + "\n"
+
+    def mapped(self, images: Images) -> Any:
+        """Return the content with the coordinates of the images."""
         points = iter(images.points.tolist())
         if _is_geojson(self.content):
             images_in_order = _Given(points, iter(images.lines), iter(images.polygons))
@@ -78,7 +131,7 @@ class GeoJson(TextDocument):
                 del holder[key]
             if deleted and isinstance(content, dict) and isinstance(content.get("shapes"), list):
                 content["shapes"] = [shape for shape in content["shapes"] if shape.get("points") != []]
-        return json.dumps(content, ensure_ascii=False, indent=None if len(images.points) > 1000 else 1) + "\n"
+        return content
 
 
 class _Found:
@@ -156,6 +209,37 @@ class _Given:
             geometry["coordinates"] = coordinates[0]
 
 
+def _is_list_of_features(content: Any) -> bool:
+    """Return whether a document is a bare list of features or geometries, as QuPath writes it."""
+    return (
+        isinstance(content, list)
+        and bool(content)
+        and all(isinstance(item, dict) and ("geometry" in item or "coordinates" in item) for item in content)
+    )
+
+
+def _of_lines(data: bytes) -> list[Any]:
+    """Return the documents of a file with one per line (GeoJSONL, RFC 8142); empty if a line is not JSON."""
+    lines = [line.strip(SEPARATOR + b" \t\r") for line in data.splitlines()]
+    try:
+        return [parse_json(line) for line in lines if line]
+    except InputError:
+        return []
+
+
+def _converted(content: dict[str, Any]) -> dict[str, Any]:
+    """Return a topology as a feature collection.
+
+    Raises:
+        InputError: it is not valid.
+    """
+    try:
+        return topology.as_geojson(content)
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        reason = str(error) if isinstance(error, InputError) else "not valid TopoJSON"
+        raise InputError(reason) from None
+
+
 def _is_geojson(content: Any) -> bool:
     return isinstance(content, dict) and str(content.get("type")) in TYPES
 
@@ -188,8 +272,16 @@ def _dropped(item: Any) -> Any:
     """Return the content without geometries that have become empty, and without features left without any."""
     kind = item["type"]
     if kind == "FeatureCollection":
-        features = [feature for feature in item["features"] if feature is not None]
-        item["features"] = [feature for feature in features if _holds(feature.get("geometry"))]
+        kept = []
+        for feature in item["features"]:
+            if isinstance(feature, dict) and feature.get("type") in (
+                "FeatureCollection",
+                "GeometryCollection",
+            ):
+                kept.append(_dropped(feature))
+            elif feature is not None and _holds(feature.get("geometry", feature)):
+                kept.append(feature)
+        item["features"] = kept
     return item
 
 

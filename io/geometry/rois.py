@@ -18,6 +18,7 @@ import shapely
 from ...arrays import Complex
 from ...errors import InputError
 from ...polygons import polygons_of
+from ...saved import archive as archives
 from .. import extras, limits
 from .document import Document, Geometry, Images
 
@@ -127,14 +128,13 @@ class Rois(Document):
 
 def _members(data: bytes) -> list[ImagejRoi]:
     """Return the regions in an archive, in its order."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            entries = [entry for entry in archive.infolist() if entry.filename.lower().endswith(".roi")]
-            if sum(entry.file_size for entry in entries) > limits.GEOMETRY_BYTES:
-                raise InputError(f"its regions take more than {limits.GEOMETRY_BYTES >> 20} MB")
-            regions = [_roi(archive.read(entry)) for entry in entries]
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, OSError) as error:
-        raise InputError(f"cannot read this archive: {error}") from error
+    problem = "cannot read this archive"
+    with archives.opened(
+        io.BytesIO(data), otherwise=problem, damaged=problem, most_bytes=limits.GEOMETRY_BYTES
+    ) as archive:
+        entries = [entry for entry in archive.infolist() if entry.filename.lower().endswith(".roi")]
+        contents = [archive.read(entry) for entry in entries]
+    regions = [_roi(content) for content in contents]
     if not regions:
         raise InputError("contains no .roi files (of the ROI Manager of ImageJ)")
     return regions

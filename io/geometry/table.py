@@ -8,18 +8,16 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import takewhile
 
 import numpy as np
 
 from ...errors import InputError
-from ..point_syntax import coordinate
+from ..point_syntax import coordinate, is_number
+from .columns import MISSING, Columns, guessed, is_heading, named, of_names, unit_of
 from .document import NOWHERE, Geometry, Images, TextDocument
 
-MISSING = frozenset(["na", "n/a", "#n/a", "nan", "null", "none", "missing"])
-"""Cells, in lower case, that mean a missing value."""
-COORDINATE_COLUMNS = (("x", "y"), ("axis-2", "axis-1"), ("axis-1", "axis-0"))
-"""Names of the columns of x and y, in lower case: the usual ones, and those of napari, whose last axis is x."""
 NAME_COLUMNS = ("name", "landmark", "label")
 SNIFFED_ROWS = 50  # rows in which delimiter and decimal commas are detected
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
@@ -28,7 +26,17 @@ _INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 @dataclass
 class Table(TextDocument):
-    """Rows of cells; empty coordinates are points without a position."""
+    """Rows of cells; empty coordinates are points without a position.
+
+    Attributes:
+        head: names of the columns; empty if there are none.
+        rows: the rows of points.
+        columns: those of x and y.
+        delimiter, ending: between cells, and at the end of lines.
+        decimal_comma: whether coordinates have decimal commas.
+        comments: rows above the names that begin with #.
+        explained: rows below the names with units or other names, as in files of TrackMate.
+    """
 
     head: list[str]
     rows: list[list[str]]
@@ -37,10 +45,15 @@ class Table(TextDocument):
     ending: str
     geometry: Geometry
     decimal_comma: bool = False
+    comments: list[list[str]] = field(default_factory=list)
+    explained: list[list[str]] = field(default_factory=list)
 
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> Table:
-        """Parse cells separated by tabs, commas or semicolons; the first row is a header unless it has coordinates."""
+        """Parse cells separated by tabs, commas or semicolons; the first row is a header unless it has coordinates.
+
+        Rows that begin with # above it, and rows with units below it, are kept.
+        """
         text = _decoded(data)
         first = text.partition("\n")[0]
         delimiter = _delimiter(text)
@@ -50,28 +63,40 @@ class Table(TextDocument):
         except csv.Error as error:
             raise InputError(f"not a table: {error}") from None
         rows = [row for row in rows if row]
+        comments = list(takewhile(_is_comment, rows))
+        rows = rows[len(comments) :]
+        if comments and rows and len(comments[-1]) == len(rows[0]) and of_names(comments[-1]):
+            rows.insert(0, comments.pop())  # names of the columns, as NumPy writes them
         if not rows:
             raise InputError("has no rows")
-        xy_columns = _columns(rows[0], columns)
+        chosen = _choose(rows, columns)
+        xy_columns = chosen.x, chosen.y
         comma = delimiter != "," and _has_decimal_commas(rows, xy_columns)
         if comma:
             for row in rows:
                 for k in xy_columns:
                     if k < len(row) and _DECIMAL_COMMA.fullmatch(row[k].strip()):
                         row[k] = row[k].replace(",", ".")
-        has_head = not all(_is_number(rows[0][k]) for k in xy_columns)
+        has_head = not all(k < len(rows[0]) and is_number(rows[0][k]) for k in xy_columns)
         head, rows = (rows[0], rows[1:]) if has_head else ([], rows)
+        explained = list(takewhile(lambda row: _is_explanation(row, xy_columns), rows)) if has_head else []
+        rows = rows[len(explained) :]
+        first_line = 1 + has_head + len(comments) + len(explained)
         z = np.empty(len(rows), complex)
         i, j = xy_columns
         for k, row in enumerate(rows):
             try:
                 x, y = float(row[i]), float(row[j])
-                z[k] = complex(x, y) if x == x and y == y else _place(row, xy_columns, k + 1 + has_head)
+                z[k] = complex(x, y) if x == x and y == y else _place(row, xy_columns, k + first_line)
             except (ValueError, IndexError):
-                z[k] = _place(row, xy_columns, k + 1 + has_head)
+                z[k] = _place(row, xy_columns, k + first_line)
         if not (np.isnan(z) | (np.abs(z) < 1e100)).all():
             raise InputError("some coordinates are not finite numbers")
-        return cls(head, rows, xy_columns, delimiter, ending, Geometry(z, names=_names(head, rows)), comma)
+        geometry = Geometry(z, names=_names(head, rows))
+        table = cls(head, rows, xy_columns, delimiter, ending, geometry, comma, comments, explained)
+        table.notes = (chosen.note,) if chosen.note else ()
+        table.unit = next((unit for row in explained if (unit := unit_of(row[i], alone=True))), chosen.unit)
+        return table
 
     @property
     def names_of_rows(self) -> list[str]:
@@ -82,8 +107,7 @@ class Table(TextDocument):
         """Return the rows with their images; rows without one are dropped, or get empty cells."""
         out = io.StringIO(newline="")
         writer = csv.writer(out, delimiter=self.delimiter, lineterminator=self.ending)
-        if self.head:
-            writer.writerow(self.head)
+        writer.writerows([*self.comments, *([self.head] if self.head else []), *self.explained])
         i, j = self.columns
         is_unmapped = np.isnan(images.points)
         x, y = images.points.real.tolist(), images.points.imag.tolist()
@@ -139,30 +163,30 @@ def _has_decimal_commas(rows: list[list[str]], xy_columns: tuple[int, int]) -> b
     return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
 
 
-def _columns(first: list[str], names_given: str | None) -> tuple[int, int]:
-    """Return the indices of the columns of x and y: as named, else those called x and y (or as in napari), else the
-    first two.
+def _choose(rows: list[list[str]], names_given: str | None) -> Columns:
+    """Return the columns of x and y: as named by the user, else by their names, else the only ones that it can be.
+
+    Raises:
+        InputError: it cannot be known.
     """
-    names = [name.strip() for name in first]
-    low = [name.lower() for name in names]
-    if names_given is None:
-        indices = next(
-            (list(map(low.index, pair)) for pair in COORDINATE_COLUMNS if {*pair} <= {*low}), [0, 1]
-        )
-    else:
-        indices = []
-        for name in names_given.split(","):
-            if name.strip() in names:
-                indices.append(names.index(name.strip()))
-            elif name.strip().isdecimal() and 1 <= int(name) <= len(names):
-                indices.append(int(name) - 1)
-            else:
-                raise InputError(
-                    f"--columns: there is no column {name.strip()!r}; the table has {', '.join(names[:12])}"
-                )
-    if len(indices) != 2 or max(indices) >= len(names) or indices[0] == indices[1]:
-        raise InputError("a table needs a column of x and one of y; name them with --columns X,Y")
-    return indices[0], indices[1]
+    first = rows[0]
+    if names_given is not None:
+        return named(first, names_given)
+    if chosen := of_names(first):
+        return chosen
+    cells = [[_INNER_COMMA.sub(".", cell.strip()) for cell in row] for row in rows[:SNIFFED_ROWS]]
+    # numbers that are names, such as years, are not considered: a first row with any number is not a header
+    has_head = not any(map(is_number, cells[0]))
+    return guessed(first, cells[1:] if has_head else cells, has_head=has_head)
+
+
+def _is_comment(row: list[str]) -> bool:
+    return row[0].lstrip().startswith("#")
+
+
+def _is_explanation(row: list[str], xy_columns: tuple[int, int]) -> bool:
+    """Return whether a row below the names of the columns explains them instead of a point."""
+    return max(xy_columns) < len(row) and all(is_heading(row[k]) for k in xy_columns)
 
 
 def _names(head: list[str], rows: list[list[str]]) -> list[str]:
@@ -180,14 +204,6 @@ def _columns_of_names(head: list[str], rows: list[list[str]]) -> Iterator[list[s
         if column in low:
             k = low.index(column)
             yield [row[k].strip() if k < len(row) else "" for row in rows]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _place(row: list[str], xy_columns: tuple[int, int], line: int) -> complex:

@@ -1,6 +1,7 @@
 """Cortical surfaces: GIFTI, and the surfaces and patches of FreeSurfer, read by nibabel."""
 
 import gzip
+import math
 import re
 import struct
 import zlib
@@ -13,13 +14,23 @@ from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import extras, files, limits
+from ..isolated import process
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
+DEFLATE_RATIO = 1032
+"""Largest number of bytes that a byte of compressed data can stand for."""
+MOST_DIMENSIONS = 6  # of an array of GIFTI
+MOST_DIGITS = 12  # of a size
 POINTSET, TRIANGLE = 1008, 1009
 """GIFTI's intents of arrays of points and of triangles."""
 ARRAY = re.compile(rb"<DataArray\b[^>]*>")
 TRIANGLE_MAGIC, QUAD_MAGICS = 0xFFFFFE, (0xFFFFFF, 0xFFFFFD)
 """The first three bytes of a FreeSurfer surface."""
+CURVATURE_MAGIC = b"\xff\xff\xff"
+"""The first three bytes of a file of numbers at the vertices."""
+MGH_HEADER_BYTES = 284
+MGH_BYTES = {0: 1, 1: 4, 3: 4, 4: 2}
+"""Bytes of a number in an MGH file, by its codes."""
 HEADER_BYTES = 1 << 16  # of a FreeSurfer surface, most of it a comment
 WHOLE_SURFACES = ("fiducial", "midthickness", "white", "smoothwm", "pial", "orig", "inflated")
 """Surfaces beside a patch from which its triangles and, for a patch in space, its shape are taken: the first one that
@@ -40,14 +51,17 @@ class GiftiFormat(MeshFormat):
 
     def read(self) -> dict[str, MeshFile]:
         """Read the first set of points and triangles."""
-        image = gifti(self.path)
-        points, faces = (image.get_arrays_from_intent(intent) for intent in (POINTSET, TRIANGLE))
+        data = gifti(self.path)
+        points, faces = (
+            [array for array, kind in zip(data["arrays"], data["intents"]) if kind == intent]
+            for intent in (POINTSET, TRIANGLE)
+        )
         if not (points and faces):
             raise InputError(
                 f"{self.path}: has no surface, but other data of GIFTI; name a surface (.surf.gii), and this file "
                 "with --overlay"
             )
-        return _one(self.path, points[0].data, faces[0].data)
+        return _one(self.path, points[0], faces[0])
 
 
 class FreeSurferFormat(MeshFormat):
@@ -78,13 +92,12 @@ class FreeSurferFormat(MeshFormat):
 
     def read(self) -> dict[str, MeshFile]:
         """Read a surface, or a patch with the triangles of its surface."""
-        from_file = nibabel(self.path).freesurfer.read_geometry
         if not self.count_faces(-1):
             raise InputError(f"{self.path}: is not a surface of FreeSurfer, or is damaged")
         if not is_patch(self.path):
-            return _one(self.path, *from_file(self.path))
+            return _one(self.path, *_surface(self.path))
         whole = _surface_of(self.path)
-        points, faces = from_file(whole)
+        points, faces = _surface(whole)
         vertices, positions = _patch(self.path, len(points))
         inside = np.zeros(len(points), bool)
         inside[vertices] = True
@@ -97,25 +110,83 @@ class FreeSurferFormat(MeshFormat):
         return _one(self.path, points, faces[inside[faces].all(axis=1)], note)
 
 
-def nibabel(path: Path | str) -> Any:
-    """Return the package nibabel.
+def freesurfer(path: Path, kind: str) -> dict[str, Any]:
+    """Read a file of FreeSurfer in a separate process, see `readers.freesurfer`.
 
     Raises:
-        InputError: it is not installed.
+        InputError: nibabel is not installed, or the file cannot be read.
     """
-    return extras.load(f"{path}: reading it", "nibabel", "freesurfer")
+    extras.require(f"{path}: reading it", "nibabel")
+    if kind != "surface" and _promised(path, kind) > path.stat().st_size:
+        raise InputError(f"{path}: damaged: its header promises more values than the file contains")
+    return process.read(path, "freesurfer", kind=kind)
 
 
-def gifti(path: Path) -> Any:
-    """Read a GIFTI file.
+def _promised(path: Path, kind: str) -> int:
+    """Return the least number of bytes of a file with as many values as its header promises.
 
     Raises:
-        InputError: nibabel is not installed, or the file is too large, or refers to other files.
+        InputError: the header is damaged.
     """
-    package, data = nibabel(path), gifti_bytes(path)
+    with files.opened(path, max_bytes=limits.MESH_BYTES) as file:
+        head = file.read(MGH_HEADER_BYTES)
+        ratio = 1
+        if head.startswith(b"\x1f\x8b"):
+            ratio = DEFLATE_RATIO
+            file.seek(0)
+            try:
+                head = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS).decompress(
+                    file.read(1 << 16), MGH_HEADER_BYTES
+                )
+            except zlib.error as error:
+                raise InputError(f"{path}: damaged: {error}") from None
+    try:
+        if kind == "mgh":
+            version, *sides, code = struct.unpack_from(">6i", head)
+            if version != 1 or min(sides) < 1 or code not in MGH_BYTES:
+                raise InputError(f"{path}: is not an MGH file with values, or is damaged")
+            return math.prod(sides) * MGH_BYTES[code] // ratio
+        if kind == "annot":
+            count = struct.unpack_from(">i", head)[0]
+            least = 4 + 8 * count
+        elif head.startswith(CURVATURE_MAGIC):
+            count = struct.unpack_from(">i", head, 3)[0]
+            least = 15 + 4 * count
+        else:  # two numbers of three bytes, and two bytes for each value
+            count = int.from_bytes(head[:3], "big")
+            least = 6 + 2 * count
+    except struct.error:
+        raise InputError(f"{path}: damaged: it is too short") from None
+    if count < 1:
+        raise InputError(f"{path}: has no values, or is damaged")
+    return least
+
+
+def _surface(path: Path) -> tuple[Real, Index]:
+    """Return the points and triangles of a surface of FreeSurfer."""
+    data = freesurfer(path, "surface")
+    return data["points"], data["faces"]
+
+
+def gifti(path: Path) -> dict[str, Any]:
+    """Read a GIFTI file in a separate process, see `readers.gifti`.
+
+    Raises:
+        InputError: nibabel is not installed, or the file is too large, refers to other files, or promises more than it
+            contains.
+    """
+    extras.require(f"{path}: reading it", "nibabel")
+    data = gifti_bytes(path)
     if b"ExternalFileBinary" in data:
         raise InputError(f"{path}: its data are in another file; save it with its data")
-    return package.gifti.GiftiImage.from_bytes(data)
+    for tag in ARRAY.finditer(data):
+        count = re.search(rb'Dimensionality\s*=\s*["\']\s*(\d+)', tag[0])
+        sides = [int(side[:MOST_DIGITS]) for side in re.findall(rb'Dim\d+\s*=\s*["\']\s*(\d+)', tag[0])]
+        if (count and int(count[1][:MOST_DIGITS]) > MOST_DIMENSIONS) or math.prod(
+            sides
+        ) > DEFLATE_RATIO * len(data):
+            raise InputError(f"{path}: damaged: an array promises more numbers than the file contains")
+    return process.read(path, "gifti")
 
 
 def gifti_bytes(path: Path) -> bytes:

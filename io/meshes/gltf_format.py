@@ -84,19 +84,34 @@ class GltfFormat(MeshFormat):
         """Count the triangles of all primitives; 0 where the JSON is invalid, which `read` reports.
 
         Raises:
-            InputError: an accessor has more elements than the file has data, for which readers would allocate memory.
+            InputError: an accessor has more elements than the file has data, for which readers would allocate memory;
+                or the file has too many primitives, or draws the same triangles too often.
         """
         try:
             scene: Any = json.loads(_json_of(self.path))
             excessive = next(_unbacked(scene, most), None)
             primitives = [p for mesh in scene.get("meshes", []) for p in mesh["primitives"]]
-            count = sum(scene["accessors"][p["indices"]]["count"] // 3 for p in primitives if "indices" in p)
+            corners = [
+                (p["indices"] if "indices" in p else p["attributes"]["POSITION"], p.get("mode"))
+                for p in primitives
+            ]
+            counts = [scene["accessors"][accessor]["count"] // 3 for accessor, _ in corners]
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
             return 0
         if excessive:
             number, items = excessive
             raise InputError(f"{self.path}: accessor {number} has {items} items, more than its data")
-        return count
+        if len(primitives) > limits.PRIMITIVES:
+            raise InputError(
+                f"{self.path}: has {len(primitives)} primitives, more than {limits.PRIMITIVES}; join some of them"
+            )
+        once = sum(dict(zip(corners, counts)).values())
+        if (repeated := sum(counts) - once) > limits.REPEATED_FACES:
+            raise InputError(
+                f"{self.path}: its primitives repeat {repeated} triangles, more than {limits.REPEATED_FACES}; "
+                "remove the copies"
+            )
+        return sum(counts)
 
     def files_named(self) -> list[str]:
         """List the buffers and pictures that a .gltf file refers to."""
@@ -122,6 +137,10 @@ class GltfFormat(MeshFormat):
             name: MeshFile.whole(self.path, GltfContent.of([part]), part.picture)
             for name, part in parts.items()
         }
+
+    def millimetres(self) -> float:
+        """Return the length of a metre, the unit of all glTF files."""
+        return 1000.0
 
     def _divided(self, geometries: dict[str, MeshFile]) -> dict[str, MeshFile]:
         """Return the geometries unchanged: `read` has divided them."""

@@ -6,7 +6,8 @@ Subclasses are found by suffix in the table of `io.formats`; see `mesh_files`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -239,13 +240,19 @@ class MeshFormat(ABC):
             Exception: any exception if the file is invalid; `pick` converts it to a one-line message.
         """
 
+    def millimetres(self) -> float | None:
+        """Return the length of a unit of the file; None if neither the file nor its format states it."""
+        return None
+
     def check_size(self, most: int) -> None:
         """Refuse a mesh with too many faces.
 
         Raises:
             InputError: the file declares more than `most`, or cannot be opened.
         """
-        if (count := self.count_faces(most)) > most:
+        with self._naming_errors():
+            count = self.count_faces(most)
+        if count > most:
             raise InputError(
                 f"{self.path}: has {count} faces, more than the limit of {most}; raise --max-faces"
             )
@@ -312,9 +319,14 @@ class MeshFormat(ABC):
     def _geometries(self) -> dict[str, MeshFile]:
         """Read as `read` does, with any error as a one-line message."""
         files.open_input(self.path, max_bytes=limits.MESH_BYTES)
+        with self._naming_errors(), np.errstate(all="ignore"):  # later checks report invalid numbers
+            return self._divided(self.read())
+
+    @contextmanager
+    def _naming_errors(self) -> Iterator[None]:
+        """Convert any error of a parser in the block to a one-line message."""
         try:
-            with np.errstate(all="ignore"):  # invalid numbers of a broken file are reported by later checks
-                return self._divided(self.read())
+            yield
         except InputError:
             raise
         except Exception as error:  # whatever exception a parser raises, the file is at fault

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from ...arrays import Index, Real
 from ...errors import InputError
 from .. import files, formats, limits
 from ..spec import Spec
-from .brain_formats import GiftiFormat, gifti, nibabel
+from .brain_formats import GiftiFormat, freesurfer, gifti
 from .mesh_files import format_of
 from .mesh_format import reason_of
 from .vtk_format import VtkFormat
@@ -57,8 +56,9 @@ def read(name: str | Path, count: int) -> Overlay:
 
 
 def _read(spec: Spec) -> Overlay:
-    path, suffix = spec.path, formats.suffix_of(spec.path)
-    mesh_format = format_of(path) if formats.of(path).mesh else None
+    path, suffix = spec.path, spec.path.suffix.lower()  # lh.thickness.mgh is not a surface
+    is_surface = formats.of(path).mesh and suffix not in (*MGH, *TABLES)
+    mesh_format = format_of(path) if is_surface else None
     if mesh_format is VtkFormat:
         return Overlay(VtkFormat(path).numbers_at_points(spec.selection))
     if spec.selection:
@@ -67,30 +67,26 @@ def _read(spec: Spec) -> Overlay:
         return _gifti(path)
     if suffix in TABLES:
         return Overlay(np.loadtxt(path, delimiter="," if suffix == ".csv" else None, ndmin=1))
-    package = nibabel(path)
-    if suffix in MGH:
-        return Overlay(np.asarray(package.load(path).dataobj, float).reshape(-1, order="F"))
-    if path.name.endswith(".annot"):
-        keys, table, _ = package.freesurfer.read_annot(path)
-        colors = {key: _rgba(row[:3] / 255) for key, row in enumerate(table)}
-        return Overlay(keys.astype(float), colors)
-    return Overlay(np.asarray(package.freesurfer.read_morph_data(path), float))
+    kind = "mgh" if suffix in MGH else "annot" if path.name.endswith(".annot") else "morph"
+    data = freesurfer(path, kind)
+    colors = {key: _rgba(row[:3] / 255) for key, row in enumerate(data.get("colors", ()))}
+    return Overlay(data["values"], colors if kind == "annot" else None)
 
 
 def _gifti(path: Path) -> Overlay:
     """Read the first array of numbers or labels of a GIFTI file."""
-    image = gifti(path)
-    arrays: list[Any] = [array for array in image.darrays if np.size(array.data) == len(array.data)]
+    data = gifti(path)
+    arrays = [
+        (array, intent)
+        for array, intent in zip(data["arrays"], data["intents"])
+        if array.ndim and array.size == len(array)
+    ]
     if not arrays:
         raise InputError(f"{path}: has no values at vertices")
-    values = np.asarray(arrays[0].data, float).ravel()
-    if arrays[0].intent != LABEL_INTENT:
+    values, intent = arrays[0][0].astype(float).ravel(), arrays[0][1]
+    if intent != LABEL_INTENT:
         return Overlay(values)
-    colors = {}
-    for label in image.labeltable.labels:
-        parts = [label.red, label.green, label.blue, 1.0 if label.alpha is None else label.alpha]
-        colors[int(label.key)] = np.array([0.0 if part is None else part for part in parts])
-    return Overlay(values, colors)
+    return Overlay(values, {int(key): np.array(color) for key, *color in data["labels"]})
 
 
 def _rgba(rgb: Real) -> NDArray[np.float64]:

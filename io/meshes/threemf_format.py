@@ -12,10 +12,15 @@ from typing import Any
 
 from ...errors import InputError
 from ...meshes.mesh import Mesh
+from ...saved import archive
 from .. import extras, files, limits
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
 TRIANGLE = re.compile(rb"<(?:[\w.-]+:)?triangle[\s/>]")
+MODEL = re.compile(rb"<(?:[\w.-]+:)?model\b[^>]*>")
+UNIT = re.compile(rb"\bunit\s*=\s*[\"']([a-z]+)[\"']")
+UNITS = {"micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1000.0}
+"""Millimetres in the units of 3MF."""
 MOST_COPIES = 10_000
 """Objects of a file's build, counting each copy of a component: a millisecond each."""
 
@@ -62,13 +67,21 @@ class ThreeMfFormat(MeshFormat):
         """The models of the package, unpacked once, to be counted and checked.
 
         Raises:
-            InputError: the package unpacks to too many bytes.
+            InputError: the package is damaged, or unpacks to too many bytes.
         """
-        with zipfile.ZipFile(self.path) as package:
-            unpacked = sum(entry.file_size for entry in package.infolist())
-            if unpacked > limits.MESH_BYTES:
-                raise InputError(f"{self.path}: unpacks to {unpacked} bytes, more than {limits.MESH_BYTES}")
+        with archive.opened(
+            self.path,
+            otherwise="is not a 3MF package, or is damaged",
+            damaged="is damaged",
+            most_bytes=limits.MESH_BYTES,
+        ) as package:
             return [package.read(name) for name in package.namelist() if name.lower().endswith(".model")]
+
+    def millimetres(self) -> float:
+        """Return the length of the unit of the first model, by default a millimetre."""
+        start = MODEL.search(self._models[0]) if zipfile.is_zipfile(self.path) and self._models else None
+        stated = UNIT.search(start[0]) if start else None
+        return UNITS.get(stated[1].decode(), 1.0) if stated else 1.0
 
     def _check_copies(self, components: dict[str, Counter[str]], build: Counter[str]) -> None:
         """Refuse objects that contain themselves, and too many copies of objects.

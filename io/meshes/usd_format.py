@@ -1,4 +1,4 @@
-"""USD: meshes with their texture coordinates, read and written by the package usd-core.
+"""USD: meshes with their texture coordinates, read (in a process apart) and written by the package usd-core.
 
 Only the file itself is read: layers, references and payloads in other files are refused, so that a file cannot name
 files of this computer.
@@ -6,7 +6,8 @@ files of this computer.
 
 from __future__ import annotations
 
-import re
+import struct
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,22 @@ from ...arrays import Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import extras, files, limits
+from ..isolated import process
 from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
 
 MAGICS = (b"#usda", b"PXR-USDC")
-UV_NAMES = ("st", "st0", "UVMap", "map1", "uv")
-"""Names of texture coordinates, that of the specification first; else any pair of numbers for each corner is used."""
+COUNTED_SECTIONS = (b"TOKENS", b"STRINGS", b"FIELDS", b"FIELDSETS", b"PATHS", b"SPECS")
+"""Sections of a binary file that begin with the number of their items."""
+SECTION = struct.Struct("<16sqq")  # name, offset and size of a section
+MOST_SECTIONS = 64
+ITEMS_PER_BYTE = 1024
+"""Most items that a byte can stand for: two bits each, compressed by LZ4, in which a byte stands for 255 at most."""
 
 
 class UsdFormat(MeshFormat):
     """USD as text or binary (.usd, .usda, .usdc)."""
+
+    _most = -1
 
     def count_faces(self, most: int) -> int:
         """Return the number of faces of all meshes; the values of a binary file are read only when they are needed."""
@@ -32,49 +40,66 @@ class UsdFormat(MeshFormat):
             head = file.read(8)
         if not head.startswith(MAGICS):
             return 0
-        return sum(len(mesh.GetFaceVertexCountsAttr().Get() or ()) for _, mesh in self._meshes())
+        if head == MAGICS[1]:
+            self._check_sections()
+        self._most = most
+        return sum(mesh["counts"].size for mesh in self._stage["meshes"])
 
     def read(self) -> dict[str, MeshFile]:
         """Read each mesh, in the coordinates of the scene."""
-        package, geometries = _usd(self.path), dict[str, MeshFile]()
-        for name, mesh in self._meshes():
-            points = np.array(mesh.GetPointsAttr().Get() or np.empty((0, 3)), float).reshape(-1, 3)
-            counts = np.array(mesh.GetFaceVertexCountsAttr().Get() or (), np.int64)
-            corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or (), np.int64)
+        geometries = dict[str, MeshFile]()
+        for mesh in self._stage["meshes"]:
+            name, counts, corners = mesh["name"], mesh["counts"], mesh["corners"]
             if not counts.size:
                 continue
             if counts.min() < 3 or counts.sum() != corners.size:
                 raise InputError(f"{self.path}: the numbers of corners of the faces of {name} are wrong")
-            matrix = np.array(package.UsdGeom.Xformable(mesh).ComputeLocalToWorldTransform(0.0))
-            points = points @ matrix[:3, :3] + matrix[3, :3]
             starts = np.concatenate([[0], np.cumsum(counts)])
-            uv, uv_corners = _coordinates(package, mesh, corners)
-            geometries[name] = MeshFile.whole(
-                self.path, MeshContent(Mesh(str(self.path), points, corners, starts, uv, uv_corners))
-            )
+            content = Mesh(str(self.path), mesh["points"], corners, starts, mesh["uv"], mesh["uv_corners"])
+            geometries[name] = MeshFile.whole(self.path, MeshContent(content))
         return geometries
 
-    def _meshes(self) -> list[tuple[str, Any]]:
-        """Return the meshes of the file by their paths in it.
+    def _check_sections(self) -> None:
+        """Check that the sections of a binary file lie in it, and have room for their items.
 
         Raises:
-            InputError: the file cannot be read, or refers to other files.
+            InputError: otherwise.
         """
-        package = _usd(self.path)
-        files.open_input(self.path, max_bytes=limits.MESH_BYTES)
+        data = files.read_bytes(self.path, max_bytes=limits.MESH_BYTES)
+        fault = (
+            f"{self.path}: is not a USD file, or is damaged: a section promises more than the file contains"
+        )
         try:
-            layer = package.Sdf.Layer.OpenAsAnonymous(str(self.path))
-        except Exception:
-            layer = None
-        if layer is None:
-            raise InputError(f"{self.path}: is not a USD file, or is damaged")
-        if layer.GetCompositionAssetDependencies():
-            raise InputError(
-                f"{self.path}: refers to other USD files; flatten it to one file (usdcat --flatten)"
-            )
-        self._stage = package.Usd.Stage.Open(layer)  # prims are valid as long as their stage exists
-        prims = [prim for prim in self._stage.Traverse() if prim.IsA(package.UsdGeom.Mesh)]
-        return [(str(prim.GetPath()).strip("/"), package.UsdGeom.Mesh(prim)) for prim in prims]
+            table = struct.unpack_from("<q", data, 16)[0]
+            count = struct.unpack_from("<Q", data, table)[0] if table >= 0 else MOST_SECTIONS + 1
+            if count > MOST_SECTIONS:
+                raise InputError(fault)
+            for number in range(count):
+                name, start, size = SECTION.unpack_from(data, table + 8 + number * SECTION.size)
+                if min(start, size) < 0 or start + size > len(data):
+                    raise InputError(fault)
+                if name.rstrip(b"\0") in COUNTED_SECTIONS:
+                    items = struct.unpack_from("<Q", data, start)[0]
+                    if items > ITEMS_PER_BYTE * size:
+                        raise InputError(fault)
+        except struct.error:
+            raise InputError(fault) from None
+
+    def millimetres(self) -> float | None:
+        """Return the length of the stage's unit; None if it does not state `metersPerUnit`."""
+        metres = self._stage["metres"]
+        return None if metres is None else 1000.0 * float(metres)
+
+    @cached_property
+    def _stage(self) -> dict[str, Any]:
+        """The meshes of the file and its unit, see `readers.usd`.
+
+        Raises:
+            InputError: the file cannot be read, refers to other files, or has too many faces.
+        """
+        extras.require(f"{self.path}: reading USD", "pxr")
+        files.open_input(self.path, max_bytes=limits.MESH_BYTES)
+        return process.read(self.path, "usd", most=self._most)
 
     @classmethod
     def write(
@@ -113,30 +138,8 @@ class UsdFormat(MeshFormat):
         return uv.astype(np.float32).astype(float)
 
 
-def _coordinates(package: Any, mesh: Any, corners: Any) -> tuple[Any, Any]:
-    """Return texture coordinates (t, 2) and the index of each corner; None for both if the mesh has none."""
-    api = package.UsdGeom.PrimvarsAPI(mesh)
-    primvars = {primvar.GetPrimvarName(): primvar for primvar in api.GetPrimvars() if primvar.HasValue()}
-    pairs = [
-        name
-        for name, primvar in primvars.items()
-        if re.fullmatch(r"(texCoord|float|double|half)2\w*\[\]", str(primvar.GetTypeName()))
-    ]
-    for name in (*(name for name in UV_NAMES if name in pairs), *pairs):
-        primvar = primvars[name]
-        uv = np.array(primvar.Get(), float).reshape(-1, 2)
-        indices = np.array(primvar.GetIndices() or np.arange(len(uv)), np.int64)
-        if primvar.GetInterpolation() in ("vertex", "varying"):
-            indices = indices[corners] if corners.size and corners.max() < indices.size else indices[:0]
-        if indices.size == corners.size and (
-            not indices.size or 0 <= indices.min() <= indices.max() < len(uv)
-        ):
-            return uv, indices
-    return None, None
-
-
 def _usd(path: Path | str) -> Any:
-    """Return the package pxr with the modules used here.
+    """Return the package pxr, to write, with the modules used here.
 
     Raises:
         InputError: it is not installed.

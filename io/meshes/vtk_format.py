@@ -1,4 +1,4 @@
-"""VTK: surfaces with their texture coordinates, read and written by the package vtk.
+"""VTK: surfaces with their texture coordinates, read (in a process apart) and written by the package vtk.
 
 Legacy files (.vtk) and those in XML (.vtp, .vtu), as ParaView saves them, as text or binary. Of volume meshes and
 grids, the outer surface is read. Only the file itself is read: parallel files (.pvtp), which name others, are not.
@@ -7,6 +7,7 @@ grids, the outer surface is read. Only the file itself is read: parallel files (
 from __future__ import annotations
 
 import re
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
 from .. import extras, files, formats, limits
+from ..isolated import process
 from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
 
 XML_COUNT = re.compile(rb'NumberOf(Polys|Strips|Cells|Points)\s*=\s*"\s*(\d{1,18})\s*"')
@@ -23,8 +25,17 @@ LEGACY_COUNT = re.compile(
     rb"^\s*(POLYGONS|TRIANGLE_STRIPS|CELLS|POINTS|DIMENSIONS)\s+(\d{1,18})(?:\s+(\d{1,18})\s+(\d{1,18}))?",
     re.MULTILINE | re.IGNORECASE,
 )
+XML_ARRAY_SIZE = re.compile(rb'NumberOf(?:Components|Tuples)\s*=\s*["\']\s*(\d{1,18})')
+LEGACY_ARRAY = re.compile(
+    rb"^\s*\S+\s+(\d{1,18})\s+(\d{1,18})\s+(?:bit|(?:unsigned_)?(?:char|short|int|long)|float|double|vtk\w+)\s*$",
+    re.MULTILINE | re.IGNORECASE,
+)
+"""Array of a legacy file: its name, numbers of components and of tuples, and type."""
+NUMBERS_PER_BYTE = 8  # bits are the smallest
 OFFSETS_VERSION = re.compile(rb"# vtk DataFile Version (?:[5-9]|\d\d)")
 """Of legacy files that declare the number of offsets of their cells, which is one more than that of the cells."""
+DEFLATE_RATIO = 1032
+"""Largest number of bytes that a byte of compressed data can stand for."""
 MOST_POINTS_PER_FACE = 8
 """A file with more points than this for each face that may be read is refused before memory is allocated for them."""
 MODULES = (
@@ -47,7 +58,8 @@ class VtkFormat(MeshFormat):
             if not file.read(1):
                 return 0
         data = files.read_bytes(self.path, max_bytes=limits.MESH_BYTES)
-        faces = points = 0
+        faces, points, is_grid = 0, 0, False
+        densest = 1  # numbers for each byte: two bytes or more each as text, one or more as binary
         if formats.suffix_of(self.path) == ".vtk":
             extra = 1 if OFFSETS_VERSION.match(data) else 0
             for keyword, *numbers in LEGACY_COUNT.findall(data):
@@ -55,15 +67,29 @@ class VtkFormat(MeshFormat):
                 if keyword.upper() == b"POINTS":
                     points += counts[0]
                 elif keyword.upper() == b"DIMENSIONS":
+                    is_grid = True  # its points and cells are not listed
                     faces += int(np.prod(np.maximum(np.array(counts, object) - 1, 1)))
                 else:
                     faces += max(counts[0] - extra, 0)
+            for components, tuples in LEGACY_ARRAY.findall(data):
+                if int(components) * int(tuples) > NUMBERS_PER_BYTE * len(data):
+                    raise InputError(
+                        f"{self.path}: damaged: an array promises more numbers than the file contains"
+                    )
         else:
+            densest = DEFLATE_RATIO
             for kind, number in XML_COUNT.findall(data):
                 if kind == b"Points":
                     points += int(number)
                 else:
                     faces += int(number)
+            sizes = [int(size) for size in XML_ARRAY_SIZE.findall(data)]
+            if sizes and max(sizes) * max(points, 1) > NUMBERS_PER_BYTE * densest * len(data):
+                raise InputError(
+                    f"{self.path}: damaged: an array promises more numbers than the file contains"
+                )
+        if not is_grid and max(3 * points, faces) > densest * len(data):
+            raise InputError(f"{self.path}: damaged: declares more points or faces than it has room for")
         if most >= 0 and points > MOST_POINTS_PER_FACE * max(most, 1000):
             raise InputError(
                 f"{self.path}: declares {points} points, too many for {most} faces (--max-faces)"
@@ -72,23 +98,14 @@ class VtkFormat(MeshFormat):
 
     def read(self) -> dict[str, MeshFile]:
         """Read the surface, or that of a volume."""
-        vtk = _vtk(self.path)
-        surface, note = self._surface(vtk)
-        if not surface.GetNumberOfPoints():
+        surface = self._surface
+        if not len(surface["points"]) or surface["starts"].size < 2:
             return {}
-        as_array = vtk.util.numpy_support.vtk_to_numpy
-        points = as_array(surface.GetPoints().GetData()).astype(float)
-        polygons = surface.GetPolys()
-        corners = as_array(polygons.GetConnectivityArray()).astype(np.int64)
-        starts = as_array(polygons.GetOffsetsArray()).astype(np.int64)
-        if starts.size < 2:
-            return {}
-        uv, uv_corners = None, None
-        coordinates = surface.GetPointData().GetTCoords()
-        if coordinates is not None and coordinates.GetNumberOfComponents() >= 2:
-            uv, uv_corners = as_array(coordinates)[:, :2].astype(float), corners
-        content = MeshContent(Mesh(str(self.path), points, corners, starts, uv, uv_corners))
-        return {self.path.name: MeshFile.whole(self.path, content, None, *note)}
+        corners, uv = surface["corners"], surface["uv"]
+        uv_corners = None if uv is None else corners
+        mesh = Mesh(str(self.path), surface["points"], corners, surface["starts"], uv, uv_corners)
+        notes = [surface["note"]] if surface["note"] else []
+        return {self.path.name: MeshFile.whole(self.path, MeshContent(mesh), None, *notes)}
 
     def numbers_at_points(self, name: str | None) -> Real:
         """Return the numbers (n,) at the points of the surface in the array of this name.
@@ -98,17 +115,9 @@ class VtkFormat(MeshFormat):
         Raises:
             InputError: there is no such array, or there are several and none is named.
         """
-        vtk = _vtk(self.path)
-        data = self._surface(vtk)[0].GetPointData()
-        arrays = [data.GetArray(index) for index in range(data.GetNumberOfArrays())]
-        by_name = {
-            array.GetName(): array
-            for array in arrays
-            if array is not None and array.GetNumberOfComponents() == 1
-        }
-        active = data.GetScalars()
-        if name is None and active is not None and active.GetName() in by_name:
-            name = active.GetName()
+        by_name = dict(zip(self._surface["names"], self._surface["numbers"]))
+        if name is None and self._surface["active"] in by_name:
+            name = self._surface["active"]
         elif name is None and len(by_name) == 1:
             name = next(iter(by_name))
         if name not in by_name:
@@ -117,39 +126,17 @@ class VtkFormat(MeshFormat):
                 "name one of its arrays" if name is None else f"has no array {name!r} of numbers at points"
             )
             raise InputError(f"{self.path}: {problem}; it has {names}")
-        return vtk.util.numpy_support.vtk_to_numpy(by_name[name]).astype(float)
+        return by_name[name]
 
-    def _surface(self, vtk: Any) -> tuple[Any, list[str]]:
-        """Return the file's polygons as VTK's PolyData, and a note if they are the surface of a volume or grid.
+    @cached_property
+    def _surface(self) -> dict[str, Any]:
+        """The file's polygons, see `readers.vtk`.
 
         Raises:
             InputError: the file cannot be read, or contains no geometry.
         """
-        reader = {
-            ".vtk": vtk.vtkIOLegacy.vtkGenericDataObjectReader,
-            ".vtp": vtk.vtkIOXML.vtkXMLPolyDataReader,
-            ".vtu": vtk.vtkIOXML.vtkXMLUnstructuredGridReader,
-        }[formats.suffix_of(self.path)]()
-        reader.SetFileName(str(self.path))
-        reader.Update()
-        content, model = reader.GetOutput(), vtk.vtkCommonDataModel
-        if reader.GetErrorCode() or content is None:
-            raise InputError(f"{self.path}: is not a VTK file, or is damaged")
-        if isinstance(content, model.vtkPolyData):
-            if not content.GetNumberOfStrips():
-                return content, []
-            triangles = vtk.vtkFiltersCore.vtkTriangleFilter()
-            triangles.PassLinesOff()
-            triangles.PassVertsOff()
-            triangles.SetInputData(content)
-            triangles.Update()
-            return triangles.GetOutput(), ["strips of triangles were taken apart, and polygons divided"]
-        if not isinstance(content, model.vtkDataSet):
-            raise InputError(f"{self.path}: contains no geometry, but {content.GetClassName()}")
-        surface = vtk.vtkFiltersGeometry.vtkDataSetSurfaceFilter()
-        surface.SetInputData(content)
-        surface.Update()
-        return surface.GetOutput(), [f"took the surface of its {content.GetNumberOfCells()} cells"]
+        _require(self.path)
+        return process.read(self.path, "vtk", suffix=formats.suffix_of(self.path))
 
     @classmethod
     def write(
@@ -196,6 +183,15 @@ class VtkFormat(MeshFormat):
         return uv.astype(np.float32).astype(float)
 
 
+def _require(path: Path) -> None:
+    """Refuse a file if VTK is not installed, without importing it.
+
+    Raises:
+        InputError: it is not.
+    """
+    extras.require(f"{path}: reading VTK", "vtkmodules")
+
+
 def _as_vtk(vtk: Any, values: Real | Index) -> Any:
     """Return numbers as an array of VTK, which has its copy of them."""
     kind = vtk.vtkCommonCore.VTK_ID_TYPE if values.dtype.kind == "i" else None
@@ -203,7 +199,7 @@ def _as_vtk(vtk: Any, values: Real | Index) -> Any:
 
 
 def _vtk(path: Path | str) -> Any:
-    """Return the package vtkmodules with the modules used here, without its messages on standard error.
+    """Return the package vtkmodules, to write, with the modules used here, without its messages on standard error.
 
     Raises:
         InputError: it is not installed.

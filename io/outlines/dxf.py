@@ -29,6 +29,17 @@ NO_FONTS = {"version": 2, "font-faces": []}
 versions.
 """
 DRAWN = {"LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE", "HATCH", "MPOLYGON", "SOLID"}
+READER_ERRORS = (
+    OSError,
+    ValueError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    ArithmeticError,
+    AssertionError,
+    RecursionError,
+)
+"""What ezdxf raises for damaged drawings, besides its own errors."""
 MILLIMETRES = {1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0, 8: 25.4e-6, 9: 0.0254, 10: 914.4, 14: 100.0}
 """Millimetres in a unit, for values of the header variable $INSUNITS."""
 
@@ -50,7 +61,7 @@ def read(
     curves = defaultdict[str, list[_Curve]](list)
     with library(path) as ezdxf:
         document = load(ezdxf, path, max_bytes)
-        for entity, blocks in _entities(document.modelspace()):
+        for entity, blocks in drawn_entities(document.modelspace()):
             for part in _paths(ezdxf, entity):
                 ends = np.array([[v.x, v.y] for v in part.control_vertices()])
                 tolerance = max(flatness * float(np.linalg.norm(np.ptp(ends, axis=0))), 1e-300)
@@ -97,7 +108,7 @@ def library(path: Path | str) -> Iterator[Any]:
         yield ezdxf
     except InputError:
         raise
-    except (ezdxf.DXFError, OSError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+    except (ezdxf.DXFError, *READER_ERRORS) as error:
         reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise InputError(f"{path}: cannot read this DXF drawing: {reason}") from None
 
@@ -154,13 +165,19 @@ def _count_shown(document: Any, layout: Any, counts: dict[str, int], depth: int 
     return count
 
 
-def _entities(entities: Iterable[Any], blocks: tuple[str, ...] = ()) -> Iterator[tuple[Any, tuple[str, ...]]]:
-    """Yield all drawn entities, including those of block references, with the names of the blocks around each."""
+def drawn_entities(
+    entities: Iterable[Any], blocks: tuple[str, ...] = (), *, everything: bool = False
+) -> Iterator[tuple[Any, tuple[str, ...]]]:
+    """Yield lines and areas, including those of block references, with the names of the blocks around each.
+
+    With `everything`, entities of other kinds are among them.
+    """
     for entity in entities:
         deadline.check("reading it")
         if entity.dxftype() == "INSERT":
-            yield from _entities(contents(entity), (*blocks, str(entity.dxf.name)))
-        elif entity.dxftype() in DRAWN:
+            inside = (*blocks, str(entity.dxf.name))
+            yield from drawn_entities(contents(entity), inside, everything=everything)
+        elif everything or entity.dxftype() in DRAWN:
             yield entity, blocks
 
 

@@ -14,7 +14,7 @@ from ...errors import InputError, first_names
 from ...saved.georeference import Georeference
 from .. import files, limits
 from ..svg.drawing_content import DrawingContent
-from . import antimeridian, topology
+from . import antimeridian, layers, topology
 
 NamedRings = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and their fill rule
 MOST_NESTED_COLLECTIONS = 50  # levels of nested collections
@@ -71,6 +71,31 @@ def read(
         )
         raise InputError(f"{path}: {reason}") from None
     return drawing
+
+
+def read_layer(
+    path: Path, selection: str | None = None, *, flatness: float = 1e-4, max_bytes: int = 0
+) -> DrawingContent:
+    """Return the polygons of a layer of a GeoPackage, Shapefile or KML, or of its feature that `selection` names.
+
+    The selection is `layer`, `layer#feature`, or `feature` if the file has one layer. `flatness` and `max_bytes` are
+    not used.
+
+    Raises:
+        InputError: the layer cannot be read, or has no valid polygon.
+    """
+    name, _, feature = (selection or "").partition("#")
+    layer = layers.read(path, None if not name or layers.has_one(path) else name)
+    chosen = feature or (name if name != layer.name else "") or None
+    drawing = DrawingContent([], None, flip=False)
+    try:
+        _fill(drawing, _geojson(layer.content, drawing.notes), chosen)
+    except InputError as error:
+        raise error.named(path) from None
+    if selection:
+        drawing.ids[selection] = None
+    usual = LONGITUDE_LATITUDE if _in_degrees(drawing) else ""
+    return replace(drawing, georeference=Georeference(crs=layer.crs or usual))
 
 
 def _in_degrees(drawing: DrawingContent) -> bool:

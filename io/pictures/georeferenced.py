@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from ...errors import InputError
+from ...errors import InputError, naming
 from ...saved.georeference import Affine, Georeference
 from .. import extras, files, formats
-from . import pillow
+from ..isolated import process
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 GEOTIFF_TAGS = 33550, 33922, 34264, 34735
 """Of TIFF: pixel scale, tie points, transformation, and the directory of keys."""
+MOST_COORDINATE = 1e15  # of a map, in its units
 MOST_WORLD_FILE_BYTES = 4096  # a world file has six numbers
 MOST_PROJECTION_BYTES = 1 << 16  # of a description of a coordinate reference system (.prj)
+
+AUTHORITY_CODE = re.compile(r"[A-Za-z]{2,9}:\w{1,16}(\+\w{1,16})?")  # such as EPSG:32633
+NAMES_FILES = re.compile(r"""(?i)grids["',=\s]+(?!@null\b)|PARAMETERFILE|\b(?:init|file)\s*=""")
+"""Parts of a description of a coordinate reference system in which PROJ reads other files."""
 
 
 def read(path: Path) -> tuple[Georeference | None, str]:
@@ -27,13 +33,14 @@ def read(path: Path) -> tuple[Georeference | None, str]:
     """
     if formats.suffix_of(path) in TIFF_SUFFIXES and has_geotiff_tags(path):
         try:
-            module = rasterio(f"{path}: reading where it lies on a map")
+            place = _of_geotiff(path, f"{path}: reading where it lies on a map")
         except InputError as error:
             return None, str(error)
-        with suppress(module.errors.RasterioError), _opened(module, path) as file:
-            if not file.transform.is_identity:
-                a, b, c, d, e, f = tuple(file.transform)[:6]
-                return Georeference((a, b, c, d, e, f), _text(file.crs)), ""
+        if place["transform"] is not None:
+            a, b, c, d, e, f = place["transform"]
+            if not all(abs(number) < MOST_COORDINATE for number in place["transform"]) or a * e == b * d:
+                return None, f"{path}: its place on a map is ignored, because it does not place the picture"
+            return Georeference((a, b, c, d, e, f), _text_of_wkt(place["crs"])), ""
     for name in world_files(path):
         if name.is_file():
             return _of_world_file(name, path)
@@ -47,29 +54,48 @@ def gcps(path: Path) -> tuple[list[tuple[float, float]], list[tuple[float, float
     Raises:
         InputError: rasterio is missing, or the file has none.
     """
-    module = rasterio("reading ground control points")
     try:
-        with _opened(module, path) as file:
-            points, crs = file.gcps
-    except module.errors.RasterioError:
-        raise InputError("cannot be read as a GeoTIFF") from None
-    if not points:
+        place = _of_geotiff(path, "reading ground control points")
+    except InputError as error:
+        raise InputError(str(error).removeprefix(f"{path}: ")) from None
+    if not place["pixels"]:
         raise InputError("has no ground control points; QGIS and gdal_translate -gcp write them")
-    pixels = [(float(point.col), float(point.row)) for point in points]
-    return pixels, [(float(point.x), float(point.y)) for point in points], _text(crs)
+    pixels, places = ([(x, y) for x, y in place[key]] for key in ("pixels", "places"))
+    return pixels, places, _text_of_wkt(place["points_crs"])
+
+
+def _of_geotiff(path: Path, purpose: str) -> dict[str, Any]:
+    """Return where a GeoTIFF lies on a map, see `readers.geotiff`.
+
+    Raises:
+        InputError: rasterio is missing, or the file cannot be read.
+    """
+    extras.require(purpose, "rasterio")
+    return process.read(path, "geotiff")
+
+
+def _text_of_wkt(wkt: str) -> str:
+    """Return a coordinate reference system as text on one line; empty if there is none, or if it refers to files."""
+    if not wkt:
+        return ""
+    module = rasterio("reading a coordinate reference system")
+    try:
+        return _text(module, reference_system(module, wkt))
+    except InputError:
+        return ""
 
 
 def write(path: Path, transform: Affine, crs: str) -> None:
     """Add a transform and a coordinate reference system to a TIFF.
 
     Raises:
-        InputError: rasterio is missing.
+        InputError: rasterio is missing, or does not know the system.
     """
     module = rasterio("writing where the picture lies on a map")
     with _opened(module, path, "r+") as file:
         file.transform = module.Affine(*transform)
         if crs:
-            file.crs = module.crs.CRS.from_string(crs)
+            file.crs = reference_system(module, crs)
 
 
 def world_file_text(transform: Affine) -> str:
@@ -83,10 +109,14 @@ def projection_text(crs: str) -> str:
     """Return the content of a .prj file.
 
     Raises:
-        InputError: rasterio is missing.
+        InputError: rasterio is missing, or does not know the system, or it has no description of this kind.
     """
     module = rasterio("writing a coordinate reference system")
-    return str(module.crs.CRS.from_string(crs).to_wkt(version="WKT1_ESRI")) + "\n"
+    system = reference_system(module, crs)
+    try:
+        return str(system.to_wkt(version="WKT1_ESRI")) + "\n"
+    except (module.errors.RasterioError, module.errors.CRSError):
+        raise InputError(f"the coordinate reference system {crs[:60]!r} cannot be written as .prj") from None
 
 
 def world_files(picture: Path) -> list[Path]:
@@ -98,8 +128,10 @@ def world_files(picture: Path) -> list[Path]:
 
 def has_geotiff_tags(path: Path) -> bool:
     """Return whether a TIFF has the tags of a GeoTIFF; False for any other file."""
-    with suppress(InputError), pillow.opened(path, path, ("TIFF",)) as picture:
-        tags = picture.tag_v2  # type: ignore[attr-defined]
+    import tifffile
+
+    with suppress(Exception), tifffile.TiffFile(path) as file:  # damaged files have errors of many kinds
+        tags = file.pages.first.tags
         return any(tag in tags for tag in GEOTIFF_TAGS)
     return False
 
@@ -125,12 +157,44 @@ def _opened(module: Any, path: Path, mode: str = "r") -> Iterator[Any]:
             yield file
 
 
-def _text(crs: Any) -> str:
-    """Return a coordinate reference system as text on one line."""
+def reference_system(module: Any, text: str) -> Any:
+    """Return the coordinate reference system (rasterio's CRS) that a text describes.
+
+    The text can be a code (EPSG:4326), a string of PROJ (+proj=utm +zone=33) or WKT. GDAL also takes the addresses and
+    names of files that contain one; those are refused, because the text may be a stranger's.
+
+    Raises:
+        InputError: rasterio does not know it, or it refers to files.
+    """
+    text = text.strip()
+    shown = " ".join(text.split())[:60]
+    if NAMES_FILES.search(text):
+        raise InputError(
+            f"the coordinate reference system {shown!r} refers to other files, which are not read"
+        )
+    kind = module.crs.CRS
+    is_known_form = AUTHORITY_CODE.fullmatch(text) or text.startswith("+proj=")
+    try:
+        with module.Env():  # which keeps GDAL from writing to stderr
+            return kind.from_string(text) if is_known_form else kind.from_wkt(text)
+    except (module.errors.RasterioError, module.errors.CRSError):
+        raise InputError(
+            f"{shown!r} is not a known coordinate reference system; use WKT, a code such as EPSG:4326, or a string of "
+            "PROJ"
+        ) from None
+
+
+def _text(module: Any, crs: Any) -> str:
+    """Return a coordinate reference system as text on one line; empty if there is none, or if it refers to files."""
     if not crs:
         return ""
-    code = crs.to_epsg()
-    return f"EPSG:{code}" if code else " ".join(crs.to_wkt().split())
+    try:
+        with module.Env():
+            text = " ".join(crs.to_wkt().split())
+            code = None if NAMES_FILES.search(text) else crs.to_epsg()
+    except (module.errors.RasterioError, module.errors.CRSError):
+        return ""
+    return f"EPSG:{code}" if code else "" if NAMES_FILES.search(text) else text
 
 
 def _of_world_file(path: Path, picture: Path) -> tuple[Georeference | None, str]:
@@ -141,25 +205,27 @@ def _of_world_file(path: Path, picture: Path) -> tuple[Georeference | None, str]
         a, d, b, e, x, y = numbers
     except (InputError, ValueError):
         return None, f"{path}: ignored, because it is not a world file of six numbers"
-    if not all(abs(number) < 1e15 for number in numbers) or a * e == b * d:
+    if not all(abs(number) < MOST_COORDINATE for number in numbers) or a * e == b * d:
         return None, f"{path}: ignored, because it does not place the picture"
-    crs, projection = "", picture.with_suffix(".prj")
+    crs, note, projection = "", "", picture.with_suffix(".prj")
     if projection.is_file():
-        with suppress(InputError, UnicodeDecodeError):  # the transform holds without it
+        try:
             crs = _of_projection_file(projection)
-    return Georeference((a, b, x - (a + b) / 2, d, e, y - (d + e) / 2), crs), ""
+        except InputError as error:  # the transform holds without it
+            note = str(error)
+    return Georeference((a, b, x - (a + b) / 2, d, e, y - (d + e) / 2), crs), note
 
 
 def _of_projection_file(path: Path) -> str:
     """Return the coordinate reference system in a .prj file.
 
     Raises:
-        InputError: rasterio is missing, or does not know the system.
-        UnicodeDecodeError: the file is not text.
+        InputError: rasterio is missing, or does not know the system, or the file is not text.
     """
-    module = rasterio(f"{path}: reading it")
-    text = files.read_bytes(path, max_bytes=MOST_PROJECTION_BYTES).decode()
-    try:
-        return _text(module.crs.CRS.from_wkt(text))
-    except module.errors.RasterioError:
-        raise InputError(f"{path}: cannot be read as a coordinate reference system") from None
+    module, data = rasterio(f"{path}: reading it"), files.read_bytes(path, max_bytes=MOST_PROJECTION_BYTES)
+    with naming(f"{path}: ignored"):
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            raise InputError("it is not text") from None
+        return _text(module, reference_system(module, text))

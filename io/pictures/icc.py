@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from . import pillow
+from .image import text_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PictureFile
@@ -19,10 +20,10 @@ LAB = "CIELAB", "ICCLAB"
 
 def needed(spec: oiio.ImageSpec) -> bool:
     """Return whether a picture's header says that it is in Lab, or in CMYK with a profile."""
-    kinds = {spec.get_string_attribute(f"{format}:ColorSpace") for format in ("jpeg", "tiff")}
+    kinds = {text_of(spec, f"{format}:ColorSpace") for format in ("jpeg", "tiff")}
     if kinds.intersection(LAB):
         return True
-    return "CMYK" in kinds and spec.get_string_attribute("ICCProfile:color_space") == "CMYK"
+    return "CMYK" in kinds and text_of(spec, "ICCProfile:color_space") == "CMYK"
 
 
 def read(path: str | Path, spec: oiio.ImageSpec) -> NDArray[np.uint8]:

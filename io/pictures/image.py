@@ -16,6 +16,7 @@ from ...pixels import colour
 from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
 from ..formats import PictureFormat
+from .raster import Raster
 
 USUAL = {  # names of the two working spaces; reading OpenColorIO's built-in configuration takes 30 ms
     "sRGB": "sRGB",
@@ -38,6 +39,7 @@ class Image:
         metadata: further metadata of the file, name -> (OpenImageIO type, value); `channels` -> the channels' names.
         notes: what a user should know about how the file was read.
         holes: number of pixels that are not finite.
+        raster: what a picture of numbers, such as heights or labels, has besides pixels.
     """
 
     pixels: NDArray
@@ -47,6 +49,7 @@ class Image:
     metadata: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     holes: int = 0
+    raster: Raster | None = None
 
     def texture(
         self, box: Box, kind: str = "colour", room: Memory | None = None, turn: complex = 1
@@ -198,21 +201,24 @@ def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray
     source = oiio.ImageBuf(np.ascontiguousarray(rgb))
     converted = oiio.ImageBufAlgo.colorconvert(source, image.colorspace, space)
     if converted.has_error or not converted.initialized:
-        raise InputError(
-            f"colour space {image.colorspace!r} to {space!r}: {first_line(converted.geterror())}"
-        )
+        raise InputError(f"colour space {image.colorspace!r} to {space!r}: {error_of(converted)}")
     out = np.asarray(converted.get_pixels(oiio.FLOAT))[..., : len(part)]
     return out if alpha is None else out * alpha
 
 
 def error_of(library: Any) -> str:
-    """Return the first line of the last error of OpenImageIO, or of one of its files or buffers."""
+    """Return the first line of the last error of OpenImageIO, or of one of its files or buffers, and clear it."""
     try:
-        return first_line(library.geterror())
+        lines = library.geterror().strip().splitlines()
     except UnicodeDecodeError:  # the message quotes the file
         return "its header contains bytes that are not UTF-8"
+    return lines[0] if lines else "unknown reason"
 
 
-def first_line(text: str) -> str:
-    """Return the first line of a library's message."""
-    return (text or "unknown reason").strip().splitlines()[0]
+def text_of(spec: oiio.ImageSpec, name: str) -> str:
+    """Return an attribute of a header as text; empty if it is missing, not a text, or not UTF-8."""
+    try:
+        value = spec.getattribute(name)
+    except UnicodeDecodeError:
+        return ""
+    return value if isinstance(value, str) else ""

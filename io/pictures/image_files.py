@@ -19,7 +19,7 @@ from .. import extras, formats, limits
 from ..files import as_text, open_input, opened, scratch
 from ..quiet_stderr import silence
 from . import icc, pillow
-from .image import Image, error_of, prepare, transfer_of, usual_of
+from .image import Image, error_of, prepare, text_of, transfer_of, usual_of
 from .png import PngOutput
 
 __all__ = ["Image", "check", "read", "transfer_of", "write", "write_bands"]
@@ -162,7 +162,7 @@ def proportions(picture: str | Path | bytes) -> float | None:
         except (OSError, ValueError, InputError):
             return None
         if file is None:
-            oiio.geterror()
+            error_of(oiio)
             return None
         spec = file.spec()
         file.close()
@@ -345,7 +345,7 @@ def _unknown(path: str | Path) -> InputError:
 def _open(path: str | Path) -> Iterator[Any]:
     file: Any = oiio.ImageOutput.create(str(path))
     if file is None:
-        oiio.geterror()
+        error_of(oiio)
         raise _unknown(path)
     if file.format_name() == "png":
         file = PngOutput(file)
@@ -412,7 +412,40 @@ def _holes(pixels: NDArray, room: Memory) -> int:
     return count
 
 
-def clipping_note(path: str | Path, image: Image) -> str | None:
+def losses(path: str | Path, image: Image) -> list[str]:
+    """Return notes on what a picture loses in a format: range, depth, transparency and colour profile.
+
+    Args:
+        path: the file; only its suffix matters.
+        image: the picture as it was read.
+    """
+    format, suffix = formats.picture(path), formats.suffix_of(path)
+    stored = prepare(replace(image, pixels=image.pixels[:1, :1]), format)
+    notes = [note] if (note := _clipping_note(path, image)) else []
+    bits, bits_left = (8 * kind.itemsize for kind in (image.pixels.dtype, stored.pixels.dtype))
+    if bits_left < bits and bits_left == 8:
+        notes.append(
+            f"{suffix} stores 8 bits per channel, and the texture has {bits}; use .png or .tif to keep 16"
+        )
+    elif bits_left < bits:
+        notes.append(
+            f"{suffix} stores {bits_left} bits per channel, and the texture has {bits}; use .exr or .tif"
+        )
+    if image.alpha >= 0 > stored.alpha and _has_transparency(image):
+        notes.append(f"{suffix} has no alpha channel, so transparent parts become white; use .png or .tif")
+    if "ICCProfile" in image.metadata and not format.profile:
+        notes.append(f"{suffix} does not store the texture's colour profile; use .png or .tif to keep it")
+    return notes
+
+
+def _has_transparency(image: Image) -> bool:
+    """Return whether a pixel is not opaque."""
+    alpha = image.pixels[..., image.alpha]
+    opaque = np.iinfo(alpha.dtype).max if alpha.dtype.kind == "u" else 1.0
+    return bool((alpha < opaque).any())
+
+
+def _clipping_note(path: str | Path, image: Image) -> str | None:
     """Return a note on the values that a picture loses in a file that stores only 0 to 1, or None."""
     format, pixels = formats.picture(path), image.pixels
     if format.light != "display" or pixels.dtype.kind != "f":
@@ -453,11 +486,11 @@ def _notes(
 
 def description(path: str | Path) -> str:
     """Return the description in a picture's metadata; empty without one, or if the file cannot be read."""
-    file = oiio.ImageInput.open(str(path))
+    file = oiio.ImageInput.open(as_text(path))
     if file is None:
-        oiio.geterror()
+        error_of(oiio)  # the next error is then reported alone
         return ""
-    text = str(file.spec().getattribute("ImageDescription") or "")
+    text = text_of(file.spec(), "ImageDescription")
     file.close()
     return text
 
@@ -494,12 +527,10 @@ def _checked_space(path: str | Path, colorspace: str) -> str:
 
 def _space(spec: oiio.ImageSpec, dtype: np.dtype) -> str:
     """Return the file's colour space; by default sRGB for integers and linear for floats."""
-    try:
-        stated = spec.get_string_attribute("oiio:ColorSpace")
-    except UnicodeDecodeError:
-        stated = ""
-    stated = stated if isinstance(stated, str) and stated.isprintable() else ""
-    return (stated and usual_of(stated)) or ("lin_rec709" if dtype.kind == "f" else "sRGB")
+    stated = text_of(spec, "oiio:ColorSpace")
+    return (stated and stated.isprintable() and usual_of(stated)) or (
+        "lin_rec709" if dtype.kind == "f" else "sRGB"
+    )
 
 
 def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:

@@ -6,7 +6,9 @@ program.
 
 from __future__ import annotations
 
+import struct
 import warnings
+import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
@@ -24,6 +26,21 @@ WITH_EXTRA = ("HEIF",)
 """Further formats, which Pillow opens once the package pi_heif has registered their decoder."""
 EMBEDDED = FORMATS
 """Formats that may be embedded in a drawing."""
+
+
+DECODER_ERRORS = (
+    OSError,
+    EOFError,
+    SyntaxError,
+    ValueError,
+    LookupError,
+    TypeError,
+    ArithmeticError,
+    AssertionError,
+    struct.error,
+    zlib.error,
+)
+"""What decoders of Pillow raise for damaged pictures."""
 
 
 @contextmanager
@@ -54,6 +71,6 @@ def opened(picture: Path | bytes, where: object, formats: Sequence[str] = FORMAT
         raise InputError(f"{where}: has more than {most} pixels, the limit for this format") from error
     except InputError:
         raise
-    except (OSError, ValueError, SyntaxError, EOFError) as error:
+    except DECODER_ERRORS as error:
         reason = (str(error) or type(error).__name__).splitlines()[0][:200]
         raise InputError(f"{where}: cannot read this picture ({', '.join(formats)}): {reason}") from error

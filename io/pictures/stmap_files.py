@@ -1,5 +1,6 @@
 """STMap files; see `iccm.pixels.stmap` for the convention."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -31,8 +32,8 @@ def write(
     placing: Placing | None = None,
     room: Memory | None = None,
     threads: int | None = None,
-) -> None:
-    """Write a map as a float STMap (.exr or .tif), row by row as it is computed.
+) -> bool:
+    """Write a map as a float STMap (.exr or .tif), row by row as it is computed; return whether it covers any pixel.
 
     Args:
         path: the file.
@@ -49,8 +50,16 @@ def write(
     check(path)
     bytes_per_band, purpose = band_bytes(canvas.width), f"rows of {canvas.width} pixels"
     threads = (room or Memory()).threads(threads, bytes_per_band, purpose)
-    rows = stmap.stmap(map, box, canvas, placing=placing, threads=threads)
-    image_files.write_bands(path, _like(), canvas.height, canvas.width, rows)
+    covered = False
+
+    def rows() -> Iterator[NDArray]:
+        nonlocal covered
+        for block in stmap.stmap(map, box, canvas, placing=placing, threads=threads):
+            covered = covered or bool(block[..., 3].any())
+            yield block
+
+    image_files.write_bands(path, _like(), canvas.height, canvas.width, rows())
+    return covered
 
 
 def write_whole(path: str | Path, st: NDArray[np.float32]) -> None:
@@ -95,11 +104,28 @@ def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory
     return image.pixels
 
 
+def shows_nothing(st: NDArray) -> str:
+    """Return what is wrong with an STMap that shows nothing of any picture; empty if nothing is.
+
+    Such maps come from programs that failed: all of their pixels are NaN, zero, or outside of the map.
+    """
+    if not _is_set(st).any():
+        return "none of its pixels has a place in a picture: all are NaN, zero or uncovered"
+    places_of_pixels = st[_is_set(st)][:, :2]
+    if st.shape[0] * st.shape[1] > 1 and (places_of_pixels == places_of_pixels[0]).all():
+        return "all of its pixels have the same place in a picture"
+    return ""
+
+
+def _is_set(st: NDArray) -> NDArray[np.bool_]:
+    """Mark the pixels (h, w) of an STMap that have a place in a picture."""
+    is_finite: NDArray[np.bool_] = np.isfinite(st[..., :2]).all(axis=-1)
+    return is_finite & (st[..., 3] > 0 if st.shape[2] > 3 else (st[..., :2] != 0).any(axis=-1))
+
+
 def places(st: NDArray) -> Real:
     """Return (p, 2) s and t of an STMap's pixels, except those on the edge of a tile, which may belong to either."""
-    is_set = np.isfinite(st[..., :2]).all(axis=-1)
-    is_set &= st[..., 3] > 0 if st.shape[2] > 3 else (st[..., :2] != 0).any(axis=-1)
-    st_of_pixels = st[is_set][:, :2].astype(float)
+    st_of_pixels = st[_is_set(st)][:, :2].astype(float)
     return st_of_pixels[(np.abs(st_of_pixels - np.round(st_of_pixels)) > TILE_EDGE_SHARE).all(axis=1)]
 
 

@@ -30,6 +30,7 @@ flatten        `iccm flatten`
 flat_files     a flattening as a file
 overlay_picture  a picture of an overlay in a flattening
 relayout       `iccm relayout`
+requirements   what options need in order to have an effect; those that were given in vain are refused
 """
 
 from importlib import import_module

@@ -1,9 +1,10 @@
-"""Intermediate drawings of a morph: the movement of the plane, and how both drawings are blended.
+"""Intermediate drawings of a morph: the movement of the plane, what is painted there, and how colours are blended.
 
 The map of two drawings defines the movement of the plane; `iccm.morph` gives the maps of the source's frame onto the
-intermediate ones. What is painted changes, too: a part or hole of one drawing may lie in a gap of the other. A frame
-therefore mixes two layers, the source moved forward and the target moved back, one fading out while the other fades in
-(Beier and Neely, *Feature-based image metamorphosis*, SIGGRAPH 1992). Nothing fades where both layers are the same.
+intermediate ones. What is painted changes, too: a part or hole of one drawing may lie in a gap of the other. The source
+is therefore moved forward and the target back, and the drawing between both (`drawings.intermediate`) is painted: its
+parts and holes grow and shrink. Its colours are those of both, one fading out while the other fades in (Beier and
+Neely, *Feature-based image metamorphosis*, SIGGRAPH 1992), and those of one where the other paints nothing.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import dataclass, replace
 from ...arrays import Box
 from ...curve import Curve, polygon_of
 from ...drawings.drawing import Drawing
+from ...drawings.intermediate import intermediate
 from ...flattening.interpolation import morph
 from ...maps.moved_rings import move_rings
 from ...maps.triangulated.map import TriangulatedMap
@@ -34,12 +36,14 @@ class MorphPath:
         pair: the shapes.
         fit: the map from the source to the target.
         drawings: what both shapes paint.
+        shares: positions of the frames, from 0 to 1.
         maps: of the source onto each intermediate shape, including the first and the last one.
     """
 
     pair: Pair
     fit: Fit
     drawings: tuple[Drawing, Drawing]
+    shares: Sequence[float]
     maps: list[TriangulatedMap]
 
     @classmethod
@@ -55,8 +59,8 @@ class MorphPath:
             placed: (a, b) of the similarity a z + b that places the source at the start of the path.
             filled: whether the holes of shapes are painted over.
         """
-        drawings = fit.drawings or (_enclosed(pair[SOURCE], filled), _enclosed(pair[TARGET], filled))
-        return cls(pair, fit, drawings, list(morph(fit, shares, placed=placed)))
+        drawings = fit.details.drawings or (_enclosed(pair[SOURCE], filled), _enclosed(pair[TARGET], filled))
+        return cls(pair, fit, drawings, shares, list(morph(fit, shares, placed=placed)))
 
     @property
     def is_plain(self) -> bool:
@@ -69,26 +73,34 @@ class MorphPath:
             for (outline, holes), drawing in zip(outlines, self.drawings)
         )
 
-    def layer(self, number: int, box: Box, *, picture: int, painted: int | None) -> tuple[Pair, Fit]:
+    def moved(self, number: int, side: int) -> Drawing:
+        """Return what a side paints, moved to a frame."""
+        rings = move_rings(self._maps_to(number)[side], self.drawings[side].rings)
+        return Drawing.of_rings(rings)
+
+    def painted(self, number: int) -> Drawing:
+        """Return what a frame paints."""
+        return intermediate(self.moved(number, SOURCE), self.moved(number, TARGET), self.shares[number])
+
+    def _maps_to(self, number: int) -> tuple[TriangulatedMap, TriangulatedMap]:
+        """Return the maps of the source and of the target onto a frame."""
+        onto_frame = self.maps[number]
+        back = TriangulatedMap(self.maps[-1].image, onto_frame.image, onto_frame.faces, onto_frame.loops)
+        return onto_frame, back
+
+    def layer(self, number: int, box: Box, *, picture: int, painted: Drawing | None) -> tuple[Pair, Fit]:
         """Return a layer of a frame: a shape, the frame as another shape, and the map between them.
 
         Args:
             number: index of the frame, from 0.
             box: the canvas of all frames.
             picture: the side whose picture it shows.
-            painted: the side whose drawing limits what is shown; None: everything inside the map's outline.
+            painted: limits what is shown; None: everything inside the map's outline.
         """
-        onto_frame = self.maps[number]
-        maps = (
-            onto_frame,
-            TriangulatedMap(self.maps[-1].image, onto_frame.image, onto_frame.faces, onto_frame.loops),
-        )
+        onto_frame, maps = self.maps[number], self._maps_to(number)
         outline, *holes = [onto_frame.image[loop] for loop in onto_frame.loops]
         shape = replace(self.pair[TARGET], curve=Curve(outline), box=box, holes=tuple(holes), extent=None)
-        drawings = None
-        if painted is not None:
-            moved_drawing = Drawing.of_rings(move_rings(maps[painted], self.drawings[painted].rings))
-            drawings = self.drawings[picture], moved_drawing
+        drawings = None if painted is None else (self.drawings[picture], painted)
         fit = self.fit
         assert fit.target is not None
         layer_fit = replace(
@@ -98,7 +110,7 @@ class MorphPath:
             source_holes=fit.target_holes if picture else fit.source_holes,
             target=shape.curve,
             target_holes=tuple(Curve(hole) for hole in holes),
-            drawings=drawings,
+            details=replace(fit.details, drawings=drawings),
         )
         return (self.pair[picture], shape), layer_fit
 

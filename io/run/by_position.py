@@ -34,7 +34,7 @@ def pins_by_position(run: Run) -> list[tuple[Place, Place]]:
     constrained = job.has_pins or job.start or job.rigid or job.rigid_target or job.several
     if constrained or len(run.fits) != 1 or run.fit.status not in (Status.DRIFTED, Status.TWISTED):
         return []
-    if not run.fit.has_drifted:  # a twisted map, perhaps between surfaces in different places
+    if not run.fit._has_drifted:  # a twisted map, perhaps between surfaces in different places
         return []
     source, target = (as_mesh(shape).flattening.patch for shape in run.pairs[0])
     points, faces = np.ascontiguousarray(source.points), np.ascontiguousarray(source.faces)

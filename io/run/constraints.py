@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,7 @@ from ...balanced.errors import NoMapError
 from ...balanced.motion import is_reshaped
 from ...curve import Curve
 from ...errors import ConstraintError, InputError
+from ...fit_data import with_details
 from ...fits import is_of_drawings
 from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Pin, Stroke
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from ..shapes.starts import StartingMap
 
 
-MOST_ENERGY_RATIO = 1.5
-"""Factor between energies: a map continued from another is replaced by a new one if its energy exceeds both that of the
-other and that of the new map by more.
+MOST_COST_RATIO = 1.15
+"""Factor between costs: a map continued from another is replaced by a new one if it costs more than this many times as
+much as the other, and as the new map.
 """
 CONSTRAINTS = "pins", "strokes", "rigid", "rigid_target", "importance", "size_map"
 FINGERPRINTED = "balance", "turn", "fit", "holes", "tolerance", "exact_pins", "max_dilatation", "max_stretch"
@@ -222,7 +222,7 @@ def solve(
         )
     # holes are ignored by the map, but still cut out of the picture
     plain = partial(iccm.fit, filled(source).domain, filled(target).domain)
-    return replace(
+    return with_details(
         prefer_namesakes(source, target, plain, arguments, tell), drawings=(source.drawing, target.drawing)
     )
 
@@ -237,13 +237,11 @@ def prefer_namesakes(
     """Return the map of two shapes; use parts with the same name as pins if that helps.
 
     If the unconstrained map does not carry a named part onto its namesake, a map that starts from these parts as pins
-    is preferred, unless it costs more than `MOST_ENERGY_RATIO` times as much.
+    is preferred, unless it costs more than `MOST_COST_RATIO` times as much.
     """
-    from ...drawings.cost import price
-
     plain = fit(**arguments)
     is_constrained = any(arguments.get(name) is not None for name in (*CONSTRAINTS, "start"))
-    if is_constrained or plain.place != "fill" or not isinstance(plain.map, TriangulatedMap):
+    if is_constrained or plain.details.place != "fill" or not isinstance(plain.map, TriangulatedMap):
         return plain
     names, places, radii = parts.namesakes(source, target)
     if not names:
@@ -265,16 +263,12 @@ def prefer_namesakes(
         free = fit(
             **arguments | {"start": pinned.map, "fit": mode} | ({"turn": "any"} if pins_fix_turn else {})
         )
-        costs = [
-            price(_cost(candidate), (candidate.left_out, candidate.uncovered), 1.0)
-            for candidate in (plain, free)
-        ]
         missed_now = missed(free)
         gained = [name for name, is_gained in zip(names, missed_before & ~missed_now) if is_gained]
         if (
             free.status.ok
             and missed_now.sum() < missed_before.sum()
-            and costs[1] <= MOST_ENERGY_RATIO * costs[0]
+            and _cost(free) <= MOST_COST_RATIO * _cost(plain)
         ):
             tell(
                 f"{target.spec}: the search starts from elements with the same names in both drawings: "
@@ -328,7 +322,7 @@ def go_on(
             return start
     continued = None
     with suppress(NoMapError, InputError):
-        if start.filled is None and (not holed or _have_holes(start, source, target)):
+        if start.details.filled is None and (not holed or _have_holes(start, source, target)):
             continued = solve(source, target, arguments | {"start": start.map}, holed=holed, tell=tell)
     best = better(start, continued, lambda: solve(source, target, arguments, holed=holed, tell=tell))
     if best is not continued:
@@ -346,13 +340,13 @@ def better(start: Fit, continued: Fit | None, anew: Callable[[], Fit]) -> Fit:
         start: the earlier map.
         continued: the map continued from it; None if that failed.
         anew: computes a map of the same shapes from scratch. It is called if the continued map costs more than
-            `MOST_ENERGY_RATIO` times as much as the earlier one, or if protrusions have merged or separated. Its map is
+            `MOST_COST_RATIO` times as much as the earlier one, or if protrusions have merged or separated. Its map is
             returned if it costs less: by that factor in the first case, by any amount in the second.
     """
     if continued is None or not continued.status.ok:
         return anew()
     outlines = (start.source, continued.source), (start.target, continued.target)
-    ratio = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MOST_ENERGY_RATIO
+    ratio = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MOST_COST_RATIO
     if ratio > 1 and _cost(continued) <= ratio * _cost(start):
         return continued
     new = anew()
@@ -361,10 +355,8 @@ def better(start: Fit, continued: Fit | None, anew: Callable[[], Fit]) -> Fit:
 
 def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
     """Return whether shapes have the same numbers of holes as the shapes of a map."""
-    sides = zip((source, target), (start.source_holes, start.target_holes), start.passed_holes)
-    return all(
-        len(shape.mappable_holes) == len(holes) + len(passed) for shape, holes, passed in sides if shape
-    )
+    sides = zip((source, target), (start.source_holes, start.target_holes))
+    return all(len(shape.mappable_holes) == len(holes) for shape, holes in sides if shape)
 
 
 def _is_same(outlines: list[Curve], rings: list[Curve]) -> bool:
@@ -376,8 +368,15 @@ def _is_same(outlines: list[Curve], rings: list[Curve]) -> bool:
 
 
 def _cost(fit: Fit) -> float:
-    """Return the energy of a map; 1 for a map of similar shapes, for which no energy is minimised."""
-    return fit.energies[-1]["total"] if fit.energies else 1.0
+    """Return the cost of a map, without that of its rotation; see `drawings.cost`."""
+    from ...drawings.cost import Cost
+
+    coverage = fit.coverage
+    if coverage.seen is not None:
+        return coverage.seen.total
+    energies = fit.distortion.energies()["total"]
+    energy = float(np.average(energies, weights=fit.distortion.area))
+    return Cost(energy, coverage.left_out, coverage.uncovered).total
 
 
 def check_inside(shape: Shape, kind: str, points: list[complex]) -> None:

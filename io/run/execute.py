@@ -7,7 +7,8 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ... import progress
+from ... import deadline, progress
+from ...deadline import TimeUp
 from ...errors import InputError
 from ...progress import Listener
 from .. import files, formats, references
@@ -59,7 +60,8 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     job = run.job
     if dry:
         outputs.tell_share(run)
-        return Outcome(True, "", {}, tuple(name for name in job.outputs if name != "-"), tuple(run.notes))
+        would_write = tuple(name for name in job.outputs if name != "-")
+        return Outcome(True, "", {}, would_write, tuple(run.notes), run.idle)
     sampled = any(output.samples for output in writers)
     if sampled:
         run.begin("sampler")
@@ -80,22 +82,45 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     if sampled and len(run.fits) == 1:
         run.note(*texture.notes_on_lines(job, run.source, run.fits[0]))
     run.begin("fit_report")
-    output_reports = list[OutputReport]()
     with files.together(), ExitStack() as stack:
-        for output in writers:
-            path = stack.enter_context(files.writing(output.name, force=job.force))
-            output_reports.append(output.write(run.with_texture(output.map), path, output_reports))
-        progress.tell("evaluate")
-        figures = report.build(run, output_reports)
-        if job.report:
-            report.write(figures, job.report, stack, force=job.force)
+        output_reports, time_up = _write_in_time(run, writers, stack)
+        written_outputs = writers[: len(output_reports)]
+        with deadline.limited(None):  # what is known of the map by now is reported
+            progress.tell("evaluate")
+            figures = report.build(run, output_reports)
+            if time_up:
+                late = [output.name for output in writers if output not in written_outputs]
+                figures |= report.out_of_time(time_up, late)
+            if job.report:
+                report.write(figures, job.report, stack, force=job.force)
     ok, message = report.verdict(run, figures)
-    names = [output.name for output in writers] + ([job.report] if job.report else [])
+    names = [output.name for output in written_outputs] + ([job.report] if job.report else [])
     companions = [name for output_report in output_reports for name in output_report.files or ()]
     written = (*(name for name in names if name != "-"), *companions)
     if again:
         earlier.remember(job, written)
-    return Outcome(ok, message, figures, written, tuple(run.notes))
+    return Outcome(ok, message, figures, written, tuple(run.notes), run.idle)
+
+
+def _write_in_time(
+    run: Run, writers: list[Output], stack: ExitStack
+) -> tuple[list[OutputReport], TimeUp | None]:
+    """Write the outputs, which appear when the stack is closed, until the time limit is over.
+
+    Returns:
+        The reports of the outputs that are complete, and the error that ended writing, if any.
+    """
+    output_reports = list[OutputReport]()
+    for output in writers:
+        try:
+            with ExitStack() as incomplete:
+                path = incomplete.enter_context(files.writing(output.name, force=run.job.force))
+                written = output.write(run.with_texture(output.map), path, output_reports)
+                stack.push(incomplete.pop_all())
+        except TimeUp as error:
+            return output_reports, error
+        output_reports.append(written)
+    return output_reports, None
 
 
 def _read(job: Job, threads: int | None, tell: Tell, phases: Phases, again: bool) -> tuple[Run, list[Output]]:
@@ -182,6 +207,8 @@ def solve_pairs(run: Run, settings_of: Callable[[Pair], Settings] | None = None)
             try:
                 with within, add_names(run.called):
                     pair_arguments, holed = settings_of(pair) if settings_of else ({}, job.holed)
+                    if run.choices and (holed or not any(shape.holes for shape in pair)):
+                        pair_arguments = pair_arguments | {"choices": run.choices[k]}
                     fit = _solved(run, pair, arguments | pair_arguments, holed)
                     run.fits.append(fit)
                     solved.append(_framed(pair, fit))
@@ -231,16 +258,23 @@ def pair_parts(run: Run) -> None:
         and job.target
         and source.drawing
         and target.drawing
+        and run.detail is None
     ):
         return
-    from ...frames.solve import paired_parts
+    from ...frames.solve import choose_with_parts
     from ...options import Options
 
-    pairs = paired_parts(source.drawing, target.drawing, Options(**job.solver), free_gaps=run.free_gaps)
+    choices = choose_with_parts(
+        source.drawing, target.drawing, Options(**job.solver), free_gaps=run.free_gaps
+    )
+    if choices is None:
+        return
+    pairs = choices[0].pairs
+    run.choices = [pair.choices for pair in pairs] if pairs else [choices]
     if pairs:
         run.pairs = [
-            (source.part_of(part, k + 1), target.part_of(image, k + 1))
-            for k, (part, image) in enumerate(pairs)
+            (source.part_of(pair.source, k + 1), target.part_of(pair.target, k + 1))
+            for k, pair in enumerate(pairs)
         ]
         run.note(
             f"{target.spec}: its {len(pairs)} parts are mapped separately (use --parts joined to map them together)"
@@ -256,9 +290,9 @@ def _framed(pair: Pair, fit: Fit) -> Pair:
     source, target = pair
     if fit.target is not None and (source.view or target.view):
         return source.framed(fit.source), target.framed(fit.target)
-    if fit.drawings is None or fit.target is None:
+    if fit.details.drawings is None or fit.target is None:
         return pair
-    if fit.place != "fill":
+    if fit.details.place != "fill":
         source, target = (replace(shape, extent=shape.bounds) for shape in pair)
     return source.framed(fit.source), target.framed(fit.target)
 
@@ -278,7 +312,7 @@ def _solved(run: Run, pair: Pair, arguments: dict[str, Any], holed: bool) -> Fit
     mapped_onto = target if run.job.target else None
     settings: dict[str, Any] = {"holed": holed, "tell": run.note}
     if mapped_onto is not None and source.drawing is not None:
-        arguments = arguments | {"opaque": run.opaque, "free_gaps": run.free_gaps}
+        arguments = arguments | {"opaque": run.opaque, "free_gaps": run.free_gaps, "detail": run.detail}
         drawing = mapped_onto.drawing
         if run.job.parts == "elements" and run.job.fit is None and drawing and not drawing.is_one_part:
             arguments["fit"] = "frame"  # other fits may hide a small part, such as the dot of an i

@@ -1,6 +1,7 @@
-"""Files of a flattening: its outline (SVG), the flat mesh (OBJ), or the mesh with flat positions as coordinates."""
+"""Files of a flattening: outline (SVG, DXF), flat mesh (OBJ), or the mesh with flat positions as coordinates."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,17 @@ from ...arrays import Complex, Index, Real, xy_of
 from ...errors import InputError
 from ...plane import longer_side
 from .. import formats
+from ..artwork import new_dxf
+from ..lengths import svg_size
 from ..materials.carried_maps import CarriedMaps
 from ..meshes import mesh_files
 from ..meshes.mesh_format import NewCoordinates, ShownPictures, Written
 from ..shapes.mesh_shape import MeshShape
+from ..svg.curves import Bezier, Piece
+from ..svg.path_data import PenPath
 
 POINTS_PER_LINE = 8  # so that lines stay below 200 characters
+DXF_TOLERANCE_MILLIMETRES = 1e-6  # all sides are straight, so nothing is approximated
 
 
 def check(name: str, *, overlay: bool = False) -> None:
@@ -29,7 +35,7 @@ def check(name: str, *, overlay: bool = False) -> None:
         raise InputError(f"{name}: a picture of a flattening shows an overlay; name one with --overlay FILE")
     if not formats.of(name).flat:
         raise InputError(
-            f"{name}: a flattening is written as .svg (outline) or .obj (flat mesh); use --uv for meshes "
+            f"{name}: a flattening is written as .svg or .dxf (outline) or .obj (flat mesh); use --uv for meshes "
             "with texture coordinates"
         )
 
@@ -39,32 +45,61 @@ def is_picture(name: str) -> bool:
     return formats.of(name).picture is not None
 
 
-def write(shape: MeshShape, out: Path) -> None:
-    """Write the flattening in the format of the suffix of `out`."""
-    text = svg(shape) if formats.suffix_of(out) == ".svg" else flat_obj(shape)
-    out.write_text(text, encoding="utf-8")
+def write(shape: MeshShape, out: Path, millimetres: float | None) -> None:
+    """Write the flattening in the format of the suffix of `out`.
+
+    Args:
+        shape: the mesh.
+        out: the file.
+        millimetres: length of a unit of the plane; None if it has no length.
+    """
+    suffix = formats.suffix_of(out)
+    if suffix == ".dxf":
+        new_dxf.write(dxf_lines(shape, millimetres or 1.0), out, DXF_TOLERANCE_MILLIMETRES)
+        return
+    out.write_text(svg(shape, millimetres) if suffix == ".svg" else flat_obj(shape), encoding="utf-8")
 
 
-def svg(shape: MeshShape) -> str:
-    """Return the outline and the holes as SVG paths in the units of the mesh, with y down."""
+def dxf_lines(shape: MeshShape, millimetres: float) -> list[new_dxf.Line]:
+    """Return the outlines and the holes in millimetres, on layers of these names."""
+    outlines, holes = _loops(shape)
+    rings = [(z, "outline") for z in outlines] + [(z, "holes") for z in holes]
+    lines = list[new_dxf.Line]()
+    for z, layer in rings:
+        points = (millimetres * np.append(z, z[:1])).tolist()
+        pieces = list[Piece](Bezier(side) for side in pairwise(points))
+        lines.append(new_dxf.Line(PenPath(points[0], pieces, True), layer))
+    return lines
+
+
+def _loops(shape: MeshShape) -> tuple[list[Complex], list[Complex]]:
+    """Return the outlines of all pieces, and the holes."""
+    flat, patch = shape.flattening.flat, shape.flattening.patch
+    outer = {int(loop[0]) for loop in shape.flattening.outer_loops}
+    holes = [flat[loop] for loop in patch.loops if int(loop[0]) not in outer]
+    return [flat[loop] for loop in shape.flattening.outer_loops] if shape.packed else [shape.curve.z], holes
+
+
+def svg(shape: MeshShape, millimetres: float | None = None) -> str:
+    """Return the outline and the holes as SVG paths in the units of the mesh, with y down, and its size in millimetres.
+
+    Args:
+        shape: the mesh.
+        millimetres: length of a unit of the plane; None if it has no length.
+    """
     low, high = shape.box
     margin = 0.02 * abs(high - low)
     size = high - low + 2 * margin * (1 + 1j)
     view = f"{low.real - margin:.9g} {-high.imag - margin:.9g} {size.real:.9g} {size.imag:.9g}"
-    flat, patch = shape.flattening.flat, shape.flattening.patch
     thin = f'fill="none" stroke="#8a929b" stroke-width="{0.002 * abs(high - low):.3g}"'
-    outer = {int(loop[0]) for loop in shape.flattening.outer_loops}
-    holes = [loop for loop in patch.loops if int(loop[0]) not in outer]
-    outlines = [flat[loop] for loop in shape.flattening.outer_loops] if shape.packed else [shape.curve.z]
+    outlines, holes = _loops(shape)
     names = [f"outline-{k + 1}" for k in range(len(outlines))] if shape.packed else ["outline"]
     lines = [
         f'<path id="{name}" fill="#22262b" d="{closed_path(z.conj())}"/>' for name, z in zip(names, outlines)
     ]
-    lines += [
-        f'<path id="hole-{k + 1}" {thin} d="{closed_path(flat[loop].conj())}"/>'
-        for k, loop in enumerate(holes)
-    ]
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view}">'
+    lines += [f'<path id="hole-{k + 1}" {thin} d="{closed_path(z.conj())}"/>' for k, z in enumerate(holes)]
+    sides = "".join(f' {name}="{text}"' for name, text in svg_size(size, millimetres).items())
+    head = f'<svg xmlns="http://www.w3.org/2000/svg"{sides} viewBox="{view}">'
     return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *lines, "</svg>", ""])
 
 

@@ -6,17 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ... import __version__
+from ... import __version__, deadline
 from ...arrays import complex_of
 from ...errors import InputError
 from ...flattening import METHODS
 from ...flattening.opening import concave, not_convex
+from ...flattening.segmentation import MAX_DISTORTION, Charts
 from ...meshes import layout
 from ...meshes.flatten import overlap
 from ...options import Options
 from ...plane import longer_side
 from ...surfaces.as_written import Written
 from .. import files, formats, references
+from ..lengths import MILLIMETRES
 from ..materials.carried_maps import CarriedMaps
 from ..meshes import mesh_files, overlays
 from ..options import TEXELS_BETWEEN_CHARTS
@@ -28,8 +30,11 @@ from ..shapes.split_rims import missed
 from ..spec import Spec
 from . import flat_files, overlay_picture, report
 from .job import FlattenJob, Outcome
+from .requirements import Requirement, refuse
 
 SCHEMA = "iccm.flatten/1"
+IN_MILLIMETRES = (".svg", ".dxf")
+"""Suffixes of outputs that have a size in millimetres."""
 
 
 class Layout(NamedTuple):
@@ -46,6 +51,19 @@ class Layout(NamedTuple):
     outline: Shape | None = None
 
 
+REQUIREMENTS = (
+    Requirement(
+        ("margin",), lambda job, flat_layout: flat_layout.shape.packed, "the mesh is flattened in one piece"
+    ),
+    Requirement(
+        ("unit",),
+        lambda job, flat_layout: any(formats.suffix_of(name) in IN_MILLIMETRES for name in job.output),
+        "no file with a size in millimetres is written; write one with -o FILE (.svg, .dxf)",
+    ),
+    Requirement(("method",), lambda job, flat_layout: not job.onto, "--onto replaces it"),
+)
+
+
 def check(job: FlattenJob) -> None:
     """Check that outputs have suitable suffixes and may be written.
 
@@ -54,6 +72,12 @@ def check(job: FlattenJob) -> None:
     """
     if job.subdivide_rim and goal_of(job) in METHODS:
         raise InputError("--subdivide-rim: needs an outline to follow; name one with --onto")
+    if job.max_distortion != MAX_DISTORTION and (
+        job.charts == "one" or goal_of(job) not in ("balanced", "conformal")
+    ):
+        raise InputError(
+            "--max-distortion: only applies to --charts auto with --method balanced or conformal, and not to --onto"
+        )
     for name in job.output:
         flat_files.check(name, overlay=bool(job.overlay))
     pictures = [name for name in job.output if flat_files.is_picture(name)]
@@ -67,7 +91,7 @@ def check(job: FlattenJob) -> None:
     if job.uv:
         formats.check(job.uv, "uv", "cannot hold texture coordinates")
     if job.plot:
-        formats.check(job.plot, "plot", "unknown suffix for --plot")
+        formats.check_plot(job.plot)
     formats.check_report(job.report)
     files.check_outputs(job.outputs, job.inputs, force=job.force)
 
@@ -100,13 +124,18 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
             tell=lambda remark: note(f"{job.mesh}: {remark}"),
             split=job.subdivide_rim,
             margin=None if job.parts == "largest" else job.margin,
+            charts=job.charts,
+            max_distortion=job.max_distortion,
         )
+        idle = refuse(job, REQUIREMENTS, job, flat_layout)
         results = write_all(flat_layout, job, stack)
         for remark in results["notes"][len(flat_layout.shape.notes) :]:
             note(remark)
     message = doubt(results)
+    if (limit := deadline.current()) and limit.cut:
+        message = message or limit.message("flattening it as evenly as possible")
     names = (*job.outputs, *results.get("also_written", []))
-    return Outcome(message is None, message or summary(results)[1], results, names, tuple(notes))
+    return Outcome(message is None, message or summary(results)[1], results, names, tuple(notes), idle)
 
 
 def goal_of(job: FlattenJob) -> str:
@@ -124,6 +153,8 @@ def lay_out(
     tell: Callable[[str], None],
     split: bool = False,
     margin: int | None = TEXELS_BETWEEN_CHARTS,
+    charts: Charts = "auto",
+    max_distortion: float = MAX_DISTORTION,
 ) -> Layout:
     """Return a mesh flattened by a method, or onto an outline.
 
@@ -133,7 +164,9 @@ def lay_out(
         cut: whether the mesh may be cut open.
         tell: called with notes.
         split: whether triangles at the boundary are split until their edges follow the outline.
-        margin: distance of the charts of several pieces, in texels of a texture of 1024; None: only the largest piece.
+        margin: distance of the charts of several pieces, in texels of a texture of 1024; None: only the largest piece,
+            in one chart.
+        charts, max_distortion: see `segmentation.charts_of`.
 
     Raises:
         InputError: the mesh cannot be flattened, or the method, the file or an outline in it does not exist.
@@ -141,7 +174,9 @@ def lay_out(
     if method in METHODS:
         whole = None
         if margin is not None:
-            whole = mesh_reading.read_whole(mesh, cut=cut, method=method, margin=margin)
+            whole = mesh_reading.read_whole(
+                mesh, cut=cut, method=method, margin=margin, charts=charts, max_distortion=max_distortion
+            )
         flat_layout = Layout(whole or mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
     else:
         path = Spec.of(method).path
@@ -221,13 +256,17 @@ def write_all(flat_layout: Layout, job: FlattenJob, stack: ExitStack) -> dict[st
         for name in maps.companions(uv or "", retextured=False):
             files.check_output(name, force=force)
     results = figures(flat_layout, uv)
+    millimetres, remark = length_of_unit(flat_layout, job.unit)
+    results["millimetres"] = millimetres
+    if remark and any(formats.suffix_of(name) in IN_MILLIMETRES for name in job.output):
+        results["notes"] = [*results["notes"], remark]
     overlay = overlays.read(job.overlay, len(shape.file.mesh.points)) if job.overlay else None
     for name in job.output:
         path = stack.enter_context(files.replacing(name, force=force))
         if overlay is not None and flat_files.is_picture(name):
             overlay_picture.write(shape, overlay, path, colormap=job.colormap, ends=job.overlay_range)
         else:
-            flat_files.write(shape, path)
+            flat_files.write(shape, path, millimetres)
     if uv:
         path = stack.enter_context(files.replacing(uv, force=force))
         written = flat_files.write_uvs(shape, path, Path(uv), maps, force=force)
@@ -242,6 +281,29 @@ def write_all(flat_layout: Layout, job: FlattenJob, stack: ExitStack) -> dict[st
     if job.report:
         report.write(results, job.report, stack, force=force)
     return results
+
+
+def length_of_unit(flat_layout: Layout, unit: str | None) -> tuple[float | None, str]:
+    """Return the length of a unit of the plane in millimetres, and a note if no file states it.
+
+    On an outline, the plane is that of the outline's drawing. That of texture coordinates has no length: None.
+
+    Args:
+        flat_layout: the flattened mesh.
+        unit: name of the mesh's unit; None for what its file states.
+    """
+    shape, outline = flat_layout.shape, flat_layout.outline
+    if unit:
+        return MILLIMETRES[unit], ""
+    if shape.is_layout:
+        return None, ""
+    if outline is not None:
+        millimetres, name = outline.millimetres, outline.spec
+    else:
+        millimetres, name = mesh_files.open_mesh(shape.path).millimetres(), shape.spec
+    if millimetres is None:
+        return 1.0, f"{name}: does not state a unit; one unit is written as 1 mm, --unit names another one"
+    return millimetres, ""
 
 
 def summary(results: dict[str, Any]) -> list[str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...deadline import TimeUp
 from ...errors import InputError
 from .. import files, formats, references
 from ..meshes import mesh_files
@@ -177,6 +178,14 @@ class Inputs(Files):
 
         return self.is_mesh(text) and (self.job.plane == "uv" or names_layout(text))
 
+    def drawing(self, text: str) -> Shape:
+        """Read everything that a planar drawing paints as one shape.
+
+        Raises:
+            InputError: as in `shape`.
+        """
+        return shape.read(text, max_segments=self.job.max_segments, trace=self.job.trace, whole=True)
+
     def shape(
         self,
         text: str,
@@ -219,13 +228,40 @@ class Inputs(Files):
             **self._lying(target, source),
         )
 
-    def whole_target(self, text: str, source: Shape, fills_holes: bool) -> Shape | None:
+    def target(self, text: str, source: Shape, *, fills_holes: bool) -> Shape:
+        """Return the target: a shape, or all pieces of a mesh, packed inside the source.
+
+        A mesh of one piece is packed, too, if it can only be flattened in parts.
+
+        Args:
+            text: its spec.
+            source: the source.
+            fills_holes: whether pieces may lie in holes of the source.
+
+        Raises:
+            InputError: as in `shape`, or the pieces do not fit into the source.
+        """
+        if whole := self._whole_target(text, source, fills_holes):
+            return whole
+        try:
+            return self.shape(text, target=True, source=source)
+        except TimeUp:
+            raise
+        except InputError:
+            if whole := self._whole_target(text, source, fills_holes, single=True):
+                return whole
+            raise
+
+    def _whole_target(
+        self, text: str, source: Shape, fills_holes: bool, *, single: bool = False
+    ) -> Shape | None:
         """Return all pieces of a mesh, packed inside the source; None if only one piece is the target.
 
         Args:
             text: the spec of the mesh.
             source: the shape around the pieces.
             fills_holes: whether pieces may lie in holes of the source.
+            single: whether a mesh of one piece is packed, too.
 
         Raises:
             InputError: as in `shape`, or the pieces do not fit into the source.
@@ -253,6 +289,7 @@ class Inputs(Files):
             method="balanced" if job.exact else "conformal",
             region=region,
             box=source.box,
+            single=single,
         )
 
     def _names_regions(self, target: bool) -> bool:

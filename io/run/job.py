@@ -41,6 +41,7 @@ class Outcome:
         report: the figures, see `report.build`.
         written: the files written.
         notes: on the inputs and on solving.
+        idle: options without effect, which were given for several jobs of a batch.
     """
 
     ok: bool
@@ -48,6 +49,7 @@ class Outcome:
     report: dict[str, Any]
     written: tuple[str, ...]
     notes: tuple[str, ...]
+    idle: tuple[str, ...] = ()
 
 
 class Described:
@@ -60,6 +62,7 @@ class Described:
         read: other values that name input files.
         written: values that name an output file, besides `output`.
         templated: values in which the templates of a manifest are filled in.
+        shared: names of values that were given for several jobs of a batch, and need not have an effect in each.
 
     Raises:
         JobError: a value, or a combination of values, is invalid.
@@ -71,6 +74,7 @@ class Described:
     read: ClassVar[tuple[str, ...]]
     written: ClassVar[tuple[str, ...]]
     templated: ClassVar[tuple[str, ...]]
+    shared: frozenset[str] = frozenset()
     output: tuple[str, ...]
     report: str | None
     force: bool
@@ -153,6 +157,10 @@ class Described:
             f"{key}={value!r}" for key, value in self.model_dump(exclude_defaults=True).items()
         )
         return f"{type(self).__name__}({values})"
+
+    def sharing(self, names: Collection[str]) -> Self:
+        """Return a copy in which these values were given for several jobs."""
+        return self.model_copy(update={"shared": frozenset(names)})
 
     def model_copy(self, *, update: dict[str, Any]) -> Self:
         """Return a copy with some values replaced; these are not validated."""

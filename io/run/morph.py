@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,14 +11,21 @@ import numpy as np
 from PIL import Image
 
 from ... import progress
-from ...arrays import Box, Real
+from ...arrays import Box, Complex, Index, Real
+from ...curve import Curve
+from ...drawings.drawing import Drawing
 from ...errors import InputError
 from ...fits import FITS, is_of_drawings, leaves_out_parts
+from ...maps.approximation import triangulated
+from ...maps.triangulated.map import TriangulatedMap
+from ...pixels.canvas import Canvas
+from ...pixels.coverage import painted_share
 from ...plane import bounding_box
 from ...progress import Listener
 from .. import files, formats, references
 from ..shapes.shape import Shape
 from ..spec import Spec
+from ..svg.document import SUFFIXES
 from . import framing
 from .between import SOURCE, TARGET, MorphPath
 from .execute import Settings, note_maps, solve_pairs
@@ -36,6 +43,8 @@ from .texture import is_own_picture
 NUMBER = "{number}"
 LOTTIE = ".json"
 """Suffix of Lottie animations."""
+SAME_COLOUR_LEVELS = 2
+"""Of 255: colours of a drawing that differ by less are one colour, rounded."""
 ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
 
 
@@ -63,24 +72,53 @@ class Frame:
         ahead: the source with its picture, moved forward; None at the end.
         back: the target with its picture, moved back; None at the beginning, and if it would show the same.
         artwork: the source's drawing moved forward, for outputs that are drawings.
+        painted: what the frame paints; empty if both drawings paint all that they enclose, so that nothing appears or
+            vanishes.
+        moved: what the source and what the target paint, moved to the frame, if their pictures are mixed and show
+            nothing else.
+        colour: of all that it paints, 8 bits in sRGB, if both drawings have a single one.
     """
 
     share: float
     ahead: Run | None
     back: Run | None
     artwork: Run
+    painted: Sequence[Drawing] = ()
+    moved: tuple[Sequence[Drawing], ...] = ()
+    colour: Sequence[int] | None = None
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing appears or vanishes."""
+        return not self.painted
+
+    @property
+    def rings(self) -> list[Complex]:
+        """The boundaries of what the frame paints."""
+        return [ring for drawing in self.painted for ring in drawing.rings]
 
     def pixels(self) -> np.ndarray:
-        """Return the frame (height, width, 4): 8 bits, sRGB, straight alpha."""
-        if self.ahead is None or self.back is None:
-            layer = self.ahead or self.back
-            assert layer is not None
-            blended = _seen(layer)
-        else:
-            blended = (1 - self.share) * _seen(self.ahead) + self.share * _seen(self.back)
+        """Return the frame (height, width, 4): 8 bits, sRGB, straight alpha.
+
+        Where only one of both drawings paints, it alone gives the colour, as if the other one was not there.
+        """
+        layers = [layer for layer in (self.ahead, self.back) if layer is not None]
+        weights = [1.0] if len(layers) == 1 else [1 - self.share, self.share]
+        blended: Real = np.sum([weight * _seen(layer) for weight, layer in zip(weights, layers)], axis=0)
+        if self.moved:
+            shares = [_painted_share(drawings, layers[0].canvas) for drawings in self.moved]
+            both: Real = np.sum([weight * share for weight, share in zip(weights, shares)], axis=0)
+            blended = np.divide(blended, both, out=np.zeros_like(blended), where=both > 0)
+            blended /= np.maximum(
+                blended[..., 3:], 1
+            )  # the edges of pictures are not quite those of the drawings
+            blended *= _painted_share(self.painted, layers[0].canvas)
         alpha = blended[..., 3:]
         colours = np.divide(blended[..., :3], alpha, out=np.zeros_like(blended[..., :3]), where=alpha > 0)
-        return np.round(255 * np.concatenate([colours, alpha], axis=2)).astype(np.uint8)
+        pixels = np.round(255 * np.concatenate([colours, alpha], axis=2)).astype(np.uint8)
+        if self.colour is not None:
+            pixels[..., :3] = np.where(pixels[..., 3:] > 0, self.colour, 0)
+        return pixels
 
 
 def run(
@@ -97,6 +135,7 @@ def run(
         InputError: an input or output is invalid. In this case nothing has been written.
     """
     from ...blas import one_thread
+    from ..artwork import areas
 
     outputs = {name: _output(name, job, settings) for name in job.output}
     names = {name: _names(name, settings.frames) for name in outputs}
@@ -111,17 +150,19 @@ def run(
     phases = Phases()
     with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
         with phases.timed("read"):
-            # gaps of both drawings fade during the morph, so they are not filled with paper
-            job = job.model_copy(update={"output": tuple(written), "gaps": "transparent"})
+            # gaps of both drawings fade during the morph, so they are not filled with paper; a morph is between shapes,
+            # whose edges become each other's, so the detail within them does not count
+            job = job.model_copy(update={"output": tuple(written), "gaps": "transparent", "detail": 0.0})
             textures = [settings.target_texture] if settings.target_texture else []
             files.check_outputs(written, [*job.inputs, *textures], force=job.force)
             job, inputs, notes = pin_same_vertices(job, Inputs(job))
+            job = _with_holes(job, inputs)
             run = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, notes))
             _check(run, list(outputs.values()), settings.frames)
         solve_pairs(run, lambda pair: _settings(run, pair))
         note_maps(run)
         with phases.timed("morph"):
-            frames = list(_frames(run, settings))
+            frames = _with_flat_colours(list(_frames(run, settings)))
         with ExitStack() as stack:
             for name, output in outputs.items():
                 paths = [
@@ -130,19 +171,48 @@ def run(
                 ]
                 with phases.timed("resample"):
                     if isinstance(output, Artwork) and NUMBER not in name:
-                        animate = _animate_lottie if formats.suffix_of(name) == LOTTIE else _animate_drawing
-                        run.note(*animate(output, frames, settings.fps, paths[0]))
+                        if formats.suffix_of(name) == LOTTIE:
+                            run.note(*_animate_lottie(output, frames, settings.fps, paths[0]))
+                        elif frames[0].colour is not None:
+                            _animate_areas(name, frames, settings.fps, paths[0])
+                        else:
+                            run.note(*_animate_drawing(run, output, frames, settings.fps, paths[0]))
                     elif NUMBER not in name:
                         _animate(frames, settings.fps, paths[0], formats.suffix_of(name))
                     elif isinstance(output, Artwork):
                         output.write_frames(
                             [(frame.artwork, path, 1 - frame.share) for frame, path in zip(frames, paths)]
                         )
+                        for frame, path in zip(frames[1:-1], paths[1:-1]):
+                            if frame.colour is not None:
+                                areas.write(frame.rings, frame.colour, _canvas(frame.artwork), path)
+                        if _differs_at_the_end(run, frames):
+                            _write_target(run, frames[-1].artwork, paths[-1])
+                            run.note(
+                                f"{names[name][-1]}: is the target's own drawing, and paths of the frames have "
+                                "different commands, since parts or holes appear or vanish"
+                            )
                     else:
                         for frame, path in zip(frames, paths):
                             Image.fromarray(frame.pixels()).save(path)
     status = next((fit.status for fit in run.fits if not fit.status.ok), run.fit.status)
     return status.ok, status.value, written
+
+
+def _with_holes(job: Job, inputs: Inputs) -> Job:
+    """Keep the holes of two shapes that have the same number, also if they are drawn with lines, such as rings.
+
+    Otherwise the areas that lines enclose would count as filled, and the holes of a ring would be squeezed shut.
+    """
+    if job.holes != "auto" or job.parts not in ("auto", "largest") or is_of_drawings(job.fit):
+        return job
+    keeping = job.model_copy(update={"holes": "keep"})
+    with suppress(InputError):
+        pairs = Run.read(keeping, inputs, 1, lambda note: None, Phases(), []).pairs
+        counts = {tuple(len(shape.mappable_holes) for shape in pair) for pair in pairs}
+        if len(pairs) == 1 and all(first == second > 0 for first, second in counts):
+            return keeping
+    return job
 
 
 def _names(name: str, frames: int) -> list[str]:
@@ -262,22 +332,30 @@ def _frames(run: Run, settings: MorphSettings) -> Iterator[Frame]:
     plain = all(path.is_plain for path in paths)
     for number, share in enumerate(shares):
 
-        def layer(
-            base: Run, picture: int, painted: int, *, cut: bool = not plain, number: int = number
-        ) -> Run:
-            side = painted if cut else None
-            layers = [path.layer(number, box, picture=picture, painted=side) for path in paths]
+        def layer(base: Run, picture: int, painted: Sequence[Drawing | None], *, number: int = number) -> Run:
+            layers = [
+                path.layer(number, box, picture=picture, painted=limit) for path, limit in zip(paths, painted)
+            ]
             return base.with_maps([pair for pair, _ in layers], [fit for _, fit in layers])
 
-        artwork = layer(source, SOURCE, TARGET)
-        ahead = back = None
-        if share < 1:
-            ahead = layer(source, SOURCE, SOURCE, cut=not plain and not _paints_nothing_else(source))
-        if share > 0 and target is not None:
-            back = layer(target, TARGET, TARGET, cut=not plain and not _paints_nothing_else(target))
-        elif share == 1 or (share > 0 and not plain):
-            back = artwork
-        yield Frame(share, ahead, back, artwork)
+        everything: list[Drawing | None] = [None] * len(paths)
+        if plain:
+            ahead = layer(source, SOURCE, everything) if share < 1 or target is None else None
+            back = layer(target, TARGET, everything) if share > 0 and target is not None else None
+            yield Frame(share, ahead, back, layer(source, SOURCE, everything))
+            continue
+        painted = [path.painted(number) for path in paths]
+        moved = tuple([path.moved(number, side) for path in paths] for side in (SOURCE, TARGET))
+        artwork = layer(source, SOURCE, moved[TARGET])
+        if target is None or settings.target_texture:  # the textures cover everything
+            ahead = layer(source, SOURCE, painted) if share < 1 or target is None else None
+            back = layer(target, TARGET, painted) if share > 0 and target is not None else None
+            yield Frame(share, ahead, back, artwork, painted)
+            continue
+        ahead = layer(source, SOURCE, everything) if share < 1 else None
+        back = layer(target, TARGET, everything) if share > 0 else None
+        mixed = moved if ahead is not None and back is not None else ()
+        yield Frame(share, ahead, back, artwork, painted, mixed)
 
 
 def _of_target(source: Run, settings: MorphSettings, paths: Sequence[MorphPath], box: Box) -> Run | None:
@@ -291,15 +369,8 @@ def _of_target(source: Run, settings: MorphSettings, paths: Sequence[MorphPath],
     elif not (is_own_picture(job, source.source) and source.target.coloured):
         return None
     job = job.model_copy(update={"source": job.target})
-    pairs, fits = zip(*(path.layer(-1, box, picture=TARGET, painted=TARGET) for path in paths))
+    pairs, fits = zip(*(path.layer(-1, box, picture=TARGET, painted=path.drawings[TARGET]) for path in paths))
     return replace(source, job=job, pairs=list(pairs), fits=list(fits))
-
-
-def _paints_nothing_else(run: Run) -> bool:
-    """Return whether the texture is the whole drawing itself, whose alpha limits what is painted."""
-    return (
-        is_own_picture(run.job, run.source) and len(run.pairs) == 1 and not Spec.of(run.source.spec).selection
-    )
 
 
 def _size(box: Box) -> complex:
@@ -317,8 +388,20 @@ def _seen(run: Run) -> Real:
     return np.concatenate([np.broadcast_to(colours, (*colours.shape[:2], 3)) * alpha, alpha], axis=2)
 
 
-def _animate_drawing(output: Artwork, frames: Sequence[Frame], fps: float, path: Path) -> tuple[str, ...]:
-    """Write an animated SVG of all frames, and return notes."""
+def _painted_share(drawings: Sequence[Drawing], canvas: Canvas) -> Real:
+    """Return the share of each pixel (height, width, 1) that drawings paint."""
+    return painted_share([ring for drawing in drawings for ring in drawing.rings], canvas)[..., None].astype(
+        float
+    )
+
+
+def _animate_drawing(
+    run: Run, output: Artwork, frames: Sequence[Frame], fps: float, path: Path
+) -> tuple[str, ...]:
+    """Write an animated SVG of all frames, and return notes.
+
+    Where parts or holes vanish, the target's own drawing appears at the end, over the mapped one.
+    """
     from ..artwork import animation
 
     with files.scratch() as folder:
@@ -326,7 +409,77 @@ def _animate_drawing(output: Artwork, frames: Sequence[Frame], fps: float, path:
         output.write_frames(
             [(frame.artwork, file, 1 - frame.share) for frame, file in zip(frames, single)], alike=True
         )
-        return animation.write(single, path, fps)
+        ending = folder / "ending.svg" if _differs_at_the_end(run, frames) else None
+        if ending is not None:
+            _write_target(run, frames[-1].artwork, ending)
+        return animation.write(
+            single, path, fps, ending=ending, by_css=output.name.endswith(animation.CSS_SUFFIX)
+        )
+
+
+def _animate_areas(name: str, frames: Sequence[Frame], fps: float, path: Path) -> None:
+    """Write an animated SVG of frames of one colour, each with the area that it paints."""
+    from ..artwork import animation, areas
+
+    with files.scratch() as folder:
+        single = [folder / f"{number}.svg" for number in range(len(frames))]
+        for frame, file in zip(frames, single):
+            assert frame.colour is not None
+            areas.write(frame.rings, frame.colour, _canvas(frame.artwork), file)
+        animation.write(single, path, fps, by_css=name.endswith(animation.CSS_SUFFIX), stepped=True)
+
+
+def _with_flat_colours(frames: list[Frame]) -> list[Frame]:
+    """Return frames with their colours, if parts or holes appear or vanish and both drawings have a single colour."""
+    if frames[0].is_plain:
+        return frames
+    ends = []
+    for frame in (frames[0], frames[-1]):
+        pixels = frame.pixels()
+        opaque = pixels[pixels[..., 3] == 255][:, :3].astype(int)
+        if not opaque.size or np.ptp(opaque, axis=0).max() > SAME_COLOUR_LEVELS:
+            return frames
+        ends.append(np.median(opaque, axis=0))
+    mixed = [(1 - frame.share) * ends[0] + frame.share * ends[1] for frame in frames]
+    return [
+        replace(frame, colour=tuple(np.rint(colour).astype(int).tolist()))
+        for frame, colour in zip(frames, mixed)
+    ]
+
+
+def _canvas(run: Run) -> Shape:
+    """Return the shape of a frame with the canvas of all frames."""
+    return replace(run.target, box=framing.picture_box(run.job, run.target))
+
+
+def _differs_at_the_end(run: Run, frames: Sequence[Frame]) -> bool:
+    """Return whether parts or holes vanish, so that the source mapped onto the target is not the target."""
+    is_drawing = formats.suffix_of(run.target.path) in SUFFIXES
+    return is_drawing and not frames[-1].is_plain
+
+
+def _write_target(run: Run, frame: Run, path: Path) -> None:
+    """Write the target's drawing on the canvas of the frames."""
+    from ..artwork import carry_parts
+
+    canvas = _canvas(frame)
+    low, high = canvas.box
+    if Spec.of(run.target.spec).selection:  # a part of a drawing, without what lies beside it
+        maps = [triangulated(fit.map) for fit in frame.fits]
+        parts = [
+            (target, _identity(map.image, map.faces, map.loops)) for (_, target), map in zip(run.pairs, maps)
+        ]
+    else:
+        corners = np.array([low, complex(high.real, low.imag), high, complex(low.real, high.imag)])
+        sheet = replace(run.target, curve=Curve(corners), holes=(), drawing=None, ink=None)
+        faces = np.array([[0, 1, 2], [0, 2, 3]])
+        parts = [(sheet, _identity(corners, faces, (np.arange(4),)))]
+    carry_parts(parts, canvas, path, tolerance=run.job.max_line_error)
+
+
+def _identity(vertices: Complex, faces: Index, loops: tuple[Index, ...]) -> TriangulatedMap:
+    """Return the identity on a triangulation."""
+    return TriangulatedMap(vertices, vertices, faces, loops)
 
 
 def _animate_lottie(output: Artwork, frames: Sequence[Frame], fps: float, path: Path) -> tuple[str, ...]:
@@ -334,6 +487,11 @@ def _animate_lottie(output: Artwork, frames: Sequence[Frame], fps: float, path: 
     from ..artwork import lottie
     from .outputs.artwork import painted_rings
 
+    colours = [frame.colour for frame in frames if frame.colour is not None]
+    if colours:
+        box = _canvas(frames[0].artwork).box
+        lottie.write_areas([frame.rings for frame in frames], colours, box, path, fps)
+        return ()
     with files.scratch() as folder:
         single = [folder / f"{number}.svg" for number in range(len(frames))]
         output.write_frames([(frame.artwork, file, 1.0) for frame, file in zip(frames, single)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from ...arrays import Real
 from ...errors import InputError
 from ...maps.triangulated.location import PatchLocator
 from ...pixels.canvas import LONGER_SIDE_PIXELS
-from .. import formats
+from .. import extras, formats
 from ..meshes.overlays import Overlay, interpolate
 from ..pictures import image_files
 from ..pictures.image import Image
@@ -31,11 +32,9 @@ def check_colormap(name: str | None) -> None:
     """Check that Matplotlib has a colour map.
 
     Raises:
-        InputError: it has not.
+        InputError: it has not, or Matplotlib is not installed.
     """
-    import matplotlib
-
-    if name is not None and name not in matplotlib.colormaps:
+    if name is not None and name not in _colormaps():
         raise InputError(
             f"--colormap {name}: Matplotlib has no such colour map; viridis and coolwarm are two"
         )
@@ -93,14 +92,22 @@ def write(
 
 def _colored(values: Real, every: Real, colormap: str | None, ends: tuple[float, float] | None) -> Real:
     """Return colours (p, 4) of values (p,), given all values of the overlay; values that are NaN are transparent."""
-    import matplotlib
-
     finite = every[np.isfinite(every)]
     low, high = ends or (np.percentile(finite, END_PERCENTILES) if finite.size else (0.0, 1.0))
     signed = low < 0 < high
     if ends is None and signed:
         low, high = -max(-low, high), max(-low, high)
     scale = colormap or ("coolwarm" if signed else "viridis")
-    colors = matplotlib.colormaps[scale]((values - low) / ((high - low) or 1.0))
+    colors = _colormaps()[scale]((values - low) / ((high - low) or 1.0))
     colors[~np.isfinite(values)] = 0
     return colors
+
+
+def _colormaps() -> Any:
+    """Return the colour maps by their names.
+
+    Raises:
+        InputError: Matplotlib is not installed.
+    """
+    otherwise = "write the numbers with -o FILE.exr"
+    return extras.load("--overlay as colours", "matplotlib", otherwise=otherwise).colormaps

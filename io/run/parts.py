@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from ...arrays import Complex
 from ...errors import InputError, first_names
 from .. import formats, limits
+from ..spec import Spec
 from . import framing
 from .job import Job
 from .phases import Doubt
@@ -44,8 +46,11 @@ def read(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str, Any]]:
             option = f"--{name.replace('_', '-')}"
             raise InputError(f"--parts {job.parts}: {option} only works for one shape; choose it with #id")
     if job.parts == "each":
-        source = inputs.shape(job.source)
+        is_placed = _is_placed_whole(job, inputs)
+        source = inputs.drawing(job.source) if is_placed else inputs.shape(job.source)
         targets, more_notes = inputs.shapes(job.target or "", limits.PARTS, target=True, source=source)
+        if is_placed:
+            targets = [_as_drawing(target) for target in targets]
         empty_ones: list[str] = [Doubt(f"{note}; they stay empty") for note in more_notes]
         pairs = [(source, target) for target in targets]
         return _with_overlap(_at_one_scale(pairs) if _is_pattern(job, source) else pairs, empty_ones, {})
@@ -120,6 +125,25 @@ def _onto_elements(job: Job, inputs: Inputs) -> tuple[Pairs, list[str], dict[str
         notes.append(Doubt(f"{text}; they stay empty"))
     pairs = [(source, element) for element in elements[: limits.PARTS]]
     return _with_overlap(_at_one_scale(pairs) if _is_pattern(job, source) else pairs, notes, {})
+
+
+def _is_placed_whole(job: Job, inputs: Inputs) -> bool:
+    """Return whether the source is a planar drawing that is its own picture, and is placed whole in each target."""
+    if job.texture or job.fit not in (None, "auto") or job.detail == 0 or job.holes not in ("auto", "fill"):
+        return False
+    spec = Spec.of(job.source)
+    if spec.selection or inputs.is_mesh(job.source) or inputs.is_mesh(job.target or ""):
+        return False
+    return inputs.drawing(job.source).coloured
+
+
+def _as_drawing(shape: Shape) -> Shape:
+    """Return a shape with what it paints, as a drawing of one part."""
+    from ...curve import polygon_of
+    from ...drawings.drawing import Drawing
+
+    drawing = Drawing(polygon_of(shape.curve.z, *shape.holes))
+    return replace(shape, drawing=drawing, ink=drawing)
 
 
 def _is_pattern(job: Job, source: Shape) -> bool:
@@ -222,14 +246,18 @@ def figures(pairs: Pairs, reports: Sequence[dict[str, Any]]) -> list[dict[str, A
 
 def shares_seen(fits: Sequence[Fit]) -> dict[str, float]:
     """Return how much all parts together show of both drawings, as in `Fit.report`; empty if they are not drawings."""
-    rows = [(fit, *(drawing.region.area for drawing in fit.drawings)) for fit in fits if fit.drawings]
+    rows = [
+        (fit, *(drawing.region.area for drawing in fit.details.drawings))
+        for fit in fits
+        if fit.details.drawings
+    ]
     if len(rows) < len(fits):
         return {}
     sources, targets = (np.array([row[side] for row in rows]) for side in (1, 2))
     return {
-        "shown": float(np.average([fit.shown or 0.0 for fit in fits], weights=sources)),
-        "covered": float(np.average([fit.covered or 0.0 for fit in fits], weights=targets)),
-        "cracks": float(np.average([fit.cracks for fit in fits], weights=targets)),
+        "shown": float(np.average([1 - fit.coverage.hidden for fit in fits], weights=sources)),
+        "covered": float(np.average([1 - fit.coverage.bare for fit in fits], weights=targets)),
+        "cracks": float(np.average([fit.coverage.cracks for fit in fits], weights=targets)),
     }
 
 

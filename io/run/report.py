@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ... import __version__
+from ...deadline import TimeUp
+from ...figures import FAR_OFF_TOLERANCES
+from ...fits import leaves_bare
 from ...maps.summary import CERTAIN_SHARE, SEEN_FOLDS_SHARE
-from ...result import FAR_OFF_TOLERANCES
 from ...status import Status
 from .. import files
+from ..spec import Spec
 from .parts import label
 from .phases import Doubt
 
@@ -24,6 +27,11 @@ if TYPE_CHECKING:
     from .state import Run
 
 SCHEMA = "iccm.report/1"
+
+
+LEAST_SHARE = 0.5
+"""Share of the target's painted area, and of a mesh's area, that a good result maps; if it is less, most of what was
+asked for is missing."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,11 @@ def build(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
     report["inputs"] = [{"path": name, "sha256": run.inputs.sha256(name)} for name in run.inputs.named]
     report["job"] = run.job.model_dump(mode="json", exclude_defaults=True, exclude={"force"})
     return as_json(report)
+
+
+def out_of_time(error: TimeUp, names: Sequence[str]) -> dict[str, Any]:
+    """Return the entries of a report whose outputs are not all written, because the time limit was over."""
+    return as_json({"status": Status.LIMIT.name.lower(), "message": str(error), "not_written": list(names)})
 
 
 def map_figures(run: Run, outputs: Sequence[OutputReport]) -> dict[str, Any]:
@@ -187,6 +200,8 @@ def verdict(run: Run, report: dict[str, Any]) -> tuple[bool, str]:
         if least_share is not None and not share >= least_share:
             shortfall = f"{share:.4g} of the source's area is certified one-to-one, less than {least_share:g}"
             return False, label(pair, f"{shortfall} (--require-injective)")
+    if report.get("not_written"):
+        return False, report["message"]
     if omitted := report.get("without_map"):
         return False, (
             f"{len(omitted)} of {len(omitted) + len(run.fits)} parts are omitted, because no map was "
@@ -199,8 +214,39 @@ def _fault(run: Run, figures: dict[str, Any]) -> Status | None:
     """Return what is wrong with a result although all of its maps are good; None if nothing is."""
     if has_flips(figures):
         return Status.FLIPPED
+    if any(_is_partial(run, side) for side in ((0, 1) if run.job.target else (0,))):
+        return Status.PARTIAL
+    if _leaves_bare(run):
+        return Status.BARE
+    if run.fits and all(fit.coverage.seen is not None and fit.coverage.seen.hidden >= 1 for fit in run.fits):
+        return Status.HIDDEN
+    if figures.get("empty"):
+        return Status.EMPTY
     unpaired = (figures.get("unpaired") or {}).get("target")
     return Status.UNPAIRED if unpaired and run.source.is_mesh and run.target.is_mesh else None
+
+
+def _is_partial(run: Run, side: int) -> bool:
+    """Return whether less than `LEAST_SHARE` of the area of a mesh is mapped, and no part of it was selected."""
+    spec, shapes = (run.job.target if side else run.job.source), run.shapes(side)
+    if spec is None or len(shapes) > 1 or not shapes[0].is_mesh:
+        return False
+    if run.job.parts == "largest" or Spec.of(spec).selection:
+        return False
+    from ..shapes.mesh_shape import as_mesh
+
+    return as_mesh(shapes[0]).share < LEAST_SHARE
+
+
+def _leaves_bare(run: Run) -> bool:
+    """Return whether the maps reach less than `LEAST_SHARE` of what the target paints, and no option allows that."""
+    job = run.job
+    if not job.target or leaves_bare(job.fit) or job.place == "inside" or job.max_uncovered is not None:
+        return False
+    planar = [fit for fit in run.fits if fit.target is not None and not all(fit.details.layouts)]
+    areas = [abs(fit.target.area) for fit in planar if fit.target is not None]
+    reached = sum(fit.coverage.reached * area for fit, area in zip(planar, areas))
+    return bool(planar) and reached < LEAST_SHARE * sum(areas)
 
 
 def has_flips(figures: dict[str, Any]) -> bool:

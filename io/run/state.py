@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
 from ...errors import InputError
@@ -16,9 +17,9 @@ from ...memory import Memory
 from ...parallel import in_background, thread_count
 from ...pixels.texture import Wrapped
 from ...plane import bounding_box
-from .. import formats
 from ..memory import within
 from ..shapes.holes import as_drawn
+from ..shapes.shape import BBOX, CANVAS
 from . import framing, parts, projected, texture
 from .constraints import constrain, read_start
 from .job import Job
@@ -26,6 +27,8 @@ from .parts import Pairs
 from .phases import Phases
 
 if TYPE_CHECKING:
+    from ...drawings.detail import Detail
+    from ...frames.choice import Choice
     from ...pixels.preimages import AnyMap
     from ...pixels.texture import Placing, Texture
     from ...pixels.warp import Canvas, Sampler
@@ -35,6 +38,9 @@ if TYPE_CHECKING:
     from ..pictures.tiles import TiledImage
     from ..shapes.shape import Shape
     from .inputs import Inputs
+
+LEAST_TONED_SHARE = 1e-3
+"""Of the area on which a picture is shown: if the target paints all but this, no tone would be seen."""
 
 Tell = Callable[[str], None]
 
@@ -55,9 +61,11 @@ class Run:
         notes: on the inputs and on solving.
         figures: what reading and solving add to the solver's report.
         fits: the map of each pair, once solved.
+        idle: options without effect, see `outputs.effects`.
         constraints: pins, strokes and an earlier map, as arguments of `iccm.fit`.
         called: the names of pins and strokes.
         start: an earlier map to continue from.
+        choices: for each pair, ways to map its drawings, as an argument of `iccm.fit`; empty if they were not compared.
     """
 
     job: Job
@@ -72,7 +80,9 @@ class Run:
     constraints: dict[str, Any] = field(default_factory=dict)
     called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
     start: Fit | None = None
+    choices: list[Sequence[Choice]] = field(default_factory=list)
     fits: list[Fit] = field(default_factory=list)
+    idle: tuple[str, ...] = ()
     _begun: dict[str, Future] = field(default_factory=dict)
     _other: dict[tuple[str, str], Run] = field(default_factory=dict)
 
@@ -103,8 +113,7 @@ class Run:
             source = inputs.shape(job.source)
             target = source
             if job.target:
-                whole = inputs.whole_target(job.target, source, _fills_holes(source, job))
-                target = whole or inputs.shape(job.target, target=True, source=source)
+                target = inputs.target(job.target, source, fills_holes=_fills_holes(source, job))
             pairs = [(source, target)]
         run = cls.of_pairs(job, inputs, pairs, tell, phases, threads, figures)
         run.note(*notes)
@@ -137,6 +146,8 @@ class Run:
         notes = list[str]()
         accepted = Pairs()
         for source, target in pairs:
+            if target is not source:
+                source = texture.as_own_picture(job, source, target)
             from_source = _with_holes_as_asked(source, job, notes)
             accepted.append(
                 (from_source, from_source if target is source else _with_holes_as_asked(target, job, notes))
@@ -222,8 +233,8 @@ class Run:
                 source.mirror if in_layout else None,
                 target.mirror if self.job.target or in_layout else None,
             )
-            is_holed = fit.drawings is None and holes
-            map: AnyMap = Holed(fit.map, holes) if is_holed else fit.visible_map
+            is_holed = fit.details.drawings is None and holes
+            map: AnyMap = Holed(fit.map, holes) if is_holed else fit._visible_map
             maps.append(Reflected(map, *lines) if lines != (None, None) else map)
         return maps[0] if len(maps) == 1 else parts.compose(self.pairs, self.fits, maps)
 
@@ -245,11 +256,45 @@ class Run:
     @property
     def opaque(self) -> bool:
         """Whether the texture also covers the gaps between the source's parts, as a picture without alpha does."""
-        if any(formats.of(name).drawing for name in self.job.output):
-            return False
         if not texture.has_texture(self.job, self.source) or texture.on_paper(self.job, self.source):
             return True
         return self.image.alpha < 0
+
+    @cached_property
+    def toned(self) -> list[Complex]:
+        """The boundaries of what the target paints, if a picture on paper is shown on more than that, as on its
+        silhouette. This area is then a tone on the paper. Empty otherwise.
+        """
+        drawings = [fit.details.drawings for fit in self.fits]
+        if len(drawings) != 1 or drawings[0] is None or not texture.on_paper(self.job, self.source):
+            return []
+        if self.image.alpha < 0 or self.image.raster is not None or framing.placing_options(self.job):
+            return []
+        painted = self.target.ink or self.target.drawing
+        if painted is None or painted.region.area > (1 - LEAST_TONED_SHARE) * drawings[0][1].region.area:
+            return []
+        return painted.rings
+
+    @cached_property
+    def paper(self) -> str:
+        """The colour of the paper in the gaps of a drawing that is its own picture, as in SVG; empty if none."""
+        return self._ground[0]
+
+    @cached_property
+    def tone(self) -> str:
+        """The colour of `toned` on the paper, as in SVG; empty if it is not shown."""
+        return self._ground[1]
+
+    @cached_property
+    def _ground(self) -> tuple[str, str]:
+        """The colours of paper and tone as in SVG."""
+        if not texture.on_paper(self.job, self.source) or self.image.alpha < 0:
+            return "", ""
+        from ...pixels.paper import ground_of
+
+        placed = self.image.texture(self.box, kind=self.job.kind, room=self.room)
+        ground = ground_of(placed, toned=bool(self.toned))
+        return _hexadecimal(ground.paper), "" if ground.tone is None else _hexadecimal(ground.tone)
 
     @property
     def free_gaps(self) -> bool:
@@ -263,6 +308,26 @@ class Run:
             return False
         several = self.source.drawing is not None and not self.source.drawing.is_one_part
         return several or not texture.has_texture(self.job, self.source)
+
+    @cached_property
+    def detail(self) -> Detail | None:
+        """The edges of the picture that the source shows, by which maps are compared; None if shapes alone count.
+
+        By default they do with --texture, so that one map serves many textures.
+        """
+        job, source = self.job, self.source
+        is_asked = job.detail is not None and job.detail > 0
+        if job.detail == 0 or not (is_asked or texture.is_own_picture(job, source)):
+            return None
+        if job.target is None or self.target.is_mesh or source.drawing is None or job.place == "inside":
+            return None
+        if job.source.rpartition("#")[2] in (BBOX, CANVAS):
+            return None  # the box is what is meant
+        if job.kind != "colour" or framing.repeats(job) or job.texture_box or framing.placing_options(job):
+            return None
+        detail = texture.detail_of(job, source, self.image, self.box)
+        # where there are several targets, such as letters, the form of each is what they are recognised by
+        return replace(detail, canvas=framing.picture_box(job, self.target), keeps_form=job.repeated)
 
     @cached_property
     def tiled(self) -> TiledImage | None:
@@ -341,7 +406,7 @@ class Run:
 
         A drawing as the texture has to wait for the map, which determines its resolution.
         """
-        if part == "sampler" and texture.drawing_of(self.job, self.source):
+        if part == "sampler" and texture.is_rendered(self.job, self.source):
             return
         if thread_count(self.threads) > 1:
             make = self._early_sampler if part == "sampler" else self._fit_report
@@ -366,10 +431,18 @@ class Run:
     def _sampler(self) -> Sampler:
         with self.phases.timed("prepare"):
             outlines = texture.outlines_of(self.job, self.shapes(0), self.fits)
-            image = self._rendered() if texture.drawing_of(self.job, self.source) else self.image
+            image = self._rendered() if texture.is_rendered(self.job, self.source) else self.image
             on_paper = texture.on_paper(self.job, self.source)
+            painted = [self.fit.inverse(ring) for ring in self.toned]
             sampler = texture.sampler_of(
-                self.job, image, self.box, outlines, self.room, self.threads, on_paper=on_paper
+                self.job,
+                image,
+                self.box,
+                outlines,
+                self.room,
+                self.threads,
+                on_paper=on_paper,
+                painted=painted,
             )
         if sampler.faded:
             self.note(
@@ -438,6 +511,12 @@ class Run:
             if remark not in self.notes:
                 self.notes.append(remark)
                 self.tell(remark)
+
+
+def _hexadecimal(colour: NDArray) -> str:
+    """Return a colour (c,) as in SVG, given its one or three values from 0 to 1."""
+    values = np.rint(255 * np.clip(colour, 0, 1)).astype(int)
+    return "#" + "".join(f"{value:02x}" for value in (values if values.size == 3 else values[:1].repeat(3)))
 
 
 def _fills_lines(job: Job) -> bool:

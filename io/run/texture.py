@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,11 +19,13 @@ from ...errors import InputError
 from ...maps.summary import WELL_SEEN_SHARE
 from ...plane import bounding_box
 from .. import formats
+from ..shapes.silhouette import CANVAS
 from ..spec import Spec, is_view
 from . import framing
 from .job import Job
 
 if TYPE_CHECKING:
+    from ...drawings.detail import Detail
     from ...memory import Memory
     from ...pixels.sampler import Sampler
     from ...solve import Fit
@@ -47,6 +50,8 @@ MOST_STRETCHED_SHARE = 0.98
 """Share of the source; the rest may be stretched more, and then has fewer texels than pixels."""
 MOST_PAINTED_BY_LINES_SHARE = 1 / 3
 """Relative to its convex hull: a drawing that paints less consists of lines."""
+DETAIL_PIXELS = 512  # of the longer side of a picture in which edges are found
+PICTURES = formats.holding("picture")
 CELL_PIXELS = 128  # side of a square of the checkerboard
 KEPT_VALUES = 1 << 24  # numbers in a picture that is cached for the next job at most: 64 MB as floats
 
@@ -82,16 +87,73 @@ def shows_itself(job: Job, source: Shape) -> bool:
     return is_own_picture(job, source)
 
 
+def shows_lettering(job: Job, source: Shape) -> bool:
+    """Return whether the texture is the word that is the source, in black."""
+    return is_own_picture(job, source) and formats.suffix_of(source.path) in formats.FONTS
+
+
+def is_rendered(job: Job, source: Shape) -> bool:
+    """Return whether the texture is a drawing or a word, which is rendered at the resolution that the map needs."""
+    return drawing_of(job, source) is not None or shows_lettering(job, source)
+
+
+def as_own_picture(job: Job, source: Shape, target: Shape) -> Shape:
+    """Return the source as its own picture if it is a drawing of one colour with something to see.
+
+    Where both shapes are plain outlines, each a single part of one colour without holes or with --holes fill, its
+    picture would be one flat colour.
+    """
+    if job.texture or job.checkered or source.coloured or job.target is None or target.is_mesh:
+        return source
+    suffix = formats.suffix_of(source.path)
+    is_lettering = suffix in formats.FONTS
+    if source.drawing is None or not (is_lettering or suffix in PICTURES or suffix in (".svg", ".svgz")):
+        return source
+    if not is_lettering and all(_is_plain(shape, job.holes) for shape in (source, target)):
+        return source
+    return replace(source, coloured=True)
+
+
+def _is_plain(shape: Shape, holes: str) -> bool:
+    """Return whether a shape is a single part of one colour without holes that --holes keeps."""
+    if shape.coloured:
+        return False
+    if shape.drawing is None:
+        return True
+    if shape.ink is not None and (len(shape.ink.holes) > 1 or not shape.ink.is_one_part):
+        return False  # an icon of lines, whose closed lines count as filled
+    return shape.drawing.is_one_part and (holes == "fill" or not shape.drawing.holes)
+
+
+def detail_of(job: Job, source: Shape, image: Image, box: Box) -> Detail:
+    """Return the edges of the picture by which maps are compared."""
+    from ...drawings.detail import Detail
+
+    pixels = np.asarray(image.pixels)
+    largest = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1
+    height, width = pixels.shape[:2]
+    step = max(1, max(height, width) // DETAIL_PIXELS)
+    pixels = pixels[::step, ::step].astype(np.float32) / largest
+    colours = np.delete(pixels, image.alpha, axis=2) if image.alpha >= 0 else pixels
+    alpha = pixels[..., image.alpha] if image.alpha >= 0 else np.ones(pixels.shape[:2], np.float32)
+    if colours.shape[2] != 3:
+        colours = np.repeat(colours[..., :1], 3, axis=2)
+    rgba = np.clip(np.nan_to_num(np.concatenate([colours, alpha[..., None]], axis=2)), 0, 1)
+    weight = 1.0 if job.detail is None else job.detail
+    return Detail.of_picture(rgba, box, on_paper=on_paper(job, source), weight=weight)
+
+
 def on_paper(job: Job, source: Shape) -> bool:
     """Return whether paper is shown where the texture is transparent.
 
     This is so below a drawing that is its own picture, unless it is placed inside the target, which then need not be
-    filled, or lies on an object, which shows through.
+    filled, or lies on an object, which shows through. Of a whole `#canvas`, what is transparent is part of the picture.
     """
+    whole_canvas = Spec.of(source.spec).selection == CANVAS
     return (
         shows_itself(job, source)
         and job.place != "inside"
-        and job.gaps == "paper"
+        and (job.gaps or ("transparent" if whole_canvas else "paper")) == "paper"
         and job.target is not None
         and not is_view(job.target)
         and job.kind == "colour"
@@ -103,10 +165,10 @@ def notes_on_lines(job: Job, source: Shape, fit: Fit) -> list[str]:
 
     A narrow target shows only short pieces of lines, from which nobody can recognise the drawing.
     """
-    if source.ink is None or fit.seen is None or not shows_itself(job, source):
+    if source.ink is None or fit.coverage.seen is None or not shows_itself(job, source):
         return []
     painted = source.ink.region.area / source.ink.hull_region.area
-    if fit.seen.hidden <= 1 - WELL_SEEN_SHARE or painted >= MOST_PAINTED_BY_LINES_SHARE:
+    if fit.coverage.seen.hidden <= 1 - WELL_SEEN_SHARE or painted >= MOST_PAINTED_BY_LINES_SHARE:
         return []
     return [
         f"{source.spec}: drawn with lines, of which the target shows only short pieces; show the drawing in a "
@@ -147,8 +209,7 @@ def rendered(
     from ..artwork import rendering
 
     path = drawing_of(job, source)
-    assert path is not None
-    box = rendering.canvas_of(path) if job.texture else own_box or own_box_of(source)
+    box = rendering.canvas_of(path) if path and job.texture else own_box or own_box_of(source)
     extent = box[1] - box[0]
     if density is None:
         density = FIRST_RENDERED_PIXELS / max(extent.real, extent.imag)
@@ -157,7 +218,37 @@ def rendered(
         density *= abs(covered[1] - covered[0]) / abs(extent)
     width, height = rendering.pixels_across(box, density, _most_pixels(job, pixels))
     room.check(strip_bytes(height, width, 4), "the drawing as a texture")
+    if path is None:
+        coloured = _coloured_letters(source)
+        if coloured is not None:
+            return rendering.render_data(coloured, source.path, box, (width, height))
+        return _inked(source, box, (width, height))
     return rendering.render(path, box, (width, height))
+
+
+def _coloured_letters(source: Shape) -> bytes | None:
+    """Return the word that is the source as an SVG file if its font has colours."""
+    from ..outlines import lettering
+    from ..shapes.shape import without_box
+
+    if formats.suffix_of(source.path) not in formats.FONTS:
+        return None
+    data = lettering.svg(source.path, without_box(source.path, Spec.of(source.spec).selection or ""))
+    return data if b" fill=" in data else None
+
+
+def _inked(source: Shape, box: Box, size: tuple[int, int]) -> Image:
+    """Return a picture of what a source paints, in black."""
+    from ...pixels.canvas import Canvas
+    from ...pixels.coverage import painted_share
+    from ...polygons import rings_of
+    from ..pictures.image_files import Image
+
+    assert source.ink is not None
+    pixels = np.zeros((size[1], size[0], 4), np.uint8)
+    share = painted_share(rings_of(source.ink.painted), Canvas.about(*size, box))
+    pixels[..., 3] = np.rint(255 * share)
+    return Image(pixels, alpha=3)
 
 
 def _most_pixels(job: Job, pixels: float) -> int:
@@ -245,7 +336,7 @@ def box_of(
     """Return the box of the source's plane that the texture covers, given its box in the layout. The checkerboard's is
     a square.
     """
-    if drawing_of(job, source) and not job.texture:
+    if is_rendered(job, source) and not job.texture:
         return framing.placed(job, source, own_box or own_box_of(source))
     if tiles is not None:
         low, high = (complex(corner.real * source.aspect, corner.imag) for corner in tiles)
@@ -284,7 +375,7 @@ def outlines_of(job: Job, sources: Sequence[Shape], fits: Sequence[Fit]) -> list
     """
     if sources[0].is_mesh:
         return []
-    mapped = job.holed and not any(fit.drawings and not fit.source_holes for fit in fits)
+    mapped = job.holed and not any(fit.details.drawings and not fit.source_holes for fit in fits)
     holes = [[shape.holes[k] for k in shape.mappable_holes if mapped] for shape in sources]
     if len(sources) == 1:
         return [sources[0].curve.z, *holes[0]]
@@ -304,15 +395,19 @@ def sampler_of(
     threads: int | None,
     *,
     on_paper: bool = False,
+    painted: Sequence[Complex] = (),
 ) -> Sampler:
     """Return the picture in its place in the source's plane, prepared for filtering.
 
-    `outlines` as for `Sampler`; `on_paper` if transparent parts show paper.
+    `outlines` as for `Sampler`; `on_paper` if transparent parts show paper; `painted` as for `paper.on_paper`.
     """
     from ...pixels.sampler import Sampler
 
-    visible_outlines = outlines if image.alpha >= 0 and not framing.repeats(job) else ()
+    visible_outlines = outlines if image.alpha >= 0 and not (framing.repeats(job) or image.raster) else ()
+    on_paper = on_paper and image.raster is None  # where a raster has no data, nothing is shown
     turn = framing.texture_turn(job)
+
+    filter = "nearest" if image.raster and image.raster.labels and job.filter == "auto" else job.filter
 
     def make() -> Sampler:
         placed = image.texture(box, kind=job.kind, room=room, turn=turn)
@@ -320,10 +415,10 @@ def sampler_of(
             from ...pixels import own_edge, paper
 
             # first remove its antialiased edge, which would be a bright line along the target's outline
-            placed = paper.on_paper(own_edge.without_own_edge(placed, visible_outlines))
-            return Sampler(placed, job.filter, job.kind, job.edge, memory=room, threads=threads)
+            placed = paper.on_paper(own_edge.without_own_edge(placed, visible_outlines), painted)
+            return Sampler(placed, filter, job.kind, job.edge, memory=room, threads=threads)
         return Sampler(
-            placed, job.filter, job.kind, job.edge, outlines=visible_outlines, memory=room, threads=threads
+            placed, filter, job.kind, job.edge, outlines=visible_outlines, memory=room, threads=threads
         )
 
     key: Any = None
@@ -336,7 +431,7 @@ def sampler_of(
             job.filter,
             job.edge,
             on_paper,
-            *(z.tobytes() for z in visible_outlines),
+            *(z.tobytes() for z in (*visible_outlines, *painted)),
         )
     return _ready.get(key, lambda sampler: sampler.texture.pixels.size, make)
 
@@ -347,12 +442,17 @@ def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) 
     Raises:
         InputError: it cannot be read, or exceeds --max-pixels.
     """
-    from ..pictures import image_files
+    from ..pictures import image_files, rasters
 
     limits = _limits(job, room)
-    if drawing_of(job, source):
+    if is_rendered(job, source):
         return rendered(job, source, room, own_box=own_box)
+    nearest = job.filter in ("auto", "nearest") and not job.colorspace
     if name := job.texture:
+        if formats.of(name).picture and (
+            raster := rasters.read(name, max_pixels=job.max_pixels, nearest=nearest)
+        ):
+            return raster
         key = None if job.memory else (_stamp(name), job.max_pixels, job.colorspace)
         return _read.get(key, _numbers, lambda: image_files.read(name, **limits))
     pictures = own_pictures(job, source)
@@ -363,6 +463,9 @@ def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) 
     if pictures:
         from ..shapes import own_picture
 
+        own = Spec.of(source.spec).path
+        if raster := rasters.read(own, max_pixels=job.max_pixels, nearest=nearest):
+            return raster
         # memory is checked against --memory when the picture is decoded
         return own_picture.read(Spec.of(source.spec), source.trace, anew=bool(job.memory), **limits)
     from ...pixels.checkerboard import checkerboard

@@ -10,8 +10,9 @@ import iccm
 
 from ...arrays import Complex
 from ...balanced import NoMapError
-from ...curve import Curve
+from ...curve import Curve, polygon_of
 from ...drawings.drawing import Drawing
+from ...fit_data import with_details
 from ...maps.triangulated.map import TriangulatedMap
 from ...plane import polygon_area
 from ...solve import Fit
@@ -111,7 +112,7 @@ def fit_with_holes(
     mappable = source.mappable_holes, target.mappable_holes
     inner = [[shape.holes[k] for k in side] for shape, side in zip((source, target), mappable)]
     partners = named_partners(source, target, mappable)
-    if source.drawing is not None and target.drawing is not None:
+    if not (source.is_mesh or target.is_mesh):
         return _fit_drawings(source, target, tell, partners, start, **options)
     plain = start is not None and len(start.loops) == 1
     if not any(inner) or (plain and all(inner)):
@@ -136,14 +137,12 @@ def _fit_drawings(
     start: TriangulatedMap | None,
     **options: Any,
 ) -> Fit:
-    """Call `iccm.fit` with two whole drawings; names pair their holes if both have a single part."""
-    both_are_one_part = all(
-        shape.drawing is not None and shape.drawing.is_one_part for shape in (source, target)
-    )
+    """Call `iccm.fit` with two drawings; names pair their holes if both have a single part."""
+    drawings = as_drawing(source), as_drawing(target)
+    both_are_one_part = drawings[0].is_one_part and drawings[1].is_one_part
     try:
         return iccm.fit(
-            source.domain,
-            target.domain,
+            *drawings,
             start=start,
             hole_partners=partners if both_are_one_part else (),
             **options,
@@ -153,6 +152,13 @@ def _fit_drawings(
             raise
         tell(f"{target.spec}: {UNMAPPED}")
         return iccm.fit(filled(source).domain, filled(target).domain, start=start, **options)
+
+
+def as_drawing(shape: Shape) -> Drawing:
+    """Return the whole drawing of a planar shape; for an outline that was selected, the drawing of that part."""
+    return shape.drawing or Drawing(
+        polygon_of(shape.curve.z, *(shape.holes[k] for k in shape.mappable_holes))
+    )
 
 
 def deform_with_holes(source: Shape, **options: Any) -> Fit:
@@ -166,7 +172,7 @@ def deform_with_holes(source: Shape, **options: Any) -> Fit:
         fit = iccm.deform(source.curve, **options)
     if source.drawing is None or source.drawing.is_one_part:
         return fit
-    return replace(fit, drawings=(source.drawing, source.drawing))
+    return with_details(fit, drawings=(source.drawing, source.drawing))
 
 
 def about(pairs: Sequence[tuple[Shape, Shape]], *, keep: bool, mapped: bool) -> list[str]:

@@ -16,6 +16,7 @@ from ...curve import Curve
 from ...errors import InputError
 from ...flattening import convex, flatten
 from ...flattening.charts import Atlas
+from ...flattening.segmentation import MAX_DISTORTION, Charts
 from ...flattening.whole import flatten_each, pack_all
 from ...meshes.disk_patch import Joined, disk_patch, sound_piece
 from ...meshes.flatten import Flattening
@@ -115,8 +116,13 @@ def read_whole(
     margin: int = TEXELS_BETWEEN_CHARTS,
     region: shapely.Geometry | None = None,
     box: Box | None = None,
+    single: bool = True,
+    charts: Charts = "one",
+    max_distortion: float = MAX_DISTORTION,
 ) -> MeshShape | None:
-    """Return all pieces of a mesh, flattened and packed at one scale; None if it has one piece, or one is selected.
+    """Return all pieces of a mesh, flattened and packed at one scale; None if a piece or a chart is selected.
+
+    A mesh that is one chart is not packed.
 
     Args:
         spec: the mesh; a named part is taken as a whole.
@@ -126,6 +132,8 @@ def read_whole(
         margin: distance between charts, in texels of a texture of 1024.
         region: where to pack charts without rotating them; None for a square, with rotations.
         box: of pictures in this plane, if there is a region.
+        single: whether to return a mesh of one piece, too; otherwise None.
+        charts, max_distortion: see `segmentation.charts_of`.
 
     Raises:
         InputError: no piece can be flattened, or one is closed and may not be cut.
@@ -133,24 +141,28 @@ def read_whole(
     files = mesh_files.read_all(spec, opened)
     if files[0].numbered or files[0].chart:
         return None
-    if sum(np.count_nonzero(Joined.of(file.mesh).areas) for file in files) < 2:
+    if not single and sum(np.count_nonzero(Joined.of(file.mesh).areas) for file in files) < 2:
         return None
-    pieces, corners, faults = list[Patch](), list[Index](), list[str]()
+    pieces, firsts, faults = list[Patch](), list[int](), list[str]()
     first = 0
     for file in files:
         sound, further_faults = _sound_pieces(file)
         pieces += sound
-        corners += [piece.corner + first for piece in sound]
+        firsts += [first] * len(sound)
         faults += further_faults
         first += file.mesh.corners.size
     if not pieces:
-        raise InputError(faults[0])
-    results = flatten_each(pieces, grow=cut, method=method)
-    faults += [str(flattened) for flattened in results if isinstance(flattened, InputError)]
-    corners = [corner for corner, flattened in zip(corners, results) if isinstance(flattened, Flattening)]
-    layouts = [flattened for flattened in results if isinstance(flattened, Flattening)]
-    if not layouts:
-        raise InputError(faults[0])
+        none = f"{files[0].mesh.name}: no face has an area; does the file contain only lines?"
+        raise InputError(faults[0] if faults else none)
+    charts_of_pieces = flatten_each(
+        pieces, grow=cut, method=method, charts=charts, max_distortion=max_distortion
+    )
+    if len(files) == len(pieces) == len(charts_of_pieces[0]) == 1 and not region:
+        return _one_chart(spec, files[0], pieces[0], charts_of_pieces[0][0])
+    layouts = [layout for layouts in charts_of_pieces for layout in layouts]
+    corners = [
+        layout.patch.corner + first for layouts, first in zip(charts_of_pieces, firsts) for layout in layouts
+    ]
     every = np.logical_or.reduce([file.faces for file in files])
     whole = files[0].part_of(files[0].content, every) if len(files) > 1 else files[0]
     whole = replace(
@@ -161,7 +173,7 @@ def read_whole(
     file, patch, also = _with_faces_of(whole, flat.patch, also)
     flat = replace(flat, patch=patch)
     box = box or (0j, complex(side, side))
-    notes = [*_summed(layouts), *(f"ignored: {fault}" for fault in faults[:MOST_NOTES])]
+    notes = [*_summed(layouts, len(pieces)), *(f"ignored: {fault}" for fault in faults[:MOST_NOTES])]
     if len(faults) > MOST_NOTES:
         notes.append(f"ignored {len(faults) - MOST_NOTES} more pieces that cannot be flattened")
     return _lay_out(spec, file, flat, Curve(flat.flat[flat.loop]), box, notes, packed=True, also=also)
@@ -185,9 +197,12 @@ def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
     return pieces, faults
 
 
-def _summed(layouts: Sequence[Flattening]) -> list[str]:
-    """Return notes on all pieces; notes that several have in common are given once."""
-    notes = [f"{len(layouts)} pieces are packed side by side at one scale; --parts largest takes one"]
+def _summed(layouts: Sequence[Flattening], pieces: int) -> list[str]:
+    """Return notes on all charts of a number of pieces; notes that several have in common are given once."""
+    what = f"{pieces} pieces" if pieces > 1 else "1 piece"
+    if len(layouts) > pieces:
+        what = f"{len(layouts)} charts of {what}"
+    notes = [f"{what} are packed side by side at one scale; --parts largest takes one"]
     cut = [layout for layout in layouts if len(layout.patch.seam)]
     if cut:
         edges = sum(len(layout.patch.seam) for layout in cut)
@@ -214,12 +229,19 @@ def flatten_patch(
     **how: Any,
 ) -> MeshShape:
     """Flatten a piece of a mesh; arguments as for `read` and `flatten` (`how`), `start` as for `MeshShape`."""
-    file, piece = _of_patch(file, piece)
     flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
     if how.get("chart") and method != "lscm":
         flat = convex(flat)
+    return _one_chart(spec, file, piece, flat, start)
+
+
+def _one_chart(spec: str, file: MeshFile, piece: Patch, flat: Flattening, start: int = -1) -> MeshShape:
+    """Return the shape of a piece that is flattened as a whole; arguments as for `flatten_patch`."""
+    also = _at_same_places(file.mesh, flat.patch)
+    file, patch, also = _with_faces_of(file, flat.patch, also)
+    flat = replace(flat, patch=patch)
     # the outline of a least squares map may cross itself
-    curve = Curve(flat.flat[flat.loop]) if method == "lscm" else flat.boundary
+    curve = Curve(flat.flat[flat.loop]) if flat.method == "lscm" else flat.boundary
     notes = [*file.notes, *flat.patch.notes, *flat.notes]
     if len(flat.patch.seam):
         notes.append(f"cut open along {len(flat.patch.seam)} edges")
@@ -229,7 +251,7 @@ def flatten_patch(
         if loops_left != loops:
             fate_of_others = f"the cut joins {loops - loops_left} of the others to it"
         notes.append(f"boundary {file.loop} of {loops} is the outline, {fate_of_others}")
-    return _lay_out(spec, file, flat, curve, curve.box, notes, start=start)
+    return _lay_out(spec, file, flat, curve, curve.box, notes, start=start, also=also)
 
 
 def _lay_out(
@@ -295,7 +317,8 @@ def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: flo
             f"{spec}: the outline of a chart is always its outer boundary; #uv-{file.loop} would be another chart"
         )
     chart = atlas.chart(number, aspect)
-    file, patch = _of_patch(file, chart.flattening.patch)
+    none = np.zeros(0, np.int64)
+    file, patch, _ = _with_faces_of(file, chart.flattening.patch, (none, none))
     flat = replace(chart.flattening, patch=patch)
     low = complex(chart.tile.real * aspect, chart.tile.imag)
     notes = [*file.notes, *atlas.notes]
@@ -316,16 +339,13 @@ def aspect_of(file: MeshFile, aspect: Aspect | None) -> float:
     return aspect(pictures) or 1.0
 
 
-def _of_patch(file: MeshFile, patch: Patch) -> tuple[MeshFile, Patch]:
-    """Restrict the file's mesh to the faces of a patch; return both. Faces of other pieces stay unchanged."""
-    none = np.zeros(0, np.int64)
-    return _with_faces_of(file, patch, (none, none))[:2]
-
-
 def _with_faces_of(
     file: MeshFile, patch: Patch, also: tuple[Index, Index]
 ) -> tuple[MeshFile, Patch, tuple[Index, Index]]:
-    """Restrict as `_of_patch`, but keep the faces of the corners `also[0]`, too, which are at vertices `also[1]`."""
+    """Restrict the file's mesh to the faces of a patch, and of the corners `also[0]`, which are at vertices `also[1]`.
+
+    Returns the file, the patch, and these corners. Faces of other pieces stay unchanged.
+    """
     mesh = file.mesh
     is_kept = np.zeros(mesh.sizes.size, bool)
     is_kept[patch.polygon] = True

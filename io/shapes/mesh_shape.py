@@ -17,7 +17,7 @@ from ...meshes import layout
 from ...meshes.cut import vertex_path
 from ...meshes.flatten import Flattening
 from ...meshes.locate import Locator, barycentric
-from ...meshes.mesh import face_areas
+from ...meshes.mesh import face_areas, polygon_areas
 from ...meshes.surface import Surface
 from ...pixels.texture import Placing, Texture, Wrap
 from ...plane import triangle_areas
@@ -56,6 +56,12 @@ class MeshShape(Shape):
     def is_layout(self) -> bool:
         """Whether the plane is that of the mesh's texture coordinates."""
         return self.chart is not None
+
+    @property
+    def share(self) -> float:
+        """Share of the area of the file's geometry that belongs to the shape."""
+        areas = polygon_areas(self.file.content.polygons)
+        return float(areas[self.file.faces].sum() / max(areas.sum(), 1e-300))
 
     @property
     def mirror(self) -> float | None:

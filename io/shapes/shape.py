@@ -67,6 +67,7 @@ class Shape:
         coloured: whether its file has separate colours to show; it is then its own texture.
         trace: how a picture is traced, see `silhouette.read`.
         millimetres: length of a unit of its file; None if the file does not state it.
+        unit: the unit in which the file states its size, such as "in"; empty if it does not.
         outlines: all outlines of its file, in the file's coordinates, if the whole file was read.
         selected_outlines: those of the selected part of its file, or all if none is selected.
         georeference: where the file's coordinates lie on a map, if the file says so.
@@ -97,6 +98,7 @@ class Shape:
     pin_radii: dict[str, float] = field(default_factory=dict)
     view: View | None = None
     millimetres: float | None = None
+    unit: str = ""
     georeference: Georeference | None = None
 
     @property
@@ -280,7 +282,8 @@ THINNEST_RATIO = 1e6
 READERS = {
     **dict.fromkeys((".svg", ".svgz"), svg.read),
     ".obj": planar_obj.read,
-    **dict.fromkeys((".geojson", ".geojsonl", ".topojson", ".json"), polygons.read),
+    **dict.fromkeys((".geojson", ".geojsonl", ".geojsons", ".topojson", ".json"), polygons.read),
+    **dict.fromkeys((".gpkg", ".shp", ".kml", ".fgb"), polygons.read_layer),
     **dict.fromkeys(formats.FONTS, lettering.read),
     ".dxf": dxf.read,
 }
@@ -349,6 +352,7 @@ def read(
         trace=trace,
         pin_radii=drawing.pin_radii,
         millimetres=drawing.millimetres,
+        unit=drawing.unit,
         georeference=drawing.georeference,
         **_holes(drawing, outline),
     )
@@ -356,7 +360,7 @@ def read(
 
 def _whole_shape(drawing: DrawingContent, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
     """Return the shape of everything that a drawing paints, in the tightest frame around all of it."""
-    notes += [f"ignored: {error}" for _, error in drawing.refused]
+    notes += dict.fromkeys(f"ignored: {error}" for _, error in drawing.refused)
     painted = _drawn_region(drawing, drawing.painted)
     ink = painted if drawing.ink is drawing.painted else _drawn_region(drawing, drawing.ink)
     frame = painted.tightest.outline
@@ -379,6 +383,7 @@ def _whole_shape(drawing: DrawingContent, text: str, spec: Spec, notes: list[str
         rigid=tuple(_core(z, drawing.flip) for z in drawing.rigid),
         pin_radii=drawing.pin_radii,
         millimetres=drawing.millimetres,
+        unit=drawing.unit,
         georeference=drawing.georeference,
         drawing=painted,
         ink=ink,
@@ -414,7 +419,7 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
     if chosen.part is not None and chosen.part not in drawing.ids:
         _choose(drawing, text, chosen)
     curves: dict[int, Curve] = {}
-    notes = [*drawing.notes, *(f"ignored: {error}" for _, error in drawing.refused)]
+    notes = [*drawing.notes, *dict.fromkeys(f"ignored: {error}" for _, error in drawing.refused)]
     if drawing.pins or drawing.strokes or drawing.rigid:
         constraints = "pins, strokes and rigid regions" if drawing.rigid else "pins and strokes"
         notes.append(
@@ -440,6 +445,7 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
             coloured=drawing.coloured,
             trace=trace,
             millimetres=drawing.millimetres,
+            unit=drawing.unit,
             georeference=drawing.georeference,
             **_holes(drawing, drawing.outlines[number]),
         )
@@ -602,7 +608,7 @@ def _left_out(drawing: DrawingContent, outline: FilledOutline) -> list[str]:
             f"ignored {len(other_outlines)} other outline{'s' * (len(other_outlines) > 1)}, the largest with "
             f"{share:.1%} of this one's area; #id or #2 selects another, --parts all maps all of them"
         )
-    notes += [f"ignored: {error}" for _, error in drawing.refused]
+    notes += dict.fromkeys(f"ignored: {error}" for _, error in drawing.refused)
     return notes
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real
 from ...errors import InputError
+from ...pixels.colour import srgb_from_linear
 from ..pictures import image_files
 from ..pictures.image import Image
 
@@ -125,9 +126,10 @@ def _read(path: str) -> tuple[NDArray, NDArray[np.bool_]]:
 
 def _heat(values: Real, largest: float, counted: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Return values as colours from black to bright yellow, transparent where nothing is shown."""
-    from matplotlib import colormaps
+    import OpenImageIO as oiio
 
     shares = np.clip(values / largest, 0, 1) if largest > 0 else np.zeros(values.shape)
-    colours: NDArray[np.uint8] = colormaps["inferno"](shares, bytes=True)
-    colours[..., 3] = np.where(counted, 255, 0)
-    return colours
+    light = oiio.ImageBufAlgo.color_map(oiio.ImageBuf(shares[..., None].astype(np.float32)), 0, "inferno")
+    colours = srgb_from_linear(light.get_pixels(oiio.FLOAT))
+    shown = np.where(counted, 1.0, 0.0)[..., None]
+    return np.rint(255 * np.concatenate([np.clip(colours, 0, 1), shown], axis=2)).astype(np.uint8)

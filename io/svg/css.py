@@ -1,5 +1,6 @@
 """CSS declarations, of a `style` attribute or of parsed rules."""
 
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
@@ -8,6 +9,8 @@ from typing import Any
 
 import tinycss2
 
+MOST_NESTED_VARIABLES, MOST_CHARACTERS = 100, 10_000  # of one value
+_VARIABLE = re.compile(r"var\(\s*(--[\w-]+)\s*(?:,((?:[^()]|\([^()]*\))*))?\)")
 _PLAIN = re.compile(r"[^\"'()\\/@{}!<]*")
 
 
@@ -17,11 +20,17 @@ class Style(dict[str, str]):
     Args:
         values: values by name.
         important: names of the values that are important.
+        layer: number of its cascade layer; rules outside of layers come last.
     """
 
-    def __init__(self, values: Mapping[str, str] = MappingProxyType({}), important: Iterable[str] = ()):
+    def __init__(
+        self,
+        values: Mapping[str, str] = MappingProxyType({}),
+        important: Iterable[str] = (),
+        layer: float = math.inf,
+    ):
         super().__init__(values)
-        self.important = set(important)
+        self.important, self.layer = set(important), layer
 
     def add(self, later: Mapping[str, str]) -> "Style":
         """Add declarations that come later in the cascade, in place; return this style."""
@@ -68,6 +77,23 @@ def block(content: Any) -> Style:
             vital = [node.lower_name] if node.important else []
             style.add(Style({node.lower_name: serialize(node.value)}, vital))
     return style
+
+
+def substituted(text: str, variables: Mapping[str, str]) -> str | None:
+    """Return a value with `var(--name, fallback)` replaced; None where a variable has neither a value nor a fallback.
+
+    >>> substituted("var(--ink, red)", {}), substituted("var(--ink)", {"--ink": "#123"}), substituted("var(--ink)", {})
+    ('red', '#123', None)
+    """
+    for _ in range(MOST_NESTED_VARIABLES):
+        match = _VARIABLE.search(text)
+        if not match:
+            return text
+        value = variables.get(match[1], match[2])
+        if value is None or len(text) > MOST_CHARACTERS:
+            return None
+        text = f"{text[: match.start()]}{value.strip()}{text[match.end() :]}"
+    return None  # variables that refer to each other
 
 
 def parsed(parse: Callable[..., list[Any]], content: Any) -> list[Any]:

@@ -7,8 +7,10 @@ _BRACKETS = {"(": ")", "[": "]", "{": "}"}
 _MARKS = ("NSM",)  # nonspacing marks have the direction of the letter before them
 
 
-def in_visual_order(text: str) -> list[str]:
-    """Split a line of text that starts at the left into parts of one direction, from left to right.
+def in_visual_order(text: str, *, leftward: bool = False) -> list[str]:
+    """Split a line of text into parts of one direction, from left to right.
+
+    The line starts at the left, or at the right if it is `leftward` (CSS: `direction: rtl`).
 
     This is Unicode's bidirectional algorithm (UAX 9) without explicit embeddings: neutral characters between letters of
     one direction belong to them, and numbers after right-to-left letters read left to right among these.
@@ -16,8 +18,9 @@ def in_visual_order(text: str) -> list[str]:
     if not any(bidirectional(letter) in _LEFTWARD for letter in text):
         return [text]
     parts: list[str] = []
-    for leftward, part in _directed(text, _ways(text)):
-        parts += _numbers_apart(part)[::-1] if leftward else [part]
+    directed = _directed(text, _ways(text), leftward)
+    for runs_leftward, part in directed[::-1] if leftward else directed:
+        parts += _numbers_apart(part)[::-1] if runs_leftward else [part]
     return parts
 
 
@@ -56,8 +59,11 @@ def _direct_brackets(text: str, ways: list[str]) -> None:
                 ways[begin] = ways[k] = "L" if "L" in inside else preceding
 
 
-def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
-    """Return parts of one direction, and whether it is leftward; neutrals are leftward only between such letters."""
+def _directed(text: str, ways: list[str], base: bool) -> list[tuple[bool, str]]:
+    """Return parts of one direction, and whether it is leftward.
+
+    Neutrals have the direction of the letters on both sides if these agree, else that of the line, `base`.
+    """
     parts: list[tuple[bool, str]] = []
     k = 0
     while k < len(text):
@@ -65,7 +71,8 @@ def _directed(text: str, ways: list[str]) -> list[tuple[bool, str]]:
         while end < len(text) and ways[end] == "N":
             end += 1
         if end > k:  # without a direction
-            leftward = k > 0 and end < len(text) and ways[k - 1] == ways[end] == "R"
+            around = {ways[j] == "R" if 0 <= j < len(text) else base for j in (k - 1, end)}
+            leftward = around.pop() if len(around) == 1 else base
         else:
             leftward, end = ways[k] == "R", k + 1
         if parts and parts[-1][0] == leftward:

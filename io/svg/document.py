@@ -12,6 +12,7 @@ from defusedxml.ElementTree import XMLParser
 
 from ...errors import InputError
 from .. import files, formats, limits
+from ..lengths import CSS_PIXELS
 from .drawing_content import Rectangle
 from .path_data import numbers
 
@@ -19,8 +20,7 @@ SUFFIXES = (".svg", ".svgz")
 GZIP = b"\x1f\x8b"
 SHAPES = frozenset(["path", "rect", "circle", "ellipse", "line", "polyline", "polygon"])
 _SPACES = ("", "http://www.w3.org/2000/svg")
-_UNITS = {"": 1.0, "px": 1.0, "in": 96.0, "cm": 96 / 2.54, "mm": 96 / 25.4, "q": 24 / 25.4, "pt": 96 / 72}
-_UNITS |= {"pc": 16.0, "em": 16.0, "rem": 16.0, "ex": 8.0}  # relative to the default font size
+_UNITS = CSS_PIXELS | {"": 1.0, "em": 16.0, "rem": 16.0, "ex": 8.0}  # relative to the default font size
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(%|[A-Za-z]*)\s*")
 
 
@@ -168,18 +168,25 @@ def canvas(element: Element) -> Rectangle | None:
     return 0.0, 0.0, *size
 
 
-def millimetres(element: Element) -> float | None:
-    """Return the length of the root's user unit, where a pixel is 1/96 of an inch; None without an absolute size."""
+def unit_of_length(element: Element) -> tuple[float | None, str]:
+    """Return the length of the root's user unit in millimetres, and the unit in which its size is stated.
+
+    A pixel is 1/96 of an inch. Without an absolute size, the length is None and the unit empty.
+    """
     box = canvas(element)
-    sides = []
+    sides, unit = [], ""
     for name, side in zip(("width", "height"), box[2:] if box else ()):
         text = element.get(name, "100%").strip()
         if not (text.endswith("%") or text == "auto"):
             with suppress(InputError):  # the viewBox alone is needed
                 sides.append(length(text, None, "x", name) / side)
+                match = _LENGTH.fullmatch(text[:100])
+                unit = (match[2].lower() if match else "") or "px"
     if not sides or min(sides) <= 0:
-        return None
-    return min(sides) * 25.4 / 96  # the view is fitted into the size without distortion
+        return None, ""
+    # by default, the view is fitted into the size without distortion
+    fitted = max if "slice" in element.get("preserveAspectRatio", "") else min
+    return fitted(sides) * 25.4 / 96, unit
 
 
 def view_box(attributes: Mapping[str, str]) -> Rectangle:

@@ -13,7 +13,7 @@ from ...errors import InputError
 from ...polygons import unite
 from ...saved.georeference import Georeference
 from .affine import Affine
-from .fill import FilledOutline, Refused, outlines, with_lines_filled
+from .fill import FaceBudget, FilledOutline, Refused, outlines, with_lines_filled
 
 Rectangle = tuple[float, float, float, float]  # x, y, width, height
 
@@ -56,8 +56,10 @@ class DrawingContent:
         wrapped: the picture, if the drawing contains nothing else.
         has_lines: whether strokes paint something besides the fills.
         millimetres: length of a unit; None where the file does not state it.
+        unit: the unit in which the file states its size, such as "in"; empty if it does not.
         georeference: where the file's coordinates lie on a map.
         paint: computes `ink` and `painted` where these are more than the union of the outlines.
+        budget: limits the work for outlines that cross.
     """
 
     outlines: list[FilledOutline]
@@ -74,8 +76,10 @@ class DrawingContent:
     wrapped: WrappedPicture | None = None
     has_lines: bool = False
     millimetres: float | None = None
+    unit: str = ""
     georeference: Georeference | None = None
     paint: Callable[[], tuple[shapely.Geometry, shapely.Geometry]] | None = None
+    budget: FaceBudget = field(default_factory=FaceBudget)
 
     @property
     def ink(self) -> shapely.Geometry:
@@ -112,7 +116,7 @@ class DrawingContent:
         `fill.outlines`.
         """
         try:
-            painted, refused = outlines(rings, rule, label, **how)
+            painted, refused = outlines(rings, rule, label, budget=self.budget, **how)
         except InputError as error:
             painted, refused = [], [(area, error)]
         self.outlines.extend(replace(outline, names=names) for outline in painted)

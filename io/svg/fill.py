@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import shapely
@@ -28,6 +29,30 @@ DRAWN_AREA_SHARE = 1 / 3
 BODY_AREA_SHARE = 1 / 2
 """Of the area of the convex hulls of a drawing's parts. If lines and what they enclose cover less, most lines are open,
 as in a stick figure with a round head: filling the few closed ones would show a head without a body."""
+
+
+class FaceBudget:
+    """Limit on the faces into which outlines that cross cut the plane, for all shapes of a drawing together."""
+
+    def __init__(self) -> None:
+        self._left = limits.CUT_FACES
+
+    def check(self) -> None:
+        """Refuse further work once the limit is exceeded.
+
+        Raises:
+            TooMuch: it is.
+        """
+        if self._left < 0:
+            raise crossings.TooMuch(
+                "the lines of the drawing cross too often in all; unite its shapes, or remove the crossings (Inkscape: "
+                "Path > Union)"
+            )
+
+    def spend(self, count: int) -> None:
+        """Count faces."""
+        self._left -= count
+
 
 Refused = tuple[float, InputError]
 Paint = Callable[[Sequence[Complex], str], list[shapely.Polygon]]
@@ -64,13 +89,14 @@ def outlines(
     *,
     crossed: bool = True,
     paint: Paint | None = None,
+    budget: FaceBudget | None = None,
 ) -> tuple[list[FilledOutline], list[Refused]]:
     """Return the regions painted by filling rings together by `rule` (nonzero or evenodd), the largest first.
 
     Rings are closed implicitly, and may overlap, nest and touch each other; the result is what the fill shows. If a
     ring crosses itself in loops of less than HARMLESS_AREA_SHARE of its area, these are cut off. If the loops are
     larger, it is painted as it is, with a note; or, without `crossed`, it is refused, and the others are painted
-    without it. `paint` replaces the function `painted`.
+    without it. `paint` replaces the function `painted`. `budget` is that of the drawing.
 
     Returns:
         The outlines; and for each refused ring the area at stake, and an error that says where and why.
@@ -84,7 +110,8 @@ def outlines(
         raise InputError(
             f"{name}: has {max((r.size for r in rings), default=0)} distinct points; at least 3 are needed"
         )
-    paint = paint or painted
+    budget = budget or FaceBudget()
+    paint = paint or partial(painted, budget=budget)
     if len(usable) == 1 and (single := _simple(usable[0])):  # most shapes of a drawing
         paint(usable, rule)  # for the cache
         return [FilledOutline(name, usable[0], single.area, notes=notes)], []
@@ -93,7 +120,7 @@ def outlines(
     for ring, is_flat, polygon in zip(usable, _flat(usable), _polygons_of(usable)):
         if is_flat:
             continue
-        lobes, twisted, place = _untangled(ring, polygon)
+        lobes, twisted, place = _untangled(ring, polygon, budget)
         simple.extend(lobes if crossed or not place else [])
         if place and crossed:
             notes = (
@@ -126,13 +153,13 @@ def outlines_of(region: shapely.Geometry, name: str, notes: tuple[str, ...] = ()
     return sorted(parts, key=lambda o: -o.area)
 
 
-def painted(rings: Sequence[Complex], rule: str) -> list[shapely.Polygon]:
-    """Return the polygons painted by filling rings by `rule`; rings may cross."""
+def painted(rings: Sequence[Complex], rule: str, budget: FaceBudget | None = None) -> list[shapely.Polygon]:
+    """Return the polygons painted by filling rings by `rule`; rings may cross. `budget` is that of the drawing."""
     if not rings:
         return []
     if len(rings) == 1 and (polygon := polygon_of(rings[0])).is_valid:  # most shapes of a drawing
         return [polygon] if polygon.area > 0 else []
-    faces, winding = _faces(rings)
+    faces, winding = _faces(rings, budget or FaceBudget())
     inside = winding % 2 != 0 if rule == "evenodd" else winding != 0
     return list(polygons_of(unite(faces[inside])))
 
@@ -149,7 +176,9 @@ def has_body(filled: shapely.Geometry) -> bool:
     return bool(filled.area >= BODY_AREA_SHARE * hulls.area)
 
 
-def _untangled(ring: Complex, polygon: shapely.Polygon) -> tuple[list[Complex], float, str]:
+def _untangled(
+    ring: Complex, polygon: shapely.Polygon, budget: FaceBudget
+) -> tuple[list[Complex], float, str]:
     """Split a ring, given also as a polygon, into simple rings that paint the same.
 
     A crossing reverses the orientation of a part of the enclosed area, or encloses it twice. If that part is large, the
@@ -157,7 +186,7 @@ def _untangled(ring: Complex, polygon: shapely.Polygon) -> tuple[list[Complex], 
     """
     if polygon.is_valid:
         return [ring], 0.0, ""
-    faces, winding = _faces([ring])
+    faces, winding = _faces([ring], budget)
     area = shapely.area(faces)
     sign = 1 if area @ winding > 0 else -1
     once, twisted = winding == sign, (winding != sign) & (winding != 0)
@@ -167,16 +196,18 @@ def _untangled(ring: Complex, polygon: shapely.Polygon) -> tuple[list[Complex], 
     return [_z(part) for lobe in lobes for part in (lobe.exterior, *lobe.interiors)], 0.0, ""
 
 
-def _faces(rings: Sequence[Complex]) -> tuple[np.ndarray, np.ndarray]:
+def _faces(rings: Sequence[Complex], budget: FaceBudget) -> tuple[np.ndarray, np.ndarray]:
     """Return the faces into which rings cut the plane, and the winding number of the rings about each.
 
     Raises:
         InputError: the rings cross too often.
     """
+    budget.check()
     crossings.check([np.append(ring, ring[:1]) for ring in rings])
     lines = _Lines(rings)
     closed = shapely.linearrings(xy_of(lines.begin), indices=np.repeat(np.arange(len(rings)), lines.sizes))
     faces = np.array(shapely.get_parts(shapely.polygonize([shapely.unary_union(closed)])))
+    budget.spend(len(faces))
     points = shapely.point_on_surface(faces)
     return faces, lines.windings(points, shapely.box(*shapely.bounds(closed).T))
 

@@ -1,7 +1,7 @@
 """Lines of text as path data, shaped by HarfBuzz with kerning, ligatures and joined letters."""
 
-from collections.abc import Callable, Iterator
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 from unicodedata import bidirectional
 
@@ -52,6 +52,7 @@ class Font:
     """An open font file; lengths are in ems, y up.
 
     Attributes:
+        ascent, descent: heights of the ascenders, and depth of the descenders.
         line_height: from the descenders to the ascenders.
 
     Args:
@@ -71,7 +72,8 @@ class Font:
             self._font.set_variations({"wght": weight})
         self._em = self._font.face.upem
         extents = self._font.get_font_extents("ltr")
-        self.line_height = (extents.ascender - extents.descender) / self._em  # without a gap between lines
+        self.ascent, self.descent = extents.ascender / self._em, -extents.descender / self._em
+        self.line_height = self.ascent + self.descent  # without a gap between lines
         self._shaped = lru_cache(maxsize=64)(self._shape)
         self._template = lru_cache(maxsize=1024)(self._draw_glyph)
 
@@ -125,6 +127,27 @@ class Font:
         self._font.draw_glyph(number, pen, None)
         return "".join(commands), np.array(points, dtype=np.complex128)
 
+    @cached_property
+    def x_height(self) -> float:
+        """The height of lower-case letters."""
+        import uharfbuzz as hb
+
+        return self._font.get_metric_position_with_fallback(hb.OTMetricsTag.X_HEIGHT) / self._em
+
+    @cached_property
+    def has_small_capitals(self) -> bool:
+        """Whether the font has its own glyphs for small capitals."""
+        face = self._font.face
+        scripts = enumerate(face.get_table_script_tags("GSUB"))
+        return any("smcp" in face.get_language_feature_tags("GSUB", number) for number, _ in scripts)
+
+    @cached_property
+    def is_clockwise(self) -> bool:
+        """Whether outer contours run clockwise on the page, as in TrueType's outlines."""
+        template, points = self._template(self._font.get_nominal_glyph(ord("H")) or 1)
+        first = points[: max(1, template.find("Z") and template[: template.find("Z")].count("%r") // 2)]
+        return float(np.imag(np.conj(first) * np.roll(first, -1)).sum()) > 0
+
     def sets(self, text: str) -> bool:
         """Return whether the font has all letters, and they are of one script and direction."""
         ways = {bidirectional(letter) for letter in text}
@@ -151,20 +174,72 @@ class Font:
                 start on the line with y down; None if it is not drawn.
             spacing: extra space between letters.
         """
-        return "".join(data for _, data in self.draw_letters(text, place, spacing))
+        return "".join(data for _, data, _ in self.draw_letters(text, place, spacing))
 
     def draw_letters(
         self, text: str, place: Callable[[float, float], Affine | None], spacing: Spacing = NO_SPACING
-    ) -> Iterator[tuple[int, str]]:
-        """Yield the path data of each glyph, with the index in the text of the first letter that it represents."""
+    ) -> Iterator[tuple[int, str, str]]:
+        """Yield the path data of each glyph, or of each layer of a colour font's glyph, and its colour.
+
+        First comes the index in the text of the first letter that the glyph represents; the colour is #rrggbb or
+        #rrggbbaa, or empty for the colour of the text.
+        """
         for glyph in self._shaped(text, spacing)[0]:
             if (frame := place(glyph.begin, glyph.advance)) is None:
                 continue
-            template, points = self._template(glyph.number)
             glyph_affine = frame @ translation(glyph.right - glyph.begin, -glyph.up)
-            yield glyph.cluster, template % tuple(glyph_affine(points).view(np.float64).tolist())
+            for number, colour in self._layers(glyph.number):
+                template, points = self._template(number)
+                yield glyph.cluster, template % tuple(glyph_affine(points).view(np.float64).tolist()), colour
 
-    def set_at(self, text: str, x: float, y: float, size: float) -> list[tuple[int, str]]:
+    @property
+    def axes(self) -> dict[str, tuple[float, float]]:
+        """The least and largest value of each axis of a variable font, by its tag."""
+        return {axis.tag: (axis.min_value, axis.max_value) for axis in self._font.face.axis_infos}
+
+    def vary(self, values: Mapping[str, float]) -> None:
+        """Set axes of a variable font, before anything is set in it."""
+        self._font.set_variations(dict(values))
+
+    def is_coloured(self, text: str) -> bool:
+        """Return whether the font has its own colours for a letter of a text."""
+        glyphs = self._shaped(text)[0] if self._font.face.has_color_layers else []
+        layered = any(self._layers(glyph.number) != [(glyph.number, "")] for glyph in glyphs)
+        return layered or bool(self.undrawn(text))
+
+    def undrawn(self, text: str) -> str:
+        """Return why a letter of a text has no outlines, as a clause; empty if all have, except spaces."""
+        face = self._font.face
+        kinds = {
+            "gradients (COLR version 1)": face.has_color_paint and not face.has_color_layers,
+            "pictures (CBDT or sbix)": face.has_color_png,
+            "drawings (SVG)": face.has_color_svg,
+        }
+        kind = next((kind for kind, has in kinds.items() if has), "")
+        if not kind:
+            return ""
+        letters = [glyph for glyph in self._shaped(text)[0] if text[glyph.cluster] not in _SPACES]
+        empty = [glyph for glyph in letters if not self._template(glyph.number)[1].size]
+        return f"its letters are {kind}, not outlines" if empty else ""
+
+    def _layers(self, number: int) -> list[tuple[int, str]]:
+        """Return the layers of a glyph (COLR version 0), each a glyph and its colour in the first palette."""
+        face = self._font.face
+        if not (face.has_color_layers and (layers := face.get_glyph_color_layers(number))):
+            return [(number, "")]
+        palette = face.color_palettes[0].colors
+        colours = []
+        for layer in layers:
+            colour = ""
+            if layer.color_index < len(palette):  # 0xFFFF is the colour of the text
+                c = palette[layer.color_index]
+                colour = f"#{c.red:02x}{c.green:02x}{c.blue:02x}" + (
+                    f"{c.alpha:02x}" if c.alpha < 255 else ""
+                )
+            colours.append((layer.glyph, colour))
+        return colours
+
+    def set_at(self, text: str, x: float, y: float, size: float) -> list[tuple[int, str, str]]:
         """Return path data of a line's glyphs at a position and font size, as `draw_letters` yields it."""
         return list(self.draw_letters(text, lambda begin, _: Affine(size, 0, complex(x + size * begin, y))))
 

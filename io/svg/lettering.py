@@ -1,15 +1,15 @@
-"""Text as outlines of its letters, where its font is found (by fontconfig, else by matplotlib) and it is set plainly.
+"""Text as outlines of its letters, where its font is found (`installed_fonts`) and it is set plainly.
 
-Text that needs more than lines of letters, such as vertical text or bidirectional spans, is left as text.
+Text that needs more than lines of letters, such as spans in which letters run both ways, is left as text.
 """
 
+import json
 import re
-import shutil
-import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Literal
+from itertools import groupby
+from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -23,28 +23,40 @@ from .budget import Quota
 from .directions import in_visual_order
 from .document import length, local
 from .fonts import Font, Spacing
+from .installed_fonts import font_file
 from .path_data import subpaths
 
-FONTCONFIG_SECONDS = 5  # timeout for fontconfig
 INHERITED = (
     *("font", "font-family", "font-size", "font-style", "font-weight", "text-anchor", "direction"),
-    *("letter-spacing", "word-spacing"),
+    *("letter-spacing", "word-spacing", "font-variant", "font-variant-caps", "text-transform", "white-space"),
+    *("text-decoration", "text-decoration-line", "dominant-baseline", "writing-mode", "text-orientation"),
 )
 _WEIGHTS = {"normal": 400, "bold": 700, "bolder": 700, "lighter": 300}
-_FONTCONFIG = {100: 0, 200: 40, 300: 50, 400: 80, 500: 100, 600: 180, 700: 200, 800: 205, 900: 210}
-_GENERIC = {"serif", "sans-serif", "monospace", "cursive", "fantasy", "system-ui"}
 _ANCHORS = {"start": 0.0, "middle": 0.5, "end": 1.0}
-# Properties that move letters in unsupported ways, with the values that are harmless.
-_PLAIN = {
-    **dict.fromkeys(("dominant-baseline", "alignment-baseline"), ("auto", "alphabetic", "baseline")),
-    "writing-mode": ("lr", "lr-tb", "horizontal-tb"),
-    "direction": ("ltr",),
-    **dict.fromkeys(("font", "inline-size", "shape-inside"), ()),
+_KEPT_SPACE = {"pre", "pre-wrap", "break-spaces"}  # values of `white-space`
+_VERTICAL = {"tb", "tb-rl", "vertical-rl", "vertical-lr"}  # values of `writing-mode`
+_HORIZONTAL = {"lr", "lr-tb", "rl", "rl-tb", "horizontal-tb"}
+SMALL_CAPITAL_EMS = 0.7
+"""Size of small capitals in fonts without glyphs for them, as in browsers."""
+LINE_EMS = 0.1
+"""Width of lines under, over or through text, as in Chromium."""
+_LINES = ("underline", "overline", "line-through")
+_BASELINES: dict[str, Callable[[Font], float]] = {
+    **dict.fromkeys(("auto", "alphabetic", "baseline"), lambda font: 0.0),
+    "middle": lambda font: font.x_height / 2,
+    "central": lambda font: (font.ascent - font.descent) / 2,
+    "hanging": lambda font: 0.8 * font.ascent,
+    "mathematical": lambda font: 0.5 * font.ascent,
+    **dict.fromkeys(("text-before-edge", "text-top", "before-edge"), lambda font: font.ascent),
+    **dict.fromkeys(
+        ("text-after-edge", "text-bottom", "after-edge", "ideographic"), lambda font: -font.descent
+    ),
 }
+"""Heights of baselines in ems, as in Chromium."""
 
 
 class _NotPlainError(Exception):
-    """Text that cannot be outlined."""
+    """Text that cannot be outlined; the message says why, as a clause after the text's name."""
 
 
 @lru_cache(maxsize=64)
@@ -57,66 +69,15 @@ def _matched(family: str, weight: int, slant: int) -> Font | None:
         return None
 
 
-def font_file(family: str, weight: int = 400, slant: int = 0) -> tuple[str, int] | None:
-    """Return the file of an installed font and its index in a collection; None where another would be substituted.
-
-    Args:
-        family: in lower case, such as `dejavu sans`.
-        weight: as in CSS; 400 is regular, 700 bold.
-        slant: 0 for upright, 100 for italic, 110 for oblique.
-    """
-    command = shutil.which("fc-match")
-    if command is None:
-        return _listed(family, weight, slant)
-    pattern = re.sub(r"([\\\-:,])", r"\\\1", family)
-    fontconfig_weight = _FONTCONFIG[min(900, max(100, round(weight, -2)))]
-    query = f"{pattern}:weight={fontconfig_weight}:slant={slant}"
-    arguments = [command, "-f", "%{family}\n%{file}\n%{index}", query]
-    try:
-        output = subprocess.run(
-            arguments, capture_output=True, text=True, timeout=FONTCONFIG_SECONDS, check=True
-        ).stdout
-        names, path, number = output.split("\n")[:3]
-        if family not in _GENERIC and family not in names.casefold().split(","):
-            return None
-        return path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else 0
-    except Exception:  # treat a broken fontconfig as a missing font
-        return None
-
-
-def _listed(family: str, weight: int, slant: int) -> tuple[str, int] | None:
-    """Return the font of a family among those that matplotlib finds, for systems without fontconfig."""
-    try:
-        from matplotlib import font_manager
-
-        styles: dict[int, Literal["normal", "italic", "oblique"]] = {
-            0: "normal",
-            100: "italic",
-            110: "oblique",
-        }
-        style = styles[slant]
-        properties = font_manager.FontProperties(family=[family], weight=weight, style=style)
-        return str(font_manager.findfont(properties, fallback_to_default=False)), 0
-    except Exception:  # a missing family
-        return None
-
-
-def finder() -> str:
-    """Return a description of how fonts are found on this system."""
-    command = shutil.which("fc-match")
-    return (
-        f"found by {command}"
-        if command
-        else "fc-match is missing; found by matplotlib, without font collections"
-    )
-
-
 class Lettering:
     """Outlines the text of a document.
 
     Args:
         declared: returns an element's attributes and styles.
         linked: returns the element that another one links to.
+
+    Attributes:
+        reason: why the last text that was not outlined was not, as a clause.
     """
 
     def __init__(
@@ -128,6 +89,7 @@ class Lettering:
         most = limits.SVG_LETTERS
         self._letters = Quota(most, f"it contains more than {most} letters; convert text to paths")
         self._families: set[tuple[str, int, int]] = set()
+        self.reason = ""
 
     def path_data(self, element: Element, properties: Mapping[str, str]) -> str | None:
         """Return a <text> as path data in its own units; None where it stays text.
@@ -154,12 +116,16 @@ class Lettering:
             if properties.get("baseline-shift", "0").strip() not in ("0", "0px", "baseline"):
                 raise _NotPlainError
             spans = _Spans()
+            if "shape-inside" in properties and not any("x" in child.attrib for child in element):
+                raise _NotPlainError("its lines have no positions to show outside Inkscape")
             self._collect(element, properties, element.get(_SPACE) == "preserve", spans)
             parts = self._fitted(spans, properties)
-        except _NotPlainError:
+        except _NotPlainError as error:
+            self.reason = str(error) or "its layout is not supported"
             return None
         if len({key for key, _ in parts}) > 1 and any("url(" in value for key, _ in parts for value in key):
-            return None  # gradients and patterns refer to the box of the whole text
+            self.reason = "its spans are filled with gradients, which refer to the box of the whole text"
+            return None
         return [(dict(zip(PAINT, key)), data) for key, data in parts] or None
 
     @staticmethod
@@ -171,11 +137,16 @@ class Lettering:
         self, element: Element, properties: Mapping[str, str], keep_space: bool, spans: "_Spans"
     ) -> None:
         """Add the letters in an element, with the properties and listed positions that apply to each."""
-        for name, plain in _PLAIN.items():
-            if name in properties and properties[name].strip() not in plain:
-                raise _NotPlainError
+        if "font" in properties:
+            raise _NotPlainError("its property `font` is not supported")
+        for name in ("dominant-baseline", "alignment-baseline"):
+            if properties.get(name, "auto").strip() not in _BASELINES:
+                raise _NotPlainError(f"{name}: {properties[name].strip()} is not supported")
+        if properties.get("writing-mode", "lr").strip() not in _VERTICAL | _HORIZONTAL:
+            raise _NotPlainError(f"writing-mode: {properties['writing-mode'].strip()} is not supported")
+        keep_space = keep_space or properties.get("white-space", "").strip() in _KEPT_SPACE
         begin = spans.count
-        inherited = {k: v for k, v in properties.items() if k not in _NOT_INHERITED}
+        inherited = _with_lines({k: v for k, v in properties.items() if k not in _NOT_INHERITED})
         spans.add(element.text or "", inherited, keep_space)
         for child in element:
             if local(child) in ("title", "desc", "metadata"):
@@ -184,7 +155,7 @@ class Lettering:
             if declared.get("display") != "none":
                 self._collect_child(child, declared, inherited, keep_space, spans)
             if local(child) == "textPath" and (child.tail or "").strip():
-                raise _NotPlainError
+                raise _NotPlainError("letters follow a text on a path")
             spans.add(child.tail or "", inherited, keep_space)
         spans.place(begin, properties)
 
@@ -211,8 +182,8 @@ class Lettering:
             inner[name] = fonts_in_css.without_ems(inner[name], size, fonts_in_css.MEDIUM_PIXELS)
         if local(child) == "textPath" and ALONG not in outer:
             inner[ALONG] = self._path_along(child)
-        elif local(child) != "tspan":
-            raise _NotPlainError
+        elif local(child) not in ("tspan", "a"):
+            raise _NotPlainError(f"a <{local(child)}> in it is not supported")
         if "opacity" in declared:
             inner[SEEN] = repr(_number(declared["opacity"]) * _number(outer.get(SEEN, "1")))
         raised = declared.get("baseline-shift", "baseline").strip()
@@ -220,7 +191,7 @@ class Lettering:
             inner[RAISED] = f"{outer.get(RAISED, '')} {raised}@{size!r}"
         if "textLength" in declared:
             if FITTED in outer:
-                raise _NotPlainError
+                raise _NotPlainError("a span with a textLength contains another")
             inner[FITTED] = f"{spans.count}"
         self._collect(child, inner, keep_space or child.get(_SPACE) == "preserve", spans)
 
@@ -229,12 +200,12 @@ class Lettering:
         path = self._linked(element)
         declared = self._declared(path) if path is not None else {}
         if path is None or local(path) != "path" or element.get("side", "left") != "left":
-            raise _NotPlainError
+            raise _NotPlainError("the path that it runs along is missing, or on its other side")
         return f"{declared.get('transform', '')}|{declared.get('d', '')}"
 
     def _fitted(self, spans: "_Spans", properties: Mapping[str, str]) -> "Painted":
         """Return the path data of a text, with spans stretched to their `textLength`."""
-        runs = spans.runs()
+        runs = self._with_small_capitals(spans.runs())
         for span in dict.fromkeys(style[FITTED] for _, style in runs if FITTED in style):
             numbers = [k for k, (_, style) in enumerate(runs) if style.get(FITTED) == span]
             stretched = self._stretched([runs[k] for k in numbers], spans.lengths[int(span)])
@@ -242,7 +213,7 @@ class Lettering:
                 runs[k] = run
         if "textLength" in properties:
             if any(FITTED in style for _, style in runs):
-                raise _NotPlainError
+                raise _NotPlainError("a text with a textLength contains another")
             runs = self._stretched(runs, properties)
         return self._set(runs)[0]
 
@@ -251,7 +222,7 @@ class Lettering:
         wanted_width = _place(properties["textLength"], "textLength")
         _, width, letters = self._set(runs)
         if any(set(_PLACES) & set(style) for _, style in runs[1:]) or width <= 0 or wanted_width <= 0:
-            raise _NotPlainError
+            raise _NotPlainError("its textLength applies to several lines, or is not positive")
         if properties.get("lengthAdjust", "spacing").strip() == "spacingAndGlyphs":
             extra = {STRETCHED: repr(wanted_width / width)}
         else:
@@ -272,11 +243,11 @@ class Lettering:
 
         def end() -> None:
             shift = anchor * (x - line[0].x) if line else 0.0
-            for piece in line:
-                if parts and parts[-1][0] == piece.paint:
-                    parts[-1] = piece.paint, parts[-1][1] + piece.draw(shift)
+            for paint, data in (part for piece in line for part in piece.draw(shift)):
+                if parts and parts[-1][0] == paint:
+                    parts[-1] = paint, parts[-1][1] + data
                 else:
-                    parts.append((piece.paint, piece.draw(shift)))
+                    parts.append((paint, data))
             line.clear()
 
         for text, style in runs:
@@ -285,6 +256,12 @@ class Lettering:
                 end()
                 x, y = 0.0 if has_letters else x, 0.0
             place = {name: _place(style[name], name) for name in _MOVES if name in style}
+            leftward = style.get("direction", "ltr").strip() == "rtl"
+            vertical = style.get("writing-mode", "lr").strip() in _VERTICAL
+            if vertical:  # in a plane whose x points down and whose y points to the left
+                if ALONG in style:
+                    raise _NotPlainError("vertical text on a path is not supported")
+                place = {_TURNED[name]: _TURNED_SIGN[name] * value for name, value in place.items()}
             if ALONG in style:
                 place.pop("y", None)
             if "x" in place or "y" in place:
@@ -293,6 +270,7 @@ class Lettering:
             x, y = x + place.get("dx", 0.0), y + place.get("dy", 0.0)
             if not line:
                 anchor, runs_in_line = _ANCHORS.get(style.get("text-anchor", "start").strip(), 0.0), 0
+                anchor = 1 - anchor if leftward else anchor
             runs_in_line += 1
             font, size = self._font(style, text)
             extra_spacing, stretch = float(style.get(APART, "0")), float(style.get(STRETCHED, "1"))
@@ -303,15 +281,28 @@ class Lettering:
             track = _Track(style[ALONG], style.get("startOffset", "0")) if ALONG in style else None
             rotation = _degrees(style.get("rotate", "0"))
             raised = sum(_raised(shift, font) for shift in style.get(RAISED, "").split())
-            paint = tuple(
-                style.get({"opacity": SEEN}.get(name, name), default) for name, default in PAINT.items()
-            )
-            for part in in_visual_order(text):
-                line.append(Piece(part, font, size, x, y - raised, spacing, stretch, track, rotation, paint))
-                advance = size * font.width(part, spacing) * stretch
+            baseline = style.get("alignment-baseline", style.get("dominant-baseline", "auto")).strip()
+            if vertical and baseline == "auto":
+                baseline = "central"
+            raised -= float(style.get(FULL, size)) * _BASELINES[baseline](font)
+            paint = _paint(style)
+            lines = tuple(json.loads(style.get(LINED, "[]")))
+            for part in _upright_apart(text, style) if vertical else in_visual_order(text, leftward=leftward):
+                upright = vertical and _is_upright(part, style)
+                advance = (
+                    size
+                    * ((font.line_height + spacing.letters) if upright else font.width(part, spacing))
+                    * stretch
+                )
+                line.append(
+                    Piece(
+                        *(part, font, size, x, y - raised, spacing, stretch, track, rotation, paint),
+                        *(advance, lines, vertical, upright),
+                    )
+                )
                 x, width = x + advance, width + advance
-            if runs_in_line > 1 and any(font.runs_leftward(piece.text) for piece in line):
-                raise _NotPlainError
+            if runs_in_line > 1 and (leftward or any(font.runs_leftward(piece.text) for piece in line)):
+                raise _NotPlainError("letters run both ways in several spans of a line")
             count += len(text)
         end()
         return parts, width, count
@@ -323,19 +314,56 @@ class Lettering:
             weight = style.get("font-weight", "normal").strip()
             weight_number = _WEIGHTS.get(weight) or int(weight)
         except (InputError, ValueError):
-            raise _NotPlainError from None
+            raise _NotPlainError("its font size or weight is not supported") from None
         slant = {"italic": 100, "oblique": 110}.get(style.get("font-style", "normal").strip(), 0)
         for name in style.get("font-family", "").split(","):
             key = (name.strip().strip("'\"").casefold(), weight_number, slant)
             self._families.add(key)
             font = _matched(*key) if key[0] and len(self._families) <= limits.SVG_FONTS else None
             if font and all(map(font.sets, in_visual_order(text))) and size > 0:
+                if font.is_coloured(text):
+                    raise _NotPlainError(f"the font {name.strip()} has its own colors")
                 return font, size
             if font:
-                break
-        raise _NotPlainError
+                raise _NotPlainError(
+                    f"the font {name.strip()} lacks some of its letters, or they cannot be joined"
+                )
+        families = style.get("font-family", "").strip()
+        raise _NotPlainError(
+            f"its font {families} is not installed"
+            if families
+            else "it names no font, so that programs differ"
+        )
+
+    def _with_small_capitals(self, runs: list["Run"]) -> list["Run"]:
+        """Return runs in which small capitals are set as capitals of a smaller size, as browsers do."""
+        split: list[Run] = []
+        for text, style in runs:
+            if not _SMALL_CAPITALS & {
+                *style.get("font-variant", "").split(),
+                *style.get("font-variant-caps", "").split(),
+            }:
+                split.append((text, style))
+                continue
+            font, size = self._font(style, text.upper())
+            if font.has_small_capitals:
+                raise _NotPlainError("its font has glyphs for small capitals, which are not supported")
+            small = {**style, "font-size": repr(SMALL_CAPITAL_EMS * size), FULL: repr(size)}
+            for number, (is_small, letters) in enumerate(
+                groupby(text, key=lambda letter: letter != letter.upper())
+            ):
+                part_style = small if is_small else style
+                if number:
+                    part_style = {k: v for k, v in part_style.items() if k not in _MOVES}
+                split.append(("".join(letters).upper(), part_style))
+        return split
 
 
+_SMALL_CAPITALS = {"small-caps", "all-small-caps"}
+_TURNED = {"x": "y", "y": "x", "dx": "dy", "dy": "dx"}
+_TURNED_SIGN = {"x": -1.0, "y": 1.0, "dx": -1.0, "dy": 1.0}
+_UPRIGHT_LETTERS = ((0x1100, 0x11FF), (0x2E80, 0xA4CF), (0xAC00, 0xD7FF), (0xF900, 0xFAFF), (0xFE30, 0xFE4F))
+"""Blocks of letters that stand upright in vertical text: Chinese, Japanese, Korean."""
 # Internal properties
 ALONG = "iccm-along"  # the path that a text runs along
 FITTED = "iccm-fitted"  # the enclosing span with a textLength, given by its first letter
@@ -345,6 +373,8 @@ APART, STRETCHED = (
 )  # extra letter spacing in user units, and horizontal stretch
 RAISED = "iccm-raised"  # all baseline shifts, each with its font size
 SEEN = "iccm-seen"  # product of the opacities of all enclosing spans
+FULL = "iccm-full"  # font size of capitals around small capitals
+LINED = "iccm-lined"  # lines under, over or through the text, with font size and paint, as JSON
 _MOVES = ("x", "y", "dx", "dy")
 _PLACES = (*_MOVES, "rotate", "textLength", "lengthAdjust")
 _NOT_INHERITED = (*_PLACES, "baseline-shift", "opacity")
@@ -385,7 +415,7 @@ class _Spans:
 
     def add(self, text: str, style: Mapping[str, str], keep_space: bool) -> None:
         """Add a text; white space is kept, or collapsed with that before it."""
-        for letter in text:
+        for letter in _transformed(text, style) if "text-transform" in style else text:
             space = letter in " \n\t\r"
             if space and not keep_space and (not self.letters or self.letters[-1] == " "):
                 continue
@@ -434,6 +464,10 @@ class Piece:
         track: the path that they follow, if any.
         rotation: rotation of each letter in degrees.
         paint: the values of all of PAINT.
+        advance: length along the line.
+        lines: kind, font size and paint of each line under, over or through it.
+        vertical: whether x and y are in a plane whose x points down and whose y points to the left.
+        upright: whether the letter stands upright in a vertical line.
     """
 
     text: str
@@ -446,15 +480,51 @@ class Piece:
     track: "_Track | None"
     rotation: float
     paint: tuple[str, ...]
+    advance: float
+    lines: tuple[Any, ...]
+    vertical: bool
+    upright: bool
 
-    def draw(self, shift: float) -> str:
-        """Return the path data, moved to the left by `shift`."""
+    def draw(self, shift: float) -> "Painted":
+        """Return paints and path data of the letters and their lines, moved to the left by `shift`."""
+        lines = [(tuple(paint), self._line(kind, size, shift)) for kind, size, paint in self.lines]
+        through = [line for line, (kind, _, _) in zip(lines, self.lines) if kind == "line-through"]
+        below = [line for line in lines if line not in through]
+        return [*below, (self.paint, self._draw_letters(shift)), *through]
+
+    def _line(self, kind: str, size: float, shift: float) -> str:
+        """Return the path data of a line; it runs around like the letters' contours.
+
+        As in Chromium it is below the baseline by half its width, or above the ascenders, or at a third of these.
+        """
+        if self.track is not None:
+            raise _NotPlainError("lines under text on a path are not supported")
+        width = LINE_EMS * size
+        down = {
+            "underline": width / 2,
+            "overline": -self.font.ascent * size - width,
+            "line-through": -self.font.ascent * size / 3 - width / 2,
+        }[kind]
+        start = complex(self.x - shift, self.y + down)
+        corners = start + np.array([0, self.advance, self.advance + 1j * width, 1j * width])
+        if not self.font.is_clockwise:
+            corners = corners[::-1]
+        points = affine.rotation(90 if self.vertical else 0)(corners).tolist()
+        return "M" + "L".join(f"{point.real!r} {point.imag!r}" for point in points) + "Z"
+
+    def _draw_letters(self, shift: float) -> str:
         linear = affine.rotation(self.rotation) @ Affine.matrix(
             self.size * self.stretch, 0, 0, self.size, 0, 0
         )
 
         def place(begin: float, advance: float) -> Affine | None:
             offset = self.x - shift + self.size * self.stretch * begin
+            if self.upright:  # in the middle of the line, from its ascenders on
+                middle = -(self.y - self.size * (self.font.ascent - self.font.descent) / 2)
+                left = middle - self.size * self.font.width(self.text) / 2
+                return affine.translation(left, offset + self.size * self.font.ascent) @ linear
+            if self.vertical:
+                return affine.rotation(90) @ affine.translation(offset, self.y) @ linear
             if self.track is None:
                 return affine.translation(offset, self.y) @ linear
             half = self.size * self.stretch * advance / 2
@@ -494,6 +564,48 @@ class _Track:
         ends = self.curve.at(np.clip(np.array([s - step, s, s + step]), 0, self.curve.length))
         tangent = complex(ends[2] - ends[0])
         return Affine(tangent / abs(tangent), 0, complex(ends[1])) if tangent else None
+
+
+def _paint(style: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the values of all of PAINT."""
+    return tuple(style.get({"opacity": SEEN}.get(name, name), default) for name, default in PAINT.items())
+
+
+def _with_lines(properties: dict[str, str]) -> dict[str, str]:
+    """Return properties with the lines that an element draws under, over or through its text, in its size and paint."""
+    words = f"{properties.pop('text-decoration', '')} {properties.pop('text-decoration-line', '')}".split()
+    size = fonts_in_css.px(properties.get("font-size", ""))
+    lines = [[line, size, _paint(properties)] for line in _LINES if line in words]
+    if lines:
+        properties[LINED] = json.dumps(json.loads(properties.get(LINED, "[]")) + lines)
+    return properties
+
+
+def _is_upright(text: str, style: Mapping[str, str]) -> bool:
+    """Return whether a letter stands upright in vertical text."""
+    if style.get("text-orientation", "mixed").strip() != "mixed":
+        return style["text-orientation"].strip() == "upright"
+    return any(low <= ord(text[0]) <= high for low, high in _UPRIGHT_LETTERS)
+
+
+def _upright_apart(text: str, style: Mapping[str, str]) -> list[str]:
+    """Split text into letters that stand upright, and runs of the others."""
+    parts: list[str] = []
+    for upright, letters in groupby(text, key=lambda letter: _is_upright(letter, style)):
+        run = list(letters)
+        parts += run if upright else ["".join(run)]
+    return parts
+
+
+def _transformed(text: str, style: Mapping[str, str]) -> str:
+    """Return text with CSS's `text-transform` applied to letters that stay single letters."""
+    kind = style.get("text-transform", "none").strip()
+    letters = []
+    for before, letter in zip(" " + text, text):
+        raised = kind == "uppercase" or (kind == "capitalize" and not before.isalnum())
+        changed = letter.upper() if raised else letter.lower() if kind == "lowercase" else letter
+        letters.append(changed if len(changed) == 1 else letter)
+    return "".join(letters)
 
 
 def _raised(shift: str, font: Font) -> float:

@@ -79,7 +79,9 @@ def read(
     with naming(path):
         document = tree.parse(data)
         shapes, shown_nodes = document.shapes, []
-        drawing = DrawingContent([], document.canvas, flip=True, millimetres=document.millimetres)
+        drawing = DrawingContent(
+            [], document.canvas, flip=True, millimetres=document.millimetres, unit=document.unit
+        )
         detail = Detail(flatness, Budget(max_segments))
         without_area: dict[Node, Refused] = {}
         if count := document.unread:
@@ -112,11 +114,10 @@ def read(
             if len(document.pictures) == 1 and not any(node.visible for node in shown_nodes):
                 drawing = replace(drawing, wrapped=_wrapped(document.pictures[0]))
         drawing = replace(drawing, coloured=_has_colours(shown_nodes, document))
-        if count := len(document.unset_texts):
-            drawing.notes.append(
-                f"ignored {count} text{'s' * (count > 1)} with missing fonts or an unsupported layout; convert text to "
-                "paths in your drawing program"
-            )
+        drawing.notes.extend(
+            f"{count} text{'s' * (count > 1)} ignored, since {reason}; convert text to paths in your drawing program"
+            for reason, count in Counter(document.unset_texts.values()).items()
+        )
         drawing.notes.extend(f"{node.name}: drawn up to {node.faults[0]}" for node in shapes if node.faults)
         _special(drawing, document, shown_nodes, selection, detail)
         if not drawing.outlines:
@@ -244,7 +245,7 @@ def _unsupported_clips(node: Node) -> list[str]:
 
 def _may_be_outline(node: Node, selection: str | None) -> bool:
     """Return whether outlines are sought in a shape: in all that are filled, or in those of the chosen name."""
-    if any(name.startswith((PIN, STROKE)) for name in node.names):
+    if is_constraint(node):
         return False
     return node.filled if selection is None else selection in (*node.groups, *node.names)
 
@@ -280,7 +281,10 @@ def _candidate(node: Node, selection: str | None, drawing: DrawingContent, detai
         return None
     rule = node.properties.get("fill-rule", "nonzero").strip()
     try:
-        shape_outlines, refused = outlines(rings, rule, node.name, tuple(notes), paint=detail.fills.painted)
+        fills = detail.fills
+        shape_outlines, refused = outlines(
+            rings, rule, node.name, tuple(notes), paint=fills.painted, budget=fills.budget
+        )
     except TooMuch as error:
         shape_outlines, refused = [], [_too_much(runs, node, error)]
     except InputError as error:
@@ -422,11 +426,16 @@ def _ring(run: Subpath, z: Complex, node: Node, notes: list[str]) -> Complex:
     return z
 
 
+def is_constraint(node: Node) -> bool:
+    """Return whether a shape is a pin or stroke for the map by its name; what <use> draws again is not."""
+    return not node.copied_from and any(name.startswith((PIN, STROKE)) for name in node.names)
+
+
 def _constraint(node: Node, drawing: DrawingContent, detail: Detail) -> bool:
     """Add a shape to the drawing if it is a pin or a stroke; return whether it is."""
-    name = next((n for n in reversed(node.names) if n.startswith((PIN, STROKE))), None)
-    if name is None:
+    if not is_constraint(node):
         return False
+    name = next(n for n in reversed(node.names) if n.startswith((PIN, STROKE)))
     constraints = drawing.pins if name.startswith(PIN) else drawing.strokes
     if name in constraints:
         raise InputError(f"a second {name!r}; give pins and strokes different names")

@@ -13,7 +13,7 @@ from ...polygons import unite
 from .. import limits
 from . import crossings
 from .affine import Affine
-from .fill import FilledOutline, outlines_of, painted, rings_of
+from .fill import FaceBudget, FilledOutline, outlines_of, painted, rings_of
 from .path_data import Subpath
 from .tree import Node
 
@@ -116,6 +116,7 @@ class Fills:
 
     def __init__(self) -> None:
         self._cache: dict[tuple[str, tuple[bytes, ...]], list[shapely.Polygon]] = {}
+        self.budget = FaceBudget()
 
     def of(self, node: Node, runs: Sequence[Subpath]) -> list[shapely.Polygon]:
         """Return the polygons that the fill of one shape paints."""
@@ -126,7 +127,7 @@ class Fills:
         """Return the polygons painted by filling rings by a rule, see `fill.painted`."""
         key = rule, tuple(ring.tobytes() for ring in rings)
         if key not in self._cache:
-            self._cache[key] = painted(rings, rule)
+            self._cache[key] = painted(rings, rule, self.budget)
         return self._cache[key]
 
 

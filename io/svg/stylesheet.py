@@ -1,10 +1,11 @@
 """Style sheets of a document: rules are matched by cssselect2, and applied in the order of the cascade.
 
 Supported are all selectors except malformed ones, those with pseudo-classes that depend on user actions (`:hover`), and
-those that cost more than a walk to the root or over the preceding siblings (`:has`, `:nth-of-type`). Every step counts
+those that cost more than a walk to the root or over the siblings (`:has`, `:nth-child(… of …)`). Every step counts
 towards a limit.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
@@ -21,14 +22,25 @@ from .budget import Quota
 from .document import local
 
 COSTLY = 100  # characters of a selector, or of an attribute compared with it, that take a microsecond
+_SCREENS = {
+    "",
+    "all",
+    "screen",
+    "only screen",
+    "(prefers-color-scheme: light)",
+    "(prefers-color-scheme:light)",
+}
+_NESTING = ("layer", "supports", "media")
 _MARKS = (">", "+", "~", ":")  # of combinators and of pseudo-classes
 _LOGICAL = {"not", "is", "where"}
-_STRUCTURAL = {"root", "first-child", "last-child", "only-child"}
-_COUNTED = {"nth-child", "nth-last-child"}
+_OF_TYPE = {"first-of-type", "last-of-type", "only-of-type", "nth-of-type", "nth-last-of-type"}
+_STRUCTURAL = {"root", "empty", "first-child", "last-child", "only-child"} | _OF_TYPE
+_COUNTED = {"nth-child", "nth-last-child"} | _OF_TYPE
+SIBLINGS = 8  # siblings whose tags are compared in the time of one step
 
 
 class Stylesheet:
-    """The rules of a style sheet, except those in @-rules.
+    """The rules of a style sheet.
 
     Args:
         text: the style sheet.
@@ -56,6 +68,7 @@ class Stylesheet:
         self._simple, self._contextual = _Matcher(self._tests), _Matcher(self._tests)
         self._styles: dict[tuple[str, str | None, str | None], tuple[list[Any], css.Style]] = {}
         attribute_names: set[str] = set()
+        self._compares_siblings = False
         for order, (tokens, style) in enumerate(_rules(text)):
             if order >= limits.SELECTORS:
                 raise InputError(f"its style sheet has more than {limits.SELECTORS} selectors; simplify it")
@@ -68,6 +81,7 @@ class Stylesheet:
             matcher.cost = max(matcher.cost, 1 + len(css.serialize(tokens)) // COSTLY)
             matcher.add_selector(selector, style)
             attribute_names.update(_attributes(tokens))
+            self._compares_siblings |= any(name in css.serialize(tokens) for name in _OF_TYPE)
         self.contextual = self._contextual.order > 0
         if attribute_names:
             values = (v for element in root.iter() for k, v in element.attrib.items() if k in attribute_names)
@@ -104,19 +118,12 @@ class Stylesheet:
     @staticmethod
     def without_contextual(text: str) -> str:
         """Return a style sheet without selectors that depend on more than the tag, classes and id."""
-        rules, comma = [], tinycss2.ast.LiteralToken(0, 0, ",")
-        for rule in css.parsed(tinycss2.parse_stylesheet, text):
-            if rule.type == "qualified-rule":
-                parts = [part for part in _selectors(rule) if not _is_contextual(part) or not _compiled(part)]
-                rule.prelude = [token for part in parts for token in (comma, *part)][1:]
-            if rule.type != "qualified-rule" or rule.prelude:
-                rules.append(css.serialize([rule]))
-        return "".join(rules)
+        return css.serialize(_without_contextual(css.parsed(tinycss2.parse_stylesheet, text)))
 
     @cached_property
     def _wrappers(self) -> dict[int, cssselect2.ElementWrapper]:
         """Selector wrappers of all elements of the document, by Python's id."""
-        wrapper = _counting_wrapper(self._tests, self._contextual.cost)
+        wrapper = _counting_wrapper(self._tests, self._contextual.cost, siblings=self._compares_siblings)
         return {id(node.etree_element): node for node in wrapper.from_xml_root(self.root).iter_subtree()}
 
 
@@ -132,8 +139,11 @@ class _Matcher(cssselect2.Matcher):
         super().add_relevant_selectors(element, selectors, relevant_selectors)
 
 
-def _counting_wrapper(tests: Quota, cost: int) -> type[cssselect2.ElementWrapper]:
-    """Create a wrapper class that counts classes, ancestors and siblings when selectors look at them."""
+def _counting_wrapper(tests: Quota, cost: int, *, siblings: bool) -> type[cssselect2.ElementWrapper]:
+    """Create a wrapper class that counts classes, ancestors and siblings when selectors look at them.
+
+    With `siblings`, all siblings count wherever a selector may compare their tags.
+    """
 
     def walk(wrapper: Any, step: str) -> Iterator[Any]:
         while (wrapper := getattr(wrapper, step)) is not None:
@@ -149,15 +159,63 @@ def _counting_wrapper(tests: Quota, cost: int) -> type[cssselect2.ElementWrapper
         ancestors = property(lambda self: walk(self, "parent"))
         previous_siblings = property(lambda self: walk(self, "previous"))
 
-    return Wrapper
+    class ComparingWrapper(Wrapper):
+        @property
+        def etree_siblings(self):
+            tests.spend(cost * (1 + len(self._siblings) // SIBLINGS))
+            return self._siblings
+
+        @etree_siblings.setter
+        def etree_siblings(self, elements):
+            self._siblings = elements
+
+    return ComparingWrapper if siblings else Wrapper
 
 
-def _rules(text: str) -> Iterator[tuple[list[Any], css.Style]]:
-    """Yield selectors, each as its tokens, with their declarations."""
-    for rule in css.parsed(tinycss2.parse_stylesheet, text):
+def _rules(
+    content: Any, layers: dict[str, int] | None = None, layer: str = ""
+) -> Iterator[tuple[list[Any], css.Style]]:
+    """Yield selectors, each as its tokens, with their declarations, also of rules in @layer, @supports and @media.
+
+    Conditions of @supports are taken as true, and a screen without preferences as the medium.
+
+    Args:
+        content: text, or tokens.
+        layers: numbers of the layers so far, by name.
+        layer: the name of the layer around the content.
+    """
+    layers = {} if layers is None else layers
+    number = layers.setdefault(layer, len(layers)) if layer else math.inf
+    parse = tinycss2.parse_stylesheet if isinstance(content, str) else tinycss2.parse_rule_list
+    for rule in css.parsed(parse, content):
         if rule.type == "qualified-rule":
             style = css.block(rule.content)
+            style.layer = number
             yield from ((tokens, style) for tokens in _selectors(rule))
+        elif rule.type == "at-rule" and rule.lower_at_keyword in _NESTING:
+            prelude = css.serialize(rule.prelude)
+            names = [f"{layer}.{name.strip()}".strip(".") for name in prelude.split(",")]
+            if rule.content is None:
+                for name in names if rule.lower_at_keyword == "layer" else ():
+                    layers.setdefault(name, len(layers))
+            elif rule.lower_at_keyword == "layer":
+                yield from _rules(rule.content, layers, names[0] or f"{layer}.{len(layers)}")
+            elif rule.lower_at_keyword == "supports" or prelude.strip().lower() in _SCREENS:
+                yield from _rules(rule.content, layers, layer)
+
+
+def _without_contextual(rules: Sequence[Any]) -> list[Any]:
+    """Return rules without selectors that depend on more than the tag, classes and id."""
+    remaining, comma = [], tinycss2.ast.LiteralToken(0, 0, ",")
+    for rule in rules:
+        if rule.type == "qualified-rule":
+            parts = [part for part in _selectors(rule) if not _is_contextual(part) or not _compiled(part)]
+            rule.prelude = [token for part in parts for token in (comma, *part)][1:]
+        elif rule.type == "at-rule" and rule.content is not None and rule.lower_at_keyword in _NESTING:
+            rule.content = _without_contextual(css.parsed(tinycss2.parse_rule_list, rule.content))
+        if rule.type != "qualified-rule" or rule.prelude:
+            remaining.append(rule)
+    return remaining
 
 
 def _selectors(rule: Any) -> list[list[Any]]:
@@ -218,7 +276,7 @@ def _is_bounded(tokens: Sequence[Any]) -> bool:
 
 def _cascade(matches: Sequence[Any]) -> css.Style:
     cascaded = css.Style()
-    for _specificity, _order, pseudo_element, style in matches:
+    for _specificity, _order, pseudo_element, style in sorted(matches, key=lambda match: match[3].layer):
         if pseudo_element is None:
             cascaded.add(style)
     return cascaded

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import count
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -15,10 +16,10 @@ import numpy as np
 from ...errors import InputError
 from ...plane import bounding_box
 from .. import limits
-from . import affine, basic_shapes, css, fonts_in_css, lettering
+from . import affine, basic_shapes, css, css_functions, fonts_in_css, lettering
 from .affine import Affine
 from .budget import Copies
-from .document import SHAPES, canvas, length, local, millimetres, root, view_box
+from .document import SHAPES, canvas, length, local, root, unit_of_length, view_box
 from .drawing_content import Rectangle
 
 VIEWPORT = "viewport"  # tag of the node inside an <svg> or <symbol>, which has no element
@@ -37,13 +38,15 @@ _NEVER_RENDERED = {
     "pattern",
 }
 _NEVER_RENDERED |= {"filter", "style", "view", "solidColor", "color-profile", "cursor", "font", "font-face"}
+_CSS_PATH = re.compile(r"""\s*path\(\s*(["'])([^"']*)\1\s*\)\s*""")
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
-CLIPS = {  # property, the element that it refers to, and the attribute for units relative to a bounding box
-    "clip-path": ("clipPath", "clipPathUnits"),
-    "mask": ("mask", "maskContentUnits"),
-}
+EFFECTS = {"clip-path": "clipPath", "mask": "mask", "filter": "filter"}
+"""Properties that apply to what an element and its content paint, and the elements that they refer to."""
+CLIPS = {"clip-path": "clipPathUnits", "mask": "maskContentUnits"}
+"""Those that cut, and the attributes for units relative to a bounding box."""
 UNREAD = frozenset(["image", "text", "foreignObject"])  # elements without shapes
+_CONTEXT = {"context-fill": "fill", "context-stroke": "stroke"}
 _URL = re.compile(r"""\s*url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _INHERITED = (
     *("fill", "stroke", "fill-opacity", "stroke-opacity"),
@@ -56,6 +59,8 @@ IDENTITY = Affine()
 _OWN_BOXES = ("fill-box", "content-box", "stroke-box", "border-box")
 """Values of `transform-box` that mean the element's own box; line widths are ignored."""
 _TRANSLATED = re.compile(r"(translate[XY]?)\s*\(([^()]*)\)")
+TRANSFORMS = frozenset(["transform", "translate", "rotate", "scale"])
+"""Properties that transform an element."""
 _KEYWORDS = {"left": "0", "top": "0", "center": "50%", "right": "100%", "bottom": "100%"}
 
 
@@ -81,6 +86,7 @@ class Node:
         frame: the clipping rectangle of a viewport, as a node outside of it; None if content may overflow.
         clips: clip paths and masks of itself and of all elements that contain it; set only in `Document.shapes`.
         faults: errors in its path data or points, which are drawn up to there; known once these are read.
+        context: fill and stroke of the <use> that draws it, which `context-fill` and `context-stroke` mean.
     """
 
     element: Element
@@ -99,6 +105,7 @@ class Node:
     frame: "Node | None" = None
     clips: "tuple[Clip, ...]" = ()
     faults: tuple[str, ...] = ()
+    context: Mapping[str, str] = field(default_factory=dict)
 
     def length(self, name: str, axis: str, default: float = 0.0) -> float:
         """Return a length attribute in user units; percentages refer to `axis` (x, y or r)."""
@@ -164,7 +171,12 @@ def parse(data: bytes) -> "Document":
         InputError: not XML, not SVG, entities, too deeply nested or too many elements, a malformed transform or viewBox
             of the root.
     """
-    return Document(root(data))
+    top = root(data)
+    if b"conic-gradient" in data:
+        from .css_pictures import replace_angular_gradients  # with Pillow, which few drawings need
+
+        replace_angular_gradients(top)
+    return Document(top)
 
 
 class Document:
@@ -174,10 +186,12 @@ class Document:
         top: its <svg>.
         ids: its elements by id.
         sheet: its style sheet, if any.
+        has_variables: whether a style has a `var()`.
         copies: count of content that is drawn repeatedly.
         canvas: its viewBox or size in user units; None if it has neither.
         millimetres: length of a user unit; None if it is not stated.
-        unset_texts: texts found so far that are not outlined, by Python's id.
+        unit: the unit in which its size is stated, such as "in"; empty if it is not.
+        unset_texts: reasons why texts found so far are not outlined, as clauses, by Python's id.
         painted_texts: texts with several paints, as groups of paths.
         root: the node of `top`.
     """
@@ -187,20 +201,27 @@ class Document:
         self.ids = {e.get("id", ""): e for e in reversed(list(top.iter()))}
         text = "\n".join("".join(e.itertext()) for e in top.iter() if local(e) == "style")
         self.sheet = None
+        styles = [text, *(value for e in top.iter() for value in e.attrib.values())]
+        self.has_variables = any("var(" in style for style in styles)
+        self._parents = (
+            {child: parent for parent in top.iter() for child in parent} if self.has_variables else {}
+        )
+        self._variables: dict[int, Mapping[str, str]] = {}
         if text:
             from .stylesheet import Stylesheet  # with its library, which few drawings need
 
             self.sheet = Stylesheet(text, top)
         self.lettering = lettering.Lettering(self.declared, self.linked)
-        self.unset_texts: set[int] = set()
+        self.unset_texts: dict[int, str] = {}
         self.painted_texts: dict[Element, Node] = {}
         self._root_font = fonts_in_css.MEDIUM_PIXELS
         self.canvas: Rectangle | None = canvas(top)
-        self.millimetres = millimetres(top)
+        self.millimetres, self.unit = unit_of_length(top)
         corner, size = (self.canvas[:2], self.canvas[2:]) if self.canvas else ((0.0, 0.0), None)
-        self.root = self._resolved(Node(top, "g", IDENTITY, size, corner, depth=1), {})
+        self.root = self.resolved(Node(top, "g", IDENTITY, size, corner, depth=1), {})
         self.root.names = ()
         self._clips: dict[tuple[int, Affine, tuple[float, float] | None], Clip] = {}
+        self._effects: dict[tuple[int, str, Rectangle], Element | None] = {}
         self._unread: dict[int, bool] = {}
 
     @property
@@ -249,8 +270,64 @@ class Document:
         element = self.ids.get(match[1]) if match else None
         return element if element is not None and local(element) in tags else None
 
+    def effect(self, node: Node, name: str) -> Element | None:
+        """Return the element for a node's clip path, mask or filter; None if there is none that can be used.
+
+        Functions of CSS, such as `circle(40%)` and `blur(2px)`, become elements.
+
+        Args:
+            node: the node.
+            name: "clip-path", "mask" or "filter".
+        """
+        text = node.properties.get(name, "none")
+        referenced = self.referenced(text, EFFECTS[name])
+        if referenced is not None or name == "mask" or not css_functions.is_function(text):
+            return referenced
+        box = self._reference_box(node, "fill-box" if name == "filter" else css_functions.reference_box(text))
+        key = id(node.element), text, box
+        if key not in self._effects:
+            color = node.properties.get("color", "black")
+            made = (
+                css_functions.filter_element(text, box, color)
+                if name == "filter"
+                else css_functions.clip_path(text, box)
+            )
+            if made is not None:
+                numbered = (f"css-{number}" for number in count(1))
+                made.set("id", next(number for number in numbered if number not in self.ids))
+                self.ids[made.get("id", "")] = made
+            self._effects[key] = made
+        return self._effects[key]
+
+    def _reference_box(self, node: Node, kind: str) -> Rectangle:
+        """Return the box that functions of CSS refer to, in the node's own units."""
+        if kind == "view-box" and node.size:
+            return (0.0, 0.0, *node.size)
+        (x, y), (width, height) = self._own_box(node)
+        if kind in css_functions.FILL_BOXES or not node.stroked or node.tag not in SHAPES:
+            return x, y, width, height
+        line = node.length("stroke-width", "r", 1.0)
+        return x - line / 2, y - line / 2, width + line, height + line
+
     def declared(self, element: Element) -> dict[str, str]:
-        """Return an element's attributes and styles by name, without inherited ones."""
+        """Return an element's attributes and styles by name, without inherited ones; `var()` is substituted."""
+        declared = self._declared(element)
+        if not self.has_variables:
+            return declared
+        variables = self._variables_of(element)
+        substituted = {k: css.substituted(v, variables) if "var(" in v else v for k, v in declared.items()}
+        return {k: v for k, v in substituted.items() if v is not None}
+
+    def _variables_of(self, element: Element) -> Mapping[str, str]:
+        """Return the custom properties (`--name`) that apply to an element."""
+        if id(element) not in self._variables:
+            parent = self._parents.get(element)
+            inherited = self._variables_of(parent) if parent is not None else {}
+            own = {k: v for k, v in self._declared(element).items() if k.startswith("--")}
+            self._variables[id(element)] = {**inherited, **own} if own else inherited
+        return self._variables[id(element)]
+
+    def _declared(self, element: Element) -> dict[str, str]:
         attributes = {k: v for k, v in element.attrib.items() if k[0] != "{"}
         style = attributes.get("style")
         if not self.sheet:
@@ -269,7 +346,9 @@ class Document:
         Raises:
             InputError: a `use` of itself, a malformed transform, length or viewBox, or too much is drawn repeatedly.
         """
-        if node.tag == "use":
+        if node.tag == "clipPath":
+            yield from self._clip_children(node)
+        elif node.tag == "use":
             yield from self._use_target(node)
         elif node.tag in ("svg", "symbol"):
             yield _viewport(node)
@@ -280,6 +359,13 @@ class Document:
             for child in node.element:
                 if local(child) not in _NEVER_RENDERED:
                     yield self._child(child, node, node.copied_from)
+
+    def _clip_children(self, node: Node) -> Iterator[Node]:
+        """Yield the content of a clip path: shapes, text, and uses of them; groups do not clip, as in browsers."""
+        for child in node.element:
+            target = self.linked(child) if local(child) == "use" else child
+            if target is not None and local(target) in SHAPES | {"text"}:
+                yield self._child(child, node, node.copied_from)
 
     def definition(self, element: Element, node: Node, units: Affine = IDENTITY) -> Node:
         """Return the node of a clip path or mask, which inherits nothing from its surroundings.
@@ -331,25 +417,28 @@ class Document:
         node = Node(
             element, tag, outer.affine, outer.size, outer.origin, groups, copied_from, outer.depth + 1
         )
-        node.opacity = outer.opacity
+        node.opacity, node.context = outer.opacity, outer.context
+        if outer.tag == "use":
+            defaults = (("fill", "black"), ("stroke", "none"))
+            node.context = {kind: outer.properties.get(kind, default) for kind, default in defaults}
         if tag not in _RENDERED:
             return self._lettered(node, outer) if tag == "text" else node
         if copied_from and tag != "symbol":
             self.copies.add(element)
         if outer.depth > limits.SVG_DEPTH:
             raise InputError(f"<use> nests elements more than {limits.SVG_DEPTH} deep")
-        return self._resolved(node, outer.properties)
+        return self.resolved(node, outer.properties)
 
     def _lettered(self, node: Node, outer: Node) -> Node:
         """Return the node of a text as a path, where it can be outlined."""
         if node.copied_from:
             self.copies.add(node.element, whole=True)
-        text = self._resolved(replace(node), outer.properties)
+        text = self.resolved(replace(node), outer.properties)
         if text.hidden:
             return node
         parts = self.lettering.painted(node.element, text.properties)
         if parts is None:
-            self.unset_texts.add(id(node.element))
+            self.unset_texts[id(node.element)] = self.lettering.reason
             return node
         if [paint for paint, _ in parts] == [self.lettering.plain(text.properties)]:
             text.tag, text.properties = "path", {**text.properties, "d": parts[0][1]}
@@ -358,7 +447,7 @@ class Document:
         text.tag, text.element = "g", _as_paths(node.element, parts)
         return text
 
-    def _resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:
+    def resolved(self, node: Node, inherited: Mapping[str, str]) -> Node:
         """Resolve a node's styles, transform and names; only `hidden` is set if it is not displayed."""
         declared = node.declared = self.declared(node.element)
         transparent = declared.get("opacity", "").strip() in ("0", "0%", "0.0")
@@ -368,11 +457,16 @@ class Document:
         node.opacity *= _share(declared.get("opacity", "1"))
         from_parent = {k: inherited[k] for k in _INHERITED if k in inherited}
         node.properties = from_parent | {k: v for k, v in declared.items() if v != "inherit"}
+        if node.tag == "path" and (data := path_data_in_css(declared.get("d", ""))) is not None:
+            node.properties["d"] = data
+        for kind in ("fill", "stroke"):
+            if (paint := node.properties.get(kind, "").strip()) in _CONTEXT:
+                node.properties[kind] = node.context.get(_CONTEXT[paint], "none")
         self._settle_fonts(node, declared, inherited)
         names = node.element.get("id"), node.element.get(LABEL)
         node.names = tuple(dict.fromkeys(n for n in names if n))
-        if "transform" in node.properties and node.element is not self.top:
-            node.affine = node.affine @ self._transform(node)
+        if TRANSFORMS & node.properties.keys() and node.element is not self.top:
+            node.affine = node.affine @ self.transform(node)
         if node.tag == "use":  # x and y are part of its transform, also for what clips it
             x, y = (length(node.properties.get(k) or "0", node.size, k, f"<use> {k}") for k in "xy")
             node.affine = node.affine @ affine.translation(x, y)
@@ -396,12 +490,12 @@ class Document:
             properties[name] = fonts_in_css.without_ems(properties[name], inner, self._root_font)
         node.properties = properties
 
-    def _transform(self, node: Node) -> Affine:
+    def transform(self, node: Node) -> Affine:
         """Return the transform of a node about its origin, which is relative to the viewBox or the node's own box."""
         properties, corner, size = node.properties, node.origin, node.size
         if own_box := properties.get("transform-box", "view-box").strip() in _OWN_BOXES:
             corner, size = self._own_box(node)
-        text = properties["transform"]
+        text = " ".join(filter(None, (*separate_transforms(properties), properties.get("transform", ""))))
         if "%" in text and size:
             text = _TRANSLATED.sub(lambda match: _without_percentages(match, size), text)
         transform = affine.parse(text)
@@ -417,7 +511,8 @@ class Document:
 
     def _own_box(self, node: Node) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the corner and size of a node's bounding box, in its own units and without its transform."""
-        plain = {k: v for k, v in node.properties.items() if not k.startswith("transform")}
+        placing = {*TRANSFORMS, "transform-box", "transform-origin"}
+        plain = {k: v for k, v in node.properties.items() if k not in placing}
         still = replace(node, affine=IDENTITY, properties=plain)
         if still.tag == "text":
             data = self.lettering.path_data(node.element, plain)
@@ -447,12 +542,12 @@ class Document:
         """Return the clip path and mask of a node itself, or the rectangle of a viewport."""
         if node.tag == VIEWPORT:
             return (Clip("overflow", {}, (node.frame,)),) if node.frame else ()
-        references = ((name, node.properties.get(name, "none").strip()) for name in CLIPS)
-        return tuple(self._clip(name, text, node) for name, text in references if text not in ("", "none"))
+        used = [name for name in CLIPS if node.properties.get(name, "none").strip() not in ("", "none")]
+        return tuple(self._clip(name, node) for name in used)
 
-    def _clip(self, name: str, reference: str, node: Node) -> Clip:
-        tag, units = CLIPS[name]
-        element = self.referenced(reference, tag)
+    def _clip(self, name: str, node: Node) -> Clip:
+        units = CLIPS[name]
+        element = self.effect(node, name)
         if element is None or id(element) in node.copied_from:
             return Clip(name)
         inside = self.definition(element, node)
@@ -474,6 +569,33 @@ def _as_paths(text: Element, parts: Sequence[tuple[Mapping[str, str], str]]) -> 
     for paint, data in parts:
         SubElement(group, tag, {"d": data, "style": ";".join(f"{k}:{v}" for k, v in paint.items())})
     return group
+
+
+def separate_transforms(properties: Mapping[str, str]) -> Iterator[str]:
+    """Yield CSS's properties `translate`, `rotate` and `scale` as functions of `transform`, in their order."""
+    for name in ("translate", "rotate", "scale"):
+        words = properties.get(name, "none").split()
+        # the attribute `rotate` of text is a list of numbers without units
+        if words not in ([], ["none"]) and (name != "rotate" or words[-1][-1:].isalpha()):
+            numbers = [word for word in words if word != "z"]
+            yield f"{name}({','.join(_number_of(word) if name == 'scale' else word for word in numbers)})"
+
+
+def _number_of(word: str) -> str:
+    """Return a percentage as a number."""
+    return repr(_share(word)) if word.endswith("%") else word
+
+
+def path_data_in_css(text: str) -> str | None:
+    """Return the path data in a value of CSS's property `d`; None if it is the attribute, which is the data itself.
+
+    >>> path_data_in_css("path('M0 0H9')"), path_data_in_css("none"), path_data_in_css("M0 0H9")
+    ('M0 0H9', '', None)
+    """
+    if text.strip() == "none":
+        return ""
+    match = _CSS_PATH.fullmatch(text)
+    return match[2] if match else None
 
 
 def _share(text: str) -> float:

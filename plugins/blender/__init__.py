@@ -276,7 +276,8 @@ class ICCM_OT_fit_island(Run, bpy.types.Operator):
             # Whole outlines, the default for one island, would be one frame around all islands. The best of several
             # frames is chosen instead.
             fit = ["--fit", self.fit] if self.fit != "whole" else []
-            how = ["--parts", "joined", *fit, *turned, "--balance", f"{self.balance:g}"]
+            # The islands are shapes, not a picture, so their outlines are mapped onto that of the target.
+            how = ["--detail", "0", "--parts", "joined", *fit, *turned, "--balance", f"{self.balance:g}"]
             return [
                 ["map", "islands.svg", outline, *how, "-o", "map.npz"],
                 ["apply", "map.npz", "corners.csv", "--unmapped", "keep", "-o", "placed.csv"],

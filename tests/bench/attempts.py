@@ -1,6 +1,6 @@
 """Try what a newcomer would type: 41 commands and Python lines, written down before the code was read.
 
-Run ``python -m tests.bench.attempts [--files FOLDER] [--only N ...] [--markdown TABLE.md]``. Every attempt runs in a
+Run ``python -m tests.bench.attempts [--files FOLDER] [--only N ...]``. Every attempt runs in a
 fresh folder of ordinary files (a photo, icons, a word, meshes). It **works** when it exits with code 0, leaves the
 files it promises and writes no traceback; it **helps** when it ends with exit code 1 or 2 and at most three lines of
 errors, and they or a note name the cure. Everything else **fails**. Files in FOLDER replace those made here.
@@ -126,7 +126,7 @@ ATTEMPTS = (
         "skimage",
         "import iccm; from skimage import io, measure; im = io.imread('horse.png', as_gray=True) < .5; "
         "c = max(measure.find_contours(im), key=len); "
-        "f = iccm.fit(c, iccm.read_shape('shield.svg'), axes='image'); print(f.covered)",
+        "f = iccm.fit(c, iccm.read_shape('shield.svg'), axes='image'); print(1 - f.coverage.bare)",
         shows=r"0\.9|1\.0",
     ),
     _python(
@@ -264,21 +264,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--files", type=Path)
     parser.add_argument("--only", type=int, nargs="*")
-    parser.add_argument("--markdown", type=Path)
     options = parser.parse_args()
-    rows = []
+    verdicts = []
     for number, attempt in enumerate(ATTEMPTS, 1):
         if options.only and number not in options.only:
             continue
         judged, last, took = run(attempt, options.files)
         print(f"{number:2} {judged:6} {took:5.1f} s  {attempt.job}: {attempt.line}\n     {last}", flush=True)
-        cells = (str(number), attempt.job, f"`{attempt.line}`", judged, last)
-        rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    good = sum("| works |" in row or "| helps |" in row for row in rows)
-    print(f"{good} of {len(rows)} work or help")
-    if options.markdown:
-        head = "| | job | line | verdict | last line written |\n|---|---|---|---|---|\n"
-        options.markdown.write_text(head + "\n".join(rows) + "\n", encoding="utf-8")
+        verdicts.append(judged)
+    good = len(verdicts) - verdicts.count("fails")
+    print(f"{good} of {len(verdicts)} work or help")
 
 
 if __name__ == "__main__":

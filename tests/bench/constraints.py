@@ -74,7 +74,7 @@ def apart(points: list, z: complex, unit: float) -> bool:
 
 def inner(rng, free: iccm.Fit, count: int, low: float, high: float) -> np.ndarray | None:
     """Return pins inside, displaced from their unconstrained images by shares `low` to `high` of the diagonal."""
-    points, pins = free.interior, []
+    points, pins = free._interior, []
     for _ in range(TRIES):
         z = complex(rng.choice(points))
         w = complex(free.map(np.array([z]))[0])
@@ -118,7 +118,7 @@ def stroke(rng, free: iccm.Fit, low: float = 0.15, high: float = 0.4, turned: fl
         length = rng.uniform(low, high) * free.source.diagonal
         t = np.linspace(0, length, 40)
         bend = np.exp(1j * (rng.uniform(0, 2 * np.pi) + rng.uniform(-1.2, 1.2) / length * t[1:]))
-        z = complex(rng.choice(free.interior)) + np.append(0, np.cumsum(bend) * length / 39)
+        z = complex(rng.choice(free._interior)) + np.append(0, np.cumsum(bend) * length / 39)
         if not clear(free.source, z).all():
             continue
         w = free.map(z)

@@ -1,8 +1,10 @@
-"""Repeat the experiments of the paper's figures on the project's own shapes: pictures and a table in docs/gallery.
+"""Repeat the experiments of the paper's figures on the project's own shapes: pictures in docs/gallery, and a table.
 
-python -m tests.bench.gallery [NAME ...], by default all figures; each is written with its section of the page.
+python -m tests.bench.gallery [NAME ...], by default all figures. The table is docs/gallery/figures.csv; docs/gallery.md
+shows the pictures.
 """
 
+import csv
 import json
 import shlex
 import sys
@@ -10,21 +12,17 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import cv2
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from PIL import Image, ImageDraw
+from PIL import Image
 
 import iccm
 from iccm import Curve, Fit, cli
 from iccm.curve import interior_grid
 from iccm.io.pictures import image_files
 from iccm.io.shapes import constraints
-from iccm.maps.harmonic import HarmonicMap, area_scale, dilatation
-from iccm.pixels.sampler import Sampler
-from iccm.pixels.texture import Texture
-from iccm.pixels.warp import Warp, whole
+from iccm.maps.distortion import area_scale, dilatation
 
 from . import comparison, methods, orders, pictures, shapes
 from . import whole_drawings as drawings
@@ -50,7 +48,7 @@ def figures(fit: Fit) -> dict[str, float]:
     """Return gap, rms error of pins, rms error of strokes, K (95 %), spread of log10 area, and depth of the
     certificate.
     """
-    f_z, f_zbar = fit.map.derivatives(fit.interior)
+    f_z, f_zbar = fit.map.derivatives(fit._interior)
     log = np.log10(np.maximum(np.abs(area_scale(f_z, f_zbar)), 1e-300))
     report = fit.report()
     pins = [p["error"] for p in report["pins"]]
@@ -225,7 +223,7 @@ def first_order() -> list[Row]:
             (
                 f"{orders.stem(a)} → {orders.stem(b)}, {name}",
                 f"energy after 10 and 100 steps: "
-                f"{fit.energies[min(10, fit.iterations)]['total']:.1e}, {fit.energies[-1]['total']:.1e}",
+                f"{fit.energies[min(10, len(fit.energies) - 1)]['total']:.1e}, {fit.energies[-1]['total']:.1e}",
             )
             for name, fit in by_order.items()
         ]
@@ -408,87 +406,6 @@ def surfaces(name: str, sample: str, kinds: dict[str, list[str]]) -> list[Row]:
     return rows
 
 
-def sticker() -> list[Row]:
-    """A sticker of 48 texels, with its edge and with the edge removed."""
-    side, fine = 48, 16
-    drawn = Image.new("RGBA", (side * fine, side * fine))
-    pen = ImageDraw.Draw(drawn)
-    for box, fill in (
-        ((2, 2, 46, 46), (40, 60, 160)), ((4, 4, 44, 44), (250, 210, 60)),
-        ((15, 15, 19, 22), (30, 30, 30)), ((29, 15, 33, 22), (30, 30, 30)),
-    ):  # fmt: skip
-        pen.ellipse([fine * x for x in box], fill)
-    pen.arc([fine * x for x in (13, 15, 35, 37)], 20, 160, (160, 30, 30), 2 * fine)
-    pixels = np.asarray(drawn.resize((side, side), Image.Resampling.BOX))
-    box, target = (0j, side * (1 + 1j)), shapes.sample("rose-leaf/leaf.svg").curve
-    source = Curve(24 + 24j + 22 * np.exp(2j * np.pi * np.arange(200) / 200))
-    fit, rows = iccm.fit(source, target), list[Row]()
-    canvas = pictures.canvas(target.box, 360)
-    outlines = {"left in": [], "taken off": [source.z]}
-    figure, panels = sheet(2, 1, 3.6)
-    for axes, (name, loops) in zip(panels.ravel(), outlines.items()):
-        warp = Warp(fit.map, Sampler(Texture(pixels, box, 3), outlines=loops), canvas)
-        warped = whole(warp)
-        pictures.show_picture(axes, warped.pixels, target.box)
-        title(axes, name)
-        share = (warped.pixels[..., 3] == 255).sum() / (target.area / abs(canvas.step[0]) ** 2)
-        rows.append((name, f"{share:.1%} of the leaf opaque"))
-    pictures.save(figure, "sticker")
-    return rows
-
-
-def ringing() -> list[Row]:
-    """A picture of 48 texels, enlarged ten times: the former cubic filter, and the clamped one."""
-    side, size = 48, 480
-    drawn = Image.new("RGB", (16 * side, 16 * side), (250, 240, 215))
-    pen = ImageDraw.Draw(drawn)
-    for box in ((4, 4, 44, 44), (20, 12, 28, 20)):
-        pen.ellipse([16 * x for x in box], (46, 42, 50))
-    pen.ellipse([16 * x for x in (9, 9, 39, 39)], (250, 240, 215))
-    for x in (18, 30):
-        pen.ellipse([16 * (x - 3), 16 * 17, 16 * (x + 3), 16 * 24], (46, 42, 50))
-    pixels = np.asarray(drawn.resize((side, side), Image.Resampling.BOX))
-    box = (0j, side * (1 + 1j))
-    square = np.array([0, side, side * (1 + 1j), side * 1j])
-    identity, canvas = HarmonicMap(square, square, 0 * square), pictures.canvas(box, size)
-    samplers = {name: Sampler(Texture(pixels, box), name) for name in ("cubic", "linear")}
-    unclamped = Sampler(Texture(pixels, box), "cubic")
-    unclamped.clamped = False
-    maps = {
-        "before: cubic, unbounded": unclamped, "cubic (the default)": samplers["cubic"], "linear": samplers["linear"],
-    }  # fmt: skip
-    images = {name: whole(Warp(identity, sampler, canvas)).pixels for name, sampler in maps.items()}
-    images["OpenCV, cubic"] = cv2.resize(pixels, (size, size), interpolation=cv2.INTER_CUBIC)
-    figure, panels = sheet(4, 1, 2.6)
-    rows, crop = list[Row](), (slice(150, 270), slice(130, 250))
-    for axes, (name, image) in zip(panels.ravel(), images.items()):
-        pictures.show_picture(axes, image[crop][..., :3], box)
-        title(axes, name)
-        colours = image[..., :3]
-        darker = (colours < pixels.min(axis=(0, 1))).all(axis=2)
-        least = ",".join(str(c) for c in colours.reshape(-1, 3)[colours.sum(axis=2).argmin()])
-        edge = f"MTF50 {mtf50(colours):.3f} per texel"
-        rows.append((name, f"{darker.sum()} pixels darker than all texels, the darkest {least}, {edge}"))
-    pictures.save(figure, "ringing")
-    return rows
-
-
-def mtf50(image: np.ndarray) -> float:
-    """Return the cycles per texel at which the contrast of the outer circle's edge falls to one half, in linear
-    light.
-    """
-    row, column = np.indices(image.shape[:2]) + 0.5
-    radius = np.hypot(row - image.shape[0] / 2, column - image.shape[1] / 2) / 10
-    light = (image[..., 1] / 255.0) ** 2.2
-    step = 0.1
-    bins = ((radius - 17) / step).astype(int)
-    kept = (radius >= 17) & (bins < 60)
-    edge = np.bincount(bins[kept], light[kept]) / np.bincount(bins[kept])
-    spread = np.diff(edge) * np.hanning(59)
-    contrast = np.abs(np.fft.rfft(spread, 4096))
-    return float(np.fft.rfftfreq(4096, step)[np.argmax(contrast < contrast[0] / 2)])
-
-
 FIGURES: dict[str, Callable[[], list[Row]]] = {
     "teaser": drawings.teaser,
     "methods": methods.methods,
@@ -504,54 +421,11 @@ FIGURES: dict[str, Callable[[], list[Row]]] = {
     "sketches": sketches,
     "constrained": constrained,
     "surface": transfer,
-    "sticker": sticker,
-    "ringing": ringing,
 }
 
 
-PICTURES = {"comparison": ("comparison-cat", "comparison-fish")}
-"""Pictures of figures that have several."""
-
-HEAD = """# Paper figures
-
-The experiments of the paper's figures, repeated with shapes of this project by `make gallery`. Lengths are relative to
-the diagonal of the target's bounding box.
-
-| figure | meaning |
-|---|---|
-| *gap* | two-sided Hausdorff distance between the image of the boundary and the target's outline |
-| *pin error*, *stroke error* | root mean square distances |
-| *K* | the dilatation that 95 % of the inside stay below (in the comparison: the median, then this value) |
-| *log area spread* | range of log10 of the area scale from 5 % to 95 % of the inside |
-| *injective from depth* | the depth of the certificate, relative to the inradius |
-
-Red rings mark the required positions of pins, dots their actual positions. In comparisons only our maps use pins and
-strokes; the other methods do not support them.
-
-Differences from the paper's figures, and variations:
-
-- Fig. 5: with pins at eight evenly spaced points of each stroke, a conformal map distorts areas no more than with
-  strokes (0.59 and 0.60); with pins only at the vertices of the strokes it distorts them more (0.72). Balanced maps
-  meet both at a quarter of that.
-- Figs. 3, 4: a conformal map has three real degrees of freedom, so from two pins on the gap grows with their number. A
-  quasi-conformal map improves pins and areas, not the gap, and may fold next to the outline.
-- Fig. 7: angle-based and Szegő maps follow the outline only roughly, because their boundary correspondence is fixed by
-  arclength and not iterated as in the paper. [ESA07] slides along the outline, with a penalty of 1e4 for leaving it; a
-  smaller penalty misses the tail by a fifth, and a tenfold one gives a gap of 0.015 and folds 1.1 % of the whale.
-- Fig. 8: the pins are two points of the feathers' quills. On the whale and the fish, with pins at the eye and at the
-  root of the tail, a conformal map misses the outline by a fifth and overlaps itself; the balanced map meets both."""
-
-
-def table(name: str, rows: list[Row], before: str = "") -> list[str]:
-    """Return the section of a figure in Markdown; text written by hand above its picture is kept."""
-    lines = [f"## {(FIGURES[name].__doc__ or '').strip()}", ""]
-    written = written_in(before)
-    if written:
-        print(f"{name}: kept what was written by hand, to be read anew beside the picture", file=sys.stderr)
-        lines += [written, ""]
-    for stem in PICTURES.get(name, (name,)):
-        lines += [f"![{stem}]({stem}.png)", ""]
-    return [*lines, "| map | figures |", "|---|---|", *(f"| {label} | {values} |" for label, values in rows)]
+FIELDS = ("figure", "map", "values")
+"""Columns of the table of all figures."""
 
 
 def main(names: list[str]) -> int:
@@ -560,28 +434,19 @@ def main(names: list[str]) -> int:
     if unknown:
         print(f"no figure {unknown[0]!r}; there is {', '.join(FIGURES)}", file=sys.stderr)
         return 2
-    page = pictures.FOLDER / "README.md"
-    sections_by_name = sections(page.read_text(encoding="utf-8") if page.exists() else "")
+    table = pictures.FOLDER / "figures.csv"
+    rows_by_name: dict[str, list[Row]] = {name: [] for name in FIGURES}
+    with table.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            rows_by_name[row["figure"]].append((row["map"], row["values"]))
     for name in names or FIGURES:
-        sections_by_name[name] = "\n".join(table(name, FIGURES[name](), sections_by_name.get(name, "")))
-        print(sections_by_name[name], flush=True)
-        text = "\n\n".join(
-            [HEAD, *(sections_by_name[figure] for figure in FIGURES if figure in sections_by_name)]
-        )
-        page.write_text(text + "\n", encoding="utf-8")
+        rows_by_name[name] = FIGURES[name]()
+        for label, values in rows_by_name[name]:
+            print(f"{name}: {label}: {values}", flush=True)
+        lines = [(name, *row) for name, rows in rows_by_name.items() for row in rows]
+        with table.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([FIELDS, *lines])
     return 0
-
-
-def written_in(section: str) -> str:
-    """Return the text between the heading of a section and its first picture."""
-    return section.partition("\n")[2].partition("![")[0].strip()
-
-
-def sections(page: str) -> dict[str, str]:
-    """Return the sections of the present page, by the figure whose picture comes first in them."""
-    parts = [f"## {part.strip()}" for part in page.split("\n## ")[1:]]
-    images = {name: f"![{PICTURES.get(name, (name,))[0]}]" for name in FIGURES}
-    return {name: part for name, first in images.items() for part in parts if first in part}
 
 
 if __name__ == "__main__":

@@ -105,7 +105,7 @@ def copies(names: list[str]) -> None:
                 print(f"{name:8} {error}")
                 continue
         seconds = time.process_time() - start
-        away = distances(fit, *fit.layouts)
+        away = distances(fit, *fit.details.layouts)
         print(
             f"{name:8} {count[0]:6} -> {count[1]:6} triangles  {len(pins)} pins  "
             f"median {np.median(away):.2%}  p95 {np.quantile(away, 0.95):.2%}  worst {away.max():.2%} of the diagonal  "

@@ -125,7 +125,7 @@ def main():
             start = time.process_time()
             fits, anew = maps(source, frames, follow=follow)
             seconds = time.process_time() - start
-            z = fits[0].interior
+            z = fits[0]._interior
             w = np.array([fit.map(z) for fit in fits])
             w = w[:, np.isfinite(w).all(axis=0)]
             steps = np.quantile(np.abs(np.diff(w, axis=0)), 0.95, axis=1)

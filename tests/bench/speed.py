@@ -19,6 +19,7 @@ from iccm.balanced.model.settings import Settings
 from iccm.io.pictures import image_files
 from iccm.pixels import preimages
 from iccm.pixels.warp import Canvas, Sampler, Texture, Warp
+from iccm.problem import Problem
 
 from .goals import goal, unmeasured
 
@@ -111,7 +112,7 @@ def growth() -> None:
     rows = []
     for triangles in (2000, 6000, 20_000, 60_000, 200_000):
         start = time.process_time()
-        solution = method.solve(uneven, Curve(star(400, 3)), Settings(triangles=triangles))
+        solution = method.solve(Problem.of(uneven, Curve(star(400, 3))), Settings(triangles=triangles))
         rows.append((len(solution.map.faces), time.process_time() - start))
     table(rows)
     coarse = rows[0][1]

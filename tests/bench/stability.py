@@ -132,12 +132,12 @@ def solved(source: Complex, target: Complex, change: Change) -> iccm.Fit:
 def pinned(source: Complex, target: Complex, change: Change) -> iccm.Fit:
     """Return the same with three pins of an unconstrained map, whose images are moved by 2 % of the diagonal."""
     free = solved(source, target, lambda z: z)
-    chosen = np.argsort(np.abs(free.interior - np.mean(source)))[
-        [0, len(free.interior) // 4, len(free.interior) // 2]
+    chosen = np.argsort(np.abs(free._interior - np.mean(source)))[
+        [0, len(free._interior) // 4, len(free._interior) // 2]
     ]
-    goals = free.map(free.interior[chosen]) + 0.02 * span(target) * np.array([1, 1j, -1])
+    goals = free.map(free._interior[chosen]) + 0.02 * span(target) * np.array([1, 1j, -1])
     curves = (Curve.domain(change(z)) for z in (source, target))
-    return iccm.fit(*curves, pins=np.column_stack([free.interior[chosen], goals]))
+    return iccm.fit(*curves, pins=np.column_stack([free._interior[chosen], goals]))
 
 
 def pierced(source: Complex, target: Complex, change: Change) -> iccm.Fit:

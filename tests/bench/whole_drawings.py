@@ -23,7 +23,7 @@ FILES = shapes.ROOT / "docs" / "files"
 LEAF = shapes.ROOT / "samples" / "rose-leaf" / "leaf.svg"
 COLOURS = ("#c0143c", "#d1662b", "#3c8a3f", "#2a78b8", "#6b3fa0")  # of the letters of a word
 SEED, PAIRS, COLUMNS = 8, 8, 2  # for random drawings
-SIZE = 300  # longer side of a picture in pixels
+SIZE = 600  # longer side of a picture in pixels
 
 
 def teaser() -> list[tuple[str, str]]:
@@ -45,7 +45,7 @@ def teaser() -> list[tuple[str, str]]:
             for axes, head in zip(line, (name, "a shape", "the result")):
                 pictures.title(axes, head)
             rows.append((f"{name}: {source.stem} → {target.stem}", caption(done)))
-    pictures.save(figure, "teaser")
+    pictures.save(figure, "teaser", dpi=200)
     return rows
 
 

@@ -127,7 +127,8 @@ def test_all_charts_by_name_into_one_picture_as_baking_them(sheets, iccm):
     words = ["--parts", "all", "--texture", "ramp.png", "--size", "200"]
     report = ["--report", "r.json"]
     assert iccm("map", "two.svg", "pair.obj#uv", *words, "-o", "a.png", *report).code == 0
-    assert iccm("map", "two.svg", "pair.obj", *words, "--bake", "-o", "b.png", "-o", "n.obj").code == 0
+    assert iccm("map", "two.svg", "pair.obj", *words, "--bake", "-o", "b.png").code == 0
+    assert iccm("map", "two.svg", "pair.obj", *words, "-o", "n.obj").code == 0
     parts = json.loads((sheets / "r.json").read_text())["parts"]
     assert [(part["source"], part["target"]) for part in parts] == [("1", "uv-1"), ("2", "uv-2")]
     a, b = pixels("a.png"), pixels("b.png")

@@ -11,6 +11,7 @@ import pytest
 import iccm as core
 from iccm import cli
 from iccm.cli import logs
+from iccm.io import formats
 from iccm.io.pictures import image_files
 from tests.cases import some_fast
 
@@ -441,6 +442,31 @@ def test_completion_scripts_are_generated(shell):
         assert result.returncode == 0 and "iccm" in result.stdout
 
 
+def test_info_lists_every_format(iccm):
+    result = iccm("info", "--formats")
+    rows = {line.split()[0]: line for line in result.out.splitlines() if line.startswith((".", "lh"))}
+    assert result.code == 0 and rows.keys() == formats.FORMATS.keys()
+    assert "pictures" in rows[".png"] and not rows[".png"].endswith("*") and rows[".gif"].endswith("*")
+    assert "meshes" in rows[".stl"] and rows[".stl"].endswith("*") and not rows[".glb"].endswith("*")
+    assert iccm("info").code == 2 and iccm("info", "--formats", "--json").code == 2
+
+
+@pytest.mark.parametrize("line", ["map a.svg b.svg -o out20", "map a.xyz b.svg -o o.png"])
+def test_messages_list_few_suffixes(shapes, iccm, line):
+    for name in ("a.svg", "b.svg", "a.xyz"):
+        (shapes / name).write_bytes((shapes / "disk.svg").read_bytes())
+    result = iccm(*line.split())
+    assert result.code == 2 and len(result.lines) == 1
+    assert 1 < len(re.findall(r" \.[a-z0-9]+\b", result.err)) <= formats.MOST_LISTED_SUFFIXES
+
+
+def test_a_batch_asks_whether_a_name_without_suffix_is_a_folder(shapes, iccm):
+    result = iccm("batch", "disk.svg", "blob.svg", "square.svg", "-o", "out20")
+    assert result.code == 2 and "out20/" in result.err and not (shapes / "out20").exists()
+    assert iccm("batch", "disk.svg", "square.svg", "--size", "16", "-o", "out20/").code == 0
+    assert (shapes / "out20" / "disk.png").exists()
+
+
 def test_info_and_doctor(shapes, iccm):
     result = iccm("info", "disk.svg", "--json")
     facts = json.loads(result.out)
@@ -508,6 +534,6 @@ def test_a_time_limit_ends_a_command_in_a_line(shapes, iccm):
         ("morph", "square.svg", "blob.svg", "-o", "o.gif", "--frames", "3"),
     ):
         result = iccm(*command, "--time-limit", "1e-9")
-        assert result.code == 2 and "--time-limit" in result.err and len(result.lines) == 1, result.err
+        assert result.code == 1 and "--time-limit" in result.err and len(result.lines) == 1, result.err
         assert not list(shapes.glob("o.*"))
     assert iccm("map", "square.svg", "blob.svg", "--time-limit", "0").code == 2

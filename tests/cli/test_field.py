@@ -12,9 +12,11 @@ from PIL import Image
 import iccm as core
 from iccm.errors import InputError
 from iccm.io import itk_files
+from tests.cases import pixels
 
 itk = pytest.importorskip("SimpleITK", reason="SimpleITK is an extra")
 cv2 = pytest.importorskip("cv2")
+pytestmark = pytest.mark.large
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {} {}"><path d="{}"/></svg>'
 LEAF = "M10 60 C10 20 60 5 130 12 C150 45 120 85 60 88 C30 88 12 80 10 60 Z"
@@ -53,11 +55,6 @@ def field_files(field_folder, tmp_path, monkeypatch):
     for path in field_folder.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())
     monkeypatch.chdir(tmp_path)
-
-
-def pixels(name):
-    """A picture as floats."""
-    return np.asarray(Image.open(name).convert("RGBA"), float)
 
 
 def ours(iccm, size=TARGET):
@@ -304,4 +301,4 @@ def test_fields_written_by_simpleitk_are_read(tmp_path, suffix, compressed):
     image.SetMetaData("0008|0005", "ISO_IR 100")
     path = tmp_path / f"f{suffix}"
     itk.WriteImage(image, str(path), compressed)
-    assert np.array_equal(itk.GetArrayFromImage(itk_files.read(str(path))), away)
+    assert np.array_equal(itk_files.read(str(path)).pixels, away)

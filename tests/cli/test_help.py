@@ -92,6 +92,21 @@ def test_completion_is_installed_once_and_nothing_else_changes(tmp_path, monkeyp
     assert len(result.lines) == 1 and "--shell bash|zsh|fish" in result.lines[0]
 
 
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_completion_script_that_is_printed_is_the_one_that_is_installed(
+    tmp_path, monkeypatch, iccm, shell
+):
+    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "ZDOTDIR", "BASH_COMPLETION_USER_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    printed = iccm("completion", shell)
+    assert printed.code == 0
+    assert iccm("completion", "install", "--shell", shell).code == 0
+    installed = [path.read_text() for path in tmp_path.rglob("*") if path.is_file()]
+    assert printed.out.rstrip("\n") in [text.rstrip("\n") for text in installed]
+    assert iccm("completion", shell, "--shell", shell).code == 2
+
+
 def test_a_run_is_summed_up_in_one_line(shapes, iccm):
     result = iccm("map", "square.svg", "disk.svg", "--size", "32", "-o", "out.png")
     assert len(result.lines) == 1 and result.lines[0].startswith("out.png  32×32 · scale within 2× on ")
@@ -180,7 +195,7 @@ def test_an_existing_output_hides_no_other_mistake(shapes, iccm):
         (("map", "square.xyz", "disk.svg"), ".glb"),
         (("map", "square.svg", "disk.svg", "--texture", "square.xyz"), "not an image; use one of .png"),
         (("map", "square.svg", "disk.svg", "-o", "folder"), "folder: is a folder"),
-        (("map", "square.svg", "disk.svg", "-o", "out.xyz"), ".svg .svgz .obj"),
+        (("map", "square.svg", "disk.svg", "-o", "out.xyz"), ".png .svg"),
         (("flatten", "none.obj", "-o", "old.svg"), "none.obj: no such file"),
         (
             ("relayout", "none.obj", "none.obj", "--texture", "none.png", "-o", "old.png"),

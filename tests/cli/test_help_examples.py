@@ -100,7 +100,8 @@ def add_specimens(files):
         if name not in ELSEWHERE
     ],
 )
-def test_the_examples_of_a_command_run(files, shell, iccm, command):
+def test_the_examples_of_a_command_run(files, shell, iccm, command, monkeypatch):
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(files / "summary.md"))
     lines = examples(iccm, command)
     assert lines
     if command == "check":

@@ -139,11 +139,11 @@ def test_holes_of_a_shape_that_is_deformed_move_freely(holed, iccm):
 
 
 def test_holes_are_kept_or_cut_whichever_is_cheaper_by_default(holed, iccm):
-    done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "auto")
+    done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "auto", "--texture", "checker")
     assert done.code == 0 and report["injective"]["certified"]
     alpha = image_files.read("o.png").pixels[..., 3]
     assert (alpha[41:59, 56:74] == 0).all()  # transparent in both cases
-    done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "cut")
+    done, report = mapped(iccm, "ring.svg", "off.svg", "--holes", "cut", "--texture", "checker")
     assert done.code == 0 and "holes" not in report
     assert (image_files.read("o.png").pixels[41:59, 56:74, 3] == 0).all()
 

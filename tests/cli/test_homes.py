@@ -51,7 +51,11 @@ def test_a_home_that_cannot_be_written(shapes):
         result.stderr
     )
     assert "Traceback" not in result.stderr
-    for line in (("plugins", "install", "inkscape"), ("completion", "install", "--shell", "bash")):
+    folder = "/proc/nobody/extensions"
+    for line in (
+        ("plugins", "install", "inkscape", "--to", folder),
+        ("completion", "install", "--shell", "bash"),
+    ):
         result = subprocess.run([ICCM, *line], env=home, capture_output=True, text=True, timeout=90)
         assert result.returncode == 2 and len(result.stderr.splitlines()) == 1
         assert result.stderr.startswith("error: /proc/nobody")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.cli.test_field import pixels
+from tests.cases import pixels
 
 FILES = Path(__file__).parents[2] / "docs" / "files"
 CORNERS = (

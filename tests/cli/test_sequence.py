@@ -39,7 +39,7 @@ def test_frames_continue_from_each_other_and_are_resumed(frames, iccm):
         f"square-f{k}: done" for k in (8, 9, 10, 11)
     ]  # in numerical order, 8 before 10
     maps = [core.load(f"out/f{k}.npz") for k in range(8, 12)]
-    z = maps[0].interior
+    z = maps[0]._interior
     steps = np.abs(np.diff([fit.map(z) for fit in maps], axis=0))
     assert steps.max() < 1.5 * 5
     before = [Path(f"out/f{k}.png").read_bytes() for k in range(8, 12)]
@@ -98,7 +98,7 @@ def test_a_map_of_frames_goes_on_from_itself(shapes, iccm):
     assert iccm("map", "comb.svg", "square.svg", "--start", "first.npz", "-o", "second.npz").code == 0
     first, second = core.load("first.npz"), core.load("second.npz")
     assert first.source.area > 1.1 * core.read_shape("comb.svg").curve.area  # a wide frame
-    z = first.interior
+    z = first._interior
     assert np.abs(first.map(z) - second.map(z)).max() < 1e-3 * first.diagonal
 
 

@@ -58,7 +58,7 @@ def test_the_verdict_is_kept_with_the_map(tmp_path):
     fit = library.fit(LIMB, np.exp(2j * np.pi * np.arange(40) / 40), method="paper", tolerance=0.02)
     fit.save(tmp_path / "map.npz")
     loaded = library.load(tmp_path / "map.npz")
-    assert loaded.status is fit.status and loaded.tolerance == 0.02
+    assert loaded.status is fit.status and loaded.details.tolerance == 0.02
 
 
 def summary_of(**injective):

@@ -36,7 +36,9 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(folder, iccm):
     Path("twice.svg").write_text(
         SVG.format(f'<rect x="7" y="11" width="{2 * width}" height="{2 * height}"/>')
     )
-    result = iccm("map", "--text", "Rg#bbox", "--font", str(FONT), "twice.svg", "-o", "out.svg")
+    result = iccm(
+        "map", "--text", "Rg#bbox", "--font", str(FONT), "twice.svg", "-o", "out.svg", "--gaps", "transparent"
+    )
     assert result.code == 0, result.err
     drawing = reader.read(Path("out.svg"))
     word = shape.read(f"{FONT}#text=Rg", whole=True).ink.painted
@@ -48,7 +50,8 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(folder, iccm):
 
 
 def test_a_word_fills_the_target_and_stays_inside(folder, iccm):
-    result = iccm("map", "--text", "HE", "flag.svg", "-o", "out.svg", "--report", "r.json")
+    bare = "--detail", "0", "--gaps", "transparent"
+    result = iccm("map", "--text", "HE", "flag.svg", "-o", "out.svg", "--report", "r.json", *bare)
     assert result.code == 0, result.err
     drawn = reader.read(Path("out.svg")).painted
     flag = reader.read(Path("flag.svg")).painted

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from iccm import buckets, sorting
-from iccm.flips import neighbours
 from iccm.maps import cauchy_green, enclosure, extended_inverse, folds, refinement
 from iccm.maps.triangulated import adjacency, evaluation, location, patches
+from iccm.maps.triangulated.adjacency import neighbours
 from tests.core.compare import run_both
 from tests.core.reference import cauchy_green as plain_cauchy_green
 from tests.core.reference import maps as plain

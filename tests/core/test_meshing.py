@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from iccm import flips
 from iccm.balanced.errors import Stuck
 from iccm.balanced.meshing import delaunay, mesh
+from iccm.maps.triangulated import adjacency
 from iccm.plane import polygon_area
 from tests.core.compare import run_both
 from tests.core.reference import meshing as plain
@@ -167,7 +167,7 @@ def test_neighbours(seed):
     _, faces, _ = triangulated(rng, 50)
     faces = rng.permuted(faces, axis=0)
     faces = faces[: len(faces) - 3 * seed]
-    across = flips.neighbours(faces, 50)
+    across = adjacency.neighbours(faces, 50)
     expected = np.full_like(faces, -1)
     sides = {(f[(k + 1) % 3], f[(k + 2) % 3]): t for t, f in enumerate(faces.tolist()) for k in range(3)}
     for t, f in enumerate(faces.tolist()):

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import Delaunay
 
 from iccm.balanced.model import retriangulation
-from iccm.flips import neighbours
+from iccm.maps.triangulated.adjacency import neighbours
 from tests.core.reference import model as reference
 
 

@@ -117,7 +117,7 @@ def test_a_partial_fit_reaches_the_maps_of_drawings(name):
     drawings = [Drawing(shapely.box(0, 0, *size)) for size in ((3, 1), (2, 1.5))]
     fit_modes = []
 
-    def solver(source, target, source_holes, target_holes, options):
+    def solver(source, target, source_holes, target_holes, options, coarse=None):
         fit_modes.append(options.fit)
         raise iccm.InputError("not solved here")
 

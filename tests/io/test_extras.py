@@ -1,6 +1,7 @@
 """Tests of optional packages."""
 
 import re
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -21,7 +22,7 @@ def test_the_extra_that_a_message_names_installs_the_package(package):
 
 
 def test_every_extra_of_users_has_a_purpose_and_its_packages():
-    names = PROJECT["optional-dependencies"].keys() - {"dev", "docs"}
+    names = PROJECT["optional-dependencies"].keys() - {"dev", "docs", "large"}
     assert names == set(extras.PURPOSES) == {extra for _, extra in extras.PACKAGES.values()}
 
 
@@ -38,3 +39,16 @@ def test_a_package_without_a_submodule_that_is_needed_is_refused_too(monkeypatch
     monkeypatch.setitem(sys.modules, "ezdxf.recover", None)
     with pytest.raises(InputError, match="ezdxf"):
         extras.load("a.dxf", "ezdxf", "recover")
+
+
+def test_maps_need_no_matplotlib_and_plots_say_what_does(shapes, iccm, tmp_path, monkeypatch):
+    for name in ("matplotlib", "fontTools"):
+        monkeypatch.setitem(sys.modules, name, None)
+    assert iccm("map", shapes / "square.svg", shapes / "blob.svg", "-o", tmp_path / "a.png").code == 0
+    assert iccm("map", "--text", "Ab", shapes / "blob.svg", "-o", tmp_path / "word.png").code == 0
+    refused = iccm("map", shapes / "square.svg", shapes / "blob.svg", "--plot", tmp_path / "plot.png")
+    assert refused.code == 2 and "iccm[plot]" in refused.err and not (tmp_path / "plot.png").exists()
+    plot = "import sys; sys.modules['matplotlib'] = None; import iccm; iccm.fit([0, 1, 1 + 1j, 1j], [0, 2, 2j]).plot()"
+    ended = subprocess.run([sys.executable, "-c", plot], capture_output=True, text=True)
+    assert ended.returncode == 1 and ended.stderr.splitlines()[-1].startswith("iccm.errors.InputError")
+    assert "iccm[plot]" in ended.stderr.splitlines()[-1]

@@ -15,6 +15,7 @@ from iccm.io.pictures import georeferenced
 from iccm.saved.georeference import Georeference
 
 rasterio = pytest.importorskip("rasterio", reason="rasterio is an extra")
+pytestmark = pytest.mark.large
 
 FILES = Path(__file__).parents[2] / "docs" / "files"
 FIJI = Path(__file__).with_name("fiji.geojson")  # Natural Earth, 1:50m

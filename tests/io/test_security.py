@@ -178,7 +178,20 @@ def test_faces_of_every_format_that_is_only_read_are_counted_below():
     assert counted | set(formats.holding("uv")) == set(formats.holding("mesh"))
 
 
-@pytest.mark.parametrize("suffix", formats.holding("uv"))
+LARGE = {".usd": "pxr", ".usda": "pxr", ".usdc": "pxr", ".vtk": "vtkmodules", ".vtp": "vtkmodules"}
+"""Formats whose files need a library of the extra `large`, with the module that is imported."""
+
+
+def marked(names):
+    """Return test cases, those that need a large library marked."""
+    modules = {name: LARGE.get(formats.suffix_of(f"a{name}")) for name in names}
+    return [
+        pytest.param(name, marks=pytest.mark.large(module)) if module else name
+        for name, module in modules.items()
+    ]
+
+
+@pytest.mark.parametrize("suffix", marked(formats.holding("uv")))
 def test_faces_of_every_format_that_is_written_are_counted(tmp_path, suffix):
     count, path = 71, tmp_path / f"strip{suffix}"
     uv = np.array([[k / 100, k % 2 / 3] for k in range(count + 2)])
@@ -187,10 +200,7 @@ def test_faces_of_every_format_that_is_written_are_counted(tmp_path, suffix):
     (tmp_path / "strip.obj").write_text("\n".join(lines))
     new = NewCoordinates(uv, faces.ravel(), np.arange(3 * count).reshape(count, 3))
     file = mesh_files.read(str(tmp_path / "strip.obj"))
-    try:
-        mesh_files.write(file, new, ShownPictures(), path, path, force=True)
-    except InputError as error:
-        pytest.skip(f"an extra is missing: {error}")
+    mesh_files.write(file, new, ShownPictures(), path, path, force=True)
     assert mesh_files.open_mesh(path).count_faces(count) == count
     with pytest.raises(InputError, match="71 faces, more than the limit of 70; raise --max-faces"):
         mesh_files.check_size(path, count - 1)
@@ -199,7 +209,7 @@ def test_faces_of_every_format_that_is_written_are_counted(tmp_path, suffix):
     assert np.allclose(mesh.points[mesh.corners], file.mesh.points[faces.ravel()], atol=1e-6)
 
 
-@pytest.mark.parametrize("name", FACES)
+@pytest.mark.parametrize("name", marked(FACES))
 def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
     path = tmp_path / name
     path.write_bytes(FACES[name])

@@ -1,8 +1,11 @@
 """Tables of points as spreadsheets and statistics programs write them."""
 
+import json
+
 import numpy as np
 import pytest
 
+from iccm.errors import InputError
 from iccm.io.geometry import document
 from iccm.io.geometry.document import Images
 
@@ -52,3 +55,112 @@ def test_values_that_are_missing_have_no_place(tmp_path):
 def test_encodings_of_spreadsheets(tmp_path, encoding):
     table = read(tmp_path, "name\tx\ty\nM\u00fcnchen\t1.5\t2\n".encode(encoding), ".tsv")
     assert table.rows[0][0] == "M\u00fcnchen" and np.array_equal(table.geometry.points, [1.5 + 2j])
+
+
+NAMED = [
+    ("cell,cx,cy", "cx cy"),
+    ("Image,Name,Centroid X µm,Centroid Y µm", "2 3"),
+    ("Centroid X px,Centroid Y px,Centroid X µm,Centroid Y µm", "0 1"),
+    ("label,centroid-0,centroid-1", "2 1"),
+    ("index,axis-0,axis-1,axis-2", "3 2"),
+    ("LABEL,ID,TRACK_ID,POSITION_X,POSITION_Y,POSITION_Z,FRAME", "3 4"),
+    ("name,lat,lon", "2 1"),
+    ("decimalLatitude,decimalLongitude,year", "1 0"),
+    ("Easting,Northing,Height", "0 1"),
+    ("ImageNumber,Location_Center_X,Location_Center_Y,AreaShape_Area", "1 2"),
+    ("AreaShape_BoundingBoxMinimum_X,AreaShape_BoundingBoxMinimum_Y,AreaShape_Center_X,AreaShape_Center_Y", "2 3"),
+    (" ,Area,XM,YM", "2 3"),
+    ("cell_id,x_centroid,y_centroid,transcript_counts", "1 2"),
+    ("in_tissue,array_row,array_col,pxl_row_in_fullres,pxl_col_in_fullres", "4 3"),
+    ("frame,x [nm],y [nm],sigma [nm]", "1 2"),
+    ("transcript_id,x_location,y_location", "1 2"),
+    ("FID,POINT_X,POINT_Y", "1 2"),
+    ("velocity_x,velocity_y,pos_x,pos_y", "2 3"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("head", "columns"), NAMED)
+def test_coordinates_are_found_by_the_names_of_columns(tmp_path, head, columns):
+    names = head.split(",")
+    row = ",".join(str(k + 1) for k in range(len(names)))
+    x, y = (names.index(word) if word in names else int(word) for word in columns.split())
+    table = read(tmp_path, f"{head}\n{row}\n")
+    assert table.columns == (x, y) and table.geometry.points == [complex(x + 1, y + 1)]
+
+
+@pytest.mark.parametrize(
+    ("content", "columns", "guessed"),
+    [
+        ("name,a,b\np,1,2\n", (1, 2), True),
+        ("id,a,b\n1,10,20\n", (1, 2), True),
+        ("1,10,20\n2,30,40\n3,30,41\n", (1, 2), True),
+        ("10,20\n30,40\n", (0, 1), False),
+        ("x,y\n10,20\n", (0, 1), False),
+        ("Label,X,Y,XM,YM\na,1,2,3,4\n", (1, 2), True),
+    ],
+)
+def test_an_id_is_not_a_coordinate_and_a_guess_is_noted(tmp_path, content, columns, guessed):
+    table = read(tmp_path, content)
+    assert table.columns == columns and bool(table.notes) == guessed
+
+
+@pytest.mark.parametrize("content", ["cell,a,b,c\n40,60,30,1\n", "p,q,r,s\n1,2,3,4\n", "id,count\n1,2\n"])
+def test_columns_that_cannot_be_known_are_asked_for(tmp_path, content):
+    with pytest.raises(InputError, match="--columns"):
+        read(tmp_path, content)
+
+
+TRACKMATE = (
+    "LABEL,ID,POSITION_X,POSITION_Y\nLabel,Spot ID,X,Y\nLabel,Spot ID,X,Y\n,,(micron),(micron)\nID1,7,60,30\n"
+)
+
+
+def test_rows_of_units_and_comments_are_kept(tmp_path):
+    table = read(tmp_path, TRACKMATE)
+    assert table.unit == "micron" and table.geometry.points == [60 + 30j]
+    assert moved(table) == TRACKMATE.replace("60,30", "60.5,30.0")
+    content = "# saved by a program\n# y x\n4 5\n".replace(" ", ",")
+    table = read(tmp_path, content.replace("#,y,x", "#y,x"))
+    assert moved(table).splitlines()[:2] == ["#,saved,by,a,program", "#y,x"]
+    assert table.geometry.points == [5 + 4j]
+
+
+@pytest.fixture
+def squares(tmp_path, monkeypatch, iccm):
+    """A map that shifts and doubles: from a square of 50 mm onto one of 100 mm at (40, 20)."""
+    monkeypatch.chdir(tmp_path)
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" {}><path d="{}"/></svg>'
+    (tmp_path / "a.svg").write_text(
+        svg.format('width="50mm" height="40mm" viewBox="0 0 100 80"', "M0 0H100V80H0Z")
+    )
+    (tmp_path / "b.svg").write_text(
+        svg.format('width="240mm" height="180mm" viewBox="0 0 240 180"', "M40 20H240V180H40Z")
+    )
+    assert iccm("map", "a.svg", "b.svg", "-o", "m.npz").code == 0
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("more", "row", "expected"),
+    [
+        ((), "10,20", (60, 60)),
+        (("--pixel-size", "0.5"), "5,10", (30, 30)),
+        (("--unit", "mm"), "5,10", (60, 60)),
+        (("--unit", "cm"), ".5,1", (6, 6)),
+    ],
+)
+def test_units_and_pixel_sizes_convert_coordinates(squares, iccm, more, row, expected):
+    (squares / "t.csv").write_text(f"id,x_um,y_um\n9,{row}\n")
+    result = iccm("apply", "m.npz", "t.csv", *more, "-o", "o.csv")
+    assert result.code == 0 and ("--pixel-size" in result.err) == (not more)
+    cells = (squares / "o.csv").read_text().splitlines()[1].split(",")
+    assert cells[0] == "9" and np.allclose([float(cell) for cell in cells[1:]], expected, atol=1e-6)
+
+
+def test_counts_are_those_of_the_rows_that_are_written(squares, iccm):
+    (squares / "t.csv").write_text("id,x,y\n1,50,40\n2,NA,NA\n3,,\n4,500,40\n")
+    result = iccm("apply", "m.npz", "t.csv", "-o", "o.csv", "--report", "r.json")
+    assert result.code == 0 and "carried 1 point" in result.err and "2 without a position" in result.err
+    assert len((squares / "o.csv").read_text().splitlines()) == 2
+    report = json.loads((squares / "r.json").read_text())
+    assert report["points"] == 4 and report["written"]["points"] == 1

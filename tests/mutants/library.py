@@ -338,8 +338,8 @@ LIBRARY: list[Mutant] = [
     # drawings
     Mutant(
         "iccm/drawings/cost.py",
-        "share = min(1.0, 0.5 * sum(lost_shares))",
-        "share = min(1.0, sum(lost_shares))",
+        "lost = min(1.0, 0.5 * (self.hidden + self.bare))",
+        "lost = min(1.0, self.hidden + self.bare)",
         DRAWINGS,
         "what is lost counts twice in the choice of frames",
     ),
@@ -358,21 +358,21 @@ LIBRARY: list[Mutant] = [
         "parts are paired by places relative to the lower edge",
     ),
     Mutant(
-        "iccm/drawings/seen.py",
+        "iccm/drawings/cost.py",
         "weights = 0.5 * source_areas / source_areas.sum() + 0.5 * image_areas / image_areas.sum()",
         "weights = source_areas / source_areas.sum()",
         DRAWINGS,
         "the energy of drawings counts the source's area only",
     ),
     Mutant(
-        "iccm/drawings/seen.py",
+        "iccm/drawings/cost.py",
         "images = areas * (np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2)",
         "images = areas * (np.abs(f_z) ** 2 + np.abs(f_zbar) ** 2)",
         DRAWINGS,
         "areas of stretched images are taken as too large",
     ),
     Mutant(
-        "iccm/drawings/seen.py",
+        "iccm/drawings/visible.py",
         "textured = in_target if covering is None else in_target & covering.contains(samples)",
         "textured = in_target",
         DRAWINGS,

@@ -128,7 +128,9 @@ def test_artwork_is_carried_through_all_transforms(profile):
         for element in ElementTree.fromstring(result).iter(f"{SVG}g")
         if element.get(LABEL) == "face in target"
     )
-    assert not list(group.iter(f"{SVG}image")) and len(list(group.iter(f"{SVG}path"))) == 5
+    paper, drawn = group
+    assert paper.tag == f"{SVG}path" and drawn.tag == f"{SVG}g"
+    assert not list(group.iter(f"{SVG}image")) and len(list(drawn.iter(f"{SVG}path"))) == 5
 
 
 def test_artwork_that_paths_cannot_hold_becomes_a_picture_and_is_undone_in_one_step(profile):

@@ -34,7 +34,7 @@ from ..search.final_mesh import excesses, meet_bounds_by
 from ..search.homotopy import satisfy_constraints
 from ..search.levels import EVENED_SHARE
 from ..search.pin_continuation import BESIDE, aim_feet
-from .mesh import mesh_of
+from .mesh import SPACING_MESH_SIZES, mesh_of
 
 COARSE_MESH_SIZE = 0.08  # edge length h, for a domain of area one
 TRIANGLES_PER_AREA = 4.0  # number of triangles times h²
@@ -48,6 +48,8 @@ DEFORMATION_ROUNDS, FORWARD_STEPS, BACKWARD_STEPS, ROUND_DECREASE = 4, 8, 3, 1e-
 """If strokes slide: rounds of steps, steps on the map and on its inverse, and the relative decrease that ends
 them.
 """
+MOST_BOUNDARY_VERTICES = 40_000
+"""Of a mesh. A shape with more is some 200,000 times as long as wide; the time of triangulation is quadratic in it."""
 RELEASE_MESHES = 3  # meshes on which ends of strokes slide
 
 
@@ -77,8 +79,8 @@ def solve(
     """
     frame = frame_of(source, holes)
     unit_pins = pins.unit((frame, frame))
-    if not patches.are_none:
-        settings = replace(settings, energy=replace(settings.energy, pins=patches.unit((frame, frame))))
+    frames = frame, frame
+    settings = settings.in_frames(frames, None if patches.are_none else patches.unit(frames))
     outlines = _outlines(
         [unit_curve(frame, curve) for curve in (source, *holes)], unit_pins.outer[:, 0], settings
     )
@@ -111,6 +113,12 @@ def refine(
 ) -> list[DiscreteMap]:
     """Return the deformation on successive meshes, the last one fine."""
     size, energy = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.energy.without_rotation()
+    vertices = sum(outline.length for outline in outlines) / (SPACING_MESH_SIZES * size)
+    if vertices > MOST_BOUNDARY_VERTICES:
+        raise NoMapError(
+            f"deform: the shape is too thin: its mesh needs {vertices:.0f} boundary vertices, more than "
+            f"{MOST_BOUNDARY_VERTICES}; make it wider, or deform a part of it (file#part)"
+        )
     levels = []
     if start is None:
         levels = [roughly(outlines, pins, energy, max(COARSE_MESH_SIZE, size))]

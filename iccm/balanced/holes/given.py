@@ -10,6 +10,7 @@ from ...arrays import Complex, Index, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from ...plane import Similarity
+from ...problem import Problem
 from ..constraints.validate import AT_OUTLINE_SHARE
 from ..model.frames import unit_curve
 
@@ -27,6 +28,11 @@ class Holes:
     source: tuple[Curve, ...] = ()
     target: tuple[Curve, ...] = ()
     partners: tuple[tuple[int, int], ...] = ()
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Holes":
+        """Return the holes of a problem."""
+        return cls(problem.source_holes, problem.target_holes, problem.hole_partners)
 
     @property
     def sides(self) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
@@ -63,6 +69,19 @@ NONE = Holes()
 ON_RIM_SHARE = 1e-3  # relative to the diagonal: points this close to a hole touch its outline
 FOLLOWED_SHARE = 0.05
 """Relative to a hole's diagonal: largest distance of its outline in a map, which follows small holes less closely."""
+
+
+def with_paired_holes(problem: Problem) -> Problem:
+    """Return the problem with holes paired in which pins lie, and with the other pins only, which keep their numbers.
+
+    Raises:
+        InputError: as `named_partners`.
+    """
+    assert problem.target is not None
+    outlines = problem.source, problem.target
+    holes, pins, numbers = named_partners(Holes.of(problem), *outlines, problem.pins, problem.strokes)
+    softness = problem.softness.of_pins(numbers)
+    return replace(problem, pins=pins, pin_numbers=numbers, softness=softness, hole_partners=holes.partners)
 
 
 def named_partners(

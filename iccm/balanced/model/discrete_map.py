@@ -17,7 +17,7 @@ from ...linalg.cholesky import BlockPattern, system_of
 from ...plane import triangle_areas
 from ..errors import Tangled
 from ..minimise import newton
-from ..minimise.energy import NO_AIMS, NO_SLOTS, RestShapes, geometry
+from ..minimise.energy import NO_AIMS, RestShapes, geometry
 from ..minimise.in_space import Ground, SurfaceMap, separate
 from ..minimise.sliding import HELD, SLIDING, Border, Constraints, Rails, border_energy
 from ..minimise.soft_pins import CORE_MARGIN_RATIO
@@ -447,8 +447,8 @@ class DiscreteMap(MeshMap):
         if not self.energy.terms:
             return TermsOnMesh(springs, self.pattern) if springs else NO_TERMS
         fixed_side, moving, metrics = self._sides(forward)
-        rest = RestShapes(self.material, NO_SLOTS, *rest_geometry(fixed_side, moving, self.material, metrics))
-        terms = self.energy.terms_on_mesh(rest, self.pattern)
+        energy = self.energy if forward else self.energy.inverse()
+        terms = energy.terms_on_mesh(fixed_side, moving, self.material, metrics, self.pattern)
         return TermsOnMesh([*terms.terms, *springs], self.pattern) if springs else terms
 
     def _sides(self, forward: bool) -> tuple[Complex, Complex, Metrics]:

@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import Complex, Index
-from ...drawings.cost import price
+from ...drawings.cost import Cost
 from ...linalg.cholesky import BlockPattern
-from ...plane import triangle_areas
+from ...plane import Similarity, triangle_areas
 from ..minimise.energy import BOTH_AREAS, NO_SLOTS, Objective, RestShapes, energy_of
 from ..minimise.soft_pins import SoftPins
-from ..minimise.terms import NO_TERMS, Term, TermsOnMesh
+from ..minimise.terms import NO_TERMS, MapSides, Term, TermsOnMesh
 from ..minimise.upright import ANY_ROTATION, Upright, rotation_cost
 from .measures import turn_of
 from .metric import PLANES, Metrics, rest_geometry
@@ -72,11 +72,41 @@ class Energy:
 
     def inverse(self) -> "Energy":
         """Return the energy of the inverse map."""
-        return self if self.pins is None else replace(self, pins=self.pins.inverse())
+        pins = None if self.pins is None else self.pins.inverse()
+        return replace(self, pins=pins, terms=tuple(term.inverse() for term in self.terms))
 
-    def terms_on_mesh(self, rest: RestShapes, pattern: BlockPattern | None = None) -> TermsOnMesh:
-        """Return the further terms on rest triangles; derivatives need the Hessian's pattern."""
-        return TermsOnMesh([term.on_mesh(rest) for term in self.terms], pattern) if self.terms else NO_TERMS
+    def in_frames(self, frames: tuple[Similarity, Similarity], pins: SoftPins | None = None) -> "Energy":
+        """Return the energy in unit coordinates of source and target, with the given soft pins.
+
+        Terms are rotated and mirrored with the shapes.
+        """
+        source, target = (complex(frame.factor / abs(frame.factor)) for frame in frames)
+        terms = [term.rotated(source, target) for term in self.terms]
+        if frames[0].mirrored:
+            terms = [term.mirrored() for term in terms]
+        return replace(self, terms=tuple(terms), pins=pins)
+
+    @property
+    def is_mirror_symmetric(self) -> bool:
+        """Whether maps of shapes with a vertical axis of symmetry cost as much as their mirror images."""
+        return self.pins is None and all(
+            term.mirrored().rotated(-1.0, -1.0) == term  # mirrored about the imaginary axis
+            for term in self.terms
+        )
+
+    def terms_on_mesh(
+        self, z: Complex, u: Complex, faces: Index, metrics: Metrics, pattern: BlockPattern | None = None
+    ) -> TermsOnMesh:
+        """Return the further terms of a map z -> u whose images u move; derivatives need the Hessian's pattern."""
+        if not self.terms:
+            return NO_TERMS
+        back = (metrics[1], metrics[0])
+        sides = MapSides(
+            *(z, u),
+            RestShapes(faces, NO_SLOTS, *rest_geometry(z, u, faces, metrics)),
+            RestShapes(faces, NO_SLOTS, *rest_geometry(u, z, faces, back)),
+        )
+        return TermsOnMesh([term.on_sides(sides) for term in self.terms], pattern)
 
     def rotation_cost(self, angle: float) -> float:
         """Return the factor by which a rotation of the picture, by an angle in radians, raises a map's cost."""
@@ -106,7 +136,14 @@ class Energy:
             cores = self.pins.cores(z, u, faces)
             for spring in self.pins.springs_on_mesh(z, u, faces, cores, 1.0, forward=True):
                 density += float(spring.values(u).sum())
-        return density + self.terms_on_mesh(rest).total(u)
+        return density + self.terms_on_mesh(z, u, faces, metrics).total(u)
+
+    def sum_of_terms(self, z: Complex, u: Complex, faces: Index) -> float:
+        """Return the sum of the further terms of a map z -> u on triangles (m, 3), with both areas scaled to one."""
+        if not self.terms:
+            return 0.0
+        z, u = (w / np.sqrt(np.abs(triangle_areas(w[faces])).sum()) for w in (z, u))
+        return self.terms_on_mesh(z, u, faces, PLANES).total(u)
 
     def cost(
         self,
@@ -123,13 +160,13 @@ class Energy:
             z: (n,) vertices.
             u: (n,) their images.
             faces: (m, 3) triangles of the covered part.
-            lost_shares: shares of the source and of the target that are not covered; see `drawings.cost.price`.
+            lost_shares: shares of the source and of the target that are not covered; see `drawings.cost`.
             metrics: of the surfaces that both planes stand for.
             rotation: radians by which the picture is rotated relative to the requested rotation; None to
                 measure it on z -> u.
         """
         angle = turn_of(z, u, faces, metrics) if rotation is None else rotation
-        return price(self.between(z, u, faces, metrics), lost_shares, self.rotation_cost(angle))
+        return Cost(self.between(z, u, faces, metrics), *lost_shares, self.rotation_cost(angle)).total
 
 
 WITHOUT_ROTATION = Energy(upright=0.0)

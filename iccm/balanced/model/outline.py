@@ -135,10 +135,14 @@ def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = (
 
 
 def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:
-    """Return the outline simplified within a share of the tolerance, and further where it has too many vertices."""
+    """Return the outline simplified within a share of the tolerance, and further where it has too many vertices.
+
+    Each round simplifies the result of the last one: the time of GEOS is quadratic in the number of vertices on thin
+    strips. The distances of all rounds add up to less than three times that of the last.
+    """
     fineness = FINENESS_OF_TOLERANCE * tolerance
     fine = simplify(curve, fineness, always)
     while fine.z.size > MOST_OUTLINE_VERTICES:
         fineness *= 1.5
-        fine = simplify(curve, fineness, always)
+        fine = simplify(fine, fineness, always)
     return fine

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...flips import neighbours
+from ...maps.triangulated.adjacency import neighbours
 from ...native import function
 from .discrete_map import DiscreteMap
 from .metric import PLANES

@@ -8,6 +8,8 @@ from ...arrays import Complex, Index
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.patches import NO_LINES
 from ...pins import Softness
+from ...plane import Similarity
+from ..minimise.soft_pins import SoftPins
 from .energy import Energy
 from .metric import Metric
 
@@ -23,9 +25,6 @@ class Settings:
         max_dilatation: largest K = s1/s2 requested; None for no bound.
         max_stretch: largest max(s1, 1/s2) requested, relative to the mean scale; None for no bound.
         fit: whether both outlines are matched entirely, or concavities may be filled (`iccm.fits`).
-        keep_holes: whether partial maps must not ignore holes.
-        max_left_out: largest share of the source that may be hidden.
-        max_uncovered: largest share of the target that may stay bare.
         starts: multiple of the usual number of correspondences to try.
         triangles: approximate number of triangles of the final mesh.
         rigid_size: scale of rigid regions relative to the mean scale; None leaves it free.
@@ -39,9 +38,6 @@ class Settings:
     max_dilatation: float | None = None
     max_stretch: float | None = None
     fit: str = "whole"
-    keep_holes: bool = False
-    max_left_out: float = 1.0
-    max_uncovered: float = 1.0
     starts: int = 1
     triangles: int = 6000
     rigid_size: float | None = 1.0
@@ -51,7 +47,16 @@ class Settings:
     def inverse(self) -> "Settings":
         """Return the settings of the inverse map."""
         turn, size = self.turn and -self.turn, self.rigid_size and 1 / self.rigid_size
-        return replace(self, turn=turn, rigid_size=size)
+        return replace(self, energy=self.energy.inverse(), turn=turn, rigid_size=size)
+
+    def in_frames(self, frames: tuple[Similarity, Similarity], pins: SoftPins | None = None) -> "Settings":
+        """Return the settings for unit coordinates: terms are rotated and mirrored with the shapes.
+
+        Args:
+            frames: the similarities from the given to unit coordinates, for source and target.
+            pins: soft pins in unit coordinates.
+        """
+        return replace(self, energy=self.energy.in_frames(frames, pins))
 
     @property
     def theta(self) -> float:
@@ -83,7 +88,6 @@ class Solution:
         notes: messages about decisions of the search.
         lines: (l, 2) vertex pairs of the edges of strokes, which are mapped to straight lines.
         partners: for each loop but the first, the hole of the source and the hole of the target; -1 for a slit.
-        holes: numbers of the holes of the source and of the target that the map respects; None for all.
         filled: if concavities are filled, the outer outlines of source and image including them.
         covering_map: the map with the triangles that fill holes of the target; None if it has none.
         rigid: outlines of rigid regions, and of holes in them.
@@ -104,7 +108,6 @@ class Solution:
     notes: list[str] = field(default_factory=list)
     lines: Index = field(default_factory=lambda: NO_LINES)
     partners: tuple[tuple[int, int], ...] = ()
-    holes: tuple[tuple[int, ...], tuple[int, ...]] | None = None
     filled: tuple[Complex, Complex] | None = None
     covering_map: TriangulatedMap | None = None
     rigid: tuple[tuple[Complex, ...], ...] = ()
@@ -123,7 +126,6 @@ class Solution:
             turn=-self.turn,
             gap=self.source_gap,
             source_gap=self.gap,
-            holes=self.holes and self.holes[::-1],
             filled=self.filled and self.filled[::-1],
             covering_map=None,
             partners=tuple((j, i) for i, j in self.partners),

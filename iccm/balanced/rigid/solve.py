@@ -16,8 +16,8 @@ one around them, and grow as far as they can.
 """
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -27,7 +27,7 @@ from ... import progress
 from ...arrays import Complex, Flags, Real, xy_of
 from ...curve import Curve
 from ...plane import Similarity
-from ..errors import NoMapError, OutOfTime, Stuck
+from ..errors import NoMapError, OutOfTime, Stuck, first_success, successes
 from ..meshing.transfer import interpolate
 from ..model import mesh_sizes
 from ..model.boundary_mesh import regions_of
@@ -116,20 +116,26 @@ def keep_rigid(
     )
     places, sent_away, room = places_of(problem, sketch, rigid)
     patient = bool((room == 1).all())
+
+    def from_map() -> list[DiscreteMap]:
+        return solve_variants(problem, rigid, FromMap(sketch, rigid, places), settings, again=False)
+
+    def around_places() -> list[DiscreteMap]:
+        beginning = AroundPlaces.of(problem, sketch, rigid, places, patient=patient)
+        return solve_variants(problem, rigid, beginning, settings, again=True)
+
+    def growing(share: float) -> list[DiscreteMap]:
+        beginning = Growing.of(problem, sketch, rigid, room, share)
+        return solve_variants(problem, rigid, beginning, settings, again=False)
+
+    usual = [around_places, from_map] if sent_away else [from_map, around_places]
+    attempts: list[Callable[[], list[DiscreteMap]]] = [*usual, *(partial(growing, share) for share in BEGUN)]
     states: list[DiscreteMap] = []
-    for attempt in (*(("around", "inside") if sent_away else ("inside", "around")), *BEGUN):
-        with suppress(Stuck, NoMapError):
-            beginning: Beginning
-            if attempt == "inside":
-                beginning = FromMap(sketch, rigid, places)
-            elif attempt == "around":
-                beginning = AroundPlaces.of(problem, sketch, rigid, places, patient=patient)
-            else:
-                beginning = Growing.of(problem, sketch, rigid, room, float(attempt))
-            states += solve_variants(problem, rigid, beginning, settings, again=attempt == "around")
+    for number, attempt in enumerate(attempts):
+        states += [state for found in successes([attempt]) for state in found]
         if states and shortfall(states[-1], np.abs(places.factors)) <= 1 - LARGE_SIZE_SHARE:
             break
-        if attempt in BEGUN and any(is_rigid(state) for state in states):
+        if number >= len(usual) and any(is_rigid(state) for state in states):
             break
     if not states:
         raise NoMapError("rigid: found no map without folds that follows the outlines of the regions")
@@ -169,14 +175,15 @@ def solve_variants(
             if again:
                 continue
             break
-        with suppress(Stuck):
+        try:
             state = split_at_vertices(state) if smooth and not split else state
-            try:
-                states.append(settle(state, settings))
-            except OutOfTime:
-                states.append(state)
-            if is_rigid(states[-1]):
-                break
+            states.append(settle(state, settings))
+        except OutOfTime:
+            states.append(state)
+        except Stuck:
+            continue
+        if is_rigid(states[-1]):
+            break
     return states
 
 
@@ -191,17 +198,20 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
     progress.tell("rigid regions")
     placing = placing_of(state, rigid)
     goal = replace(placing, factors=rigid.aims_beside(placing.factors))
+
+    def settled_by(attempt: Callable[[], DiscreteMap]) -> DiscreteMap:
+        return settle(attempt(), settings)
+
     attempts: tuple[Callable[[], DiscreteMap], ...] = (
         lambda: harden(state, rigid, state.value),
         lambda: relax_regions(place_regions(state, goal)),
         lambda: grow_regions(state, lambda shares: replace(goal, factors=shares * goal.factors)),
     )
     states = []
-    for attempt in attempts:
-        with suppress(Stuck):
-            states.append(settle(attempt(), settings))
-            if shortfall(states[-1], np.abs(goal.factors)) <= 1 - LARGE_SIZE_SHARE:
-                return states[-1]
+    for settled in successes(partial(settled_by, attempt) for attempt in attempts):
+        if shortfall(settled, np.abs(goal.factors)) <= 1 - LARGE_SIZE_SHARE:
+            return settled
+        states.append(settled)
     if not states:
         raise NoMapError("rigid: found no map without folds that keeps the regions rigid")
     return min(states, key=lambda state: shortfall(state, np.abs(goal.factors)))
@@ -274,7 +284,6 @@ class AroundPlaces:
         with_regions_cut = problem._replace(
             holes=(source_holes, target_holes),
             partners=(*problem.partners, *partners),
-            numbers=(tuple(range(len(source_holes))), tuple(range(len(target_holes)))),
             pins=free,
             cut_out=len(cut),
         )
@@ -421,10 +430,9 @@ def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
     u = state.u.copy()
     u[fixed] = places.images[k] + places.factors[k] * (state.form[fixed] - places.middles[k])
     placed = replace(state, u=u, aims=places.factors)
-    try:
-        return placed.unfolded(harmonic=False, still=fixed)
-    except Stuck:
-        return placed.unfolded(still=fixed)
+    return first_success(
+        lambda: placed.unfolded(harmonic=False, still=fixed), lambda: placed.unfolded(still=fixed)
+    )
 
 
 def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:

@@ -5,10 +5,8 @@ unit_problem            the problem in unit coordinates
 levels                  one level of outlines and mesh size
 initial_matches         correspondences of two outlines: elastic matches, and arclength with shifts
 hole_partners           assignment of holes to holes
-via_disc                coarse maps composed of maps to a disc, for spirals and shapes with many teeth
-circle_domains          coarse maps composed of maps to discs with round holes, for shapes with several holes
 candidates              the best of many coarse maps
-partial                 concavities filled and holes ignored, and the cost of that
+partial                 maps with filled concavities, and the cost of maps of outlines
 homotopy, grid_paths    paths of constrained points to their goals
 pin_continuation        pins moved to their goals, mesh by mesh
 warm_start              start from an earlier map

@@ -5,11 +5,12 @@ those of the other, and fixed again on a new mesh.
 """
 
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 
 from ... import deadline, progress
-from ..errors import OutOfTime, Stuck
+from ..errors import OutOfTime, Stuck, first_success, successes
 from ..model import mesh_sizes
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap
 from .levels import BACKWARD_STEPS, RELEASED_STEPS, Level, refine
@@ -73,10 +74,8 @@ def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
     Raises:
         Stuck: none converges.
     """
-    settled = []
-    for state in progress.counted("coarse maps", without_duplicates(states)):
-        with suppress(Stuck):
-            settled.append(settle(level, state, SETTLING))
+    distinct = progress.counted("coarse maps", without_duplicates(states))
+    settled = list(successes(partial(settle, level, state, SETTLING) for state in distinct))
     if not settled:
         if deadline.ends_search():
             return states[0]
@@ -94,8 +93,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
     Raises:
         Stuck: it folds there too.
     """
-    with suppress(Stuck):
-        state = remesh(level, state)
+    state = first_success(partial(remesh, level, state), lambda: state)
     state = state.alternated(1.0, rounds, BACKWARD_STEPS)
     if not np.isfinite(state.value):
         raise Stuck("found no map without folds for this correspondence of the outlines")
@@ -108,15 +106,8 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
     for _ in range(RELEASE_ROUNDS):
         try:
             state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-        except OutOfTime:
-            break
-        try:
-            state = remesh(level, state)
+            state = remesh(level, state).alternated(1.0, ROUNDS, BACKWARD_STEPS)
         except Stuck:
-            break
-        try:
-            state = state.alternated(1.0, ROUNDS, BACKWARD_STEPS)
-        except OutOfTime:
             break
         previous, best = best.value, min(best, state, key=lambda s: s.value)
         if not best.value < (1 - RELEASE_GAIN_SHARE) * previous:
@@ -129,12 +120,12 @@ def remesh(level: Level, state: DiscreteMap) -> DiscreteMap:
 
     It is a new map for the match, or if that folds, the same map transferred, at last to smaller triangles
     where it magnifies.
+
+    Raises:
+        Stuck: all of these fold.
     """
-    try:
-        return level.started(state.match)
-    except Stuck:
-        pass
-    try:
-        return refine(level, state)
-    except Stuck:
-        return refine(level, state, mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2))
+    return first_success(
+        lambda: level.started(state.match),
+        lambda: refine(level, state),
+        lambda: refine(level, state, mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)),
+    )

@@ -1,14 +1,14 @@
 """Transfer a map to the fine mesh and to the final one, and lower its worst stretch there."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from ... import progress
 from ...arrays import Complex, Index, Real
-from ..errors import OutOfTime, Stuck, check_time
+from ..errors import OutOfTime, Stuck, check_time, first_success, successes
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import EASED, EASING_STEPS, DiscreteMap
@@ -127,14 +127,16 @@ def on_final_mesh(
     def energy(map: MeshMap) -> float:
         return problem.energy.between(map.z, map.u, map.material, map.metrics)
 
+    def solved(smooth: bool) -> tuple[DiscreteMap, DiscreteMap]:
+        last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
+        last = descend(last, FINE_POWER, journal)
+        return eased(split_at_vertices(last) if smooth else last), last
+
     candidates = []
-    for smooth in (True, False):
-        with suppress(Stuck):
-            last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
-            last = descend(last, FINE_POWER, journal)
-            candidates.append((eased(split_at_vertices(last) if smooth else last), last))
-            if energy(candidates[-1][0]) <= KNOTTED_ENERGY_RATIO * energy(state):
-                break
+    for candidate in successes(partial(solved, smooth) for smooth in (True, False)):
+        candidates.append(candidate)
+        if energy(candidate[0]) <= KNOTTED_ENERGY_RATIO * energy(state):
+            break
     if not candidates:
         raise Stuck("the last mesh folds")
     best, sliding = min(candidates, key=lambda pair: energy(pair[0]))
@@ -143,9 +145,11 @@ def on_final_mesh(
         best, sliding = eased(split_at_vertices(followed)), followed
     if not settings.bounded:
         return best
-    with suppress(Stuck):  # with all vertices in the mesh, the outlines hardly slide
-        best = flip_edges(split_at_vertices(meet_bounds(sliding, settings, journal)), FINE_POWER)
-    return meet_bounds(best, settings, journal)
+
+    def bounded_before_split() -> DiscreteMap:  # with all vertices in the mesh, the outlines hardly slide
+        return flip_edges(split_at_vertices(meet_bounds(sliding, settings, journal)), FINE_POWER)
+
+    return meet_bounds(first_success(bounded_before_split, lambda: best), settings, journal)
 
 
 def eased(state: DiscreteMap) -> DiscreteMap:
@@ -359,7 +363,7 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | N
 
 def refine_pinned(level: Level, state: MeshMap, sizes: Sizes) -> DiscreteMap:
     """Return the map on a finer mesh, with pins as before."""
-    if isinstance(state, DiscreteMap):
+    if isinstance(state, DiscreteMap) and state.bound and state.inside.z.size:
         return pin_continuation.refine_pinned(level, state, sizes)
     return refine(level, state, sizes)
 

@@ -12,7 +12,7 @@ from ... import progress
 from ...arrays import Complex, Real
 from ...curve import Curve
 from ..constraints.strokes import inside
-from ..errors import Stuck, Tangled, check_time
+from ..errors import Stuck, Tangled, check_time, first_success
 from ..holes.bays import bays_within
 from ..holes.outlines import FEWEST_RIM_VERTICES, outlines_of, rim_spacing, space_out
 from ..meshing.mesh import Sizes
@@ -32,6 +32,7 @@ from ..model.boundary_pairs import (
     subdivide,
 )
 from ..model.discrete_map import DiscreteMap
+from ..model.inner_constraints import InnerConstraints
 from ..model.mesh_map import MeshMap
 from ..model.mesh_sizes import coarser_in_bays, finer_at_pins
 from ..model.outline import Outline
@@ -112,7 +113,8 @@ class Level:
             steepest: largest slope of a match, relative to the mean.
             smooth: whether corners are only where the outlines bend sharply for the mesh size.
         """
-        spacing = SPACING_MESH_SIZES * size if smooth else np.inf
+        mesh_spacing = SPACING_MESH_SIZES * size
+        spacing = mesh_spacing if smooth else np.inf
         (holes, goal_holes), (always, always_target) = problem.holes, problem.fixed_vertices
         detail = fineness, corner_fineness
         source, *rims = outlines_of(problem.source, holes, *detail, always, spacing)
@@ -126,9 +128,9 @@ class Level:
         return cls(
             *(problem, source, target, size, anchors, steepest),
             holes=(tuple(rims), tuple(goals)),
-            bays=bays_within(
-                source, problem.bays, fineness if smooth else corner_fineness, SPACING_MESH_SIZES * size
-            ),
+            bays=bays_within(source, problem.bays, fineness if smooth else corner_fineness, mesh_spacing)
+            if problem.bays
+            else (),
             smooth=smooth,
         )
 
@@ -154,8 +156,10 @@ class Level:
         if problem.energy.pins is not None:
             pins = problem.energy.pins
             sizes = finer_at_pins(sizes, self.source.curve.z, pins.pairs[:, 0], pins.radii)
-        matches = matches or [stroke.even for stroke in problem.strokes]
-        inner = inside(problem.strokes, matches, spacing, problem.pins)
+        inner = InnerConstraints.of_pins(problem.pins)
+        if problem.strokes:
+            matches = matches or [stroke.even for stroke in problem.strokes]
+            inner = inside(problem.strokes, matches, spacing, problem.pins)
         alone = self.alone(match.holes)  # holes whose outlines do not slide
         filled = [space_out(self.holes[0][k], spacing, every_vertex=self.smooth) for k in alone]
         sizes_of_filled = [(k, -1, rim.size) for k, rim in zip(alone, filled)]
@@ -342,15 +346,13 @@ def refine(level: Level, state: MeshMap, sizes: Sizes | None = None, *, only: in
         Stuck: folds remain.
     """
     fine = interpolate_on(level, state, sizes)
-    try:
-        return fine.unfolded(harmonic=False, steps=only or STEPS, weighed=bool(level.bays))
-    except Stuck:
-        if only:
-            raise
-    try:
-        return fine.unfolded()
-    except Stuck:
-        return fine.unfolded(harmonic=False, steps=PATIENT_STEPS, weighed=bool(level.bays))
+    weighed = bool(level.bays)
+    attempts = (
+        lambda: fine.unfolded(harmonic=False, steps=only or STEPS, weighed=weighed),
+        lambda: fine.unfolded(),
+        lambda: fine.unfolded(harmonic=False, steps=PATIENT_STEPS, weighed=weighed),
+    )
+    return first_success(*(attempts[:1] if only else attempts))
 
 
 def interpolate_on(level: Level, state: MeshMap, sizes: Sizes | None = None) -> DiscreteMap:

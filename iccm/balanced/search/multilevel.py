@@ -1,18 +1,18 @@
 """The stages of a solve, from two outlines in unit coordinates to a map on the final mesh."""
 
-from contextlib import suppress
 from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from ...curve import Curve
 from ...drawings.cost import LOST_POINT_ENERGY
-from ...fits import FITS
 from ...maps.triangulated.map import TriangulatedMap
 from ...plane import rotation
 from ..constraints.soft import MOST_LIMIT_RATIO
 from ..constraints.validate import UNPINNED, Pins, with_points
-from ..errors import NoMapError, OutOfTime, Stuck, check_time
+from ..errors import NoMapError, OutOfTime, Stuck, check_time, first_success, successes
 from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
 from ..model.boundary_pairs import Match
@@ -24,7 +24,6 @@ from ..model.outline import manageable
 from ..model.settings import Settings, SolveLog
 from . import initial_matches, pin_continuation, warm_start
 from .candidates import HOPELESS, best_of, screen
-from .circle_domains import circle_starts
 from .final_mesh import (
     FINE_EXACTNESS,
     FINEST_FOLDS,
@@ -41,12 +40,11 @@ from .final_mesh import (
 )
 from .hole_partners import Partners
 from .levels import Level, initial_maps
-from .partial import bay_choices, cost, hole_choices, is_good, is_within, with_bays, with_bays_like
+from .partial import bay_choices, cost, with_bays, with_bays_like
 from .rounding import restore_outline, rounded, rounded_with_pins
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirror
-from .unit_problem import Numbers, UnitProblem
-from .via_disc import through_disc
+from .unit_problem import UnitProblem
 
 COARSE_MESH_SIZE, FINE_MESH_SIZE, FINER_MESH_SIZE = 0.1, 0.05, 0.04
 """Mesh sizes h for domains of area one; 0.08 and 0.03 resulted in maps within 1 % of those with 0.1 and 0.04.
@@ -129,17 +127,15 @@ def constrained_map(
     elif start is not None:
         return solve_from(problem, start, settings, journal, slides=slides)
     used, solution = coarse_to_fine(problem, journal)
-    for partial in bay_choices(problem, settings):
+    for filled in bay_choices(problem, settings):
         log = SolveLog()
-        with suppress(NoMapError):
-            partial_result = coarse_to_fine(partial, log)
-            if (
-                meets_constraints(*partial_result)
-                and cost(*partial_result) < cost(used, solution)
-                and is_within(*partial_result, settings)
-            ):
-                used, solution = partial_result
-                journal.add(log)
+        try:
+            covering = coarse_to_fine(filled, log)
+        except NoMapError:
+            continue
+        if meets_constraints(*covering) and cost(*covering) < cost(used, solution):
+            used, solution = covering
+            journal.add(log)
     state = whole_map(used, solution, settings, journal)
     return restore_outline(state, *exact_outlines), meets_constraints(used, solution)
 
@@ -175,7 +171,6 @@ def problem_of(
         strokes=pins.strokes,
         holes=(rims, goals),
         partners=holes.partners,
-        numbers=(tuple(range(len(rims))), tuple(range(len(goals)))),
         metrics=(settings.metric, None),
         starts=settings.starts,
     )
@@ -199,10 +194,26 @@ def solve_from(
     Raises:
         NoMapError: the earlier map cannot be transferred to these outlines without folds.
     """
-    with suppress(Stuck):
-        if slides:
-            state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start)
-            return meet_bounds(state, settings, journal), meets_constraints(problem, state)
+
+    def slid() -> DiscreteMap:
+        state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start)
+        return meet_bounds(state, settings, journal)
+
+    def kept() -> DiscreteMap:
+        return _with_kept_outlines(problem, start, settings, journal)
+
+    state = first_success(slid, kept) if slides else kept()
+    return state, meets_constraints(problem, state)
+
+
+def _with_kept_outlines(
+    problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog
+) -> DiscreteMap:
+    """Return the map that starts from an earlier one and from its correspondence of the outlines.
+
+    Raises:
+        NoMapError: the earlier map cannot be transferred to these outlines without folds.
+    """
     level = final_level(problem, settings)
     same_mesh_map = warm_start.met_on_its_mesh(level, start)
     if (
@@ -216,7 +227,7 @@ def solve_from(
                 same_mesh_map.z, same_mesh_map.u, same_mesh_map.material, same_mesh_map.metrics
             )
         )
-        return same_mesh_map, meets_constraints(problem, same_mesh_map)
+        return same_mesh_map
     # with other sizes, or pins that may have moved, the map has to change
     at_rest = same_mesh_map is not None and settings.metric is None and settings.energy.pins is None
     decrease = warm_start.AT_REST_DECREASE if at_rest else None
@@ -227,8 +238,7 @@ def solve_from(
     springs = None if state.energy.pins is None else state.energy.pins.springs
     if same_mesh_map is not None:
         state, _ = with_present_springs(state)
-    state = meet_bounds(state, settings, journal, decrease, springs=springs)
-    return state, meets_constraints(problem, state)
+    return meet_bounds(state, settings, journal, decrease, springs=springs)
 
 
 def _meets_soft_pins(state: DiscreteMap) -> bool:
@@ -242,9 +252,24 @@ def _meets_soft_pins(state: DiscreteMap) -> bool:
 
 
 def free_map(
-    source: Curve, target: Curve, holes: Holes, settings: Settings, journal: SolveLog
-) -> tuple[MeshMap, Numbers]:
-    """Return the map in unit coordinates, and the numbers of the holes that it respects.
+    source: Curve,
+    target: Curve,
+    holes: Holes,
+    settings: Settings,
+    journal: SolveLog,
+    begun: SolvedProblem | None = None,
+) -> MeshMap:
+    """Return the map in unit coordinates.
+
+    Args:
+        source: outline of the source.
+        target: outline of the target.
+        holes: of both.
+        settings: options of the map.
+        journal: collects energies and notes.
+        begun: a coarse map of this problem or of its inverse, with concavities filled if the map is to have them, which
+            is refined; None to search for one, with concavities filled if `settings.fit` asks for that and it costs
+            less.
 
     Raises:
         NoMapError: none without folds was found.
@@ -253,25 +278,35 @@ def free_map(
     match = find_similarity(source, target, problem, settings)
     if match is not None:
         journal.notes.append(SIMILAR)
-        return similarity_map(problem, match, settings), problem.numbers
+        return similarity_map(problem, match, settings)
     exact_outlines = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
     if not settings.bounded:  # restored outlines might exceed bounds again
         source, target, holes = rounded(source, target, holes)
     problem = problem_of(source, target, holes, UNPINNED, settings)
-    whole = settings.turn != 0 or problem.holed or settings.metric is not None or settings.energy.pins
-    halves = (None, None) if whole else (half_of(source), half_of(target))
+    begun = begun or cheapest_filled(problem, settings)
+    uneven = settings.turn != 0 or problem.holed or settings.metric is not None
+    uneven = uneven or not settings.energy.is_mirror_symmetric
+    halves = (None, None) if uneven else (half_of(source), half_of(target))
     if halves[0] and halves[1]:
-        state = solve_symmetric(problem, (halves[0], halves[1]), settings, journal)
-        return restore_outline(state, *exact_outlines), problem.numbers
-    best = (
-        coarse_to_fine(problem, journal)
-        if not FITS[settings.fit].fills
-        else cheapest_map(problem, settings, journal)
-    )
-    numbers = best[0].numbers
-    hole_numbers = numbers[::-1] if best[0].inverted else numbers
-    state = restore_outline(whole_map(*best, settings, journal), *exact_outlines)
-    return state, (hole_numbers[0], hole_numbers[1])
+        state = solve_symmetric(problem, (halves[0], halves[1]), settings, journal, begun)
+    else:
+        state = whole_map(*coarse_to_fine(problem, journal, begun=begun), settings, journal)
+    return restore_outline(state, *exact_outlines)
+
+
+def cheapest_filled(problem: UnitProblem, settings: Settings) -> SolvedProblem | None:
+    """Return the cheapest coarse map of the problem as it is, and with concavities filled as `settings.fit` asks.
+
+    None if the fit fills none, or no such map is found.
+    """
+    filled = bay_choices(problem, settings)
+    candidates = [directions(problem)[0], *filled] if filled else []
+
+    def solved(used: UnitProblem) -> SolvedProblem:
+        return used, coarse_map(used, coarse_size(used), SolveLog())
+
+    found = successes(partial(solved, used) for used in candidates)
+    return min(found, key=lambda candidate: cost(*candidate), default=None)
 
 
 def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal: SolveLog) -> MeshMap:
@@ -281,113 +316,117 @@ def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal:
 
 
 def solve_symmetric(
-    problem: UnitProblem, halves: tuple[Half, Half], settings: Settings, journal: SolveLog
+    problem: UnitProblem,
+    halves: tuple[Half, Half],
+    settings: Settings,
+    journal: SolveLog,
+    begun: SolvedProblem | None = None,
 ) -> MeshMap:
-    """Return the map of two symmetric shapes; it is symmetric if that costs little.
+    """Return the map of two symmetric shapes; it is symmetric if that costs little, or if concavities are filled.
+
+    See `free_map` for `begun`.
 
     Raises:
         NoMapError: none without folds was found.
     """
-    half = free = None
+    free = None
     half_log, free_log = SolveLog(), SolveLog()
-    with suppress(NoMapError):
-        half = coarse_to_fine(half_problem(problem, halves, settings), half_log, share=0.5)
+    right = half_problem(problem, halves, settings)
+    if begun is not None:
+        right = with_bays_like(right, begun[0]) or right
+    half = next(successes([partial(coarse_to_fine, right, half_log, share=0.5)]), None)
     most = np.inf if half is None else cost(*half) / SYMMETRY_WORTH
     # No map has an energy below 1. A map without a fine mesh is not better than a map of halves with one.
-    only_half = half is not None and not any(
-        has_fine_mesh(used, fine_size(used)) for used in directions(problem)
-    )
+    has_no_mesh = not any(has_fine_mesh(used, fine_size(used)) for used in directions(problem))
+    only_half = half is not None and (has_no_mesh or bool(half[0].bays))
     if most > 1 and not only_half:
         try:
-            free = coarse_to_fine(problem, free_log)
+            free = coarse_to_fine(problem, free_log, begun=begun)
         except (NoMapError, OutOfTime):
             if half is None:
                 raise
-    if half is not None and (free is None or cost(*free) >= most):
-        if FITS[settings.fit].fills:
-            half = partial_map(half_problem(problem, halves, settings), half, settings, half_log, 0.5)
-        with suppress(Stuck):
-            symmetric_map = mirrored_half_map(
-                problem, halves, *half, settings, half_log, unfinished=only_half
-            )
-            journal.add(half_log)
-            return symmetric_map
-    journal.add(free_log)
-    whole = free or coarse_to_fine(problem, journal)
-    journal.notes.append(ASKEW)
-    if FITS[settings.fit].fills:
-        whole = partial_map(problem, whole, settings, journal)
-    return whole_map(*whole, settings, journal)
+
+    def symmetric() -> MeshMap:
+        assert half is not None
+        map = mirrored_half_map(problem, halves, *half, settings, half_log, unfinished=has_no_mesh)
+        journal.add(half_log)
+        return map
+
+    def askew() -> MeshMap:
+        journal.add(free_log)
+        whole = free or coarse_to_fine(problem, journal, begun=begun)
+        journal.notes.append(ASKEW)
+        return whole_map(*whole, settings, journal)
+
+    is_symmetric = half is not None and (free is None or cost(*free) >= most)
+    return first_success(symmetric, askew) if is_symmetric else askew()
 
 
-def cheapest_map(problem: UnitProblem, settings: Settings, journal: SolveLog) -> SolvedProblem:
-    """Return the map with the least cost before the final mesh: the whole one, or a partial one.
+class Attempt(NamedTuple):
+    """One way to solve a problem.
 
-    Raises:
-        NoMapError: there is none.
+    Attributes:
+        problem: the problem or its inverse.
+        coarse_size: edge length of the coarse mesh.
+        fine_size: that of the fine mesh; None to stay on the coarse one.
+        exactness: fineness of the coarse mesh's outlines and of their corners, relative to the diagonal.
+        begun: the coarse map to refine; None to search for one.
     """
-    whole = None
-    with suppress(NoMapError):
-        # a point without a partner costs LOST_POINT_ENERGY, so that a partial map is cheaper than a map with a larger
-        # energy
-        whole = coarse_to_fine(problem, journal, patient=False, most=HOPELESS * LOST_POINT_ENERGY)
-    try:
-        return partial_map(problem, whole, settings, journal)
-    except NoMapError:
-        return coarse_to_fine(problem, journal)
+
+    problem: UnitProblem
+    coarse_size: float
+    fine_size: float | None
+    exactness: tuple[float, float] = COARSE_EXACTNESS
+    begun: DiscreteMap | None = None
+
+    @property
+    def has_mesh(self) -> bool:
+        """Whether the fine mesh, if it has one, can be built."""
+        return self.begun is not None or self.fine_size is None or has_fine_mesh(self.problem, self.fine_size)
+
+    def coarse(self, journal: SolveLog) -> DiscreteMap:
+        """Return the coarse map.
+
+        Raises:
+            Stuck: every start folds.
+        """
+        if self.begun is None:
+            return coarse_map(self.problem, self.coarse_size, journal, self.exactness)
+        journal.energies.append(self.begun.value)
+        return self.begun
 
 
-def partial_map(
-    problem: UnitProblem,
-    whole: SolvedProblem | None,
-    settings: Settings,
-    journal: SolveLog,
-    share: float = 1.0,
-) -> SolvedProblem:
-    """Return the map with the least cost before the final mesh, among the whole map and partial ones.
+def rounds_of_attempts(
+    problem: UnitProblem, share: float, begun: SolvedProblem | None, *, patient: bool
+) -> list[list[Attempt]]:
+    """Return the attempts at a problem in the order in which they are made, each for the problem and its inverse.
 
-    Partial maps have filled concavities or ignore holes.
+    0. From the coarse map that there is, if there is one.
+    1. With triangles of the usual size.
+    2. With smaller triangles, for outlines that are too thin for the usual ones.
+    3. On a coarse mesh with all corners, for maps that cannot be transferred to a finer one (spirals to stars).
 
     Args:
         problem: the problem.
-        whole: the whole map; None if there is none.
-        settings: options of the map.
-        journal: collects energies and notes.
-        share: see `coarse_to_fine`.
-
-    Raises:
-        NoMapError: there is none.
+        share: share of the given domain that the problem is: one half, or all.
+        begun: the problem or its inverse with a coarse map; None if there is none.
+        patient: whether to search with other sizes if the first do not succeed.
     """
-    if whole and is_good(*whole):
-        return whole
-    candidates: list[tuple[float, SolvedProblem, SolveLog]] = []
-
-    def attempt(used: UnitProblem) -> None:
-        log = SolveLog()
-        with suppress(Stuck):
-            state = coarse_map(used, coarse_size(used) / np.sqrt(share), log)
-            candidates.append((cost(used, state), (used, state), log))
-
-    whole_holes, *fewer = [problem] if settings.keep_holes else hole_choices(problem)
-    plain = fewer[-1] if fewer else whole_holes
-    for used in [*fewer[-1:], *bay_choices(plain, settings)]:
-        attempt(used)
-    if fewer and candidates:
-        best = min(candidates, key=lambda candidate: candidate[0])[1][0]
-        for choice in (whole_holes, *fewer[:-1]):
-            similar_choice = with_bays_like(choice, best)
-            if similar_choice is not None and similar_choice is not whole_holes:
-                attempt(similar_choice)
-    most = cost(*whole) if whole else np.inf
-    for _, (used, state), log in sorted(candidates, key=lambda candidate: candidate[0]):
-        with suppress(Stuck):
-            refined = used, fine_map(used, state, fine_size(used) / np.sqrt(share), log)
-            if is_within(*refined, settings) and cost(*refined) < most:
-                journal.add(log)
-                return refined
-    if whole is None:
-        raise NoMapError(NO_MAP)
-    return whole
+    unit = 1 / np.sqrt(share)
+    rounds = [
+        [
+            Attempt(used, coarse_size(used) * smaller * unit, fine_size(used) * smaller * unit)
+            for used in directions(problem)
+        ]
+        for smaller in SMALLER
+    ]
+    rounds.append(
+        [Attempt(used, coarse_size(used) * unit, None, FINE_EXACTNESS) for used in directions(problem)]
+    )
+    if begun is not None:
+        used, state = begun
+        rounds.insert(0, [Attempt(used, coarse_size(used), fine_size(used), begun=state)])
+    return rounds if patient else rounds[: 1 + (begun is not None)]
 
 
 def coarse_to_fine(
@@ -396,56 +435,56 @@ def coarse_to_fine(
     share: float = 1.0,
     *,
     patient: bool = True,
-    most: float = np.inf,
+    begun: SolvedProblem | None = None,
 ) -> SolvedProblem:
     """Solve a problem or its inverse up to the fine mesh, and return which of both with the map.
 
-    Maps that cannot be transferred to a finer mesh (spirals to stars) stay on a coarse mesh with all corners.
-    Maps that pins stretch too much stay on the mesh that they have: smaller triangles would take long, and
-    mostly fail, too.
+    The first attempt that meets all constraints is the result. If none does, the first map is returned that misses
+    some. Maps that pins stretch too much stay on the mesh that they have: smaller triangles would take long, and mostly
+    fail, too.
 
     Args:
         problem: the problem.
         journal: collects energies and notes.
-        share: share of the given domain that the problem is: one half, or all.
-        patient: whether to try smaller triangles if the usual ones fail.
-        most: largest energy of a coarse map after a few steps.
+        share: see `rounds_of_attempts`.
+        patient: see `rounds_of_attempts`.
+        begun: see `rounds_of_attempts`.
 
     Raises:
-        NoMapError: none without folds was found, or all energies are above `most`.
+        NoMapError: none without folds was found.
         OutOfTime: the time was over before one was found.
     """
-    closest = None
-    for smaller in SMALLER if patient else SMALLER[:1]:
-        coarse: list[SolvedProblem] = []
-        for used in directions(problem):
-            if closest is None:
+    closest: SolvedProblem | None = None
+    for attempts in rounds_of_attempts(problem, share, begun, patient=patient):
+        unrefined: list[SolvedProblem] = []
+        for attempt in attempts:
+            if closest is None and attempt.begun is None:
                 check_time()
-            with suppress(Stuck):
-                fine = fine_size(used) * smaller / np.sqrt(share)
-                if not has_fine_mesh(used, fine):
+            if not attempt.has_mesh:
+                continue
+            try:
+                if attempt.fine_size is None:
+                    return closest or (attempt.problem, attempt.coarse(journal))
+                solved = attempt.problem, attempt.coarse(journal)
+                unrefined.append(solved)
+                if closest is not None and not meets_constraints(*solved):
                     continue
-                size = coarse_size(used) * smaller / np.sqrt(share)
-                state = coarse_map(used, size, journal, most=most)
-                coarse.append((used, state))
-                if not meets_constraints(used, state) and closest is not None:
-                    continue
-                try:
-                    refined = used, fine_map(used, state, fine, journal)
-                except OutOfTime:
-                    return closest or (used, state)
-                if meets_constraints(*refined):
-                    return refined
-                closest = closest or refined
-        useless = problem.constrained and all(state.value > USELESS_ENERGY for _, state in coarse)
-        if coarse and useless and closest is None:
-            return min(coarse, key=lambda solved: (not meets_constraints(*solved), cost(*solved)))
-    if closest is not None:
-        return closest
-    for used in directions(problem) if patient else ():
-        with suppress(Stuck):
-            return used, coarse_map(used, coarse_size(used) / np.sqrt(share), journal, FINE_EXACTNESS)
-    raise NoMapError(NO_MAP)
+                refined = attempt.problem, fine_map(*solved, attempt.fine_size, journal)
+            except OutOfTime:
+                if closest or unrefined:
+                    return closest or unrefined[-1]
+                continue  # to the check of the time
+            except Stuck:
+                continue
+            if meets_constraints(*refined):
+                return refined
+            closest = closest or refined
+        too_stretched = problem.constrained and all(state.value > USELESS_ENERGY for _, state in unrefined)
+        if unrefined and too_stretched and closest is None:
+            return min(unrefined, key=lambda solved: (not meets_constraints(*solved), cost(*solved)))
+    if closest is None:
+        raise NoMapError(NO_MAP)
+    return closest
 
 
 def coarse_size(problem: UnitProblem) -> float:
@@ -535,7 +574,6 @@ def coarse_map(
     journal: SolveLog,
     exactness: tuple[float, float] = COARSE_EXACTNESS,
     *,
-    elastic: bool = False,
     most: float = np.inf,
 ) -> DiscreteMap:
     """Return the best map of all starts on coarse meshes.
@@ -545,7 +583,6 @@ def coarse_map(
         size: edge length of the mesh.
         journal: collects energies and notes.
         exactness: fineness of the outlines and of the corners, relative to the diagonal.
-        elastic: whether to start from elastic matches only.
         most: give up if the energy of all maps is above this after a few steps.
 
     Raises:
@@ -554,16 +591,12 @@ def coarse_map(
     """
     check_time()
     level = Level.of(problem, size, *exactness, STEEPEST)
-    matches = correspondences(level, elastic=elastic)
+    matches = correspondences(level)
     if problem.energy.pins is not None and not problem.constrained:
         matches = matches + pin_continuation.pin_aligned_matches(level, problem.energy.pins.pairs)
     if problem.constrained:
         return pin_continuation.coarse(level, matches, journal)
-    states = initial_maps(level, matches)
-    hole_count = max(len(match.holes) for match in matches)
-    if (hole_count > 1 or (hole_count and not states)) and not level.bays and not problem.cut_out:
-        states += circle_starts(level, matches)
-    states = screen(states or through_disc(level), problem.starts)
+    states = screen(initial_maps(level, matches), problem.starts)
     if states and states[0].value > most:
         raise NoMapError("all maps found are stretched too much")
     best = best_of(level, states)
@@ -571,7 +604,7 @@ def coarse_map(
     return best
 
 
-def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
+def correspondences(level: Level) -> list[Match]:
     """Return the correspondences of the outlines to start from."""
     problem = level.problem
     curves = level.source.curve, level.target.curve
@@ -582,8 +615,6 @@ def correspondences(level: Level, *, elastic: bool = False) -> list[Match]:
         return with_partners(level, matches)
     if problem.halved:  # arclength cannot be shifted, since the ends are pinned
         return matches[: 1 - problem.starts * initial_matches.ARCLENGTH_SHIFTS]
-    if elastic:
-        matches = matches[: -problem.starts * initial_matches.ARCLENGTH_SHIFTS]
     if problem.energy.upright > 0 and not problem.constrained:
         return initial_matches.without_upside_down(matches, *curves) or matches
     return matches
@@ -604,8 +635,8 @@ def find_similarity(source: Curve, target: Curve, problem: UnitProblem, settings
         problem: the problem of both.
         settings: options of the map.
     """
-    if (settings.metric and not settings.metric.keeps_sizes) or settings.energy.pins:
-        return None
+    if (settings.metric and not settings.metric.keeps_sizes) or settings.energy.pins or settings.energy.terms:
+        return None  # other maps may have less energy
     match = similarity(source, target, turns=settings.turn is None)
     return None if match is None else similar_with_holes(problem, match)
 

@@ -1,7 +1,7 @@
 """Move pins to their goals, among the starts and on the meshes that follow."""
 
-from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from ... import progress
 from ...arrays import Complex
 from ..constraints import strokes
 from ..constraints.strokes import StrokePair
-from ..errors import OutOfTime, Stuck, until_time_is_over
+from ..errors import OutOfTime, Stuck, first_success, successes, until_time_is_over
 from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.boundary_pairs import Match
@@ -108,10 +108,11 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
 
     Pins are moved straight; if no map meets its pins, in stages; and if still none does, around each other.
     """
-    states = []
-    for match in progress.counted("starts", matches):
-        with suppress(Stuck):
-            states.append(level.mapped(match).unfolded().forward(1.0, FIRST_STEPS, 1e-4, corners=False))
+
+    def started(match: Match) -> DiscreteMap:
+        return level.mapped(match).unfolded().forward(1.0, FIRST_STEPS, 1e-4, corners=False)
+
+    states = list(successes(partial(started, match) for match in progress.counted("starts", matches)))
     free = min((state.value for state in states), default=np.inf)
     states = [aim_feet(level.problem.strokes, state, BESIDE) for state in states]
     straight = (move_straight(state) for state in progress.counted("pins moved", states))
@@ -156,19 +157,19 @@ def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) 
     if not (state.bound and state.inside.z.size):
         return refine(level, state, sizes)
     fine = interpolate_on(level, state, sizes)
-    try:
-        return unfold_pinned(fine)
-    except Stuck:
-        state = replace(state, bound=False)
-    try:
-        new = replace(fine, bound=False).unfolded(harmonic=False)
-    except Stuck:
-        relaxed = state.forward(1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True)
-        new = refine(level, relaxed, sizes)
-    new = satisfy_constraints(replace(new, inside=new.inside.with_pins_of(state.inside)))
-    if new.miss > 0:
-        raise Stuck("the constraints are not met on the new mesh")
-    return new
+    released = replace(state, bound=False)
+
+    def relaxed() -> DiscreteMap:
+        return refine(level, released.forward(1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True), sizes)
+
+    def moved_again() -> DiscreteMap:
+        new = first_success(lambda: replace(fine, bound=False).unfolded(harmonic=False), relaxed)
+        new = satisfy_constraints(replace(new, inside=new.inside.with_pins_of(released.inside)))
+        if new.miss > 0:
+            raise Stuck("the constraints are not met on the new mesh")
+        return new
+
+    return first_success(lambda: unfold_pinned(fine), moved_again)
 
 
 def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:

@@ -7,13 +7,8 @@ import shapely
 
 from ...arrays import Complex, complex_of
 from ...curve import Curve
+from ...symmetry import MOST_ASYMMETRY_SHARE, asymmetry
 from ..model.mesh_map import MeshMap
-
-MOST_ASYMMETRY_SHARE = 5e-3
-"""Largest distance of a mirrored outline from the outline, relative to the diagonal; 115 of 250 icons are
-within it.
-"""
-ASYMMETRY_SAMPLES = 1000  # points of an outline at which that is measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +35,8 @@ def half_of(curve: Curve) -> Half | None:
     """
     low, high = curve.box
     middle = 0.5 * (low.real + high.real)
-    axis = min((middle, 0.0), key=lambda x: asymmetry(curve, x))  # the centroid is at 0
-    worst = asymmetry(curve, axis)
+    axis = min((middle, 0.0), key=lambda x: asymmetry(curve, x, 1j))  # the centroid is at 0
+    worst = asymmetry(curve, axis, 1j)
     if worst > MOST_ASYMMETRY_SHARE:
         return None
     polygon = shapely.Polygon(np.column_stack([curve.z.real - axis, curve.z.imag]))
@@ -62,16 +57,6 @@ def _begun_at_axis(ring: Complex, axis: float, worst: float) -> Half | None:
         return None
     curve = Curve(np.roll(ring, -low))
     return Half(curve, int((high - low) % ring.size), axis, worst)
-
-
-def asymmetry(curve: Curve, axis: float) -> float:
-    """Return the largest distance of the outline from its mirror image about a vertical line.
-
-    It is relative to the diagonal.
-    """
-    z = curve.at(curve.length * np.arange(ASYMMETRY_SAMPLES) / ASYMMETRY_SAMPLES)
-    mirrored = 2 * axis - z.conj()
-    return float(curve.distances(mirrored).max()) / curve.diagonal
 
 
 def mirror(half: MeshMap, outline: int) -> MeshMap:

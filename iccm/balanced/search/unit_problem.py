@@ -13,8 +13,6 @@ from ..model.metric import PLANES, Metrics
 
 STROKE_SAMPLES = 8  # points of each stroke that align starts: enough to see its bends
 
-Numbers = tuple[tuple[int, ...], tuple[int, ...]]  # of holes of the source and of the target
-
 
 class UnitProblem(NamedTuple):
     """A problem in unit coordinates.
@@ -29,8 +27,6 @@ class UnitProblem(NamedTuple):
         strokes: polylines inside that must correspond.
         holes: outlines of holes of the source and of the target, clockwise.
         partners: (i, j) if hole i of the source is to be mapped to hole j of the target.
-        passed: outlines of holes of the source, and of the target, that the map ignores.
-        numbers: for each of `holes`, its number among the given ones.
         metrics: of the surfaces that the two planes stand for.
         bays: polylines of filled concavities of the source, as in `holes.bays.Filled`.
         starts: multiple of the usual number of correspondences to try.
@@ -49,8 +45,6 @@ class UnitProblem(NamedTuple):
     strokes: tuple[StrokePair, ...] = ()
     holes: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
     partners: tuple[tuple[int, int], ...] = ()
-    passed: tuple[tuple[Curve, ...], tuple[Curve, ...]] = ((), ())
-    numbers: Numbers = ((), ())
     metrics: Metrics = PLANES
     bays: tuple[Complex, ...] = ()
     starts: int = 1
@@ -103,8 +97,6 @@ class UnitProblem(NamedTuple):
             strokes=strokes,
             holes=self.holes[::-1],
             partners=tuple((j, i) for i, j in self.partners),
-            passed=self.passed[::-1],
-            numbers=self.numbers[::-1],
             metrics=self.metrics[::-1],
             energy=self.energy.inverse(),
             inverted=not self.inverted,

@@ -15,6 +15,11 @@ _number_edges = function(
 )
 
 
+_neighbours = function(
+    "int64_t iccm_maps_neighbours(const int64_t *faces, int64_t m, int64_t vertices, int64_t *across)"
+)
+
+
 @dataclass(frozen=True, eq=False)
 class Edges:
     """Edges of a triangulation; side k of a triangle is opposite to its corner k.
@@ -75,3 +80,14 @@ def loops_along(tails: Index, heads: Index) -> list[Index]:
             step = after.pop(step)
         loops.append(np.array(loop))
     return loops
+
+
+def neighbours(faces: Index, count: int) -> Index:
+    """Return (t, 3) the triangles across the edges of faces (t, 3), whose vertices are below `count`.
+
+    Each is opposite to a corner of the triangle; -1 on the outline.
+    """
+    faces = np.ascontiguousarray(faces, np.int64)
+    across = np.empty_like(faces)
+    _neighbours(faces, len(faces), count, across)
+    return across

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import overload
 
 import numpy as np
 
-from ...arrays import Complex, Real, as_points
+from ...arrays import Complex, Numbers, Pairs, Real, as_points
 from ...axes import UP, is_pairs, on_pairs
 from ...plane import diagonal
 from .adjacency import Edges, Index, edges_of
@@ -97,10 +98,16 @@ class TriangulatedMap:
         """Length of the diagonal of the image's bounding box."""
         return diagonal(self.image)
 
-    def __call__(self, z: Complex, threads: int | None = None) -> Complex:
+    @overload
+    def __call__(self, z: Pairs, threads: int | None = None) -> Real: ...
+
+    @overload
+    def __call__(self, z: Numbers, threads: int | None = None) -> Complex: ...
+
+    def __call__(self, z: Pairs | Numbers, threads: int | None = None) -> Complex | Real:
         """Evaluate f at complex points of any shape, or at pairs (…, 2), in the same form."""
         if is_pairs(z):
-            return on_pairs(lambda points: self(points, threads), z, self.axes)  # type: ignore[return-value]
+            return on_pairs(lambda points: self(points, threads), z, self.axes)
         z = as_points(z)
         return self._jets(*self.place(z.ravel(), threads), threads)[1].reshape(z.shape)
 

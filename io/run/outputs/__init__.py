@@ -2,6 +2,7 @@
 
 output         the interface of all kinds of output
 checks         checks shared by several kinds
+effects        options without effect
 picture        the texture on the target's canvas
 artwork        the drawing as SVG
 dxf_drawing    the drawing as DXF
@@ -23,11 +24,10 @@ from ... import files, formats
 from ...pictures.tiles import MARK, name_at
 from ...point_syntax import vertex_of
 from ...spec import Spec
-from ..framing import placing_options
 from ..inputs import Inputs
-from ..job import Job, is_picture
+from ..job import Job, is_mesh, is_picture
 from ..state import Run
-from . import checks
+from . import checks, effects
 from .output import Output
 
 
@@ -40,6 +40,13 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     onto_mesh = job.target is not None and inputs.is_mesh(job.target)
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as the target")
+    if job.bake and (mesh := next(filter(is_mesh, job.output), None)):
+        raise InputError(
+            f"--bake: is for pictures in the coordinates that the target has, and {mesh} would get new ones; leave one "
+            "of the two out"
+        )
+    if job.bake and not (job.stmap or any(is_picture(name) for name in job.output)):
+        raise InputError("--bake: only affects pictures; write one with -o FILE.png")
     outputs = [_load(_kind(name, job), name) for name in job.output]
     if job.max_line_error and not any(
         formats.of(name).drawing and not formats.of(name).mesh for name in job.output
@@ -47,9 +54,6 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
         raise InputError("--max-line-error: only affects drawings; write one with -o FILE (.svg, .dxf)")
     if job.handles and not any(formats.of(name).constraints for name in job.output):
         raise InputError("--handles: name a file for them, such as -o handles.json")
-    if job.subdivide_rim and not any(formats.of(name).mesh for name in job.output):
-        able = ", ".join(formats.holding("uv"))
-        raise InputError(f"--subdivide-rim: only affects meshes; write one with -o FILE ({able})")
     if job.subdivide and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --subdivide needs a mesh as the target")
     if job.subdivide and any(vertex_of(pin[1]) is not None for pin in job.pin):
@@ -84,21 +88,14 @@ def check(run: Run, requested: list[Output]) -> list[Output]:
     _check_others(run, [output.name for output in outputs if output.name not in names])
     for output in outputs:
         output.check(run.with_texture(output.map))
-    placed = placing_options(run.job)
-    checks.source(run, placed)
+    checks.source(run)
     if run.job.texture:
         checks.texture(run)
         if not any(output.shows for output in outputs):
             run.note(
                 f"{run.job.texture}: none of the outputs shows this texture; write a picture with -o FILE.png"
             )
-    if placed and not any(output.shows or output.name == run.job.stmap for output in outputs):
-        raise InputError(f"{placed[0]}: has no effect, because none of the outputs shows a texture")
-    if not any(output.is_mesh for output in outputs):
-        for name in ("carry_maps", "subdivide_rim"):
-            if getattr(run.job, name):
-                option = f"--{name.replace('_', '-')}"
-                raise InputError(f"{option}: only works when a mesh is written, such as -o out.glb")
+    run.idle = effects.refuse(run, outputs)
     _check_others(run, [name for output in outputs for name in output.companion_files(run)])
     run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
     run.note(*about(run.pairs, keep=run.job.holes != "fill", mapped=run.job.holed))

@@ -7,7 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ....drawings.drawing import Drawing
 from ....errors import InputError
+from ....polygons import unite
 from ... import formats
 from ...artwork import Frame, carry_frames, check, is_drawn
 from ...meshes.mesh_files import names_layout
@@ -30,15 +32,15 @@ class Artwork(Output):
     """An SVG of the source's drawing."""
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
-        """Require an SVG or a text in a font as source, and a planar target or a chart of a mesh's layout."""
+        """Require an SVG, a DXF or a text in a font as source, and a planar target or a chart of a mesh's layout."""
         if formats.suffix_of(self.name) != ".svg":
             raise InputError(f"{self.name}: artwork is written as .svg; compress it afterwards")
         is_drawing = is_drawn(Spec.of(job.source).path)
         flat = not onto_mesh or job.plane == "uv" or names_layout(job.target or "")
         if not is_drawing or not flat or job.bake:
             raise InputError(
-                f"{self.name}: artwork needs an SVG or a text (font.ttf#text=Hello) as the source, and a "
-                "planar shape or a chart (mesh#uv) as the target; use a picture's suffix"
+                f"{self.name}: artwork needs an SVG or DXF drawing or a text (font.ttf#text=Hello) as the "
+                "source, and a planar shape or a chart (mesh#uv) as the target; use a picture's suffix"
             )
 
     def check(self, run: Run) -> None:
@@ -66,20 +68,39 @@ class Artwork(Output):
         """Write the drawing with what lies outside of the target's painted area at an opacity."""
         self.write_frames([(run, path, opacity)])
 
-    def write_frames(self, frames: Sequence[tuple[Run, Path, float]], *, alike: bool = False) -> None:
+    def write_lines(self, run: Run, path: Path) -> None:
+        """Write the drawing without the paper that fills its gaps, for formats that only have lines."""
+        self.write_frames([(run, path, 0.0)], on_paper=False)
+
+    def write_frames(
+        self, frames: Sequence[tuple[Run, Path, float]], *, alike: bool = False, on_paper: bool = True
+    ) -> None:
         """Write frames of a morph, whose paths have the same commands, each with the opacity of what lies outside.
 
         With `alike` all frames have the same elements: masks also where nothing fades, or everything has faded.
+        With `on_paper` paper fills the gaps of a drawing that is its own picture.
         """
         first = frames[0][0]
         with first.phases.timed("artwork"):
             artwork_frames = []
+            cut = alike and any(painted_rings(run.fits) for run, _, _ in frames)
             for run, path, opacity in frames:
                 carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
                 target = replace(run.target, box=framing.picture_box(run.job, run.target))
-                painted = painted_rings(run.fits) if opacity < 1 or alike else []
+                if cut:  # also in frames whose outlines already cut the drawing
+                    painted = [ring for fit in run.fits for ring in _rings_of_target(fit)]
+                else:
+                    painted = painted_rings(run.fits) if opacity < 1 else []
+                no_paper = not on_paper or alike or opacity or run.job.target is None
+                paper = "" if no_paper else run.paper
+                tone = (run.tone, run.toned) if paper and run.tone else ("", [])
+                drawings = [fit.details.drawings[1] for fit in run.fits if fit.details.drawings is not None]
+                if paper and len(drawings) == len(run.fits):
+                    painted = Drawing(unite([drawing.painted for drawing in drawings])).rings
+                else:
+                    paper = ""
                 opacity = max(opacity, LEAST_OPACITY) if alike else opacity
-                artwork_frames.append(Frame(carried, target, path, painted, opacity))
+                artwork_frames.append(Frame(carried, target, path, painted, opacity, paper, *tone))
             tolerance = first.job.max_line_error
             first.note(*carry_frames(artwork_frames, repeated=first.job.repeated, tolerance=tolerance))
 
@@ -93,15 +114,15 @@ def painted_rings(fits: Sequence[Fit]) -> list[Complex]:
 
 def _is_cut_by_its_outline(fit: Fit) -> bool:
     """Return whether a map covers exactly what the target paints."""
-    if fit.drawings is None or fit.target is None:
+    if fit.details.drawings is None or fit.target is None:
         return True
-    drawing = fit.drawings[1]
+    drawing = fit.details.drawings[1]
     added = abs(fit.target.area - drawing.region.area)
     return drawing.is_one_part and added <= SAME_AREA_SHARE * drawing.region.area
 
 
 def _rings_of_target(fit: Fit) -> list[Complex]:
     """Return the boundaries of what the target of a map paints."""
-    if fit.drawings is not None:
-        return fit.drawings[1].rings
+    if fit.details.drawings is not None:
+        return fit.details.drawings[1].rings
     return [curve.z for curve in (fit.target, *fit.target_holes) if curve is not None]

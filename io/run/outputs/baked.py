@@ -163,7 +163,7 @@ def parts_of(run: Run) -> Parts:
 
 def is_partial(run: Run) -> bool:
     """Return whether parts of the target may stay bare."""
-    return any(fit.is_partial for fit in run.fits)
+    return any(fit.coverage.is_partial for fit in run.fits)
 
 
 def size(run: Run) -> tuple[int, int]:

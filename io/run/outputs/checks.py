@@ -10,15 +10,15 @@ from ..state import Run
 from ..texture import has_texture
 
 
-def source(run: Run, placed: list[str]) -> None:
-    """Note which texture of a mesh source is used, if any; `placed` are the `framing.placing_options`.
+def source(run: Run) -> None:
+    """Note which texture of a mesh source is used, if any.
 
     Raises:
         InputError: there are placing options, which are only possible for textures that lie flat.
     """
     if not run.source.is_mesh:
         return
-    placing = placed + (["--edge mirror"] if run.job.edge == "mirror" else [])
+    placing = framing.placing_options(run.job) + (["--edge mirror"] if run.job.edge == "mirror" else [])
     if placing:
         raise InputError(
             f"{run.source.spec}: {placing[0]} does not apply to a mesh, whose texture coordinates place the "

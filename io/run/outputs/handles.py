@@ -77,7 +77,7 @@ class Handles(Output):
         from ...shapes.starts import StartingMap
 
         fit, pair = run.fit, (run.source, run.target)
-        if fit.is_partial:
+        if fit.coverage.is_partial:
             raise InputError(
                 "--handles: the map closes a hole without a partner to a slit, which pins do not keep; use "
                 "--holes cut or --holes fill"

@@ -7,19 +7,20 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import InputError
 from ....pixels.canvas import Canvas, Diagnostics
 from ....pixels.warp import Warp, band_bytes, padded, whole, whole_bytes
 from ... import formats
-from ...pictures import georeferenced, image_files
+from ...pictures import georeferenced, image_files, rasters
 from ...pictures.image import Image, prepare, unassociate
 from ..blank_picture import Colours
 from ..job import Job
 from ..report import OutputReport
 from ..state import Run
-from ..texture import has_texture, shows_itself
+from ..texture import drawing_of, has_texture, shows_itself
 from . import checks
 from .output import Output
 from .world_file import canvas_transform
@@ -47,6 +48,10 @@ class Picture(Output):
     def _format(self) -> formats.PictureFormat:
         return formats.picture(formats.written(self.name))
 
+    def _keeps_numbers(self, run: Run) -> bool:
+        """Return whether the picture is one of numbers, and written in a format that keeps them."""
+        return run.image.raster is not None and formats.suffix_of(self.name) in rasters.TIFF_SUFFIXES
+
     def check(self, run: Run) -> None:
         """Check the canvas, the texture, memory, and the format."""
         if run.on_mesh:
@@ -69,9 +74,31 @@ class Picture(Output):
         """
         job, suffix, format = run.job, formats.suffix_of(self.name), self._format
         path = formats.written(self.name)
+        raster = run.image.raster
+        if raster and self._keeps_numbers(run):
+            if job.padding:
+                raise InputError(
+                    f"--padding: {self.name} keeps the numbers of {_name(run)}, and has no alpha"
+                )
+            run.room.check(
+                2 * whole_bytes(height, width, image.pixels.shape[2], 8), "the whole raster at once"
+            )
+            beyond = f"{raster.fill:g}" + (" (no data)" if raster.nodata is not None else "")
+            run.note(f"{self.name}: beyond the shape, pixels are {beyond}")
+            return
+        if raster and (raster.halves or (raster.dtype.kind == "i" and not raster.labels)):
+            raise InputError(
+                f"{self.name}: {suffix} cannot hold the {raster.dtype} numbers of {_name(run)}; use .tif"
+            )
         image_files.check(path, image, height, width)
-        if clipped := image_files.clipping_note(path, run.image):
-            run.note(f"{self.name}: {clipped}")
+        if raster and raster.nodata is not None and image.alpha >= 0:
+            run.note(
+                f"{self.name}: {suffix} does not mark pixels without data, which become "
+                f"{'transparent' if format.alpha else 'white'}; use .tif to keep the number {raster.nodata:g}"
+            )
+        if has_texture(job, run.source) and not drawing_of(job, run.source):
+            run.note(*(f"{self.name}: {loss}" for loss in image_files.losses(path, run.image)))
+        self._note_place(run, suffix)
         if job.edge == "transparent" and not (run.image.alpha >= 0 and format.alpha):
             lacking = self.name if run.image.alpha >= 0 else "the texture"
             run.note(
@@ -98,15 +125,28 @@ class Picture(Output):
         work = Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
         colours = Colours()
         with run.phases.timed("resample"):
-            if run.job.padding:
-                image = self._padded(run, work, colours)
-                rows: Iterable[NDArray] = [image.pixels]
+            rows: Iterable[NDArray]
+            if self._keeps_numbers(run):
+                rows = _seen(work.blocks(run.threads), work.alpha, colours)
+                rasters.write(path, run.image, rows, work.alpha, same_grid=_is_same_grid(run, canvas))
             else:
-                image = replace(run.image, alpha=work.alpha)
-                rows = self._rows(run, work, colours)
-            image_files.write_bands(path, image, canvas.height, canvas.width, rows)
+                if run.job.padding:
+                    image = self._padded(run, work, colours)
+                    rows = [image.pixels]
+                else:
+                    image = replace(run.image, alpha=work.alpha)
+                    rows = self._rows(run, work, colours)
+                image_files.write_bands(path, image, canvas.height, canvas.width, rows)
         self._georeference(run, path)
         return _report_pixels(run, colours, work.diagnostics, canvas)
+
+    def _note_place(self, run: Run, suffix: str) -> None:
+        """Note that the picture does not say where it lies on a map, if the target does and no other output does."""
+        if run.target.georeference is None or suffix in georeferenced.TIFF_SUFFIXES:
+            return
+        if not any(formats.of(name).world for name in run.job.output):
+            cure = "use .tif, or also write a world file (-o FILE.pgw)"
+            run.note(f"{self.name}: {suffix} does not store where the target lies on a map; {cure}")
 
     def _georeference(self, run: Run, path: Path) -> None:
         """Say in a TIFF where it lies on a map, if the target does."""
@@ -136,6 +176,23 @@ class Picture(Output):
         return replace(image, pixels=extended)
 
 
+def _seen(blocks: Iterable[NDArray], alpha: int, colours: Colours) -> Iterator[NDArray]:
+    """Yield blocks of rows after counting their colours."""
+    for block in blocks:
+        colours.see(block, alpha)
+        yield block
+
+
+def _name(run: Run) -> str:
+    return run.job.texture or run.source.spec
+
+
+def _is_same_grid(run: Run, canvas: Canvas) -> bool:
+    """Return whether the result has the pixels of a texture that covers the same canvas."""
+    same_size = run.image.pixels.shape[:2] == (canvas.height, canvas.width)
+    return same_size and bool(np.allclose(run.source.box, run.target.box))
+
+
 def displayed(run: Run, canvas: Canvas) -> NDArray:
     """Carry the texture to a canvas for display. Returns (height, width, channels), sRGB with 8 bits per channel."""
     warped = whole(Warp(run.mapping, run.sampler, canvas, placing=run.placing), threads=run.threads)
@@ -152,4 +209,4 @@ def _report_pixels(run: Run, colours: Colours, diagnostics: Diagnostics, canvas:
     pixels: dict[str, Any] = {"width": canvas.width, "height": canvas.height, **diagnostics.as_dict()}
     if not has_texture(run.job, run.source):
         pixels["checkerboard"] = True
-    return OutputReport({"pixels": pixels})
+    return OutputReport({"pixels": pixels} | ({"empty": True} if colours.empty else {}))

@@ -29,7 +29,7 @@ class Plot(Output):
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """Require a suffix of figures."""
-        formats.check(self.name, "plot", "unknown suffix for --plot")
+        formats.check_plot(self.name)
 
     def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Draw the figure. matplotlib is imported here because that takes longer than many runs."""

@@ -53,7 +53,7 @@ class SavedMap(Output):
 def plane_of(shape: Shape) -> Plane:
     """Return what the file of a map stores about a shape."""
     name = Path(shape.spec).name
-    lying = shape.millimetres, shape.georeference
+    lying = shape.millimetres, shape.unit, shape.georeference
     return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, name, *lying)
 
 

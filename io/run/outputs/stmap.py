@@ -44,7 +44,7 @@ class STMap(Output):
         with run.phases.timed("resample"):
             if not job.bake:
                 place, room = _placing(run, lying), run.room
-                stmap_files.write(
+                covered = stmap_files.write(
                     path,
                     run.in_layout,
                     lying.box,
@@ -53,7 +53,7 @@ class STMap(Output):
                     room=room,
                     threads=run.threads,
                 )
-                return OutputReport()
+                return OutputReport({} if covered else {"empty": True})
             parts = baked.parts_of(run)
             grid = baked.layout_of([target for target, _, _ in parts], *baked.size(run), self.tile)
             placed = baked.baked_parts(parts, lying, run.threads, _unit(run), partial=baked.is_partial(run))

@@ -10,22 +10,18 @@ import iccm
 from iccm.arrays import xy_of
 from iccm.balanced import Settings, solve
 from iccm.balanced.errors import Stuck
-from iccm.balanced.holes.given import Holes, hole_at
-from iccm.balanced.holes.outlines import are_disjoint, outlines_of
+from iccm.balanced.holes.given import hole_at
+from iccm.balanced.holes.outlines import outlines_of
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import energy_of, geometry
 from iccm.balanced.model.boundary_pairs import Match
-from iccm.balanced.model.energy import Energy
-from iccm.balanced.model.frames import frames_of, unit_curve
 from iccm.balanced.model.outline import Outline
 from iccm.balanced.search import initial_matches
-from iccm.balanced.search.circle_domains import circle_domain, through_circles
-from iccm.balanced.search.hole_partners import Partners, middle_of
-from iccm.balanced.search.levels import Level
-from iccm.balanced.search.unit_problem import UnitProblem
+from iccm.balanced.search.hole_partners import Partners
 from iccm.curve import Curve, hausdorff
 from iccm.maps.triangulated.simple import fault
 from iccm.plane import orientation
+from iccm.problem import Problem
 from tests.cases import slow, some_fast
 
 SMALL = Settings(triangles=1200)
@@ -58,7 +54,8 @@ PAIRS = {
 
 
 def solved(source, target, settings=SMALL, partners=()):
-    return solve(source[0], target[0], settings, holes=Holes(source[1], target[1], partners))
+    problem = Problem.of(source[0], target[0]).between(holes=(source[1], target[1]))
+    return solve(replace(problem, hole_partners=tuple(partners)), settings)
 
 
 def area(z, faces):
@@ -223,7 +220,7 @@ def test_pins_in_holes_name_partners_and_others_are_met():
     options = {"source_holes": [h.z for h in FACE[1]], "target_holes": [h.z for h in MASK[1]]}
     pins = [[-0.4 + 0.3j, 0.45 + 0.5j], [0.1, 0.05 + 0.1j]]
     fit = iccm.fit(FACE[0].z, MASK[0].z, exact_pins=True, pins=pins, **options)
-    assert (0, 2) in fit.hole_partners and fit.status.ok
+    assert (0, 2) in fit.details.hole_partners and fit.status.ok
     assert [pin["error"] < 1e-9 for pin in fit.report()["pins"]] == [True]
 
 
@@ -254,49 +251,6 @@ def test_invalid_holes_are_refused(wrong, message):
         iccm.fit(STEPS, box(), **wrong)
 
 
-def crooked(width=0.08, turns=1.8):
-    """A spiral bar with a square hole near each end, for which no start along the outlines alone succeeds."""
-    t = np.linspace(0.25, 1, 60)
-    middle = t * np.exp(2j * np.pi * turns * t)
-    normal = 1j * np.gradient(middle) / np.abs(np.gradient(middle))
-    outer = np.concatenate([middle - width * normal, (middle + width * normal)[::-1]])
-    return domain(outer, *(middle[k] + 0.4 * width * STEPS[::6] for k in (6, 52)))
-
-
-def test_a_circle_domain_has_its_holes_apart_and_off_its_rim():
-    close = np.array([0.1, 0.1, 0.95j, -0.99])
-    outer, holes = circle_domain(close)
-    assert outer.area + sum(hole.area for hole in holes) == pytest.approx(1)
-    assert are_disjoint([outer.z, *(hole.z for hole in holes)])
-    centres = np.array([middle_of(hole) for hole in holes])
-    assert np.abs(np.angle(centres[2:] / [1j, -1])).max() < 0.3  # in the directions given
-    assert np.ptp([hole.area for hole in holes]) < 1e-12
-
-
-@pytest.mark.slow
-def test_shapes_whose_outlines_give_no_start_use_a_circle_domain():
-    spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
-    frames = frames_of(spiral[0], face[0], 0.0, (spiral[1], face[1]))
-    curves = [unit_curve(frame, side[0]) for frame, side in zip(frames, (spiral, face))]
-    holes = Holes(spiral[1], face[1]).unit(frames)
-    problem = UnitProblem(*curves, Energy(upright=3.0), holes=holes.sides)
-    level = Level.of(problem, 0.05, 5e-4, 6e-3, 8.0)
-    for pairs in ([(0, 0), (1, 1)], [(0, 1), (1, 0)]):
-        state = through_circles(level, pairs)
-        assert [(loop.source, loop.target) for loop in state.loops] == pairs
-        assert all((orientation(*w[state.faces].T) > 0).all() for w in (state.z, state.u))
-        rims = [state.u[rim.vertices] for rim in state.rims]
-        assert fault(rims) == "" and all(
-            rim.target.curve.distances(w).max() < 1e-9 for rim, w in zip(state.rims, rims)
-        )
-
-
-@pytest.mark.slow
-def test_a_spiral_with_two_holes_is_mapped_onto_a_square_with_two():
-    spiral, face = crooked(), domain(box(), 0.2 * STEPS - 0.5, 0.2 * STEPS + 0.5)
-    check(solved(spiral, face), spiral, face)
-
-
 def given_holes(source, target):
     return {"source_holes": [h.z for h in source[1]], "target_holes": [h.z for h in target[1]]}
 
@@ -316,7 +270,7 @@ def test_a_map_with_holes_continues_from_an_earlier_one(pair, pin):
     again = iccm.fit(
         source[0].z, target[0].z, exact_pins=True, pins=[[pin, pin - 0.15j]], start=first, **options
     )
-    assert again.status.ok and sorted(again.hole_partners) == sorted(first.hole_partners)
+    assert again.status.ok and sorted(again.details.hole_partners) == sorted(first.details.hole_partners)
     assert [result["error"] < 1e-9 for result in again.report()["pins"]] == [True]
     assert all(h["gap"] <= 1e-3 for h in again.report()["holes"] if h["gap"] is not None)
     assert again.report()["injective"]["certified"]
@@ -332,7 +286,7 @@ def test_a_start_with_other_holes_is_refused():
         iccm.fit(FACE[0].z, MASK[0].z, start=plain, **options)
     holed = iccm.fit(FACE[0].z, MASK[0].z, **options)
     with pytest.raises(iccm.InputError, match=r"start: .* other holes"):
-        iccm.fit(FACE[0].z, MASK[0].z, start=holed)
+        iccm.fit(FACE[0].z, MASK[0].z, start=holed, fit="whole")
     with pytest.raises(iccm.InputError, match="start: pairs the holes differently"):
         iccm.fit(FACE[0].z, MASK[0].z, start=holed, hole_partners=[(0, 2)], **options)
 

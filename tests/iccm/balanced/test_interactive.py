@@ -21,7 +21,7 @@ def begun(mirror=False):
     z, w = shapes.pear(), shapes.blob()
     source, target = (Curve.domain(c.conj() if mirror else c) for c in (z, w))
     fit = iccm.fit(source, target)
-    inner = fit.interior[:: fit.interior.size // 3][:3]
+    inner = fit._interior[:: fit._interior.size // 3][:3]
     pins = np.column_stack([inner, fit.map(inner)])
     return fit, Live.of(fit, Settings(), pins), pins
 
@@ -36,7 +36,7 @@ def sound(live, pins):
 @pytest.mark.parametrize("mirror", [False, True])
 def test_it_begins_close_to_the_map_it_comes_from(mirror):
     fit, live, pins = begun(mirror)
-    found, z = sound(live, pins), fit.interior
+    found, z = sound(live, pins), fit._interior
     assert np.nanmax(np.abs(found(z) - fit.map(z))) < 0.05 * fit.diagonal
     assert len(found.faces) < 0.4 * len(fit.map.faces)
 
@@ -185,7 +185,7 @@ def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on(more, side
     before, after = (xy_of(getattr(map, side)) for map in (seen, rested.map))  # if a hole is filled
     away = cKDTree(before).query(after)[0]
     assert away.max() < 1e-6 * fit.diagonal and len(before) == len(after)
-    z = fit.interior
+    z = fit._interior
     assert np.nanquantile(np.abs(rested.map(z) - seen(z)), 0.95) < 0.01 * fit.diagonal
 
 
@@ -198,7 +198,7 @@ def test_a_drag_begins_where_the_last_one_ended_also_around_a_hole_of_the_target
     live = live.follow(pins, softness=soft(pins))
     kept = iccm.fit(*outlines, target_holes=holes, pins=pins, start=live.start, keep_start=True)
     begun_again = Live.of(kept, Settings(), pins, softness=soft(pins), covering_map=live.start, dragged=True)
-    z = fit.interior
+    z = fit._interior
     away = np.abs(begun_again.map(z) - live.map(z))
     assert begun_again.state.fills_holes and np.nanquantile(away, 0.95) < 0.01 * fit.diagonal
 
@@ -210,7 +210,7 @@ def test_a_drag_begins_on_the_mesh_of_the_map_from_scratch_around_a_hole_of_the_
     fit = iccm.fit(*given, target_holes=holes, pins=pins, exact_pins=True)
     live = Live.of(fit, Settings(), pins, dragged=True)
     assert live.state.fills_holes and len(live.map.faces) == len(fit.map.faces)
-    away = np.abs(live.map(fit.interior) - fit.map(fit.interior))
+    away = np.abs(live.map(fit._interior) - fit.map(fit._interior))
     assert np.nanquantile(away, 0.95) < 2e-3 * fit.diagonal
 
 
@@ -267,7 +267,7 @@ def test_what_is_released_is_the_map_that_was_dragged_to():
         live = live.follow(pins, softness=soft(pins), dragged=True)
     seen = live.map
     fit = iccm.fit(live.pair.source, live.pair.target, pins=pins, start=live.start)
-    z = fit.interior
+    z = fit._interior
     assert np.nanmax(np.abs(fit.map(z) - seen(z))) < 0.01 * fit.diagonal
 
 

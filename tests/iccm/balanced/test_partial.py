@@ -1,14 +1,12 @@
 """Partial maps: concavities filled, holes ignored, and the notes about them."""
 
-import re
-
 import numpy as np
 import pytest
 import shapely
 
 import iccm
 from iccm import InputError
-from iccm.arrays import complex_of, xy_of
+from iccm.arrays import xy_of
 from iccm.balanced.holes.bays import SHALLOW_DEPTH_SHARE, fill_half_hull, fill_hull
 from iccm.balanced.minimise.energy import (
     NO_SLOTS,
@@ -16,11 +14,9 @@ from iccm.balanced.minimise.energy import (
     RestShapes,
     geometry,
 )
-from iccm.balanced.search import multilevel
-from iccm.balanced.search.partial import GOOD_STRETCH
 from iccm.balanced.search.symmetry import half_of
-from iccm.coverage import rings_within
 from iccm.curve import Curve
+from iccm.frames.choice import GOOD_STRETCH_P95
 from tests.core.reference.minimise import void_derivatives
 
 STEPS = np.exp(2j * np.pi * np.arange(60) / 60)
@@ -34,7 +30,7 @@ PAIRS = {"U": (U, SQUARE), "hook": (HOOK, SQUARE), "star": (STAR, DISC)}
 
 @pytest.fixture(scope="module")
 def u_onto_square():
-    return iccm.fit(U, SQUARE)
+    return iccm.fit(U, SQUARE, fit="contain")
 
 
 def polygon(curve):
@@ -129,36 +125,21 @@ def test_all_of_the_source_is_shown_and_the_map_is_less_stretched(name):
 @pytest.mark.slow
 def test_cover_is_the_inverse_of_contain():
     forward, back = iccm.fit(HOOK, SQUARE, fit="contain"), iccm.fit(SQUARE, HOOK, fit="cover")
-    assert back.uncovered == pytest.approx(0, abs=1e-3)
-    assert back.left_out == pytest.approx(forward.uncovered, rel=0.05)
+    assert back.coverage.uncovered == pytest.approx(0, abs=1e-3)
+    assert back.coverage.left_out == pytest.approx(forward.coverage.uncovered, rel=0.05)
     assert back.report()["boundary"]["hausdorff"] < 5e-4
 
 
-def test_auto_takes_the_cheapest_fit_and_whole_is_unchanged(u_onto_square):
-    assert u_onto_square.filled is not None
-    plain = iccm.fit(SQUARE, DISC)
-    assert not plain.is_partial and "left_out" not in plain.report()
-    assert np.array_equal(plain.map.image, iccm.fit(SQUARE, DISC, fit="whole").map.image)
-    assert plain.report()["stretch"]["p95"] < GOOD_STRETCH
-
-
-@pytest.mark.slow
-def test_whole_outlines_name_the_partial_map_that_is_much_better():
-    bend = np.exp(1j * np.linspace(0.3, 6, 30))
-    arc = Curve.domain(np.concatenate([2 * bend, 1.4 * bend[::-1]]))
-    (advice,) = [
-        note for note in iccm.fit(arc, DISC, fit="whole").notes if note.startswith("With fit set to auto")
-    ]
-    fit = iccm.fit(arc, DISC)
-    figures = fit.report()["dilatation"]["p95"], 100 * fit.left_out, 100 * fit.uncovered
-    match = re.search(r"dilatation ([\d.]+) .*; ([\d.]+)% of the source .* ([\d.]+)% of the target", advice)
-    assert [float(text) for text in match.groups()] == pytest.approx(figures, abs=0.06)
-    assert not any("set to auto" in note for note in fit.notes + iccm.fit(SQUARE, DISC, fit="whole").notes)
+def test_a_fit_that_leaves_parts_out_keeps_all_where_that_costs_less(u_onto_square):
+    assert u_onto_square.details.filled is not None
+    whole, contained = (iccm.fit(SQUARE, DISC, fit=name) for name in ("whole", "contain"))
+    assert not contained.coverage.is_partial and "left_out" not in contained.report()
+    assert np.array_equal(contained.map.image, whole.map.image)
 
 
 def test_symmetric_pairs_stay_symmetric(u_onto_square):
     fit = u_onto_square
-    z = fit.interior[np.abs(fit.interior.real) > 0.1]
+    z = fit._interior[np.abs(fit._interior.real) > 0.1]
     middle = 0.5 * sum(SQUARE.box).real
     w, mirrored = fit.map(z), fit.map(-z.conj())
     finite = np.isfinite(w) & np.isfinite(mirrored)
@@ -169,56 +150,58 @@ def test_symmetric_pairs_stay_symmetric(u_onto_square):
 @pytest.mark.slow
 def test_the_lost_area_is_bounded(u_onto_square):
     free = u_onto_square
-    assert free.uncovered > 0.01
-    assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
-    assert iccm.fit(U, SQUARE, max_left_out=0.0).uncovered == pytest.approx(free.uncovered)
-
-
-@pytest.mark.slow
-def test_the_lost_area_is_bounded_on_the_last_mesh_too(u_onto_square, monkeypatch):
-    free = u_onto_square
-    monkeypatch.setattr(multilevel, "is_within", lambda *args: True)  # a search that is satisfied with less
-    assert not iccm.fit(U, SQUARE, max_uncovered=0.5 * free.uncovered).is_partial
+    assert free.coverage.uncovered > 0.01
+    assert not iccm.fit(
+        U, SQUARE, fit="contain", max_uncovered=0.5 * free.coverage.uncovered
+    ).coverage.is_partial
+    assert iccm.fit(U, SQUARE, fit="contain", max_left_out=0.0).coverage.uncovered == pytest.approx(
+        free.coverage.uncovered
+    )
 
 
 @pytest.mark.slow
 def test_pins_are_met_by_partial_maps():
     pins = np.array([[-2.5 + 4j, 0.5 + 3j], [2.5 + 4j, 3.5 + 2.5j]])
-    assert not iccm.fit(U, SQUARE, exact_pins=True, pins=pins).is_partial  # unless requested
+    assert not iccm.fit(U, SQUARE, exact_pins=True, pins=pins).coverage.is_partial  # unless requested
     fit = iccm.fit(U, SQUARE, exact_pins=True, pins=pins, fit="contain")
-    assert fit.filled is not None and fit.certificate.certified
+    assert fit.details.filled is not None and fit.certificate.certified
     assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
 
 
-@pytest.mark.parametrize("pair", [(U, SQUARE), (SQUARE, HOOK)])
-def test_the_lost_part_has_the_reported_area_and_is_hatched(pair):
-    fit = iccm.fit(*pair)
-    shares = [region.area / curve.area for region, curve in zip(fit.without_partner, pair)]
-    assert shares == pytest.approx([fit.left_out, fit.uncovered], abs=1e-5) and max(shares) > 0.01
+@pytest.mark.parametrize(("pair", "name"), [((U, SQUARE), "contain"), ((SQUARE, HOOK), "cover")])
+def test_the_lost_part_has_the_reported_area_and_is_hatched(pair, name):
+    fit = iccm.fit(*pair, fit=name)
+    shares = [region.area / curve.area for region, curve in zip(fit.coverage.without_partner, pair)]
+    assert (
+        shares == pytest.approx([fit.coverage.left_out, fit.coverage.uncovered], abs=1e-5)
+        and max(shares) > 0.01
+    )
     hatched = [sum(bool(patch.get_hatch()) for patch in axes.patches) for axes in fit.plot().axes[:2]]
-    assert [count > 0 for count in hatched] == [share > 1e-9 for share in shares]
+    assert [count > 0 for count in hatched] == [not region.is_empty for region in fit.coverage.unseen]
+    assert hatched[name == "contain"] > 0
 
 
 @pytest.mark.parametrize("pins, partial", [([[-3, 0], [3, 4]], True), ([[-3, 0], [1j, 2 + 4j]], False)])
 def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial):
     fit = iccm.fit(U, SQUARE, pins=pins, fit="contain")
     pin_sources, pin_targets = np.array(pins, complex).T
-    assert fit.is_partial == partial and fit.status.ok and fit.certificate.certified
+    assert fit.coverage.is_partial == partial and fit.status.ok and fit.certificate.certified
     assert np.abs(fit.map(pin_sources) - pin_targets).max() < 1e-9
-    assert (fit.report()["stretch"]["p95"] < GOOD_STRETCH) == partial
+    assert (fit.report()["stretch"]["p95"] < GOOD_STRETCH_P95) == partial
 
 
 def test_holes_are_ignored_where_that_costs_less():
     """A hole at the left end of a block is not mapped to one at the right end of another."""
     block = Curve.domain(np.array([-4 - 1j, 4 - 1j, 4 + 1j, -4 + 1j]))
     wedge = Curve.domain(np.array([-4 - 1j, 4 - 1j, 3.5 + 1j, -4 + 1j]))
-    holes = {"source_holes": [0.5 * STEPS - 3], "target_holes": [0.5 * STEPS + 3]}
-    kept, free = (iccm.fit(block, wedge, **holes, holes=choice) for choice in ("keep", "auto"))
-    assert len(kept.source_holes) == 1 and not kept.is_partial
-    assert [len(side) for side in free.passed_holes] == [1, 1] and not free.source_holes
+    shapes = [
+        shapely.Polygon(xy_of(outline.z), [xy_of(0.5 * STEPS + middle)])
+        for outline, middle in ((block, -3), (wedge, 3))
+    ]
+    kept, free = (iccm.fit(*shapes, holes=choice) for choice in ("keep", "auto"))
+    assert len(kept.source_holes) == 1 and not kept.coverage.is_partial and not free.source_holes
     share = abs(Curve(0.5 * STEPS).area) / block.area
-    assert free.uncovered == pytest.approx(share, rel=0.3) and free.left_out == pytest.approx(share, rel=0.3)
-    assert any("ignores 1 hole of the source and 1 hole of the target" in note for note in free.notes)
+    assert free.coverage.hidden == pytest.approx(share, rel=0.3) and free.coverage.left_out == 0
     assert (
         abs(free.report()["turn"]) < 5 < abs(kept.report()["turn"])
     )  # upside down, the holes are mapped onto each other
@@ -232,21 +215,6 @@ def test_unknown_fits_are_refused(u_onto_square):
         iccm.fit(U, SQUARE, method="conformal", fit="cover")
     with pytest.raises(InputError, match="partial"):
         iccm.fit(U, SQUARE, start=u_onto_square)
-
-
-def test_rings_of_ignored_holes_are_cut_to_the_visible_part():
-    from iccm.coverage import rings_within
-
-    rings = rings_within([Curve(SQUARE.z + 2)], SQUARE)
-    assert [polygon(Curve(ring)).area for ring in rings] == [pytest.approx(8)]
-    assert complex_of(xy_of(rings[0])).size == 4
-
-
-def test_a_hole_beyond_the_map_has_no_outline_in_it():
-    square, overlapping, outside = (Curve(w + np.array([0, 1, 1 + 1j, 1j])) for w in (0, 0.5, 2))
-    (ring,) = rings_within([overlapping, outside], square)
-    assert abs(Curve(ring).area) == pytest.approx(0.5)
-    assert rings_within([outside], square) == []
 
 
 def test_mouths_lie_outside_also_behind_a_spit():

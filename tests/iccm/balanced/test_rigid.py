@@ -150,7 +150,7 @@ def test_touching_regions_are_joined_and_what_they_enclose_moves_along():
         ({"method": "conformal"}, "rigid: .*balanced"),
         ({"fit": "contain"}, "fit contain"),
         ({"rigid_size": 0.0}, "rigid_size"),
-        ({"rigid": [[0, 1, 1j + 1, 1j, 0.5 - 0.1j]]}, "rigid region 1: .*not simple"),
+        ({"rigid": [[0, 1, 1j + 1, 1j, 0.5 - 0.1j]]}, "rigid region 1: .*crosses itself"),
     ],
 )
 def test_wrong_regions_are_refused(options, message):

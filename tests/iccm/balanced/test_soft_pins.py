@@ -282,12 +282,14 @@ def test_pins_that_would_miss_their_places_are_exact():
     bar = np.array([0, 2, 2 + 1j, 1j])
     pins = np.array([[0.5 + 0.5j, 0.3 + 0.5j], [0.62 + 0.5j, 1.7 + 0.5j]])
     fit = iccm.fit(bar, bar, pins=pins)
-    assert fit.status.ok and fit.certificate.certified and not fit.softness.is_soft.all()
-    exact = ~fit.softness.is_soft
+    assert fit.status.ok and fit.certificate.certified and not fit.details.softness.is_soft.all()
+    exact = ~fit.details.softness.is_soft
     assert np.abs(fit.map(pins[exact, 0]) - pins[exact, 1]).max() < 1e-9
     assert any(f"{np.flatnonzero(exact)[0] + 1}" in note and "exactly, because" in note for note in fit.notes)
     soft = iccm.fit(bar, bar, pins=[iccm.Pin(start, end, radius=0.1) for start, end in pins])
-    assert soft.softness.is_soft.all() and soft.status is iccm.Status.PINS  # their radius was asked for
+    assert (
+        soft.details.softness.is_soft.all() and soft.status is iccm.Status.PINS
+    )  # their radius was asked for
 
 
 def test_a_deformation_follows_its_pins_to_any_distance():
@@ -381,7 +383,7 @@ def test_a_pin_pulled_far_is_met_within_its_tolerance():
     point = 0.2 + 0.1j
     goal = iccm.fit(source, target).map(np.array([point]))[0] - 0.7
     fit = iccm.fit(source, target, pins=[iccm.Pin(point, goal, tolerance=0.02)])
-    assert fit.status.ok and fit.softness.tolerances[0] == 0.02
+    assert fit.status.ok and fit.details.softness.tolerances[0] == 0.02
     assert abs(fit.map(np.array([point]))[0] - goal) < 0.021
     assert fit.report()["pins"][0]["tolerance"] == pytest.approx(0.02 / fit.diagonal)
 
@@ -396,9 +398,9 @@ def test_a_saved_map_knows_how_its_pins_hold(tmp_path):
     fit.save(tmp_path / "m.npz")
     again = iccm.load(tmp_path / "m.npz")
     for name in ("radii", "tolerances", "rotations", "scales", "limits"):
-        assert np.array_equal(getattr(again.softness, name), getattr(fit.softness, name), equal_nan=True), (
-            name
-        )
+        assert np.array_equal(
+            getattr(again.details.softness, name), getattr(fit.details.softness, name), equal_nan=True
+        ), name
     assert again.report()["pins"] == fit.report()["pins"]
 
 

@@ -1,67 +1,63 @@
-"""Further terms of the energy: derivatives, effects on maps, and errors in terms."""
+"""Further terms of the energy: derivatives, effects on maps, directions, and errors in terms."""
 
+import ast
+import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced import Term, TermOnMesh
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.minimise.energy import NO_SLOTS, RestShapes, geometry
-from iccm.balanced.minimise.terms import TermsOnMesh
+from iccm.balanced.minimise.terms import Inverted, MapSides, Oriented, TermsOnMesh
 from iccm.balanced.model.energy import Energy
+from iccm.balanced.model.settings import Settings
+from iccm.curve import Curve
 from iccm.linalg.cholesky import system_of
-from tests.shapes import arrow, ell, pear
+from iccm.plane import Similarity
+from tests.shapes import arrow, circle, ell, pear, refined, star
+
+PAGE = Path(__file__).parents[3] / "docs" / "developers" / "terms.md"
 
 
-def neighbours(faces):
-    """The pairs of triangles that share an edge."""
-    edges = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2), axis=1)
-    order = np.lexsort(edges.T)
-    twice = np.flatnonzero((edges[order[1:]] == edges[order[:-1]]).all(axis=1))
-    return order[twice] // 3, order[twice + 1] // 3
+def code_of_page():
+    """The code of the page on terms."""
+    blocks = re.findall(
+        r"^```py(?:thon)?\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    )
+    return "\n".join(blocks)
+
+
+def definitions_of_page():
+    """The classes and functions that the page on terms defines."""
+    tree = ast.parse(code_of_page())
+    defining = ast.Import | ast.ImportFrom | ast.ClassDef | ast.FunctionDef
+    tree.body = [statement for statement in tree.body if isinstance(statement, defining)]
+    names = {"__name__": __name__}
+    exec(compile(tree, str(PAGE), "exec"), names)
+    return names
+
+
+PAGE_NAMES = definitions_of_page()
+ScaleGradient, Towards, TowardsOnMesh = (
+    PAGE_NAMES[name] for name in ("ScaleGradient", "Towards", "TowardsOnMesh")
+)
 
 
 @dataclass(frozen=True)
-class ScaleGradient(Term):
-    """Squared differences of logarithmic area scales between neighbouring triangles."""
+class Directed(Towards):
+    """`Towards` with the methods for rotated, mirrored and exchanged shapes."""
 
-    weight: float
+    def rotated(self, source, target):
+        return replace(self, degrees=self.degrees + np.degrees(np.angle(target / source)))
 
-    def stencils(self, faces):
-        return np.concatenate([faces[k] for k in neighbours(faces)], axis=1)
+    def mirrored(self):
+        return replace(self, degrees=-self.degrees)
 
-    def on_mesh(self, shapes):
-        return ScaleGradientOnMesh(self.weight, shapes)
-
-    def of_part(self, share):
-        return ScaleGradient(self.weight / share)
-
-
-class ScaleGradientOnMesh(TermOnMesh):
-    def __init__(self, weight, shapes):
-        self.weight, self.shapes, self.pairs = weight, shapes, neighbours(shapes.corners)
-        self.stencils = np.concatenate([shapes.corners[k] for k in self.pairs], axis=1)
-
-    def scales(self, u):
-        alpha, corners = self.shapes.gradients, u[self.shapes.corners]
-        f_z, f_zbar = (alpha * corners).sum(axis=1), (alpha.conj() * corners).sum(axis=1)
-        determinant = np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2
-        slope = 2 * (f_z[:, None] * alpha.conj() - f_zbar[:, None] * alpha) / determinant[:, None]
-        return np.log(determinant), slope
-
-    def values(self, u):
-        scale, _ = self.scales(u)
-        return self.weight * (scale[self.pairs[0]] - scale[self.pairs[1]]) ** 2
-
-    def derivatives(self, u):
-        scale, slope = self.scales(u)
-        difference = scale[self.pairs[0]] - scale[self.pairs[1]]
-        by_vertex = np.concatenate([slope[self.pairs[0]], -slope[self.pairs[1]]], axis=1)
-        vectors = np.stack([by_vertex.real, by_vertex.imag], axis=-1)
-        gradients = 2 * self.weight * difference[:, None] * by_vertex
-        return gradients, 2 * self.weight * np.einsum("kix,kjy->kijxy", vectors, vectors)
+    def inverse(self):
+        return replace(self, degrees=-self.degrees)
 
 
 Z, FACES = triangulate(arrow() / 3, Sizes.even(0.05))
@@ -184,3 +180,210 @@ def test_deformations_have_terms_too():
 
 def test_a_term_changes_with_its_weight_alone():
     assert Energy(terms=(ScaleGradient(1.0),)) == Energy(terms=(replace(ScaleGradient(2.0), weight=1.0),))
+
+
+def test_the_page_on_terms_runs_and_its_terms_are_lowered():
+    names = {"__name__": __name__}
+    exec(compile(code_of_page(), str(PAGE), "exec"), names)
+    assert names["smooth"].status.ok and names["tilted"].status.ok
+    assert sum_of(names["smooth"]) < 0.8 * sum_of(names["plain"])
+    assert tilt(names["tilted"], 30) < tilt(names["plain"], 30) - 0.01
+
+
+# Directions: a term without methods for rotated, mirrored and exchanged shapes is computed as if they were as given.
+
+PULL = Towards(25, 0.7)
+ROTATIONS = complex(np.exp(0.6j)), complex(np.exp(-1.1j))
+
+
+def sides_of(z, u, faces):
+    return MapSides(
+        z,
+        u,
+        RestShapes(faces, NO_SLOTS, *geometry(z, faces)),
+        RestShapes(faces, NO_SLOTS, *geometry(u, faces)),
+    )
+
+
+def changed(z, u, faces, *, mirrored):
+    """The map between rotated shapes, mirrored afterwards."""
+    z, u = z * ROTATIONS[0], u * ROTATIONS[1]
+    return (z.conj(), u.conj(), np.ascontiguousarray(faces[:, ::-1])) if mirrored else (z, u, faces)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_term_without_directions_of_its_own_keeps_its_value_in_rotated_and_mirrored_shapes(mirrored):
+    term = PULL.rotated(*ROTATIONS)
+    term = term.mirrored() if mirrored else term
+    z, u, faces = changed(Z, BENT, FACES, mirrored=mirrored)
+    expected = PULL.on_sides(sides_of(Z, BENT, FACES)).values(BENT)
+    np.testing.assert_allclose(term.on_sides(sides_of(z, u, faces)).values(u), expected, atol=1e-12)
+    rest = RestShapes(faces, NO_SLOTS, *geometry(z, faces))
+    np.testing.assert_allclose(term.on_mesh(rest).values(u), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_such_a_term_is_the_one_that_defines_its_directions(mirrored):
+    terms = []
+    for term in (PULL, Directed(25, 0.7)):
+        rotated = term.rotated(*ROTATIONS)
+        terms.append(rotated.mirrored() if mirrored else rotated)
+    assert isinstance(terms[0], Oriented) and isinstance(terms[1], Directed)
+    z, u, faces = changed(Z, BENT, FACES, mirrored=mirrored)
+    given, defined = (term.on_sides(sides_of(z, u, faces)) for term in terms)
+    order = [np.argsort(term.stencils, axis=1) for term in (given, defined)]
+    assert (np.sort(given.stencils) == np.sort(defined.stencils)).all()
+    rows = np.arange(len(faces))[:, None]
+    for ours, theirs, block in zip(given.derivatives(u), defined.derivatives(u), (False, True)):
+        if block:
+            ours, theirs = (
+                hessian[rows[:, :, None], k[:, :, None], k[:, None, :]]
+                for hessian, k in zip((ours, theirs), order)
+            )
+        else:
+            ours, theirs = (gradient[rows, k] for gradient, k in zip((ours, theirs), order))
+        np.testing.assert_allclose(ours, theirs, atol=1e-12)
+
+
+def test_changes_that_cancel_return_the_term():
+    s, t = 1j, -1.0
+    assert PULL.rotated(1.0, 1.0) is PULL
+    assert PULL.mirrored().mirrored() is PULL
+    assert PULL.inverse().inverse() is PULL
+    assert PULL.rotated(s, t).rotated(-1j, t) is PULL
+    assert PULL.mirrored().rotated(s, t) == PULL.rotated(-1j, t).mirrored()
+    assert PULL.inverse().rotated(s, t) == PULL.rotated(t, s).inverse()
+
+
+def test_the_energy_of_the_inverse_is_that_of_the_map():
+    for term in (PULL, Directed(25, 0.7), ScaleGradient(0.3)):
+        energy = Energy(terms=(term,))
+        assert energy.inverse().between(BENT, Z, FACES) == pytest.approx(
+            energy.between(Z, BENT, FACES), rel=1e-9
+        )
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_the_energy_in_unit_coordinates_is_that_of_the_given_shapes(mirrored):
+    frames = tuple(Similarity(3 * rotation, 1 - 2j, 0.5j, mirrored) for rotation in ROTATIONS)
+    z, u = frames[0](Z), frames[1](BENT)
+    faces = np.ascontiguousarray(FACES[:, ::-1]) if mirrored else FACES
+    for term in (PULL, Directed(25, 0.7)):
+        settings = Settings(Energy(terms=(term,)))
+        for energy, unit in (
+            (settings.energy.between(Z, BENT, FACES), settings.in_frames(frames).energy.between(z, u, faces)),
+            (
+                settings.inverse().energy.between(BENT, Z, FACES),
+                settings.inverse().in_frames(frames[::-1]).energy.between(u, z, faces),
+            ),
+        ):
+            assert unit == pytest.approx(energy, rel=1e-9)
+
+
+def test_derivatives_of_an_inverted_term_are_those_of_its_sum_and_close_to_those_of_the_map():
+    z, faces = triangulate(refined(arrow() / 3, 16), Sizes.even(0.002))
+    u = z + 0.12 * z**2 + 0.08 * z.conj()
+    sides = sides_of(u, z, faces)  # of the inverse: z moves
+    term = PULL.inverse().on_sides(sides)
+    assert isinstance(PULL.inverse(), Inverted)
+    assert term.values(z).sum() == pytest.approx(PULL.on_sides(sides.inverse()).values(u).sum())
+    gradient = np.zeros(z.size, complex)
+    slopes, blocks = term.derivatives(z)
+    np.add.at(gradient, term.stencils, slopes)
+    inwards = Curve(arrow() / 3).distances(z)  # the outline stays, as it does where vertices slide along it
+    direction = inwards * (1.3 + np.sin(2 * z) + 0.2j * z.conj())
+    slope = (gradient.conj() * direction).real.sum()
+    step = 1e-6
+    by_term = [term.values(z + h * direction).sum() for h in (step, -step)]
+    assert slope == pytest.approx((by_term[0] - by_term[1]) / (2 * step), rel=1e-5)
+    exact = [PULL.on_sides(sides_of(z + h * direction, u, faces)).values(u).sum() for h in (step, -step)]
+    assert slope == pytest.approx((exact[0] - exact[1]) / (2 * step), rel=1e-3)
+    flat = blocks.transpose(0, 1, 3, 2, 4).reshape(len(blocks), 6, 6)
+    assert np.linalg.eigvalsh(flat).min() > -1e-12
+
+
+def test_an_inverted_term_refuses_positions_whose_images_would_fold():
+    term = PULL.inverse().on_sides(sides_of(BENT, Z, FACES))
+    moved = Z.copy()
+    moved[np.argmin(np.abs(Z - Z.mean()))] += 1.0
+    assert np.isinf(term.values(moved)).all()
+
+
+def tilt(fit, degrees):
+    """The mean of 1 - cos of the angle between the picture's rotation and the given one, over the source's area."""
+    gradients, areas = geometry(fit.map.source, fit.map.faces)
+    f_z = (gradients * fit.map.image[fit.map.faces]).sum(axis=1)
+    return float(areas @ (1 - np.cos(np.angle(f_z) - np.radians(degrees))) / areas.sum())
+
+
+def flipped(z):
+    """A shape mirrored about the real axis."""
+    return z.conj()[::-1]
+
+
+def pulled(source, target, degrees, **options):
+    fit = iccm.fit(source, target, fit="whole", terms=[Towards(degrees)], **options)
+    assert fit.status.ok
+    return fit
+
+
+@pytest.fixture(scope="module")
+def pulled_pair():
+    return pulled(ell(), pear(), 40)
+
+
+def test_a_direction_is_followed_and_the_mirror_image_follows_the_opposite_one(pulled_pair):
+    plain = iccm.fit(ell(), pear(), fit="whole")
+    assert tilt(pulled_pair, 40) < tilt(plain, 40) - 0.02
+    mirrored = pulled(flipped(ell()), flipped(pear()), -40)
+    assert tilt(mirrored, -40) == pytest.approx(tilt(pulled_pair, 40), rel=1e-6)
+    points = ell().mean() + np.array([0.1, -0.2j, 0.2 + 0.1j])
+    np.testing.assert_allclose(mirrored.map(points.conj()), pulled_pair.map(points).conj(), atol=1e-6)
+
+
+def test_methods_for_directions_change_the_speed_and_hardly_the_map(pulled_pair):
+    defined = iccm.fit(ell(), pear(), fit="whole", terms=[Directed(40)])
+    assert tilt(defined, 40) == pytest.approx(tilt(pulled_pair, 40), abs=0.01)
+
+
+def test_a_rotated_source_follows_the_direction_relative_to_it(pulled_pair):
+    """The source is rotated by 30°, the picture rotated back by the same angle, and so is the direction."""
+    rotated = pulled(ell() * np.exp(1j * np.pi / 6), pear(), 40 - 30, turn=-30)
+    assert tilt(rotated, 40 - 30) == pytest.approx(tilt(pulled_pair, 40), rel=1e-5)
+
+
+def test_similar_shapes_follow_a_direction():
+    plain, fit = iccm.fit(arrow(), 2 * arrow(), fit="whole"), pulled(arrow(), 2 * arrow(), 40)
+    assert tilt(plain, 40) == pytest.approx(1 - np.cos(np.radians(40)))
+    assert tilt(fit, 40) < tilt(plain, 40) - 0.005
+
+
+def test_symmetric_shapes_follow_a_direction_to_either_side():
+    shapes = 1j * star(), circle()  # both are symmetric about the vertical axis
+    plain = iccm.fit(*shapes, fit="whole")
+    for degrees in (40, -40):
+        assert tilt(pulled(*shapes, degrees), degrees) < tilt(plain, degrees) - 0.02
+
+
+def test_terms_without_a_direction_let_symmetric_shapes_be_mapped_by_halves():
+    assert Energy(terms=(ScaleGradient(0.3), Directed(0.0))).is_mirror_symmetric
+    assert not Energy(terms=(Directed(10.0),)).is_mirror_symmetric
+    assert not Energy(terms=(PULL,)).is_mirror_symmetric
+
+
+def test_a_direction_is_followed_with_rigid_regions_of_the_target():
+    region = 0.2 * np.exp(2j * np.pi * np.arange(12) / 12)
+    options = {"fit": "whole", "rigid_target": [region], "rigid_size": "free", "turn": "any"}
+    plain = iccm.fit(ell(), pear(), **options)
+    fit = iccm.fit(ell(), pear(), terms=[Towards(40)], **options)
+    assert fit.status.ok and fit.rigid[0].is_rigid
+    assert tilt(fit, 40) < tilt(plain, 40) - 0.02
+
+
+def test_a_direction_is_followed_where_the_target_has_more_holes():
+    hole = 0.2 * np.exp(-2j * np.pi * np.arange(12) / 12) + 0.1
+    options = {"fit": "whole", "target_holes": [hole]}
+    plain = iccm.fit(ell(), pear(), **options)
+    fit = iccm.fit(ell(), pear(), terms=[Towards(40)], **options)
+    assert fit.status.ok
+    assert tilt(fit, 40) < tilt(plain, 40) - 0.02

@@ -97,7 +97,7 @@ def test_a_limb_too_crowded_to_map_is_still_part_of_the_domain():
     hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
     fit = conformal_fit(hall, circle(60))
     assert np.abs(fit.map.polygon[:, None] - hall).min(axis=0).max() < 1e-9
-    assert fit.ended is Status.REACHED and fit.report()["injective"]["certified"]
+    assert fit._ended is Status.REACHED and fit.report()["injective"]["certified"]
     assert any(note.startswith("crowding") for note in fit.notes)
     assert fit.status is Status.FOLDED  # where the protrusion is neither omitted nor resolved
     assert any(note.startswith("folds: ") for note in fit.report()["notes"])
@@ -113,7 +113,7 @@ def bar(ratio, n=40):
 def test_a_target_is_not_reached_by_a_map_that_folds(ratio):
     """The ends of a long bar shrink on a box below the error that is allowed there."""
     fit = conformal_fit(bar(ratio), np.array([0, 1.37, 1.37 + 1j, 1j]))
-    back = np.abs(fit.inverse(fit.map(fit.interior)) - fit.interior) < 1e-5
+    back = np.abs(fit.inverse(fit.map(fit._interior)) - fit._interior) < 1e-5
     assert fit.boundary["hausdorff"] < 1e-3
     assert fit.status is (Status.REACHED if back.mean() > 0.99 else Status.FOLDED)
     assert fit.status.ok == (ratio == 4)

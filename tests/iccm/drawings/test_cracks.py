@@ -80,11 +80,14 @@ def test_plots_hatch_the_area_that_figures_count():
     sign, shield = shapely.box(0, 0, 5, 3), shapely.Polygon([(0, 9), (8, 10), (8, 5), (4.5, 0), (0, 4)])
     for place, side in (("inside", 1), ("slice", 0)):
         fit = iccm.fit(sign, shield, place=place)
-        areas = [region.area / whole.area for region, whole in zip(fit.unseen, (sign, shield), strict=True)]
-        assert areas[side] == pytest.approx(1 - (fit.covered if side else fit.shown), abs=2e-3)
+        areas = [
+            region.area / whole.area
+            for region, whole in zip(fit.coverage.unseen, (sign, shield), strict=True)
+        ]
+        assert areas[side] == pytest.approx(fit.coverage.bare if side else fit.coverage.hidden, abs=2e-3)
         assert areas[1 - side] == pytest.approx(0, abs=1e-3)
     two = shapely.MultiPolygon([STAR, shapely.transform(STAR, lambda xy: 0.9 * xy + [3.1, 1.4])])
     fit = iccm.fit(two, PLATE, fit="frame", opaque=False)
-    hidden, bare = fit.unseen
-    assert bare.area / PLATE.area == pytest.approx(1 - fit.covered, abs=0.01)
-    assert hidden.area / two.area == pytest.approx(1 - fit.shown, abs=0.01)
+    hidden, bare = fit.coverage.unseen
+    assert bare.area / PLATE.area == pytest.approx(fit.coverage.bare, abs=0.01)
+    assert hidden.area / two.area == pytest.approx(fit.coverage.hidden, abs=0.01)

@@ -77,9 +77,9 @@ def test_there_is_a_copy_in_thin_lines_too():
 def test_inside_a_ring_nothing_is_hidden():
     ring = shapely.Point(0, 0).buffer(9).difference(shapely.Point(1, 0).buffer(3.5))
     fit = iccm.fit(SIGN, ring, place="inside")
-    assert fit.shown == pytest.approx(1, abs=1e-3)
+    assert (1 - fit.coverage.hidden) == pytest.approx(1, abs=1e-3)
     speck = shapely.Point(0, 0).buffer(9).difference(shapely.Point(1, 0).buffer(0.3))
-    assert iccm.fit(SIGN, speck, place="inside").covered > 0.4  # small holes may lie in it
+    assert iccm.fit(SIGN, speck, place="inside").coverage.bare < 0.6  # small holes may lie in it
 
 
 def test_a_point_determines_where_the_copy_lies():
@@ -95,16 +95,16 @@ def test_inside_all_is_shown_and_keeps_its_proportions():
     fit = iccm.fit(WORD, SHIELD, place="inside")
     report = fit.report()
     assert is_similar(fit, WORD) and fit.status.ok and report["injective"]["share"] == pytest.approx(1)
-    copy = transform_region(WORD, largest_copy(fit.drawings[0].tightest.outline.polygon, SHIELD))
+    copy = transform_region(WORD, largest_copy(fit.details.drawings[0].tightest.outline.polygon, SHIELD))
     assert report["shown"] == pytest.approx(1, abs=1e-3)
-    assert fit.covered == pytest.approx(shapely.convex_hull(copy).area / SHIELD.area, abs=0.1)
+    assert (1 - fit.coverage.bare) == pytest.approx(shapely.convex_hull(copy).area / SHIELD.area, abs=0.1)
     assert not any("bare" in note for note in report["notes"])  # as requested
 
 
 def test_slice_covers_all_and_keeps_its_proportions():
     fit = iccm.fit(SIGN, SHIELD, place="slice")
     assert is_similar(fit, SIGN)
-    assert fit.covered == pytest.approx(1, abs=1e-6) and fit.shown < 0.6
+    assert (1 - fit.coverage.bare) == pytest.approx(1, abs=1e-6) and (1 - fit.coverage.hidden) < 0.6
     scale = np.sqrt(SHIELD.area / fit.source.area)
     assert scale == pytest.approx(10 / 3, rel=2e-3)  # the height is decisive
     assert not any("hidden" in note for note in fit.report()["notes"])
@@ -160,5 +160,5 @@ def test_a_placed_map_is_saved_with_its_place(tmp_path):
     fit = iccm.fit(SIGN, SHIELD, place="slice")
     fit.save(tmp_path / "map.npz")
     again = iccm.load(tmp_path / "map.npz")
-    assert again.place == "slice" and again.shown == fit.shown
+    assert again.details.place == "slice" and (1 - again.coverage.hidden) == (1 - fit.coverage.hidden)
     assert iccm.warp(again, iccm.checkerboard(64), size=(16, 20)).box == pytest.approx((0j, 8 + 10j))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapely
 
+from iccm import deadline
 from iccm.errors import InputError
 from iccm.flattening import METHODS, coarsening, flatten, method, multigrid, scaffold, seams, tutte
 from iccm.flattening.free import Elastic, surface
@@ -251,8 +252,51 @@ def test_a_layout_that_leaves_a_scaffold_no_room_stays(monkeypatch):
     """GEOS does not triangulate next to an outline that almost touches itself."""
     patch = disk_patch(grid(4, 4, dome))
     sheet, start = surface(patch.points, patch.faces), tutte.convex(patch, patch.loops[0])
-    monkeypatch.setattr(scaffold, "_triangles", lambda polygon: np.empty(0, object))
+    monkeypatch.setattr(scaffold, "_triangulations", lambda polygons: np.empty(0, object))
     assert (relax_with_scaffold(sheet, start, patch.loops, 1.0, range(9), 1e-5) == start).all()
+
+
+def test_one_polygon_that_geos_refuses_does_not_empty_the_other_holes(monkeypatch):
+    """All holes of a layout are triangulated at once."""
+    triangulate = scaffold.shapely.constrained_delaunay_triangles
+
+    def moody(polygons):
+        if any(polygon.area < 0.01 for polygon in polygons):
+            raise shapely.errors.GEOSException("too thin")
+        return triangulate(polygons)
+
+    monkeypatch.setattr(scaffold.shapely, "constrained_delaunay_triangles", moody)
+    square = np.array([0, 1, 1 + 1j, 1j])
+    around, u = frame(10 * square), np.concatenate([10 * square, 0.05 * square, 2 + square])
+    faces = outside(u, around, [np.arange(4), np.arange(4, 8), np.arange(8, 12)])
+    area = np.abs(triangle_areas(np.concatenate([around, u])[faces])).sum()
+    ring = shapely.Polygon(np.column_stack([around.real, around.imag])).area - 100
+    assert area == pytest.approx(ring + 1)
+
+
+def test_coarsening_a_surface_with_small_holes_leaves_a_surface():
+    """At a hole of three edges, a collapse without a fold may make two triangles of one edge four."""
+    whole = grid(40, 40, lambda x, y: (x, y + 0.1 * x, 0 * x))
+    faces = whole.corners.reshape(-1, 3)[np.random.default_rng(1).random(len(whole.starts) - 1) > 0.15]
+    patch = disk_patch(Mesh.triangles("scan", whole.points, faces))
+    z = patch.points[:, 0] + 1j * patch.points[:, 1]
+    assert sum(loop.size == 3 for loop in patch.loops) > 50
+    coarse, _ = coarsening.coarser(patch.points, patch.faces, z, len(z) // 8)
+    vertices, local = np.unique(coarse, return_inverse=True)
+    shape = Triangles(local.reshape(-1, 3), vertices.size)
+    assert vertices.size < len(z) and not shape.crowded_edges
+    assert np.unique(shape.fans()).size == vertices.size  # it touches itself nowhere
+    assert len(shape.loops()) == len(patch.loops)
+
+
+def test_a_layout_is_what_was_reached_when_the_time_is_over(monkeypatch):
+    patch = disk_patch(winding(1.4, 40, 4))
+    monkeypatch.setattr(deadline, "SEARCH_TIME_SHARE", 0.0)
+    with deadline.limited(100):
+        early = flatten(patch, method="balanced")
+        assert deadline.current().cut
+    late = flatten(patch, method="balanced")
+    assert overlap(early) is None and early.strained(95) > 1.1 * late.strained(95)
 
 
 def test_the_command_offers_exactly_the_methods_that_exist():

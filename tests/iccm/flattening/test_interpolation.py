@@ -57,7 +57,7 @@ def test_the_ends_are_those_shapes_and_nothing_folds_between():
 def test_the_reverse_sequence_has_the_same_shapes():
     fit = iccm.fit(U, 2 * STEPS, fit="whole")
     inverse = iccm.TriangulatedMap(fit.map.image, fit.map.source, fit.map.faces, fit.map.loops)
-    back = iccm.Fit(inverse, fit.ended, [], fit.target, fit.source, fit.pins, [])
+    back = iccm.Fit(inverse, fit._ended, [], fit.target, fit.source, fit.pins, [])
     forward = [map.image for map in iccm.morph(fit, [0.25, 0.5, 0.75])]
     again = [map.image for map in iccm.morph(back, [0.25, 0.5, 0.75])][::-1]
     for shape, reverse_shape in zip(forward, again):

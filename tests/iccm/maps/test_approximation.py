@@ -142,3 +142,24 @@ def test_the_size_of_the_target_does_not_change_the_mesh(factor):
     mesh = triangulated(HarmonicMap(p, analytic, conjugate))
     resized = triangulated(HarmonicMap(p, factor * analytic, factor * conjugate))
     np.testing.assert_array_equal(resized.faces, mesh.faces)
+
+
+def test_an_irregular_map_is_evaluated_up_to_a_budget_and_a_regular_one_is_not_affected(monkeypatch):
+    """Files may contain any coefficients; refining a map that is irregular everywhere would not end."""
+    counted = []
+    jet = HarmonicMap.jet_inside
+    monkeypatch.setattr(
+        HarmonicMap, "jet_inside", lambda self, z, *more: counted.append(z.size) or jet(self, z, *more)
+    )
+    monkeypatch.setattr("iccm.maps.approximation.MOST_TERMS", 1e7)
+    n = 300
+    polygon, noise = circle(n), np.random.default_rng(3).normal(size=n)
+    regular = triangulated(HarmonicMap(polygon, 2 * polygon, np.zeros(n, complex)))
+    assert regular.seen is None and sum(counted) * n < 1e7
+    counted.clear()
+    map = triangulated(HarmonicMap(polygon, polygon + noise, np.zeros(n, complex)))
+    assert map.seen is not None and 2e6 < sum(counted) * n < 1.5e7
+    monkeypatch.setattr("iccm.maps.approximation.MOST_TERMS", 1e8)
+    counted.clear()
+    triangulated(HarmonicMap(polygon, polygon + noise, np.zeros(n, complex)))
+    assert sum(counted) * n > 1.5e7

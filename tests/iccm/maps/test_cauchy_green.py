@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iccm.maps import cauchy_green
-from iccm.maps.harmonic import HarmonicMap, area_scale, dilatation
+from iccm.maps.distortion import area_scale, dilatation
+from iccm.maps.harmonic import HarmonicMap
 from tests.shapes import CauchyIntegral, circle, ell, inside, radial, random_polygon, refined, star
 
 EXACT = 1e-13

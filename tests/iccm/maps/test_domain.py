@@ -48,7 +48,7 @@ def test_the_gap_of_the_given_outline_is_reported():
     """A notch that the map's polygon omits is missed by the image, though the polygon's image is not."""
     notch = np.insert(arrow(), 1, [1, 1.1 + 0.4j, 1.2])
     whole = conformal_fit(arrow(), arrow())
-    fit = type(whole)(whole.map, whole.ended, [], iccm.Curve.domain(notch), whole.target, whole.pins, [])
+    fit = type(whole)(whole.map, whole._ended, [], iccm.Curve.domain(notch), whole.target, whole.pins, [])
     assert whole.boundary["given"] < 1e-3 < 0.05 < fit.boundary["given"]
 
 

@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+import trimesh
 
 from iccm.errors import InputError
 from iccm.flattening import flatten
@@ -551,3 +552,15 @@ def test_two_quads_take_no_diagonal_twice(joined):
     faces = corners[triangulate(mesh)]
     sides = np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
     assert len(faces) == 4 and np.unique(sides, axis=0, return_counts=True)[1].max() == 2
+
+
+def test_flipped_faces_do_not_tear_a_surface_with_a_fin():
+    """Edges with three faces are mended before faces are oriented."""
+    ball = trimesh.creation.icosphere(2)
+    faces = np.array(ball.faces)
+    faces[::3] = faces[::3, ::-1]
+    points = np.append(ball.vertices, [2 * ball.vertices[faces[5, 0]]], axis=0)
+    fin = [*faces[5, :2], len(points) - 1]
+    joined = Joined.of(Mesh.triangles("fin", points, np.append(faces, [fin], axis=0)))
+    assert joined.sizes == [320, 1]
+    assert sound_piece(joined).loops == []

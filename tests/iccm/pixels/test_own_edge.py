@@ -119,5 +119,7 @@ def test_rows_and_kernel_give_the_same_alpha(shapes, iccm):
     )
     assert result.code == 0
     alpha = np.asarray(Image.open("out.png"))[..., 3]
-    result = iccm("map", "sticker.png", "blob.svg", "-o", "board.png", "--size", "200")
+    result = iccm(
+        "map", "sticker.png", "blob.svg", "--texture", "checker", "-o", "board.png", "--size", "200"
+    )
     assert np.array_equal(alpha, np.asarray(Image.open("board.png"))[..., 3])

@@ -64,3 +64,43 @@ def test_textures_without_alpha_or_without_gaps_stay_as_they_are():
     assert on_paper(opaque) is opaque
     full = Texture(np.full((3, 5, 4), 255, np.uint8), BOX, alpha=3)
     np.testing.assert_array_equal(on_paper(full).pixels, full.pixels)
+
+
+def test_a_light_drawing_with_a_dark_part_lies_on_dark_paper_if_its_silhouette_is_light():
+    pixels = np.zeros((40, 60, 4), np.uint8)
+    pixels[10:30, 10:50] = pixels[5:10, 10:20] = 240, 244, 250, 255
+    pixels[14:26, 20:40] = 60, 60, 70, 255
+    assert on_paper(Texture(pixels, (0, 60 + 40j), alpha=3)).pixels[2, 2, :3].max() < 80
+    pixels[5:30, 10] = pixels[5:30, 49] = pixels[5, 10:20] = pixels[29, 10:50] = 0, 0, 0, 255
+    assert on_paper(Texture(pixels, (0, 60 + 40j), alpha=3)).pixels[2, 2, :3].min() > 150
+
+
+def test_the_ground_of_a_picture_is_its_paper_and_an_outline_is_not():
+    pixels = np.zeros((40, 60, 4), np.uint8)
+    pixels[5:35, 5:55] = 20, 40, 200, 255
+    pixels[15:25, 20:40] = 255, 255, 255, 255
+    assert on_paper(Texture(pixels, (0, 60 + 40j), alpha=3)).pixels[0, 0].tolist() == [20, 40, 200, 255]
+    pixels[7:33, 7:53] = 255, 255, 0, 255  # the blue is now an outline
+    assert on_paper(Texture(pixels, (0, 60 + 40j), alpha=3)).pixels[0, 0, :3].min() > 100
+
+
+def test_a_tone_extends_the_texture_and_has_lighter_paper_in_its_holes_alone():
+    texture = drawing((0.0, 0.0, 0.0))
+    hole = np.array([5, 5 + 1j, 6 + 1j, 6])
+    painted = [np.array([3 - 1j, 7 - 1j, 7 + 2j, 3 + 2j]), hole]
+    plain, toned = on_paper(texture), on_paper(texture, painted)
+    assert toned.box == (-1j, 7 + 3j) and toned.pixels.shape[:2] == (4, 7)
+    paper, tone = toned.pixels[2, 5], toned.pixels[1, 5]
+    assert paper[3] == tone[3] == 255
+    paper, tone = paper[:3], tone[:3]
+    assert (tone < plain.pixels[0, 4, :3]).all() and (plain.pixels[0, 4, :3] < paper).all()
+    assert (toned.pixels[3, 6, :3] == tone).all() and (toned.pixels[2, 6, :3] == tone).all()
+    assert toned.pixels[0, 5, 3] == toned.pixels[3, 0, 3] == 0  # neither painted nor enclosed
+    assert (toned.pixels[:3, :2] == texture.pixels[:, :2]).all()
+
+
+def test_no_tone_lies_below_a_picture_on_a_flat_ground():
+    pixels = np.full((40, 60, 4), 255, np.uint8)
+    pixels[10:30, 20:40, :3] = 0
+    texture = Texture(pixels, (0, 60 + 40j), alpha=3)
+    assert on_paper(texture, [np.array([-9, 70, 70 + 40j])]).pixels.shape == pixels.shape

@@ -111,7 +111,7 @@ def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
     ).pins
     fit = iccm.fit(source_shape.domain, target_shape.domain, pins=marks)
     assert fit.status is Status.REACHED
-    apart = away(fit, *fit.layouts)
+    apart = away(fit, *fit.details.layouts)
     assert np.median(apart) < 0.008  # 0.0165 with cuts along the edges, and no more triangles
     assert np.quantile(apart, 0.95) < 0.035
 

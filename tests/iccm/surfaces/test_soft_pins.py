@@ -44,9 +44,9 @@ def test_a_surface_has_soft_pins_that_come_close_to_their_places():
     layout, pinned = layout_of(13)
     fit = iccm.fit(layout, circle(), pins=list(zip(pinned, GOALS)))
     missed = np.abs(fit.map(pinned) - GOALS)
-    assert fit.status.ok and (missed > 1e-4).all() and (missed < fit.softness.limits).all()
+    assert fit.status.ok and (missed > 1e-4).all() and (missed < fit.details.softness.limits).all()
     back = iccm.fit(circle(), layout, pins=list(zip(GOALS, pinned)))
-    assert back.status.ok and (np.abs(back.map(GOALS) - pinned) < back.softness.limits).all()
+    assert back.status.ok and (np.abs(back.map(GOALS) - pinned) < back.details.softness.limits).all()
     exact = iccm.fit(layout, circle(), pins=list(zip(pinned, GOALS)), exact_pins=True)
     assert np.abs(exact.map(pinned) - GOALS).max() < 1e-9
     strain = [result.distortion.quantile(result.distortion.stretches, 0.95) for result in (fit, exact)]
@@ -74,7 +74,7 @@ def test_a_patch_of_a_surface_does_not_depend_on_its_layout():
     images = [fit.map(surface.flat) for fit, surface in zip(fits, (layout, bent))]
     away = np.abs(images[0] - images[1])
     assert np.median(away) < 2e-3 and away.max() < 0.03  # the outline's edges are 0.1 long
-    assert fits[1].softness.radii == pytest.approx(
+    assert fits[1].details.softness.radii == pytest.approx(
         radius * derivative, rel=0.05
     )  # of a triangle, not of a point
 
@@ -101,12 +101,15 @@ def test_pins_between_surfaces_are_landmarks_unless_a_radius_is_given():
     source, source_points = layout_of(13)
     target, target_points = layout_of(17, PLACES + np.array([[0.04, 0.02], [-0.03, 0.03]]))
     exact = iccm.fit(source, target, pins=list(zip(source_points, target_points)))
-    assert np.abs(exact.map(source_points) - target_points).max() < 1e-9 and not exact.softness.is_soft.any()
+    assert (
+        np.abs(exact.map(source_points) - target_points).max() < 1e-9
+        and not exact.details.softness.is_soft.any()
+    )
     pins = [iccm.Pin(source_points[0], target_points[0], radius=0.2), (source_points[1], target_points[1])]
     soft = iccm.fit(source, target, pins=pins)
     missed = np.abs(soft.map(source_points) - target_points)
-    assert soft.status.ok and soft.softness.is_soft.tolist() == [True, False]
-    assert missed[1] < 1e-9 < missed[0] <= soft.softness.limits[0]
+    assert soft.status.ok and soft.details.softness.is_soft.tolist() == [True, False]
+    assert missed[1] < 1e-9 < missed[0] <= soft.details.softness.limits[0]
 
 
 @pytest.mark.slow

@@ -404,13 +404,16 @@ def test_surfaces_are_mapped_onto_shapes_with_bays_and_back_like_their_outlines(
     flat = flatten(disk_patch(grid(15, 15, lambda x, y: (x, y, 0 * x))))
     for layout in (flat, warped(flat)):  # for any layout it is the same surface
         fit = iccm.fit(layout, u, fit="cover")
-        assert fit.status.ok and fit.report()["injective"]["certified"] and fit.filled is not None
-        assert fit.uncovered == pytest.approx(0, abs=1e-3)
+        assert fit.status.ok and fit.report()["injective"]["certified"] and fit.details.filled is not None
+        assert fit.coverage.uncovered == pytest.approx(0, abs=1e-3)
         assert stretch_of(fit)["p95"] == pytest.approx(stretch_of(plain)["p95"], rel=0.1)
     assert stretch_of(iccm.fit(flat, u))["p95"] > 1.2 * stretch_of(plain)["p95"]
     contained, with_bays = iccm.fit(u, flat, fit="contain"), iccm.fit(u, rectangle(1, 1), fit="contain")
     assert contained.status.ok and contained.report()["injective"]["certified"]
-    assert contained.uncovered == pytest.approx(with_bays.uncovered, abs=2e-3) and with_bays.uncovered > 1e-3
+    assert (
+        contained.coverage.uncovered == pytest.approx(with_bays.coverage.uncovered, abs=2e-3)
+        and with_bays.coverage.uncovered > 1e-3
+    )
 
 
 @pytest.mark.slow

@@ -22,6 +22,7 @@ from iccm.io.svg.curves import Arc, Bezier
 from iccm.maps.bezier_fit import refit
 from iccm.maps.harmonic import HarmonicMap
 
+LINK = "{http://www.w3.org/1999/xlink}href"  # the only form that Inkscape 1.2 shows
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="-100 -100 200 200">'
 DRAWING = """<style>.hot{fill:red}</style><defs><circle id="dot" r="5"/></defs>
 <path id="shape" d="M90 0 C90 50 50 90 0 90 S-90 50 -90 0 S-50 -90 0 -90 S90 -50 90 0Z" fill="tan"/>
@@ -543,7 +544,7 @@ def test_an_embedded_picture_is_resampled(tmp_path):
     assert elements["a"].get("opacity") == ".5" and "transform" not in picture.attrib
     exact = bent(np.array([5 + 10j, 35 + 10j, 35 + 25j, 5 + 25j]))
     assert np.abs(outline(corners) - exact[:, None]).min(axis=1).max() < 0.02
-    pixels = pixels_in(picture.get("href"))
+    pixels = pixels_in(picture.get(LINK))
     height, width = pixels.shape[:2]
     assert any(f"{width} × {height}" in note for note in notes)
     x, y, across, down = (float(picture.get(name)) for name in ("x", "y", "width", "height"))
@@ -563,7 +564,7 @@ def test_an_embedded_picture_of_one_colour_stays_one(size, tmp_path):
     elements, _ = body(
         tmp_path, f'<image id="a" x="-60" width="120" height="60" href="{embedded_png(flat)}"/>', bent
     )
-    assert (pixels_in(elements["a"][0][0].get("href")) == (180, 60, 20)).all()
+    assert (pixels_in(elements["a"][0][0].get(LINK)) == (180, 60, 20)).all()
 
 
 @pytest.mark.parametrize("aspect", ["none", "xMinYMax meet", "xMidYMid slice"])
@@ -574,7 +575,7 @@ def test_an_embedded_picture_under_a_similarity_is_unchanged(aspect, tmp_path):
     elements, notes = body(tmp_path, drawing, lambda z: (1.5 + 0.5j) * z + 7)
     (part,) = elements["a"]
     (picture,) = part
-    assert picture.get("href") == address and not any("picture" in note for note in notes)
+    assert picture.get(LINK) == address and not any("picture" in note for note in notes)
     placed = affine.parse(picture.get("transform"))
     box = [complex(x, y) for x in (0, float(picture.get("width"))) for y in (0, 1)]
     fit = affine.viewport((10, 20, 30, 30), (0, 0, 16, 8), aspect)
@@ -746,7 +747,7 @@ def test_lines_of_an_icon_follow_the_map_of_the_area_they_enclose(tmp_path, iccm
     monkeypatch.chdir(tmp_path)
     (tmp_path / "face.svg").write_text(LINES.format(FACE))
     (tmp_path / "box.svg").write_text(LINES.format('<path d="M3 5H20V19L15 21H3Z"/>'))
-    assert iccm("map", "face.svg", "box.svg", "-o", "o.svg").code == 0
+    assert iccm("map", "face.svg", "box.svg", "--detail", "0", "-o", "o.svg").code == 0
     elements = {node.names[0]: node for node in drawn(tmp_path / "o.svg") if node.names}
     assert set(elements) == {"head", "left", "right", "mouth"}
     assert not any(node.filled for node in elements.values())
@@ -825,3 +826,47 @@ def test_an_open_fill_is_cut_where_only_its_closing_edge_is_outside(source, tmp_
 )
 def test_paths_are_interpolated_command_by_command_for_any_form_of_numbers(frames, continuous):
     assert animation._continuous("d", frames) == continuous
+
+
+def test_attributes_of_other_programs_stay_on_their_elements(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" xmlns:s="http://inkstitch.org/namespace" viewBox="0 0 100 60" '
+        'xmlns:ev="http://www.w3.org/2001/xml-events" xmlns:o="https://example.org/other">'
+        '<path id="leaf" d="M10 10H90V50H10Z" s:angle="45" s:row_spacing_mm="0.25" o:depth="3" ev:event="click"/></svg>'
+    )
+    assert iccm("map", "a.svg", "a.svg", "-o", "o.svg").code == 0
+    (leaf,) = (e for e in ElementTree.parse("o.svg").iter() if e.get("id") == "leaf")
+    kept = {name: value for name, value in leaf.attrib.items() if name.startswith("{")}
+    stitches = "{http://inkstitch.org/namespace}"
+    assert kept == {
+        f"{stitches}angle": "45",
+        f"{stitches}row_spacing_mm": "0.25",
+        "{https://example.org/other}depth": "3",
+    }
+
+
+def test_path_data_in_style_sheets_are_mapped(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 60">{}</svg>'
+    (tmp_path / "css.svg").write_text(
+        svg.format(
+            '<style>#p{d:path(\'M10 10H60V50H10z\');fill:#48c}#n{d:none}</style><path id="p"/><path id="n"/>'
+        )
+    )
+    (tmp_path / "plain.svg").write_text(svg.format('<path id="p" d="M10 10H60V50H10z"/>'))
+    as_outline = (
+        "--detail",
+        "0",
+        "--gaps",
+        "transparent",
+    )  # else the drawing of two paths is composed on paper
+    for name in ("css", "plain"):
+        options = as_outline if name == "css" else ()  # without effect on a plain outline
+        assert iccm("map", f"{name}.svg", "plain.svg", *options, "-o", f"o-{name}.svg").code == 0
+    first, second = (
+        [e.get("d") for e in ElementTree.parse(f"o-{name}.svg").iter() if e.get("d")]
+        for name in ("css", "plain")
+    )
+    assert first == second and len(first) == 1
+    assert "path(" not in (tmp_path / "o-css.svg").read_text()

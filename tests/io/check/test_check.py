@@ -133,6 +133,31 @@ def test_a_changed_report_is_caught(folders, iccm, change, message):
     assert result.code == 1 and message in result.err
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda r: r.update(depth=3),
+        lambda r: r.update(depth={"least": 1, "most": [1, 2]}),
+        lambda r: r["boundary"].update({"mean.of": 3}),
+        lambda r: r["energies"][1].update(bend=1e-9),
+        lambda r: r.update(uv={"flipped": 0}),
+    ],
+)
+def test_figures_that_the_baseline_lacks_are_a_note_and_those_that_are_gone_a_failure(folders, iccm, change):
+    run, base = folders
+    for name in (run, base):
+        (name / "r.json").write_text(report_with(lambda r: r.update(uv={})))
+    (run / "r.json").write_text(report_with(lambda r: (r.update(uv={}), change(r))))
+    result = iccm("check", run, base, "--json")
+    assert result.code == 0 and "r.json: not in the baseline" in result.err
+    records = {record["name"]: record for record in map(json.loads, result.out.splitlines())}
+    assert len(records["r.json"]["notes"]) == 1 and records["r.json"]["state"] == "same"
+    (run / "r.json").rename(run / "newer.json")
+    (base / "r.json").rename(run / "r.json")
+    (run / "newer.json").rename(base / "r.json")
+    assert iccm("check", run, base).code == 1
+
+
 def test_missing_additional_and_other_files_are_caught(folders, iccm):
     run, base = folders
     (run / "deep" / "b.png").unlink()

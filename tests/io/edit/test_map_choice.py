@@ -175,7 +175,7 @@ def test_a_map_that_is_hardly_stretched_less_is_offered_while_the_hand_rests(res
 
 def test_a_map_that_leaves_parts_out_is_offered_however_little_it_is_stretched(resting, monkeypatch):
     edited, last = resting
-    monkeypatch.setattr("iccm.result.Fit.is_partial", True)
+    monkeypatch.setattr("iccm.coverage.Coverage.is_partial", True)
     kept = edited._map
     assert edited.compare(last, resting=True).other == "fresh" and edited._map is kept
 

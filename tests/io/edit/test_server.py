@@ -269,11 +269,12 @@ def test_a_mistake_of_ours_does_not_end_the_page(client, monkeypatch):
         assert "points" not in asked(socket, type="place", side="source", points=[[40, 45]])
 
 
-def started(shapes, *options):
+def started(shapes, *options, browser=False):
     # a shell's background job ignores SIGINT, and so would processes started here
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     command = [sys.executable, "-c", f"{heard}; from iccm.cli import main; main()"]
-    return subprocess.Popen([*command, "edit", "square.svg", "blob.svg", "--no-browser", *options],
+    options = options if browser else ("--no-browser", *options)
+    return subprocess.Popen([*command, "edit", "square.svg", "blob.svg", *options],
                             cwd=shapes, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # fmt: skip
 
 
@@ -301,6 +302,68 @@ def test_the_command_serves_this_machine_alone_until_a_signal(shapes, number, co
         assert process.returncode == code and len(err.split("\n\n")[-1].strip().splitlines()) == 1
     finally:
         process.kill()
+
+
+OTHER_USER = """
+import json, os, re, sys
+readable = {}
+for process in filter(str.isdigit, os.listdir("/proc")):
+    try:
+        with open(f"/proc/{process}/cmdline", "rb") as file:
+            readable[process] = os.fsdecode(file.read())
+    except OSError:
+        continue
+for name in re.findall(r"file://([^\\0\\s]+)", " ".join(readable.values())):
+    try:
+        with open(name) as file:
+            readable[name] = file.read()
+    except OSError as error:
+        readable[name] = type(error).__name__
+json.dump(readable, sys.stdout)
+"""
+"""Prints the command lines of all processes, and the files that these name as addresses."""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="command lines are read from /proc")
+def test_no_other_user_can_read_the_address_of_the_page(shapes, tmp_path, monkeypatch):
+    opened, browser = tmp_path / "opened", tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\necho "$1" > {opened}.part\nmv {opened}.part {opened}\nsleep 60\n')
+    browser.chmod(0o755)
+    monkeypatch.setenv("BROWSER", f"{browser} %s &")
+    process = started(shapes, browser=True)
+    try:
+        address = process.stdout.readline().strip()
+        token = address.split("/")[3]
+        for _ in range(600):
+            if opened.exists():
+                break
+            time.sleep(0.05)
+        page = Path(unquote(opened.read_text().strip().removeprefix("file://")))
+        is_root = os.getuid() == 0  # otherwise the command lines alone are compared
+        nobody = {"user": 65534, "group": 65534, "extra_groups": []} if is_root else {}
+        spy = ["/usr/bin/python3" if is_root else sys.executable, "-c", OTHER_USER]
+        readable = json.loads(subprocess.run(spy, capture_output=True, check=True, **nobody).stdout)
+        assert any("iccm-edit.html" in line for line in readable.values())
+        found = [name for name, content in readable.items() if token in content]
+        assert not found or (not is_root and found == [str(page)])
+        assert page.stat().st_mode & 0o777 == 0o600 and page.parent.stat().st_mode & 0o777 == 0o700
+        assert address in page.read_text()
+        assert urllib.request.urlopen(address).status == 200 and not page.exists()
+    finally:
+        process.terminate()
+        process.wait(timeout=30)
+    assert not page.parent.exists()
+
+
+def test_a_visit_from_the_file_of_the_browser_gets_the_page_and_nothing_else(client):
+    visit = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
+    assert client.get(f"/{TOKEN}/", headers=visit).status_code == 200
+    assert client.get("/other/", headers=visit).status_code == 403
+    for path in ("app.js", "workspace", "texture.png"):
+        assert client.get(f"/{TOKEN}/{path}", headers=visit).status_code == 403
+    for changed in ({"sec-fetch-dest": "iframe"}, {"sec-fetch-mode": "no-cors"}, {"origin": "null"}):
+        assert client.get(f"/{TOKEN}/", headers={**visit, **changed}).status_code == 403
 
 
 def test_without_the_extra_one_line_says_so(shapes, iccm, monkeypatch):

@@ -2,12 +2,12 @@
 
 import json
 import shlex
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from iccm.errors import InputError
+from iccm.fit_data import with_details
 from iccm.io.edit import placing, saving, solving
 from iccm.io.edit.map_choice import MapChoice
 from iccm.io.edit.map_update import LOST
@@ -340,8 +340,8 @@ def test_a_pin_that_is_met_exactly_is_followed_exactly(shapes):
     pins = scene(PIN, OTHER)
     edited.solve(pins)
     # as of pins that would miss their places as soft ones
-    softness = edited._fit.softness.with_pins(np.array([0]), Softness.exact(1))
-    edited._fit = replace(edited._fit, softness=softness)
+    softness = edited._fit.details.softness.with_pins(np.array([0]), Softness.exact(1))
+    edited._fit = with_details(edited._fit, softness=softness)
     for side in ("source", "target"):
         moved = {**PIN, side: [PIN[side][0] + 2, PIN[side][1]]}
         edited.follow(scene(moved, OTHER))

@@ -1,5 +1,6 @@
 """Cortical surfaces and overlays, in files that nibabel writes or ships."""
 
+import gzip
 import struct
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import trimesh
 from PIL import Image
 
 from iccm.errors import InputError
+from iccm.io.isolated import process
 from iccm.io.meshes import mesh_files, overlays
 
 nibabel = pytest.importorskip("nibabel", reason="nibabel is an extra")
@@ -172,3 +174,34 @@ def test_other_files_than_surfaces_and_overlays_are_refused(folder, iccm):
         result = iccm("flatten", *arguments)
         assert result.code == 2 and result.err and "Traceback" not in result.err, (arguments, result.err)
     assert not list(folder.glob("no.*"))
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("lh.big", b"\xff\xff\xff" + struct.pack(">iii", 1 << 30, 1, 1) + bytes(40)),
+        ("lh.old", b"\x0f\x00\x00\x00\x00\x01" + bytes(40)),
+        ("lh.big.annot", struct.pack(">i", 1 << 30) + bytes(40)),
+        ("lh.none.annot", struct.pack(">i", -5) + bytes(40)),
+        ("lh.big.mgh", struct.pack(">6i", 1, 1 << 14, 1 << 14, 1 << 14, 1, 3) + bytes(300)),
+        ("lh.big.mgz", gzip.compress(struct.pack(">6i", 1, 1 << 14, 1 << 14, 1 << 14, 1, 3) + bytes(300))),
+        ("lh.short.mgh", b"\0\0"),
+    ],
+    ids=["big", "old", "annot", "none", "mgh", "mgz", "short"],
+)
+def test_headers_are_checked_before_values_are_read(tmp_path, monkeypatch, name, content):
+    """A header of a few bytes can promise gigabytes, for which readers allocate memory."""
+    path = tmp_path / name
+    path.write_bytes(content)
+    monkeypatch.setattr(process, "read", None)
+    with pytest.raises(InputError, match=r"promises more|no values|too short"):
+        overlays.read(path, 1 << 30)
+
+
+def test_volumes_of_one_hemisphere_are_overlays(tmp_path):
+    """As FreeSurfer names them, like its surfaces: lh.thickness.mgh."""
+    import nibabel
+
+    path = tmp_path / "lh.thickness.mgh"
+    nibabel.save(nibabel.MGHImage(np.arange(5, dtype=np.float32).reshape(5, 1, 1), np.eye(4)), path)
+    assert np.array_equal(overlays.read(path, 5).values, np.arange(5))

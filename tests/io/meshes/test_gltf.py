@@ -345,6 +345,24 @@ def test_unreadable_files_are_refused_in_one_line(shapes, iccm, change, message)
     assert result.code == 2 and len(result.lines) == 1 and message in result.err
 
 
+def test_repeated_triangles_are_limited(rich, monkeypatch):
+    """A few bytes of JSON draw the same triangles again."""
+    from iccm import InputError
+    from iccm.io import limits
+
+    path = rich / "rich.glb"
+    content = gl.GLTF2().load(str(path))
+    content.meshes[0].primitives *= 5
+    content.save(str(path))
+    assert mesh_files.open_mesh(path).count_faces(-1) > 0
+    monkeypatch.setattr(limits, "REPEATED_FACES", 3)
+    with pytest.raises(InputError, match="repeat"):
+        mesh_files.open_mesh(path).count_faces(-1)
+    monkeypatch.setattr(limits, "PRIMITIVES", 4)
+    with pytest.raises(InputError, match="primitives, more than 4"):
+        mesh_files.open_mesh(path).count_faces(-1)
+
+
 def squeezed(folder, *, damage=lambda data: data, number=1):
     """The same sheet uncompressed and compressed by Draco, as plain.glb and draco.glb; returns its points."""
     points, normal, uv, faces = rich_glb.sheet(4)

@@ -8,6 +8,7 @@ from iccm.io.meshes import mesh_files
 
 Usd = pytest.importorskip("pxr.Usd", reason="usd-core is an extra")
 Sdf, UsdGeom = pytest.importorskip("pxr.Sdf"), pytest.importorskip("pxr.UsdGeom")
+pytestmark = pytest.mark.large
 
 POINTS = [(0, 0, 0), (4, 0, 1), (4, 3, 1), (0, 3, 0), (9, 0, 0), (9, 3, 0)]
 COUNTS, CORNERS = [4, 3, 3], [0, 1, 2, 3, 1, 4, 5, 1, 5, 2]
@@ -72,3 +73,32 @@ def test_references_to_other_files_are_refused(scene, iccm):
     stage.GetRootLayer().Save()
     result = iccm("flatten", "outer.usda", "-o", "no.svg")
     assert result.code == 2 and "other USD files" in result.err
+
+
+@pytest.mark.parametrize("place", [16, "section", "items"])
+def test_sections_of_binary_files_are_checked_before_usd_reads_them(
+    scene, iccm, tmp_path, monkeypatch, place
+):
+    """The places of the table of sections, of a section, and the number of items in one."""
+    import struct
+
+    from iccm.io.isolated import process
+
+    whole = tmp_path / "whole.usdc"
+    stage = Usd.Stage.CreateNew(str(whole))
+    mesh = UsdGeom.Mesh.Define(stage, "/sheet")
+    mesh.CreatePointsAttr(POINTS)
+    mesh.CreateFaceVertexCountsAttr(COUNTS)
+    mesh.CreateFaceVertexIndicesAttr(CORNERS)
+    stage.GetRootLayer().Save()
+    assert mesh_files.open_mesh(whole).count_faces(-1) == len(COUNTS)
+    data = bytearray(whole.read_bytes())
+    table = struct.unpack_from("<q", data, 16)[0]
+    assert data[table + 8 : table + 14] == b"TOKENS"
+    places = {"section": table + 32, "items": struct.unpack_from("<q", data, table + 24)[0]}
+    struct.pack_into("<q", data, places.get(place, place), 1 << 60)
+    bad = tmp_path / "bad.usdc"
+    bad.write_bytes(data)
+    monkeypatch.setattr(process, "read", None)
+    with pytest.raises(InputError, match="promises more"):
+        mesh_files.open_mesh(bad).count_faces(-1)

@@ -18,6 +18,7 @@ from vtkmodules.vtkIOXML import (
     vtkXMLUnstructuredGridWriter,
 )
 
+pytestmark = pytest.mark.large
 POINTS = np.array([(0, 0, 0), (4, 0, 1), (4, 3, 1), (0, 3, 0), (9, 0, 0), (9, 3, 0)], float)
 COUNTS, CORNERS = [4, 3, 3], [0, 1, 2, 3, 1, 4, 5, 1, 5, 2]
 UV = np.array([(0, 0), (0.4, 0), (0.4, 0.3), (0, 0.3), (0.9, 0), (0.9, 0.3)])
@@ -176,3 +177,28 @@ def test_numbers_at_points_are_shown_in_the_flattening(tmp_path, monkeypatch, ic
     save(vtkXMLPolyDataWriter(), surface, "active.vtp")
     result = iccm("flatten", "part.vtp", "--overlay", "active.vtp", "-o", "height.tif")
     assert result.code == 0 and np.nanmax(np.asarray(Image.open("height.tif"))) <= 1
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        (
+            "wide.vtp",
+            '<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="5" NumberOfPolys="1"><Points>'
+            '<DataArray type="Float32" NumberOfComponents="4294967295" format="binary">AAAA</DataArray>'
+            "</Points></Piece></PolyData></VTKFile>",
+        ),
+        (
+            "wide.vtk",
+            "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 1 float\n0 0 0\nPOINT_DATA 1\n"
+            "FIELD f 1\na 1000000 1000000 double\n1\n",
+        ),
+    ],
+)
+def test_sizes_of_arrays_are_checked_before_vtk_reads_them(tmp_path, monkeypatch, name, text):
+    from iccm.io.isolated import process
+
+    (tmp_path / name).write_text(text)
+    monkeypatch.setattr(process, "read", None)
+    with pytest.raises(InputError, match="promises more numbers"):
+        mesh_files.open_mesh(tmp_path / name).count_faces(-1)

@@ -118,8 +118,9 @@ def test_jpeg_keeps_colours_at_full_resolution(tmp_path):
 def test_clipping_of_negative_colours_gets_a_note():
     pixels = np.full((2, 5, 1), 0.5, np.float32)
     pixels[0, 0] = -0.25
-    note = image_files.clipping_note("a.png", Image(pixels, colorspace="lin_rec709"))
-    assert note and "10.0%" in note and image_files.clipping_note("a.exr", Image(pixels)) is None
+    clipped, depth = image_files.losses("a.png", Image(pixels, colorspace="lin_rec709"))
+    assert "10.0%" in clipped and "16 bits" in depth
+    assert image_files.losses("a.exr", Image(pixels)) == []
 
 
 def test_other_programs_read_straight_alpha(tmp_path):

@@ -62,7 +62,7 @@ def test_twisted_maps_between_meshes_in_the_same_place_are_matched_by_position_t
         bent(ball).export(name)
     pair = [mesh_reading.read(name, cut=True) for name in ("a.obj", "b.obj")]
     options = dict.fromkeys(("has_pins", "start", "rigid", "rigid_target", "several"))
-    result = SimpleNamespace(status=status, has_drifted=has_drifted)
+    result = SimpleNamespace(status=status, _has_drifted=has_drifted)
     run = SimpleNamespace(
         job=SimpleNamespace(**options), fits=[result], fit=result, pairs=[pair], target=pair[1]
     )

@@ -35,7 +35,7 @@ def picture(iccm, *options):
 
 
 def test_paper_fills_the_gap_between_two_bars(iccm, files):
-    pixels, report = picture(iccm)
+    pixels, report = picture(iccm, "--detail", "0")
     height, width = pixels.shape[:2]
     assert (pixels[2:-2, 2:-2, 3] == 255).all()
     assert report["covered"] > 0.99
@@ -86,11 +86,12 @@ def test_gaps_of_a_picture_are_not_filled_with_colours_from_beside_them(iccm, fi
     assert np.median(pixels["paper"][gap][:, :3].min(axis=1)) > 200
 
 
-def test_a_drawing_of_one_colour_shows_itself_on_paper_where_texture_names_it(iccm, files):
+@pytest.mark.parametrize("texture", [(), ("--texture", "bars.svg")])
+def test_a_drawing_of_one_colour_with_several_parts_shows_itself_on_paper(iccm, files, texture):
     (files / "bars.svg").write_text(TWO_BARS.replace("#1830a0", "#c01818"))
-    _, report = picture(iccm)
+    _, report = picture(iccm, "--texture", "checker")
     assert report["pixels"]["checkerboard"]
-    pixels, report = picture(iccm, "--texture", "bars.svg")
+    pixels, report = picture(iccm, "--detail", "0", *texture)
     assert "checkerboard" not in report["pixels"] and not any("colour" in note for note in report["notes"])
     left, middle = (pixels[pixels.shape[0] // 2, round(share * pixels.shape[1])] for share in (0.1, 0.44))
     assert left[0] > left[2] + 80 and middle[:3].min() > 200
@@ -114,7 +115,7 @@ COMB = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">
 def test_a_note_reports_where_a_thin_target_shows_pieces_of_lines(iccm, files, width, target, noted):
     Path("arrows.svg").write_text(ARROWS.format(width=width))
     Path("comb.svg").write_text(COMB)
-    result = iccm("map", "arrows.svg", f"{target}.svg", "-o", "out.png", "--size", "90")
+    result = iccm("map", "arrows.svg", f"{target}.svg", "-o", "out.png", "--size", "90", "--detail", "0")
     assert result.code == 0, result.err
     assert ("arrows.svg: drawn with lines" in result.err and "--texture checker" in result.err) == noted
     if noted:

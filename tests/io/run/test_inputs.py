@@ -25,7 +25,12 @@ MESH += "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "more", ["{}", '{"plot": "p.pdf", "output": ["x.obj", "x.ply"]}', '{"bake": true, "size": 9}']
+    "more",
+    [
+        "{}",
+        '{"plot": "p.pdf", "output": ["x.obj", "x.ply"]}',
+        '{"bake": true, "size": 9, "output": ["x.png"]}',
+    ],
 )
 def test_a_run_opens_its_mesh_once(shapes, more):
     """Whether it is a mesh, its size, its content, its references, its hash: all from one reading."""

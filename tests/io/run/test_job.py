@@ -73,7 +73,7 @@ def test_a_pin_may_be_a_point_in_space():
 OF_THE_COMMAND = {
     *("dry_run", "watch", "open", "resume", "time_limit", "threads"),
     *("help", "debug", "log_format", "quiet", "verbose"),
-    *("text", "target_text", "font"),
+    *("text", "target_text", "font", "font_variation"),
 }
 """Options of the command that are not part of a job."""
 

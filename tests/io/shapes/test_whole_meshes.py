@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from iccm import deadline
 from iccm.io.meshes import mesh_files
 from iccm.io.shapes import mesh_reading
 from iccm.meshes.flatten import overlap
@@ -104,10 +105,12 @@ def test_pieces_lie_in_what_a_line_encloses_unless_its_inside_is_a_hole(shapes, 
 
 @pytest.mark.slow
 def test_one_piece_is_used_on_request_or_where_pins_need_it(machine, shapes, iccm):
-    for words in (["--parts", "largest"], ["--pin", "50,50:v300"]):
+    # of the area, it is less than half; only --parts says that this is meant
+    for words, code in ((["--parts", "largest"], 0), (["--pin", "50,50:v300"], 1)):
         result = iccm("map", "square.svg", machine, *words, "-o", "o.obj", "--report", "r.json", "--force")
-        assert result.code == 0, result.err
-        assert json.loads((shapes / "r.json").read_text())["mapped"] < 0.8
+        assert result.code == code, result.err
+        report = json.loads((shapes / "r.json").read_text())
+        assert report["mapped"] < 0.8 and (report["status"] == "partial") == bool(code)
         assert "faces are mapped" in result.err
 
 
@@ -133,3 +136,37 @@ def test_faces_of_both_sides_and_without_area_get_coordinates_too(shapes, iccm):
     mesh = mesh_files.read("o.obj").mesh
     uv = mesh.uv[mesh.uv_corners]
     assert uv[18:36].reshape(6, 3, 2)[:, ::-1] == pytest.approx(uv[:18].reshape(6, 3, 2))
+
+
+def holey(path):
+    """A ball with random missing and doubled faces, a third of them flipped, and a fin on one of its edges."""
+    ball, draw = trimesh.creation.icosphere(3), np.random.default_rng(5)
+    faces = ball.faces[draw.random(len(ball.faces)) > 0.1]
+    flipped = draw.random(len(faces)) < 0.3
+    faces[flipped] = faces[flipped][:, ::-1]
+    a, b = faces[7][:2]
+    faces = np.concatenate([faces, faces[:20], faces[40:60, ::-1], [[a, b, len(ball.vertices)]]])
+    points = np.append(ball.vertices, [1.5 * (ball.vertices[a] + ball.vertices[b])], axis=0)
+    rows = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {i} {j} {k}" for i, j, k in faces + 1]
+    path.write_text("\n".join(rows) + "\n")
+    return len(faces)
+
+
+def test_all_faces_of_a_scan_are_mapped(shapes, iccm):
+    count = holey(shapes / "scan.obj")
+    flat = iccm("flatten", "scan.obj", "--uv", "flat.obj")
+    assert flat.code == 0, flat.err
+    written = mesh_files.read("flat.obj").mesh
+    assert written.sizes.size == count and (written.uv_corners >= 0).all()
+    bent = iccm("map", "square.svg", "scan.obj", "-o", "textured.obj", "--size", "32")
+    assert bent.code == 0, bent.err
+    written = mesh_files.read("textured.obj").mesh
+    assert written.sizes.size == count and (written.uv_corners >= 0).all()
+
+
+def test_flatten_ends_with_what_it_reached_and_exit_code_1(shapes, iccm, monkeypatch):
+    holey(shapes / "scan.obj")
+    monkeypatch.setattr(deadline, "SEARCH_TIME_SHARE", 0.0)
+    flat = iccm("flatten", "scan.obj", "--uv", "flat.obj")
+    assert flat.code == 1 and "--time-limit" in flat.lines[-1]
+    assert (mesh_files.read("flat.obj").mesh.uv_corners >= 0).all()

@@ -378,11 +378,29 @@ def test_many_rings_wind_around_points_as_each_does(monkeypatch, at_once):
     corners = rng.uniform(-1, 1, (40, 4)) + 1j * rng.uniform(-1, 1, (40, 4))
     rings = [z[: 3 + k % 2] + 5 * complex(*rng.uniform(-1, 1, 2)) for k, z in enumerate(corners)]
     rings.append(np.array([-9 - 9j, 9j, 9 + 9j, -8 + 9j]))
-    faces, winding = fill._faces(rings)
+    faces, winding = fill._faces(rings, fill.FaceBudget())
     points = shapely.point_on_surface(faces)
     z = np.array([complex(p.x, p.y) for p in points])
     angles = [np.angle((np.roll(ring, -1) - z[:, None]) / (ring - z[:, None])).sum(axis=1) for ring in rings]
     assert np.array_equal(winding, np.rint(sum(angles) / (2 * np.pi))) and np.ptp(winding) > 2
+
+
+def test_crossings_of_all_shapes_are_limited_together(tmp_path, monkeypatch):
+    """Each of many shapes crosses itself less often than one shape may; shapes that do not cross remain."""
+    rng = np.random.default_rng(3)
+    tangles = [rng.uniform(0, 100, 40) + 1j * rng.uniform(0, 100, 40) for _ in range(60)]
+    path = tmp_path / "tangles.svg"
+    path.write_text(
+        SVG.format(
+            "".join(f'<path d="M{points(z)}Z"/>' for z in tangles) + '<rect id="r" width="9" height="9"/>'
+        )
+    )
+    monkeypatch.setattr(limits, "CUT_FACES", 2000)
+    drawing = reader.read(path)
+    assert "r" in [outline.names[0] for outline in drawing.outlines if outline.names]
+    assert 30 < sum("in all" in str(error) for _, error in drawing.refused) < 60
+    monkeypatch.setattr(limits, "CUT_FACES", 100_000)
+    assert not reader.read(path).refused
 
 
 def test_shapes_without_crossings_are_painted_without_cutting_the_plane(tmp_path, monkeypatch):

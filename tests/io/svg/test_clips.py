@@ -51,6 +51,19 @@ LEFT = [  # what is drawn, and what part of it is visible
      f'<g clip-path="url(#c)">{BLOCK}</g>', 162 - 16),
     (f'<defs><g id="b">{BLOCK}</g><clipPath id="c"><use href="#s"/></clipPath><path id="s" d="M0 0h9v9H0z"/></defs>'
      '<use href="#b" x="50" clip-path="url(#c)"/><use href="#b" y="5" clip-path="url(#c)"/>', 81),
+    ('<clipPath id="c"><g><path d="M0 0h30v30H0z"/></g><path d="M0 0h9v9H0z"/></clipPath>'
+     f'<g clip-path="url(#c)">{BLOCK}</g>', 81),  # groups do not clip
+    (f'<g clip-path="circle(10px)">{BLOCK}</g>', 100 * math.pi),
+    (f'<g style="clip-path:circle(25% at 50% 50%)">{BLOCK}</g>', 100 * math.pi),
+    (f'<g style="clip-path:ellipse(10px 25% at left 20px bottom 20px)">{BLOCK}</g>', 100 * math.pi),
+    (f'<g style="clip-path:inset(5px 10px 15px)">{BLOCK}</g>', 20 * 20),
+    (f'<g style="clip-path:inset(0 round 10px)">{BLOCK}</g>', 1600 - (4 - math.pi) * 100),
+    (f'<g style="clip-path:polygon(evenodd, 0 0, 50% 0, 50% 100%, 0 100%)">{BLOCK}</g>', 800),
+    (f'<g style="clip-path:xywh(10px 10px 20px 25%)">{BLOCK}</g>', 200),
+    (f'<g style="clip-path:rect(10px 30px auto auto)">{BLOCK}</g>', 900),
+    ('<rect x="10" y="10" width="40" height="40" style="clip-path:path(&quot;M0 0h9v9h-9z&quot;)"/>', 81),
+    ('<rect x="10" width="40" height="40" style="clip-path:circle(10px at 10px 20px) view-box"/>',
+     50 * math.pi),
     (mask(WHITE), 200),
     (mask(WHITE + '<path fill="black" d="M12 12h4v4h-4z"/>'), 184),
     (mask(WHITE + '<path fill="black" d="M12 12h4v4h-4z"/>', 'style="mask-type:alpha"'), 200),
@@ -95,7 +108,7 @@ def test_a_clip_may_part_a_shape_or_hide_it(svg):
     "wrong",
     [
         f'<g clip-path="url(#nowhere)">{BLOCK}</g>',
-        f'<g clip-path="circle(10px)">{BLOCK}</g>',
+        f'<g clip-path="circle(10furlongs)">{BLOCK}</g>',
         f'<clipPath id="c" clipPathUnits="objectBoundingBox"/><g clip-path="url(#c)">{BLOCK}</g>',
         f'<clipPath id="c"><text>a</text></clipPath><g clip-path="url(#c)">{BLOCK}</g>',
         f'<path id="c" d="M0 0h1v1z"/><g clip-path="url(#c)">{BLOCK}</g>',
@@ -111,9 +124,7 @@ def test_unsupported_clips_get_a_note(svg, wrong):
 
 
 def test_a_clip_path_of_itself_ends(svg):
-    definition = (
-        f'<clipPath id="c"><g clip-path="url(#c)">{BLOCK}</g></clipPath><g clip-path="url(#c)">{BLOCK}</g>'
-    )
+    definition = f'<clipPath id="c" clip-path="url(#c)">{BLOCK}</clipPath><g clip-path="url(#c)">{BLOCK}</g>'
     assert svg(definition).curve.area == 1600
 
 

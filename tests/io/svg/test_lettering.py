@@ -14,7 +14,7 @@ from iccm import InputError
 from iccm.io import limits
 from iccm.io.artwork import rendering
 from iccm.io.shapes import shape
-from iccm.io.svg import directions, lettering
+from iccm.io.svg import directions, installed_fonts, lettering
 from iccm.io.svg.fonts import Font
 
 FONTS = Path(mpl.get_data_path(), "fonts", "ttf")
@@ -89,7 +89,7 @@ def test_anchors_and_places_of_parts(tmp_path):
     "body",
     [
         TEXT.format(x=9, more="", text="h").replace("DejaVu Sans", "Other"),
-        TEXT.format(x=9, more='writing-mode="vertical-rl"', text="ho"),
+        TEXT.format(x=9, more='writing-mode="sideways-lr"', text="ho"),
         TEXT.format(x=9, more="", text='h<tspan textLength="30">o<tspan textLength="9">u</tspan></tspan>'),
         TEXT.format(x=9, more="", text="\u0633\u0644<tspan>\u0633</tspan>"),
         TEXT.format(x=9, more="", text='h<tspan fill="url(#g)">o</tspan>'),
@@ -110,7 +110,15 @@ def test_letters_are_counted(tmp_path, monkeypatch):
 def test_artwork_carries_letters(tmp_path, iccm):
     square = '<rect id="s" width="200" height="100" fill="#fff"/>'
     (tmp_path / "a.svg").write_text(SVG.format(square + TEXT.format(x=30, more="", text="h")))
-    result = iccm("map", tmp_path / "a.svg", tmp_path / "a.svg", "-o", tmp_path / "o.svg")
+    result = iccm(
+        "map",
+        f"{tmp_path}/a.svg#canvas",
+        f"{tmp_path}/a.svg#canvas",
+        "--gaps",
+        "transparent",
+        "-o",
+        tmp_path / "o.svg",
+    )
     assert result.code == 0 and "omitted (convert it" not in result.err
     low, high = shape.read(f"{tmp_path}/o.svg#2").curve.box
     assert [low.real, low.imag, high.real, high.imag] == pytest.approx(box_of("h", 30), abs=0.6)
@@ -124,10 +132,11 @@ def test_a_power_stroke_is_read_as_inkscape_drew_it(tmp_path):
 
 
 def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
-    """By matplotlib, which has the same file of the family, in the same weight."""
+    """In the folders of the system: the same file of the family, in the same weight."""
     text = TEXT.format(x=9, more='font-weight="bold"', text="Rag")
     before = drawn(tmp_path, text)
-    monkeypatch.setattr(lettering.shutil, "which", lambda name: None)
+    monkeypatch.setattr(installed_fonts.shutil, "which", lambda name: None)
+    monkeypatch.setattr(installed_fonts, "folders", lambda: (FONTS,))
     lettering._matched.cache_clear()
     try:
         after = drawn(tmp_path, text)
@@ -136,10 +145,28 @@ def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
         )
     finally:
         lettering._matched.cache_clear()
-    assert "missing" in lettering.finder()
+    assert "missing" in installed_fonts.finder()
     assert after[1] == pytest.approx(before[1]) and len(after[0]) == len(before[0]) == 3
     assert after[0][0].curve.area == pytest.approx(before[0][0].curve.area)
     assert any("1 text " in note and "to paths" in note for note in unknown[0][0].notes)
+
+
+@pytest.mark.parametrize(
+    "family, weight, slant, file",
+    [
+        ("dejavu sans", 400, 0, "DejaVuSans.ttf"),
+        ("dejavu sans", 600, 0, "DejaVuSans-Bold.ttf"),
+        ("dejavu sans", 300, 110, "DejaVuSans-Oblique.ttf"),
+        ("dejavu serif", 700, 100, "DejaVuSerif-BoldItalic.ttf"),
+        ("monospace", 700, 0, "DejaVuSansMono-Bold.ttf"),
+    ],
+)
+def test_the_nearest_style_of_a_family_is_chosen(monkeypatch, family, weight, slant, file):
+    monkeypatch.setattr(installed_fonts.shutil, "which", lambda name: None)
+    monkeypatch.setattr(installed_fonts, "folders", lambda: (FONTS,))
+    path, number = installed_fonts.font_file(family, weight, slant)
+    assert Path(path) == FONTS / file and number == 0
+    assert installed_fonts.font_file("nonesuch", weight, slant) is None
 
 
 def boxes(tmp_path, body):
@@ -202,7 +229,7 @@ def test_a_text_follows_a_path(tmp_path, offset, start):
 
 def test_repeated_letters_are_drawn_from_their_font_once():
     font = Font(str(FONTS / "DejaVuSans.ttf"))
-    drawn = ["".join(data for _, data in font.set_at(text, 3, 4, 10)) for text in ("AAAA", "AVA")]
+    drawn = ["".join(data for _, data, _ in font.set_at(text, 3, 4, 10)) for text in ("AAAA", "AVA")]
     assert font._template.cache_info().misses == 2
     assert [path.count("Z") for path in drawn] == [8, 5] and len(set(re.findall("M[^L]*", drawn[0]))) == 8
 
@@ -276,7 +303,8 @@ def test_spans_have_paint_of_their_own(tmp_path, iccm):
     (tmp_path / "a.svg").write_text(SVG.format(SPANS))
     shapes, _ = drawn(tmp_path, SPANS)
     assert len(shapes) == 4
-    result = iccm("map", tmp_path / "a.svg#canvas", tmp_path / "a.svg#canvas", "-o", tmp_path / "o.svg")
+    same = (tmp_path / "a.svg#canvas", tmp_path / "a.svg#canvas", "--gaps", "transparent")
+    result = iccm("map", *same, "-o", tmp_path / "o.svg")
     assert result.code == 0 and "omitted" not in result.err
     for name in ("a.svg", "o.svg"):
         pixels = rendering.render(tmp_path / name, (-100j, 200 + 0j), (200, 100)).pixels

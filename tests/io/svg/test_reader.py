@@ -316,7 +316,7 @@ def test_a_use_is_styled_like_its_referenced_element(svg):
 
 def test_unsupported_style_rules_get_a_note(svg):
     body = '<rect class="a" width="9" height="9"/>'
-    rules = "g>.a{fill:none} .a:hover{fill:red} g:has(rect){fill:none} .a:nth-of-type(2), .a:no{x:1}"
+    rules = "g>.a{fill:none} .a:hover{fill:red} g:has(rect){fill:none} .a:nth-child(1 of g), .a:no{x:1}"
     assert svg(f"<style>{rules}</style>{body}").notes == (
         "4 style rules ignored: a malformed selector, or a pseudo-class such as :hover",
     )
@@ -880,9 +880,9 @@ def test_the_area_of_a_fill_is_computed_once(tmp_path, monkeypatch):
 
     computed = []
 
-    def count(rings, rule):
+    def count(rings, rule, budget):
         computed.append(rule)
-        return fill.painted(rings, rule)
+        return fill.painted(rings, rule, budget)
 
     monkeypatch.setattr(strokes, "painted", count)
     path = tmp_path / "a.svg"

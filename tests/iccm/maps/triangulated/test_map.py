@@ -220,7 +220,7 @@ def test_outside_but_near_counts_as_on_the_outline_and_farther_is_nothing():
 
 def test_nothing_in_a_hole():
     map = MAPS["ring"]()
-    assert np.isnan(map.inverse(np.array([0.5, 0, 3, np.nan, np.inf]))).all()
+    assert np.isnan(map.inverse(np.array([0.5 + 0j, 0, 3, np.nan, np.inf]))).all()
     assert np.isnan(map(np.array([0.1j, np.nan, np.inf]))).all()
 
 

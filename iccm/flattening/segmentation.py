@@ -1,0 +1,199 @@
+"""Divide a piece of a mesh into charts: the shortest seams within a bound of distortion, and a place for every face.
+
+One chart has the shortest seams. A hard surface that it distorts beyond the bound is cut into nets (see `unfolding`);
+an organic one stays one chart within a wider bound. What does not flatten is split in two, and each half again, to
+single triangles if need be.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ..arrays import Complex, Flags, Index
+from ..deadline import TimeUp, ends_search
+from ..errors import InputError
+from ..meshes.disk_patch import open_piece, split_non_manifold
+from ..meshes.flatten import Flattening, overlap, upright, weighted_percentiles
+from ..meshes.patch import Patch
+from ..meshes.stretch import laid_flat
+from ..meshes.topology import Triangles
+from ..plane import polygon_area
+from ..sorting import grouped
+from .charts import separate_boundaries
+from .method import convex, flatten
+from .unfolding import Faceted
+
+Charts = Literal["auto", "one"]
+MAX_DISTORTION = 1.1
+"""Default bound of the distortion of hard surfaces: checks that are longer by a tenth look square."""
+LEAST_HARD_SHARE = 0.5
+"""Share of the area in flat and other developable parts from which a surface is hard."""
+EXACT_DILATATION = 1.01
+"""95th percentile of the dilatation below which a layout counts as undistorted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """A part of a piece with its layout.
+
+    Attributes:
+        layout: the layout, whose triangles are those of the part in their order.
+        triangles: (k,) the triangles of the piece.
+    """
+
+    layout: Flattening
+    triangles: Index
+
+    @property
+    def seam(self) -> float:
+        """Length of its seams."""
+        ends = self.layout.patch.mesh.points[self.layout.patch.seam]
+        return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+
+
+def charts_of(
+    piece: Patch, *, grow: bool, method: str, charts: Charts = "auto", max_distortion: float = MAX_DISTORTION
+) -> list[Chart]:
+    """Flatten a piece, into one chart, or if it is hard, into nets where these have less distortion or seams.
+
+    Args:
+        piece: a valid piece, see `meshes.disk_patch.sound_piece`.
+        grow: whether it may be cut.
+        method: see `flattening.flatten`.
+        charts: "one" keeps one chart wherever it flattens, as "lscm" always does.
+        max_distortion: bound of the 95th percentile of the dilatation of a hard surface.
+
+    Raises:
+        InputError: it is closed or has handles, and may not be cut.
+        TimeUp: the time is over.
+    """
+    open_piece(piece, cut=grow)
+    whole = _flatten_or_split(piece, np.arange(len(piece.faces)), grow, method)
+    if charts == "one" or method == "lscm" or not grow or dilated(whole) < EXACT_DILATATION or ends_search():
+        return whole
+    surface = Faceted(piece)
+    if surface.hard_share < LEAST_HARD_SHARE:
+        return whole
+    nets = _nets(surface, method)
+    if nets is None:
+        return whole
+    return min((whole, nets), key=lambda layouts: _cost(layouts, max_distortion))
+
+
+def dilated(charts: Sequence[Chart]) -> float:
+    """Return the 95th percentile of the dilatation over the area of all charts."""
+    dilatation = np.concatenate([chart.layout.dilatation for chart in charts])
+    weight = np.concatenate([chart.layout.patch.areas for chart in charts])
+    return weighted_percentiles(dilatation, weight, (95,))[0]
+
+
+def _cost(charts: Sequence[Chart], max_distortion: float) -> tuple[float, float]:
+    """Return what the best charts have least of: distortion beyond the bound, then length of seams."""
+    return max(dilated(charts), max_distortion), sum(chart.seam for chart in charts)
+
+
+def _nets(surface: Faceted, method: str) -> list[Chart] | None:
+    """Return the nets of a surface, and its parts that are not developable, each as one chart; None if too many."""
+    net = surface.net()
+    if net is None:
+        return None
+    charts = list[Chart]()
+    for part, members in parts_of(surface.piece, net.seams):
+        if surface.developable[surface.part[members[0]]]:
+            unfolded = _unfolded(part, net.flat[members], method)
+            if unfolded is not None:
+                charts.append(Chart(unfolded, members))
+                continue
+        charts += _flatten_or_split(part, members, True, method)
+    return charts
+
+
+def _unfolded(part: Patch, corners: Complex, method: str) -> Flattening | None:
+    """Return the layout of a net with corners of triangles at (m, 3); None if it overlaps, or needs a solver."""
+    if part.genus or not part.loops:
+        return None
+    flat = np.zeros(len(part.points), complex)
+    np.add.at(flat, part.faces, corners)
+    flat /= np.bincount(part.faces.ravel())
+    outline = max(part.loops, key=lambda loop: polygon_area(flat[loop]))
+    layout = Flattening(part, upright(part, flat), outline, method)
+    if overlap(layout):
+        layout = replace(layout, flat=separate_boundaries(part.triangles, layout.flat))
+    return None if overlap(layout) or not layout.dilated(95) < EXACT_DILATATION else layout
+
+
+def _flatten_or_split(part: Patch, triangles: Index, grow: bool, method: str) -> list[Chart]:
+    """Return the charts of a part whose triangles are those of the piece with the numbers `triangles` (k,)."""
+    try:
+        layout = flatten(open_piece(part, cut=True), grow=grow, method=method, chart=True)
+        return [Chart(layout if method == "lscm" else convex(layout), triangles)]
+    except TimeUp:
+        raise
+    except InputError:
+        if len(triangles) == 1:
+            return [Chart(_one_triangle(part, method), triangles)]
+    return [
+        chart
+        for half, members in parts_of(part, _between(part, _halves(part)))
+        for chart in _flatten_or_split(half, triangles[members], grow, method)
+    ]
+
+
+def _between(part: Patch, label: Index) -> Flags:
+    """Return (3m,) whether half-edges are between triangles with different labels (m,)."""
+    twin = part.triangles.twin
+    return (twin >= 0) & (label[twin // 3] != label.repeat(3))
+
+
+def _one_triangle(part: Patch, method: str) -> Flattening:
+    flat = np.empty(3, complex)
+    flat[part.faces[0]] = laid_flat(part.points[part.faces])[0]
+    return Flattening(part, flat, part.loops[0], method)
+
+
+def _halves(part: Patch) -> Index:
+    """Return (m,) 0 or 1: which of two triangles far apart is nearer to each triangle, along the surface."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import dijkstra
+
+    shape = part.triangles
+    half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
+    sides = np.stack([half, shape.twin[half]]) // 3
+    middle = part.points[part.faces].mean(axis=1)
+    # a step has a length even between triangles at one place, so that each half is connected
+    size = np.linalg.norm(np.ptp(part.points, axis=0))
+    length = np.linalg.norm(middle[sides[0]] - middle[sides[1]], axis=1) + 1e-9 * size + 1e-300
+    graph = coo_matrix((length, tuple(sides)), shape=(len(middle),) * 2).tocsr()
+    start = int(np.argmax(np.linalg.norm(middle - middle.mean(axis=0), axis=1)))
+    from_start = dijkstra(graph, directed=False, indices=start)
+    end = int(np.argmax(from_start))
+    return (dijkstra(graph, directed=False, indices=end) < from_start).astype(np.int64)
+
+
+def parts_of(patch: Patch, seams: Flags) -> list[tuple[Patch, Index]]:
+    """Return the parts of a patch cut along half-edges (3m,), each with its triangles; seams go to the first."""
+    apart = patch.cut(seams)
+    label = apart.triangles.components()
+    order, starts = grouped(label, int(label.max()) + 1)
+    parts = []
+    for k in range(starts.size - 1):
+        members = order[starts[k] : starts[k + 1]]
+        used, local = np.unique(apart.faces[members], return_inverse=True)
+        shape, vertex = split_non_manifold(Triangles(local.reshape(-1, 3), used.size), used, [])
+        parts.append(
+            (
+                replace(
+                    patch,
+                    points=apart.points[vertex],
+                    triangles=shape,
+                    vertex=apart.vertex[vertex],
+                    corner=apart.corner[members],
+                    seam=apart.seam if k == 0 else apart.seam[:0],
+                    notes=patch.notes if k == 0 else (),
+                ),
+                members,
+            )
+        )
+    return parts

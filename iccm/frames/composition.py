@@ -1,0 +1,360 @@
+"""Compose a picture: place it whole and upright in the target, with paper around it.
+
+A drawing that is its own picture need not have its outline mapped onto the target's: the outline is its most telling
+edge, and would become invisible there. Two further candidates are compared with the frames by the cost of the detail
+that is seen (`drawings.cost`):
+
+- An upright stretch of the plane places the drawing in the target. The source's frame is then the target's outline,
+  pulled back by the stretch; what it contains besides the drawing is paper. No part of the picture is bent. The place,
+  the size and the stretch minimise the cost.
+- The drawing's bounding box with a margin is mapped onto the target, which bends the picture in long or bent targets.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+import shapely.affinity
+from scipy import optimize
+
+from ..arrays import Complex, complex_of
+from ..balanced.coarse import coarse_map
+from ..balanced.model.settings import Settings
+from ..curve import Curve, polygon_of
+from ..drawings.cost import Cost
+from ..drawings.detail import (
+    Detail,
+    TargetView,
+    cost_of_detail,
+    energy_of_form,
+    hidden_cost,
+    off_centre_cost,
+    paper_cost,
+)
+from ..drawings.drawing import Drawing
+from ..drawings.frame import Frame
+from .choice import Choice
+from .silhouettes import silhouettes
+
+BOX_MARGIN_SHARE = 0.05
+"""Margin around a drawing's box, relative to its longer side, that is mapped with it."""
+MOST_STRETCH_RATIO = 4.0
+"""Of width to height relative to the drawing: beyond it nobody recognises a subject."""
+UPRIGHT_STRETCH_COST_RATIO = 1.02
+"""Relative to the least cost: a placement in the target's middle, or without stretch, is preferred up to this."""
+PLACEMENT_POINTS = 800
+"""Edge points, and points of the target, at which placements are compared."""
+FEW_STARTS = 4
+"""Starts from which the search for a placement descends, the cheapest first."""
+MOST_EVALUATIONS = 200
+"""Of the cost in each of these descents; a hundred evaluations take ten milliseconds."""
+COVERING_RATIO = 1.002
+"""Of the picture's size to the target's, at least, if the picture has no margin: it then covers the target's rim."""
+NEAREST_WEIGHT = 0.06
+"""Share of the edges that count as hidden if the subject touches the rim at one place, which is seen at once."""
+COPY_SHARE = 1e-3
+"""Relative to the area: drawings that differ by less are the same picture, which then covers the target exactly."""
+GOOD_PLACEMENT_COST = 1.12
+"""A placement in the target itself is accepted without comparing its silhouettes if it costs at most this; that of a
+picture without margin also without comparing other frames."""
+PLACED_COST = 2.2
+"""A placement of a subject with paper around it is accepted without comparing other frames if it costs at most this: on
+60 pairs of icons, no map that bends the subject cost less."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """An upright stretch of the plane that places a picture in the target.
+
+    Attributes:
+        centre: middle of the picture's box.
+        image: its place in the target's plane.
+        scale: factors of horizontal and of vertical lengths.
+    """
+
+    centre: complex
+    image: complex
+    scale: tuple[float, float]
+
+    @property
+    def stretch(self) -> float:
+        """Ratio of horizontal to vertical scale."""
+        return self.scale[0] / self.scale[1]
+
+    def __call__(self, z: Complex) -> Complex:
+        """Return the images of points."""
+        moved = z - self.centre
+        return self.image + self.scale[0] * moved.real + 1j * self.scale[1] * moved.imag
+
+    def pull_back(self, w: Complex) -> Complex:
+        """Return the points with images w."""
+        moved = w - self.image
+        return self.centre + moved.real / self.scale[0] + 1j * moved.imag / self.scale[1]
+
+
+class _Search:
+    """Searches for the placement with the least cost.
+
+    A placement is given by its image of the picture's centre, the logarithm of its mean scale, and, for a picture
+    without margin, that of its stretch. A subject with paper around it keeps its proportions, which people know.
+    """
+
+    def __init__(self, source: Drawing, detail: Detail, view: TargetView):
+        self.detail, self.view = detail, view
+        self.on_paper = detail.on_paper and not detail.is_full
+        low, high = detail.box
+        self._centre, self._extent = (low + high) / 2, high - low
+        few = np.linspace(0, detail.points.size - 1, min(detail.points.size, PLACEMENT_POINTS)).astype(int)
+        self._points, self._weights = detail.points[few], detail.weights[few] / detail.weights[few].sum()
+        self._subject = detail.subject(source.painted) if self.on_paper else source.region
+        self._hull = complex_of(shapely.get_coordinates(shapely.convex_hull(self._subject.painted))[:-1])
+        self._targets = view.spread(PLACEMENT_POINTS)
+
+    def placement(self, values: Sequence[float]) -> Placement:
+        """Return the placement for three or four numbers."""
+        x, y, scale, *rest = values
+        stretch = rest[0] if rest else 0.0
+        image, across, up = (
+            complex(x, y),
+            float(np.exp(scale + stretch / 2)),
+            float(np.exp(scale - stretch / 2)),
+        )
+        if self.detail.is_full and self.detail.fills_box:  # so it can cover the target, and has to
+            low, high = self.view.box
+            across = max(across, COVERING_RATIO * (high - low).real / self._extent.real)
+            up = max(up, COVERING_RATIO * (high - low).imag / self._extent.imag)
+            half = complex(across * self._extent.real, up * self._extent.imag) / 2
+            image = complex(
+                np.clip(x, high.real - half.real, low.real + half.real),
+                np.clip(y, high.imag - half.imag, low.imag + half.imag),
+            )
+        return Placement(self._centre, image, (across, up))
+
+    def cost(self, values: Sequence[float]) -> Cost:
+        """Return the cost of a placement."""
+        placement = self.placement(values)
+        shown = self.view.seen(placement(self._points))
+        seen = shown @ self._weights - (NEAREST_WEIGHT * (1 - shown.min()) if self.on_paper else 0.0)
+        hidden = hidden_cost(1 - float(seen))
+        if self.on_paper:
+            off_centre = off_centre_cost(abs(placement.image - self.view.centroid) / self.view.size)
+            return Cost(1.0, hidden, paper_cost(self._paper_share(placement)) + off_centre)
+        stretch = placement.stretch
+        empty = 1 - float(self._subject.contains(placement.pull_back(self._targets)).mean())
+        # a part without picture is a loss
+        return Cost(
+            energy_of_form(0.5 * (stretch + 1 / stretch), has_margin=False), hidden, hidden_cost(empty)
+        )
+
+    def _paper_share(self, placement: Placement) -> float:
+        """Return the share of the target that the subject's hull leaves empty: exactly, so that places compare well."""
+        hull, painted = polygon_of(placement(self._hull)), self.view.painted
+        covered = hull if painted.contains(hull) else shapely.intersection(hull, painted)
+        return 1 - float(covered.area / painted.area)
+
+    def best(self) -> tuple[Placement, Cost]:
+        """Return the cheapest placement with its cost."""
+        bound = np.log(MOST_STRETCH_RATIO)
+
+        def total(values: Sequence[float]) -> float:
+            beyond = max(0.0, abs(values[3]) - bound) if len(values) > 3 else 0.0
+            return self.cost(values).total + beyond
+
+        count = 3 if self.on_paper else 4
+        starts = sorted((start[:count] for start in self._starts()), key=total)[:FEW_STARTS]
+        step = 0.08 * self.view.size
+        ends = []
+        for start in starts:
+            moves = np.diag([step, step, 0.15, 0.25][:count])
+            simplex = np.array(start) + np.vstack([np.zeros(count), moves])
+            tuned = {"initial_simplex": simplex, "maxfev": MOST_EVALUATIONS, "xatol": 1e-3, "fatol": 1e-4}
+            ends.append(optimize.minimize(total, start, method="Nelder-Mead", options=tuned))
+        values = min(ends, key=lambda end: end.fun).x
+        most = UPRIGHT_STRETCH_COST_RATIO * total(values)
+        middle = (self.view.box[0] + self.view.box[1]) / 2
+        for index, plain in ((0, middle.real), (1, middle.imag), (3, 0.0))[: count - 1]:
+            simpler = values.copy()
+            simpler[index] = plain
+            if total(simpler) <= most:
+                values = simpler
+        return self.placement(values), self.cost(values)
+
+    def _starts(self) -> Iterator[tuple[float, float, float, float]]:
+        """Yield placements in the middle of the target, at its centroid and in its widest place, of several sizes."""
+        low, high = self.view.box
+        room = high - low
+        fitting = min(room.real / self._extent.real, room.imag / self._extent.imag)
+        filling = np.sqrt(room.real * room.imag / (self._extent.real * self._extent.imag))
+        stretch = np.log(room.real / self._extent.real * self._extent.imag / room.imag)
+        stretch = float(np.clip(stretch, -np.log(MOST_STRETCH_RATIO), np.log(MOST_STRETCH_RATIO)))
+        for place in dict.fromkeys(((low + high) / 2, self.view.centroid, self.view.widest)):
+            for size, part in (
+                (0.9 * fitting, 0),
+                (0.6 * fitting, 0),
+                (0.9 * filling, 1),
+                (0.8 * filling, 0.5),
+            ):
+                yield place.real, place.imag, float(np.log(size)), part * stretch
+            if place == self.view.widest:
+                yield (
+                    place.real,
+                    place.imag,
+                    float(np.log(self.view.distances.max() * 2 / abs(self._extent))),
+                    0,
+                )
+            if self.detail.is_full:
+                yield place.real, place.imag, float(np.log(1.02 * filling)), stretch
+
+
+def compose(
+    source: Drawing,
+    target: Drawing,
+    detail: Detail,
+    settings: Settings,
+    choices: Callable[[], Sequence[Choice]],
+) -> list[Choice]:
+    """Return ways to map a picture onto a target, sorted by the cost of the detail that is seen.
+
+    Parameters
+    ----------
+    source, target
+        The drawings.
+    detail
+        The edges of the picture.
+    settings
+        Settings of the solver.
+    choices
+        Returns the ways to map the drawings without regard to what the picture shows, best first.
+    """
+    if is_copy(source, target):
+        return list(choices())
+    composer = Composer(source, target, detail, settings)
+    placed = composer.placed()
+    if placed is None:
+        return list(choices())
+    accepted = PLACED_COST if composer.on_paper else GOOD_PLACEMENT_COST
+    if detail.weight == 1 and composer.cost(placed).total <= accepted:
+        return [placed]
+    candidates = [placed, composer.box(), *choices()]
+
+    def cost(choice: Choice) -> float:
+        of_detail = composer.cost(choice).total
+        return (
+            detail.weight * of_detail + (1 - detail.weight) * choice.cost.total
+            if detail.weight < 1
+            else of_detail
+        )
+
+    return sorted((choice for choice in candidates if choice is not None), key=cost)
+
+
+def is_copy(source: Drawing, target: Drawing) -> bool:
+    """Return whether a drawing is the other one moved and scaled, so that it need not be composed.
+
+    Examples
+    --------
+    >>> small, large = Drawing(shapely.box(0, 0, 2, 1)), Drawing(shapely.box(5, 5, 9, 7))
+    >>> is_copy(small, large), is_copy(small, Drawing(shapely.box(0, 0, 1, 2)))
+    (True, False)
+    """
+    (left, low, right, high), box = source.painted.bounds, target.painted.bounds
+    scale = (box[2] - box[0]) / (right - left)
+    if abs(scale * (high - low) / (box[3] - box[1]) - 1) > COPY_SHARE:
+        return False
+    if abs(scale**2 * source.painted.area / target.painted.area - 1) > COPY_SHARE:
+        return False
+    moved = [scale, 0, 0, scale, box[0] - scale * left, box[1] - scale * low]
+    copy = shapely.affinity.affine_transform(source.painted, moved)
+    return bool(shapely.symmetric_difference(copy, target.painted).area < COPY_SHARE * target.painted.area)
+
+
+class Composer:
+    """Compares ways to compose a picture.
+
+    Parameters
+    ----------
+    source, target
+        The drawings.
+    detail
+        The edges of the picture.
+    settings
+        Settings of the solver.
+    """
+
+    def __init__(self, source: Drawing, target: Drawing, detail: Detail, settings: Settings):
+        self.source, self.target, self.detail, self.settings = source, target, detail, settings
+        self.on_paper = detail.on_paper and not detail.is_full
+
+    @cached_property
+    def view(self) -> TargetView:
+        """The target, prepared for queries what of it is seen."""
+        return TargetView.of(self.target.painted)
+
+    def placed(self) -> Choice | None:
+        """Return the choice that places the picture upright in the target, or in its silhouette if that costs less."""
+        best: Choice | None = None
+        if self.detail.is_empty:
+            return None
+        for drawing, filling_cost in silhouettes(
+            self.target, is_full=self.detail.is_full, canvas=self.detail.canvas
+        ):
+            view = self.view if drawing is self.target else TargetView.of(drawing.painted)
+            placement, cost = _Search(self.source, self.detail, view).best()
+            cost = cost._replace(bare=min(1.0, cost.bare + filling_cost))
+            if best is not None and best.composed is not None and best.composed.total <= cost.total:
+                continue
+            frame = Frame(Curve(placement.pull_back(drawing.tightest.outline.z)), np.inf)
+            best = Choice(
+                (frame, drawing.tightest),
+                cost=cost._replace(hidden=min(1.0, cost.hidden), bare=0.0),
+                stretch=placement.stretch,
+                composed=cost,
+                shown=None if drawing is self.target else drawing,
+            )
+            if self.detail.keeps_form or cost.total <= GOOD_PLACEMENT_COST:
+                break
+        return best
+
+    def box(self) -> Choice | None:
+        """Return the choice that maps the picture's box, with a margin, onto the target's tightest frame."""
+        frame = box_frame(self.source, self.detail)
+        coarse = coarse_map(frame.outline, self.target.tightest.outline, self.settings)
+        if coarse is None:
+            return None
+        choice = Choice((frame, self.target.tightest), coarse=coarse)
+        cost = self.cost(choice)
+        return Choice(
+            choice.frames,
+            cost=cost._replace(hidden=min(1.0, cost.hidden), bare=0.0),
+            coarse=coarse,
+            composed=cost,
+        )
+
+    def cost(self, choice: Choice) -> Cost:
+        """Return the cost of what is seen of the picture's detail in the coarse map of a choice."""
+        if choice.composed is not None:
+            return choice.composed
+        if choice.coarse is None:
+            return choice.cost
+        map, voids = choice.coarse.map, choice.coarse.voids
+        subject = self.detail.subject(self.source.painted) if self.on_paper else self.source.region
+        return cost_of_detail(
+            map.z,
+            map.u,
+            map.faces[~voids],
+            self.detail,
+            self.view,
+            subject=subject,
+            paper=paper_cost if self.on_paper else None,
+            balance=self.settings.theta,
+        )
+
+
+def box_frame(source: Drawing, detail: Detail | None = None) -> Frame:
+    """Return the bounding box of a drawing as a frame, with a margin unless its picture fills the box."""
+    left, low, right, high = source.painted.bounds
+    margin = 0.0 if detail is None or detail.is_full else BOX_MARGIN_SHARE * max(right - left, high - low)
+    corners = shapely.get_coordinates(shapely.box(left - margin, low - margin, right + margin, high + margin))
+    return Frame(Curve.domain(corners[:-1] @ np.array([1, 1j])), np.inf)

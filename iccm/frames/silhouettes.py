@@ -1,0 +1,92 @@
+"""Silhouettes of a target: what may be shown of it where its own gaps would cut a picture to pieces.
+
+A ring, a window or an icon drawn with lines paints little of the area that people see as its shape. A picture that is
+placed in it may then be shown on its silhouette instead: with its holes filled, or with the gaps between its parts
+closed: on its convex hull, which is widened where it is long and thin, as that of three dots in a row. What the target
+paints is then a tone below the picture. Still its form is seen less well, which has a cost.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+import shapely.affinity
+
+from ..arrays import Box
+from ..drawings.drawing import Drawing
+
+ENCLOSED_WEIGHT = 0.1
+"""Of filled holes in the share of the target that counts as bare: its outline stays."""
+CLOSED_WEIGHT = 0.2
+"""Of closed gaps, which change the outline, in that share."""
+CLOSING_COST = 0.07
+"""Share that counts as bare in addition where gaps are closed, since an outline that is nearly the target's looks
+like a mistake: a cost of 0.14."""
+LEAST_WIDTH_RATIO = 0.5
+"""Of width to length of the hull of a target with gaps: a thinner one is widened, or a subject would be tiny."""
+LINES_AREA_SHARE = 1 / 3
+"""Of the silhouette's area: a target that paints less is drawn with lines, so that a picture without margin, which
+otherwise takes the form of what the target paints, is shown on what they enclose."""
+LEAST_ADDED_SHARE = 1e-3
+"""Of the silhouette's area: if less is filled, nobody sees it."""
+
+
+class Silhouette(NamedTuple):
+    """A region in which a picture may be shown.
+
+    Attributes:
+        drawing: the region; the target itself, or with gaps filled.
+        cost: what filling them costs, as a share of the target that counts as bare.
+    """
+
+    drawing: Drawing
+    cost: float
+
+
+def silhouettes(target: Drawing, *, is_full: bool, canvas: Box | None = None) -> Iterator[Silhouette]:
+    """Yield the regions in which a picture may be shown, first what the target paints.
+
+    Parameters
+    ----------
+    target
+        The target.
+    is_full
+        Whether the picture has no margin. It then takes the form of the target, so only lines are filled.
+    canvas
+        The box of the target's plane that pictures show; None if it has no bounds.
+    """
+    yield Silhouette(target, 0.0)
+    filled = target.filled()
+    painted_share = target.region.area / filled.region.area
+    if painted_share < (LINES_AREA_SHARE if is_full else 1 - LEAST_ADDED_SHARE):
+        yield Silhouette(filled, ENCLOSED_WEIGHT * (1 - painted_share))
+    if is_full:
+        return
+    hull = target.frames[-1].outline.polygon
+    if hull.area * (1 - LEAST_ADDED_SHARE) > filled.region.area:
+        for region in dict.fromkeys((hull, _widened(hull, canvas))):
+            closed, enclosed = region.area - filled.region.area, filled.region.area - target.region.area
+            cost = CLOSING_COST + (CLOSED_WEIGHT * closed + ENCLOSED_WEIGHT * enclosed) / region.area
+            yield Silhouette(Drawing(region), cost)
+
+
+def _widened(hull: shapely.Polygon, canvas: Box | None) -> shapely.Polygon:
+    """Return a convex region that is widened if it is long and thin, as far as the canvas has room."""
+    rectangle = shapely.minimum_rotated_rectangle(hull)
+    corners = shapely.get_coordinates(rectangle)
+    sides = [corners[k + 1] - corners[k] for k in (0, 1)]
+    long, thin = sorted(sides, key=lambda side: -np.hypot(*side))
+    ratio = float(np.hypot(*thin) / np.hypot(*long))
+    if ratio >= LEAST_WIDTH_RATIO:
+        return hull
+    angle, centre = float(np.arctan2(long[1], long[0])), rectangle.centroid
+    level = shapely.affinity.rotate(hull, -angle, origin=centre, use_radians=True)
+    wide = shapely.affinity.scale(level, 1, LEAST_WIDTH_RATIO / ratio, origin=centre)
+    wide = shapely.affinity.rotate(wide, angle, origin=centre, use_radians=True)
+    if canvas is not None:
+        low, high = canvas
+        wide = shapely.union(
+            shapely.intersection(wide, shapely.box(low.real, low.imag, high.real, high.imag)), hull
+        )
+    return wide if wide.geom_type == "Polygon" else hull

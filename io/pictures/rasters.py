@@ -1,0 +1,340 @@
+"""Pictures of numbers instead of colours: rasters of maps, label pictures, and the channels of microscopes.
+
+These keep what their programs mean: values that stand for no data, integers of any size, numbers of regions, all pages,
+names of bands, and palettes. tifffile reads and writes their tags, OpenImageIO decodes their pixels.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element, ParseError, SubElement, tostring
+
+import numpy as np
+import OpenImageIO as oiio
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from .. import formats, limits
+from ..files import as_text, open_input
+from ..quiet_stderr import silence
+from .image import Image, error_of
+from .raster import HALF, INTEGERS, Raster
+
+TIFF_SUFFIXES = (".tif", ".tiff")
+NODATA_TAG, METADATA_TAG = 42113, 42112
+"""Of GDAL: the value that stands for no data, and XML with names of bands."""
+PALETTE = 3  # of the tag PhotometricInterpretation
+MOST_DESCRIPTION_BYTES = 1 << 24
+EXACT_IN_SINGLE = 1 << 24  # whole numbers up to this one are exact in single precision
+FEW_VALUES = 64
+"""In a picture of 8 bits: labels are fewer than this. Its largest value is then as small, or it is a TIFF."""
+FLAT_SHARE = 0.5
+"""Share of a label's pixels that have the same value as their right and lower neighbours, at least of most labels."""
+SMOOTH_STEP = 2
+"""Values of neighbours that differ by at most this are those of heights rather than labels."""
+
+
+def read(name: str | Path, *, max_pixels: int = limits.READ_PIXELS, nearest: bool = True) -> Image | None:
+    """Read a picture of numbers; None for other pictures, which `image_files.read` reads.
+
+    Args:
+        name: the file.
+        max_pixels: largest width × height × pages.
+        nearest: whether numbers may be sampled without mixing them, so that labels stay what they are.
+
+    Raises:
+        InputError: it is too large, or damaged.
+    """
+    path = open_input(name)
+    suffix = formats.suffix_of(path)
+    if suffix in TIFF_SUFFIXES:
+        return _read_tiff(path, str(name), max_pixels, nearest)
+    return _labels_of_png(path, str(name), max_pixels) if suffix == ".png" and nearest else None
+
+
+def is_label(values: NDArray, *, of_file: bool) -> bool:
+    """Return whether integers (h, w) number regions: nearly every value fills areas, and borders are steps.
+
+    Args:
+        values: the picture.
+        of_file: whether the format is one for numbers, such as TIFF; else the values must be small, such as 0 to 20.
+    """
+    if values.dtype.kind not in INTEGERS or min(values.shape) < 3:
+        return False
+    distinct, place = np.unique(values, return_inverse=True)
+    if distinct.size < 2:
+        return False
+    if values.dtype.itemsize == 1 and (
+        distinct.size > FEW_VALUES or not (of_file or distinct[-1] <= FEW_VALUES)
+    ):
+        return False
+    place = place.reshape(values.shape)
+    across, down = values[:, 1:] == values[:, :-1], values[1:] == values[:-1]
+    flat = across[:-1] & down[:, :-1]
+    areas = np.bincount(place[:-1, :-1].ravel(), minlength=distinct.size)
+    shares = np.bincount(place[:-1, :-1].ravel(), flat.ravel(), minlength=distinct.size) / np.maximum(
+        areas, 1
+    )
+    if (shares[areas > 0] >= FLAT_SHARE).mean() < 0.9:
+        return False
+    if distinct.size <= FEW_VALUES:
+        return True
+    steps = np.abs(np.diff(values.astype(np.int64), axis=1))[~across]
+    return bool((steps > SMOOTH_STEP).mean() > FLAT_SHARE)
+
+
+def write(path: Path, image: Image, blocks: Iterable[NDArray], alpha: int, *, same_grid: bool) -> None:
+    """Write a picture of numbers as a TIFF with its tags.
+
+    Args:
+        path: the file.
+        image: has the tags.
+        blocks: consecutive rows of sampled pixels.
+        alpha: index of their alpha channel.
+        same_grid: whether pixels have the size of those of the original, so that its calibration is still true.
+    """
+    import tifffile
+
+    raster = image.raster
+    assert raster is not None
+    values = np.concatenate([raster.restore(block, alpha) for block in blocks])
+    extra = _gdal_tags(raster) if raster.nodata is not None or raster.bands else []
+    description = _description(raster, values.shape, same_grid=same_grid)
+    options: dict[str, Any] = {"metadata": None, "extratags": extra, "software": "iccm"}
+    with tifffile.TiffWriter(path) as file:
+        if raster.pages > 1:  # uncompressed, as ImageJ reads them
+            for page in range(values.shape[2]):
+                first: dict[str, Any] = {"description": description} if page == 0 and description else {}
+                file.write(values[..., page], photometric="minisblack", contiguous=False, **(options | first))
+            return
+        if raster.colormap is not None and values.dtype.kind == "u" and values.dtype.itemsize <= 2:
+            options |= {"photometric": "palette", "colormap": raster.colormap}
+        else:
+            is_rgb = values.shape[2] == 3 and values.dtype in (np.uint8, np.uint16)
+            options |= {"photometric": "rgb" if is_rgb else "minisblack"}
+        options |= {"description": description} if description else {}
+        pixels = values[..., 0] if values.shape[2] == 1 else values
+        more: dict[str, Any] = {"planarconfig": "contig"} if values.shape[2] > 1 else {}
+        file.write(pixels, compression="zlib", **more, **options)
+
+
+def _read_tiff(path: Path, name: str, max_pixels: int, nearest: bool) -> Image | None:
+    tags = _tags(path)
+    if tags is None:
+        return None
+    tiff, first = tags
+    values = _values(path, name, tiff, max_pixels)
+    if values is None:
+        return None
+    dtype = values.dtype
+    if first.get("palette"):
+        if tiff.colormap is None or not nearest or not is_label(values[..., 0], of_file=True):
+            return None
+        tiff = replace(tiff, labels=True)
+    elif values.shape[2] == 1 and nearest and is_label(values[..., 0], of_file=True):
+        tiff = replace(tiff, labels=True, colormap=None)
+    usual = (dtype.kind == "u" and dtype.itemsize <= 2) or dtype in (np.float16, np.float32)
+    if usual and not (tiff.labels or tiff.nodata is not None or tiff.pages > 1 or any(tiff.bands)):
+        return None
+    return _image(values, replace(tiff, dtype=dtype), name, nearest)
+
+
+def _image(values: NDArray, raster: Raster, name: str, nearest: bool) -> Image:
+    """Return numbers as pixels that can be sampled: integers of 16 bits, or floats, with alpha where there are data."""
+    notes = list[str]()
+    if raster.labels:
+        count = np.unique(values).size
+        notes.append(
+            f"{name}: a picture of {count} labels; nearest neighbours keep them (--filter chooses another filter)"
+        )
+    if raster.pages > 1:
+        notes.append(f"{name}: all {raster.pages} channels are mapped")
+    valid: NDArray | None = None
+    if raster.nodata is not None and not raster.labels:
+        missing = np.isnan(values) if np.isnan(raster.nodata) else values == raster.dtype.type(raster.nodata)
+        valid = ~missing.all(axis=2)
+        # a band that lacks data where others have some would be mixed with its neighbours otherwise
+        if missing.any() and (missing.any(axis=2) != missing.all(axis=2)).any():
+            notes.append(f"{name}: pixels without data in some bands count as without data in all of them")
+            valid = ~missing.any(axis=2)
+    pixels, halves = _sampled_type(values, raster, name, nearest, notes)
+    alpha = -1
+    if valid is not None:
+        top = 1 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
+        full = np.where(valid[..., None], pixels.dtype.type(top), pixels.dtype.type(0))
+        pixels = np.concatenate([np.where(valid[..., None], pixels, 0).astype(pixels.dtype), full], axis=2)
+        alpha = pixels.shape[2] - 1
+    return Image(
+        np.ascontiguousarray(pixels),
+        alpha,
+        colorspace="data",
+        notes=tuple(notes),
+        raster=replace(raster, halves=halves),
+    )
+
+
+def _sampled_type(
+    values: NDArray, raster: Raster, name: str, nearest: bool, notes: list[str]
+) -> tuple[NDArray, bool]:
+    """Return numbers in a type that can be sampled, and whether each was split into halves of 16 bits."""
+    dtype = values.dtype
+    if dtype in (np.uint8, np.uint16, np.float16, np.float32):
+        return values, False
+    if dtype.kind in INTEGERS and raster.labels:
+        if values.min() >= 0 and values.max() < HALF:
+            return values.astype(np.uint16), False
+        if dtype.itemsize == 4:
+            bits = np.ascontiguousarray(values).view(np.uint32)
+            halves = np.stack([bits % HALF, bits // HALF], axis=3).astype(np.uint16)
+            return halves.reshape(*values.shape[:2], 2 * values.shape[2]), True
+    most = float(np.abs(values[np.isfinite(values)].astype(float)).max(initial=0))
+    if dtype == np.float64 or most > EXACT_IN_SINGLE:
+        notes.append(f"{name}: numbers are computed in single precision (24 bits)")
+    return values.astype(np.float32), False
+
+
+def _tags(path: Path) -> tuple[Raster, dict[str, Any]] | None:
+    """Return the tags of the first page, without its type; None if the file cannot be read."""
+    import tifffile
+
+    with suppress(Exception), tifffile.TiffFile(path) as file:  # damaged files have errors of many kinds
+        page = file.pages.first
+        description = str(page.description or "")[:MOST_DESCRIPTION_BYTES]
+        several = (file.is_imagej or file.is_ome) and len(file.pages) > 1 and page.samplesperpixel == 1
+        colormap = page.colormap if page.photometric == PALETTE else None
+        text = page.tags.valueof(NODATA_TAG)
+        raster = Raster(
+            np.dtype(np.uint8),
+            _number(text),
+            pages=len(file.pages) if several else 1,
+            description=description if file.is_imagej or file.is_ome else "",
+            bands=_names_of_bands(page.tags.valueof(METADATA_TAG), page.samplesperpixel),
+            colormap=None if colormap is None else np.asarray(colormap),
+        )
+        return raster, {"palette": page.photometric == PALETTE}
+    return None
+
+
+def _number(text: Any) -> float | None:
+    with suppress(TypeError, ValueError):
+        return float(str(text).strip("\0 ")) if text is not None else None
+    return None
+
+
+def _names_of_bands(xml: Any, count: int) -> tuple[str, ...]:
+    """Return the names of bands in GDAL's metadata; nothing if there are none."""
+    names = dict[int, str]()
+    with suppress(ParseError, DefusedXmlException, ValueError, TypeError):
+        for item in fromstring(str(xml or "<GDALMetadata/>").strip("\0")).iter("Item"):
+            if item.get("name") == "DESCRIPTION" and item.get("role") == "description":
+                names[int(item.get("sample", 0))] = item.text or ""
+    return tuple(names.get(k, "") for k in range(count)) if any(names.values()) else ()
+
+
+def _gdal_tags(raster: Raster) -> list[tuple[Any, ...]]:
+    """Return GDAL's tags: statistics of the original are left out, since they are no longer true."""
+    tags = list[tuple[Any, ...]]()
+    if raster.bands:
+        top = Element("GDALMetadata")
+        for number, name in enumerate(raster.bands):
+            if name:
+                place = {"name": "DESCRIPTION", "sample": str(number), "role": "description"}
+                SubElement(top, "Item", place).text = name
+        tags.append((METADATA_TAG, "s", 0, tostring(top).decode(), True))
+    if raster.nodata is not None:
+        value = raster.nodata
+        whole = np.isfinite(value) and value == int(value)
+        tags.append((NODATA_TAG, "s", 0, str(int(value)) if whole else repr(value), True))
+    return tags
+
+
+def _values(path: Path, name: str, tiff: Raster, max_pixels: int) -> NDArray | None:
+    """Return the numbers (h, w, bands) of all pages as stored; None if pages differ or have alpha."""
+    bands = list[NDArray]()
+    with silence():
+        file = oiio.ImageInput.open(as_text(path))
+        if file is None:
+            oiio.geterror()
+            return None
+        try:
+            for page in range(tiff.pages):
+                if page and not file.seek_subimage(page, 0):
+                    return None
+                spec = file.spec()
+                if page == 0:
+                    first = (spec.width, spec.height, spec.nchannels, str(spec.format))
+                    if spec.width * spec.height * tiff.pages > max_pixels:
+                        raise InputError(
+                            f"{name}: {spec.width}x{spec.height} in {tiff.pages} pages exceeds the limit of "
+                            f"{max_pixels} pixels; raise --max-pixels"
+                        )
+                same = (spec.width, spec.height, spec.nchannels, str(spec.format)) == first
+                if (
+                    not same
+                    or spec.deep
+                    or spec.depth > 1
+                    or (spec.alpha_channel >= 0 and tiff.nodata is None)
+                ):
+                    return None
+                if spec.get_int_attribute("Orientation", 1) != 1:
+                    return None
+                pixels = _indices(path) if tiff.colormap is not None else file.read_image(spec.format)
+                if pixels is None or file.has_error:
+                    raise InputError(f"{name}: cannot read its pixels: {error_of(file)}")
+                bands.append(np.asarray(pixels).reshape(spec.height, spec.width, -1))
+        finally:
+            file.close()
+    return np.concatenate(bands, axis=2)
+
+
+def _indices(path: Path) -> NDArray | None:
+    """Return the numbers of the colours of a palette, which OpenImageIO replaces by the colours."""
+    import tifffile
+
+    with suppress(Exception):  # compressed in a way that tifffile does not know
+        return np.asarray(tifffile.imread(path, key=0))
+    return None
+
+
+def _description(raster: Raster, shape: tuple[int, ...], *, same_grid: bool) -> str:
+    """Return the description of ImageJ or OME for a picture of another size; its calibration only if still true."""
+    text, (height, width) = raster.description, shape[:2]
+    if not text or raster.pages == 1:
+        return "" if raster.pages == 1 else text
+    if text.startswith("ImageJ="):
+        if same_grid:
+            return text
+        gone = ("unit=", "yunit=", "zunit=", "spacing=", "xorigin=", "yorigin=")
+        return "\n".join(line for line in text.split("\n") if not line.startswith(gone))
+    for key, value in (("SizeX", width), ("SizeY", height)):
+        text = re.sub(rf'\b{key}="\d+"', f'{key}="{value}"', text)
+    if not same_grid:
+        text = re.sub(r'\s(?:PhysicalSize[XY](?:Unit)?)="[^"]*"', "", text)
+    return text
+
+
+def _labels_of_png(path: Path, name: str, max_pixels: int) -> Image | None:
+    """Return a grey PNG of labels: a few small numbers, or numbers of 16 bits in areas."""
+    with silence():
+        file = oiio.ImageInput.open(as_text(path))
+        if file is None:
+            oiio.geterror()
+            return None
+        spec = file.spec()
+        fits = spec.nchannels == 1 and str(spec.format) in ("uint8", "uint16")
+        fits = fits and spec.width * spec.height <= max_pixels
+        pixels = file.read_image(spec.format) if fits else None
+        file.close()
+    if pixels is None:
+        return None
+    values = np.asarray(pixels).reshape(spec.height, spec.width, 1)
+    if not is_label(values[..., 0], of_file=False):
+        return None
+    return _image(values, Raster(values.dtype, labels=True), name, True)

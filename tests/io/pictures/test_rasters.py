@@ -1,0 +1,279 @@
+"""Pictures of numbers: rasters of maps, labels, and channels of microscopes, compared with rasterio and tifffile."""
+
+import warnings
+
+import numpy as np
+import pytest
+import tifffile
+
+rasterio = pytest.importorskip("rasterio", reason="rasterio is an extra")
+pytestmark = pytest.mark.large
+
+SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {0} {1}"><path d="{2}"/></svg>'
+WIDTH, HEIGHT = 60, 40
+KEEP = "M6 4H54V36H6Z"  # of the canvas, inside of which the identity shows everything
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, iccm):
+    """A map from the canvas onto itself, in m.npz, and into a part of it by half, in half.npz."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.svg").write_text(SQUARE.format(WIDTH, HEIGHT, f"M0 0H{WIDTH}V{HEIGHT}H0Z"))
+    (tmp_path / "b.svg").write_text(SQUARE.format(WIDTH, HEIGHT, "M10 10H40V30H10Z"))
+    (tmp_path / "drop.svg").write_text(
+        SQUARE.format(WIDTH, HEIGHT, "M5 20C5 5 30 0 55 8S50 38 30 36S5 32 5 20Z")
+    )
+    for name, target in (("m", "a"), ("half", "b"), ("drop", "drop")):
+        assert iccm("map", "a.svg", f"{target}.svg", "-o", f"{name}.npz").code == 0
+    return tmp_path
+
+
+def raster(name, bands, nodata=None, names=(), place=True, **more):
+    """Write a GeoTIFF by rasterio."""
+    more |= (
+        {"transform": rasterio.Affine(10, 0, 500000, 0, -10, 5400000), "crs": "EPSG:32633"} if place else {}
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with rasterio.open(
+            *(name, "w"), driver="GTiff", width=WIDTH, height=HEIGHT, count=len(bands), dtype=bands.dtype,
+            nodata=nodata, **more,
+        ) as file:  # fmt: skip
+            file.write(bands)
+            for number, text in enumerate(names, start=1):
+                file.set_band_description(number, text)
+
+
+def opened(name):
+    """Numbers and what rasterio says about a file."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with rasterio.open(name) as file:
+            return file.read(), file.profile, file.descriptions
+
+
+def slope(dtype, count=1):
+    """Numbers that rise to the right and downwards, other ones in each band."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    return np.stack([(300 + 40 * k + x + 2 * y).astype(dtype) for k in range(count)])
+
+
+KINDS = [
+    ("uint8", 1, 255),
+    ("uint16", 1, 0),
+    ("int16", 1, -32768),
+    ("int16", 1, None),
+    ("int32", 1, -2147483648),
+    ("uint32", 2, 7),
+    ("float32", 1, -9999),
+    ("float32", 1, np.nan),
+    ("float32", 4, -3.4028234663852886e38),
+    ("float64", 1, 1e20),
+    ("uint16", 3, 65535),
+    ("int8", 1, -128),
+]
+
+
+@pytest.mark.parametrize(("dtype", "count", "nodata"), KINDS)
+def test_numbers_without_data_are_not_mixed_and_the_tags_are_kept(folder, iccm, dtype, count, nodata):
+    numbers = slope("float64", count)
+    if np.dtype(dtype).itemsize == 1:
+        numbers = (numbers - 300) // 3
+    numbers = numbers.astype(dtype)
+    hole = np.zeros((HEIGHT, WIDTH), bool)
+    if nodata is not None:
+        hole[12:20, 20:33] = True
+        numbers[:, hole] = nodata
+    raster("r.tif", numbers, nodata, [f"band {k}" for k in range(count)])
+    assert iccm("apply", "m.npz", "r.tif", "-o", "o.tif", "--size", f"{WIDTH}x{HEIGHT}").code == 0
+    result, profile, names = opened("o.tif")
+    assert profile["dtype"] == dtype and profile["count"] == count
+    assert names == tuple(f"band {k}" for k in range(count))
+    assert profile["nodata"] == (None if nodata is None else pytest.approx(nodata, nan_ok=True))
+    np.testing.assert_allclose(result[:, hole], numbers[:, hole])
+    np.testing.assert_allclose(result[:, ~hole], numbers[:, ~hole], rtol=1e-6)
+    assert iccm("apply", "drop.npz", "r.tif", "-o", "d.tif", "--size", "150").code == 0
+    bent, profile, _ = opened("d.tif")
+    missing = 0 if nodata is None else np.array(nodata).astype(dtype)
+    data = bent[:, ~(np.isnan(bent[0]) if nodata is not None and np.isnan(nodata) else bent[0] == missing)]
+    assert 0.3 < data[0].size / bent[0].size < 0.7
+    valid = numbers[:, ~hole].astype(float)
+    for band, original in zip(data.astype(float), valid):
+        assert original.min() - 2 <= band.min() and band.max() <= original.max() + 2
+
+
+@pytest.mark.parametrize(("dtype", "count", "nodata"), KINDS)
+def test_pixels_are_those_of_gdalwarp(folder, iccm, dtype, count, nodata):
+    """Where the map is the identity, at another resolution: rasterio's `reproject` is the code of gdalwarp."""
+    from rasterio.warp import Resampling, reproject
+
+    rng = np.random.default_rng(5)
+    numbers = rng.integers(20, 90, (count, HEIGHT, WIDTH)).astype(dtype)
+    hole = np.zeros((HEIGHT, WIDTH), bool)
+    if nodata is not None:
+        hole[12:20, 20:33] = True
+        numbers[:, hole] = nodata
+    raster("r.tif", numbers, nodata)
+    wide, high = 3 * WIDTH, 3 * HEIGHT
+    size = "--size", f"{wide}x{high}", "--filter", "nearest"
+    assert iccm("apply", "m.npz", "r.tif", "-o", "o.tif", *size).code == 0
+    result, profile, _ = opened("o.tif")
+    warped = np.empty((count, high, wide), "float64")
+    coarse, fine = rasterio.Affine.scale(1.0), rasterio.Affine.scale(1 / 3)
+    place = {"src_transform": coarse, "dst_transform": fine, "src_crs": "EPSG:32633", "dst_crs": "EPSG:32633"}
+    reproject(numbers.astype("float64"), warped, resampling=Resampling.nearest, **place)
+    assert result.shape == warped.shape and profile["dtype"] == dtype
+    np.testing.assert_array_equal(result, warped.astype(dtype))
+
+
+@pytest.mark.parametrize(
+    ("dtype", "count"), [("uint8", 1), ("uint8", 3), ("uint16", 3), ("int16", 2), ("float32", 5)]
+)
+def test_results_lie_where_their_target_does(folder, iccm, dtype, count):
+    numbers = slope("float64", count).astype("float32") / 5
+    raster("place.tif", numbers.astype(dtype))
+    for arguments in (("map", "place.tif#canvas", "place.tif#canvas", "-o", "o.tif"),):
+        assert iccm(*arguments, "--size", f"{2 * WIDTH}x{2 * HEIGHT}").code == 0
+        _, profile, _ = opened("o.tif")
+        assert profile["crs"].to_epsg() == 32633
+        assert tuple(profile["transform"])[:6] == pytest.approx((5, 0, 500000, 0, -5, 5400000))
+    assert iccm("map", "a.svg", "place.tif#canvas", "-o", "g.npz").code == 0
+    raster("flat.tif", numbers.astype(dtype), place=False)
+    assert iccm("apply", "g.npz", "flat.tif", "-o", "p.tif", "--size", f"{WIDTH}").code == 0
+    assert opened("p.tif")[1]["crs"].to_epsg() == 32633
+    assert iccm("apply", "g.npz", "place.tif", "--inverse", "-o", "q.tif", "--size", f"{WIDTH}").code == 0
+    assert opened("q.tif")[1]["crs"] is None
+
+
+def cells(dtype, step=1):
+    """Discs with numbers on a background of 0."""
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    labels = np.zeros((HEIGHT, WIDTH), dtype)
+    for k, (cx, cy) in enumerate((cx, cy) for cx in range(8, WIDTH, 12) for cy in range(7, HEIGHT, 11)):
+        labels[np.hypot(x - cx, y - cy) < 5] = 1 + step * ((7 * k) % 20)
+    return labels
+
+
+@pytest.mark.parametrize(
+    ("dtype", "step"),
+    [("uint8", 1), ("uint16", 13), ("uint32", 3), ("int32", 100_000_001), ("uint32", 90_000_001)],
+)
+def test_labels_stay_labels(folder, iccm, dtype, step):
+    labels = cells(dtype, step)
+    tifffile.imwrite("l.tif", labels)
+    result = iccm("apply", "drop.npz", "l.tif", "-o", "o.tif", "--size", "240")
+    assert result.code == 0 and "labels" in result.err
+    bent = tifffile.imread("o.tif")
+    assert bent.dtype == dtype and bent.shape == (160, 240)
+    assert {*np.unique(bent)} == {*np.unique(labels)}
+    assert iccm("apply", "m.npz", "l.tif", "-o", "s.tif", "--size", f"{WIDTH}x{HEIGHT}").code == 0
+    assert np.array_equal(tifffile.imread("s.tif"), labels)
+    if step < 10 and np.dtype(dtype).itemsize == 1:
+        from PIL import Image
+
+        Image.fromarray(labels).save("l.png")
+        assert iccm("apply", "drop.npz", "l.png", "-o", "o.png", "--size", "240").code == 0
+        assert {*np.unique(np.asarray(Image.open("o.png"))[..., 0])} == {*np.unique(labels)}
+    mixed = iccm("apply", "drop.npz", "l.tif", "-o", "f.tif", "--size", "240", "--filter", "linear")
+    assert mixed.code == 0 and "labels" not in mixed.err
+
+
+def test_palettes_of_classes_are_kept(folder, iccm):
+    classes = cells("uint8") % 7
+    palette = {k: (30 * k, 255 - 30 * k, 90, 255) for k in range(7)}
+    raster("c.tif", classes[None], nodata=255)
+    with rasterio.open("c.tif", "r+") as file:
+        file.write_colormap(1, palette)
+    assert iccm("apply", "drop.npz", "c.tif", "-o", "o.tif", "--size", "240").code == 0
+    bent, profile, _ = opened("o.tif")
+    assert {*np.unique(bent)} == {*np.unique(classes), 255} and profile["nodata"] == 255
+    with rasterio.open("o.tif") as file:
+        kept = file.colormap(1)
+    assert all(kept[k] == palette[k] for k in palette)
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint16"])
+def test_photographs_and_heights_are_not_labels(dtype):
+    from iccm.io.pictures.rasters import is_label
+
+    y, x = np.mgrid[:80, :90]
+    smooth = 120 + 60 * np.sin(x / 17) * np.cos(y / 23)
+    disc = 255 * np.clip(31 - np.hypot(x - 40, y - 40), 0, 1)
+    noise = np.random.default_rng(3).integers(0, 255, (80, 90))
+    for picture in (smooth, disc, noise, smooth // 8 * 8 + noise % 3):
+        assert not is_label(picture.astype(dtype), of_file=True)
+
+
+def stack(count):
+    """Channels with other patterns."""
+    return np.stack([(slope("float64")[0] * (k + 1) + 900 * k).astype("uint16") for k in range(count)])
+
+
+def test_all_channels_of_imagej_are_mapped(folder, iccm):
+    channels = stack(4)
+    options = {"metadata": {"axes": "CYX", "unit": "um", "mode": "composite"}, "resolution": (4, 4)}
+    tifffile.imwrite("ij.tif", channels, imagej=True, **options)
+    assert iccm("apply", "m.npz", "ij.tif", "-o", "o.tif", "--size", f"{WIDTH}x{HEIGHT}").code == 0
+    with tifffile.TiffFile("o.tif") as file:
+        assert file.is_imagej and file.imagej_metadata["channels"] == 4 and file.series[0].axes == "CYX"
+        assert file.imagej_metadata["unit"] == "um"
+        np.testing.assert_array_equal(file.asarray(), channels)
+    assert iccm("apply", "half.npz", "ij.tif", "-o", "h.tif", "--size", "90").code == 0
+    with tifffile.TiffFile("h.tif") as file:
+        assert file.asarray().shape == (4, 60, 90) and "unit" not in file.imagej_metadata
+
+
+def test_all_channels_of_ome_are_mapped(folder, iccm):
+    channels = stack(3)
+    names = {
+        "axes": "CYX",
+        "PhysicalSizeX": 0.25,
+        "PhysicalSizeY": 0.25,
+        "Channel": {"Name": ["DAPI", "GFP", "RFP"]},
+    }
+    tifffile.imwrite("c.ome.tif", channels, ome=True, photometric="minisblack", metadata=names)
+    assert iccm("apply", "half.npz", "c.ome.tif", "-o", "o.ome.tif", "--size", "90").code == 0
+    with tifffile.TiffFile("o.ome.tif") as file:
+        assert file.is_ome and file.series[0].shape == (3, 60, 90) and file.series[0].axes == "CYX"
+        assert "DAPI" in file.ome_metadata and "PhysicalSizeX" not in file.ome_metadata
+
+
+def test_numbers_that_a_format_cannot_hold_are_refused(folder, iccm):
+    tifffile.imwrite("l.tif", cells("int32", 100_000_001))
+    tifffile.imwrite("h.tif", slope("int16")[0])
+    for name in ("l.tif", "h.tif"):
+        result = iccm("apply", "m.npz", name, "-o", "o.png")
+        assert result.code == 2 and len(result.err.splitlines()) <= 2
+        assert not (folder / "o.png").exists()
+
+
+@pytest.mark.parametrize("form", ["epsg", "proj", "wkt", "esri", "bom"])
+def test_prj_files_of_any_form_are_read(folder, iccm, form):
+    from PIL import Image
+
+    crs = rasterio.CRS.from_epsg(32633)
+    texts = {
+        "epsg": "EPSG:32633\n",
+        "proj": "+proj=utm +zone=33 +datum=WGS84 +units=m +no_defs",
+        "wkt": crs.to_wkt(),
+        "esri": crs.to_wkt(version="WKT1_ESRI"),
+        "bom": "\ufeff" + crs.to_wkt(),
+    }
+    Image.fromarray(slope("uint8")[0]).save("s.png")
+    (folder / "s.pgw").write_text("10\n0\n0\n-10\n500005\n5399995\n")
+    (folder / "s.prj").write_text(texts[form], encoding="utf-8")
+    assert iccm("map", "a.svg", "s.png#canvas", "-o", "o.tif", "--size", "60").code == 0
+    assert opened("o.tif")[1]["crs"].to_epsg() == 32633
+
+
+@pytest.mark.parametrize(("name", "becomes"), [("o.png", "transparent"), ("o.jpg", "white")])
+def test_a_format_that_does_not_mark_pixels_without_data_is_noted(folder, iccm, name, becomes):
+    numbers = slope("uint8", 1)
+    numbers[:, 12:20, 20:33] = 7
+    raster("r.tif", numbers, 7)
+    noted = iccm("apply", "m.npz", "r.tif", "-o", name)
+    assert (
+        noted.code == 0 and "without data" in noted.err and becomes in noted.err and "number 7" in noted.err
+    )
+    raster("all.tif", numbers, None)
+    assert "without data" not in iccm("apply", "m.npz", "all.tif", "-o", name, "--force").err
