@@ -80,7 +80,7 @@ class Figures(FitData):
         """Whether the image of the boundary is more than `FAR_OFF_TOLERANCES` tolerances from the target."""
         return (
             self.target is not None
-            and self.boundary["hausdorff"] > FAR_OFF_TOLERANCES * self.details.tolerance
+            and self._boundary["hausdorff"] > FAR_OFF_TOLERANCES * self.details.tolerance
         )
 
     @cached_property
@@ -99,7 +99,7 @@ class Figures(FitData):
         return float(np.mean(~is_recovered))
 
     @cached_property
-    def boundary(self) -> dict[str, float]:
+    def _boundary(self) -> dict[str, float]:
         """Distances of the boundary's image from the target, relative to the diagonal of the target's bounding box.
 
         `rms` and `hausdorff` are the root mean square and the two-sided Hausdorff distance. `given` is the
@@ -135,9 +135,9 @@ class Figures(FitData):
             if i >= 0
         ]
         return {
-            "rms": float(rms) / self.diagonal,
-            "hausdorff": max(hausdorff(*pair) for pair in pairs) / self.diagonal,
-            "given": float(max(part.max() for part in distances)) / self.diagonal,
+            "rms": float(rms) / self._diagonal,
+            "hausdorff": max(hausdorff(*pair) for pair in pairs) / self._diagonal,
+            "given": float(max(part.max() for part in distances)) / self._diagonal,
             **({"source": self._source_gap} if self._ended is Status.SOURCE_GAP else {}),
         }
 
@@ -187,7 +187,7 @@ class Figures(FitData):
             {
                 "source": i + 1 if i >= 0 else None,
                 "target": j + 1,
-                "gap": hausdorff(image, hole) / self.diagonal,
+                "gap": hausdorff(image, hole) / self._diagonal,
             }
             for image, hole, i, j in self._hole_images
         ]
@@ -236,16 +236,16 @@ class Figures(FitData):
 
     @on_one_thread
     def report(self) -> dict[str, Any]:
-        """Return the figures of the JSON report that depend on the map only; lengths are relative to `diagonal`."""
+        """Return the figures of the JSON report that depend on the map only; lengths are shares of the diagonal."""
         area = np.log10(np.maximum(np.abs(distortion.area_scale(*self.map.jet(self._interior)[1:])), 1e-300))
-        pin_errors = np.abs(self._image_of(self.pins[:, 0]) - self.pins[:, 1]) / self.diagonal
+        pin_errors = np.abs(self._image_of(self.pins[:, 0]) - self.pins[:, 1]) / self._diagonal
         return {
             "status": self.status.name.lower(),
             "message": self.status.value,
             "iterations": max(0, len(self.energies) - 1),
             "energies": self.energies,
             "vertices": int(self.map.polygon.size),
-            "boundary": self.boundary if self.target is not None else None,
+            "boundary": self._boundary if self.target is not None else None,
             **({"holes": self._holes_report} if self._has_pairs else {}),
             **(
                 {"left_out": self.coverage.left_out, "uncovered": self.coverage.uncovered}
@@ -281,7 +281,7 @@ class Figures(FitData):
         """For each soft pin, the error up to which it counts as met; empty for exact pins."""
         if self.details.softness is None:
             return [{}] * len(self.pins)
-        pairs = zip(self.details.softness.is_soft, self.details.softness.limits / self.diagonal)
+        pairs = zip(self.details.softness.is_soft, self.details.softness.limits / self._diagonal)
         return [{"tolerance": float(tolerance)} if soft else {} for soft, tolerance in pairs]
 
     @property
@@ -340,9 +340,9 @@ class Figures(FitData):
         return self.map(Curve(self.map.polygon).pulled_in(z))
 
     def _stroke_error(self, source: Curve, target: Curve) -> float:
-        """Return the root mean square distance of a stroke's image from its target, relative to `diagonal`."""
+        """Return the root mean square distance of a stroke's image from its target, as a share of the diagonal."""
         image = self._image_of(source.at(np.linspace(0, source.length, 50)))
-        return float(np.sqrt(np.mean(target.distances(image) ** 2))) / self.diagonal
+        return float(np.sqrt(np.mean(target.distances(image) ** 2))) / self._diagonal
 
 
 def _quantile(values: np.ndarray, q: float) -> float:

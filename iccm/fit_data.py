@@ -117,7 +117,7 @@ class FitData:
         return injectivity.certify(self.map)
 
     @property
-    def diagonal(self) -> float:
+    def _diagonal(self) -> float:
         """The unit of reported lengths: the diagonal of the target's bounding box, or of the image's."""
         return (self.target or Curve(self.image)).diagonal
 

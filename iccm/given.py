@@ -107,6 +107,8 @@ def outline_of(shape: Any, name: str, axes: str = "xy") -> Outlines:
         return Outlines(shape.curve, tuple(shape.holes[k] for k in shape.mappable_holes))
     polygon = _polygon(shape, name)
     if polygon is None:
+        if not isinstance(shape, Sized):
+            raise InputError(f"{name}: {shape!r} is not a shape; pass an outline, a polygon or a drawing")
         return Outlines(as_points_of(shape, name, axes))
     rings = [polygon.exterior, *polygon.interiors] if hasattr(polygon, "exterior") else [polygon]
     upright = [complex_in(_vertices(ring), _of_geometry(axes)) for ring in rings]
@@ -295,7 +297,8 @@ def _polygons_of_path(path: Any, name: str) -> list[Any]:
     if not (size > 0 and np.isfinite(size)):
         raise InputError(f"{name}: the path has no area")
     larger = type(path)(path.vertices * (PATH_UNITS / size), path.codes)
-    rings = [ring * (size / PATH_UNITS) for ring in larger.to_polygons(closed_only=True) if len(ring) > 3]
+    polygons = map(np.asarray, larger.to_polygons(closed_only=True))  # some are lists
+    rings = [ring * (size / PATH_UNITS) for ring in polygons if len(ring) > 3]
     enclosed = shapely.Polygon()
     for ring in rings:
         enclosed = shapely.symmetric_difference(enclosed, shapely.make_valid(shapely.Polygon(ring)))

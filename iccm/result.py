@@ -136,12 +136,12 @@ class Fit(Figures):
             preimages[missing] = ExtendedInverse(self.map)(flat[missing])
         return preimages.reshape(w.shape)
 
-    def inverted(self) -> Transform:
-        """Return the transform from target to source."""
-        return self.transform.inverse
-
     def then(self, other: "Fit | Transform") -> Transform:
-        """Return the composition: this map first, then `other`, which starts from its target."""
+        """Return the composition: this map first, then `other`, which starts from its target.
+
+        Raises:
+            InputError: `other` is not a map.
+        """
         return self.transform.then(other.transform if isinstance(other, Fit) else other)
 
     def save(self, path: str | PathLike, planes: tuple[Plane, Plane] | None = None, **about: Any) -> None:
@@ -154,9 +154,14 @@ class Fit(Figures):
             **about: further JSON data for `MapFile.about`.
 
         Raises:
-            InputError: the map is between flattened surfaces.
+            InputError: the map is between flattened surfaces, or the file cannot be written.
         """
-        to_map_file(self, planes, about).write(path)
+        try:
+            to_map_file(self, planes, about).write(path)
+        except FileNotFoundError as error:
+            raise MissingFileError(f"{path}: its folder does not exist") from error
+        except (OSError, TypeError) as error:
+            raise InputError(f"{path}: cannot write this file: {error}") from error
 
     def _repr_png_(self) -> bytes:
         """Return a numbered checkerboard mapped to the target, for notebooks."""
@@ -249,6 +254,9 @@ FORMER_NAMES: dict[str, tuple[str, Callable[[Fit], Any]]] = {
     "doubts": ('report()["notes"]', lambda fit: fit._doubts),
     "iterations": ('report()["iterations"]', lambda fit: max(0, len(fit.energies) - 1)),
     "boxes": ("source.box and target.box", lambda fit: fit._boxes),
+    "boundary": ('report()["boundary"]', lambda fit: fit._boundary),
+    "diagonal": ("target.diagonal", lambda fit: fit._diagonal),
+    "inverted": ("transform.inverse", lambda fit: lambda: fit.transform.inverse),
     "interior": ("points of your own", lambda fit: fit._interior),
     "outline_of": (
         "the rings of the region",
@@ -293,6 +301,14 @@ def _figures() -> Any:
     return figure
 
 
+def refuse_other_results(fit: Any, name: str) -> None:
+    """Raise an InputError if something is not a result of `iccm.fit` or `iccm.deform`."""
+    if not isinstance(fit, Fit):
+        raise InputError(
+            f"{name}: takes a result of iccm.fit or iccm.deform, not of type {type(fit).__name__}"
+        )
+
+
 def result_of(map_file: MapFile) -> Fit:
     """Return the result that a map file contains.
 
@@ -317,6 +333,8 @@ def load(path: str | PathLike) -> Fit:
     ...     complex(np.round(iccm.load(path).map(0.5 + 0.5j), 6))
     (1.5+1.5j)
     """
+    if not isinstance(path, str | PathLike):
+        raise InputError(f"load: takes the name of a file, not an object of type {type(path).__name__}")
     try:
         return result_of(read(path))
     except MissingFileError:

@@ -189,7 +189,7 @@ def fit(
     (True, (1.5+0.5j))
     >>> np.round(found.map(np.array([[0.5, 0.25]])), 3)
     array([[1.5, 0.5]])
-    >>> np.round(found.inverted()([1.5, 0.5]), 3)
+    >>> np.round(found.transform.inverse([1.5, 0.5]), 3)
     array([0.5 , 0.25])
     """
     settings = _options(fit, options)

@@ -25,7 +25,7 @@ from .pixels.canvas import LONGER_SIDE_PIXELS, Canvas, Diagnostics, proportional
 from .pixels.sampler import Sampler
 from .pixels.texture import Texture
 from .progress import Progress
-from .result import Fit
+from .result import Fit, refuse_other_results
 from .solve import Outline, Points
 from .transform import Transform
 
@@ -246,6 +246,7 @@ def warp(
     >>> warp(fit(square, 3 * square), checkerboard(64), size=(16, 8)).box
     ((-1.5+0j), (4.5+3j))
     """
+    refuse_other_results(fit, "warp")
     picture = PictureOptions(
         size=size,
         texture_box=texture_box,
@@ -284,6 +285,7 @@ def stmap(
     >>> complex(np.round(back(0.5 + 0.25j), 3))
     (1.5+0.75j)
     """
+    refuse_other_results(fit, "stmap")
     boxes = fit._boxes
     canvas = _canvas(size, target_box or boxes[1])
     box = _box(texture_box or boxes[0], "texture_box")

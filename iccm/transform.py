@@ -10,6 +10,7 @@ from typing import overload
 
 from .arrays import Complex, Numbers, Pairs, Real, as_points
 from .axes import UP, is_pairs, on_pairs
+from .errors import InputError
 
 Function = Callable[[Complex], Complex]
 
@@ -56,7 +57,13 @@ class Transform:
         return Transform(self.backward, self.forward, self.axes[::-1])
 
     def then(self, other: "Transform") -> "Transform":
-        """Return the composition: this transform first, then `other`."""
+        """Return the composition: this transform first, then `other`.
+
+        Raises:
+            InputError: `other` is not a transform.
+        """
+        if not isinstance(other, Transform):
+            raise InputError(f"then: takes a map, not an object of type {type(other).__name__}")
         axes = self.axes[0], other.axes[1]
         return Transform(
             lambda z: other.forward(self.forward(z)), lambda w: self.backward(other.backward(w)), axes

@@ -69,7 +69,7 @@ left, right, bottom, top = iccm.transfer(iccm.checkerboard(), square, square, ed
 moved: iccm.Fit = iccm.deform(square, pins=[(0.5, 0.5)], start=fit)
 pixels: np.ndarray = iccm.transfer(iccm.checkerboard(), square, square, size=64).pixels
 closed: bool = iccm.Curve(square).closed
-both: iccm.Transform = fit.then(fit.inverted()).inverse
+both: iccm.Transform = fit.then(fit.transform.inverse).inverse
 code: str = iccm.io.run.run(iccm.io.run.Job(source="a.svg", target="b.svg")).report["status"]
 try:
     iccm.warp(fit, pixels)

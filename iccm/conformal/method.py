@@ -94,7 +94,7 @@ def solve(problem: Problem, settings: Options) -> Fit:
         polygon, phi, psi, *details = _solve(normalised, settings)
     fit = finish(problem, normalised.in_plane(polygon, phi, psi), *details)
     # judge the map as it is reported: in the user's coordinates, against the given target
-    if fit._ended in (Status.GAP, Status.CROWDED) and fit.boundary["hausdorff"] <= settings.tolerance:
+    if fit._ended in (Status.GAP, Status.CROWDED) and fit._boundary["hausdorff"] <= settings.tolerance:
         return replace(fit, _ended=Status.REACHED)
     return fit
 

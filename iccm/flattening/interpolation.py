@@ -20,7 +20,7 @@ from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..maps.triangulated.simple import fault
 from ..meshes.stretch import Linear, linear
 from ..plane import triangle_areas
-from ..result import Fit
+from ..result import Fit, refuse_other_results
 from .free import Elastic
 from .scaffold import relax_with_scaffold
 
@@ -60,6 +60,7 @@ def morph(
     >>> round(float(np.ptp(middle.image.real)), 6)  # the geometric mean
     1.732051
     """
+    refuse_other_results(fit, "morph")
     map = fit.map
     if not isinstance(map, TriangulatedMap) or fit.target is None:
         raise InputError("morph: needs a balanced map between two planar shapes")

@@ -8,6 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
+
 
 def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
     """Return an sRGB picture of cells × cells squares, numbered row by row from 0 at the top left.
@@ -27,11 +29,18 @@ def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
     ndarray
         (size, size, 3) uint8 pixels, row 0 at the top.
 
+    Raises
+    ------
+    InputError
+        There are more cells than pixels, or none.
+
     Examples
     --------
     >>> checkerboard(64, cells=4).shape
     (64, 64, 3)
     """
+    if not 0 < cells <= size:
+        raise InputError(f"checkerboard: cannot divide {size} pixels into {cells} cells")
     edges = np.round(np.linspace(0, size, cells + 1)).astype(int)
     out = np.empty((size, size, 3), dtype=np.uint8)
     for i in range(cells):

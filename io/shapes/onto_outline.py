@@ -32,7 +32,7 @@ def lay_onto(
         NoMapError: no map without folds was found.
     """
     fit = fit_with_holes(mesh, outline, tell)
-    figures, notes_of_fit = {"boundary": fit.boundary, "turn": fit.distortion.turn}, list(fit.notes)
+    figures, notes_of_fit = {"boundary": fit._boundary, "turn": fit.distortion.turn}, list(fit.notes)
 
     def lay_out(layout: Flattening) -> Complex:
         return with_room(fit.map(layout.flat), layout, outline.curve.diagonal)

@@ -95,7 +95,7 @@ def judged(
     dilatation, area = rivals.distortion(mesh, images)
     weight = mesh.areas / mesh.areas.sum()
     log = np.log10(np.maximum(np.abs(area), 1e-300))
-    gap = fit.boundary["hausdorff"] if fit else hausdorff(Curve(images[mesh.rim]), target) / target.diagonal
+    gap = fit._boundary["hausdorff"] if fit else hausdorff(Curve(images[mesh.rim]), target) / target.diagonal
     return Result(
         name,
         images,

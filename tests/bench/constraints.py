@@ -244,7 +244,7 @@ def off_line(fit: iccm.Fit) -> float:
         worst = max(worst, b.distances(image.z).max())
         if np.isin(a.z[[0, -1]], fit.pins[:, 0]).all():
             worst = max(worst, image.distances(goal).max())
-    return worst / fit.diagonal
+    return worst / fit._diagonal
 
 
 def energy(fit: iccm.Fit) -> float:

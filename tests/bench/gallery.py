@@ -53,7 +53,7 @@ def figures(fit: Fit) -> dict[str, float]:
     report = fit.report()
     pins = [p["error"] for p in report["pins"]]
     return {
-        "gap": fit.boundary["hausdorff"] if fit.target is not None else np.nan,
+        "gap": fit._boundary["hausdorff"] if fit.target is not None else np.nan,
         "pins": float(np.sqrt(np.mean(np.square(pins)))) if pins else np.nan,
         "strokes": max((s["error"] for s in report["strokes"]), default=np.nan),
         "K": float(np.quantile(dilatation(f_z, f_zbar), 0.95, method="inverted_cdf")),

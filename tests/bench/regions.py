@@ -97,7 +97,7 @@ def measured(
     outside_region = np.flatnonzero(~iccm.Curve(region).contains(fit.map.source[fit.map.faces].mean(axis=1)))
     stretch = p95(of_triangles(fit.map, outside_region)) / p95(plain.distortion)
     cpu = (ended - between) / (between - started)
-    sound = fit.certificate.report()["certified"] and fit.boundary["hausdorff"] <= 1e-3
+    sound = fit.certificate.report()["certified"] and fit._boundary["hausdorff"] <= 1e-3
     share = abs(iccm.Curve(region).area) / source.area
     sizes = "–".join(f"{rigid.sizes[k]:.3f}" for k in (0, 2))
     print(

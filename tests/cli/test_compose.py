@@ -48,15 +48,15 @@ def test_maps_are_composed_and_certified_again(maps, iccm):
     assert result.code == 0, result.err
     first, second, composed = (core.load(f"{name}.npz") for name in ("leaf-ell", "ell-box", "leaf-box"))
     assert composed.certificate.certified and composed.status.ok
-    assert composed.boundary["hausdorff"] < 1e-3
+    assert composed._boundary["hausdorff"] < 1e-3
     z = composed._interior
-    assert error(composed.map(z), second.map(first.map(z)), composed.diagonal) < 2e-4
+    assert error(composed.map(z), second.map(first.map(z)), composed._diagonal) < 2e-4
     w = composed.map(z)
-    assert error(composed.inverse(w), first.inverse(second.inverse(w)), composed.diagonal) < 2e-4
+    assert error(composed.inverse(w), first.inverse(second.inverse(w)), composed._diagonal) < 2e-4
     area = np.abs(composed.target.area)
     assert (
         area == pytest.approx(15)
-        and composed.target.distances(composed.image).max() < 1e-3 * composed.diagonal
+        and composed.target.distances(composed.image).max() < 1e-3 * composed._diagonal
     )
 
 
@@ -69,11 +69,11 @@ def test_a_tilde_inverts_a_map_in_any_place(maps, iccm):
     back, inverse, identity = (core.load(f"{name}.npz") for name in ("box-leaf", "ell-leaf", "same"))
     assert back.certificate.certified and inverse.certificate.certified
     w = inverse._interior
-    assert error(inverse.map(w), first.inverse(w), first.diagonal) < 2e-4
+    assert error(inverse.map(w), first.inverse(w), first._diagonal) < 2e-4
     z = identity._interior
-    assert error(identity.map(z), z, identity.diagonal) < 4e-4  # two approximations
+    assert error(identity.map(z), z, identity._diagonal) < 4e-4  # two approximations
     u = back._interior
-    assert error(back.map(u), first.inverse(second.inverse(u)), back.diagonal) < 4e-4
+    assert error(back.map(u), first.inverse(second.inverse(u)), back._diagonal) < 4e-4
 
 
 def test_holes_are_composed_too(maps, iccm):
@@ -84,7 +84,7 @@ def test_holes_are_composed_too(maps, iccm):
         and len(identity.map.loops) == 2
         and list(identity.details.hole_partners) == [(0, 0)]
     )
-    assert error(identity.map(identity._interior), identity._interior, identity.diagonal) < 4e-4
+    assert error(identity.map(identity._interior), identity._interior, identity._diagonal) < 4e-4
     assert not np.isfinite(identity.map(np.array([1.3 + 0j]))).any()  # in the hole
 
 

@@ -99,7 +99,7 @@ def test_a_map_of_frames_goes_on_from_itself(shapes, iccm):
     first, second = core.load("first.npz"), core.load("second.npz")
     assert first.source.area > 1.1 * core.read_shape("comb.svg").curve.area  # a wide frame
     z = first._interior
-    assert np.abs(first.map(z) - second.map(z)).max() < 1e-3 * first.diagonal
+    assert np.abs(first.map(z) - second.map(z)).max() < 1e-3 * first._diagonal
 
 
 @pytest.mark.parametrize(

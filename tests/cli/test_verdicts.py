@@ -50,7 +50,7 @@ def test_pins_that_lead_out_of_the_target_are_refused_by_every_method(shapes, ic
 def test_options_of_other_methods_are_noted_and_judged_in_python():
     fit = library.fit(LIMB, np.exp(2j * np.pi * np.arange(40) / 40), smoothness=10.0)
     assert "because of --smoothness" in fit.notes[0]
-    assert fit.boundary["hausdorff"] > 0.1 and fit.status is Status.GAP and not fit.status.ok
+    assert fit._boundary["hausdorff"] > 0.1 and fit.status is Status.GAP and not fit.status.ok
     assert "OUTLINE OFF" in fit.summary()
 
 

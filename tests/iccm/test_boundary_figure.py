@@ -44,8 +44,8 @@ def test_the_figure_of_a_map_is_that_of_its_whole_boundary(method):
     z, u = fit.map.polygon, np.linspace(0, 1, 80, False)
     close = u**4 / (u**4 + (1 - u) ** 4)  # denser at the vertices, where a harmonic map is like z log z
     image = fit.map((z[:, None] + (np.roll(z, -1) - z)[:, None] * close).ravel())
-    truth = densest(image, fit.target.z) / fit.diagonal
-    assert fit.boundary["hausdorff"] == pytest.approx(truth, rel=0.02, abs=2e-4)
+    truth = densest(image, fit.target.z) / fit._diagonal
+    assert fit._boundary["hausdorff"] == pytest.approx(truth, rel=0.02, abs=2e-4)
     if method == "paper":
         assert truth > 2e-3
 
@@ -54,7 +54,7 @@ def test_the_image_of_the_boundary_is_measured_between_samples():
     """With few vertices it leaves the target between them, which two samples per edge did not detect."""
     fit = iccm.fit(square(), arrow(), method="paper", literal=True)
     at_samples = np.abs(fit.map(square()) - fit.target.at(fit.target.closest(fit.map(square())))).max()
-    assert at_samples < 1e-9 and fit.boundary["hausdorff"] > 0.1
+    assert at_samples < 1e-9 and fit._boundary["hausdorff"] > 0.1
 
 
 def test_far_from_the_origin_the_image_of_the_boundary_is_the_same():
@@ -67,7 +67,7 @@ def test_far_from_the_origin_the_image_of_the_boundary_is_the_same():
 @pytest.mark.parametrize("target", [arrow(), star(), pear(), ell()])
 def test_balanced_maps_hold_the_outline_as_stated(target):
     """docs: to 2e-4 of the target's diagonal."""
-    assert iccm.fit(blob(), target).boundary["hausdorff"] <= 2.05e-4
+    assert iccm.fit(blob(), target)._boundary["hausdorff"] <= 2.05e-4
 
 
 @pytest.mark.parametrize("method", ["balanced", "conformal", "paper"])

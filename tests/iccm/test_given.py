@@ -205,7 +205,7 @@ def test_outlines_pins_strokes_and_holes_are_restored_bit_for_bit(tmp_path):
         assert np.array_equal(result.pins, pins)
         assert np.array_equal(result.strokes[0][0].z, stroke) and np.array_equal(result.strokes[0][1].z, goal)
         assert set(result.source_holes[0].z) == set(hole) and set(result.target_holes[0].z) == set(opening)
-    assert fit.boundary["hausdorff"] < 1e-6
+    assert fit._boundary["hausdorff"] < 1e-6
 
 
 @pytest.mark.parametrize("method", ["balanced", "paper"])
@@ -404,6 +404,8 @@ def test_paths_of_matplotlib_are_shapes():
     assert np.abs(np.abs(circle - (3 + 4j)) - 2).max() < 1e-3 and len(circle) > 100
     below = given.outlines_of(flag, "source", "screen").outline
     assert np.allclose(np.sort_complex(below), np.sort_complex(complex_of(FLAG).conj()))
+    listed = given.outlines_of(Path(FLAG), "source").outline  # neither closed nor with codes
+    assert np.allclose(np.sort_complex(listed), np.sort_complex(complex_of(FLAG)))
     parts = Path.make_compound_path(flag, Path(FLAG + np.array([20, 0]), closed=True))
     assert len(given.drawing_of(parts, "source").parts) == 2
     with pytest.raises(InputError, match=r"^source: the path has no area"):

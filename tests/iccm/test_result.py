@@ -93,3 +93,23 @@ def test_hidden_and_bare_shares_of_drawings_are_those_of_their_painted_areas():
     hidden, bare = fit.coverage.lost_regions
     assert hidden.area / two.area == pytest.approx(fit.coverage.hidden, abs=0.02)
     assert bare.area / 3 == pytest.approx(fit.coverage.bare, abs=0.02)
+
+
+def test_what_is_not_a_result_or_a_file_is_an_input_error(fit, tmp_path):
+    misuses = {
+        "warp": lambda: iccm.warp(fit.map, iccm.checkerboard(16)),
+        "stmap": lambda: iccm.stmap(fit.map),
+        "morph": lambda: next(iccm.morph(fit.map, [0.5])),
+        "then": lambda: fit.then(fit.map),
+        "load": lambda: iccm.load(3),
+        "checkerboard": lambda: iccm.checkerboard(-3),
+        "source": lambda: iccm.fit(None, arrow()),
+        str(tmp_path): lambda: fit.save(tmp_path),
+    }
+    for name, misuse in misuses.items():
+        with pytest.raises(iccm.InputError, match=re.escape(name)):
+            misuse()
+    for missing in (lambda: iccm.load("nope"), lambda: fit.save(tmp_path / "nope" / "map.npz")):
+        with pytest.raises(FileNotFoundError, match="nope") as caught:
+            missing()
+        assert isinstance(caught.value, iccm.InputError)

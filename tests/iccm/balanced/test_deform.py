@@ -122,7 +122,7 @@ def test_strokes_are_met():
     goal = Curve(stroke[1], closed=False)
     image = fit.map(Curve(stroke[0], closed=False).at(np.linspace(0, 5, 200)))
     assert fit.status is Status.MET and fit.report()["injective"]["certified"]
-    assert goal.distances(image).max() < 2e-4 * fit.diagonal
+    assert goal.distances(image).max() < 2e-4 * fit._diagonal
 
 
 def test_ends_of_strokes_slide_unless_they_have_pins():
@@ -151,7 +151,7 @@ def test_strokes_may_end_on_the_outline():
     for a, b in strokes:
         line, goal = Curve(a, closed=False), Curve(b, closed=False)
         image = fit.map(line.at(np.linspace(0, line.length, 100)))
-        assert goal.distances(image).max() < 2e-4 * fit.diagonal
+        assert goal.distances(image).max() < 2e-4 * fit._diagonal
     assert np.abs(fit.map(strokes[1][0]) - strokes[1][1]).max() < 1e-9
     with pytest.raises(InputError, match="stroke 1: runs along the outline"):
         iccm.deform(BAR, strokes=[([1, 2], [1, 3])])

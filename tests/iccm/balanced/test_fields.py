@@ -31,7 +31,7 @@ def test_constant_fields_change_nothing(name):
     for fit in (plain, even):
         assert fit.status.ok and fit.certificate.share == 1
     assert even.report()["stretch"]["p95"] == pytest.approx(plain.report()["stretch"]["p95"], rel=0.03)
-    assert abs(even.map(1 + 0.8j) - plain.map(1 + 0.8j)) < 0.02 * plain.diagonal
+    assert abs(even.map(1 + 0.8j) - plain.map(1 + 0.8j)) < 0.02 * plain._diagonal
 
 
 def test_distortion_avoids_important_places():
@@ -42,7 +42,7 @@ def test_distortion_avoids_important_places():
         fit = iccm.fit(FLAG, BEAN, **options)
         close = np.abs(fit.map.source[fit.map.faces].mean(axis=1) - (1 + 0.9j)) < 0.4
         worst.append(np.quantile(fit.triangles.dilatations[close], 0.9) - 1)
-        assert fit.certificate.share == 1 and fit.boundary["hausdorff"] <= 1e-3
+        assert fit.certificate.share == 1 and fit._boundary["hausdorff"] <= 1e-3
     assert worst[1] < 0.5 * worst[0] and worst[1] == pytest.approx(worst[2], rel=1e-9)
 
 

@@ -37,7 +37,7 @@ def sound(live, pins):
 def test_it_begins_close_to_the_map_it_comes_from(mirror):
     fit, live, pins = begun(mirror)
     found, z = sound(live, pins), fit._interior
-    assert np.nanmax(np.abs(found(z) - fit.map(z))) < 0.05 * fit.diagonal
+    assert np.nanmax(np.abs(found(z) - fit.map(z))) < 0.05 * fit._diagonal
     assert len(found.faces) < 0.4 * len(fit.map.faces)
 
 
@@ -184,9 +184,9 @@ def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on(more, side
     assert rested.status.ok
     before, after = (xy_of(getattr(map, side)) for map in (seen, rested.map))  # if a hole is filled
     away = cKDTree(before).query(after)[0]
-    assert away.max() < 1e-6 * fit.diagonal and len(before) == len(after)
+    assert away.max() < 1e-6 * fit._diagonal and len(before) == len(after)
     z = fit._interior
-    assert np.nanquantile(np.abs(rested.map(z) - seen(z)), 0.95) < 0.01 * fit.diagonal
+    assert np.nanquantile(np.abs(rested.map(z) - seen(z)), 0.95) < 0.01 * fit._diagonal
 
 
 def test_a_drag_begins_where_the_last_one_ended_also_around_a_hole_of_the_target():
@@ -200,7 +200,7 @@ def test_a_drag_begins_where_the_last_one_ended_also_around_a_hole_of_the_target
     begun_again = Live.of(kept, Settings(), pins, softness=soft(pins), covering_map=live.start, dragged=True)
     z = fit._interior
     away = np.abs(begun_again.map(z) - live.map(z))
-    assert begun_again.state.fills_holes and np.nanquantile(away, 0.95) < 0.01 * fit.diagonal
+    assert begun_again.state.fills_holes and np.nanquantile(away, 0.95) < 0.01 * fit._diagonal
 
 
 def test_a_drag_begins_on_the_mesh_of_the_map_from_scratch_around_a_hole_of_the_target():
@@ -211,7 +211,7 @@ def test_a_drag_begins_on_the_mesh_of_the_map_from_scratch_around_a_hole_of_the_
     live = Live.of(fit, Settings(), pins, dragged=True)
     assert live.state.fills_holes and len(live.map.faces) == len(fit.map.faces)
     away = np.abs(live.map(fit._interior) - fit.map(fit._interior))
-    assert np.nanquantile(away, 0.95) < 2e-3 * fit.diagonal
+    assert np.nanquantile(away, 0.95) < 2e-3 * fit._diagonal
 
 
 def test_a_map_stays_on_its_mesh_where_it_would_fold_on_a_new_one(monkeypatch):
@@ -268,7 +268,7 @@ def test_what_is_released_is_the_map_that_was_dragged_to():
     seen = live.map
     fit = iccm.fit(live.pair.source, live.pair.target, pins=pins, start=live.start)
     z = fit._interior
-    assert np.nanmax(np.abs(fit.map(z) - seen(z))) < 0.01 * fit.diagonal
+    assert np.nanmax(np.abs(fit.map(z) - seen(z))) < 0.01 * fit._diagonal
 
 
 def test_a_soft_pin_more_needs_no_other_mesh():

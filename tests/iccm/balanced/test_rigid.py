@@ -61,7 +61,7 @@ def test_a_region_moves_by_an_upright_similarity_of_the_mean_scale(kept):
 
 
 def test_nothing_folds_and_the_outline_is_met(kept):
-    assert kept.certificate.share == 1 and kept.boundary["hausdorff"] <= 1e-3
+    assert kept.certificate.share == 1 and kept._boundary["hausdorff"] <= 1e-3
     back = kept.inverse(kept.map(INSIDE))
     assert np.abs(back - INSIDE).max() < 1e-9
 
@@ -103,7 +103,7 @@ def test_a_region_without_room_is_smaller_and_reported():
     )
     fit = iccm.fit(medal, arc, rigid=[star])
     assert fit.status is Status.REACHED and any(re.search(r"room .*up to 0\.", note) for note in fit.notes)
-    assert fit.boundary["hausdorff"] <= 1e-3 and fit.certificate.share == 1
+    assert fit._boundary["hausdorff"] <= 1e-3 and fit.certificate.share == 1
     factor = similarity_of(fit, star.z[::2]).factor
     mean = np.sqrt(arc.area / medal.area)
     assert factor.real < 0.95 * mean and abs(factor.imag) < 0.02 * mean  # still upright

@@ -385,7 +385,7 @@ def test_a_pin_pulled_far_is_met_within_its_tolerance():
     fit = iccm.fit(source, target, pins=[iccm.Pin(point, goal, tolerance=0.02)])
     assert fit.status.ok and fit.details.softness.tolerances[0] == 0.02
     assert abs(fit.map(np.array([point]))[0] - goal) < 0.021
-    assert fit.report()["pins"][0]["tolerance"] == pytest.approx(0.02 / fit.diagonal)
+    assert fit.report()["pins"][0]["tolerance"] == pytest.approx(0.02 / fit._diagonal)
 
 
 def test_a_saved_map_knows_how_its_pins_hold(tmp_path):

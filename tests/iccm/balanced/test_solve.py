@@ -368,11 +368,11 @@ def test_an_unrequested_rotation_gets_a_note():
 def test_the_message_names_the_figure_that_misses():
     """A map whose own outline leaves out some of the source differs from one whose image misses the target."""
     fit = iccm.fit(SQUARE, DISC)
-    assert "source" not in fit.boundary
+    assert "source" not in fit._boundary
     spike = Curve.domain(np.array([-1 - 1j, 1 - 1j, 1 - 0.001j, 1.02, 1 + 0.001j, 1 + 1j, -1 + 1j]))
     missed = replace(fit, source=spike, _ended=Status.SOURCE_GAP)
-    assert missed.boundary["source"] == pytest.approx(0.02 / spike.diagonal, rel=1e-3)
-    assert missed.boundary["hausdorff"] < 1e-9
+    assert missed._boundary["source"] == pytest.approx(0.02 / spike.diagonal, rel=1e-3)
+    assert missed._boundary["hausdorff"] < 1e-9
     assert "boundary.source" in missed.report()["message"] and missed.report()["status"] == "source_gap"
     short = replace(solve(SQUARE, DISC, SMALL), source_gap=0.0085)
     assert balanced_fit._status(short, True, SMALL) is Status.SOURCE_GAP

@@ -203,7 +203,7 @@ def test_strokes_alone_deform_without_folding():
     total = np.array([e["total"] for e in fit.energies])
     assert np.all(np.diff(total) <= 1e-14 * total[:-1])
     before = GOAL.nearest(ARM.z) - ARM.z
-    assert fit.report()["strokes"][0]["error"] < 0.2 * np.abs(before).max() / fit.diagonal
+    assert fit.report()["strokes"][0]["error"] < 0.2 * np.abs(before).max() / fit._diagonal
 
 
 def test_strokes_alone_keep_the_shape_about_as_large_as_the_target_stroke():

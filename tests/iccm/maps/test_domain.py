@@ -39,8 +39,8 @@ def test_the_given_vertices_are_on_the_map_of_a_simplified_outline(method, n):
     edge = fit.map.outline
     foot = np.where(edge.contains(source), source, edge.nearest(source))
     assert np.abs(image - fit.map(foot)).max() < 1e-8
-    gap = fit.target.distances(image).max() / fit.diagonal
-    assert gap == pytest.approx(fit.boundary["given"], rel=1e-6)
+    gap = fit.target.distances(image).max() / fit._diagonal
+    assert gap == pytest.approx(fit._boundary["given"], rel=1e-6)
     assert np.isnan(fit.map(1.05 * source)).any()
 
 
@@ -49,7 +49,7 @@ def test_the_gap_of_the_given_outline_is_reported():
     notch = np.insert(arrow(), 1, [1, 1.1 + 0.4j, 1.2])
     whole = conformal_fit(arrow(), arrow())
     fit = type(whole)(whole.map, whole._ended, [], iccm.Curve.domain(notch), whole.target, whole.pins, [])
-    assert whole.boundary["given"] < 1e-3 < 0.05 < fit.boundary["given"]
+    assert whole._boundary["given"] < 1e-3 < 0.05 < fit._boundary["given"]
 
 
 def test_the_inside_is_unchanged():

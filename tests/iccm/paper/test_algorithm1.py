@@ -196,7 +196,7 @@ def test_similarities_commute_with_the_result(job, order, move):
     error = np.abs(moved.map(a * z + b) - (c * fit.map(z) + d)).max() / moved.diagonal
     assert error < 1e-8
     # the diagonal of the bounding box, the unit of reports, turns with the shape: compare lengths themselves
-    rms = [f.boundary["rms"] * f.diagonal for f in (fit, moved)]
+    rms = [f._boundary["rms"] * f._diagonal for f in (fit, moved)]
     assert rms[1] == pytest.approx(abs(c) * rms[0], rel=1e-6)
 
 

@@ -286,7 +286,7 @@ def test_a_hole_of_a_surface_is_mapped_onto_that_of_the_target():
     hole = next(loop for loop in layout.patch.loops if not np.array_equal(loop, layout.loop))
     fit = iccm.fit(layout, circle(), source_holes=[layout.flat[hole]], target_holes=[0.3 * circle(40)])
     assert fit.status.ok
-    assert fit.boundary["hausdorff"] < 1e-3
+    assert fit._boundary["hausdorff"] < 1e-3
     np.testing.assert_allclose(np.abs(fit.map(layout.flat[hole])), 0.3, atol=2e-3)
 
 
