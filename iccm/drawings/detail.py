@@ -63,6 +63,9 @@ RIMLESS_ENERGY_WEIGHT = 2.0
 OFF_CENTRE_WEIGHT = 2.0
 """Of the squared distance of a subject from the target's centroid, relative to the target's size, in the share that
 counts as bare: a fifth of the size counts as .08."""
+COVERED_WEIGHT = 0.4
+"""Of the share of the target's outline that a subject covers, in the share that counts as bare: the target is
+recognised by its outline, so a subject is rather placed in a part of it than across parts."""
 HIDDEN_WEIGHT = 2.0
 """Of edges that are not seen, relative to area."""
 PAPER_POWER = 4
@@ -388,6 +391,11 @@ def energy_of_form(energy: float, *, has_margin: bool) -> float:
 def off_centre_cost(distance: float) -> float:
     """Return the share of the target that counts as bare if a subject is off its centroid, relative to its size."""
     return OFF_CENTRE_WEIGHT * distance**2
+
+
+def covered_cost(share: float) -> float:
+    """Return the share of the target that counts as bare if a subject covers a share of the target's outline."""
+    return COVERED_WEIGHT * share
 
 
 def hidden_cost(share: float) -> float:

@@ -29,8 +29,13 @@ PAPER_CONTRAST_RATIO = 1.25
 has half the drawing's contrast with white (in logarithms), if that is less."""
 LEAST_CONTRAST_RATIO = 1.3
 """Contrast with white (WCAG 2.2: from 1 to 21) below which a drawing is meant for a dark page."""
-TONE_SHARE = 0.075
-"""Share of ink by which a tone exceeds plain paper, and the paper around it falls below."""
+GAP_PAPER_SHARE = 0.075
+"""Share of ink by which paper falls below plain paper where a tone lies on it."""
+TONE_CONTRAST_RATIOS = (2.0, 1.6, 3.0)
+"""Contrasts of a tone with white: the first one on which the drawing's silhouette is well seen is used. With less than
+1.6, what the target paints is hardly recognised where a drawing covers its middle."""
+INK_CONTRAST_RATIO = 4.0
+"""Least contrast with white of the ink of a tone: that of a light drawing is darkened, keeping its hue."""
 DARK_TONE_SHARE = 0.35
 """Share of the drawing's mean colour in a tone on dark paper."""
 INK_SHARES_TRIED = 100
@@ -48,6 +53,10 @@ FLAT_DIFFERENCE = 8 / 255
 """Greatest difference of colours that count as one."""
 HARDLY_SEEN_DIFFERENCE = 20 / 255
 """Largest difference of any channel between a drawing and paper on which it is hardly seen."""
+SEEN_ON_TONE_DIFFERENCE = 30 / 255
+"""Difference from a tone from which on a drawing is well seen on it."""
+UNSEEN_ON_TONE_SHARE = 0.1
+"""Of a drawing's silhouette: a tone on which more of it is not well seen is avoided."""
 HARDLY_SEEN_SHARE = 0.5
 """Of a drawing's silhouette: if more of it is hardly seen on light paper, dark paper is used where that shows more."""
 EXAMINED_PIXELS = 256
@@ -177,7 +186,20 @@ def ground_of(texture: Texture, *, toned: bool = False) -> Ground:
         return Ground(dark, (DARK_TONE_SHARE * mean).astype(np.float32) if toned else None)
     if not toned or share is None:
         return Ground(paper)
-    return Ground(_mixed(mean, share - TONE_SHARE), _mixed(mean, min(1.0, share + TONE_SHARE)))
+    return Ground(_mixed(mean, share - GAP_PAPER_SHARE), _tone(mean, silhouette, texture.transfer == "srgb"))
+
+
+def _tone(mean: Real, silhouette: Float, is_srgb: bool) -> Float:
+    """Return the tone (c,) for a drawing with a mean colour (c,) and colours (n, c) along its silhouette."""
+    darker = np.linspace(1, 0, INK_SHARES_TRIED)[:, None] * mean
+    ink = darker[np.argmax(_contrast_with_white(darker, is_srgb) >= INK_CONTRAST_RATIO)]
+    shares = np.linspace(0, 1, INK_SHARES_TRIED)
+    colours = shares[:, None] * ink + (1 - shares[:, None])
+    contrasts = _contrast_with_white(colours, is_srgb)
+    tones = [colours[np.argmax(contrasts >= ratio)].astype(np.float32) for ratio in TONE_CONTRAST_RATIOS]
+    unseen = [_hardly_seen_share(silhouette, tone, SEEN_ON_TONE_DIFFERENCE) for tone in tones]
+    well_seen = (tone for tone, share in zip(tones, unseen) if share <= UNSEEN_ON_TONE_SHARE)
+    return next(well_seen, tones[int(np.argmin(unseen))])
 
 
 def _mixed(mean: Float | Real, share: float) -> Float:
@@ -185,11 +207,13 @@ def _mixed(mean: Float | Real, share: float) -> Float:
     return (share * mean + (1 - share)).astype(np.float32)
 
 
-def _hardly_seen_share(colours: Float, ground: Float) -> float:
-    """Return the share of colours (n, c) that are hardly seen on a ground (c,)."""
+def _hardly_seen_share(
+    colours: Float, ground: Float, least_difference: float = HARDLY_SEEN_DIFFERENCE
+) -> float:
+    """Return the share of colours (n, c) whose largest difference from a ground (c,) is less than a difference."""
     if not len(colours):
         return 0.0
-    return float((np.abs(colours - ground).max(axis=1) < HARDLY_SEEN_DIFFERENCE).mean())
+    return float((np.abs(colours - ground).max(axis=1) < least_difference).mean())
 
 
 def flat_rim(values: Float, alpha: int) -> Float | None:

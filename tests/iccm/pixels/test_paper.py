@@ -104,3 +104,16 @@ def test_no_tone_lies_below_a_picture_on_a_flat_ground():
     pixels[10:30, 20:40, :3] = 0
     texture = Texture(pixels, (0, 60 + 40j), alpha=3)
     assert on_paper(texture, [np.array([-9, 70, 70 + 40j])]).pixels.shape == pixels.shape
+
+
+@pytest.mark.parametrize("colour", [(0.0, 0.0, 0.0), (1.0, 0.85, 0.1), (0.2, 0.4, 0.9)])
+def test_a_tone_is_seen_on_white_and_below_the_drawing(colour):
+    tone = on_paper(drawing(colour), [np.array([3, 7, 7 + 2j, 3 + 2j])]).pixels[1, 4, :3] / 255
+    assert 1.05 / (luminance(tone) + 0.05) > 1.55
+    assert np.abs(tone - colour).max() > 25 / 255
+
+
+def test_a_drawing_of_the_usual_tone_lies_on_another_one():
+    usual = on_paper(drawing((0.0, 0.0, 0.0)), [np.array([3, 7, 7 + 2j, 3 + 2j])]).pixels[1, 4, :3] / 255
+    tone = on_paper(drawing(tuple(usual)), [np.array([3, 7, 7 + 2j, 3 + 2j])]).pixels[1, 4, :3] / 255
+    assert np.abs(tone - usual).max() > 25 / 255
