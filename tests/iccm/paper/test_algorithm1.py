@@ -193,7 +193,7 @@ def test_similarities_commute_with_the_result(job, order, move):
     source, target, z = pear(), arrow(), inside(pear())
     fit = iccm.fit(source, target, **job, order=order)
     moved = iccm.fit(a * source + b, c * target + d, **similarity(job, a, b, c, d), order=order)
-    error = np.abs(moved.map(a * z + b) - (c * fit.map(z) + d)).max() / moved.diagonal
+    error = np.abs(moved.map(a * z + b) - (c * fit.map(z) + d)).max() / moved._diagonal
     assert error < 1e-8
     # the diagonal of the bounding box, the unit of reports, turns with the shape: compare lengths themselves
     rms = [f._boundary["rms"] * f._diagonal for f in (fit, moved)]
