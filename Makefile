@@ -17,7 +17,7 @@ DEMO   := build/web/try.js
 # Tests and the commands that they start keep compiled modules, also where the environment turns that off.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo figma test test-slow test-portable lint lint-page lint-types docs generated bench gallery wheels wasm clean
+.PHONY: demo figma test test-slow test-portable lint lint-page lint-types docs generated bench gallery wheels release wasm clean
 
 # The environment grows as it is needed: iccm itself, what figures of maps need, what its tests need, and the large libraries of some extras.
 $(BASE): pyproject.toml setup.py
@@ -106,8 +106,17 @@ gallery: $(CORE) $(LARGE)
 	$(BIN)/python -m tests.bench.gallery
 
 # The wheels of all platforms, into dist, with the compiler that the package ziglang brings.
-wheels: $(TESTS) $(ZIG)
-	$(BIN)/python core/wheels.py
+wheels: $(ZIG)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check build auditwheel
+	$(BIN)/python core/wheels.py dist
+
+# All that a release publishes, into dist: the wheels, of which those for Linux are audited, and the sources. Pushing the
+# tag of the version makes and publishes the same (.github/workflows/release.yml).
+release: wheels
+	$(BIN)/python -m build --sdist --outdir dist
+	@for wheel in dist/*manylinux*.whl; do \
+	    $(BIN)/auditwheel show "$$wheel" | tr '\n' ' ' | grep -o 'platform tag: *"manylinux_2_17[^"]*"' || { echo "$$wheel needs a newer system than its tag says" >&2; exit 1; }; \
+	done
 
 # The core for browsers and other hosts of WebAssembly, into build/wasm.
 wasm: $(WASM)

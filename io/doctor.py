@@ -65,19 +65,23 @@ def _requirements() -> Iterator[Finding]:
     for requirement in listed:
         extra = next((name for name in ("", *PURPOSES) if _applies(requirement, name)), None)
         if extra is not None:
-            yield _library(requirement.name, requirement.specifier, PURPOSES.get(extra, ""))
+            yield _library(requirement.name, requirement.specifier, extra)
 
 
 def _applies(requirement: Requirement, extra: str) -> bool:
     return requirement.marker is None or requirement.marker.evaluate({"extra": extra})
 
 
-def _library(name: str, versions: SpecifierSet, purpose: str) -> Finding:
-    """Return whether a requirement is installed in a suitable version, and can be imported."""
+def _library(name: str, versions: SpecifierSet, extra: str) -> Finding:
+    """Return whether a requirement, of an extra unless that is empty, is installed in a suitable version.
+
+    One that iccm always needs is also imported.
+    """
+    purpose = PURPOSES.get(extra, "")
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:
-        missing = f"not installed; only needed for {purpose}" if purpose else "not installed"
+        missing = f"not installed; pip install 'iccm[{extra}]' for {purpose}" if purpose else "not installed"
         return Finding(name, missing, None if purpose else False)
     if not versions.contains(version, prereleases=True):
         requirement = f"{name}{versions} is needed"

@@ -49,7 +49,7 @@ def test_missing_and_outdated_packages_are_reported(findings, monkeypatch):
     code, results = findings()
     outcomes = {name: (results[name]["ok"], results[name]["result"]) for name in results}
     assert code == 1 and outcomes["tinycss2"] == (False, "not installed")
-    assert outcomes["distributed"] == (None, "not installed; only needed for iccm batch --dask")
+    assert outcomes["distributed"] == (None, "not installed; pip install 'iccm[dask]' for iccm batch --dask")
     assert outcomes["click"] == (False, "8.1.7; click>=8.1.8 is needed")
     assert outcomes["uvicorn"] == (False, "0.1; uvicorn>=0.34 is needed for iccm edit")
     assert outcomes["tqdm"][0] is True
