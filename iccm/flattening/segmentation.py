@@ -1,17 +1,19 @@
 """Divide a piece of a mesh into charts: the shortest seams within a bound of distortion, and a place for every face.
 
-One chart has the shortest seams. A hard surface that it distorts beyond the bound is cut into nets (see `unfolding`);
-an organic one stays one chart within a wider bound. What does not flatten is split in two, and each half again, to
+One chart has the shortest seams. A hard surface that it distorts beyond the bound is cut into nets (see `unfolding`),
+which are shorter than they could be where long ones would leave most of a texture empty; an organic surface stays one
+chart. What does not flatten is split in two, and each half again, to
 single triangles if need be.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import shapely
 
-from ..arrays import Complex, Flags, Index
+from ..arrays import Complex, Flags, Index, Real, complex_of, xy_of
 from ..deadline import TimeUp, ends_search
 from ..errors import InputError
 from ..meshes.disk_patch import open_piece, split_non_manifold
@@ -30,6 +32,13 @@ MAX_DISTORTION = 1.1
 """Default bound of the distortion of hard surfaces: checks that are longer by a tenth look square."""
 LEAST_HARD_SHARE = 0.5
 """Share of the area in flat and other developable parts from which a surface is hard."""
+LONGEST_CHART_SIDES = (np.inf, 2.5, 1.5)
+"""Diagonals of nets that are compared, in sides of a square of the surface's area: charts that are longer or wider
+waste texture, such as the strip of a gear's teeth."""
+USUAL_TEXTURE_SHARE = 2.0
+"""Area of a texture relative to the surface's that counts as no waste: half of a packed texture is often empty."""
+SEAM_FOR_TEXTURE_SIDES = 0.5
+"""Length of seam, in sides of a square of the surface's area, that is as bad as one more such square of texture."""
 EXACT_DILATATION = 1.01
 """95th percentile of the dilatation below which a layout counts as undistorted."""
 
@@ -76,10 +85,8 @@ def charts_of(
     surface = Faceted(piece)
     if surface.hard_share < LEAST_HARD_SHARE:
         return whole
-    nets = _nets(surface, method)
-    if nets is None:
-        return whole
-    return min((whole, nets), key=lambda layouts: _cost(layouts, max_distortion))
+    choices = [whole, *_nets_of_lengths(surface, method)]
+    return min(choices, key=lambda layouts: _cost(layouts, max_distortion))
 
 
 def dilated(charts: Sequence[Chart]) -> float:
@@ -90,13 +97,48 @@ def dilated(charts: Sequence[Chart]) -> float:
 
 
 def _cost(charts: Sequence[Chart], max_distortion: float) -> tuple[float, float]:
-    """Return what the best charts have least of: distortion beyond the bound, then length of seams."""
-    return max(dilated(charts), max_distortion), sum(chart.seam for chart in charts)
+    """Return what the best charts have least of: distortion beyond the bound, then seams and wasted texture."""
+    area = float(sum(chart.layout.patch.areas.sum() for chart in charts))
+    seams = sum(chart.seam for chart in charts) / np.sqrt(area)
+    wasted = max(_texture(charts) / area - USUAL_TEXTURE_SHARE, 0)
+    return max(dilated(charts), max_distortion), seams + SEAM_FOR_TEXTURE_SIDES * wasted
 
 
-def _nets(surface: Faceted, method: str) -> list[Chart] | None:
-    """Return the nets of a surface, and its parts that are not developable, each as one chart; None if too many."""
-    net = surface.net()
+def _texture(charts: Sequence[Chart]) -> float:
+    """Return the area that charts need at least in a texture up to twice as long as wide, at the surface's scale."""
+    boxes = np.array([_extent(chart) for chart in charts])
+    return max(float(boxes.prod(axis=1).sum()), float(boxes.max()) ** 2 / 2)
+
+
+def _extent(chart: Chart) -> Real:
+    """Return the sides of the smallest rectangle around a chart, in any direction: charts are turned for packing."""
+    points = shapely.multipoints(xy_of(chart.layout.flat))
+    corners = complex_of(shapely.get_coordinates(shapely.oriented_envelope(points)))
+    return np.abs(np.diff(corners))[:2] if corners.size == 5 else np.array([np.ptp(corners.real), 0.0])
+
+
+def _nets_of_lengths(surface: Faceted, method: str) -> Iterator[list[Chart]]:
+    """Yield nets whose charts may be of any length, and shorter ones as long as these differ."""
+    side = float(np.sqrt(surface.piece.areas.sum()))
+    longest = None
+    for sides in LONGEST_CHART_SIDES:
+        if longest is not None and sides * side >= longest:
+            continue  # the nets would be the same
+        nets = _nets(surface, method, sides * side)
+        if nets is None:
+            return
+        yield nets
+        longest = max(float(np.hypot(*_extent(chart))) for chart in nets)
+        if ends_search():
+            return
+
+
+def _nets(surface: Faceted, method: str, longest: float) -> list[Chart] | None:
+    """Return the nets of a surface, and its parts that are not developable, each as one chart; None if too many.
+
+    Nets are not made longer than `longest`, in the unit of the surface.
+    """
+    net = surface.net(longest)
     if net is None:
         return None
     charts = list[Chart]()

@@ -156,14 +156,15 @@ class Faceted:
         area = self.piece.areas
         return float(area[self.developable[self.part]].sum() / area.sum())
 
-    def net(self) -> Net | None:
+    def net(self, longest: float = np.inf) -> Net | None:
         """Unfold the surface; each part that is not developable is a chart, with positions of no meaning.
 
-        Returns None where there are too many regions.
+        Regions are not joined to charts whose box has a diagonal above `longest`, in the unit of the surface. Returns
+        None where there are too many regions.
         """
         if self.region.max() >= MOST_REGIONS:
             return None
-        growth = _Growth(self)
+        growth = _Growth(self, longest)
         growth.join(within=self.part)
         growth.join(within=None)
         chart, flat = growth.unit, growth.flat
@@ -188,7 +189,7 @@ class _Growth:
         flat: (m, 3) positions of corners in the plane of the unit.
     """
 
-    def __init__(self, surface: Faceted) -> None:
+    def __init__(self, surface: Faceted, longest: float) -> None:
         self._surface, piece = surface, surface.piece
         region = surface.region
         bent = ~surface.developable[surface.part]
@@ -208,6 +209,7 @@ class _Growth:
         middle = piece.points[piece.faces].mean(axis=1) @ GENERIC_DIRECTION
         middle = np.bincount(self._region, middle * piece.areas) / np.maximum(area, 1e-300)
         self._area, self._place = area, middle
+        self._longest = longest
 
     def _shrunk_outlines(self) -> np.ndarray:
         """Return (r,) the regions' polygons, drawn in a little."""
@@ -299,7 +301,7 @@ class _Growth:
                 continue
             factor, shift = self._motion(edge, opposite)
             moved = _moved(self._outlines[regions[unit]], factor, shift)
-            if covered.meets(moved):
+            if covered.extent_with(moved) > self._longest or covered.meets(moved):
                 continue
             covered.add(moved)
             self._outlines[regions[unit]] = moved
@@ -338,9 +340,16 @@ class _Covered:
             return bool(tree.query(near_outlines, predicate="intersects").size)
         for outline, box in zip(outlines, shapely.bounds(outlines)):
             near = ((mine[:, :2] <= box[2:]) & (mine[:, 2:] >= box[:2])).all(axis=1)
-            if near.any() and shapely.intersects(self._outlines[: self._count][near], outline).any():
-                return True
+            if near.any():
+                shapely.prepare(outline)
+                if shapely.intersects(outline, self._outlines[: self._count][near]).any():
+                    return True
         return False
+
+    def extent_with(self, outlines: np.ndarray) -> float:
+        """Return the diagonal of the box that the covered part and some outlines have in common."""
+        boxes = np.append(self._boxes[: self._count], shapely.bounds(outlines), axis=0)
+        return float(np.linalg.norm(np.nanmax(boxes[:, 2:], axis=0) - np.nanmin(boxes[:, :2], axis=0)))
 
     def add(self, outlines: np.ndarray) -> None:
         """Cover some outlines, too."""

@@ -151,3 +151,31 @@ def test_a_surface_of_slivers_keeps_all_of_its_faces():
     charts = nets(patch_of("slivers", points, faces))
     assert np.sort(np.concatenate([chart.triangles for chart in charts])).tolist() == [0, 1, 2, 3]
     assert not any(overlap(chart.layout) for chart in charts)
+
+
+def comb(teeth):
+    """A flat bar with teeth, whose sides are one strip that is far longer than wide."""
+    top = [k + z for k in range(teeth - 1, -1, -1) for z in (0.6 + 2j, 0.6 + 14j, 14j, 2j)]
+    return piece_of(prism(0, teeth - 0.4, *top, height=1.5))
+
+
+def test_long_strips_are_cut_where_they_would_waste_texture():
+    piece = comb(20)
+    charts = nets(piece)
+    assert sum(len(chart.triangles) for chart in charts) == len(piece.faces)
+    assert dilated(charts) < 1.01 and not any(overlap(chart.layout) for chart in charts)
+    boxes = [shapely.oriented_envelope(shapely.MultiPoint(xy_of(chart.layout.flat))) for chart in charts]
+    area = piece.areas.sum()
+    assert sum(box.area for box in boxes) < 2.5 * area
+    assert max(box.length for box in boxes) < 5 * np.sqrt(area)
+
+
+def test_nets_are_as_long_as_allowed():
+    surface = Faceted(comb(8))
+    side = np.sqrt(surface.piece.areas.sum())
+    for longest in (1.5 * side, 2.5 * side):
+        net = surface.net(longest)
+        charts = [xy_of(net.flat[net.chart == k].ravel()) for k in range(net.chart.max() + 1)]
+        assert max(np.linalg.norm(np.ptp(chart, axis=0)) for chart in charts) <= 1.001 * longest
+        assert len(charts) > 1
+    assert surface.net().chart.max() + 1 < len(charts)
