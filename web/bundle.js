@@ -23,7 +23,7 @@ const {code: style} = await transform(`#try { ${panes} }\n${own}`, {loader: 'css
 const core = gzipSync(readFileSync(argv[3] ?? join(FOLDER, '../build/wasm/core.wasm')), {level: 9});
 const constants = {STYLE: style, WORKER: worker.outputFiles[0].text, CORE: core.toString('base64')};
 const define = Object.fromEntries(Object.entries(constants).map(([name, value]) => [name, JSON.stringify(value)]));
-const page = {...OPTIONS, loader: /** @type {const} */ ({'.svg': 'text', '.html': 'text', '.jpg': 'dataurl'}), define};
+const page = {...OPTIONS, loader: /** @type {const} */ ({'.svg': 'text', '.html': 'text', '.jpg': 'dataurl', '.png': 'dataurl'}), define};
 await build({...page, entryPoints: [join(FOLDER, 'try.js')], outdir: argv[2]});
 
 // the plug-in for Figma has one file for its window

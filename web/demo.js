@@ -10,6 +10,7 @@ import hand from '../docs/files/hand.svg';
 import heart from '../docs/files/heart.svg';
 import shield from '../docs/files/shield.svg';
 import worm from '../docs/files/worm.svg';
+import still from '../docs/pictures/gallery-coffee-hand.png';
 import gingerbread from '../samples/limbs/gingerbread.svg';
 import starfish from '../samples/limbs/starfish.svg';
 import whale from '../samples/raster/whale.svg';
@@ -17,14 +18,17 @@ import leaf from '../samples/rose-leaf/leaf.svg';
 import {button, byId, followPointer, input, select, SVG} from '../io/edit/page/dom.js';
 import {boxOf, isCrossing, moments} from './curve.js';
 import {brush, subdivided} from './deformation.js';
+import {displacement, Offer} from './offer.js';
 import {DemoPane, pointsOf} from './panes.js';
 import {optionsOf, Pinning} from './pinning.js';
 import {saved} from './saving.js';
 import {Solver} from './solver.js';
+import {Steps} from './steps.js';
 import {shapeOf} from './svg.js';
 import markup from './try.html';
 
-/** @import {Answer, Picture, Shape, WholeMap} from './types.d.ts' */
+/** @import {Change} from './pinning.js' */
+/** @import {Answer, Picture, Shape, Shown, WholeMap} from './types.d.ts' */
 
 /** @type {Record<string, string>} */
 const PICTURES = {'coffee.jpg': coffee, 'astronaut.jpg': astronaut, 'cat.jpg': cat};
@@ -41,6 +45,10 @@ const PICTURE_SIDE = 1024;      // pixels of the longer side of the PNG, as the 
 const MOST_TEXTURE_SIDE = 2048; // pixels of a picture; larger ones are reduced
 const BRUSH_SHARE = 0.3;        // radius of a drag, relative to the diagonal of the shape
 const DRAGGED_EDGE_SHARE = 0.01;  // edges of a dragged outline, relative to its diagonal
+const MOST_FOLLOWED = 30;       // answers after a movement, until the map has come to rest
+const AGREED_SHARE = 0.005;     // maps are the same if most points are closer than this, relative to the target's diagonal
+const BETTER_ENERGY_SHARE = 0.02;  // by which the energy of another map is lower, if it is offered
+const VALUES = ['try-picture', 'try-from', 'try-into', 'try-balance'];  // controls that undo returns to
 const DRAWN_EDGE = 3;           // pixels between the points of a drawn line
 const LEAST_DRAWN_SHARE = 0.01; // area of a drawn shape, relative to its pane
 
@@ -53,8 +61,11 @@ export class Demo {
   target;
   /** Answers are counted for tests, and the last one is kept. @type {{stages: Record<string, number>, last: Answer | null}} */
   log = {stages: {}, last: null};
-  /** The last map that has converged, of the present shapes; null if they have changed since. @type {WholeMap | null} */
+  /** The present map, once it has come to rest; null while it changes. @type {WholeMap | null} */
   map = null;
+  /** What is seen. @type {Shown | null} */
+  shown = null;
+  steps = new Steps();
   /** The movement of a drag that the worker has not been sent. @type {{centre: number[], by: number[], radius: number} | null} */
   #pending = null;
   /** The outline and the places of the pins before the movement that the worker is following. @type {{target: Shape, places: number[][]} | null} */
@@ -63,8 +74,17 @@ export class Demo {
   #isHeld = false;
   /** Whether pins or balance have changed since the worker was told. */
   #isChanged = false;
-  /** Whether anything has changed since the last search. */
+  /** Whether the map has changed since the last one that is complete. */
   #isStale = false;
+  /** Whether the last change has no place at which the picture was let go, so that the map may converge. */
+  #isLoose = false;
+  /** How often the worker has followed since the last movement. */
+  #followed = 0;
+  /** Whether the map has not been compared with one from scratch. */
+  #isUnchecked = false;
+  #isComparing = false;
+  /** Whether the command finds the present map from scratch. */
+  #isFound = false;
 
   /** @param {Picture} picture */
   constructor(picture) {
@@ -74,21 +94,17 @@ export class Demo {
     this.target = shapeOf(SHAPES['heart.svg'], 'heart.svg');
     this.pinning = new Pinning({
       shapes: () => ({source: this.source, target: this.target}), refuse: (text) => report(text, true),
-      changed: (isHeld) => {
-        this.#isHeld = isHeld;
-        this.#isChanged = true;
-        this.#redrawPins();
-        this.#next();
-      },
+      changed: (change) => this.#changedPins(change),
     });
     this.left = new DemoPane('source', byId('try-source'), this.source, this.pinning.actions);
     this.right = new DemoPane('target', byId('try-target'), this.target, this.pinning.actions);
     for (const pane of this.panes) pane.scene = this.pinning.scene;
     this.grip = gripIn(byId('try-target'));
+    this.offer = new Offer(this.right);
     fill('try-picture', [...Object.keys(PICTURES), OWN_PICTURE]);
     fill('try-from', [WHOLE, ...Object.keys(SHAPES), OWN_SHAPE]);
     fill('try-into', [...Object.keys(SHAPES), OWN_SHAPE, DRAWN]);
-    byId('try-hint').textContent = HINT;
+    this.#draws(false);
     this.#listen();
   }
 
@@ -100,6 +116,7 @@ export class Demo {
     this.#showSource();
     this.#showTarget();
     await this.solver.start();
+    this.#push();
     this.solve();
   }
 
@@ -114,8 +131,7 @@ export class Demo {
       this.#replaced();
     });
     choose('try-into', OWN_SHAPE, async (file, name) => {
-      byId('try-target').classList.toggle('try-drawing', name === DRAWN);
-      byId('try-hint').textContent = name === DRAWN ? DRAW_HINT : HINT;
+      this.#draws(name === DRAWN);
       if (name === DRAWN) return;
       this.target = shapeOf(file ? await file.text() : SHAPES[name], name);
       this.#replaced();
@@ -123,10 +139,15 @@ export class Demo {
     for (const kind of /** @type {const} */ (['input', 'change'])) {
       input('try-balance').addEventListener(kind, () => {
         this.#isHeld = kind === 'input';
-        this.#isChanged = true;
+        this.#isLoose = true;
+        this.#isChanged ||= this.#isHeld;
+        if (!this.#isHeld) this.#push();
         this.#next();
       });
     }
+    button('try-undo').addEventListener('click', () => this.travel(-1));
+    button('try-redo').addEventListener('click', () => this.travel(1));
+    addEventListener('keydown', (event) => this.#key(event));
     for (const name of /** @type {const} */ (['grid', 'stretch'])) {
       input(`try-${name}`).addEventListener('change', (event) => {
         for (const pane of this.panes) {
@@ -138,7 +159,7 @@ export class Demo {
     button('try-add-pin').addEventListener('click', () => this.pinning.add());
     button('try-clear-pins').addEventListener('click', () => {
       this.pinning.clear();
-      this.pinning.changed(false);
+      this.pinning.changed('removed');
     });
     button('try-save').addEventListener('click', () => this.#save());
     select('try-format').addEventListener('change', () => this.#enableSave());
@@ -197,41 +218,129 @@ export class Demo {
     this.pinning.clear();
     this.pinning.floats = new Float32Array(0);
     this.#isHeld = false;
+    this.shown = null;
+    this.#push();
     this.#showSource();
     this.#showTarget();
     this.#redrawPins();
     this.solve();
   }
 
+  /** @param {Change} change */
+  #changedPins(change) {
+    this.#isHeld = change === 'dragged';
+    const isSeen = change === 'placed' && this.map !== null;  // the pin is where the map takes it
+    this.#isChanged ||= change !== 'dropped' && !isSeen;
+    this.#isLoose = change === 'removed';
+    if (isSeen) this.#isUnchecked = true;
+    if (!this.#isHeld) this.#push();
+    this.#redrawPins();
+    this.#next();
+  }
+
+  /** Add the present state to those to which undo returns. */
+  #push() {
+    const values = Object.fromEntries(VALUES.map((id) => [id, input(id).value]));
+    const {picture, source, target, shown} = this, pins = structuredClone(this.pinning.scene.pins);
+    this.#isFound = false;
+    this.steps.push({picture, source, target, values, pins, shown, isFound: false});
+    this.#enableSteps();
+  }
+
+  #enableSteps() {
+    button('try-undo').disabled = !this.steps.canUndo;
+    button('try-redo').disabled = !this.steps.canRedo;
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const key = event.key.toLowerCase(), focused = document.activeElement;
+    if (!(event.ctrlKey || event.metaKey) || (key !== 'z' && key !== 'y')) return;
+    if (focused && focused !== document.body && !byId('try').contains(focused)) return;
+    event.preventDefault();
+    this.travel(key === 'y' || event.shiftKey ? 1 : -1);
+  }
+
+  /**
+   * Undo or redo.
+   * @param {number} by steps; back if negative
+   */
+  travel(by) {
+    const step = this.steps.travel(by);
+    if (!step) return;
+    const {source, target, picture} = this, isSource = step.source === source && step.picture === picture;
+    this.picture = step.picture;
+    this.source = step.source;
+    this.target = step.target;
+    this.pinning.scene.pins = structuredClone(step.pins);
+    for (const [id, value] of Object.entries(step.values)) input(id).value = value;
+    this.#draws(false);
+    this.#forget();
+    if (!isSource) this.#showSource();
+    if (step.target.box === target.box) this.#redrawTarget();
+    else this.#showTarget();
+    this.#enableSteps();
+    if (!step.shown?.state) {
+      this.shown = null;
+      this.solve();
+      return;
+    }
+    this.solver.resume(step.shown.state);
+    this.map = step.shown.map ?? null;
+    this.#isFound = step.isFound;
+    this.#isStale = !this.map;
+    this.#show(step.shown);
+    this.#showLeft();
+    this.#next();
+  }
+
+  /** Forget what the worker has not been sent, or is doing. */
+  #forget() {
+    this.#pending = null;
+    this.#before = null;
+    this.#isHeld = false;
+    this.#isChanged = false;
+    this.#isStale = false;
+    this.#isLoose = false;
+    this.#isUnchecked = false;
+    this.#isComparing = false;
+    this.#followed = 0;
+    this.offer.hide();
+  }
+
+  /** @param {boolean} on whether the user draws a target */
+  #draws(on) {
+    byId('try-target').classList.toggle('try-drawing', on);
+    byId('try-hint').textContent = on ? DRAW_HINT : HINT;
+  }
+
   get balance() {
     return Number(input('try-balance').value);
   }
 
-  /** What the user can change while the shapes stay. */
-  get wishes() {
-    return {balance: this.balance, pins: this.pinning.numbers};
+  /**
+   * What the user can change while the shapes stay.
+   * @param {boolean} [wanted] whether pins that stopped short are where they were dragged to
+   */
+  wishes(wanted = false) {
+    return {balance: this.balance, pins: this.pinning.numbers(wanted)};
   }
 
-  /**
-   * Search for the map of the present shapes.
-   * @param {boolean} [quiet] whether only the last map is shown, because another one follows the user already
-   */
-  solve(quiet = false) {
-    this.#pending = null;
-    this.#before = null;
-    this.#isChanged = false;
-    this.#isStale = false;
+  /** Search for the map of the present shapes. */
+  solve() {
+    this.#forget();
     this.map = null;
+    this.#isFound = true;
     this.#enableSave();
     report('Searching …');
-    byId('try-command').textContent = this.#command();
+    this.#showCommand();
     this.#showLeft();
-    this.solver.send({kind: 'solve', source: this.source.outline, target: this.target.outline, quiet, ...this.wishes});
+    this.solver.send({kind: 'solve', source: this.source.outline, target: this.target.outline, quiet: false, ...this.wishes()});
   }
 
   /** Send what has changed since the last request, if the solver can take it. */
   #next() {
-    byId('try-command').textContent = this.#command();
+    this.#showCommand();
     if (!this.solver.isReady) return;
     if (this.#pending) {
       const {centre, by, radius} = this.#pending, move = (/** @type {Float64Array} */ points) => brush(points, centre, by, radius);
@@ -242,17 +351,35 @@ export class Demo {
       this.target = {name: DRAGGED_NAME, outline, box: this.target.box};
       this.pinning.moveTargets(move);
       this.#redrawTarget();
-      this.solver.send({kind: 'drag', centre, by, radius, ...this.wishes});
+      this.#followed = 0;
+      this.solver.send({kind: 'drag', centre, by, radius, ...this.wishes()});
     } else if (this.#isChanged) {
-      this.solver.send({kind: 'follow', ...this.wishes});
-    } else if (this.#isStale && !this.#isHeld && !this.solver.busy) {
-      this.solve(true);
+      this.#followed = 0;
+      this.solver.send({kind: 'follow', ...this.wishes()});
+    } else if (this.solver.busy) {
+      return;
+    } else if (this.#isStale && !this.#isLoose && !this.shown?.isStill && this.#followed < MOST_FOLLOWED) {
+      this.#followed++;
+      this.solver.send({kind: 'follow', ...this.wishes()});
+    } else if (this.#isStale && !this.#isHeld) {
+      this.solver.send({kind: 'finish', settle: this.#isLoose, ...this.wishes()});
+      this.#isStale = false;
+      this.#isLoose = false;
+      this.#isUnchecked = true;
+      return;
+    } else if (this.#isUnchecked && !this.#isHeld) {
+      this.#isUnchecked = false;
+      this.#isComparing = true;
+      this.solver.send({kind: 'solve', source: this.source.outline, target: this.target.outline, quiet: true, ...this.wishes(true)});
       return;
     } else {
       return;
     }
+    this.offer.hide();
+    this.#isComparing = false;
     this.#isChanged = false;
     this.#isStale = true;
+    this.#isFound = false;
     this.map = null;
     this.#enableSave();
   }
@@ -268,34 +395,103 @@ export class Demo {
     if (answer.stage === 'done') {
       this.#before = null;
       this.#next();
+    } else if (answer.stage === 'error') {
+      this.#failed(answer);
+    } else if (answer.stage === 'other') {
+      if (this.#isComparing && this.map) this.#compare(/** @type {Shown} */ (answer));
+      this.#isComparing = false;
+    } else {
+      const shown = /** @type {Shown} */ (answer);
+      this.log.last = shown;
+      const isLatest = !this.#isHeld && !this.#isChanged && !this.#pending;
+      if (shown.map && isLatest) {
+        this.map = shown.map;
+        this.#stopShort(shown);
+      }
+      this.#show(shown);
+      if (isLatest) this.steps.amend({shown, isFound: this.#isFound, pins: structuredClone(this.pinning.scene.pins)});
+    }
+  }
+
+  /** @param {{message: string} & Answer} answer */
+  #failed(answer) {
+    if (this.#isComparing) {  // the map that is seen stays
+      this.#isComparing = false;
       return;
     }
     this.log.last = answer;
-    if (answer.stage === 'error') {
-      if (this.#before) {  // the map could not follow the drag: back to the last outline
-        this.target = this.#before.target;
-        this.pinning.scene.pins.forEach((pin, k) => {
-          pin.target = this.#before?.places[k] ?? pin.target;
-        });
-        this.#before = null;
-        this.#redrawTarget();
-        this.#next();
-      } else {
-        report(answer.message, true);
-      }
+    if (!this.#before) {
+      report(answer.message, true);
       return;
     }
+    this.target = this.#before.target;  // the map could not follow the drag: back to the last outline
+    this.pinning.scene.pins.forEach((pin, k) => {
+      pin.target = this.#before?.places[k] ?? pin.target;
+    });
+    this.#before = null;
+    this.#redrawTarget();
+    this.#next();
+  }
+
+  /** @param {Shown} shown */
+  #show(shown) {
     const [source, target] = [this.source, this.target].map(({outline}) => Math.abs(moments(outline).area));
-    this.pinning.floats = answer.floats;
-    this.right.setMap(answer.floats, Math.sqrt(source / target));
-    const {energy, within2, folds, missed} = answer.figures, seconds = (answer.milliseconds / 1000).toFixed(1);
-    this.pinning.scene.wrong = {pins: missed};
+    this.shown = shown;
+    this.pinning.floats = shown.floats;
+    this.right.setMap(shown.floats, Math.sqrt(source / target));
+    const {energy, within2, folds, missed} = shown.figures, seconds = (shown.milliseconds / 1000).toFixed(1), short = this.pinning.short;
+    this.pinning.scene.wrong = {pins: missed.filter((k) => !short.includes(k))};
     this.#redrawPins();
-    const share = `scale within 2× on ${Math.floor(100 * within2)} %`, pins = missed.length ? ` · pins not met: ${missed.map((k) => k + 1).join(', ')}` : '';
-    const whole = `${share} · ${folds ? `${folds} folds` : 'no folds'}${pins} · energy ${energy.toFixed(3)} · ${seconds} s`;
-    report(answer.stage === 'full' ? whole : answer.stage === 'live' ? share + pins : `${share} · refining …`);
-    if (answer.map && !this.#isStale) this.map = answer.map;
+    const off = this.pinning.scene.wrong.pins ?? [], named = (/** @type {number[]} */ pins) => pins.map((k) => k + 1).join(', ');
+    const share = `scale within 2× on ${Math.floor(100 * within2)} %`, pins = off.length ? ` · pins not met: ${named(off)}` : '';
+    const stopped = short.length ? ` · the picture could not follow to where pin ${named(short)} was put, so it stays where the picture is` : '';
+    const whole = `${share} · ${folds ? `${folds} folds` : 'no folds'}${pins}${stopped} · energy ${energy.toFixed(3)} · ${seconds} s`;
+    report(shown.stage === 'full' ? whole : shown.stage === 'live' ? share + pins : `${share} · refining …`);
     this.#enableSave();
+    this.#showCommand();
+  }
+
+  /**
+   * Leave pins that the map has not reached where it takes them.
+   * @param {Shown} shown
+   */
+  #stopShort({floats, figures}) {
+    if (!this.#isFound) this.pinning.stopShort(floats, figures.missed);
+  }
+
+  /**
+   * Compare what is seen with the map from scratch, and offer that one if it is better.
+   * @param {Shown} other
+   */
+  #compare(other) {
+    const {shown} = this;
+    if (!shown) return;
+    const [left, top, right, bottom] = boxOf(this.target.outline), away = displacement(shown.floats, other.floats) / Math.hypot(right - left, bottom - top);
+    const {short} = this.pinning, gain = 1 - other.figures.energy / shown.figures.energy;
+    if (away <= AGREED_SHARE && !short.length) {
+      this.#isFound = true;
+      this.steps.amend({isFound: true});
+      this.#showCommand();
+    } else if (!other.figures.missed.length && (short.length || gain > BETTER_ENERGY_SHARE)) {
+      const text = short.length ? `Another picture reaches pin ${short.map((k) => k + 1).join(', ')}:` : `Another picture is distorted less (energy ${Math.round(100 * gain)} % lower):`;
+      this.offer.show(text, shown.floats, other.floats, () => this.#take(other));
+    }
+  }
+
+  /**
+   * Replace what is seen by the map from scratch.
+   * @param {Shown} other
+   */
+  #take(other) {
+    this.pinning.reach();
+    this.shown = {...other, stage: 'full'};
+    this.map = other.map ?? null;
+    this.#push();
+    this.#isFound = true;
+    this.steps.amend({isFound: true});
+    if (other.state) this.solver.resume(other.state);
+    this.log.last = this.shown;
+    this.#show(this.shown);
   }
 
   /** Say what of the drawings the map leaves out. */
@@ -322,7 +518,7 @@ export class Demo {
   #drag(event) {
     const [left, bottom, right, top] = boxOf(this.target.outline), diagonal = Math.hypot(right - left, top - bottom);
     const radius = BRUSH_SHARE * diagonal, before = this.target.outline;
-    if (this.log.last?.stage === 'error' || !this.log.last) return;
+    if (!this.shown) return;
     this.target = {...this.target, outline: subdivided(before, DRAGGED_EDGE_SHARE * diagonal)};
     let at = this.#at(event);
     followPointer(byId('try-target'), event, (moved) => {
@@ -333,7 +529,10 @@ export class Demo {
       at = to;
       this.#next();
     }, () => {
+      if (!this.#isHeld) return;
       this.#isHeld = false;
+      this.#isLoose = false;
+      this.#push();
       this.#next();
     });
   }
@@ -361,11 +560,16 @@ export class Demo {
         this.#redrawGrip();
         return;
       }
-      byId('try-target').classList.remove('try-drawing');
-      byId('try-hint').textContent = HINT;
+      this.#draws(false);
       this.target = {name: DRAWN_NAME, outline, box: boxOf(outline)};
       this.#replaced();
     });
+  }
+
+  #showCommand() {
+    const label = this.#isFound ? 'The same with the command:' : 'The same with the command, after the map (NPZ) was saved:';
+    byId('try-same').textContent = label;
+    byId('try-command').textContent = this.#isFound ? this.#command() : quoted(['iccm', 'apply', `${this.#stem}.npz`, this.picture.name, '-o', `${this.#stem}.png`]);
   }
 
   /** Name of the result, without suffix. */
@@ -404,9 +608,15 @@ export class Demo {
     const isPicture = this.source.name === this.picture.name, texture = isPicture ? [] : ['--texture', this.picture.name];
     const balance = this.balance === 1 ? [] : ['--balance', String(this.balance)], how = whole ? [] : ['--parts', 'largest', '--fit', 'whole'];
     const words = ['iccm', 'map', this.source.name, this.target.name, ...texture, ...how, ...balance, ...optionsOf(this.pinning.scene.pins)];
-    return [...words, '-o', `${this.#stem}.png`].map((word) => (/^[\w./:,-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`)).join(' ');
+    return quoted([...words, '-o', `${this.#stem}.png`]);
   }
 }
+
+/**
+ * Return a command line.
+ * @param {string[]} words
+ */
+const quoted = (words) => words.map((word) => (/^[\w./:,-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`)).join(' ');
 
 /**
  * Add the path by which the outline of a pane is dragged, below the pins.
@@ -513,6 +723,11 @@ function save(blob, name) {
  * @returns {Promise<Demo | null>}
  */
 export async function begin() {
+  if (!document.createElement('canvas').getContext('webgl2')) {
+    byId('try').innerHTML = `<style>${STYLE}</style><img src="${still}" alt="A photo of a cup of coffee, mapped onto the outline of a hand">
+      <p id="try-status" role="status">The demo needs WebGL 2, which this browser or its graphics card does not have. This is one of its pictures; the command needs no WebGL.</p>`;
+    return null;
+  }
   byId('try').innerHTML = `<style>${STYLE}</style>${markup}`;
   try {
     const demo = new Demo(await pictureOf(coffee, 'coffee.jpg'));

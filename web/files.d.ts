@@ -12,6 +12,10 @@ declare module '*.jpg' {
   const address: string;
   export default address;
 }
+declare module '*.png' {
+  const address: string;
+  export default address;
+}
 
 /** The worker's script. */
 declare const WORKER: string;

@@ -110,10 +110,16 @@ export class DiscreteMap {
     return Math.atan2(y, x);
   }
 
+  /** Energy of the distortion alone, at q = 1. */
+  get distortion() {
+    const {z, u, faces} = this.mesh;
+    return energyOf(z, u, faces, this.weights.theta);
+  }
+
   /** Energy at q = 1 with the springs of pins, without the outline's term and the cost of rotation. */
   get energy() {
-    const {z, u, faces} = this.mesh, {theta, pins} = this.weights;
-    return energyOf(z, u, faces, theta) + (pins ? totalOf(pins.springs(this.mesh, pins.cores(this.mesh), 1, true), u) : 0);
+    const {pins} = this.weights;
+    return this.distortion + (pins ? totalOf(pins.springs(this.mesh, pins.cores(this.mesh), 1, true), this.mesh.u) : 0);
   }
 
   /** Return the inverse map. */

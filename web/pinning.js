@@ -1,10 +1,10 @@
 // Pins of the demo: placed, dragged and removed on both sides, through the editor's panes.
 
 import {carry} from '../io/edit/page/carry.js';
-import {closest, distance, inside} from '../io/edit/page/geometry.js';
+import {atRim, closest, distance, inside} from '../io/edit/page/geometry.js';
 import {pointsOf} from './panes.js';
 
-/** @import {Actions, Item, PaneScene, Pin, Point, Side} from '../io/edit/page/types.d.ts' */
+/** @import {Actions, Ends, Item, PaneScene, Pin, Point, Side} from '../io/edit/page/types.d.ts' */
 /** @import {Shape} from './types.d.ts' */
 
 const NEAR_OUTLINE_SHARE = 0.01;  // relative to the diagonal: pins stay this far from the outline
@@ -39,20 +39,28 @@ function diagonal(ring) {
   return Math.hypot(Math.max(...x) - Math.min(...x), Math.max(...y) - Math.min(...y));
 }
 
+/** @typedef {'dragged' | 'dropped' | 'placed' | 'removed'} Change */
+
+/** @param {Pin} pin */
+const endsOf = ({source, target}) => JSON.stringify([source, target]);
+
 /** The pins, as the editor's panes and handles see them. */
 export class Pinning {
   /** @type {PaneScene} */
   scene = {
-    pins: [], strokes: [], regions: [], rigid: [], unmapped: [], failed: false, balance: 1, turn: 0, fit: 'whole', wrong: {}, suggested: [], selected: new Set(), locked: () => false, wanted: () => null,
+    pins: [], strokes: [], regions: [], rigid: [], unmapped: [], failed: false, balance: 1, turn: 0, fit: 'whole', wrong: {}, suggested: [], selected: new Set(), locked: () => false,
+    wanted: (pin) => this.#wanted.get(endsOf(pin)) ?? null,
     patches: [], active: null, pending: null, digits: {source: 0, target: 0},
   };
+  /** Where pins that stopped short were dragged to, by their ends. @type {Map<string, Ends>} */
+  #wanted = new Map();
   /** The triangles of the last map. @type {Float32Array} */
   floats = new Float32Array(0);
 
   /**
    * @param {object} page
    * @param {() => Record<Side, Shape>} page.shapes
-   * @param {(isHeld: boolean) => void} page.changed called after each change; `isHeld` while a pin is being dragged
+   * @param {(change: Change) => void} page.changed called after each change
    * @param {(text: string) => void} page.refuse shows why something cannot be done
    */
   constructor({shapes, changed, refuse}) {
@@ -61,9 +69,37 @@ export class Pinning {
     this.refuse = refuse;
   }
 
-  /** Four numbers for each pin. */
-  get numbers() {
-    return Float64Array.from(this.scene.pins.flatMap(({source, target}) => [...(/** @type {number[]} */ (source)), ...(/** @type {number[]} */ (target))]));
+  /**
+   * Return four numbers for each pin.
+   * @param {boolean} wanted whether pins that stopped short are where they were dragged to
+   */
+  numbers(wanted) {
+    const ends = this.scene.pins.map((pin) => (wanted && this.scene.wanted(pin)) || pin);
+    return Float64Array.from(ends.flatMap(({source, target}) => [...(/** @type {number[]} */ (source)), ...(/** @type {number[]} */ (target))]));
+  }
+
+  /** Numbers of the pins that stopped short. */
+  get short() {
+    return [...this.scene.pins.keys()].filter((k) => this.scene.wanted(this.scene.pins[k]));
+  }
+
+  /**
+   * Move pins that a map has not reached to where it takes them.
+   * @param {Float32Array} floats
+   * @param {number[]} numbers of these pins
+   */
+  stopShort(floats, numbers) {
+    for (const number of numbers) {
+      const pin = this.scene.pins[number], {source, target} = pin, image = carry(floats, /** @type {Point} */ (source), 'source');
+      if (!image) continue;
+      pin.target = rounded(image);
+      this.#wanted.set(endsOf(pin), {source, target});
+    }
+  }
+
+  /** Put the pins that stopped short where they were dragged to. */
+  reach() {
+    for (const pin of this.scene.pins) Object.assign(pin, this.scene.wanted(pin));
   }
 
   /** Remove all pins, which belong to other shapes. */
@@ -108,7 +144,7 @@ export class Pinning {
       return;
     }
     this.scene.pins.push({name: '', weight: 1, source: rounded(source), target: rounded(target), turn: null});
-    this.changed(false);
+    this.changed('placed');
   }
 
   /**
@@ -122,16 +158,17 @@ export class Pinning {
   }
 
   /**
-   * Move an end of a pin, if it can be there.
+   * Move an end of a pin; beyond the outline, to the rim.
    * @param {Side} side
    * @param {number} number
    * @param {Point} point
    */
   drag(side, number, point) {
-    const pin = this.scene.pins[number];
-    if (this.#problem(side, point, pin)) return false;
-    pin[side] = point;
-    this.changed(true);
+    const pin = this.scene.pins[number], ring = pointsOf(this.shapes()[side].outline);
+    const place = this.#problem(side, point, pin) ? atRim(ring, point, 1.5 * NEAR_OUTLINE_SHARE * diagonal(ring)) : point;
+    if (!place || this.#problem(side, place, pin)) return false;
+    pin[side] = rounded(place);
+    this.changed('dragged');
     return true;
   }
 
@@ -152,11 +189,11 @@ export class Pinning {
       place: async (side, place) => this.place(side, /** @type {Point} */ (place)),
       stroke: async () => {},
       drag: (side, {number}, place) => this.drag(side, number, /** @type {Point} */ (place)),
-      drop: () => this.changed(false),
+      drop: () => this.changed('dropped'),
       remove: ({number}) => {
         const focused = document.activeElement, pane = focused?.closest('.pane');
         this.scene.pins.splice(number, 1);
-        this.changed(false);
+        this.changed('removed');
         // the button may be gone with its pin
         requestAnimationFrame(() => {
           if (!focused?.isConnected && pane instanceof HTMLElement) pane.focus();

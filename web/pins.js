@@ -39,6 +39,26 @@ function quadrature(n) {
   return points.map(([a, b]) => [a / n, b / n, 1 - (a + b) / n]);
 }
 
+/**
+ * Return the radii of the patches of pins, in the source.
+ * @param {Float64Array} source
+ * @param {Float64Array} target
+ * @param {[Curve, Curve]} curves of the shapes, of area one
+ */
+export function radiiOf(source, target, curves) {
+  const count = source.length / 2, radii = new Float64Array(count).fill(RADIUS_SHARE);
+  [source, target].forEach((points, side) => {
+    for (let k = 0; k < count; k++) {
+      const x = points[2 * k], y = points[2 * k + 1];
+      radii[k] = Math.min(radii[k], RADIUS_OUTLINE_DISTANCES * curves[side].distance(x, y));
+      for (let j = 0; j < count; j++) {
+        if (j !== k) radii[k] = Math.min(radii[k], RADIUS_PIN_DISTANCES * Math.hypot(points[2 * j] - x, points[2 * j + 1] - y));
+      }
+    }
+  });
+  return radii;
+}
+
 /** Soft pins between shapes of area one. */
 export class Pins {
   /**
@@ -63,17 +83,8 @@ export class Pins {
    * @param {[Curve, Curve]} curves of the shapes, of area one
    */
   static of(source, target, curves) {
-    const count = source.length / 2, radii = new Float64Array(count).fill(RADIUS_SHARE);
-    [source, target].forEach((points, side) => {
-      for (let k = 0; k < count; k++) {
-        const x = points[2 * k], y = points[2 * k + 1];
-        radii[k] = Math.min(radii[k], RADIUS_OUTLINE_DISTANCES * curves[side].distance(x, y));
-        for (let j = 0; j < count; j++) {
-          if (j !== k) radii[k] = Math.min(radii[k], RADIUS_PIN_DISTANCES * Math.hypot(points[2 * j] - x, points[2 * j + 1] - y));
-        }
-      }
-    });
-    return new Pins({source, target, radii, springs: new Float64Array(count).fill(COST_AT_TOLERANCE / TOLERANCE_SHARE ** 2)});
+    const radii = radiiOf(source, target, curves);
+    return new Pins({source, target, radii, springs: radii.map(() => COST_AT_TOLERANCE / TOLERANCE_SHARE ** 2)});
   }
 
   /** Return the pins of the inverse map; patches remain those of the source. */

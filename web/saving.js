@@ -1,8 +1,8 @@
 // Results as files: pictures, drawings, STMaps, maps and pins.
 
 import {archived} from './archive.js';
-import {moments} from './curve.js';
-import {MOST_TOLERANCES, TOLERANCE_SHARE} from './pins.js';
+import {moments, toUnit, unitCurve} from './curve.js';
+import {MOST_TOLERANCES, radiiOf, TOLERANCE_SHARE} from './pins.js';
 import {carriedDrawing, drawingOf} from './svg.js';
 import {exrOf, stmapOf} from './stmap.js';
 
@@ -62,7 +62,7 @@ export const constraintsOf = (pins) => `${JSON.stringify({pins: pins.map(({sourc
  * @param {number} balance
  * @returns {Record<string, Member>}
  */
-function membersOf({source: z, image: u, faces, border, energy, radii}, source, target, pins, balance) {
+function membersOf({source: z, image: u, faces, border, energy}, source, target, pins, balance) {
   const complex = (/** @type {ArrayLike<number>} */ values) => /** @type {Member} */ ({type: 'complex128', shape: [values.length / 2], values});
   const ints = (/** @type {ArrayLike<number>} */ values, columns = 0) =>
     /** @type {Member} */ ({type: 'int32', shape: columns ? [values.length / columns, columns] : [values.length], values});
@@ -72,7 +72,7 @@ function membersOf({source: z, image: u, faces, border, energy, radii}, source, 
   const points = pins.flatMap((pin) => [pin.source, pin.target].flatMap((place) => [Number(place[0]), -Number(place[1])]));
   const outline = (/** @type {Float64Array} */ w) => complex(w.subarray(0, 2 * border));
   const tolerance = TOLERANCE_SHARE * Math.sqrt(Math.abs(moments(target.outline).area)), free = pins.map(() => null);
-  const softness = {radii, tolerances: pins.map(() => tolerance), rotations: free, scales: free, limits: pins.map(() => MOST_TOLERANCES * tolerance)};
+  const softness = {radii: radiiFor(pins, source, target), tolerances: pins.map(() => tolerance), rotations: free, scales: free, limits: pins.map(() => MOST_TOLERANCES * tolerance)};
   const about = {
     ended: 'REACHED', notes: [], energies: [{total: energy}], names: [source.name, target.name], job: {fit: 'whole', balance}, ...pins.length ? {softness} : {},
   };
@@ -88,6 +88,19 @@ function membersOf({source: z, image: u, faces, border, energy, radii}, source, 
     members[`${name}_ends`] = ints([]);
   }
   return members;
+}
+
+/**
+ * Return the radii of the patches of pins, in the source's drawing.
+ * @param {Pin[]} pins
+ * @param {Shape} source
+ * @param {Shape} target
+ */
+function radiiFor(pins, source, target) {
+  const [own, goal] = [source, target].map(({outline}) => unitCurve(outline.slice()));
+  const places = (/** @type {'source' | 'target'} */ side) => Float64Array.from(pins.flatMap((pin) => [Number(pin[side][0]), Number(pin[side][1])]));
+  const radii = radiiOf(toUnit(places('source'), own.frame), toUnit(places('target'), goal.frame), [own.curve, goal.curve]);
+  return [...radii].map((radius) => radius / own.frame.scale);
 }
 
 /**

@@ -96,7 +96,7 @@ const finished = (map) => (withAllVertices(map) ?? map).eased(FINE_POWER);
  * Return a map split at the vertices of both outlines, or null if that would fold triangles.
  * @param {DiscreteMap} map
  */
-const withAllVertices = (map) => attempt(() => splitAtVertices(map)) ?? attempt(() => splitAtVertices(map.swapSides()).swapSides());
+export const withAllVertices = (map) => attempt(() => splitAtVertices(map)) ?? attempt(() => splitAtVertices(map.swapSides()).swapSides());
 
 /** @param {DiscreteMap} map on the final mesh */
 function settled(map) {
@@ -223,6 +223,13 @@ function withReleasedCorners(level, given) {
   }
   return best;
 }
+
+/**
+ * Return the map that a map converges to with other weights.
+ * @param {DiscreteMap} map
+ * @param {Weights} weights
+ */
+export const continued = (map, weights) => withPinsMet(settled(map.withWeights(weights)));
 
 /**
  * Return the map onto a target that has been moved by a smooth function, after a few steps.

@@ -53,6 +53,18 @@ export class Solver {
     this.#worker.postMessage({kind: 'load', seq: 0, core: this.#core});
   }
 
+  /**
+   * Continue with a map of an earlier answer, instead of what is running.
+   * @param {MapState} state
+   */
+  resume(state) {
+    if (this.busy) this.#restart();
+    this.busy = false;
+    this.#seq++;
+    this.#state = state;
+    this.#worker?.postMessage({kind: 'resume', seq: 0, state});
+  }
+
   /** Whether requests other than searches can be sent. */
   get isReady() {
     return !this.busy || (this.#isQuiet && this.#state !== null);
@@ -80,7 +92,7 @@ export class Solver {
   #receive(answer) {
     if (answer.seq !== this.#seq) return;
     if (answer.stage === 'done' || answer.stage === 'error') this.busy = false;
-    else if (answer.state) this.#state = answer.state;
+    else if (answer.state && answer.stage !== 'other') this.#state = answer.state;
     this.#answered(answer);
   }
 }

@@ -1,7 +1,12 @@
 // Types of the messages between the page and its worker, and of files that are bundled as text.
 
-/** `coarse`, `fine` and `full` are stages of a search; `live` follows a drag of the outline, of a pin or of the balance. */
-export type Stage = 'coarse' | 'fine' | 'full' | 'live';
+import type {Pin} from '../io/edit/page/types.d.ts';
+
+/**
+ * `coarse`, `fine` and `full` are stages of a search; `live` follows a drag of the outline, of a pin or of the balance, and
+ * ends with `full`; `other` is the map of a quiet search, to compare.
+ */
+export type Stage = 'coarse' | 'fine' | 'full' | 'live' | 'other';
 
 /** What the user can change while the shapes stay. */
 export interface Wishes {
@@ -12,12 +17,14 @@ export interface Wishes {
 
 export type Request =
   | {kind: 'load', seq: number, core: ArrayBuffer}
-  /** Search for a map. Points of the outlines are x and y by turns, with y down. If `quiet`, only the last map is shown. */
+  /** Search for a map. Points of the outlines are x and y by turns, with y down. If `quiet`, the present map stays the one that is continued. */
   | {kind: 'solve', seq: number, source: Float64Array, target: Float64Array, quiet: boolean} & Wishes
   /** Let the last map follow other wishes. */
   | {kind: 'follow', seq: number} & Wishes
   /** Let the last map follow its target, of which a part is moved. */
   | {kind: 'drag', seq: number, centre: number[], by: number[], radius: number} & Wishes
+  /** Return the last map as a full one; after it has converged, if `settle`, else as it is. */
+  | {kind: 'finish', seq: number, settle: boolean} & Wishes
   /** Continue with a map of another worker. */
   | {kind: 'resume', seq: number, state: MapState};
 
@@ -43,6 +50,8 @@ export interface MapState {
   pairs: {s: Float64Array, tau: Float64Array, atSource: Uint8Array, atTarget: Uint8Array};
   mesh: {z: Float64Array, u: Float64Array, faces: Int32Array};
   theta: number;
+  /** By which the springs of pins are stiffer, so that these are met. */
+  factors: Float64Array;
 }
 
 /** A map in the coordinates of the drawings, with y up, as files of maps have it. */
@@ -53,11 +62,10 @@ export interface WholeMap {
   /** Number of the first vertices, which are the outline in order. */
   border: number;
   energy: number;
-  /** Of the patches of pins, in the source. */
-  radii: number[];
 }
 
 export interface Figures {
+  /** Of the distortion, without the springs of pins. */
   energy: number;
   /** Share of the area on which lengths change at most by a factor of two. */
   within2: number;
@@ -67,9 +75,20 @@ export interface Figures {
   missed: number[];
 }
 
+/** `map` comes with full maps, `state` with maps that can be continued; `isStill` once no step moves a live map visibly. */
+export interface Shown {
+  seq: number;
+  stage: Stage;
+  floats: Float32Array;
+  figures: Figures;
+  milliseconds: number;
+  map?: WholeMap;
+  state?: MapState;
+  isStill: boolean;
+}
+
 export type Answer =
-  /** `map` comes with full maps, `state` with maps that can be continued. */
-  | {seq: number, stage: Stage, floats: Float32Array, figures: Figures, milliseconds: number, map?: WholeMap, state?: MapState}
+  | Shown
   | {seq: number, stage: 'done', milliseconds: number}
   | {seq: number, stage: 'error', message: string, milliseconds: number};
 
@@ -87,4 +106,18 @@ export interface Shape {
 export interface Picture {
   name: string;
   image: ImageBitmap;
+}
+
+/** A state of the page that undo returns to. */
+export interface Step {
+  picture: Picture;
+  source: Shape;
+  target: Shape;
+  /** Values of the controls by their ids. */
+  values: Record<string, string>;
+  pins: Pin[];
+  /** The map that is seen, converged or not; null before the first one. */
+  shown: Shown | null;
+  /** Whether the command finds this map from scratch. */
+  isFound: boolean;
 }

@@ -1,13 +1,13 @@
 // The solver in a worker of the page. It takes one request at a time, and answers with the maps that are ready to be shown.
 
 import {load} from './core.js';
-import {fromUnit, moments, toUnit, unitCurve} from './curve.js';
+import {boxOf, fromUnit, moments, toUnit, unitCurve} from './curve.js';
 import {brush} from './deformation.js';
 import {stretches} from './mesh.js';
 import {areasOf, Tangled} from './unfold.js';
 import {DiscreteMap, weightsOf} from './map.js';
 import {Pins} from './pins.js';
-import {following, followingTarget, solve} from './search.js';
+import {continued, following, followingTarget, solve, withAllVertices} from './search.js';
 
 /** @import {Curve} from './curve.js' */
 /** @import {Answer, Figures, Frame, Request, Stage, Wishes} from './types.d.ts' */
@@ -15,16 +15,17 @@ import {following, followingTarget, solve} from './search.js';
 const FLOATS = 18;  // of a triangle: corners in the target, corners in the source, curvature (see io/edit/page/gl.js)
 const TRIANGLES = 6000;  // of the final mesh, as in the command
 const NARROW_AIM = 0.99;  // distance of pins aimed at while they are dragged, relative to that up to which they count as met
+const STILL_SHARE = 2e-4;  // a map whose vertices move by less in a step, relative to the target's diagonal, has come to rest
 const MOST_STIFFENED = 10;  // largest factor by which a step changes the stiffness of a spring
 
 /** Resolves when the core has started. */
 let loaded = Promise.resolve();
-/** @type {DiscreteMap | null} the last map, in unit coordinates */
-let map = null;
-/** Factors of the springs of pins that would miss their places. */
-let factors = new Float64Array(0);
-/** @type {Record<'source' | 'target', Frame>} */
-const frames = {source: {x: 0, y: 0, scale: 1}, target: {x: 0, y: 0, scale: 1}};
+/**
+ * A map that can be continued, in unit coordinates: with factors of the springs of pins that would miss their places.
+ * @typedef {{map: DiscreteMap | null, frames: Record<'source' | 'target', Frame>, factors: Float64Array}} Continued
+ */
+/** @type {Continued} the map that the user sees */
+let present = {map: null, frames: {source: {x: 0, y: 0, scale: 1}, target: {x: 0, y: 0, scale: 1}}, factors: new Float64Array(0)};
 
 /**
  * Return points with y in the other direction: down in drawings, up in the solver.
@@ -35,8 +36,9 @@ const turned = (z) => z.map((value, k) => (k % 2 ? -value : value));
 /**
  * Return triangles as the painter takes them.
  * @param {DiscreteMap} found
+ * @param {Continued['frames']} frames
  */
-function floatsOf(found) {
+function floatsOf(found, frames) {
   const {z, u, faces} = found.mesh, floats = new Float32Array(FLOATS * faces.length / 3);
   const places = [turned(fromUnit(u, frames.target)), turned(fromUnit(z, frames.source))];
   faces.forEach((vertex, k) => {
@@ -60,58 +62,69 @@ function figuresOf(found) {
     if (!(areas[t] > 0 && images[t] > 0)) folds++;
   });
   const misses = found.weights.pins?.misses(found.mesh) ?? new Float64Array(0);
-  return {energy: found.energy, within2: within / whole, folds, triangles: stretch.length, missed: [...misses.keys()].filter((k) => misses[k] > 1)};
+  return {energy: found.distortion, within2: within / whole, folds, triangles: stretch.length, missed: [...misses.keys()].filter((k) => misses[k] > 1)};
 }
 
 /**
  * Return the weights of a map with the pins of a request.
  * @param {Wishes} wishes
  * @param {[Curve, Curve]} curves of source and target, in unit coordinates
+ * @param {Continued} state
  */
-function weightsFor({balance, pins}, curves) {
+function weightsFor({balance, pins}, curves, {frames, factors}) {
   const side = (/** @type {number} */ offset) => turned(pins.filter((_, k) => k % 4 - offset === 0 || k % 4 - offset === 1));
   const own = pins.length ? Pins.of(toUnit(side(0), frames.source), toUnit(side(2), frames.target), curves) : null;
-  return weightsOf(balance, own?.stiffer(springFactors(own.count)) ?? null);
-}
-
-/**
- * Return factors by which the springs of pins are stiffer; 1 after the number of pins has changed.
- * @param {number} count
- */
-function springFactors(count) {
-  if (factors.length !== count) factors = new Float64Array(count).fill(1);
-  return factors;
+  return weightsOf(balance, own?.stiffer(own.count === factors.length ? factors : new Float64Array(own.count).fill(1)) ?? null);
 }
 
 /** Choose the springs' stiffness for the next step, according to how far their pins miss; as in iccm/balanced/interactive.py. */
 function stiffen() {
-  const misses = map?.weights.pins?.misses(map.mesh);
-  if (!misses) return;
-  factors = factors.map((factor, k) => {
-    const missed = misses[k] / NARROW_AIM, change = missed > 1 ? missed ** 2 : missed;
+  const {map, factors} = present, misses = map?.weights.pins?.misses(map.mesh) ?? new Float64Array(0);
+  present.factors = misses.map((miss, k) => {
+    const missed = miss / NARROW_AIM, change = missed > 1 ? missed ** 2 : missed, factor = factors.length === misses.length ? factors[k] : 1;
     return Math.max(factor * Math.min(Math.max(change, 1 / MOST_STIFFENED), MOST_STIFFENED), 1);
   });
 }
 
 /**
+ * Return whether a map looks like the one before a step.
+ * @param {DiscreteMap} before
+ * @param {DiscreteMap} after with the same vertices
+ */
+function isStill({mesh: {u}}, {mesh: {u: moved}, target}) {
+  const [left, bottom, right, top] = boxOf(target.curve.z), most = STILL_SHARE * Math.hypot(right - left, top - bottom);
+  return u.length === moved.length && u.every((_, k) => k % 2 || Math.hypot(moved[k] - u[k], moved[k + 1] - u[k + 1]) <= most);
+}
+
+/**
  * @param {Request} request
- * @param {(found: DiscreteMap, stage: Stage) => void} shown
+ * @param {(found: DiscreteMap, stage: Stage, state: Continued, isStill?: boolean) => void} shown
  */
 function answer(request, shown) {
+  const {map} = present;
   if (request.kind === 'solve') {
     const source = unitCurve(turned(request.source)), target = unitCurve(turned(request.target));
-    Object.assign(frames, {source: source.frame, target: target.frame});
-    factors = new Float64Array(0);
-    map = solve(source.curve, target.curve, weightsFor(request, [source.curve, target.curve]), TRIANGLES, (found, stage) => {
-      if (stage === 'full' || !request.quiet) shown(found, stage);
+    /** @type {Continued} */
+    const state = {map: null, frames: {source: source.frame, target: target.frame}, factors: new Float64Array(0)};
+    let whole = /** @type {DiscreteMap | null} */ (null);
+    state.map = solve(source.curve, target.curve, weightsFor(request, [source.curve, target.curve], state), TRIANGLES, (found, stage) => {
+      if (stage === 'full') whole = found;
+      else if (!request.quiet) shown(found, stage, state);
     });
+    if (!request.quiet) present = state;
+    if (whole) shown(whole, request.quiet ? 'other' : 'full', state);
   } else if (request.kind === 'resume') {
-    Object.assign(frames, request.state.frames);
-    map = DiscreteMap.restored(request.state);
+    const {frames, factors} = request.state;
+    present = {map: DiscreteMap.restored(request.state), frames, factors};
+  } else if (map && request.kind === 'finish') {
+    const finished = request.settle ? continued(map, weightsFor(request, [map.source.curve, map.target.curve], present)) : map;
+    present.map = finished;
+    shown(withAllVertices(finished) ?? finished, 'full', present);
   } else if (map && (request.kind === 'follow' || request.kind === 'drag')) {
-    map = request.kind === 'drag' ? dragged(map, request) : following(map, weightsFor(request, [map.source.curve, map.target.curve]));
+    const next = request.kind === 'drag' ? dragged(map, request) : following(map, weightsFor(request, [map.source.curve, map.target.curve], present));
+    present.map = next;
     stiffen();
-    shown(map, 'live');
+    shown(next, 'live', present, isStill(map, next));
   }
 }
 
@@ -121,28 +134,29 @@ function answer(request, shown) {
  * @param {Request & {kind: 'drag'}} request
  */
 function dragged(found, request) {
-  const {centre, by, radius} = request, before = frames.target;
+  const {centre, by, radius} = request, before = present.frames.target;
   const move = (/** @type {Float64Array} */ u) => turned(brush(turned(fromUnit(u, before)), centre, by, radius));
   const {area} = moments(move(found.target.curve.z)), after = {...before, scale: 1 / Math.sqrt(area)};
-  try {
-    return followingTarget(found, (u) => toUnit(move(u), after), (moved) => {
-      frames.target = after;
-      return weightsFor(request, [moved.source.curve, moved.target.curve]);
-    });
-  } catch (error) {
-    frames.target = before;
-    throw error;
-  }
+  const state = {...present, frames: {...present.frames, target: after}};
+  const moved = followingTarget(found, (u) => toUnit(move(u), after), ({source, target}) => weightsFor(request, [source.curve, target.curve], state));
+  present = state;
+  return moved;
 }
 
 /**
  * Return a full map in the coordinates of the drawings.
  * @param {DiscreteMap} found
+ * @param {Continued['frames']} frames
  */
-function wholeMap({mesh: {z, u, faces}, border, energy, weights: {pins}}) {
-  const radii = [...pins?.given.radii ?? []].map((radius) => radius / frames.source.scale);
-  return {source: fromUnit(z, frames.source), image: fromUnit(u, frames.target), faces, border, energy, radii};
+function wholeMap({mesh: {z, u, faces}, border, energy}, frames) {
+  return {source: fromUnit(z, frames.source), image: fromUnit(u, frames.target), faces, border, energy};
 }
+
+/**
+ * Return plain data from which another worker continues.
+ * @param {Continued} state
+ */
+const stateOf = ({map, frames, factors}) => (map ? {frames, factors, ...map.state} : undefined);
 
 addEventListener('message', async (event) => {
   const /** @type {Request} */ request = event.data, {seq} = request, begin = performance.now();
@@ -153,8 +167,9 @@ addEventListener('message', async (event) => {
       return;
     }
     await loaded;
-    answer(request, (found, stage) => {
-      const floats = floatsOf(found), more = stage === 'full' ? {map: wholeMap(found)} : stage === 'live' ? {state: {frames, ...found.state}} : {};
+    answer(request, (found, stage, state, rests = true) => {
+      const floats = floatsOf(found, state.frames), map = stage === 'full' || stage === 'other' ? wholeMap(found, state.frames) : undefined;
+      const more = {map, state: stateOf(state), isStill: rests};
       send({seq, stage, floats, figures: figuresOf(found), milliseconds: performance.now() - begin, ...more}, [floats.buffer]);
     });
     send({seq, stage: 'done', milliseconds: performance.now() - begin});

@@ -59,6 +59,7 @@ MOST_COMPRESSED_BYTES = 1_000_000
 HTML = """<!doctype html><meta charset="utf-8"><meta name="viewport" content="width=device-width">
 <body><div id="try"></div><script src="try.js"></script>"""
 FORGET = "iccmDemo.log.last = {...iccmDemo.log.last, stage: ''}"
+RESTS = "!iccmDemo.solver.busy && iccmDemo.map !== null"
 FULL = "!iccmDemo.solver.busy && iccmDemo.log.last?.stage === 'full'"
 
 
@@ -143,6 +144,13 @@ class Page:
         box = f"document.getElementById('try-{side}').getBoundingClientRect()"
         return np.array(self.js(f"[{box}.left + {x} * {box}.width, {box}.top + {y} * {box}.height]"))
 
+    def put_pin(self, side, x, y):
+        """Place a pin at a share of the width and of the height of a pane."""
+        count = len(self.pins)
+        self.click(self.place(side, x, y))
+        handles = "document.querySelectorAll('#try-target .handle').length"
+        self.wait(f"{RESTS} && {handles} === {count + 1}")
+
     def click(self, place):
         self.mouse("mousePressed", place, 1)
         self.mouse("mouseReleased", place)
@@ -151,6 +159,20 @@ class Page:
         """The pixel of the window in the middle of a pin."""
         box = f"document.querySelectorAll('#try-{side} .handle')[{number}].getBoundingClientRect()"
         return np.array(self.js(f"[{box}.left + {box}.width / 2, {box}.top + {box}.height / 2]"))
+
+    @property
+    def floats(self):
+        """The triangles that are seen."""
+        return np.array(self.js("Array.from(iccmDemo.shown.floats)")).reshape(-1, 18)
+
+    def save_map(self, folder):
+        """Save the map under the name in the command, if that needs it."""
+        command = shlex.split(self.text("try-command"))
+        if command[1] == "apply":
+            (folder / command[2]).write_bytes(self.result("npz"))
+
+    def press_button(self, name):
+        self.js("(document.getElementById(arguments[0]).click(), 0)", name)
 
     @property
     def pins(self):
@@ -193,7 +215,7 @@ def test_the_demo_is_small_and_loads_nothing(page):
 def same_picture(page, folder):
     """The similarity of the demo's PNG with the picture of the command that it shows, over its background."""
     command = shlex.split(page.text("try-command"))
-    assert command[:2] == ["iccm", "map"]
+    assert command[1] in ("map", "apply")
     (folder / command[-1]).unlink(missing_ok=True)
     run(folder, *command[1:])
     expected = cv2.imread(str(folder / command[-1]), cv2.IMREAD_UNCHANGED)
@@ -270,7 +292,7 @@ def test_omitted_holes_and_parts_are_named_with_the_command_for_all(page, tmp_pa
     page.open()
 
 
-def test_a_drag_of_the_outline_moves_the_picture_and_ends_with_a_search(page, tmp_path):
+def test_a_drag_of_the_outline_moves_the_picture_which_stays_as_released(page, tmp_path):
     page.open()
     before = page.outline()
     start = before[np.argmin(before.imag)]  # the tip of the heart
@@ -283,16 +305,17 @@ def test_a_drag_of_the_outline_moves_the_picture_and_ends_with_a_search(page, tm
     assert after["live"] > stages.get("live", 0) + 3
     assert after["full"] == stages["full"] + 1
     assert "error" not in after
+    assert after["other"] == stages.get("other", 0) + 1  # the search has changed nothing
     assert page.pixel(page.outline()[np.argmin(page.outline().imag)]) == pytest.approx(
         first + np.array([30, 45]), abs=3
     )
     top = before[np.argmax(before.imag)]
     assert np.abs(page.outline() - top).min() < 1e-6 * Curve(before).diagonal  # far away, nothing moves
     assert page.js("iccmDemo.log.last.figures.folds") == 0
-    assert "target.svg" in page.text("try-command")
     (tmp_path / "target.svg").write_bytes(page.result("target"))
     assert hausdorff(Curve(iccm.read_shape(tmp_path / "target.svg").curve.z), Curve(page.outline())) < 0.01
     shutil.copy(FILES / "coffee.jpg", tmp_path)
+    page.save_map(tmp_path)
     assert same_picture(page, tmp_path) > SIMILAR
 
 
@@ -308,13 +331,19 @@ def test_balance_keeps_sizes(page, tmp_path):
     )
     page.wait(FULL)
     assert page.js("iccmDemo.log.last.figures.within2") >= spread - 0.02
-    assert "--balance 4" in page.text("try-command")
+    page.save_map(tmp_path)
     assert same_picture(page, tmp_path) > SIMILAR
 
 
 def same_map(page, folder):
-    """Whether the command that the demo shows maps the inside of the source to nearly the same points."""
-    run(folder, *shlex.split(page.text("try-command"))[1:-1], "command.npz")
+    """Whether the command maps the inside of the source from scratch to nearly the same points as the demo, where the
+    better map is used if one is offered.
+    """
+    if not page.js("document.getElementById('try-offer').hidden"):
+        page.press_button("try-take")
+    names, pins = page.js("[iccmDemo.source.name, iccmDemo.target.name]"), page.pins
+    options = [f"--pin={x},{y}:{u},{v}" for x, y, u, v in pins]
+    run(folder, "map", *names, "--parts", "largest", "--fit", "whole", *options, "-o", "command.npz")
     (folder / "demo.npz").write_bytes(page.result("npz"))
     fits = [iccm.load(folder / name) for name in ("demo.npz", "command.npz")]
     points = interior_grid(Curve(page.outline("source")), 500)
@@ -338,12 +367,10 @@ def test_pins_move_the_picture_and_the_command_agrees(page, tmp_path):
     for name in ("coffee.jpg", "shield.svg"):
         shutil.copy(FILES / name, tmp_path)
     for side, x, y in (("source", 0.5, 0.5), ("target", 0.42, 0.45)):
-        page.js(FORGET)
-        page.click(page.place(side, x, y))
-        page.wait(FULL)
+        page.put_pin(side, x, y)
     assert len(page.pins) == 2
     before, first = page.pins, page.handle("target", 0)
-    live = page.js("iccmDemo.log.stages.live")
+    live = page.js("iccmDemo.log.stages.live ?? 0")
     page.js(FORGET)
     page.drag([first + k * np.array([3, -2]) for k in range(12)])
     assert page.handle("target", 0) == pytest.approx(first + np.array([33, -22]), abs=1.5)
@@ -352,7 +379,6 @@ def test_pins_move_the_picture_and_the_command_agrees(page, tmp_path):
     assert page.pins[0][:2] == before[0][:2] and page.pins[0][2] > before[0][2]
     assert page.pins[1] == before[1]
     assert page.js("iccmDemo.log.last.figures.missed") == []
-    assert page.text("try-command").count("--pin") == 2
     assert same_map(page, tmp_path)
 
     page.js(FORGET)
@@ -369,21 +395,121 @@ def test_pins_move_the_picture_and_the_command_agrees(page, tmp_path):
     assert same_map(page, tmp_path)
 
 
-def press(page, key, code, times=1):
+def press(page, key, code, times=1, modifiers=0):
     for _ in range(times):
         for kind in ("keyDown", "keyUp"):
-            event = {"type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code}
+            event = {
+                "type": kind,
+                "key": key,
+                "code": key,
+                "windowsVirtualKeyCode": code,
+                "modifiers": modifiers,
+            }
             if key == "Enter" and kind == "keyDown":
                 event["text"] = "\r"
             page.driver.execute_cdp_cmd("Input.dispatchKeyEvent", event)
 
 
+CONTROL, SHIFT = 2, 8  # modifiers of keys
+
+
+def test_what_the_hand_made_stays_and_can_be_undone(page, tmp_path):
+    page.open()
+    page.choose("try-into", "shield.svg")
+    first = page.floats
+    page.put_pin("source", 0.5, 0.5)
+    page.wait("iccmDemo.log.stages.other === 1 && !iccmDemo.solver.busy")
+    assert len(page.pins) == 1 and np.array_equal(page.floats, first)  # the first pin changes nothing
+    start = page.handle("target", 0)
+    page.drag([start + k * np.array([3, -2]) for k in range(12)])
+    page.wait("iccmDemo.map !== null")
+    moved, pins = page.floats, page.pins
+    assert len(moved) != len(first) or np.abs(moved - first)[:, :2].max() > 5
+    page.wait("iccmDemo.log.stages.other === 2 && !iccmDemo.solver.busy")
+    assert np.array_equal(page.floats, moved)  # the search in the background has changed nothing
+    # the file and the command make the same picture
+    page.save_map(tmp_path)
+    for name in ("coffee.jpg", "shield.svg"):
+        shutil.copy(FILES / name, tmp_path)
+    assert same_picture(page, tmp_path) > SIMILAR
+
+    page.js("(document.getElementById('try-target').focus(), 0)")
+    press(page, "z", 90, 2, CONTROL)
+    assert page.pins == [] and np.array_equal(page.floats, first)
+    press(page, "z", 90, 2, CONTROL | SHIFT)
+    assert page.pins == pins and np.array_equal(page.floats, moved)
+    for _ in range(3):
+        page.press_button("try-undo")
+    page.wait("!iccmDemo.solver.busy")
+    assert page.js("iccmDemo.target.name") == "heart.svg"
+    assert page.js("document.getElementById('try-undo').disabled")
+    assert page.js("document.getElementById('try-into').value") == "heart.svg"
+    for _ in range(3):
+        page.press_button("try-redo")
+    assert page.pins == pins and np.array_equal(page.floats, moved)
+    # a drag continues from the map that redo has restored
+    start = page.handle("target", 0)
+    page.drag([start + np.array([0, k]) for k in range(6)])
+    page.wait("iccmDemo.map !== null")
+    assert page.pins[0][3] > pins[0][3] and page.js("iccmDemo.log.last.figures.missed") == []
+
+
+def test_a_better_map_is_offered_with_both_pictures(page):
+    page.open()
+    page.choose("try-into", "shield.svg")
+    page.put_pin("source", 0.4, 0.45)
+    page.put_pin("source", 0.6, 0.45)
+    ends = np.array([page.handle("target", 0), page.handle("target", 1)])
+    middle, arm = ends.mean(axis=0), 0.65 * np.linalg.norm(ends[0] - ends[1])
+    for begin in (0, np.pi):  # exchanged, the picture is twisted; rotated it would not be
+        angles = begin + np.linspace(0, 0.85 * np.pi, 14)
+        page.drag([middle - arm * np.array([np.cos(a), np.sin(a)]) for a in angles])
+        page.wait(RESTS)
+    page.wait("!document.getElementById('try-offer').hidden")
+    kept, energy = page.floats, page.js("iccmDemo.shown.figures.energy")
+    pictures = page.js("[...document.querySelectorAll('#try-offer img')].map(({src}) => src)")
+    assert len(set(pictures)) == 2
+    page.press_button("try-take")
+    assert page.js("document.getElementById('try-offer').hidden")
+    assert page.js("iccmDemo.shown.figures.energy") < energy and not np.array_equal(page.floats, kept)
+    assert page.text("try-command").startswith("iccm map")
+    page.press_button("try-undo")
+    assert np.array_equal(page.floats, kept)
+    assert page.text("try-command").startswith("iccm apply")
+
+
+def test_pins_stop_at_the_rim(page):
+    page.open()
+    page.put_pin("source", 0.5, 0.5)
+    page.drag([page.handle("target", 0) + k * np.array([0, -30]) for k in range(14)])
+    page.wait("iccmDemo.map !== null")
+    (pin,) = page.pins
+    outline, place = Curve(page.outline()), np.array([complex(pin[2], -pin[3])])
+    assert outline.contains(place)[0]
+    assert 0.009 * outline.diagonal < outline.distances(place)[0]
+    page.open()
+
+
+def test_a_still_picture_without_webgl(page):
+    script = page.driver.execute_cdp_cmd(
+        "Page.addScriptToEvaluateOnNewDocument",
+        {"source": "HTMLCanvasElement.prototype.getContext = () => null"},
+    )
+    try:
+        page.driver.get((page.folder / "demo.html").as_uri())
+        page.wait("document.querySelector('#try img')?.naturalWidth > 0")
+        assert "WebGL 2" in page.text("try-status")
+        assert not page.js("document.querySelectorAll('#try button, #try .pane').length")
+    finally:
+        page.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+        page.open()
+
+
 def test_pins_by_keyboard(page):
     page.open()
-    page.js(FORGET)
     page.js("(document.getElementById('try-add-pin').focus(), 0)")
     press(page, "Enter", 13)
-    page.wait(FULL)
+    page.wait(RESTS)
     (before,) = page.pins
     page.js("(document.getElementById('try-target').focus(), 0)")
     press(page, "Tab", 9)
@@ -411,11 +537,10 @@ def test_pins_by_touch(page):
             points = [{"x": float(x), "y": float(y)} for x, y in places]
             touch("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
-        page.js(FORGET)
         place = page.place("source", 0.5, 0.5)
         send("touchStart", place)
         send("touchEnd")
-        page.wait(FULL)
+        page.wait(f"{RESTS} && document.querySelector('#try-target .handle')")
         (before,) = page.pins
         start = page.handle("target", 0)
         page.js(FORGET)
@@ -435,9 +560,7 @@ def test_pins_stay_inside_and_apart(page):
     page.open()
     page.click(page.place("target", 0.02, 0.5))
     assert page.pins == []
-    page.js(FORGET)
-    page.click(page.place("target", 0.5, 0.4))
-    page.wait(FULL)
+    page.put_pin("target", 0.5, 0.4)
     page.drag([page.handle("target", 0) + k * np.array([40, 0]) for k in range(12)])
     page.wait("!iccmDemo.solver.busy")
     (pin,) = page.pins
@@ -451,9 +574,7 @@ def test_results_as_files(page, tmp_path):
     page.open()
     page.choose("try-from", "hand.svg")
     page.choose("try-into", "shield.svg")
-    page.js(FORGET)
-    page.click(page.place("target", 0.5, 0.6))
-    page.wait(FULL)
+    page.put_pin("target", 0.5, 0.6)
     for kind in ("npz", "exr", "svg", "json"):
         (tmp_path / f"found.{kind}").write_bytes(page.result(kind))
     for name in ("hand.svg", "shield.svg", "coffee.jpg"):
@@ -553,9 +674,8 @@ def test_the_demo_is_accessible(page, html, dark):
     )
     try:
         page.open()
-        page.js(FORGET)
         page.js("(iccmDemo.pinning.add(), 0)")
-        page.wait(FULL)
+        page.wait(RESTS)
         page.driver.execute_script(AXE.read_text())
         violations = page.driver.execute_async_script(
             "const done = arguments[0]; axe.run(document).then(({violations}) => done(violations.map("
@@ -628,5 +748,8 @@ def test_the_demo_fits_on_a_phone(page):
             )
         )
         assert lefts[0] == lefts[1]  # one below the other
+        for name in ("into", "undo", "redo", "add-pin"):
+            box = f"document.getElementById('try-{name}').getBoundingClientRect()"
+            assert page.js(f"{box}.bottom < innerHeight - 150 && {box}.right <= innerWidth"), name
     finally:
         page.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

@@ -6,6 +6,8 @@ const MAX_DIGITS = 15;         // digits after the point that JavaScript can pri
 const PLACED_DIGITS = 4;       // significant digits of a length set by hand
 const PARTS_OF_PIXEL = 10;     // parts of a pixel to which a point can be placed by hand
 const BISECTIONS = 40;         // steps after which a crossing is exact to 1e-12 of a segment
+const RIM_DIRECTIONS = 24;     // in which a point near a corner of an outline is sought
+const LEAST_RIM_SHARE = 0.7;   // of the distance from the outline, in narrow parts
 const PARTS_OF_SEGMENT = 8;    // parts in which a segment is mapped, because its image is curved
 
 /**
@@ -142,6 +144,32 @@ export function closest(ring, point) {
     const foot = footOn(start, ring[(edge + 1) % ring.length], point), away = distance(foot.point, point);
     if (away < best.away) best = {point: foot.point, away, edge, share: foot.share};
   });
+  return best;
+}
+
+/**
+ * Return a point inside a closed polygon, as close as possible to one that is outside or too near to the rim; null where
+ * the polygon is too narrow.
+ * @param {Point[]} ring
+ * @param {Point} point
+ * @param {number} margin distance from the rim
+ * @returns {Point | null}
+ */
+export function atRim(ring, point, margin) {
+  const {point: [x, y], edge, share} = closest(ring, point), [a, b] = [ring[edge], ring[(edge + 1) % ring.length]];
+  const normal = Math.atan2(b[0] - a[0], a[1] - b[1]);  // on one of the sides of the edge
+  const turns = Array.from({length: RIM_DIRECTIONS}, (_, k) => 2 * Math.PI * k / RIM_DIRECTIONS);
+  /** @type {Point | null} */
+  let best = null;
+  let least = Infinity;
+  for (const reach of share > 0 && share < 1 ? [1, 2] : [1, 1.5, 2, 3]) {
+    for (const turn of turns) {
+      const place = [x + reach * margin * Math.cos(normal + turn), y + reach * margin * Math.sin(normal + turn)];
+      if (distance(place, point) >= least || !inside(ring, place) || closest(ring, place).away < LEAST_RIM_SHARE * margin) continue;
+      [best, least] = [place, distance(place, point)];
+    }
+    if (best) break;
+  }
   return best;
 }
 
