@@ -290,6 +290,7 @@ class Inputs(Files):
             region=region,
             box=source.box,
             single=single,
+            charts="auto",
         )
 
     def _names_regions(self, target: bool) -> bool:

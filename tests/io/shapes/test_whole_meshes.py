@@ -170,3 +170,18 @@ def test_flatten_ends_with_what_it_reached_and_exit_code_1(shapes, iccm, monkeyp
     flat = iccm("flatten", "scan.obj", "--uv", "flat.obj")
     assert flat.code == 1 and "--time-limit" in flat.lines[-1]
     assert (mesh_files.read("flat.obj").mesh.uv_corners >= 0).all()
+
+
+def test_pieces_of_a_target_have_the_charts_of_flatten(shapes, iccm):
+    box, plank = trimesh.creation.box((2, 1, 0.7)), trimesh.creation.box((3, 1, 0.2))
+    trimesh.util.concatenate([box, plank.apply_translation((0, 5, 0))]).export(shapes / "boxes.obj")
+    result = iccm("map", "square.svg", "boxes.obj", "-o", "out.obj", "--report", "r.json")
+    assert result.code == 0, result.err
+    report = json.loads((shapes / "r.json").read_text())
+    assert report["dilatation"]["p95"] < 1.01 and report["mapped"] == 1
+    placed = mesh_files.read("out.obj").mesh
+    points = placed.points[placed.corners].reshape(-1, 3, 3)
+    flat = (placed.uv @ [1, 1j])[placed.uv_corners].reshape(-1, 3)
+    edges = np.linalg.norm(points - np.roll(points, 1, axis=1), axis=2)
+    scale = np.abs(flat - np.roll(flat, 1, axis=1)) / edges
+    assert np.ptp(scale) < 1e-3 * scale.mean()  # the same on all charts
