@@ -22,7 +22,7 @@ dxf_as_svg    DXF drawings as SVG
 animation     frames joined into an animated SVG
 lottie        frames joined into a Lottie animation
 rasterize     resvg, in a separate process
-areas         drawings of one area in one colour: frames of a morph in which parts and holes grow and shrink
+areas         drawings of a few areas of flat colours: frames of a morph in which parts and holes grow and shrink
 """
 
 from collections.abc import Sequence

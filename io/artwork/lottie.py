@@ -14,12 +14,13 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from tinycss2.color3 import parse_color
 
 from ...arrays import Box, Complex
 from ...plane import polygon_area
 from ..svg import css, tree
+from ..svg.flat_areas import css_colour
 from ..svg.tree import Node
+from .areas import Area
 
 VERSION = "5.7.0"  # of the format, which all players read
 SMALLEST_SIDE = 512
@@ -79,32 +80,57 @@ def write(
 
 
 def write_areas(
-    frames: Sequence[Sequence[Complex]], colours: Sequence[Sequence[int]], box: Box, path: Path, fps: float
+    frames: Sequence[Sequence[Area]], box: Box, path: Path, fps: float, *, stepped: bool = True
 ) -> None:
-    """Write a Lottie animation of areas, each shown alone for one frame.
+    """Write a Lottie animation of areas of flat colours.
 
     Args:
-        frames: for each frame the rings of its area, core plane, filled by the even-odd rule.
-        colours: for each frame, red, green and blue, 8 bits.
+        frames: for each frame the same number of areas, each painted over those before it.
         box: the canvas, core plane.
         path: the JSON file to write.
         fps: frames per second.
+        stepped: whether each frame is shown alone; otherwise its rings move to those of the next one.
     """
     size = box[1] - box[0]
     corner = complex(box[0].real, -box[1].imag)
     factor = max(1.0, SMALLEST_SIDE / max(size.real, size.imag))
-    layers = []
-    for number, (rings, colour) in enumerate(zip(frames, colours)):
-        forms = []
-        for ring in rings:
-            still = np.zeros(ring.size, complex)
-            form = _bezier(factor * (ring.conj() - corner), still, still, True)
-            forms.append({"ty": "sh", "ks": _still(form)})
-        channels = [round(level / 255, DIGITS) for level in colour]
-        fill = {"ty": "fl", "r": 2, "c": _still([*channels, 1]), "o": _still(100)}
-        group = {"ty": "gr", "it": [*forms, fill, _placed()]}
-        layers.append(_layer([group], len(frames), number + 1) | {"ip": number, "op": number + 1})
+
+    def form(ring: Complex) -> Json:
+        still = np.zeros(ring.size, complex)
+        return _bezier(factor * (ring.conj() - corner), still, still, True)
+
+    if stepped:
+        layers = []
+        for number, areas in enumerate(frames):
+            groups = [
+                _filled([_still(form(ring)) for ring in area.rings], *map(_still, _colour_of(area)))
+                for area in areas
+            ]
+            layer = _layer(groups[::-1], len(frames), number + 1)
+            layers.append(layer | {"ip": number, "op": number + 1})
+    else:
+        groups = []
+        for over_time in zip(*frames):
+            rings = [
+                _moving([form(ring) for ring in of_frames])
+                for of_frames in zip(*(area.rings for area in over_time))
+            ]
+            colours, opacities = zip(*(_colour_of(area) for area in over_time))
+            groups.append(_filled(rings, _changing(colours), _changing([[share] for share in opacities])))
+        layers = [_layer(groups[::-1], len(frames), 1)]
     _write(path, layers, (factor * size.real, factor * size.imag), len(frames), fps)
+
+
+def _colour_of(area: Area) -> tuple[list[float], float]:
+    """Return red, green, blue and 1 from 0 to 1, and the opacity in percent."""
+    channels = [round(level / 255, DIGITS) for level in area.colour]
+    return [*channels[:3], 1.0], 100 * channels[3]
+
+
+def _filled(forms: Sequence[Json], colour: Json, opacity: Json) -> Json:
+    """Return a group of rings filled together by the even-odd rule."""
+    shapes = [{"ty": "sh", "ks": form} for form in forms]
+    return {"ty": "gr", "it": [*shapes, {"ty": "fl", "r": 2, "c": colour, "o": opacity}, _placed()]}
 
 
 def _write(path: Path, layers: list[Json], size: tuple[float, float], frames: int, fps: float) -> None:
@@ -195,16 +221,16 @@ def _line(nodes: Sequence[Node], factor: float, notes: Counter[str]) -> Json:
         "lc": CAPS.get(first.get("stroke-linecap", "butt").strip(), 1),
         "lj": JOINS.get(first.get("stroke-linejoin", "miter").strip(), 1),
     }
-    moving = _moving([[width] for width in widths]) if len(set(widths)) > 1 else _still(widths[0])
+    moving = _changing([[width] for width in widths])
     notes["dashed line, drawn whole"] += nodes[0].dashed
     return {"ty": "st", "w": moving, "ml": 4, **ends, **_paint(nodes[0], "stroke", "none", notes)}
 
 
 def _paint(node: Node, kind: str, default: str, notes: Counter[str]) -> Json:
     """Return colour and opacity of a fill or line."""
-    parsed = parse_color(node.properties.get(kind, default).strip())
+    parsed = css_colour(node.properties.get(kind, default), node)
     colour, alpha = GREY, 1.0
-    if parsed is None or isinstance(parsed, str):
+    if parsed is None:
         notes["gradient or pattern, drawn in grey"] += 1
     else:
         colour, alpha = (parsed.red, parsed.green, parsed.blue), parsed.alpha
@@ -238,6 +264,14 @@ def _moving(values: Sequence[Any]) -> Json:
     """Return a value for each frame, between which players interpolate linearly."""
     frames = [{"t": k, "s": value if isinstance(value, list) else [value]} for k, value in enumerate(values)]
     return {"a": 1, "k": [_eased(frame) for frame in frames]}
+
+
+def _changing(values: Sequence[Any]) -> Json:
+    """Return values for each frame, or one if they are all the same."""
+    first = values[0]
+    if any(value != first for value in values):
+        return _moving(values)
+    return _still(first if len(first) > 1 else first[0])
 
 
 def _eased(frame: Json) -> Json:

@@ -31,6 +31,7 @@ flat_files     a flattening as a file
 overlay_picture  a picture of an overlay in a flattening
 relayout       `iccm relayout`
 requirements   what options need in order to have an effect; those that were given in vain are refused
+flat_colours   drawings of a few flat colours as areas, and which areas of two drawings become each other in a morph
 """
 
 from importlib import import_module

@@ -3,8 +3,9 @@
 The map of two drawings defines the movement of the plane; `iccm.morph` gives the maps of the source's frame onto the
 intermediate ones. What is painted changes, too: a part or hole of one drawing may lie in a gap of the other. The source
 is therefore moved forward and the target back, and the drawing between both (`drawings.intermediate`) is painted: its
-parts and holes grow and shrink. Its colours are those of both, one fading out while the other fades in (Beier and
-Neely, *Feature-based image metamorphosis*, SIGGRAPH 1992), and those of one where the other paints nothing.
+parts and holes grow and shrink. In drawings of flat colours, so do the areas of each colour. Other pictures are
+blended, one fading out while the other fades in (Beier and Neely, *Feature-based image metamorphosis*, SIGGRAPH 1992),
+and have the colours of one where the other paints nothing.
 """
 
 from __future__ import annotations
@@ -12,20 +13,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ...arrays import Box
+from ...arrays import Box, Complex
 from ...curve import Curve, polygon_of
 from ...drawings.drawing import Drawing
-from ...drawings.intermediate import intermediate
+from ...drawings.intermediate import intermediate, intermediate_areas
 from ...flattening.interpolation import morph
 from ...maps.moved_rings import move_rings
 from ...maps.triangulated.map import TriangulatedMap
 from ...result import Fit
+from ..artwork.areas import Area
 from ..shapes.shape import Shape
+from . import flat_colours
+from .flat_colours import FlatArea, Partners
 from .parts import Pair
 
 SOURCE, TARGET = 0, 1
 SAME_AREA_SHARE = 1e-6
 """Relative to the area inside a map's outlines: a smaller difference to what a drawing paints is rounding."""
+
+SAME_COLOUR_AREA_SHARE = 1e-3
+"""The same for an area of one colour and what its drawing paints: curves are flattened with different tolerances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +80,50 @@ class MorphPath:
             for (outline, holes), drawing in zip(outlines, self.drawings)
         )
 
+    def is_one_area(self, first: Sequence[FlatArea], second: Sequence[FlatArea]) -> bool:
+        """Return whether each drawing is one area of one colour and opacity, which is all that it paints."""
+        alpha = {flat.colour[3] for flat in (*first, *second)}
+        return len(first) == len(second) == len(alpha) == 1 and all(
+            abs(flat.area.region.area - drawing.region.area) <= SAME_COLOUR_AREA_SHARE * drawing.region.area
+            for flat, drawing in zip((*first, *second), self.drawings)
+        )
+
     def moved(self, number: int, side: int) -> Drawing:
         """Return what a side paints, moved to a frame."""
-        rings = move_rings(self._maps_to(number)[side], self.drawings[side].rings)
-        return Drawing.of_rings(rings)
+        return self._moved(number, side, self.drawings[side])
+
+    def _moved(self, number: int, side: int, drawing: Drawing) -> Drawing:
+        return Drawing.of_rings(move_rings(self._maps_to(number)[side], drawing.rings))
 
     def painted(self, number: int) -> Drawing:
         """Return what a frame paints."""
         return intermediate(self.moved(number, SOURCE), self.moved(number, TARGET), self.shares[number])
+
+    def outlines(self, number: int) -> list[Complex]:
+        """Return the boundaries of what the source paints, moved to a frame: the same vertices in all frames."""
+        return move_rings(self.maps[number], self.drawings[SOURCE].rings)
+
+    def partners(self, first: Sequence[FlatArea], second: Sequence[FlatArea]) -> Partners:
+        """Pair the flat areas of both drawings that become each other."""
+        mapped = [FlatArea(flat.colour, self._moved(-1, SOURCE, flat.area)) for flat in first]
+        return [
+            (None if k is None else first[k], None if j is None else second[j])
+            for k, j in flat_colours.pairs(mapped, second)
+        ]
+
+    def layers(self, number: int, partners: Partners) -> list[Area]:
+        """Return what a frame paints, as one layer for each pair of flat areas."""
+        share = self.shares[number]
+        first, second = (
+            [None if flat is None else self._moved(number, side, flat.area) for flat in flats]
+            for side, flats in zip((SOURCE, TARGET), zip(*partners))
+        )
+        if share in (0, 1):
+            covering = flat_colours.covering(second if share else first)
+        else:
+            covering = intermediate_areas(first, second, share)
+        colours = [flat_colours.mixed(*pair, share) for pair in partners]
+        return flat_colours.layers_of(colours, covering)
 
     def _maps_to(self, number: int) -> tuple[TriangulatedMap, TriangulatedMap]:
         """Return the maps of the source and of the target onto a frame."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,12 +23,14 @@ from ...pixels.coverage import painted_share
 from ...plane import bounding_box
 from ...progress import Listener
 from .. import files, formats, references
+from ..artwork.areas import Area
 from ..shapes.shape import Shape
 from ..spec import Spec
 from ..svg.document import SUFFIXES
-from . import framing
+from . import flat_colours, framing
 from .between import SOURCE, TARGET, MorphPath
 from .execute import Settings, note_maps, solve_pairs
+from .flat_colours import paint
 from .inputs import Inputs
 from .job import Job
 from .outputs.artwork import Artwork
@@ -43,8 +45,6 @@ from .texture import is_own_picture
 NUMBER = "{number}"
 LOTTIE = ".json"
 """Suffix of Lottie animations."""
-SAME_COLOUR_LEVELS = 2
-"""Of 255: colours of a drawing that differ by less are one colour, rounded."""
 ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
 
 
@@ -69,14 +69,16 @@ class Frame:
 
     Attributes:
         share: position on the path, from 0 to 1.
-        ahead: the source with its picture, moved forward; None at the end.
-        back: the target with its picture, moved back; None at the beginning, and if it would show the same.
+        ahead: the source with its picture, moved forward; None at the end, and if there are layers.
+        back: the target with its picture, moved back; None at the beginning, if it would show the same, and if there
+            are layers.
         artwork: the source's drawing moved forward, for outputs that are drawings.
         painted: what the frame paints; empty if both drawings paint all that they enclose, so that nothing appears or
             vanishes.
         moved: what the source and what the target paint, moved to the frame, if their pictures are mixed and show
             nothing else.
-        colour: of all that it paints, 8 bits in sRGB, if both drawings have a single one.
+        layers: areas of flat colours that it paints, if both drawings are made of them.
+        is_target: whether the source's drawing, once it is moved to the end, looks like the target.
     """
 
     share: float
@@ -85,23 +87,21 @@ class Frame:
     artwork: Run
     painted: Sequence[Drawing] = ()
     moved: tuple[Sequence[Drawing], ...] = ()
-    colour: Sequence[int] | None = None
+    layers: Sequence[Area] = ()
+    is_target: bool = True
 
     @property
     def is_plain(self) -> bool:
         """Whether nothing appears or vanishes."""
         return not self.painted
 
-    @property
-    def rings(self) -> list[Complex]:
-        """The boundaries of what the frame paints."""
-        return [ring for drawing in self.painted for ring in drawing.rings]
-
     def pixels(self) -> np.ndarray:
         """Return the frame (height, width, 4): 8 bits, sRGB, straight alpha.
 
         Where only one of both drawings paints, it alone gives the colour, as if the other one was not there.
         """
+        if self.layers:
+            return np.round(paint(self.layers, self.artwork.canvas)).astype(np.uint8)
         layers = [layer for layer in (self.ahead, self.back) if layer is not None]
         weights = [1.0] if len(layers) == 1 else [1 - self.share, self.share]
         blended: Real = np.sum([weight * _seen(layer) for weight, layer in zip(weights, layers)], axis=0)
@@ -115,10 +115,7 @@ class Frame:
             blended *= _painted_share(self.painted, layers[0].canvas)
         alpha = blended[..., 3:]
         colours = np.divide(blended[..., :3], alpha, out=np.zeros_like(blended[..., :3]), where=alpha > 0)
-        pixels = np.round(255 * np.concatenate([colours, alpha], axis=2)).astype(np.uint8)
-        if self.colour is not None:
-            pixels[..., :3] = np.where(pixels[..., 3:] > 0, self.colour, 0)
-        return pixels
+        return np.round(255 * np.concatenate([colours, alpha], axis=2)).astype(np.uint8)
 
 
 def run(
@@ -135,7 +132,6 @@ def run(
         InputError: an input or output is invalid. In this case nothing has been written.
     """
     from ...blas import one_thread
-    from ..artwork import areas
 
     outputs = {name: _output(name, job, settings) for name in job.output}
     names = {name: _names(name, settings.frames) for name in outputs}
@@ -162,7 +158,7 @@ def run(
         solve_pairs(run, lambda pair: _settings(run, pair))
         note_maps(run)
         with phases.timed("morph"):
-            frames = _with_flat_colours(list(_frames(run, settings)))
+            frames = list(_frames(run, settings))
         with ExitStack() as stack:
             for name, output in outputs.items():
                 paths = [
@@ -173,24 +169,19 @@ def run(
                     if isinstance(output, Artwork) and NUMBER not in name:
                         if formats.suffix_of(name) == LOTTIE:
                             run.note(*_animate_lottie(output, frames, settings.fps, paths[0]))
-                        elif frames[0].colour is not None:
+                        elif frames[0].layers:
                             _animate_areas(name, frames, settings.fps, paths[0])
                         else:
                             run.note(*_animate_drawing(run, output, frames, settings.fps, paths[0]))
                     elif NUMBER not in name:
                         _animate(frames, settings.fps, paths[0], formats.suffix_of(name))
                     elif isinstance(output, Artwork):
-                        output.write_frames(
-                            [(frame.artwork, path, 1 - frame.share) for frame, path in zip(frames, paths)]
-                        )
-                        for frame, path in zip(frames[1:-1], paths[1:-1]):
-                            if frame.colour is not None:
-                                areas.write(frame.rings, frame.colour, _canvas(frame.artwork), path)
+                        _write_drawings(run, output, frames, paths)
                         if _differs_at_the_end(run, frames):
                             _write_target(run, frames[-1].artwork, paths[-1])
                             run.note(
                                 f"{names[name][-1]}: is the target's own drawing, and paths of the frames have "
-                                "different commands, since parts or holes appear or vanish"
+                                "different commands, since areas appear, vanish or change their form"
                             )
                     else:
                         for frame, path in zip(frames, paths):
@@ -246,12 +237,9 @@ def _output(name: str, job: Job, settings: MorphSettings) -> Output | None:
 
 
 def _with_own_pictures(run: Run) -> Run:
-    """Use both drawings as their own pictures if one of them has its own colours and the other can be rendered.
-
-    A plain black drawing is then shown in black, not with a checkerboard.
-    """
+    """Use both shapes as their own pictures, also two plain outlines, if both can be rendered."""
     job = run.job
-    if job.texture or job.checkered or not (run.source.coloured or run.target.coloured):
+    if job.texture or job.checkered:
         return run
     if all(_can_be_rendered(shape) for shape in (run.source, run.target)):
         run.pairs = [
@@ -330,6 +318,7 @@ def _frames(run: Run, settings: MorphSettings) -> Iterator[Frame]:
     source = replace(run, job=job)
     target = _of_target(source, settings, paths, box)
     plain = all(path.is_plain for path in paths)
+    flat, is_target = _flat_layers(run, settings, paths)
     for number, share in enumerate(shares):
 
         def layer(base: Run, picture: int, painted: Sequence[Drawing | None], *, number: int = number) -> Run:
@@ -339,10 +328,13 @@ def _frames(run: Run, settings: MorphSettings) -> Iterator[Frame]:
             return base.with_maps([pair for pair, _ in layers], [fit for _, fit in layers])
 
         everything: list[Drawing | None] = [None] * len(paths)
+        if flat is not None:
+            yield Frame(share, None, None, layer(source, SOURCE, everything), layers=flat(number))
+            continue
         if plain:
             ahead = layer(source, SOURCE, everything) if share < 1 or target is None else None
             back = layer(target, TARGET, everything) if share > 0 and target is not None else None
-            yield Frame(share, ahead, back, layer(source, SOURCE, everything))
+            yield Frame(share, ahead, back, layer(source, SOURCE, everything), is_target=is_target)
             continue
         painted = [path.painted(number) for path in paths]
         moved = tuple([path.moved(number, side) for path in paths] for side in (SOURCE, TARGET))
@@ -418,33 +410,71 @@ def _animate_drawing(
 
 
 def _animate_areas(name: str, frames: Sequence[Frame], fps: float, path: Path) -> None:
-    """Write an animated SVG of frames of one colour, each with the area that it paints."""
+    """Write an animated SVG of frames of flat colours, each with the areas that it paints."""
     from ..artwork import animation, areas
 
     with files.scratch() as folder:
         single = [folder / f"{number}.svg" for number in range(len(frames))]
         for frame, file in zip(frames, single):
-            assert frame.colour is not None
-            areas.write(frame.rings, frame.colour, _canvas(frame.artwork), file)
-        animation.write(single, path, fps, by_css=name.endswith(animation.CSS_SUFFIX), stepped=True)
+            areas.write(frame.layers, _canvas(frame.artwork), file)
+        animation.write(
+            single, path, fps, by_css=name.endswith(animation.CSS_SUFFIX), stepped=not _move(frames)
+        )
 
 
-def _with_flat_colours(frames: list[Frame]) -> list[Frame]:
-    """Return frames with their colours, if parts or holes appear or vanish and both drawings have a single colour."""
-    if frames[0].is_plain:
-        return frames
-    ends = []
-    for frame in (frames[0], frames[-1]):
-        pixels = frame.pixels()
-        opaque = pixels[pixels[..., 3] == 255][:, :3].astype(int)
-        if not opaque.size or np.ptp(opaque, axis=0).max() > SAME_COLOUR_LEVELS:
-            return frames
-        ends.append(np.median(opaque, axis=0))
-    mixed = [(1 - frame.share) * ends[0] + frame.share * ends[1] for frame in frames]
-    return [
-        replace(frame, colour=tuple(np.rint(colour).astype(int).tolist()))
-        for frame, colour in zip(frames, mixed)
-    ]
+def _flat_layers(
+    run: Run, settings: MorphSettings, paths: Sequence[MorphPath]
+) -> tuple[Callable[[int], list[Area]] | None, bool]:
+    """Return how drawings of flat colours look in between, and whether the moved source ends as the target.
+
+    Returns:
+        A function that gives the layers of each frame; None if a drawing is not made of areas of flat colours, or if
+        both are filled outlines of the same colour, whose curves the map moves onto each other. And whether the mapped
+        source looks like the target.
+    """
+    job = run.job
+    if settings.target_texture or not all(is_own_picture(job, shape) for shape in (run.source, run.target)):
+        return None, True
+    first, second = (
+        flat_colours.areas_of(shape, [path.drawings[side] for path in paths], filled=job.holes == "fill")
+        for side, shape in ((SOURCE, run.source), (TARGET, run.target))
+    )
+    if first is None or second is None:
+        return None, False
+    both = list(zip(first, second))
+    if all(path.is_plain and path.is_one_area(*flat) for path, flat in zip(paths, both)):
+        colours = {flat[0].colour for sides in both for flat in sides}
+        curves = job.holes != "fill" and not flat_colours.has_lines(run.source.path)
+        if len(colours) == 1 and curves:
+            return None, True
+        return lambda number: [
+            Area(flat_colours.mixed(source, target, path.shares[number]), path.outlines(number))
+            for path, ((source,), (target,)) in zip(paths, both)
+        ], True
+    partners = [path.partners(*flat) for path, flat in zip(paths, both)]
+    return lambda number: [
+        layer for path, pairs in zip(paths, partners) for layer in path.layers(number, pairs)
+    ], True
+
+
+def _move(frames: Sequence[Frame]) -> bool:
+    """Return whether the layers of frames have the same numbers of vertices, so that players can move them."""
+    return len({tuple(ring.size for layer in frame.layers for ring in layer.rings) for frame in frames}) == 1
+
+
+def _write_drawings(run: Run, output: Artwork, frames: Sequence[Frame], paths: Sequence[Path]) -> None:
+    """Write a drawing for each frame."""
+    from ..artwork import areas
+
+    if not frames[0].layers:
+        output.write_frames([(frame.artwork, path, 1 - frame.share) for frame, path in zip(frames, paths)])
+        return
+    first = [(frames[0].artwork, paths[0], 1.0)]
+    moving = _move(frames)
+    if not moving:
+        output.write_frames(first)
+    for frame, path in list(zip(frames, paths))[not moving :]:
+        areas.write(frame.layers, _canvas(frame.artwork), path)
 
 
 def _canvas(run: Run) -> Shape:
@@ -453,9 +483,11 @@ def _canvas(run: Run) -> Shape:
 
 
 def _differs_at_the_end(run: Run, frames: Sequence[Frame]) -> bool:
-    """Return whether parts or holes vanish, so that the source mapped onto the target is not the target."""
+    """Return whether the source mapped onto the target is not the target, since parts vanish or colours differ."""
     is_drawing = formats.suffix_of(run.target.path) in SUFFIXES
-    return is_drawing and not frames[-1].is_plain
+    if frames[-1].layers:
+        return is_drawing and not _move(frames)
+    return is_drawing and not (frames[-1].is_plain and frames[-1].is_target)
 
 
 def _write_target(run: Run, frame: Run, path: Path) -> None:
@@ -487,10 +519,14 @@ def _animate_lottie(output: Artwork, frames: Sequence[Frame], fps: float, path: 
     from ..artwork import lottie
     from .outputs.artwork import painted_rings
 
-    colours = [frame.colour for frame in frames if frame.colour is not None]
-    if colours:
-        box = _canvas(frames[0].artwork).box
-        lottie.write_areas([frame.rings for frame in frames], colours, box, path, fps)
+    if frames[0].layers:
+        lottie.write_areas(
+            [frame.layers for frame in frames],
+            _canvas(frames[0].artwork).box,
+            path,
+            fps,
+            stepped=not _move(frames),
+        )
         return ()
     with files.scratch() as folder:
         single = [folder / f"{number}.svg" for number in range(len(frames))]

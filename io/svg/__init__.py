@@ -26,4 +26,5 @@ budget     limits on the work that a drawing may require
 css_functions  clip paths and filters that CSS writes as functions, such as `circle(40%)` or `blur(2px)`, as elements…
 css_pictures  angular gradients, which Figma exports as HTML since SVG has none, as embedded pictures
 installed_fonts  the files of installed fonts: found by fontconfig, else in the folders where systems keep fonts
+flat_areas       the areas of each colour that a drawing of flat colours shows
 """

@@ -50,7 +50,7 @@ _CONTEXT = {"context-fill": "fill", "context-stroke": "stroke"}
 _URL = re.compile(r"""\s*url\(\s*["']?#([^"')]+?)["']?\s*\)""")
 _INHERITED = (
     *("fill", "stroke", "fill-opacity", "stroke-opacity"),
-    *("fill-rule", "visibility", "clip-rule", "paint-order"),
+    *("fill-rule", "visibility", "clip-rule", "paint-order", "color"),
     *("stroke-width", "stroke-dasharray", "stroke-dashoffset", "stroke-linejoin", "stroke-linecap"),
     *("marker", "marker-start", "marker-mid", "marker-end"),
     *lettering.INHERITED,
