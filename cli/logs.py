@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import re
 import shutil
 import signal
 import sys
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 log = logging.getLogger("iccm")
 POOR_LEVEL = 35
 """Log level of notes about the result, which --quiet does not hide."""
+IN_PARENTHESES = re.compile(r"\(([a-z_]+)\)(?=[.;:,]|$)")
+"""A name of an option or figure in a note."""
 NARROWEST_COLUMNS = 40
 """Columns to which messages are wrapped at least, also on narrower terminals."""
 INDENTED = {
@@ -148,7 +151,23 @@ def tell(remark: str) -> None:
     """Show a note. Notes about the result are shown even with --quiet."""
     from ..io.run.phases import Doubt
 
-    log.log(POOR_LEVEL if isinstance(remark, Doubt) else logging.WARNING, remark)
+    log.log(POOR_LEVEL if isinstance(remark, Doubt) else logging.WARNING, with_options(remark))
+
+
+def with_options(remark: str) -> str:
+    """Return a note with the options that it names in parentheses as they are typed; figures of reports stay.
+
+    >>> with_options("Exact pins meet theirs (exact_pins).")
+    'Exact pins meet theirs (--exact-pins).'
+    >>> with_options("43% of the target drawing stays bare (covered).")
+    '43% of the target drawing stays bare (covered).'
+    """
+    from ..io.options import options_of
+
+    def typed(name: re.Match[str]) -> str:
+        return f"(--{name[1].replace('_', '-')})" if name[1] in options_of() else name[0]
+
+    return IN_PARENTHESES.sub(typed, remark)
 
 
 def conclude(name: str, outcome: Outcome, figures: Iterable[str]) -> int:

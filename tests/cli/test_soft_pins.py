@@ -34,7 +34,7 @@ def errors(iccm, folder, *arguments):
 def test_pins_are_soft_with_one_note_and_exact_on_request(iccm, tmp_path, pair):
     missed, notes = errors(iccm, tmp_path, *pair, *PINS)
     assert 1e-5 < max(missed) < 0.03
-    assert notes.count("exact_pins") == 1 and "note" in notes
+    assert notes.count("(--exact-pins)") == 1 and "exact_pins" not in notes and "note" in notes
     exact, notes = errors(iccm, tmp_path, *pair, *PINS, "--exact-pins")
     assert max(exact) < 1e-9 and "exact" not in notes
 
