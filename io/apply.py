@@ -160,7 +160,7 @@ class Saved:
 
     @property
     def _painted(self) -> tuple[shapely.Geometry, shapely.Geometry]:
-        """What the shapes of source and target paint, in the core plane; for a deformation, also its image."""
+        """The regions that source and target paint, in the core plane; for a deformation, also its image."""
         fit = self.fit
         if fit.details.drawings is not None:
             return fit.details.drawings[0].painted, fit.details.drawings[1].painted

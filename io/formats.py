@@ -52,7 +52,7 @@ DOUBLE_SUFFIXES = (".gii.gz",)
 
 @dataclass(frozen=True)
 class PictureFormat:
-    """What pixels a picture format can store.
+    """The types of pixels that a picture format can store.
 
     Attributes:
         light: "display" for encoded colours with straight alpha, "linear" for floats with associated alpha, or "any".
@@ -77,7 +77,7 @@ class PictureFormat:
 
 @dataclass(frozen=True)
 class Format:
-    """What files with a suffix can contain.
+    """The contents of files with a suffix.
 
     Attributes:
         picture: the pixels that can be stored, if any.

@@ -142,7 +142,7 @@ def read(path: str) -> ItkImage:
 
 @dataclass(frozen=True)
 class _Header:
-    """What a header promises.
+    """The fields of a header, which are not yet compared with the data.
 
     Attributes:
         size: pixels along each dimension.

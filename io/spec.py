@@ -51,7 +51,7 @@ class Spec:
 
     @property
     def selection(self) -> str | None:
-        """The part and number as written."""
+        """The part and number after `#`, as the user wrote them."""
         return "#".join(str(word) for word in (self.part, self.number) if word is not None) or None
 
     def among(self, names: Collection[str]) -> Spec:

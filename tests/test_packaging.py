@@ -4,6 +4,7 @@ import importlib
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 
 import iccm
 
@@ -147,6 +149,68 @@ def test_the_action_uses_the_inputs_that_it_declares():
     for script in set(re.findall(r"packaging/[\w-]+\.sh", action)):
         assert (ROOT / script).is_file()
     assert "packaging/check-jobs.sh" in action
+
+
+def lines_of_step(run, environment, folder):
+    """Run shell lines as the runners of GitHub and GitLab do: in bash, ending at the first failure."""
+    line = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", run]
+    return subprocess.run(line, cwd=folder, env=environment, capture_output=True, text=True)
+
+
+def given(text, inputs):
+    """The value of a line of the action, with its inputs."""
+    return re.sub(r"\$\{\{ inputs\.([\w-]+) \}\}", lambda name: inputs[name[1]], text)
+
+
+@pytest.mark.slow
+def test_the_action_runs_its_own_lines(jobs, tmp_path):
+    action = yaml.safe_load((ROOT / "action.yml").read_text())
+    inputs = {name: entry.get("default", "") for name, entry in action["inputs"].items()}
+    inputs |= {"manifest": "jobs.toml", "baselines": "baselines"}
+    environment = {
+        **ENVIRONMENT,
+        "GITHUB_ACTION_PATH": str(ROOT),
+        "GITHUB_STEP_SUMMARY": str(tmp_path / "summary.md"),
+    }
+    steps = [step for step in action["runs"]["steps"] if "check-jobs.sh" in step.get("run", "")]
+    assert len(steps) == 1
+    values = {name: given(value, inputs) for name, value in steps[0]["env"].items()}
+    done = lines_of_step(steps[0]["run"], environment | values, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / inputs["results"] / "check.md").is_file() and (tmp_path / "summary.md").stat().st_size
+    uploads = [step["with"] for step in action["runs"]["steps"] if "upload-artifact" in step.get("uses", "")]
+    assert [given(entry["path"], inputs) for entry in uploads] == [inputs["results"]]
+
+
+@pytest.mark.slow
+def test_the_template_for_gitlab_runs_and_keeps_its_report_of_a_difference(jobs, tmp_path):
+    template = yaml.safe_load((ROOT / "packaging" / "gitlab.yml").read_text())[".iccm-check"]
+    install, *lines = template["script"]
+    assert install.startswith("python -m pip install ")
+    environment = ENVIRONMENT | template["variables"]
+    assert lines_of_step("\n".join(lines), environment, tmp_path).returncode == 0
+    shutil.copy(ROOT / "samples" / "pins" / "face.png", tmp_path / "baselines" / "blob.png")
+    shutil.rmtree(tmp_path / "iccm-results")
+    done = lines_of_step("\n".join(lines), environment, tmp_path)
+    assert done.returncode == 1, done.stderr
+    kept = [*template["artifacts"]["paths"], template["artifacts"]["reports"]["junit"]]
+    assert all((tmp_path / name).exists() for name in kept) and template["artifacts"]["when"] == "always"
+
+
+def test_the_hook_checks_manifests_and_names_the_mistake(tmp_path):
+    (hook,) = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
+    for name in ("square.svg", "blob.svg"):
+        shutil.copy(ROOT / "tests" / "wheel" / name, tmp_path)
+    good = '[[job]]\nsource = "square.svg"\ntarget = "blob.svg"\noutput = "blob.png"\n'
+    (tmp_path / "jobs.toml").write_text(good)
+    (tmp_path / "more").mkdir()
+    (tmp_path / "more" / "jobs.toml").write_text(good.replace("square.svg", "missing.svg"))
+    for files, code in ((["jobs.toml"], 0), (["jobs.toml", "more/jobs.toml"], 2)):
+        assert all(re.search(hook["files"], name) for name in files)
+        line = [*shlex.split(hook["entry"]), *files]  # as pre-commit does
+        done = subprocess.run(line, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True)
+        assert done.returncode == code and ("missing.svg" in done.stderr) == bool(code), done.stderr
+    assert not (tmp_path / "blob.png").exists()
 
 
 OF_CONDA = {

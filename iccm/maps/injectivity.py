@@ -20,7 +20,7 @@ SHORTEST_EDGE_SHARE = 1e-12  # of a ring moved inwards, relative to its length
 
 @dataclass(frozen=True)
 class Certificate:
-    """What was proven about a map f on the source moved inwards by `depth` times its inradius.
+    """The proof that a map f is one-to-one on the source moved inwards by `depth` times its inradius.
 
     Attributes:
         certified: whether f is injective there.

@@ -189,7 +189,7 @@ def _make_roots(tree: dict[str, Any]) -> None:
 
 @dataclass
 class _SideEffects:
-    """What else new coordinates mean for the materials of a file.
+    """Changes of the materials of a file that follow from new texture coordinates.
 
     Attributes:
         staying_slots: slots that keep using the old coordinates, by the set that these are now.
@@ -203,7 +203,7 @@ class _SideEffects:
 
     @property
     def notes(self) -> list[str]:
-        """What users should know, once for all materials."""
+        """Notes for the user, once for all materials."""
         notes = [
             f"still with the old coordinates, now TEXCOORD_{kept_set}: {gltf_materials.name_slots(slots)}; "
             "--carry-maps transfers them"

@@ -1,4 +1,4 @@
-"""What pictures of numbers have besides pixels."""
+"""Data of pictures of numbers besides their pixels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ INTEGERS = "iu"
 
 @dataclass(frozen=True, eq=False)
 class Raster:
-    """What pictures of numbers have besides pixels.
+    """Data of pictures of numbers besides their pixels.
 
     Attributes:
         dtype: of the numbers in the file.

@@ -82,7 +82,7 @@ def check(job: FlattenJob) -> None:
         flat_files.check(name, overlay=bool(job.overlay))
     pictures = [name for name in job.output if flat_files.is_picture(name)]
     if job.overlay and not pictures:
-        raise InputError("--overlay: is shown by pictures; write one with -o FILE (.png, .tif, .exr)")
+        raise InputError("--overlay: needs a picture that shows it; add -o FILE with .png, .tif or .exr")
     for option in ("colormap", "overlay_range"):
         if getattr(job, option) and not any(overlay_picture.is_coloured(name) for name in pictures):
             name = option.replace("_", "-")

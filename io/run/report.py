@@ -36,7 +36,7 @@ asked for is missing."""
 
 @dataclass(frozen=True)
 class OutputReport:
-    """What an output adds to the report of the run.
+    """The part of a run's report that an output adds.
 
     Attributes:
         figures: entries of the report.

@@ -13,7 +13,7 @@ from .job import Described
 
 @dataclass(frozen=True)
 class Requirement:
-    """What options need in order to have an effect.
+    """The conditions under which options have an effect.
 
     Attributes:
         options: names of the options, as fields of a job.

@@ -145,7 +145,7 @@ class Shape:
 
     @property
     def domain(self) -> Curve | Flattening | Drawing:
-        """What is mapped: the whole drawing, the domain's boundary, or a flattened mesh."""
+        """The domain of the map: the whole drawing, the domain's boundary, or a flattened mesh."""
         return self.drawing or self.curve
 
     def part_of(self, drawing: Drawing, number: int) -> Shape:

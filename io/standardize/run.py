@@ -50,7 +50,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Plan:
-    """What to standardise, and how.
+    """The specimens to standardise, and the settings.
 
     Attributes:
         specimens: files, patterns and folders.

@@ -199,7 +199,7 @@ class Oriented(Term):
         return OrientedOnMesh(self.term.on_sides(as_given), self.target, self.is_mirrored)
 
     def _rest_as_given(self, rest: RestShapes) -> RestShapes:
-        """Return the triangles as they were, counter-clockwise; gradients are divided by lengths."""
+        """Return the triangles of the rest shape, counter-clockwise, with gradients relative to their lengths."""
         gradients = rest.gradients * self.source
         if self.is_mirrored:
             gradients = np.ascontiguousarray(rest.gradients.conj()[:, ::-1] * self.source)

@@ -42,8 +42,8 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as the target")
     if job.bake and (mesh := next(filter(is_mesh, job.output), None)):
         raise InputError(
-            f"--bake: is for pictures in the coordinates that the target has, and {mesh} would get new ones; leave one "
-            "of the two out"
+            f"--bake: makes a picture for the target's own coordinates, but {mesh} would get new ones; leave one of "
+            "the two out"
         )
     if job.bake and not (job.stmap or any(is_picture(name) for name in job.output)):
         raise InputError("--bake: only affects pictures; write one with -o FILE.png")
