@@ -121,7 +121,7 @@ class _Search:
         self._points, self._weights = detail.points[few], detail.weights[few] / detail.weights[few].sum()
         self._subject = detail.subject(source.painted) if self.on_paper else source.region
         self._hull = complex_of(shapely.get_coordinates(shapely.convex_hull(self._subject.painted))[:-1])
-        self._shadow = Region(shapely.convex_hull(source.painted))
+        self._shadow = Region(shapely.convex_hull(shapely.MultiPoint(xy_of(self._points))))
         self._targets = view.spread(PLACEMENT_POINTS)
 
     def placement(self, values: Sequence[float]) -> Placement:

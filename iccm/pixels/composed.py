@@ -156,7 +156,21 @@ def _cut_band(whole: preimages.Bands, loops: Sequence[tuple[Complex, bool]], row
     pixel half covered by both stays half covered.
     """
     band = whole(row)
-    rows, width = band.coverage.shape
+    painted, centres = _painted(loops, row, *band.coverage.shape)
+    hidden = int((~centres & (band.coverage > 0)).sum())
+    band.diagnostics.inside = max(0, band.diagnostics.inside - hidden)
+    np.minimum(band.coverage, painted, out=band.coverage)
+    band.z[band.coverage == 0] = complex(np.nan, np.nan)
+    return band
+
+
+def _painted(
+    loops: Sequence[tuple[Complex, bool]], row: int, rows: int, width: int
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return the share of each pixel (rows, width) that loops paint, and whether they paint its centre.
+
+    Loops are in pixel units, and marked as parts or holes.
+    """
     painted, centres = np.zeros((rows, width), np.float32), np.zeros((rows, width), bool)
     for loop, is_part in loops:
         if not (loop.imag.max() > row and loop.imag.min() < row + rows):
@@ -164,10 +178,35 @@ def _cut_band(whole: preimages.Bands, loops: Sequence[tuple[Complex, bool]], row
         covered, inside = coverage(loop, row, rows, width)
         painted += covered if is_part else -covered
         centres ^= inside
-    hidden = int((~centres & (band.coverage > 0)).sum())
-    band.diagnostics.inside = max(0, band.diagnostics.inside - hidden)
-    np.minimum(band.coverage, np.clip(painted, 0, 1), out=band.coverage)
-    band.z[band.coverage == 0] = complex(np.nan, np.nan)
+    return np.clip(painted, 0, 1), centres
+
+
+class Faded:
+    """A map that is translucent outside the area that a drawing paints, for pictures and STMaps.
+
+    Args:
+        map: source → target, of any kind.
+        rings: boundaries of the painted area, as for `Cut`.
+        opacity: of what lies outside, from 0 to 1.
+    """
+
+    def __init__(self, map: preimages.AnyMap, rings: Sequence[Complex], opacity: float):
+        self.map, self.rings, self.opacity = map, rings, opacity
+
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> preimages.Bands:
+        """See `preimages.Mapping`."""
+        whole = preimages.of(self.map, canvas, tolerance, slopes)
+        loops = [(canvas.pixels(ring), polygon_area(ring) > 0) for ring in self.rings]
+        return partial(_faded_band, whole, loops, self.opacity)
+
+
+def _faded_band(
+    whole: preimages.Bands, loops: Sequence[tuple[Complex, bool]], opacity: float, row: int
+) -> Band:
+    """Return the band that starts at a row, with less coverage outside loops in pixel units."""
+    band = whole(row)
+    painted, _ = _painted(loops, row, *band.coverage.shape)
+    np.multiply(band.coverage, opacity + (1 - opacity) * painted, out=band.coverage)
     return band
 
 

@@ -120,6 +120,8 @@ class Frame(NamedTuple):
         paper: the colour behind it, if any.
         tone: the colour of an area on the paper, if any.
         toned: the rings of this area, filled by the even-odd rule.
+        faded: rings outside of which drawing and paper are seen with an opacity; empty: nowhere.
+        faded_opacity: this opacity.
     """
 
     parts: Sequence[tuple[Shape, AnyMap]]
@@ -130,6 +132,8 @@ class Frame(NamedTuple):
     paper: str = ""
     tone: str = ""
     toned: Sequence[Complex] = ()
+    faded: Sequence[Complex] = ()
+    faded_opacity: float = 1.0
 
 
 def carry_frames(
@@ -170,6 +174,8 @@ def carry_frames(
             enclosed = without_holes(frame.toned) if frame.tone else frame.painted
             grounds = [(frame.paper, enclosed), (frame.tone, frame.toned)]
             drawing.cut_by(frame.painted, frame.opacity, [ground for ground in grounds if ground[0]])
+        if frame.faded:
+            drawing.cut_by(frame.faded, frame.faded_opacity)
         drawing.finish()
         ElementTree.ElementTree(drawing.out).write(frame.path, encoding="utf-8", xml_declaration=True)
         notes |= dict(drawing.notes + mapping.notes)

@@ -28,6 +28,7 @@ from .phases import Phases
 
 if TYPE_CHECKING:
     from ...drawings.detail import Detail
+    from ...drawings.drawing import Drawing
     from ...frames.choice import Choice
     from ...pixels.preimages import AnyMap
     from ...pixels.texture import Placing, Texture
@@ -39,6 +40,8 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
     from .inputs import Inputs
 
+FADED_OPACITY = 0.35
+"""Of a picture without margin outside what the target paints: enough to recognise what is there."""
 LEAST_TONED_SHARE = 1e-3
 """Of the area on which a picture is shown: if the target paints all but this, no tone would be seen."""
 
@@ -225,7 +228,7 @@ class Run:
         return self._compose(True)
 
     def _compose(self, in_layout: bool) -> AnyMap:
-        from ...pixels.composed import Holed, Reflected
+        from ...pixels.composed import Faded, Holed, Reflected
 
         maps: list[AnyMap] = []
         for (source, target), fit, holes in zip(self.pairs, self.fits, self._holes):
@@ -235,6 +238,8 @@ class Run:
             )
             is_holed = fit.details.drawings is None and holes
             map: AnyMap = Holed(fit.map, holes) if is_holed else fit._visible_map
+            if self.faded:
+                map = Faded(map, self.faded, FADED_OPACITY)
             maps.append(Reflected(map, *lines) if lines != (None, None) else map)
         return maps[0] if len(maps) == 1 else parts.compose(self.pairs, self.fits, maps)
 
@@ -265,12 +270,26 @@ class Run:
         """The boundaries of what the target paints, if a picture on paper is shown on more than that, as on its
         silhouette. This area is then a tone on the paper. Empty otherwise.
         """
+        if self.image.alpha < 0 or self.faded:
+            return []
+        return self._painted_in_silhouette(self.target.ink or self.target.drawing)
+
+    @cached_property
+    def faded(self) -> list[Complex]:
+        """The boundaries of what the target paints, if a picture without margin is shown on more than that. It is
+        faded outside this area. Empty otherwise.
+        """
+        if self.detail is None or not self.detail.is_full:
+            return []
+        return self._painted_in_silhouette(self.target.drawing)
+
+    def _painted_in_silhouette(self, painted: Drawing | None) -> list[Complex]:
+        """Return the boundaries of what the target paints, if the picture is shown on more; else nothing."""
         drawings = [fit.details.drawings for fit in self.fits]
         if len(drawings) != 1 or drawings[0] is None or not texture.on_paper(self.job, self.source):
             return []
-        if self.image.alpha < 0 or self.image.raster is not None or framing.placing_options(self.job):
+        if self.image.raster is not None or framing.placing_options(self.job):
             return []
-        painted = self.target.ink or self.target.drawing
         if painted is None or painted.region.area > (1 - LEAST_TONED_SHARE) * drawings[0][1].region.area:
             return []
         return painted.rings

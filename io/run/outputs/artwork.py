@@ -17,7 +17,7 @@ from ...spec import Spec
 from .. import framing
 from ..job import Job
 from ..report import OutputReport
-from ..state import Run
+from ..state import FADED_OPACITY, Run
 from .output import Output
 
 if TYPE_CHECKING:
@@ -100,7 +100,10 @@ class Artwork(Output):
                 else:
                     paper = ""
                 opacity = max(opacity, LEAST_OPACITY) if alike else opacity
-                artwork_frames.append(Frame(carried, target, path, painted, opacity, paper, *tone))
+                faded = [] if alike or opacity else run.faded
+                artwork_frames.append(
+                    Frame(carried, target, path, painted, opacity, paper, *tone, faded, FADED_OPACITY)
+                )
             tolerance = first.job.max_line_error
             first.note(*carry_frames(artwork_frames, repeated=first.job.repeated, tolerance=tolerance))
 

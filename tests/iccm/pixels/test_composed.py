@@ -6,7 +6,7 @@ import pytest
 from iccm.curve import Curve
 from iccm.pixels import preimages
 from iccm.pixels.canvas import Canvas
-from iccm.pixels.composed import Cut, Holed, Reflected, Several
+from iccm.pixels.composed import Cut, Faded, Holed, Reflected, Several
 from iccm.pixels.coverage import coverage
 from iccm.pixels.stmap import stmap
 from iccm.pixels.texture import Texture
@@ -117,3 +117,13 @@ def test_a_picture_is_cut_by_parts_with_holes():
     assert (band.coverage[16:19, 21:29] == 0).all() and np.isnan(band.z[16:19, 21:29]).all()
     assert band.coverage[10, 5] == pytest.approx(0.3, abs=1e-5) and band.coverage[37, 47] == 1
     assert band.diagnostics.inside == (band.coverage >= 0.5).sum()
+
+
+def test_a_picture_is_faded_outside_parts_and_stays_what_it_is_inside():
+    map = map_of(irregular(5 * SQUARE.real + 4j * SQUARE.imag, 0.5), lambda w: w)
+    canvas = Canvas(50, 40, (0j, 5 + 4j))
+    part = np.array([0.57 + 1j, 4 + 1j, 4 + 3j, 0.57 + 3j])
+    whole, faded = (preimages.of(of, canvas, 1e-3)(0) for of in (map, Faded(map, [part], 0.25)))
+    assert faded.coverage[15, 20] == 1 and faded.coverage[2, 20] == pytest.approx(0.25)
+    assert faded.coverage[15, 5] == pytest.approx(0.3 + 0.7 * 0.25, abs=1e-5)
+    np.testing.assert_array_equal(faded.z, whole.z)

@@ -1,5 +1,6 @@
 """What pictures show in the gaps of a drawing that is its own texture: --gaps."""
 
+import io
 import json
 from pathlib import Path
 
@@ -121,3 +122,31 @@ def test_a_note_reports_where_a_thin_target_shows_pieces_of_lines(iccm, files, w
     if noted:
         plain = iccm("map", "arrows.svg", "comb.svg", "-o", "b.png", "--size", "90", "--texture", "checker")
         assert plain.code == 0 and "drawn with lines" not in plain.err
+
+
+@slow
+def test_a_flag_is_faded_in_the_hole_of_a_ring_alike_in_picture_and_svg(iccm, files):
+    resvg_py = pytest.importorskip("resvg_py")
+    stripes = "".join(
+        f'<rect y="{10 * k}" width="90" height="10" fill="{colour}"/>'
+        for k, colour in enumerate(("#c01818", "#104010", "#1830a0", "#404000", "#c01818", "#104060"))
+    )
+    Path("flag.svg").write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">{stripes}</svg>'
+    )
+    Path("ring.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60">'
+        '<path fill-rule="evenodd" d="M0 0h90v60h-90z M8 8v44h74v-44z"/></svg>'
+    )
+    for name in ("out.png", "out.svg"):
+        result = iccm(
+            "map", "flag.svg", "ring.svg", "-o", name, *(("--size", "180") if name == "out.png" else ())
+        )
+        assert result.code == 0, result.err
+    picture = Image.open("out.png").convert("RGBA")
+    drawn = Image.open(io.BytesIO(bytes(resvg_py.svg_to_bytes(svg_path="out.svg", width=picture.width))))
+    picture, drawn = (np.asarray(image.convert("RGBA"), int)[..., 3] for image in (picture, drawn))
+    assert picture.shape == drawn.shape == (120, 180)
+    for alpha in (picture, drawn):
+        assert (alpha[3:12, 5:-5] > 250).all()  # what the ring paints
+        assert alpha[20:100, 20:160].min() > 60 and alpha[20:100, 20:160].max() < 120
