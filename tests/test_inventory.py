@@ -4,6 +4,7 @@ Python's audit hooks report everything done through Python, including workers; i
 what libraries do directly.
 """
 
+import importlib.util
 import json
 import os
 import re
@@ -190,8 +191,21 @@ def check(events, folder, written):
             assert allowed or not path.exists() or not inner, f"reads {name}"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", COMMANDS)
+LIBRARIES = {".mha": "SimpleITK", ".vtp": "vtk"}
+"""Libraries of extras that are needed to read files with some suffixes."""
+
+
+def marked(name):
+    """A name of COMMANDS as a parameter, skipped if the library that its file needs is missing."""
+    needed = [library for suffix, library in LIBRARIES.items() if suffix in COMMANDS[name][0]]
+    marks = [pytest.mark.large] if needed else [pytest.mark.slow]
+    for library in needed:
+        is_missing = importlib.util.find_spec(library) is None
+        marks.append(pytest.mark.skipif(is_missing, reason=f"{library} is an extra"))
+    return pytest.param(name, marks=marks)
+
+
+@pytest.mark.parametrize("name", [marked(name) for name in COMMANDS])
 def test_no_command_goes_beyond_the_inventory(folder, name, tmp_path_factory):
     typed, written = COMMANDS[name]
     spy = tmp_path_factory.mktemp("spy")
