@@ -1,9 +1,10 @@
 """Write lists that follow from tables of the code into files that cannot read them: python docs/lists.py
 
 These are the values of `--fit` in the menus of `iccm edit` and of the plug-ins, the commands in the README, the mesh
-formats in the reference, and the extras on the page on installation.
+formats in the reference, what is kept of files of other programs, and the extras on the page on installation.
 """
 
+import ast
 import re
 from collections.abc import Callable
 from html import escape
@@ -59,6 +60,43 @@ def extras() -> str:
     return "".join(f"| `pip install '.[{name}]'` | {purpose} |\n" for name, purpose in PURPOSES.items())
 
 
+OTHER_PROGRAMS = {
+    "svg": ("Inkscape, Illustrator, Affinity, Figma", "`.svg` as a target"),
+    "dxf": ("CAD, cutters", "lines of `.svg` as `.dxf`, and back"),
+    "units": ("Blender, modelers", "`.glb` `.usd` `.3mf`, flattened as `.svg` `.dxf`"),
+    "plain": ("modelers", "`.obj` `.stl` `.ply`, flattened"),
+    "tables": ("QuPath, TrackMate, CellProfiler, napari, scikit-image, QGIS, Excel", "`.csv` `.tsv`"),
+    "gdal": ("GDAL, QGIS", "GeoTIFF"),
+    "imagej": ("ImageJ, Fiji", "`.tif`"),
+    "ome": ("OME writers", "`.ome.tif`"),
+    "labels": ("Cellpose, ilastik, QuPath", "labels in `.tif` `.png`"),
+    "geojson": ("QuPath, mapshaper, tippecanoe", "bare lists, TopoJSON, lines of GeoJSON"),
+    "gis": ("QGIS, ArcGIS, Google Earth", "`.gpkg#layer` `.shp` `.kml` `.fgb`"),
+}
+"""Programs and files, by the names that the marks `keeps` and `loses` of tests give them."""
+
+
+def files_of_programs() -> str:
+    """Return the rows of the table of what is kept and lost of files of other programs, from the marks of tests."""
+    stated: dict[tuple[str, str], dict[str, None]] = {}
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        text = path.read_text(encoding="utf-8")
+        if "pytest.mark.keeps(" not in text and "pytest.mark.loses(" not in text:
+            continue
+        for node in ast.walk(ast.parse(text)):
+            for mark in node.decorator_list if isinstance(node, ast.FunctionDef) else []:
+                kind = ast.unparse(mark.func).rpartition(".")[2] if isinstance(mark, ast.Call) else ""
+                if kind in ("keeps", "loses"):
+                    files, *what = [ast.literal_eval(argument) for argument in mark.args]
+                    stated.setdefault((files, kind), {}).update(dict.fromkeys(what))
+    if unknown := {files for files, _ in stated} - {*OTHER_PROGRAMS}:
+        raise ValueError(f"{min(unknown)}: is marked in a test, but not in OTHER_PROGRAMS")
+    cells = {
+        key: ["; ".join(stated.get((key, kind), {})) for kind in ("keeps", "loses")] for key in OTHER_PROGRAMS
+    }
+    return "".join(f"| {' | '.join([*columns, *cells[key]])} |\n" for key, columns in OTHER_PROGRAMS.items())
+
+
 LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
     (
         "io/edit/page/index.html",
@@ -85,6 +123,12 @@ LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
         "Meshes in these formats are only read:\n",
         "\n",
         lambda: mesh_formats(written=False),
+    ),
+    (
+        "docs/reference/formats.md",
+        "| program | file | kept | lost |\n|---|---|---|---|\n",
+        "\n",
+        files_of_programs,
     ),
     ("docs/start.md", "| extra | adds |\n|---|---|\n", "\n", extras),
 ]

@@ -18,6 +18,7 @@ from ..point_syntax import coordinate
 from .document import Geometry, Images, TextDocument
 
 SEPARATOR = b"\x1e"  # of records (RFC 8142)
+NUCLEUS = "nucleusGeometry"  # of a cell in files of QuPath
 SIMPLE = {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
 """Types of geometries with coordinates."""
 TYPES = {*SIMPLE, "GeometryCollection", "Feature", "FeatureCollection"}
@@ -76,7 +77,7 @@ class GeoJson(TextDocument):
         collected = _Found()
         if _is_geojson(content):
             names = []
-            for geometry, feature in geometries(content):
+            for geometry, feature in _with_nuclei(content):
                 old_count = len(collected.points)
                 collected.take(_simple(geometry))
                 count = len(collected.points) - old_count
@@ -246,8 +247,16 @@ def _is_geojson(content: Any) -> bool:
 
 def _geometries(content: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield every geometry with coordinates in order; bounding boxes, which become invalid, are removed."""
-    for geometry, _ in geometries(content):
+    for geometry, _ in _with_nuclei(content):
         yield _simple(geometry)
+
+
+def _with_nuclei(content: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield every geometry of a document with its feature, also the nuclei that QuPath writes beside its cells."""
+    for geometry, feature in geometries(content):
+        yield geometry, feature
+        if isinstance(feature, dict) and feature.get("geometry") is geometry and feature.get(NUCLEUS):
+            yield feature[NUCLEUS], feature
 
 
 def _simple(geometry: Any) -> dict[str, Any]:
@@ -280,6 +289,8 @@ def _dropped(item: Any) -> Any:
             ):
                 kept.append(_dropped(feature))
             elif feature is not None and _holds(feature.get("geometry", feature)):
+                if not _holds(feature.get(NUCLEUS)):
+                    del feature[NUCLEUS]
                 kept.append(feature)
         item["features"] = kept
     return item

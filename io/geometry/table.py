@@ -21,6 +21,9 @@ from .document import NOWHERE, Geometry, Images, TextDocument
 NAME_COLUMNS = ("name", "landmark", "label")
 SNIFFED_ROWS = 50  # rows in which delimiter and decimal commas are detected
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_SEPARATOR = re.compile(
+    r"sep=([,;\t])\r?\n", re.IGNORECASE
+)  # a first line by which Excel knows the delimiter
 _INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
@@ -36,6 +39,7 @@ class Table(TextDocument):
         decimal_comma: whether coordinates have decimal commas.
         comments: rows above the names that begin with #.
         explained: rows below the names with units or other names, as in files of TrackMate.
+        separator: the line above everything that names the delimiter, as Excel writes it.
     """
 
     head: list[str]
@@ -47,6 +51,7 @@ class Table(TextDocument):
     decimal_comma: bool = False
     comments: list[list[str]] = field(default_factory=list)
     explained: list[list[str]] = field(default_factory=list)
+    separator: str = ""
 
     @classmethod
     def parse(cls, data: bytes, columns: str | None) -> Table:
@@ -55,8 +60,10 @@ class Table(TextDocument):
         Rows that begin with # above it, and rows with units below it, are kept.
         """
         text = _decoded(data)
+        named_delimiter = _SEPARATOR.match(text)
+        text = text[named_delimiter.end() :] if named_delimiter else text
         first = text.partition("\n")[0]
-        delimiter = _delimiter(text)
+        delimiter = named_delimiter[1] if named_delimiter else _delimiter(text)
         ending = "\r\n" if first.endswith("\r") else "\n"
         try:
             rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
@@ -94,6 +101,7 @@ class Table(TextDocument):
             raise InputError("some coordinates are not finite numbers")
         geometry = Geometry(z, names=_names(head, rows))
         table = cls(head, rows, xy_columns, delimiter, ending, geometry, comma, comments, explained)
+        table.separator = named_delimiter[0] if named_delimiter else ""
         table.notes = (chosen.note,) if chosen.note else ()
         table.unit = next((unit for row in explained if (unit := unit_of(row[i], alone=True))), chosen.unit)
         return table
@@ -106,6 +114,7 @@ class Table(TextDocument):
     def text(self, images: Images) -> str:
         """Return the rows with their images; rows without one are dropped, or get empty cells."""
         out = io.StringIO(newline="")
+        out.write(self.separator)
         writer = csv.writer(out, delimiter=self.delimiter, lineterminator=self.ending)
         writer.writerows([*self.comments, *([self.head] if self.head else []), *self.explained])
         i, j = self.columns

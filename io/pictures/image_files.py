@@ -18,7 +18,7 @@ from ...pixels.pyramid import strip_rows
 from .. import extras, formats, limits
 from ..files import as_text, open_input, opened, scratch
 from ..quiet_stderr import silence
-from . import icc, pillow
+from . import icc, pillow, rasters
 from .image import Image, error_of, prepare, text_of, transfer_of, usual_of
 from .png import PngOutput
 
@@ -97,7 +97,26 @@ def read(
                 "or .jxl"
             )
     with silence():
-        return _read(path, max_pixels, colorspace, room or Memory(), several)
+        image = _read(path, max_pixels, colorspace, room or Memory(), several)
+    is_tiff = formats.suffix_of(path) in rasters.TIFF_SUFFIXES
+    return _with_mask(image, path) if is_tiff and image.alpha < 0 else image
+
+
+def _with_mask(image: Image, path: str | Path) -> Image:
+    """Return a picture with the mask that GDAL wrote into its file, if any, as its alpha channel."""
+    several = _several(path)
+    mask = rasters.mask_of(Path(path)) if several in image.notes else None
+    if mask is None or mask.shape != image.pixels.shape[:2]:
+        return image
+    opaque = 1 if image.pixels.dtype.kind == "f" else np.iinfo(image.pixels.dtype).max
+    alpha = (mask * opaque).astype(image.pixels.dtype)[..., None]
+    notes = tuple(note for note in image.notes if note != several)
+    pixels = np.concatenate([np.where(mask[..., None], image.pixels, 0).astype(alpha.dtype), alpha], axis=2)
+    return replace(image, pixels=pixels, alpha=pixels.shape[2] - 1, notes=notes)
+
+
+def _several(path: str | Path) -> str:
+    return f"{path}: contains several pictures; the first one is used"
 
 
 def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
@@ -125,7 +144,7 @@ def _by_pillow(path: str | Path, max_pixels: int, form: str) -> Image:
         several = getattr(picture, "n_frames", 1) > 1
         picture.load()
         pixels, alpha = icc.as_srgb(picture, path)
-    notes = (f"{path}: contains several pictures; the first one is used",) if several else ()
+    notes = (_several(path),) if several else ()
     return Image(pixels, alpha, notes=notes)
 
 
@@ -472,7 +491,7 @@ def _notes(
     if not header_is_complete:
         notes.append(f"{path}: invalid parts of its header are ignored")
     if several:
-        notes.append(f"{path}: contains several pictures; the first one is used")
+        notes.append(_several(path))
     if WIDE.intersection(map(str, spec.channelformats or [spec.format])):
         notes.append(
             f"{path}: contains 32-bit integers; they are converted to floats between 0 and 1, exact to 24 bits"

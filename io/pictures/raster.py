@@ -22,7 +22,7 @@ class Raster:
         halves: whether each channel is stored as two of 16 bits, the lower half first.
         pages: number of pages of the file, which are the bands; 1 if the bands are in one page.
         description: that of ImageJ or OME.
-        bands: names of the bands, empty for those without one.
+        bands: what GDAL states about each band, as (index, name, role, text): its name, unit, scale and offset.
         colormap: (3, n) palette of a TIFF.
     """
 
@@ -32,7 +32,7 @@ class Raster:
     halves: bool = False
     pages: int = 1
     description: str = ""
-    bands: tuple[str, ...] = ()
+    bands: tuple[tuple[int, str, str, str], ...] = ()
     colormap: NDArray | None = None
 
     @property

@@ -30,6 +30,10 @@ from .raster import HALF, INTEGERS, Raster
 TIFF_SUFFIXES = (".tif", ".tiff")
 NODATA_TAG, METADATA_TAG = 42113, 42112
 """Of GDAL: the value that stands for no data, and XML with names of bands."""
+ROLES_OF_BANDS = ("description", "unittype", "scale", "offset")
+"""Of GDAL's metadata: without scale and offset, the numbers would mean something else."""
+TRANSPARENCY_MASK = 4  # of the tag NewSubfileType
+MOST_PAGES_BEFORE_MASK = 16  # GDAL writes it right after the picture
 PALETTE = 3  # of the tag PhotometricInterpretation
 MOST_DESCRIPTION_BYTES = 1 << 24
 EXACT_IN_SINGLE = 1 << 24  # whole numbers up to this one are exact in single precision
@@ -109,7 +113,7 @@ def write(path: Path, image: Image, blocks: Iterable[NDArray], alpha: int, *, sa
     description = _description(raster, values.shape, same_grid=same_grid)
     options: dict[str, Any] = {"metadata": None, "extratags": extra, "software": "iccm"}
     with tifffile.TiffWriter(path) as file:
-        if raster.pages > 1:  # uncompressed, as ImageJ reads them
+        if raster.pages > 1 or raster.description:  # uncompressed, as ImageJ reads them
             for page in range(values.shape[2]):
                 first: dict[str, Any] = {"description": description} if page == 0 and description else {}
                 file.write(values[..., page], photometric="minisblack", contiguous=False, **(options | first))
@@ -119,7 +123,6 @@ def write(path: Path, image: Image, blocks: Iterable[NDArray], alpha: int, *, sa
         else:
             is_rgb = values.shape[2] == 3 and values.dtype in (np.uint8, np.uint16)
             options |= {"photometric": "rgb" if is_rgb else "minisblack"}
-        options |= {"description": description} if description else {}
         pixels = values[..., 0] if values.shape[2] == 1 else values
         more: dict[str, Any] = {"planarconfig": "contig"} if values.shape[2] > 1 else {}
         file.write(pixels, compression="zlib", **more, **options)
@@ -130,7 +133,12 @@ def _read_tiff(path: Path, name: str, max_pixels: int, nearest: bool) -> Image |
     if tags is None:
         return None
     tiff, first = tags
-    values = _values(path, name, tiff, max_pixels)
+    stored = first["dtype"]
+    values: NDArray | None
+    if stored.kind in "iuc" and stored.itemsize >= 8:
+        values = _narrowed(path, name, stored, max_pixels)
+    else:
+        values = _values(path, name, tiff, max_pixels)
     if values is None:
         return None
     dtype = values.dtype
@@ -141,12 +149,17 @@ def _read_tiff(path: Path, name: str, max_pixels: int, nearest: bool) -> Image |
     elif values.shape[2] == 1 and nearest and is_label(values[..., 0], of_file=True):
         tiff = replace(tiff, labels=True, colormap=None)
     usual = (dtype.kind == "u" and dtype.itemsize <= 2) or dtype in (np.float16, np.float32)
-    if usual and not (tiff.labels or tiff.nodata is not None or tiff.pages > 1 or any(tiff.bands)):
-        return None
-    return _image(values, replace(tiff, dtype=dtype), name, nearest)
+    mask = first["mask"]
+    masked_floats = mask is not None and dtype.kind == "f"  # GDAL ignores alpha channels of floats
+    is_raster = tiff.labels or tiff.nodata is not None or tiff.description or tiff.bands or masked_floats
+    if usual and not is_raster:
+        return None  # `image_files.read` makes the mask an alpha channel
+    if mask is not None and tiff.nodata is None and not tiff.labels:
+        tiff = replace(tiff, nodata=float(np.iinfo(dtype).min) if dtype.kind in INTEGERS else float("nan"))
+    return _image(values, replace(tiff, dtype=dtype), name, nearest, mask)
 
 
-def _image(values: NDArray, raster: Raster, name: str, nearest: bool) -> Image:
+def _image(values: NDArray, raster: Raster, name: str, nearest: bool, mask: NDArray | None = None) -> Image:
     """Return numbers as pixels that can be sampled: integers of 16 bits, or floats, with alpha where there are data."""
     notes = list[str]()
     if raster.labels:
@@ -164,6 +177,7 @@ def _image(values: NDArray, raster: Raster, name: str, nearest: bool) -> Image:
         if missing.any() and (missing.any(axis=2) != missing.all(axis=2)).any():
             notes.append(f"{name}: pixels without data in some bands count as without data in all of them")
             valid = ~missing.any(axis=2)
+        valid = valid if mask is None else valid & mask
     pixels, halves = _sampled_type(values, raster, name, nearest, notes)
     alpha = -1
     if valid is not None:
@@ -214,12 +228,49 @@ def _tags(path: Path) -> tuple[Raster, dict[str, Any]] | None:
             np.dtype(np.uint8),
             _number(text),
             pages=len(file.pages) if several else 1,
-            description=description if file.is_imagej or file.is_ome else "",
-            bands=_names_of_bands(page.tags.valueof(METADATA_TAG), page.samplesperpixel),
+            description=description if (file.is_imagej or file.is_ome) and page.samplesperpixel == 1 else "",
+            bands=_about_bands(page.tags.valueof(METADATA_TAG), page.samplesperpixel),
             colormap=None if colormap is None else np.asarray(colormap),
         )
-        return raster, {"palette": page.photometric == PALETTE}
+        about = {"palette": page.photometric == PALETTE, "dtype": np.dtype(page.dtype), "mask": _mask(file)}
+        return raster, about
     return None
+
+
+def mask_of(path: Path) -> NDArray | None:
+    """Return where a TIFF has data (h, w), if GDAL wrote a mask into it."""
+    tags = _tags(path)
+    return None if tags is None else tags[1]["mask"]
+
+
+def _mask(file: Any) -> NDArray | None:
+    """Return the mask of the first page of an open TIFF (h, w)."""
+    first = file.pages.first
+    for number in range(1, min(len(file.pages), MOST_PAGES_BEFORE_MASK)):
+        page = file.pages[number]
+        if page.subfiletype == TRANSPARENCY_MASK and page.shape[:2] == first.shape[:2]:
+            return np.asarray(page.asarray()).reshape(page.shape[:2]) > 0
+    return None
+
+
+def _narrowed(path: Path, name: str, dtype: np.dtype, max_pixels: int) -> NDArray:
+    """Return integers of 64 bits as integers of 32.
+
+    Raises:
+        InputError: they are too large for that, complex, or too many.
+    """
+    convert = "convert it (gdal_translate -ot Float64)"
+    if dtype.kind == "c":
+        raise InputError(f"{name}: contains complex numbers; {convert}")
+    values = _indices(path)
+    if values is None or values.ndim not in (2, 3):
+        raise InputError(f"{name}: cannot read its integers of 64 bits; {convert}")
+    if values.shape[0] * values.shape[1] > max_pixels:
+        raise InputError(f"{name}: exceeds the limit of {max_pixels} pixels; raise --max-pixels")
+    for narrow in (np.int32, np.uint32):
+        if np.iinfo(narrow).min <= values.min() and values.max() <= np.iinfo(narrow).max:
+            return values.reshape(*values.shape[:2], -1).astype(narrow)
+    raise InputError(f"{name}: contains integers that need 64 bits; {convert}")
 
 
 def _number(text: Any) -> float | None:
@@ -228,14 +279,15 @@ def _number(text: Any) -> float | None:
     return None
 
 
-def _names_of_bands(xml: Any, count: int) -> tuple[str, ...]:
-    """Return the names of bands in GDAL's metadata; nothing if there are none."""
-    names = dict[int, str]()
+def _about_bands(xml: Any, count: int) -> tuple[tuple[int, str, str, str], ...]:
+    """Return what GDAL's metadata state about bands that stays true in another place."""
+    about = list[tuple[int, str, str, str]]()
     with suppress(ParseError, DefusedXmlException, ValueError, TypeError):
         for item in fromstring(str(xml or "<GDALMetadata/>").strip("\0")).iter("Item"):
-            if item.get("name") == "DESCRIPTION" and item.get("role") == "description":
-                names[int(item.get("sample", 0))] = item.text or ""
-    return tuple(names.get(k, "") for k in range(count)) if any(names.values()) else ()
+            band, role = int(item.get("sample", -1)), item.get("role", "")
+            if role in ROLES_OF_BANDS and 0 <= band < count:
+                about.append((band, item.get("name", ""), role, item.text or ""))
+    return tuple(about)
 
 
 def _gdal_tags(raster: Raster) -> list[tuple[Any, ...]]:
@@ -243,10 +295,8 @@ def _gdal_tags(raster: Raster) -> list[tuple[Any, ...]]:
     tags = list[tuple[Any, ...]]()
     if raster.bands:
         top = Element("GDALMetadata")
-        for number, name in enumerate(raster.bands):
-            if name:
-                place = {"name": "DESCRIPTION", "sample": str(number), "role": "description"}
-                SubElement(top, "Item", place).text = name
+        for band, name, role, text in raster.bands:
+            SubElement(top, "Item", {"name": name, "sample": str(band), "role": role}).text = text
         tags.append((METADATA_TAG, "s", 0, tostring(top).decode(), True))
     if raster.nodata is not None:
         value = raster.nodata
@@ -306,8 +356,6 @@ def _indices(path: Path) -> NDArray | None:
 def _description(raster: Raster, shape: tuple[int, ...], *, same_grid: bool) -> str:
     """Return the description of ImageJ or OME for a picture of another size; its calibration only if still true."""
     text, (height, width) = raster.description, shape[:2]
-    if not text or raster.pages == 1:
-        return "" if raster.pages == 1 else text
     if text.startswith("ImageJ="):
         if same_grid:
             return text

@@ -11,9 +11,14 @@ OPAQUE_ALPHA = 0.99  # alpha above which a pixel counts as opaque: the highest 8
 
 
 class Colours:
-    """The colours of a picture, inspected block by block until two different ones are found."""
+    """The colours of a picture, inspected block by block until two different ones are found.
 
-    def __init__(self) -> None:
+    Args:
+        numbers: whether it is one of numbers, such as counts, which may be small compared with those of its type.
+    """
+
+    def __init__(self, *, numbers: bool = False) -> None:
+        self._numbers = numbers
         self.empty = True
         self._low: NDArray | None = None
         self._high: NDArray | None = None
@@ -42,7 +47,8 @@ class Colours:
         low, high = colours.min(axis=0).astype(float), colours.max(axis=0).astype(float)
         self._low = low if self._low is None else np.minimum(low, self._low)
         self._high = high if self._high is None else np.maximum(high, self._high)
-        largest = white if pixels.dtype.kind == "u" else np.abs([self._low, self._high]).max()
+        of_type = pixels.dtype.kind == "u" and not self._numbers
+        largest = white if of_type else np.abs([self._low, self._high]).max()
         self._several = bool((self._high - self._low > ALIKE_VALUE_SHARE * largest).any())
 
     def note(self, covered: bool, textured: bool) -> str | None:

@@ -1,6 +1,8 @@
 """Sizes in real units: drawings that are written measure what their target, or the unit of their mesh, says."""
 
 import json
+import shutil
+import subprocess
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -46,6 +48,7 @@ def marked(shapes):
 
 
 @pytest.mark.parametrize(("width", "height", "_"), SIZES)
+@pytest.mark.keeps("svg", "width and height in their unit")
 def test_drawings_have_the_size_of_their_target_in_its_unit(marked, iccm, width, height, _):
     marked(width, height)
     assert iccm("map", "square.svg", "marked.svg#bbox", "-o", "o.svg", "-o", "m.npz").code == 0
@@ -72,6 +75,7 @@ def test_a_target_without_a_size_gives_none(shapes, iccm):
 
 
 @pytest.mark.parametrize(("width", "height", "millimetres"), SIZES)
+@pytest.mark.keeps("dxf", "layers", "colours", "lengths in millimetres")
 def test_lines_of_svg_become_dxf_and_come_back(marked, iccm, width, height, millimetres):
     marked(width, height)
     result = iccm("map", "marked.svg#canvas", "marked.svg#canvas", "-o", "o.dxf")
@@ -118,6 +122,9 @@ def extent_of_dxf(path):
         ("pipe.glb", ("--unit", "in"), 25.4),
     ],
 )
+@pytest.mark.keeps("units", "lengths in millimetres, by the unit of the file")
+@pytest.mark.keeps("plain", "lengths, with `--unit`")
+@pytest.mark.loses("plain", "the unit, which the file does not state: 1 mm, with a note")
 def test_a_flattening_is_in_millimetres(shapes, iccm, name, more, millimetres):
     half_pipe(name, 5.0, 1.0)
     names = ("-o", "f.svg", "-o", "f.dxf", "--report", "r.json")
@@ -161,6 +168,49 @@ def test_flattened_coordinates_without_a_length_have_no_size(shapes, iccm):
     assert size_of("f.svg") == (None, None)
     result = iccm("flatten", "uv.obj", "--unit", "ell", "-o", "g.svg")
     assert result.code == 2 and len(result.err.splitlines()) == 1
+
+
+INKSCAPE = shutil.which("inkscape")
+
+
+def inkscape_width(path, name):
+    """The width of an element in millimetres, as Inkscape measures it."""
+    command = [INKSCAPE, f"--query-id={name}", "--query-width", str(path)]
+    out = subprocess.run(command, check=True, timeout=100, capture_output=True, text=True).stdout
+    return float(out) * 25.4 / 96
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not INKSCAPE, reason="NOT MEASURED WITH INKSCAPE: install it")
+@pytest.mark.parametrize(
+    ("width", "height", "millimetres"), SIZES[:-1]
+)  # Inkscape reads quarters of a mm as pixels
+def test_inkscape_measures_the_same_length(marked, iccm, width, height, millimetres):
+    marked(width, height)
+    assert iccm("map", "marked.svg#bbox", "marked.svg#bbox", "-o", "o.svg").code == 0
+    line = 0.2 * millimetres  # Inkscape measures what is painted, which ends half a line beside the path
+    assert inkscape_width("o.svg", "rule") == pytest.approx(40 * millimetres, rel=1e-3, abs=line)
+
+
+@pytest.mark.slow
+@chromium.needed
+@pytest.mark.skipif(not INKSCAPE, reason="NOT MEASURED WITH INKSCAPE: install it")
+def test_all_measure_the_same_flattening(shapes, iccm):
+    """Half a pipe of radius 10 cm and length 50 cm: 10 pi cm by 50 cm."""
+    half_pipe("pipe.obj", 50.0, 10.0)
+    assert iccm("flatten", "pipe.obj", "--unit", "cm", "-o", "f.svg", "-o", "f.dxf").code == 0
+    sides = extent_of_dxf("f.dxf")
+    assert sides == pytest.approx([100 * np.pi, 500], rel=2e-3)
+    drawing = Path("f.svg").read_text()
+    drawing = drawing[drawing.index("<svg") :]
+    expression = (
+        "['width', 'height'].map(side => document.querySelector('path').getBoundingClientRect()[side])"
+    )
+    pixels = chromium.evaluate(drawing, expression)
+    in_chromium = sorted(float(side) * 25.4 / 96 for side in pixels.split(","))
+    assert in_chromium == pytest.approx(sides, rel=2e-3)
+    (shapes / "named.svg").write_text(drawing.replace("<path", '<path id="rule"', 1))
+    assert min(abs(inkscape_width("named.svg", "rule") - side) for side in sides) < 1
 
 
 @pytest.mark.slow

@@ -76,6 +76,7 @@ def check(features):
         ),
     ],
 )  # fmt: skip
+@pytest.mark.keeps("geojson", "the form", "properties")
 def test_every_form_of_geojson_stays_in_its_form(doubled, iccm, name, text, parse):
     (doubled / name).write_text(text)
     result = iccm("apply", "m.npz", name, "-o", f"out-{name}")
@@ -101,6 +102,8 @@ TOPOLOGY = {
 }
 
 
+@pytest.mark.keeps("geojson", "objects of TopoJSON")
+@pytest.mark.loses("geojson", "shared arcs and quantization of TopoJSON, with a note")
 def test_topologies_stay_topologies(doubled, iccm):
     from iccm.io.outlines import topology
 
@@ -108,13 +111,31 @@ def test_topologies_stay_topologies(doubled, iccm):
     result = iccm("apply", "m.npz", "t.topojson", "-o", "o.topojson")
     assert result.code == 0, result.err
     written = json.loads((doubled / "o.topojson").read_text())
+    assert "without sharing" in result.err and "transform" not in written
     assert written["type"] == "Topology" and list(written["objects"]) == ["things"]
     (collection,) = topology.as_geojson(written)["features"]
     check(collection["features"])
 
 
+@pytest.mark.keeps("geojson", "nuclei of QuPath's cells")
+def test_nuclei_follow_their_cells(doubled, iccm):
+    cell, nucleus = ([[[x, 10], [x + 20, 10], [x + 20, 30], [x, 10]]] for x in (10, 15))
+    feature = {
+        "type": "Feature",
+        "geometry": {"type": "Polygon", "coordinates": cell},
+        "nucleusGeometry": {"type": "Polygon", "coordinates": nucleus},
+        "properties": {"objectType": "cell"},
+    }
+    (doubled / "cells.geojson").write_text(json.dumps([feature]))
+    assert iccm("apply", "m.npz", "cells.geojson", "-o", "o.geojson").code == 0
+    (written,) = json.loads((doubled / "o.geojson").read_text())
+    for key, ring in (("geometry", cell[0]), ("nucleusGeometry", nucleus[0])):
+        np.testing.assert_allclose(written[key]["coordinates"][0], image(ring), atol=1e-6)
+
+
 @pytest.mark.large("pyogrio")
 @pytest.mark.parametrize("suffix", [".gpkg", ".shp", ".kml", ".fgb"])
+@pytest.mark.keeps("gis", "columns", "their types", "coordinate reference system")
 def test_layers_are_carried_with_their_columns(doubled, iccm, suffix):
     import pyogrio
 
@@ -151,6 +172,7 @@ def test_layers_are_carried_with_their_columns(doubled, iccm, suffix):
 
 
 @pytest.mark.large("pyogrio")
+@pytest.mark.loses("gis", "other layers")
 def test_layers_are_named(doubled, iccm):
     import pyogrio
 

@@ -30,6 +30,7 @@ def moved(table):
         ("12,5;-3,25;1,5\n7;8,0;2,5\n", ";"),
     ],
 )
+@pytest.mark.keeps("tables", "delimiter, decimal commas")
 def test_decimal_commas_are_read_and_written(tmp_path, content, delimiter):
     table = read(tmp_path, content)
     assert table.delimiter == delimiter and np.array_equal(table.geometry.points, [12.5 - 3.25j, 7 + 8j])
@@ -115,6 +116,7 @@ TRACKMATE = (
 )
 
 
+@pytest.mark.keeps("tables", "rows of units, comments")
 def test_rows_of_units_and_comments_are_kept(tmp_path):
     table = read(tmp_path, TRACKMATE)
     assert table.unit == "micron" and table.geometry.points == [60 + 30j]
@@ -123,6 +125,22 @@ def test_rows_of_units_and_comments_are_kept(tmp_path):
     table = read(tmp_path, content.replace("#,y,x", "#y,x"))
     assert moved(table).splitlines()[:2] == ["#,saved,by,a,program", "#y,x"]
     assert table.geometry.points == [5 + 4j]
+
+
+@pytest.mark.keeps("tables", "Excel's line that names the delimiter")
+def test_the_line_by_which_excel_knows_the_delimiter_is_kept(tmp_path):
+    content = "sep=;\r\nName;X;Y\r\na,b;12,5;3\r\n"
+    table = read(tmp_path, content)
+    assert table.geometry.points == [12.5 + 3j]
+    assert moved(table) == content.replace("12,5;3", "13,0;3,0")
+
+
+@pytest.mark.keeps("tables", "all columns")
+@pytest.mark.loses("tables", "quotes that are not needed; places in other columns stay as they are")
+def test_other_columns_stay_as_they_are(tmp_path):
+    content = 'Name,X,Y,BX,BY\n"a",12,3,10,1\n"b, c",13,4,11,2\n'
+    table = read(tmp_path, content)
+    assert moved(table) == 'Name,X,Y,BX,BY\na,12.5,3.0,10,1\n"b, c",13.5,4.0,11,2\n'
 
 
 @pytest.fixture

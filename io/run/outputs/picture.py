@@ -123,7 +123,7 @@ class Picture(Output):
         """Write rows as they are computed, or with --padding the whole picture at once."""
         canvas, error = run.canvas_of(self.tile), run.job.max_pixel_error
         work = Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
-        colours = Colours()
+        colours = Colours(numbers=run.image.raster is not None)
         with run.phases.timed("resample"):
             rows: Iterable[NDArray]
             if self._keeps_numbers(run):

@@ -75,6 +75,7 @@ KINDS = [
 
 
 @pytest.mark.parametrize(("dtype", "count", "nodata"), KINDS)
+@pytest.mark.keeps("gdal", "type of numbers", "number of bands", "no-data value")
 def test_numbers_without_data_are_not_mixed_and_the_tags_are_kept(folder, iccm, dtype, count, nodata):
     numbers = slope("float64", count)
     if np.dtype(dtype).itemsize == 1:
@@ -129,6 +130,7 @@ def test_pixels_are_those_of_gdalwarp(folder, iccm, dtype, count, nodata):
 @pytest.mark.parametrize(
     ("dtype", "count"), [("uint8", 1), ("uint8", 3), ("uint16", 3), ("int16", 2), ("float32", 5)]
 )
+@pytest.mark.keeps("gdal", "the target's coordinate reference system")
 def test_results_lie_where_their_target_does(folder, iccm, dtype, count):
     numbers = slope("float64", count).astype("float32") / 5
     raster("place.tif", numbers.astype(dtype))
@@ -158,6 +160,7 @@ def cells(dtype, step=1):
     ("dtype", "step"),
     [("uint8", 1), ("uint16", 13), ("uint32", 3), ("int32", 100_000_001), ("uint32", 90_000_001)],
 )
+@pytest.mark.keeps("labels", "every number, up to 32 bits")
 def test_labels_stay_labels(folder, iccm, dtype, step):
     labels = cells(dtype, step)
     tifffile.imwrite("l.tif", labels)
@@ -178,6 +181,7 @@ def test_labels_stay_labels(folder, iccm, dtype, step):
     assert mixed.code == 0 and "labels" not in mixed.err
 
 
+@pytest.mark.keeps("gdal", "palette of classes")
 def test_palettes_of_classes_are_kept(folder, iccm):
     classes = cells("uint8") % 7
     palette = {k: (30 * k, 255 - 30 * k, 90, 255) for k in range(7)}
@@ -209,6 +213,10 @@ def stack(count):
     return np.stack([(slope("float64")[0] * (k + 1) + 900 * k).astype("uint16") for k in range(count)])
 
 
+@pytest.mark.keeps(
+    "imagej", "all channels, slices and frames", "mode", "calibration if the canvas stays the same"
+)
+@pytest.mark.loses("imagej", "calibration otherwise")
 def test_all_channels_of_imagej_are_mapped(folder, iccm):
     channels = stack(4)
     options = {"metadata": {"axes": "CYX", "unit": "um", "mode": "composite"}, "resolution": (4, 4)}
@@ -223,6 +231,8 @@ def test_all_channels_of_imagej_are_mapped(folder, iccm):
         assert file.asarray().shape == (4, 60, 90) and "unit" not in file.imagej_metadata
 
 
+@pytest.mark.keeps("ome", "all planes", "names of channels")
+@pytest.mark.loses("ome", "physical size of pixels, unless the canvas stays the same")
 def test_all_channels_of_ome_are_mapped(folder, iccm):
     channels = stack(3)
     names = {
@@ -277,3 +287,74 @@ def test_a_format_that_does_not_mark_pixels_without_data_is_noted(folder, iccm, 
     )
     raster("all.tif", numbers, None)
     assert "without data" not in iccm("apply", "m.npz", "all.tif", "-o", name, "--force").err
+
+
+@pytest.mark.keeps("gdal", "names of bands", "scale, offset and unit of numbers")
+@pytest.mark.loses("gdal", "statistics, overviews, other metadata")
+def test_what_gdal_states_about_bands_is_kept_unless_it_is_no_longer_true(folder, iccm):
+    raster("r.tif", slope("int16", 2))
+    with rasterio.open("r.tif", "r+") as file:
+        file.scales, file.offsets, file.units = (0.01, 0.1), (-5.0, 0.0), ("m", "K")
+        file.set_band_description(2, "warm")
+        file.update_tags(1, STATISTICS_MAXIMUM="7")
+        file.update_tags(note="by hand")
+        file.build_overviews([2])
+    assert iccm("apply", "half.npz", "r.tif", "-o", "o.tif", "--size", "90").code == 0
+    with rasterio.open("o.tif") as file:
+        assert (file.scales, file.offsets, file.units) == ((0.01, 0.1), (-5.0, 0.0), ("m", "K"))
+        assert file.descriptions == (None, "warm")
+        assert not file.tags(1) and "note" not in file.tags() and not file.overviews(1)
+
+
+@pytest.mark.keeps("gdal", "masks as an alpha channel or a no-data value")
+@pytest.mark.parametrize(("dtype", "count"), [("uint8", 3), ("uint16", 1), ("float32", 1), ("int16", 1)])
+def test_masks_of_gdal_hide_what_they_hide(folder, iccm, dtype, count):
+    numbers = slope("float64", count)
+    numbers = (numbers / numbers.max() * 100 + 50).astype(dtype)
+    hole = np.zeros((HEIGHT, WIDTH), bool)
+    hole[12:20, 20:33] = True
+    numbers[:, hole] = 1  # what lies below the mask must not show
+    with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True):
+        raster("r.tif", numbers)
+        with rasterio.open("r.tif", "r+") as file:
+            file.write_mask(~hole)
+    result = iccm("apply", "m.npz", "r.tif", "-o", "o.tif", "--size", f"{WIDTH}x{HEIGHT}")
+    assert result.code == 0 and "several pictures" not in result.err
+    with rasterio.open("o.tif") as file:
+        assert ((file.dataset_mask() > 0) == ~hole).mean() > 0.999
+        np.testing.assert_array_equal(file.read(1)[~hole], numbers[0][~hole])
+    assert iccm("apply", "m.npz", "r.tif", "-o", "small.tif", "--size", f"{WIDTH // 2}").code == 0
+    with rasterio.open("small.tif") as file:
+        shown = file.read(1)[file.dataset_mask() > 0]
+    assert shown.min() > 45
+
+
+def test_labels_of_64_bits_become_labels_of_32(folder, iccm):
+    """skimage.measure.label returns them."""
+    labels = cells("int64", 1000)
+    tifffile.imwrite("l.tif", labels)
+    assert iccm("apply", "m.npz", "l.tif", "-o", "o.tif", "--size", f"{WIDTH}x{HEIGHT}").code == 0
+    written = tifffile.imread("o.tif")
+    assert written.dtype == np.int32
+    np.testing.assert_array_equal(written, labels)
+    tifffile.imwrite("huge.tif", labels * 2**40)
+    tifffile.imwrite("complex.tif", slope("float32")[0].astype("complex64"))
+    for name in ("huge.tif", "complex.tif"):
+        result = iccm("apply", "m.npz", name, "-o", "x.tif")
+        assert result.code == 2 and len(result.lines) == 1 and "gdal_translate" in result.err
+
+
+@pytest.mark.loses("imagej", "lookup tables, overlays")
+def test_a_single_channel_of_imagej_and_ome_is_as_they_read_it(folder, iccm):
+    counts = (slope("float64")[0] / 9).astype("uint16")
+    table = np.stack([np.arange(256), np.zeros(256), np.zeros(256)]).astype("uint8")
+    about = {"unit": "um", "LUTs": [table], "Overlays": [b"Iout" + bytes(60)]}
+    tifffile.imwrite("ij.tif", counts, imagej=True, resolution=(4, 4), metadata=about)
+    tifffile.imwrite("a.ome.tif", counts, ome=True, metadata={"axes": "YX"})
+    for name in ("ij.tif", "a.ome.tif"):
+        result = iccm("apply", "m.npz", name, "-o", f"o-{name}", "--size", f"{WIDTH}x{HEIGHT}")
+        assert result.code == 0 and "single colour" not in result.err
+        with tifffile.TiffFile(f"o-{name}") as file:
+            assert file.series[0].axes == "YX" and file.is_imagej == (name == "ij.tif")
+            assert not {"LUTs", "Overlays"} & {*(file.imagej_metadata or {})}
+            np.testing.assert_array_equal(file.asarray(), counts)
