@@ -51,7 +51,6 @@ def flatten(
     method: str = "conformal",
     chart: bool = False,
     joins: bool = False,
-    seam_extensions: int | None = None,
     hidden: bool = False,
 ) -> Flattening:
     """Flatten a patch into the plane.
@@ -66,7 +65,6 @@ def flatten(
         chart: whether the layout only carries textures. Then a growing seam may join holes, and is lengthened until
             angles are preserved.
         joins: whether a growing seam may run into holes where that helps; these become part of the outline.
-        seam_extensions: most times that a growing seam is extended; None: as often as areas need.
         hidden: whether the layout is only a plane in which balanced maps are found. That of a large patch then stays
             nearly even where "conformal" would continue to a conformal one.
 
@@ -89,10 +87,9 @@ def flatten(
     if method == "balanced" and (layout := _even_from_coarsest(patch, loop, grow)):
         return layout
     outline, has_seam = patch.loops[loop - 1], grow and len(patch.seam) > 0
-    most = SEAM_ROUNDS if seam_extensions is None else seam_extensions
     if hidden and has_seam and len(patch.points) >= LARGE_VERTEX_COUNT:
         # with a seam that is still too short, least squares are too far from even to start from them
-        return _nearly_even(patch, outline, True, chart or joins, None, most)
+        return _nearly_even(patch, outline, True, chart or joins, None)
     plain = _least_squares(patch, loop, False)
     fault = overlap(plain)
     # a cut surface has many layouts with little distortion of angles: choose one with even areas
@@ -100,13 +97,13 @@ def flatten(
     joins = growing and (chart or joins)
     sound = plain if fault is None else None
     if method == "balanced":
-        return _check(_even_with_seam(patch, outline, growing, joins, sound, most)[0])
+        return _check(_even_with_seam(patch, outline, growing, joins, sound)[0])
     if fault is None and not growing:
         return plain
     if hidden and len(patch.points) >= LARGE_VERTEX_COUNT:
-        layout = _nearly_even(patch, outline, growing, joins, sound, most)
+        layout = _nearly_even(patch, outline, growing, joins, sound)
     else:
-        layout = _conformal(*_even_with_seam(patch, outline, growing, joins, sound, most))
+        layout = _conformal(*_even_with_seam(patch, outline, growing, joins, sound))
         layout = _check(_lengthen_seam(layout) if growing and chart else layout)
     notes = () if fault is None or hidden else (f"LSCM produced {fault}; another method was used",)
     return replace(layout, notes=notes)
@@ -191,7 +188,7 @@ def _even_from_coarsest(patch: Patch, loop: int, grow: bool) -> Flattening | Non
 
 
 def _even_with_seam(
-    patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None, most: int
+    patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None
 ) -> tuple[Flattening, Elastic]:
     """Return the even layout with a long enough seam, and the surface on which it was found.
 
@@ -201,18 +198,17 @@ def _even_with_seam(
         growing: whether the seam may be lengthened.
         joins: whether it may run into holes.
         sound: a layout of this patch without folds or overlaps, used as the start if it is close enough.
-        most: most times that the seam is extended.
     """
     start = _first_layout(patch, outline, growing, sound)
     if not growing:
         sheet = surface(patch.points, patch.faces)
         return _relax(start, sheet, 1.0), sheet
-    result, sheet, _ = _with_seam(start, joins, most)
+    result, sheet, _ = _with_seam(start, joins)
     return _relax(result, sheet, 1.0), sheet
 
 
 def _nearly_even(
-    patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None, most: int
+    patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None
 ) -> Flattening:
     """Return a nearly even layout of a large patch with a long enough seam; arguments as for `_even_with_seam`.
 
@@ -220,7 +216,7 @@ def _nearly_even(
         InputError: none without overlap was found.
     """
     start = _first_layout(patch, outline, growing, sound)
-    result, sheet, _ = _with_seam(start, joins, most) if growing else _roughly(start)
+    result, sheet, _ = _with_seam(start, joins) if growing else _roughly(start)
     if overlap(result) is None:
         return result
     u = _apart(result, sheet, 1.0, range(SCAFFOLD_STEPS))
@@ -242,16 +238,16 @@ def _first_layout(patch: Patch, outline: Index, growing: bool, sound: Flattening
     return replace(sound, method="balanced") if sound and is_near else _start(patch, outline)
 
 
-def _with_seam(start: Flattening, joins: bool, most: int) -> tuple[Flattening, Elastic, list[int]]:
+def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, list[int]]:
     """Return a nearly even layout with a long enough seam, its surface, and the vertices that the seam was extended to.
 
     Seams of large surfaces are found on a coarser triangulation first. On others, extensions are dropped again that are
-    not needed with those that came later. `start` is a layout without folds; there are at most `most` extensions.
+    not needed with those that came later. `start` is a layout without folds; there are at most SEAM_ROUNDS extensions.
     """
     small = coarser_layout(start, COARSE_SEAM_VERTICES)
-    ends = [] if small is None else small[1][_with_seam(small[0], joins, most)[2]].tolist()
+    ends = [] if small is None else small[1][_with_seam(small[0], joins)[2]].tolist()
     result, sheet, _ = _roughly(_cut_to(start, ends, joins))
-    while len(ends) < most and result.strained(95) >= STRETCHED_P95:
+    while len(ends) < SEAM_ROUNDS and result.strained(95) >= STRETCHED_P95:
         trials = []
         for end in seams.ends(result, joins):
             further = result.cut_further(seams.lengthened(result, [end], joins))

@@ -5,7 +5,6 @@
 Names are imported when first used, so that reading a job costs no numerics.
 
 job            `Job`: the validated description of one run
-cut_choice     the cut of a mesh target, chosen by the final map
 earlier        outputs of earlier runs, which the same command may replace
 execute        `run`: inputs, map, outputs, report
 inputs         the input files of a job
@@ -14,6 +13,7 @@ constraints    pins and strokes in the core plane
 point_files    pins from two files of points
 parts          `--parts all`
 projected      maps of sheets that are seen in pictures
+layout_choice  the layout of a mesh inside a picture, where its outline would stretch the picture
 pieces         landmarks for pairs of pieces of two meshes
 by_position    pins between two meshes in the same place
 state          the state of a running job

@@ -74,9 +74,9 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
         run, writers = _matched_by_position(run, writers, threads, again)
         job = run.job
     elif run.target.is_mesh:
-        from .cut_choice import choose_cut
+        from .layout_choice import choose_layout
 
-        choose_cut(run, solve_pairs)
+        choose_layout(run, solve_pairs)
     note_maps(run)
     outputs.tell_share(run)
     if sampled and len(run.fits) == 1:

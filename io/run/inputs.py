@@ -186,14 +186,7 @@ class Inputs(Files):
         """
         return shape.read(text, max_segments=self.job.max_segments, trace=self.job.trace, whole=True)
 
-    def shape(
-        self,
-        text: str,
-        *,
-        target: bool = False,
-        source: Shape | None = None,
-        seam_extensions: int | None = None,
-    ) -> Shape:
+    def shape(self, text: str, *, target: bool = False, source: Shape | None = None) -> Shape:
         """Read a shape from a drawing, a picture or a mesh.
 
         Args:
@@ -201,7 +194,6 @@ class Inputs(Files):
             target: whether it is the target; this determines the proportions of a mesh.
             source: the shape mapped onto a target; if a mesh has to be cut, its holes are kept only if the source has
                 holes.
-            seam_extensions: most times that the cut of a mesh is extended, see `flattening.flatten`.
 
         Raises:
             InputError: it cannot be read, is not a valid shape, or exceeds --max-faces or --max-pixels.
@@ -223,7 +215,6 @@ class Inputs(Files):
             split=not target,
             opening=None if target else self._seams[1],
             united=self._names_regions(target),
-            seam_extensions=seam_extensions,
             hidden=target and self._hides_plane,
             **self._lying(target, source),
         )
@@ -241,7 +232,7 @@ class Inputs(Files):
         Raises:
             InputError: as in `shape`, or the pieces do not fit into the source.
         """
-        if whole := self._whole_target(text, source, fills_holes):
+        if whole := self._whole_target(text, source, fills_holes, single=False):
             return whole
         try:
             return self.shape(text, target=True, source=source)
@@ -252,9 +243,15 @@ class Inputs(Files):
                 return whole
             raise
 
-    def _whole_target(
-        self, text: str, source: Shape, fills_holes: bool, *, single: bool = False
-    ) -> Shape | None:
+    def layout_inside(self, text: str, source: Shape) -> Shape | None:
+        """Return a mesh, packed inside the source; None where options ask for the map of one outline.
+
+        Raises:
+            InputError: as in `target`.
+        """
+        return self._whole_target(text, source, fills_holes=False, single=True)
+
+    def _whole_target(self, text: str, source: Shape, fills_holes: bool, *, single: bool) -> Shape | None:
         """Return all pieces of a mesh, packed inside the source; None if only one piece is the target.
 
         Args:

@@ -57,7 +57,6 @@ def read(
     joins: bool = False,
     opening: Opening | None = None,
     united: bool = False,
-    seam_extensions: int | None = None,
     hidden: bool = False,
 ) -> MeshShape:
     """Read and flatten the mesh that `file`, `file#part`, `file#loop` or `file#part#loop` specifies.
@@ -79,7 +78,6 @@ def read(
         chart: whether the plane only carries textures; see `flattening.flatten`.
         joins: whether a cut may run into holes; see `flattening.flatten`.
         opening: a mesh split along its cut, which replaces the paths between pins.
-        seam_extensions: most times that a cut is extended; see `flattening.flatten`.
         united: whether to read all geometries of the mesh, since glTF has one for each material.
         hidden: whether nothing lies in the plane of the mesh; see `flattening.flatten`.
 
@@ -101,7 +99,6 @@ def read(
     how: dict[str, Any] = {
         "chart": chart,
         "joins": joins,
-        "seam_extensions": seam_extensions,
         "hidden": hidden,
     }
     return flatten_patch(spec, file, piece, grow, method, _start_of(piece, seam_points), **how)

@@ -522,7 +522,7 @@ def test_the_seam_of_a_large_surface_grows_on_a_coarser_triangulation(monkeypatc
 def test_unnecessary_paths_of_a_seam_are_removed(monkeypatch):
     patch = disk_patch(sphere(40, 30), cut=True)
     start = method._start(patch, patch.loops[0])
-    _, _, alone = method._with_seam(start, True, method.SEAM_ROUNDS)
+    _, _, alone = method._with_seam(start, True)
     rim, ends, calls = np.concatenate(patch.loops), seams.ends, []
     neighbours = patch.faces[np.isin(patch.faces, rim).sum(axis=1) == 1]
     short = int(np.setdiff1d(neighbours, rim)[0])  # next to the seam: a cut there helps little
@@ -532,6 +532,6 @@ def test_unnecessary_paths_of_a_seam_are_removed(monkeypatch):
         return [short] if len(calls) == 1 else ends(result, joins)
 
     monkeypatch.setattr(seams, "ends", first_the_short_one)
-    layout, _, paths = method._with_seam(start, True, method.SEAM_ROUNDS)
+    layout, _, paths = method._with_seam(start, True)
     assert len(calls) > 1 and short not in paths and len(paths) <= len(alone) + 1
     assert layout.strained(95) < method.STRETCHED_P95 and overlap(layout) is None

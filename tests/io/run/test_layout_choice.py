@@ -1,12 +1,12 @@
-"""The cut of a closed mesh, chosen for the map onto it and not for its flattening."""
+"""The layout of a closed mesh inside a picture, where its outline would stretch the picture."""
 
 import json
 
 import numpy as np
 import pytest
 
-from iccm.balanced import fit
-from iccm.io.run import cut_choice
+from iccm.io.meshes import mesh_files
+from iccm.io.shapes import shape
 
 SHAPE = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M10 40C10 10 40 5 60 12S98 40 90 60 60 95 '
@@ -47,25 +47,24 @@ def mapped(iccm, *words):
     return json.loads(open("r.json").read()), result.err
 
 
-@pytest.mark.slow
-def test_the_cut_that_stretches_the_picture_less_is_used(folder, iccm, monkeypatch):
-    with monkeypatch.context() as patched:
-        patched.setattr(cut_choice, "SEAM_EXTENSIONS", ())
-        for_flattening, _ = mapped(iccm)
-    monkeypatch.setattr(fit, "stretch_notes", lambda distortion: [f"stretched by {distortion.stretch_p95}"])
-    for_map, notes = mapped(iccm)
-    assert "instead" in notes and "can.obj" in notes
-    assert notes.count("stretched by") == 1  # the map that was replaced is not noted
-    assert for_map["dilatation"]["p95"] < 0.85 * for_flattening["dilatation"]["p95"]
-    assert for_map["flattening"] != for_flattening["flattening"]
-    assert for_map["uv"] == {"flipped": 0, "degenerate": 0}
+def test_a_can_is_packed_inside_the_picture_at_one_scale(folder, iccm):
+    outline, _ = mapped(iccm, "--parts", "largest")
+    laid_out, notes = mapped(iccm)
+    assert "can.obj" in notes and "inside the picture" in notes
+    assert outline["stretch"]["p95"] > 1.5 > 1.05 > laid_out["stretch"]["p95"]
+    assert laid_out["mapped"] == outline["mapped"] == 1
+    assert laid_out["uv"] == {"flipped": 0, "degenerate": 0}
+    layout = iccm("flatten", "can.obj", "-o", "flat.obj", "--report", "flat.json")
+    assert layout.code == 0, layout.err
+    flattened = json.loads((folder / "flat.json").read_text())
+    assert laid_out["dilatation"]["p95"] <= 1.1 * flattened["dilatation"]["p95"]
+    uv = mesh_files.read("o.glb").mesh.uv
+    places = 100 * uv[:, 0] + 100j * (uv[:, 1] - 1)  # in the view box, whose y is down
+    assert shape.read("shape.svg").curve.contains(places).all()
 
 
-@pytest.mark.parametrize("large", [False, True])
-def test_only_small_meshes_without_landmarks_have_a_choice(folder, iccm, monkeypatch, large):
-    if large:
-        monkeypatch.setattr(cut_choice, "MOST_TRIANGLES", 100)
-        _, notes = mapped(iccm)
-    else:
-        _, notes = mapped(iccm, "--pin", "50,50:-0.7,0.3,0.5")
-    assert "instead" not in notes
+@pytest.mark.parametrize("options", [["--pin", "50,50:-0.7,0.3,0.5"], ["--parts", "largest"]])
+def test_with_landmarks_or_on_request_the_outline_is_mapped(folder, iccm, options):
+    report, notes = mapped(iccm, *options)
+    assert "inside the picture" not in notes
+    assert report["boundary"]["hausdorff"] < 0.1

@@ -1,0 +1,81 @@
+"""The layout of a mesh inside a picture, where the picture cannot be bent to its outline evenly.
+
+The outline of a mesh that was cut open is long and has concavities, as a cross for a cube. The picture's outline
+reaches it only if the picture is stretched. So where that stretches the picture much, the charts are packed inside the
+picture at one scale instead, as `iccm flatten` lays them out. The cost of both is the 95th percentile, over the
+surface's area, of the stretch of the new texture coordinates: max(s₁, 1 / s₂) of their singular values on the
+triangles, relative to the mean scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from ...errors import InputError
+from ...maps.extended_inverse import ExtendedInverse
+from ...surfaces.as_written import Written
+from ..shapes.mesh_shape import as_mesh
+from .outputs.new_uvs import pull_back
+from .state import Run
+
+GOOD_STRETCH = 1.5
+"""Cost of an outline's map below which the charts are not packed inside the picture: a map of that cost looks even,
+and shows the whole picture."""
+WORTHWHILE_DECREASE_SHARE = 0.05
+"""Share of its cost by which a layout must be better to be taken: less is hardly visible."""
+
+
+def cost_of(run: Run) -> float:
+    """Return the cost of a map onto a mesh."""
+    layout, map = as_mesh(run.target).flattening, run.fit.map
+    z = pull_back(map, ExtendedInverse(map, run.threads), layout)
+    return Written.of(z, layout, run.source.curve).distortion.stretch_p95
+
+
+def choose_layout(run: Run, solve: Callable[[Run], None]) -> None:
+    """Lay the charts of the target out inside the picture where that costs less than the map that was found.
+
+    Nothing changes for meshes that are not cut, or cut through landmarks, nor with options for the map of an outline.
+
+    Args:
+        run: the job, solved.
+        solve: solves such a job; raises an InputError where there is no map.
+    """
+    if not _has_choice(run) or (cost := cost_of(run)) <= GOOD_STRETCH:
+        return
+    try:
+        target = run.inputs.layout_inside(run.job.target or "", run.source)
+    except InputError:
+        return
+    if target is None:
+        return
+    trial = Run.of_pairs(
+        run.job, run.inputs, [(run.source, target)], lambda note: None, run.phases, run.threads
+    )
+    trial = replace(trial, constraints=run.constraints, called=run.called)
+    solve(trial)
+    cost_of_layout = cost_of(trial)
+    if cost_of_layout < (1 - WORTHWHILE_DECREASE_SHARE) * cost:
+        run.pairs, run.fits = trial.pairs, trial.fits
+        edges = len(as_mesh(target).flattening.patch.seam)
+        run.note(
+            f"{target.spec}: cut along {edges} edges instead and packed inside the picture at one scale, since the "
+            "map of its outline would stretch the picture more: on 5 % of the surface, lengths would change by a "
+            f"factor of more than {cost:.3g} instead of {cost_of_layout:.3g}; --parts largest maps the outline"
+        )
+
+
+def _has_choice(run: Run) -> bool:
+    """Return whether the target is a mesh that was cut freely."""
+    job = run.job
+    bound = job.has_pins or job.start or job.rigid or job.rigid_target or run.constraints.get("pins")
+    if bound or job.several or not job.target or run.source.is_mesh or not run.target.is_mesh:
+        return False
+    target = as_mesh(run.target)
+    return (
+        not target.packed
+        and not target.is_layout
+        and len(run.fits) == 1
+        and len(target.flattening.patch.seam) > 0
+    )
