@@ -35,10 +35,8 @@ def unite(geometries: shapely.Geometry | Iterable[shapely.Geometry]) -> shapely.
 
     The result is a Polygon, which is empty if there are none, or a MultiPolygon.
 
-    Raises
-    ------
-    TimeUp
-        The time limit is exceeded.
+    Raises:
+        TimeUp: The time limit is exceeded.
     """
     deadline.check(REGION)
     regions = np.atleast_1d(
@@ -60,10 +58,8 @@ def fill_holes(region: shapely.Geometry) -> shapely.Geometry:
 def offset(region: shapely.Geometry, distance: float, **style: Any) -> shapely.Geometry:
     """Return a region grown by a distance, or shrunk by a negative one; `style` is passed to `shapely.buffer`.
 
-    Raises
-    ------
-    TimeUp
-        The time limit is exceeded.
+    Raises:
+        TimeUp: The time limit is exceeded.
     """
     deadline.check(REGION)
     buffered = shapely.buffer(polygons_of(region), distance, **style)
@@ -74,10 +70,8 @@ def offset(region: shapely.Geometry, distance: float, **style: Any) -> shapely.G
 def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
     """Grow or shrink each of several regions by a distance, like `offset`; fast for many small regions.
 
-    Raises
-    ------
-    TimeUp
-        The time limit is exceeded.
+    Raises:
+        TimeUp: The time limit is exceeded.
     """
     results = np.empty(len(regions), dtype=object)
     for start in range(0, len(regions), REGIONS_AT_ONCE):
@@ -92,10 +86,8 @@ def offset_each(regions: Polygons, distance: float, **style: Any) -> Polygons:
 def simplify_each(region: shapely.Geometry, tolerance: float) -> shapely.Geometry:
     """Simplify a region part by part: GEOS compares every line of a region with all nearby parts.
 
-    Raises
-    ------
-    TimeUp
-        The time limit is exceeded.
+    Raises:
+        TimeUp: The time limit is exceeded.
     """
     return unite(shapely.multipolygons(shapely.simplify(polygons_of(region), tolerance)))
 
@@ -106,17 +98,13 @@ def neighbourhoods(region: shapely.Geometry, distance: float) -> Iterator[tuple[
     Properties that depend only on points within `distance`, such as closings by a disc of less than a third of
     it, can be computed for these one by one. The share is 1 if there are no nearby pieces, else 0.5.
 
-    Parameters
-    ----------
-    region
-        Polygons that do not overlap.
-    distance
-        Distance from a part within which others are near; their pieces in a box around the part are included.
+    Args:
+        region: Polygons that do not overlap.
+        distance: Distance from a part within which others are near; their pieces in a box around the part are
+            included.
 
-    Raises
-    ------
-    TimeUp
-        The time limit is exceeded.
+    Raises:
+        TimeUp: The time limit is exceeded.
     """
     parts = polygons_of(region)
     if len(parts) < 2:

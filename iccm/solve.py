@@ -102,95 +102,74 @@ def fit(
 ) -> Fit:
     """Map the source onto the target: outline onto outline, or whole drawing onto whole drawing.
 
-    Parameters
-    ----------
-    source, target
-        The two shapes. An outline: (n,) complex vertices x + iy with y up, in either orientation; pairs (n, 2); a
-        shapely polygon with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a path of trimesh or
-        matplotlib; a contour of scikit-image or OpenCV (see `axes`); or a result of `iccm.read_shape` or
-        `iccm.flatten`. A whole drawing: a MultiPolygon, a GeoSeries, or a list of rings (arrays) filled by the
-        even-odd rule; a frame around all parts of one drawing is then mapped onto a frame around the other. With a
-        flattened surface, the scale is uniform on the surface, and figures describe the surface.
-    pins
-        Points of the source and their places in the target: (k, 2) complex or (k, 2, 2) pairs, or a list of `iccm.Pin`.
-        Either both are inside, or both are on the outlines. The balanced method pulls a patch around each inner pin to
-        its place, which may miss it a little; with `exact_pins` it meets all exactly.
-    strokes
-        Pairs of open polylines: (p,) in the source, and (q,) in the target, onto which it is mapped. Its ends slide
-        along the target, unless a pin fixes them or they are on the outlines. Strokes may divide the shapes or follow
-        both outlines. Strokes and pins on the outlines are hard constraints of the balanced method; the
-        other methods weight them.
-    source_holes, target_holes
-        Outlines of holes of shapes that are given as outlines. The balanced method maps each onto a hole of the other
-        shape. If one shape has more, the unmatched ones shrink to slits. Holes of polygons may be ignored where that
-        costs less, see `holes`.
-    hole_partners
-        (i, j) for holes that must be mapped onto each other, counted from 0; the others are paired by position and
-        size.
-    rigid
-        Outlines of regions of the source that keep their shape: each connected region is mapped by a
+    Args:
+        source: A shape. An outline: (n,) complex vertices x + iy with y up, in either orientation;
+            pairs (n, 2); a shapely polygon with its holes (also an item of a GeoSeries, or a GeoJSON geometry); a
+            path of trimesh or matplotlib; a contour of scikit-image or OpenCV (see `axes`); or a result of
+            `iccm.read_shape` or `iccm.flatten`. A whole drawing: a MultiPolygon, a GeoSeries, or a list of rings
+            (arrays) filled by the even-odd rule; a frame around all parts of one drawing is then mapped onto a frame
+            around the other. With a flattened surface, the scale is uniform on the surface, and figures describe the
+            surface.
+        target: The other shape, in any of these forms.
+        pins: Points of the source and their places in the target: (k, 2) complex or (k, 2, 2) pairs, or a list of
+            `iccm.Pin`. Either both are inside, or both are on the outlines. The balanced method pulls a patch around
+            each inner pin to its place, which may miss it a little; with `exact_pins` it meets all exactly.
+        strokes: Pairs of open polylines: (p,) in the source, and (q,) in the target, onto which it is mapped. Its
+            ends slide along the target, unless a pin fixes them or they are on the outlines. Strokes may divide the
+            shapes or follow both outlines. Strokes and pins on the outlines are hard constraints of the balanced
+            method; the other methods weight them.
+        source_holes: Outlines of holes of a source that is given as an outline. The balanced method maps
+            each onto a hole of the other shape. If one shape has more, the unmatched ones shrink to slits. Holes of
+            polygons may be ignored where that costs less, see `holes`.
+        target_holes: Those of the target.
+        hole_partners: (i, j) for holes that must be mapped onto each other, counted from 0; the others are paired by
+            position and size.
+        rigid: Outlines of regions of the source that keep their shape: each connected region is mapped by a
             similarity, and is upright if the map is (balanced; see also `rigid_size`). For a surface they are
             polygons in its layout, whose triangles keep the shape of a separate flattening of the region.
-    rigid_target
-        Regions of the target on which the picture is undistorted. Use either this or `rigid`.
-    importance
-        (h, w) weights of distortion, row 0 on top, over the source's bounding box, or over a given box: (picture,
-        (lower left, upper right)). Weights below a tenth of the largest are raised to it (balanced).
-    size_map
-        (h, w) desired scale, as lengths relative to each other, over the same boxes as `importance`. A larger `balance`
-        brings the scale closer to it (balanced).
-    start
-        An earlier balanced map to start from; no other starting points are tried, so that the picture does not jump.
-        Either a map of these domains whose constraints have moved (if inner pins have the same source points, the mesh
-        is kept), or a map of the shapes in the previous frame, which is moved with their outlines (not for surfaces).
-        Maps of flattened surfaces with holes are computed afresh.
-    choices
-        For drawings: ways to map these drawings with these options, from `iccm.frames.choice.choose`, if they were
-        compared before. The best that leads to a map without folds is refined.
-    detail
-        For drawings: the edges of the picture that the source shows, a `Detail` of `iccm.drawings.detail`. Maps are
-        then compared by what is seen of them, and the picture may be placed upright in the target, with paper around.
-    opaque
-        For drawings: whether the texture also covers the gaps between the source's parts.
-    free_gaps
-        For drawings: whether these gaps may be shown at no cost, as with a pattern that has no background.
-    axes
-        Meaning of pairs and polygons: "xy", y up; "screen", x and y with y down (OpenCV, SVG); "image", rows and
-        columns of pixels (NumPy, `skimage.measure.find_contours`). Polygons consist of x and y. Complex numbers are
-        always x + iy with y up. `fit.map` and `fit.inverse` accept and return pairs in the same axes.
-    progress
-        A function that is called with an `iccm.Progress` from time to time.
-    cancel
-        A function that is called from time to time; when it returns true, `iccm.Cancelled` is raised.
-    **options
-        See `iccm.options.Options`: `method`, `turn`, `fit`, `balance`, `effort`, `tolerance` and others.
+        rigid_target: Regions of the target on which the picture is undistorted. Use either this or `rigid`.
+        importance: (h, w) weights of distortion, row 0 on top, over the source's bounding box, or over a given box:
+            (picture, (lower left, upper right)). Weights below a tenth of the largest are raised to it (balanced).
+        size_map: (h, w) desired scale, as lengths relative to each other, over the same boxes as `importance`. A
+            larger `balance` brings the scale closer to it (balanced).
+        start: An earlier balanced map to start from; no other starting points are tried, so that the picture does not
+            jump. Either a map of these domains whose constraints have moved (if inner pins have the same source
+            points, the mesh is kept), or a map of the shapes in the previous frame, which is moved with their
+            outlines (not for surfaces). Maps of flattened surfaces with holes are computed afresh.
+        choices: For drawings: ways to map these drawings with these options, from `iccm.frames.choice.choose`, if
+            they were compared before. The best that leads to a map without folds is refined.
+        detail: For drawings: the edges of the picture that the source shows, a `Detail` of `iccm.drawings.detail`.
+            Maps are then compared by what is seen of them, and the picture may be placed upright in the target, with
+            paper around.
+        opaque: For drawings: whether the texture also covers the gaps between the source's parts.
+        free_gaps: For drawings: whether these gaps may be shown at no cost, as with a pattern that has no background.
+        axes: Meaning of pairs and polygons: "xy", y up; "screen", x and y with y down (OpenCV, SVG); "image", rows
+            and columns of pixels (NumPy, `skimage.measure.find_contours`). Polygons consist of x and y. Complex
+            numbers are always x + iy with y up. `fit.map` and `fit.inverse` accept and return pairs in the same axes.
+        progress: A function that is called with an `iccm.Progress` from time to time.
+        cancel: A function that is called from time to time; when it returns true, `iccm.Cancelled` is raised.
+        **options: See `iccm.options.Options`: `method`, `turn`, `fit`, `balance`, `effort`, `tolerance` and others.
 
-    Returns
-    -------
-    Fit
+    Returns:
         The map, the status of the solver, and figures about its quality. Failure to converge is a status, not an
         exception.
 
-    Raises
-    ------
-    InputError
-        A boundary that is not a simple polygon, a hole that is not inside or touches another, a constraint outside the
-        source, an option out of range, holes for a method that does not support them; with the balanced method also
-        constraints that no one-to-one map can meet.
-    Cancelled
-        `cancel` returned true.
+    Raises:
+        InputError: A boundary that is not a simple polygon, a hole that is not inside or touches another, a
+            constraint outside the source, an option out of range, holes for a method that does not support them; with
+            the balanced method also constraints that no one-to-one map can meet.
+        Cancelled: `cancel` returned true.
 
-    Examples
-    --------
-    >>> import numpy as np
-    >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    >>> found = fit(square, [3, 2] * square)
-    >>> found.status.ok, complex(np.round(found.map(0.5 + 0.25j), 3))
-    (True, (1.5+0.5j))
-    >>> np.round(found.map(np.array([[0.5, 0.25]])), 3)
-    array([[1.5, 0.5]])
-    >>> np.round(found.transform.inverse([1.5, 0.5]), 3)
-    array([0.5 , 0.25])
+    Examples:
+        >>> import numpy as np
+        >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+        >>> found = fit(square, [3, 2] * square)
+        >>> found.status.ok, complex(np.round(found.map(0.5 + 0.25j), 3))
+        (True, (1.5+0.5j))
+        >>> np.round(found.map(np.array([[0.5, 0.25]])), 3)
+        array([[1.5, 0.5]])
+        >>> np.round(found.transform.inverse([1.5, 0.5]), 3)
+        array([0.5 , 0.25])
     """
     settings = _options(fit, options)
     refuse_non_sequences(

@@ -83,15 +83,12 @@ class Step:
 def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
     """Return the composition of saved maps, the first of which is applied first, and the planes it maps between.
 
-    Parameters
-    ----------
-    names
-        Files of maps; `inverse:name` is the inverse of a map.
+    Args:
+        names: Files of maps; `inverse:name` is the inverse of a map.
 
-    Raises
-    ------
-    InputError
-        A file does not contain a map that can be composed, or a map does not begin where the previous one ends.
+    Raises:
+        InputError: A file does not contain a map that can be composed, or a map does not begin where the previous one
+            ends.
     """
     steps = [Step.read(name) for name in names]
     for step, following in pairwise(steps):

@@ -33,32 +33,23 @@ def morph(
 ) -> Iterator[TriangulatedMap]:
     """Yield maps of the source onto shapes between source and target, without folds or overlaps.
 
-    Parameters
-    ----------
-    fit
-        A balanced map of whole outlines, or of the frames of two drawings (fit='frame').
-    shares
-        Positions between the source (0) and the target (1), increasing.
-    placed
-        (a, b) of the similarity a z + b that places the source at the beginning.
+    Args:
+        fit: A balanced map of whole outlines, or of the frames of two drawings (fit='frame').
+        shares: Positions between the source (0) and the target (1), increasing.
+        placed: (a, b) of the similarity a z + b that places the source at the beginning.
 
-    Yields
-    ------
-    TriangulatedMap
+    Yields:
         For each share, the map from the source to the shape there; the last one, at 1, is the given map itself.
 
-    Raises
-    ------
-    InputError
-        The map is partial, from another method, or a deformation.
+    Raises:
+        InputError: The map is partial, from another method, or a deformation.
 
-    Examples
-    --------
-    >>> import iccm
-    >>> square = np.array([0, 1, 1 + 1j, 1j])
-    >>> middle = next(iccm.morph(iccm.fit(square, 3 * square), [0.5]))
-    >>> round(float(np.ptp(middle.image.real)), 6)  # the geometric mean
-    1.732051
+    Examples:
+        >>> import iccm
+        >>> square = np.array([0, 1, 1 + 1j, 1j])
+        >>> middle = next(iccm.morph(iccm.fit(square, 3 * square), [0.5]))
+        >>> round(float(np.ptp(middle.image.real)), 6)  # the geometric mean
+        1.732051
     """
     refuse_other_results(fit, "morph")
     map = fit.map

@@ -1,6 +1,6 @@
 """Flatten meshes given as arrays: `iccm.flatten`."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,38 +15,32 @@ from . import method as methods
 
 @on_one_thread
 def flatten(
-    mesh: Any, faces: ArrayLike | None = None, *, method: str = "balanced", cut_open: bool = False
+    mesh: Any,
+    faces: ArrayLike | None = None,
+    *,
+    method: Literal["conformal", "balanced", "lscm"] = "balanced",
+    cut_open: bool = False,
 ) -> Flattening:
     """Flatten a mesh into the plane without folds or overlaps.
 
-    Parameters
-    ----------
-    mesh
-        (n, 3) vertex positions, or an object with `vertices` and `faces`, such as a trimesh.Trimesh.
-    faces
-        (m, 3) vertex numbers of the triangles, from 0; needed unless `mesh` has them.
-    method
-        "conformal" preserves angles, "balanced" balances angles and areas, "lscm" is plain least squares, which may
-        fold.
-    cut_open
-        Whether to cut the mesh open if it is closed or has handles.
+    Args:
+        mesh: (n, 3) vertex positions, or an object with `vertices` and `faces`, such as a trimesh.Trimesh.
+        faces: (m, 3) vertex numbers of the triangles, from 0; needed unless `mesh` has them.
+        method: "conformal" preserves angles, "balanced" balances angles and areas, "lscm" is plain least squares,
+            which may fold.
+        cut_open: Whether to cut the mesh open if it is closed or has handles.
 
-    Returns
-    -------
-    Flattening
-        With `flat`, the complex positions of the vertices of `patch`, and `boundary`; pass it to `iccm.fit`.
+    Returns:
+        A flattening with `flat`, the complex positions of the vertices of `patch`, and `boundary`, for `iccm.fit`.
 
-    Raises
-    ------
-    InputError
-        The mesh is not a surface that can be flattened; the message gives the reason and a remedy.
+    Raises:
+        InputError: The mesh is not a surface that can be flattened; the message gives the reason and a remedy.
 
-    Examples
-    --------
-    >>> points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0.5], [0, 1, 0]])
-    >>> flat = flatten(points, [[0, 1, 2], [0, 2, 3]])
-    >>> flat.flat.shape
-    (4,)
+    Examples:
+        >>> points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0.5], [0, 1, 0]])
+        >>> flat = flatten(points, [[0, 1, 2], [0, 2, 3]])
+        >>> flat.flat.shape
+        (4,)
     """
     if faces is None:
         if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):

@@ -43,19 +43,13 @@ class Composition(NamedTuple):
 def composed(middle: Complex, faces: Index, backward: Function, forward: Function) -> Composition:
     """Return the map that takes backward(p) to forward(p), for points p of the plane between both.
 
-    Parameters
-    ----------
-    middle
-        (n,) vertices of a mesh of that plane, at which the result is exact.
-    faces
-        (m, 3) its triangles, counter-clockwise.
-    backward, forward
-        Take points (p,) of the mesh to the source and to the image of the result.
+    Args:
+        middle: (n,) vertices of a mesh of that plane, at which the result is exact.
+        faces: (m, 3) its triangles, counter-clockwise.
+        backward, forward: Take points (p,) of the mesh to the source and to the image of the result.
 
-    Raises
-    ------
-    InputError
-        A point has no image on one side, or a triangle of the mesh is folded.
+    Raises:
+        InputError: A point has no image on one side, or a triangle of the mesh is folded.
     """
 
     def both_images(points: Complex) -> Complex:

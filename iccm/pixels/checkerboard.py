@@ -17,27 +17,19 @@ def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
     Digits make reflections and rotations visible. Hue varies with x and lightness with y, so that colours identify
     positions.
 
-    Parameters
-    ----------
-    size
-        Width and height in pixels.
-    cells
-        Number of squares in each direction.
+    Args:
+        size: Width and height in pixels.
+        cells: Number of squares in each direction.
 
-    Returns
-    -------
-    ndarray
+    Returns:
         (size, size, 3) uint8 pixels, row 0 at the top.
 
-    Raises
-    ------
-    InputError
-        There are more cells than pixels, or none.
+    Raises:
+        InputError: There are more cells than pixels, or none.
 
-    Examples
-    --------
-    >>> checkerboard(64, cells=4).shape
-    (64, 64, 3)
+    Examples:
+        >>> checkerboard(64, cells=4).shape
+        (64, 64, 3)
     """
     if not 0 < cells <= size:
         raise InputError(f"checkerboard: cannot divide {size} pixels into {cells} cells")

@@ -51,17 +51,12 @@ def planar(corners: Sequence[complex], box: Box) -> Found:
     *Whiteboard scanning and image enhancement*, Digital Signal Processing 17, 2007, section 3); without enough
     perspective, they are those of the mean lengths of opposite sides.
 
-    Parameters
-    ----------
-    corners
-        Top left, top right, bottom right, bottom left, y up.
-    box
-        Lower left and upper right corner of the photograph.
+    Args:
+        corners: Top left, top right, bottom right, bottom left, y up.
+        box: Lower left and upper right corner of the photograph.
 
-    Raises
-    ------
-    InputError
-        They are not the corners of a convex quadrilateral in this order.
+    Raises:
+        InputError: They are not the corners of a convex quadrilateral in this order.
     """
     p = np.array(corners)
     around = triangle_areas(np.stack([np.roll(p, 1), p, np.roll(p, -1)], axis=1))
@@ -102,24 +97,16 @@ def revolved(
 ) -> Found:
     """Return the view of a label around a cylinder or a cone.
 
-    Parameters
-    ----------
-    top, bottom
-        Diameters of the object at the upper and at the lower edge of the label.
-    height
-        Of the label, along the axis.
-    points
-        Of the label's upper edge: left end, a point near the middle, right end; and of its lower edge: right end, a
-        point near the middle, left end; y up.
-    box
-        Lower left and upper right corner of the photograph.
-    focal_mm
-        Focal length of the camera, relative to 35 mm film; estimated if it is None.
+    Args:
+        top, bottom: Diameters of the object at the upper and at the lower edge of the label.
+        height: Of the label, along the axis.
+        points: Of the label's upper edge: left end, a point near the middle, right end; and of its lower edge: right
+            end, a point near the middle, left end; y up.
+        box: Lower left and upper right corner of the photograph.
+        focal_mm: Focal length of the camera, relative to 35 mm film; estimated if it is None.
 
-    Raises
-    ------
-    InputError
-        The points are not those of such a label.
+    Raises:
+        InputError: The points are not those of such a label.
     """
     from scipy.optimize import least_squares
 

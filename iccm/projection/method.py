@@ -62,18 +62,13 @@ class Canvas:
 def solve(source: View, target: View, names: tuple[str, str] = ("source", "target")) -> Fit:
     """Return the map that takes each point of a sheet from where it is in one picture to where it is in another.
 
-    Parameters
-    ----------
-    source, target
-        Views of the sheet; a sheet without a given size gets the proportions of the other one, and is as large as
-        its surface permits.
-    names
-        Of both, for messages.
+    Args:
+        source, target: Views of the sheet; a sheet without a given size gets the proportions of the other one, and is
+            as large as its surface permits.
+        names: Of both, for messages.
 
-    Raises
-    ------
-    InputError
-        Nothing of the sheet is seen in both pictures.
+    Raises:
+        InputError: Nothing of the sheet is seen in both pictures.
     """
     views = source, target
     sizes = [label_size(view, _aspect(partner)) for view, partner in zip(views, views[::-1])]
