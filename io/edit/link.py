@@ -331,7 +331,7 @@ class _Link:
         if isinstance(message, AddHandles):
             return {"pins": placing.handles(session, message.scene, message.rows, message.columns)}
         if isinstance(message, Export) and not message.write:
-            command = saving.command(session, message.scene, None, message.name, message.size)
+            command = saving.export_command(session, message.scene, message.name, message.size)
             return {"command": command, "sized": saving.has_size(message.name)}
         names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
         if not message.replace and (existing := [name for name in names if self._asks(name)]):

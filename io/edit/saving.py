@@ -272,6 +272,17 @@ def _is_stmap(name: str) -> bool:
     return name.lower().endswith("stmap.exr")
 
 
+def export_command(session: Session, scene: Scene, name: str, size: int) -> str:
+    """Return the command line that writes what `export` writes, after the checks that `iccm map` makes.
+
+    Raises:
+        InputError: no such file can be written.
+    """
+    local(name)
+    _write(session, scene, name, size, replace=True, dry=True)
+    return command(session, scene, None, name, size)
+
+
 def export(session: Session, scene: Scene, name: str, size: int, *, replace: bool) -> Outcome:
     """Write a picture, an STMap, artwork or a mesh with the code of `iccm map`.
 
@@ -313,13 +324,15 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
         return Download(f"{Path(name).stem}.zip", archive.getvalue(), notes)
 
 
-def _write(session: Session, scene: Scene, path: str, size: int, *, replace: bool) -> Outcome:
-    """Write the result for a scene to a file with the code of `iccm map`."""
+def _write(
+    session: Session, scene: Scene, path: str, size: int, *, replace: bool, dry: bool = False
+) -> Outcome:
+    """Write the result for a scene to a file with the code of `iccm map`; only check whether it can be if `dry`."""
     output: dict[str, Any] = {"stmap": path} if _is_stmap(path) else {"output": (path,)}
     output["size"] = (size,) if has_size(path) else None
     with _written_constraints(session, scene) as written_fields:
         job = job_of(session, scene, **{"force": replace, **output, **written_fields})
-        return run(job.sharing(job.defaults()))  # options of the editor serve all its exports
+        return run(job.sharing(job.defaults()), dry=dry)  # options of the editor serve all its exports
 
 
 @contextmanager

@@ -20,6 +20,7 @@ options are left out.
 """
 
 _SUBJECT = re.compile(r"^--[a-z][a-z-]*(?: [a-z]+)?: ")
+_FOLDER = re.compile(r"^(?:[A-Za-z]:)?[\\/](?:[^:]*[\\/])?(?=[^\\/:]+: )")
 _NAMES = re.compile(r" \(([a-z_.]+(?:, [a-z_.]+)*)\)(?=[.;:,]|$)")
 _ALTERNATIVE = re.compile(r",? or [^;,()]*--[a-z][^;,()]*")
 _CURE = re.compile(r"(; | \()([^;()]*(?:--[a-z]|#[a-z0-9])[^;()]*?)(\)|(?=\.?$|;))")
@@ -32,8 +33,10 @@ def on_page(text: str) -> str:
     'The picture is rotated by 40 degrees instead of 0, because of the shapes (Rotation).'
     >>> on_page("a.obj: has 9 faces, more than the limit of 8; raise --max-faces")
     'a.obj: has 9 faces, more than the limit of 8'
+    >>> on_page("/home/ann/my cards/heart.svg: pin 2: (20, 20) is 8 outside the shape; move it inside")
+    'heart.svg: pin 2: (20, 20) is 8 outside the shape; move it inside'
     """
-    text = _SUBJECT.sub("", without_folders(text))
+    text = _SUBJECT.sub("", _FOLDER.sub("", without_folders(text)))
     text = _CURE.sub(_cure, _ALTERNATIVE.sub("", text))
     return _NAMES.sub(_control, text)
 

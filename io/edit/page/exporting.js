@@ -20,6 +20,8 @@ export class Exporting {
   #panes;
   /** The number of the last preview requested. */
   #asked = 0;
+  /** The number of the last command requested. */
+  #named = 0;
   #address = '';
 
   /**
@@ -56,14 +58,18 @@ export class Exporting {
     return {name: input('picture').value, size: Math.round(Number(input('size').value)) || DEFAULT_SIZE};
   }
 
-  /** Show the command that writes the same file, and the size if the file has pixels. */
+  /** Show the command that writes the same file, and the size if the file has pixels; or why there can be no such file. */
   async #showCommand() {
-    const {name, size} = this.choice;
+    const {name, size} = this.choice, number = this.#named += 1;
     select('format').value = formatOf(name, [...select('format').options].map((option) => option.value));
-    if (!name) return;
-    const answer = await this.#link.ask({type: 'export', scene: this.#editor.scene, name, size, write: false});
-    byId('export-command').textContent = answer.command ?? answer.error ?? '';
-    byId('size-field').hidden = answer.sized === false;
+    const answer = name ? await this.#link.ask({type: 'export', scene: this.#editor.scene, name, size, write: false}) : {error: 'Enter a file name.'};
+    if (number !== this.#named) return;  // the name has changed meanwhile
+    const fault = answer.error ?? '';
+    for (const id of ['download', 'export-now']) button(id).disabled = fault !== '';
+    byId('export-fault').textContent = fault;
+    byId('export-same').hidden = fault !== '';
+    byId('export-command').textContent = answer.command ?? '';
+    if (!fault) byId('size-field').hidden = answer.sized === false;
   }
 
   /**

@@ -7,6 +7,7 @@ const PLACED_DIGITS = 4;       // significant digits of a length set by hand
 const PARTS_OF_PIXEL = 10;     // parts of a pixel to which a point can be placed by hand
 const BISECTIONS = 40;         // steps after which a crossing is exact to 1e-12 of a segment
 const RIM_DIRECTIONS = 24;     // in which a point near a corner of an outline is sought
+const CORNER_REACHES = [1, 1.5, 2, 3];  // distances from there, relative to that from the outline
 const LEAST_RIM_SHARE = 0.7;   // of the distance from the outline, in narrow parts
 const PARTS_OF_SEGMENT = 8;    // parts in which a segment is mapped, because its image is curved
 
@@ -156,21 +157,14 @@ export function closest(ring, point) {
  * @returns {Point | null}
  */
 export function atRim(ring, point, margin) {
-  const {point: [x, y], edge, share} = closest(ring, point), [a, b] = [ring[edge], ring[(edge + 1) % ring.length]];
-  const normal = Math.atan2(b[0] - a[0], a[1] - b[1]);  // on one of the sides of the edge
-  const turns = Array.from({length: RIM_DIRECTIONS}, (_, k) => 2 * Math.PI * k / RIM_DIRECTIONS);
-  /** @type {Point | null} */
-  let best = null;
-  let least = Infinity;
-  for (const reach of share > 0 && share < 1 ? [1, 2] : [1, 1.5, 2, 3]) {
-    for (const turn of turns) {
-      const place = [x + reach * margin * Math.cos(normal + turn), y + reach * margin * Math.sin(normal + turn)];
-      if (distance(place, point) >= least || !inside(ring, place) || closest(ring, place).away < LEAST_RIM_SHARE * margin) continue;
-      [best, least] = [place, distance(place, point)];
-    }
-    if (best) break;
-  }
-  return best;
+  const [x, y] = closest(ring, point).point, straight = Math.atan2(y - point[1], x - point[0]);
+  const at = (/** @type {number} */ angle, reach = 1) => [x + reach * margin * Math.cos(angle), y + reach * margin * Math.sin(angle)];
+  const isRoomy = (/** @type {Point} */ place) => inside(ring, place) && closest(ring, place).away >= LEAST_RIM_SHARE * margin;
+  const foot = [at(straight), at(straight + Math.PI)].find(isRoomy);  // the second one for points inside
+  if (foot) return foot;
+  const angles = Array.from({length: RIM_DIRECTIONS}, (_, k) => 2 * Math.PI * k / RIM_DIRECTIONS);
+  const places = CORNER_REACHES.flatMap((reach) => angles.map((angle) => at(angle, reach))).filter(isRoomy);
+  return places.reduce((/** @type {Point | null} */ best, place) => (best && distance(best, point) <= distance(place, point) ? best : place), null);
 }
 
 /**

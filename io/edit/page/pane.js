@@ -3,7 +3,7 @@
 import {attraction} from './attraction.js';
 import {Divider} from './divider.js';
 import {listen, strokeOf} from './gestures.js';
-import {between, closest, distance, fileName, inside, significant, Units} from './geometry.js';
+import {atRim, between, closest, distance, fileName, inside, significant, Units} from './geometry.js';
 import {Painter} from './gl.js';
 import {Handles} from './handles.js';
 import {Lines, LOUPE_SIDE, LOUPE_ZOOM} from './lines.js';
@@ -13,6 +13,7 @@ import {View} from './view.js';
 /** @import {Actions, Hello, Item, Overlay, PaintedView, PaneScene, Pin, Place, Point, ShapeInfo, Side, Tool} from './types.d.ts' */
 
 const OUTLINE_REACH = 8;     // pixels: a click this close to the outline places a pin on it
+const RIM_DISTANCE = 0.01;     // relative to the shape: pins that are dragged out of it stop this far from the outline
 const ON_OUTLINE = 1e-3;     // relative to the shape: pins this close to the outline are on it, as on the server
 const VERTEX_REACH = 4;      // pixels: a pin released this close to a vertex of a mesh is placed on it
 const HURRIED_SHARE = 0.5;   // of the pixels of a side, painted while the map follows without a graphics card
@@ -324,7 +325,16 @@ export class Pane {
   moved(place, by) {
     const from = this.page(place), to = from.map((value, k) => value + by[k]), {outline} = this.shape;
     const onOutline = !this.deforms && closest(outline, from).away < ON_OUTLINE;
-    return this.units.file(onOutline ? closest(outline, to).point : to);
+    return this.units.file(onOutline ? closest(outline, to).point : this.#within(to) ?? from);
+  }
+
+  /**
+   * Return a point for a pin: at the rim if it is outside of the shape, or null where that is too narrow.
+   * @param {Point} point
+   */
+  #within(point) {
+    const {outline} = this.shape;
+    return this.deforms || this.surface || inside(outline, point) ? point : atRim(outline, point, RIM_DISTANCE);
   }
 
   /** The pins that can be rotated: those of a deformed shape, on its moved side. */
@@ -374,7 +384,7 @@ export class Pane {
   drag(item, pixel, {last = false, attracted = false} = {}) {
     const isPin = item.kind === 'pins';
     const onOutline = isPin && !this.deforms && closest(this.shape.outline, this.page(this.place(item))).away < ON_OUTLINE;
-    const under = onOutline ? this.rim(pixel, Infinity) : this.surface ? this.hit(pixel) : this.at(pixel);
+    const at = this.at(pixel), under = onOutline ? this.rim(pixel, Infinity) : this.surface ? this.hit(pixel) : isPin ? this.#within(at) : at;
     this.guide = attracted && under && isPin ? this.#attraction(this.pixel(under), onOutline, item.number) : null;
     const point = this.guide ?? under;
     if (!point) return null;

@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
+from iccm.curve import Curve
+
 webdriver = pytest.importorskip("selenium.webdriver", reason="NO BROWSER TESTS: selenium is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 DRIVER = shutil.which("chromedriver")
@@ -286,8 +288,8 @@ def test_what_cannot_be_is_red_and_the_map_stays(page, tmp_path):
     edited = page("pins", "cat.svg", "round.svg", "--texture", "face.png")
     before = edited.picture(300, 300)
     assert [pin["name"] for pin in edited.scene["pins"]] == ["left-eye", "right-eye", "nose", "mouth"]
-    edited.js("document.querySelector('#list input').focus()")
-    edited.drag("target", edited.scene["pins"][0]["target"], (20, 20), steps=3)
+    typed = "(e => { e.value = '130, 120 -> 20, 20'; e.onchange(); })(document.querySelectorAll('#list input')[1])"
+    edited.js(typed)
     edited.wait("document.body.classList.contains('bad')")
     edited.settled()
     assert "outside" in edited.js("document.getElementById('status').textContent")
@@ -666,8 +668,12 @@ def test_what_is_drawn_or_dragged_too_far_stays_in_reach(page):
     edited.settled()
     edited.click("source", 259, 156)
     edited.drag("target", edited.scene["pins"][0]["target"], (259, -3000), steps=60)  # some within the window
-    edited.wait("document.body.classList.contains('bad')")
-    edited.settled()
+    assert edited.settled() == "full" and not edited.js("document.body.classList.contains('bad')")
+    pin = edited.scene["pins"][0]["target"]
+    ring = "iccm.panes.target.shape.outline.map((p) => iccm.panes.target.units.file(p))"
+    outline = Curve(np.array(edited.js(ring)) @ [1, 1j])
+    place = np.array([complex(*pin)])
+    assert outline.contains(place)[0] and outline.distances(place)[0] < 0.1 * outline.diagonal
     low, high = edited.js(
         "[document.querySelector('#target .handle'), target].map((e) => e.getBoundingClientRect().bottom)"
     )
@@ -1272,6 +1278,14 @@ def test_what_is_exported_is_seen_before_and_downloaded(page, tmp_path, shell):
     edited.wait("document.getElementById('export-command').textContent.endsWith('-o two-leaf.svg')")
     edited.wait(f"!{sized}")  # artwork has no pixels
     edited.wait(f"{shown} > 0")
+    typed = "(e => { e.value = arguments[0]; e.oninput(); })(document.getElementById('picture'))"
+    disabled = "['download', 'export-now'].map((id) => document.getElementById(id).disabled)"
+    for name in ("two-leaf.xyz", "", "sub/two.png", "two-leaf.svg"):  # refused before a command is shown
+        edited.js(typed, name)
+        is_wrong = name != "two-leaf.svg"
+        edited.wait(f"String({disabled}) === '{str(is_wrong).lower()},{str(is_wrong).lower()}'")
+        assert bool(edited.js("document.getElementById('export-command').textContent")) is not is_wrong
+        assert bool(edited.js("document.getElementById('export-fault').textContent")) is is_wrong
     edited.js("document.getElementById('download').click()")
     edited.wait("document.getElementById('status').textContent.includes('Downloaded two-leaf.svg')")
     end = time.monotonic() + PATIENCE

@@ -169,6 +169,9 @@ def test_files_are_written_when_asked_and_replaced_when_confirmed(client, shapes
         assert asked(socket, **export, name="o.png")["written"] == ["o.png"]
         assert "suffix" in asked(socket, **export, name="o.xyz")["error"]
         assert "folder" in asked(socket, **export, name="../o.png")["error"]
+        for name in ("o.xyz", "o", ".o.png", "../o.png", "o.glb", "o.json"):  # no command that would fail
+            answer = asked(socket, **export, name=name, write=False)
+            assert answer["error"] and "command" not in answer
         answers = [asked(socket, **export, name=name, write=False) for name in ("o.png", "o.svg")]
         assert [answer["sized"] for answer in answers] == [True, False]  # a drawing has no pixels
         assert ["--size 40" in answer["command"] for answer in answers] == [True, False]

@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import {test} from 'node:test';
 
-import {clipped, closest, distance, fileName, finer, inside, length, simplified, Units} from '../../../../io/edit/page/geometry.js';
+import {atRim, clipped, closest, distance, fileName, finer, inside, length, simplified, Units} from '../../../../io/edit/page/geometry.js';
 
 /** An L, longer than wide, with its corner at the lower left; y points down. */
 const ELL = [[0, 0], [1, 0], [1, 3], [4, 3], [4, 4], [0, 4]];
@@ -38,6 +38,15 @@ test('of a line the longest part inside is kept, with its ends on the outline', 
   assert.equal(line.length, 4);
   const through = clipped(ELL, [[-1, 3.5], [6, 3.5]]);
   assert.deepEqual(through, []);  // none of its points is inside
+});
+
+test('a point outside of a polygon is moved to its rim', () => {
+  assertNear(/** @type {number[]} */ (atRim([[0, 0], [4, 0], [4, 3], [0, 3]], [7, 1], 0.2)), [3.8, 1]);
+  for (const point of [[9, 9], [-1, -1], [2.9, 2.9], [-5, 1.5]]) {  // at corners, and in the corner of the L that is not part of it
+    const place = atRim(ELL, point, 0.1);
+    assert.ok(place && inside(ELL, place) && closest(ELL, place).away >= 0.07 - 1e-9 && closest(ELL, place).away < 0.31);
+  }
+  assert.equal(atRim([[0, 0], [4, 0], [4, 0.05], [0, 0.05]], [2, 1], 0.2), null);  // too narrow
 });
 
 test('the closest point of a polygon comes with its edge and share', () => {
