@@ -25,13 +25,13 @@ def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
         (size, size, 3) uint8 pixels, row 0 at the top.
 
     Raises:
-        InputError: There are more cells than pixels, or none.
+        InputError: There is no pixel or no cell.
 
     Examples:
         >>> checkerboard(64, cells=4).shape
         (64, 64, 3)
     """
-    if not 0 < cells <= size:
+    if size < 1 or cells < 1:
         raise InputError(f"checkerboard: cannot divide {size} pixels into {cells} cells")
     edges = np.round(np.linspace(0, size, cells + 1)).astype(int)
     out = np.empty((size, size, 3), dtype=np.uint8)
