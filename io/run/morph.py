@@ -156,6 +156,12 @@ def run(
             run = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, notes))
             _check(run, list(outputs.values()), settings.frames)
         solve_pairs(run, lambda pair: _settings(run, pair))
+        if job.parts == "auto" and any(fit.coverage.is_partial for fit in run.fits):
+            # what a map hides cannot become something else: all parts move as one instead
+            with phases.timed("read"):
+                job = job.model_copy(update={"parts": "joined"})
+                run = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, []))
+            solve_pairs(run, lambda pair: _settings(run, pair))
         note_maps(run)
         with phases.timed("morph"):
             frames = list(_frames(run, settings))

@@ -129,6 +129,33 @@ def test_parts_that_match_go_onto_each_other_unless_they_are_joined(shapes, iccm
 
 
 @pytest.mark.slow
+def test_drawings_whose_map_would_hide_something_move_as_one(shapes, iccm):
+    """An eye, and one that is crossed out, drawn with lines (icons of Lucide, ISC)."""
+    drawing = (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 24" fill="none" stroke="#000" stroke-width="2" '
+        'stroke-linecap="round" stroke-linejoin="round">{}</svg>'
+    )
+    eye = (
+        '<path d="M2.062 12.348a1 1 0 0 1 0-.696 10.75 10.75 0 0 1 19.876 0 1 1 0 0 1 0 .696 10.75 '
+        '10.75 0 0 1-19.876 0"/>'
+        '<circle cx="12" cy="12" r="3"/>'
+    )
+    crossed = (
+        '<path d="M10.733 5.076a10.744 10.744 0 0 1 11.205 6.575 1 1 0 0 1 0 .696 10.747 10.747 0 '
+        '0 1-1.444 2.49"/>'
+        '<path d="M14.084 14.158a3 3 0 0 1-4.242-4.242"/>'
+        '<path d="M17.479 17.499a10.75 10.75 0 0 1-15.417-5.151 1 1 0 0 1 0-.696 10.75 10.75 0 0 1 '
+        '4.446-5.143"/>'
+        '<path d="m2 2 20 20"/>'
+    )
+    for name, content in (("eye", eye), ("crossed", crossed)):
+        (shapes / f"{name}.svg").write_text(drawing.format(content))
+    result = iccm("morph", "eye.svg", "crossed.svg", *QUICK, "-o", "m-{number}.png")
+    assert result.code == 0, result.err
+    assert pixels("m-3.png")[8, 8, 3] == 255 and pixels("m-1.png")[8, 8, 3] == 0
+
+
+@pytest.mark.slow
 def test_drawings_with_colours_of_their_own_fade_into_each_other(shapes, iccm):
     red = '<circle cx="50" cy="50" r="40" fill="red"/><circle cx="50" cy="30" r="10" fill="lime"/>'
     (shapes / "red.svg").write_text(SVG.format(red))
