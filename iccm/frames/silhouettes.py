@@ -26,12 +26,9 @@ CLOSING_COST = 0.07
 like a mistake: a cost of 0.14."""
 LEAST_WIDTH_RATIO = 0.5
 """Of width to length of the hull of a target with gaps: a thinner one is widened, or a subject would be tiny."""
-FADING_COST = 0.2
-"""Share that counts as bare where a picture without margin, which otherwise takes the form of what the target paints,
-is faded in its holes: these stay open if they hide less than a tenth of its edges."""
-FADED_HULL_COST = 0.5
-"""The same for a picture that is also faded between the target's parts: they stay open if they hide less than a
-quarter."""
+LINES_AREA_SHARE = 1 / 3
+"""Of the silhouette's area: a target that paints less is drawn with lines, so that a picture without margin, which
+otherwise takes the form of what the target paints, is also shown on what they enclose, faded there."""
 LEAST_ADDED_SHARE = 1e-3
 """Of the silhouette's area: if less is filled, nobody sees it."""
 
@@ -56,21 +53,24 @@ def silhouettes(target: Drawing, *, is_full: bool, canvas: Box | None = None) ->
     target
         The target.
     is_full
-        Whether the picture has no margin. It then takes the form of the target unless much of it is hidden.
+        Whether the picture has no margin. It then takes the form of the target, as a photo in a word does, so only
+        lines are filled.
     canvas
         The box of the target's plane that pictures show; None if it has no bounds.
     """
     yield Silhouette(target, 0.0)
     filled = target.filled()
     painted_share = target.region.area / filled.region.area
-    if painted_share < 1 - LEAST_ADDED_SHARE:
-        yield Silhouette(filled, (FADING_COST if is_full else 0.0) + ENCLOSED_WEIGHT * (1 - painted_share))
+    if painted_share < (LINES_AREA_SHARE if is_full else 1 - LEAST_ADDED_SHARE):
+        yield Silhouette(filled, ENCLOSED_WEIGHT * (1 - painted_share))
+    if is_full:
+        return
     hull = target.frames[-1].outline.polygon
     if hull.area * (1 - LEAST_ADDED_SHARE) > filled.region.area:
-        for region in dict.fromkeys((hull,) if is_full else (hull, _widened(hull, canvas))):
+        for region in dict.fromkeys((hull, _widened(hull, canvas))):
             closed, enclosed = region.area - filled.region.area, filled.region.area - target.region.area
-            cost = (CLOSED_WEIGHT * closed + ENCLOSED_WEIGHT * enclosed) / region.area
-            yield Silhouette(Drawing(region), (FADED_HULL_COST if is_full else CLOSING_COST) + cost)
+            cost = CLOSING_COST + (CLOSED_WEIGHT * closed + ENCLOSED_WEIGHT * enclosed) / region.area
+            yield Silhouette(Drawing(region), cost)
 
 
 def _widened(hull: shapely.Polygon, canvas: Box | None) -> shapely.Polygon:
