@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from ..arrays import Complex, Real, xy_of
 from ..plane import bounding_box, polygon_area
-from ..polygons import rings_of, unite
+from ..polygons import fill_holes, rings_of, unite
 from .canvas import Canvas
 from .colour import Float, decode, encode
 from .coverage import painted_share
@@ -59,6 +59,8 @@ UNSEEN_ON_TONE_SHARE = 0.1
 """Of a drawing's silhouette: a tone on which more of it is not well seen is avoided."""
 HARDLY_SEEN_SHARE = 0.5
 """Of a drawing's silhouette: if more of it is hardly seen on light paper, dark paper is used where that shows more."""
+HAIRLINE_SHARE = 1e-3
+"""Of the diagonal of a target: a line of this width along its outline is not seen."""
 EXAMINED_PIXELS = 256
 """Of the longer side of the copy in which rim and silhouette are examined."""
 LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
@@ -151,6 +153,26 @@ def without_holes(rings: Sequence[Complex]) -> list[Complex]:
     A part within a hole lies in what the outer one encloses, and is left out.
     """
     return rings_of(unite(shapely.Polygon(xy_of(ring)) for ring in rings if polygon_area(ring) > 0))
+
+
+def cleared(area: shapely.Geometry, covered: Sequence[Complex]) -> list[Complex]:
+    """Return the boundaries of a target's area without the part below a drawing, which it encloses as before.
+
+    Then paper is seen in the holes of the drawing, such as windows and the inside of letters, and no parts of the
+    target, which would be taken for parts of the drawing.
+
+    Args:
+        area: What the target paints.
+        covered: Boundaries of the drawing with its holes filled, in the target's plane.
+
+    Returns:
+        Closed outlines: those of parts counter-clockwise, those of holes clockwise.
+    """
+    low, high = bounding_box(np.concatenate(rings_of(area)))
+    # so that the outer boundaries stay, between which paper lies
+    inside = shapely.buffer(fill_holes(area), -HAIRLINE_SHARE * abs(high - low))
+    below = unite(shapely.make_valid(shapely.Polygon(xy_of(ring))) for ring in covered)
+    return rings_of(shapely.difference(area, shapely.intersection(below, inside)))
 
 
 def _share_of(painted: Sequence[Complex], texture: Texture) -> Float:

@@ -268,11 +268,18 @@ class Run:
     @cached_property
     def toned(self) -> list[Complex]:
         """The boundaries of what the target paints, if a picture on paper is shown on more than that, as on its
-        silhouette. This area is then a tone on the paper. Empty otherwise.
+        silhouette. This area is then a tone on the paper, except in holes of the drawing. Empty otherwise.
         """
         if self.image.alpha < 0 or self.faded:
             return []
-        return self._painted_in_silhouette(self.target.ink or self.target.drawing)
+        area = self._painted_in_silhouette(self.target.ink or self.target.drawing)
+        if area is None:
+            return []
+        if self.source.drawing is None:
+            return area.rings
+        from ...pixels.paper import cleared
+
+        return cleared(area.painted, [self.fit.map(ring) for ring in self.source.drawing.filled().rings])
 
     @cached_property
     def faded(self) -> list[Complex]:
@@ -281,18 +288,19 @@ class Run:
         """
         if self.detail is None or not self.detail.is_full:
             return []
-        return self._painted_in_silhouette(self.target.drawing)
+        area = self._painted_in_silhouette(self.target.drawing)
+        return [] if area is None else area.rings
 
-    def _painted_in_silhouette(self, painted: Drawing | None) -> list[Complex]:
-        """Return the boundaries of what the target paints, if the picture is shown on more; else nothing."""
+    def _painted_in_silhouette(self, painted: Drawing | None) -> Drawing | None:
+        """Return what the target paints, if the picture is shown on more; else None."""
         drawings = [fit.details.drawings for fit in self.fits]
         if len(drawings) != 1 or drawings[0] is None or not texture.on_paper(self.job, self.source):
-            return []
+            return None
         if self.image.raster is not None or framing.placing_options(self.job):
-            return []
+            return None
         if painted is None or painted.region.area > (1 - LEAST_TONED_SHARE) * drawings[0][1].region.area:
-            return []
-        return painted.rings
+            return None
+        return painted
 
     @cached_property
     def paper(self) -> str:

@@ -1,9 +1,13 @@
 """Paper below drawings: where it is visible, and its colour."""
 
+import functools
+
 import numpy as np
 import pytest
+import shapely
 
-from iccm.pixels.paper import INK_SHARE, on_paper
+from iccm.arrays import xy_of
+from iccm.pixels.paper import INK_SHARE, cleared, on_paper, without_holes
 from iccm.pixels.texture import Texture
 
 BOX = (0j, 5 + 3j)
@@ -117,3 +121,15 @@ def test_a_drawing_of_the_usual_tone_lies_on_another_one():
     usual = on_paper(drawing((0.0, 0.0, 0.0)), [np.array([3, 7, 7 + 2j, 3 + 2j])]).pixels[1, 4, :3] / 255
     tone = on_paper(drawing(tuple(usual)), [np.array([3, 7, 7 + 2j, 3 + 2j])]).pixels[1, 4, :3] / 255
     assert np.abs(tone - usual).max() > 25 / 255
+
+
+def test_the_part_of_an_area_below_a_drawing_is_cleared_but_it_encloses_as_much():
+    area = shapely.box(0, 0, 30, 20) - shapely.box(2, 2, 28, 18) | shapely.box(10, 5, 16, 9)
+    covered = np.array([8 + 6j, 40 + 6j, 40 + 12j, 8 + 12j])  # also crosses the right side
+    rings = cleared(area, [covered])
+    left = functools.reduce(shapely.symmetric_difference, [shapely.Polygon(xy_of(ring)) for ring in rings])
+    hairline = 0.036  # a thousandth of the diagonal
+    assert left.area == pytest.approx(area.area - 6 * 3 - (2 - hairline) * 6, abs=0.01)
+    assert left.contains(shapely.Point(12, 5.5)) and not left.contains(shapely.Point(12, 8))
+    enclosed = [shapely.Polygon(xy_of(ring)).area for ring in without_holes(rings)]
+    assert enclosed == pytest.approx([30 * 20])

@@ -43,6 +43,13 @@ DRAWINGS = {
     "app": SVG.format(
         300, 300, '<path fill="#c12" d="M0 0H300V300H0Z"/><path fill="#fff" d="M90 90H190V130H130V210H90Z"/>'
     ),
+    "no": SVG.format(
+        400,
+        400,
+        '<path fill-rule="evenodd" d="M200 10A190 190 0 1 0 200 390A190 190 0 1 0 200 10ZM200 40A160 160 0 1 1 200 '
+        '360A160 160 0 1 1 200 40Z"/><path d="M110 190H290V215H110Z"/>',
+    ),
+    "tag": SVG.format(90, 70, '<path fill="#06c" fill-rule="evenodd" d="M5 5H85V65H5ZM15 15V55H75V15Z"/>'),
     "hook": SVG.format(
         320, 320, '<path d="M50 280V40H270V160H220V90H100V280Z"/><path d="M240 200h50v80h-50z" fill="#123"/>'
     ),
@@ -124,6 +131,17 @@ def test_a_picture_on_a_window_is_whole_on_its_silhouette(iccm, files):
     assert kept[60, 40, 3] == 0 and not any("silhouette" in note for note in report["notes"])
 
 
+def test_the_target_is_not_seen_through_holes_of_the_drawing(iccm, files):
+    pixels, _ = picture(iccm, "tag.svg", "no.svg")
+    blue = (abs(pixels[..., :3] - [0, 102, 204]).max(axis=2) < 12) & (pixels[..., 3] == 255)
+    rows, columns = np.nonzero(blue)
+    hole = pixels[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+    hole = hole[hole.shape[0] // 3 : -(hole.shape[0] // 3), hole.shape[1] // 4 : -(hole.shape[1] // 4)]
+    assert abs(hole - hole[0, 0]).max() <= 1 and hole[0, 0, 3] == 255  # paper, without the bar
+    bar = pixels[80, 10:150]
+    assert abs(bar - hole[0, 0]).max() > 20  # the ring beside it
+
+
 def test_the_flat_colour_of_a_picture_continues_it(iccm, files):
     pixels, _ = picture(iccm, "app.svg", "heart.svg")
     seen = pixels[pixels[..., 3] == 255][:, :3]
@@ -133,7 +151,14 @@ def test_the_flat_colour_of_a_picture_continues_it(iccm, files):
 
 @pytest.mark.parametrize(
     ("source", "target"),
-    [("figure", "heart"), ("figure", "hook"), ("bell", "wide"), ("bell", "ring"), ("app", "heart")],
+    [
+        ("figure", "heart"),
+        ("figure", "hook"),
+        ("bell", "wide"),
+        ("bell", "ring"),
+        ("app", "heart"),
+        ("tag", "no"),
+    ],
 )
 def test_the_svg_shows_what_the_picture_does(iccm, files, source, target):
     resvg = pytest.importorskip("resvg_py")
