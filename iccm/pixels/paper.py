@@ -60,7 +60,7 @@ UNSEEN_ON_TONE_SHARE = 0.1
 HARDLY_SEEN_SHARE = 0.5
 """Of a drawing's silhouette: if more of it is hardly seen on light paper, dark paper is used where that shows more."""
 HAIRLINE_SHARE = 1e-3
-"""Of the diagonal of a target: a line of this width along its outline is not seen."""
+"""Of the diagonal of a target: a line of this width along an outline is hardly seen."""
 EXAMINED_PIXELS = 256
 """Of the longer side of the copy in which rim and silhouette are examined."""
 LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
@@ -155,23 +155,28 @@ def without_holes(rings: Sequence[Complex]) -> list[Complex]:
     return rings_of(unite(shapely.Polygon(xy_of(ring)) for ring in rings if polygon_area(ring) > 0))
 
 
-def cleared(area: shapely.Geometry, covered: Sequence[Complex]) -> list[Complex]:
-    """Return the boundaries of a target's area without the part below a drawing, which it encloses as before.
+def cleared(area: shapely.Geometry, holes: Sequence[Complex]) -> list[Complex]:
+    """Return the boundaries of a target's area without the part in holes of a drawing; it encloses as much as before.
 
-    Then paper is seen in the holes of the drawing, such as windows and the inside of letters, and no parts of the
-    target, which would be taken for parts of the drawing.
+    Then paper is seen in the holes, such as windows and the inside of letters, and no parts of the target, which would
+    be taken for parts of the drawing.
 
     Args:
         area: What the target paints.
-        covered: Boundaries of the drawing with its holes filled, in the target's plane.
+        holes: Boundaries of the drawing's holes, in the target's plane.
 
     Returns:
         Closed outlines: those of parts counter-clockwise, those of holes clockwise.
     """
     low, high = bounding_box(np.concatenate(rings_of(area)))
-    # so that the outer boundaries stay, between which paper lies
-    inside = shapely.buffer(fill_holes(area), -HAIRLINE_SHARE * abs(high - low))
-    below = unite(shapely.make_valid(shapely.Polygon(xy_of(ring))) for ring in covered)
+    hairline = HAIRLINE_SHARE * abs(high - low)
+    inside = shapely.buffer(
+        fill_holes(area), -hairline
+    )  # the outer boundaries stay, between which paper lies
+    polygons = [shapely.make_valid(shapely.Polygon(xy_of(hole))) for hole in holes]
+    below = unite(
+        shapely.buffer(polygons, hairline)
+    )  # also below the edge of the drawing, so that none is seen there
     return rings_of(shapely.difference(area, shapely.intersection(below, inside)))
 
 

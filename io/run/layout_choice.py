@@ -36,7 +36,8 @@ def cost_of(run: Run) -> float:
 def choose_layout(run: Run, solve: Callable[[Run], None]) -> None:
     """Lay the charts of the target out inside the picture where that costs less than the map that was found.
 
-    Nothing changes for meshes that are not cut, or cut through landmarks, nor with options for the map of an outline.
+    Nothing changes for meshes that are not cut, or cut through landmarks, where holes are mapped onto holes, nor with
+    options for the map of an outline.
 
     Args:
         run: the job, solved.
@@ -77,5 +78,6 @@ def _has_choice(run: Run) -> bool:
         not target.packed
         and not target.is_layout
         and len(run.fits) == 1
+        and not run.fit.source_holes
         and len(target.flattening.patch.seam) > 0
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Box, Complex
+from ...arrays import Box, Complex, complex_of
 from ...errors import InputError
 from ...memory import Memory
 from ...parallel import in_background, thread_count
@@ -275,11 +275,13 @@ class Run:
         area = self._painted_in_silhouette(self.target.ink or self.target.drawing)
         if area is None:
             return []
-        if self.source.drawing is None:
+        parts = [] if self.source.drawing is None else self.source.drawing.parts
+        holes = [complex_of(ring.coords[:-1]) for part in parts for ring in part.interiors]
+        if not holes:
             return area.rings
         from ...pixels.paper import cleared
 
-        return cleared(area.painted, [self.fit.map(ring) for ring in self.source.drawing.filled().rings])
+        return cleared(area.painted, [self.fit.map(hole) for hole in holes])
 
     @cached_property
     def faded(self) -> list[Complex]:

@@ -168,7 +168,7 @@ ATTEMPTS = (
         "import iccm, trimesh; m = trimesh.load('half.obj'); f = iccm.flatten(m.vertices, m.faces); print(f)",
         shows=".",
     ),
-    _python("Help", "import iccm; help(iccm.fit)", shows=r"(?s)^.{0,600}Parameters"),
+    _python("Help", "import iccm; help(iccm.fit)", shows=r"Args:\n +source: "),
 )
 
 
