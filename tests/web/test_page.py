@@ -349,7 +349,8 @@ def same_map(page, folder):
     points = interior_grid(Curve(page.outline("source")), 500)
     actual, expected = (fit.map(points) for fit in fits)
     energy, goal = (pinned_energy(fits[1], fit.map.source, fit.map.image, fit.map.faces) for fit in fits)
-    assert abs(energy / goal - 1) < 0.02
+    # the demo's own search is within 2 %, and what is seen stays unless that is better by more than 2 %
+    assert 0.98 < energy / goal < 1.02 / 0.98
     return (
         np.abs(actual - expected).mean() < 0.05 * Curve(page.outline()).diagonal
     )  # pictures may rotate at little cost
