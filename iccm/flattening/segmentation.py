@@ -2,8 +2,7 @@
 
 One chart has the shortest seams. A hard surface that it distorts beyond the bound is cut into nets (see `unfolding`),
 which are shorter than they could be where long ones would leave most of a texture empty; an organic surface stays one
-chart. What does not flatten is split in two, and each half again, to
-single triangles if need be.
+chart. What does not flatten is split in two, and each half again, to single triangles if need be.
 """
 
 from collections.abc import Iterator, Sequence
@@ -120,11 +119,12 @@ def _extent(chart: Chart) -> Real:
 def _nets_of_lengths(surface: Faceted, method: str) -> Iterator[list[Chart]]:
     """Yield nets whose charts may be of any length, and shorter ones as long as these differ."""
     side = float(np.sqrt(surface.piece.areas.sum()))
+    solved = dict[bytes, list[Chart]]()
     longest = None
     for sides in LONGEST_CHART_SIDES:
         if longest is not None and sides * side >= longest:
             continue  # the nets would be the same
-        nets = _nets(surface, method, sides * side)
+        nets = _nets(surface, method, sides * side, solved)
         if nets is None:
             return
         yield nets
@@ -133,22 +133,30 @@ def _nets_of_lengths(surface: Faceted, method: str) -> Iterator[list[Chart]]:
             return
 
 
-def _nets(surface: Faceted, method: str, longest: float) -> list[Chart] | None:
+def _nets(
+    surface: Faceted, method: str, longest: float, solved: dict[bytes, list[Chart]]
+) -> list[Chart] | None:
     """Return the nets of a surface, and its parts that are not developable, each as one chart; None if too many.
 
-    Nets are not made longer than `longest`, in the unit of the surface.
+    Nets are not made longer than `longest`, in the unit of the surface. Parts that are not developable are the same
+    whatever that is, so the charts of each are kept in `solved`, by its triangles.
     """
     net = surface.net(longest)
     if net is None:
         return None
     charts = list[Chart]()
     for part, members in parts_of(surface.piece, net.seams):
-        if surface.developable[surface.part[members[0]]]:
-            unfolded = _unfolded(part, net.flat[members], method)
-            if unfolded is not None:
-                charts.append(Chart(unfolded, members))
-                continue
-        charts += _flatten_or_split(part, members, True, method)
+        is_developable = bool(surface.developable[surface.part[members[0]]])
+        unfolded = _unfolded(part, net.flat[members], method) if is_developable else None
+        key = members.tobytes()
+        if unfolded is not None:
+            charts.append(Chart(unfolded, members))
+        elif is_developable or part.seam.size:  # the seams of all nets go with the first part
+            charts += _flatten_or_split(part, members, True, method)
+        else:
+            if key not in solved:
+                solved[key] = _flatten_or_split(part, members, True, method)
+            charts += solved[key]
     return charts
 
 

@@ -325,16 +325,14 @@ class _Covered:
 
     def __init__(self, outlines: np.ndarray) -> None:
         self._outlines, self._boxes, self._count = outlines, shapely.bounds(outlines), len(outlines)
+        self._box = _total_box(self._boxes)
 
     def meets(self, outlines: np.ndarray) -> bool:
         """Return whether some outlines overlap the covered part."""
         mine = self._boxes[: self._count]
         if len(outlines) > 8:
             tree = shapely.STRtree(outlines)
-            low, high = (
-                np.fmin.reduce(shapely.bounds(outlines)[:, :2]),
-                np.fmax.reduce(shapely.bounds(outlines)[:, 2:]),
-            )
+            low, high = np.split(_total_box(shapely.bounds(outlines)), 2)
             near = ((mine[:, :2] <= high) & (mine[:, 2:] >= low)).all(axis=1)
             near_outlines = self._outlines[: self._count][near]
             return bool(tree.query(near_outlines, predicate="intersects").size)
@@ -348,8 +346,8 @@ class _Covered:
 
     def extent_with(self, outlines: np.ndarray) -> float:
         """Return the diagonal of the box that the covered part and some outlines have in common."""
-        boxes = np.append(self._boxes[: self._count], shapely.bounds(outlines), axis=0)
-        return float(np.linalg.norm(np.nanmax(boxes[:, 2:], axis=0) - np.nanmin(boxes[:, :2], axis=0)))
+        low, high = np.split(_total_box(np.vstack([self._box, shapely.bounds(outlines)])), 2)
+        return float(np.linalg.norm(high - low))
 
     def add(self, outlines: np.ndarray) -> None:
         """Cover some outlines, too."""
@@ -360,7 +358,13 @@ class _Covered:
             self._boxes = np.append(self._boxes, np.full((room, 4), np.nan), axis=0)
         self._outlines[self._count : end] = outlines
         self._boxes[self._count : end] = shapely.bounds(outlines)
+        self._box = _total_box(np.vstack([self._box, self._boxes[self._count : end]]))
         self._count = end
+
+
+def _total_box(boxes: Real) -> Real:
+    """Return (4,) the box around boxes (k, 4) of lowest and highest coordinates, without those of nothing, NaN."""
+    return np.append(np.fmin.reduce(boxes[:, :2]), np.fmax.reduce(boxes[:, 2:]))
 
 
 def _union(triangles: np.ndarray) -> shapely.Geometry:
