@@ -103,6 +103,17 @@ class Detail:
     canvas: Box | None = None
     keeps_form: bool = False
 
+    @property
+    def has_paper(self) -> bool:
+        """Whether what the picture shows lies on paper: it has a margin, and paper is shown there."""
+        return self.on_paper and not self.is_full
+
+    @property
+    def compared(self) -> tuple[Complex, Complex, Real]:
+        """Positions, normals and weights of COMPARED_POINTS edge points at most, evenly spread over all of them."""
+        few = np.linspace(0, self.points.size - 1, min(self.points.size, COMPARED_POINTS)).astype(int)
+        return self.points[few], self.normals[few], self.weights[few]
+
     def subject(self, painted: shapely.Geometry) -> Region:
         """Return the region that does not count as paper around it.
 
@@ -338,8 +349,7 @@ def cost_of_detail(
     balance
         Weight of areas in the energy, θ.
     """
-    few = np.linspace(0, detail.points.size - 1, min(detail.points.size, COMPARED_POINTS)).astype(int)
-    points, normals, weights = detail.points[few], detail.normals[few], detail.weights[few]
+    points, normals, weights = detail.compared
     f_z, f_zbar = linear(z[faces], u[faces])
     extent = detail.box[1] - detail.box[0]
     beside = SIDE_SHARE * np.sqrt(extent.real * extent.imag) * normals

@@ -11,7 +11,7 @@ that is seen (`drawings.cost`):
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,7 @@ from ..balanced.model.settings import Settings
 from ..curve import Curve, polygon_of
 from ..drawings.cost import Cost
 from ..drawings.detail import (
+    COMPARED_POINTS,
     Detail,
     TargetView,
     cost_of_detail,
@@ -47,8 +48,6 @@ MOST_STRETCH_RATIO = 4.0
 """Of width to height relative to the drawing: beyond it nobody recognises a subject."""
 UPRIGHT_STRETCH_COST_RATIO = 1.02
 """Relative to the least cost: a placement in the target's middle, or without stretch, is preferred up to this."""
-PLACEMENT_POINTS = 800
-"""Edge points, and points of the target, at which placements are compared."""
 OUTLINE_POINTS = 400
 """Points of the target's outline at which a placement is examined for what it covers."""
 FEW_STARTS = 4
@@ -106,23 +105,21 @@ class _Search:
     without margin, that of its stretch. A subject with paper around it keeps its proportions, which people know.
 
     Args:
-        source: the drawing.
+        subject: the region of the source's plane that is not paper, see `subject_of`.
         detail: the edges of the picture.
         view: the region in which the picture is shown.
         outline: points of the outline by which the target is recognised, see `outline_points`.
     """
 
-    def __init__(self, source: Drawing, detail: Detail, view: TargetView, outline: Complex):
-        self.detail, self.view, self._outline = detail, view, outline
-        self.on_paper = detail.on_paper and not detail.is_full
+    def __init__(self, subject: Region, detail: Detail, view: TargetView, outline: Complex):
+        self._subject, self.detail, self.view, self._outline = subject, detail, view, outline
         low, high = detail.box
         self._centre, self._extent = (low + high) / 2, high - low
-        few = np.linspace(0, detail.points.size - 1, min(detail.points.size, PLACEMENT_POINTS)).astype(int)
-        self._points, self._weights = detail.points[few], detail.weights[few] / detail.weights[few].sum()
-        self._subject = detail.subject(source.painted) if self.on_paper else source.region
-        self._hull = complex_of(shapely.get_coordinates(shapely.convex_hull(self._subject.painted))[:-1])
+        self._points, _, weights = detail.compared
+        self._weights = weights / weights.sum()
+        self._hull = complex_of(shapely.get_coordinates(shapely.convex_hull(subject.painted))[:-1])
         self._shadow = Region(shapely.convex_hull(shapely.MultiPoint(xy_of(self._points))))
-        self._targets = view.spread(PLACEMENT_POINTS)
+        self._targets = view.spread(COMPARED_POINTS)
 
     def placement(self, values: Sequence[float]) -> Placement:
         """Return the placement for three or four numbers."""
@@ -148,9 +145,9 @@ class _Search:
         """Return the cost of a placement."""
         placement = self.placement(values)
         shown = self.view.seen(placement(self._points))
-        seen = shown @ self._weights - (NEAREST_WEIGHT * (1 - shown.min()) if self.on_paper else 0.0)
+        seen = shown @ self._weights - (NEAREST_WEIGHT * (1 - shown.min()) if self.detail.has_paper else 0.0)
         hidden = hidden_cost(1 - float(seen))
-        if self.on_paper:
+        if self.detail.has_paper:
             covered = float(self._shadow.contains(placement.pull_back(self._outline)).mean())
             bare = (
                 paper_cost(self._paper_share(placement))
@@ -179,7 +176,7 @@ class _Search:
             beyond = max(0.0, abs(values[3]) - bound) if len(values) > 3 else 0.0
             return self.cost(values).total + beyond
 
-        count = 3 if self.on_paper else 4
+        count = 3 if self.detail.has_paper else 4
         starts = sorted((start[:count] for start in self._starts()), key=total)[:FEW_STARTS]
         step = 0.08 * self.view.size
         ends = []
@@ -251,7 +248,7 @@ def compose(
     placed = composer.placed()
     if placed is None:
         return list(choices())
-    accepted = PLACED_COST if composer.on_paper else GOOD_PLACEMENT_COST
+    accepted = PLACED_COST if detail.has_paper else GOOD_PLACEMENT_COST
     if detail.weight == 1 and composer.cost(placed).total <= accepted:
         return [placed]
     candidates = [placed, composer.box(), *choices()]
@@ -302,7 +299,6 @@ class Composer:
 
     def __init__(self, source: Drawing, target: Drawing, detail: Detail, settings: Settings):
         self.source, self.target, self.detail, self.settings = source, target, detail, settings
-        self.on_paper = detail.on_paper and not detail.is_full
 
     @cached_property
     def view(self) -> TargetView:
@@ -313,6 +309,10 @@ class Composer:
     def _outline(self) -> Complex:
         return outline_points(self.target.painted)
 
+    @cached_property
+    def _subject(self) -> Region:
+        return subject_of(self.source, self.detail)
+
     def placed(self) -> Choice | None:
         """Return the choice that places the picture upright in the target, or in its silhouette if that costs less."""
         best: Choice | None = None
@@ -322,7 +322,7 @@ class Composer:
             self.target, is_full=self.detail.is_full, canvas=self.detail.canvas
         ):
             view = self.view if drawing is self.target else TargetView.of(drawing.painted)
-            placement, cost = _Search(self.source, self.detail, view, self._outline).best()
+            placement, cost = _Search(self._subject, self.detail, view, self._outline).best()
             cost = cost._replace(bare=min(1.0, cost.bare + filling_cost))
             if best is not None and best.composed is not None and best.composed.total <= cost.total:
                 continue
@@ -346,12 +346,7 @@ class Composer:
             return None
         choice = Choice((frame, self.target.tightest), coarse=coarse)
         cost = self.cost(choice)
-        return Choice(
-            choice.frames,
-            cost=cost._replace(hidden=min(1.0, cost.hidden), bare=0.0),
-            coarse=coarse,
-            composed=cost,
-        )
+        return replace(choice, cost=cost._replace(hidden=min(1.0, cost.hidden), bare=0.0), composed=cost)
 
     def cost(self, choice: Choice) -> Cost:
         """Return the cost of what is seen of the picture's detail in the coarse map of a choice."""
@@ -360,17 +355,21 @@ class Composer:
         if choice.coarse is None:
             return choice.cost
         map, voids = choice.coarse.map, choice.coarse.voids
-        subject = self.detail.subject(self.source.painted) if self.on_paper else self.source.region
         return cost_of_detail(
             map.z,
             map.u,
             map.faces[~voids],
             self.detail,
             self.view,
-            subject=subject,
-            paper=paper_cost if self.on_paper else None,
+            subject=self._subject,
+            paper=paper_cost if self.detail.has_paper else None,
             balance=self.settings.theta,
         )
+
+
+def subject_of(source: Drawing, detail: Detail) -> Region:
+    """Return the region of the source's plane that is not paper: the subject, or all of a picture without margin."""
+    return detail.subject(source.painted) if detail.has_paper else source.region
 
 
 def box_frame(source: Drawing, detail: Detail | None = None) -> Frame:

@@ -8,7 +8,7 @@ from iccm.balanced.fit import settings_of
 from iccm.drawings.cost import Cost
 from iccm.drawings.detail import Detail, TargetView, cost_of_detail, hidden_cost, paper_cost
 from iccm.drawings.drawing import Drawing
-from iccm.frames.composition import Composer, _Search, box_frame, outline_points
+from iccm.frames.composition import Composer, _Search, box_frame, outline_points, subject_of
 from iccm.frames.silhouettes import silhouettes
 from iccm.options import Options
 
@@ -183,7 +183,9 @@ def test_a_subject_is_placed_whole_and_upright_in_the_middle_of_a_wide_target():
 def test_a_subject_keeps_away_from_the_rim_and_near_the_middle_of_a_target_with_a_bite():
     source, detail = Drawing(STEP), detail_of_step()
     bitten = shapely.Point(0, 0).buffer(100).difference(shapely.Point(80, 80).buffer(50))
-    placement, cost = _Search(source, detail, TargetView.of(bitten), outline_points(bitten)).best()
+    placement, cost = _Search(
+        subject_of(source, detail), detail, TargetView.of(bitten), outline_points(bitten)
+    ).best()
     assert abs(placement.image - complex(bitten.centroid.x, bitten.centroid.y)) < 20
     assert cost.hidden < 0.1 and placement.stretch == 1
     subject = shapely.Polygon([(w.real, w.imag) for w in placement(Drawing(STEP).rings[0])])
@@ -194,7 +196,7 @@ def test_a_subject_in_a_part_of_the_target_costs_less_than_one_across_its_outlin
     source, detail = Drawing(STEP), detail_of_step()
     shown = shapely.box(0, 0, 30, 10)
     parts = shapely.MultiPolygon([shapely.box(0, 0, 20, 10), shapely.box(22, 0, 30, 10)])
-    search = _Search(source, detail, TargetView.of(shown), outline_points(parts))
+    search = _Search(subject_of(source, detail), detail, TargetView.of(shown), outline_points(parts))
     size = np.log(4 / abs(detail.box[1] - detail.box[0]))
     inside, across = (search.cost((x, 5.0, size)).bare for x in (10.0, 20.0))  # both are 5 off the middle
     assert across > inside + 0.002
