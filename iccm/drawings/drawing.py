@@ -9,7 +9,7 @@ from ..arrays import Complex, complex_of
 from ..curve import Curve, polygon_of
 from ..errors import InputError
 from ..plane import polygon_area
-from ..polygons import fill_holes, polygons_of
+from ..polygons import fill_holes, polygons_of, rings_of
 from .frame import Frame, frames_of
 from .mappable_holes import mappable
 from .region import Region
@@ -59,8 +59,7 @@ class Drawing:
     @property
     def rings(self) -> list[Complex]:
         """The boundaries of all parts, counter-clockwise, and of their holes, clockwise; inverse of `of_rings`."""
-        rings = [ring for part in self.parts for ring in (part.exterior, *part.interiors)]
-        return [complex_of(shapely.get_coordinates(ring)[:-1]) for ring in rings]
+        return rings_of(self.painted)
 
     @cached_property
     def region(self) -> Region:

@@ -153,10 +153,11 @@ def _blend(first: Drawing, second: Drawing, share: float, places: Complex) -> Re
 def _shrunk(alone: Sequence[Sequence[shapely.Polygon]], share: float, places: Complex) -> Iterator[Real]:
     """Yield a level for each area of both drawings that the other one does not have, negative in what is left of it."""
     for areas, elapsed in zip(alone, (share, 1 - share)):
+        if elapsed >= GONE_SHARE:
+            continue
         for area in areas:
             depth = signed_distances(Drawing(area), places)
-            if elapsed < GONE_SHARE:
-                yield depth - depth.min() * elapsed / GONE_SHARE
+            yield depth - depth.min() * elapsed / GONE_SHARE
 
 
 def _separated(
