@@ -133,7 +133,12 @@ def _read_tiff(path: Path, name: str, max_pixels: int, nearest: bool) -> Image |
     if tags is None:
         return None
     tiff, first = tags
-    stored = first["dtype"]
+    stored, mask = first["dtype"], first["mask"]
+    masked_floats = mask is not None and stored.kind == "f"  # GDAL ignores alpha channels of floats
+    is_stated = tiff.nodata is not None or tiff.description or tiff.bands or masked_floats
+    may_be_labels = nearest and first["channels"] == 1
+    if _is_usual(stored) and not is_stated and not may_be_labels:
+        return None  # `image_files.read` makes the mask an alpha channel
     values: NDArray | None
     if stored.kind in "iuc" and stored.itemsize >= 8:
         values = _narrowed(path, name, stored, max_pixels)
@@ -148,15 +153,16 @@ def _read_tiff(path: Path, name: str, max_pixels: int, nearest: bool) -> Image |
         tiff = replace(tiff, labels=True)
     elif values.shape[2] == 1 and nearest and is_label(values[..., 0], of_file=True):
         tiff = replace(tiff, labels=True, colormap=None)
-    usual = (dtype.kind == "u" and dtype.itemsize <= 2) or dtype in (np.float16, np.float32)
-    mask = first["mask"]
-    masked_floats = mask is not None and dtype.kind == "f"  # GDAL ignores alpha channels of floats
-    is_raster = tiff.labels or tiff.nodata is not None or tiff.description or tiff.bands or masked_floats
-    if usual and not is_raster:
-        return None  # `image_files.read` makes the mask an alpha channel
+    if _is_usual(dtype) and not is_stated and not tiff.labels:
+        return None
     if mask is not None and tiff.nodata is None and not tiff.labels:
         tiff = replace(tiff, nodata=float(np.iinfo(dtype).min) if dtype.kind in INTEGERS else float("nan"))
     return _image(values, replace(tiff, dtype=dtype), name, nearest, mask)
+
+
+def _is_usual(dtype: np.dtype) -> bool:
+    """Return whether pictures of colours have such numbers, too."""
+    return (dtype.kind == "u" and dtype.itemsize <= 2) or dtype in (np.float16, np.float32)
 
 
 def _image(values: NDArray, raster: Raster, name: str, nearest: bool, mask: NDArray | None = None) -> Image:
@@ -232,7 +238,12 @@ def _tags(path: Path) -> tuple[Raster, dict[str, Any]] | None:
             bands=_about_bands(page.tags.valueof(METADATA_TAG), page.samplesperpixel),
             colormap=None if colormap is None else np.asarray(colormap),
         )
-        about = {"palette": page.photometric == PALETTE, "dtype": np.dtype(page.dtype), "mask": _mask(file)}
+        about = {
+            "palette": page.photometric == PALETTE,
+            "channels": page.samplesperpixel,
+            "dtype": np.dtype(page.dtype),
+            "mask": _mask(file),
+        }
         return raster, about
     return None
 
