@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import shapely
@@ -49,31 +51,15 @@ def read(path: Path, layer: str | None = None) -> Layer:
     Raises:
         InputError: pyogrio is not installed, the file is damaged, or the layer is not named or does not exist.
     """
-    pyogrio = _library(f"{path}: reading it")
-    suffix = formats.suffix_of(path)
-    files.open_input(path, max_bytes=limits.GEOMETRY_BYTES)
-    with files.opened(path) as file:
-        beginning = file.read(64).removeprefix(b"\xef\xbb\xbf").lstrip(b"" if suffix != ".kml" else None)
-    if not beginning.startswith(BEGINNINGS[suffix]):
-        raise InputError(f"{path}: is not a {DRIVERS[suffix]} file")
-    missing = [path.with_suffix(more) for more in COMPANIONS.get(suffix, ())[:2]]
-    if absent := [name for name in missing if not name.is_file()]:
-        raise InputError(f"{path}: {absent[0].name} is missing, which belongs to it")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            names = [str(name) for name, kind in pyogrio.list_layers(path) if kind is not None]
-            if layer is None and len(names) == 1:
-                layer = names[0]
-            if layer not in names:
-                listed = ", ".join(names[:12]) or "no layers with geometries"
-                what = f"has no layer {layer!r}" if layer else "has several layers; choose one with #layer"
-                raise InputError(f"{path}: {what}: {listed}")
-            meta, _, shapes, columns = pyogrio.raw.read(path, layer=layer)
-    except InputError:
-        raise
-    except Exception as error:  # of GDAL, of many kinds
-        raise InputError(f"{path}: cannot be read: {str(error).splitlines()[0][:120]}") from None
+    names = names_of(path)
+    if layer is None and len(names) == 1:
+        layer = names[0]
+    if layer not in names:
+        listed = ", ".join(names[:12]) or "no layers with geometries"
+        what = f"has no layer {layer!r}" if layer else "has several layers; choose one with #layer"
+        raise InputError(f"{path}: {what}: {listed}")
+    with _gdal(path, "read") as pyogrio:
+        meta, _, shapes, columns = pyogrio.raw.read(path, layer=layer)
     fields = [str(name) for name in meta["fields"]]
     features = []
     for number, geometry in enumerate(shapely.from_wkb(shapes, on_invalid="ignore")):
@@ -93,12 +79,23 @@ def read(path: Path, layer: str | None = None) -> Layer:
     )
 
 
-def has_one(path: Path) -> bool:
-    """Return whether a file has only one layer."""
-    try:
-        return not read(path).others
-    except InputError:
-        return False
+def names_of(path: Path) -> list[str]:
+    """Return the names of a file's layers with geometries.
+
+    Raises:
+        InputError: pyogrio is not installed, or the file is damaged.
+    """
+    with _gdal(path, "read") as pyogrio:
+        suffix = formats.suffix_of(path)
+        files.open_input(path, max_bytes=limits.GEOMETRY_BYTES)
+        with files.opened(path) as file:
+            beginning = file.read(64).removeprefix(b"\xef\xbb\xbf").lstrip(b"" if suffix != ".kml" else None)
+        if not beginning.startswith(BEGINNINGS[suffix]):
+            raise InputError(f"{path}: is not a {DRIVERS[suffix]} file")
+        missing = [path.with_suffix(more) for more in COMPANIONS.get(suffix, ())[:2]]
+        if absent := [name for name in missing if not name.is_file()]:
+            raise InputError(f"{path}: {absent[0].name} is missing, which belongs to it")
+        return [str(name) for name, kind in pyogrio.list_layers(path) if kind is not None]
 
 
 def write(layer: Layer, path: Path) -> None:
@@ -107,7 +104,6 @@ def write(layer: Layer, path: Path) -> None:
     Raises:
         InputError: the format cannot hold them.
     """
-    pyogrio = _library(f"{path}: writing it")
     features = layer.content["features"]
     rows = np.array([feature["id"] for feature in features], dtype=int)
     shapes = [shapely.geometry.shape(f["geometry"]) if f["geometry"] else None for f in features]
@@ -116,26 +112,32 @@ def write(layer: Layer, path: Path) -> None:
         shape is not None and shape.geom_type.startswith("Multi") for shape in shapes
     ):
         kind = f"Multi{kind}"
+    with _gdal(path, "written") as pyogrio:
+        pyogrio.raw.write(
+            path,
+            shapely.to_wkb(np.array(shapes, dtype=object)),
+            [column[rows] for column in layer.columns],
+            layer.fields,
+            geometry_type=kind,
+            crs=layer.crs or None,
+            layer=layer.name,
+            driver=DRIVERS[formats.suffix_of(path)],
+            promote_to_multi=kind.startswith("Multi"),
+        )
+
+
+@contextmanager
+def _gdal(path: Path, what: Literal["read", "written"]) -> Iterator[Any]:
+    """Give pyogrio, without warnings of GDAL; its errors, of many kinds, become those of input."""
+    pyogrio = extras.load(f"{path}: {'reading' if what == 'read' else 'writing'} it", "pyogrio", "raw")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            pyogrio.raw.write(
-                path,
-                shapely.to_wkb(np.array(shapes, dtype=object)),
-                [column[rows] for column in layer.columns],
-                layer.fields,
-                geometry_type=kind,
-                crs=layer.crs or None,
-                layer=layer.name,
-                driver=DRIVERS[formats.suffix_of(path)],
-                promote_to_multi=kind.startswith("Multi"),
-            )
+            yield pyogrio
+    except InputError:
+        raise
     except Exception as error:
-        raise InputError(f"{path}: cannot be written: {str(error).splitlines()[0][:120]}") from None
-
-
-def _library(purpose: str) -> Any:
-    return extras.load(purpose, "pyogrio", "raw")
+        raise InputError(f"{path}: cannot be {what}: {str(error).splitlines()[0][:120]}") from None
 
 
 def _plain(value: Any) -> Any:
